@@ -1,0 +1,377 @@
+//! What a case file says: plain data, SI units, angles in degrees (converted once, on load).
+
+use std::collections::BTreeMap;
+
+use colluvium_constitutive::MaterialSpec;
+use colluvium_points::Shape;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A problem.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// Address of the JSON Schema, for editors; ignored.
+    #[serde(rename = "$schema", default, skip_serializing_if = "Option::is_none")]
+    pub schema: Option<String>,
+    /// What the case is, in a line.
+    pub title: String,
+    /// Longer notes; ignored.
+    #[serde(default)]
+    pub notes: Vec<String>,
+    /// Dimension and kinematics.
+    pub space: Space,
+    /// The box in which everything happens.
+    pub domain: Domain,
+    /// Acceleration of gravity (m/s²), one number per space dimension.
+    pub gravity: Vec<f64>,
+    /// Materials by name.
+    pub materials: BTreeMap<String, MaterialSpec>,
+    /// Bodies, which must not overlap.
+    pub bodies: Vec<Body>,
+    /// Walls; a side of the domain without one is open.
+    #[serde(default)]
+    pub boundaries: Vec<Boundary>,
+    /// Loads on bodies.
+    #[serde(default)]
+    pub loads: Vec<Load>,
+    /// Stages, run one after another.
+    pub stages: Vec<Stage>,
+    /// What is written.
+    #[serde(default)]
+    pub output: Output,
+    /// Quantities to follow, by name.
+    #[serde(default)]
+    pub measures: BTreeMap<String, Measure>,
+    /// Options per method; a method without an entry runs with its defaults.
+    #[serde(default)]
+    pub methods: BTreeMap<String, serde_json::Value>,
+}
+
+/// Dimension and kinematics of the space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Space {
+    /// One dimension, unit section, confined laterally (uniaxial strain).
+    #[serde(rename = "1d")]
+    OneD,
+    /// Two dimensions, unit thickness, no strain across.
+    #[serde(rename = "plane-strain")]
+    PlaneStrain,
+    /// Two dimensions (r, z), per radian; r is x, the axis is x = 0.
+    #[serde(rename = "axisymmetric")]
+    Axisymmetric,
+    /// Three dimensions.
+    #[serde(rename = "3d")]
+    ThreeD,
+}
+
+impl Space {
+    /// Number of coordinates.
+    pub fn dimension(self) -> usize {
+        match self {
+            Self::OneD => 1,
+            Self::PlaneStrain | Self::Axisymmetric => 2,
+            Self::ThreeD => 3,
+        }
+    }
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Domain {
+    /// Lower corner (m), one number per space dimension.
+    pub min: Vec<f64>,
+    /// Upper corner (m).
+    pub max: Vec<f64>,
+}
+
+/// A region filled with one material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Name.
+    pub name: String,
+    /// Where it is.
+    pub shape: Shape,
+    /// Name of its material.
+    pub material: String,
+    /// Initial velocity; at rest by default.
+    #[serde(default)]
+    pub velocity: Velocity,
+    /// Initial stress; stress-free by default.
+    #[serde(default)]
+    pub stress: InitialStress,
+}
+
+/// An initial velocity field (m/s).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Velocity {
+    /// At rest.
+    #[default]
+    Rest,
+    /// The same everywhere.
+    Uniform {
+        /// Velocity (m/s).
+        value: Vec<f64>,
+    },
+    /// `v = value + gradient (x - origin)`.
+    Linear {
+        /// Velocity at the origin (m/s).
+        value: Vec<f64>,
+        /// Where `value` holds (m).
+        origin: Vec<f64>,
+        /// Velocity gradient `∂v_i/∂x_j` (1/s), row by row.
+        gradient: Vec<Vec<f64>>,
+    },
+    /// `v = amplitude sin(wave_vector · x + phase)`.
+    Sine {
+        /// Amplitude (m/s).
+        amplitude: Vec<f64>,
+        /// Wave vector (rad/m).
+        wave_vector: Vec<f64>,
+        /// Phase (degrees).
+        #[serde(default)]
+        phase: f64,
+    },
+}
+
+/// An initial stress field.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum InitialStress {
+    /// Stress-free.
+    #[default]
+    None,
+    /// The same everywhere (Pa, tension-positive): xx yy zz xy yz zx.
+    Uniform {
+        /// Stress components.
+        value: [f64; 6],
+    },
+    /// Weight of the material above along gravity, and a ratio of horizontal to vertical stress.
+    K0 {
+        /// Coordinate of the free surface along the axis of gravity (m).
+        surface: f64,
+        /// Ratio of horizontal to vertical effective stress.
+        coefficient: f64,
+    },
+}
+
+/// The side of the box, or of an inner plane, that a wall occupies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Side {
+    /// Everything below a plane of constant x.
+    XMin,
+    /// Everything above a plane of constant x.
+    XMax,
+    /// Everything below a plane of constant y.
+    YMin,
+    /// Everything above a plane of constant y.
+    YMax,
+    /// Everything below a plane of constant z.
+    ZMin,
+    /// Everything above a plane of constant z.
+    ZMax,
+}
+
+impl Side {
+    /// Axis normal to the wall: 0, 1, 2.
+    pub fn axis(self) -> usize {
+        match self {
+            Self::XMin | Self::XMax => 0,
+            Self::YMin | Self::YMax => 1,
+            Self::ZMin | Self::ZMax => 2,
+        }
+    }
+
+    /// True for the upper sides.
+    pub fn is_max(self) -> bool {
+        matches!(self, Self::XMax | Self::YMax | Self::ZMax)
+    }
+}
+
+/// How a wall acts on what touches it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Wall {
+    /// No slip: all components of velocity are the wall's.
+    Rough,
+    /// Free slip: only the normal component is the wall's.
+    Smooth,
+    /// Coulomb friction; the material may lift off.
+    Frictional {
+        /// Coefficient of friction, tangent of the friction angle of the interface.
+        friction_coefficient: f64,
+    },
+}
+
+/// A wall on a side of the domain, or on an inner plane parallel to one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Boundary {
+    /// Name, for stages that remove it; the side's name by default.
+    #[serde(default)]
+    pub name: Option<String>,
+    /// The side it occupies.
+    pub side: Side,
+    /// Coordinate of the wall's face (m); that side of the domain by default.
+    #[serde(default)]
+    pub position: Option<f64>,
+    /// How it acts.
+    pub wall: Wall,
+    /// Whether material may lift off (rough and smooth walls hold it otherwise).
+    #[serde(default)]
+    pub separation: bool,
+    /// Velocity of the wall (m/s); at rest by default.
+    #[serde(default)]
+    pub velocity: Option<Vec<f64>>,
+}
+
+/// A load.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Load {
+    /// A traction (Pa) on one side of a body, carried by its outermost points, unchanged in direction.
+    Traction {
+        /// Body it acts on.
+        body: String,
+        /// Side of the body's bounding box it acts on.
+        side: Side,
+        /// Traction vector (Pa).
+        value: Vec<f64>,
+        /// Time over which it grows from zero (s).
+        #[serde(default)]
+        ramp: f64,
+    },
+}
+
+/// A part of the run with an end of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stage {
+    /// Name.
+    pub name: String,
+    /// Longest duration (s). The stage ends here unless `equilibrium` ends it before; with
+    /// `equilibrium` given, not converging within it is an error.
+    pub duration: f64,
+    /// Local damping factor, 0 to 1: each nodal force is reduced by this fraction of its size
+    /// against the motion. For quasi-static stages only.
+    #[serde(default)]
+    pub damping: f64,
+    /// Time over which gravity grows linearly from zero (s).
+    #[serde(default)]
+    pub gravity_ramp: f64,
+    /// Ends the stage early, at rest.
+    #[serde(default)]
+    pub equilibrium: Option<EquilibriumCriterion>,
+    /// What is set back at the end of the stage.
+    #[serde(default)]
+    pub reset: Vec<Reset>,
+    /// Names of boundaries that vanish when the stage begins, e.g. a gate.
+    #[serde(default)]
+    pub remove_boundaries: Vec<String>,
+    /// Names of bodies that vanish when the stage begins, e.g. an excavation.
+    #[serde(default)]
+    pub remove_bodies: Vec<String>,
+}
+
+/// When a quasi-static stage has converged (MPM sheet §2.14).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct EquilibriumCriterion {
+    /// Bound on the unbalanced-force ratio.
+    pub unbalanced_force: f64,
+    /// Bound on kinetic energy over external work.
+    pub kinetic_energy: f64,
+    /// Consecutive checks that must hold.
+    pub hold: u32,
+}
+
+impl Default for EquilibriumCriterion {
+    fn default() -> Self {
+        Self { unbalanced_force: 1e-2, kinetic_energy: 1e-2, hold: 10 }
+    }
+}
+
+/// What a stage sets back when it ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reset {
+    /// Velocities to zero.
+    Velocity,
+    /// Displacements to zero: counted from here on.
+    Displacement,
+    /// Internal variables (plastic strain, hardening) to their initial values; stress is kept.
+    State,
+}
+
+/// What is written, and when.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// Time between frames (s); none when absent, except the first and the last.
+    pub frames: Option<f64>,
+    /// Time between rows of the measures (s); a hundredth of the whole run when absent.
+    pub measures: Option<f64>,
+    /// Wall-clock seconds between checkpoints.
+    pub checkpoint: f64,
+    /// Fields in the frames; all when absent.
+    pub fields: Option<Vec<String>>,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self { frames: None, measures: None, checkpoint: 60.0, fields: None }
+    }
+}
+
+/// A quantity to follow in time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Measure {
+    /// The farthest point along an axis (m), as the sheet's binding definition has it: columns of cells
+    /// occupied without a gap from the start, and a quantile of mass insensitive to stray points.
+    Front {
+        /// Direction in which the front moves.
+        side: Side,
+        /// Fraction of the mass behind the front.
+        #[serde(default = "whole")]
+        quantile: f64,
+    },
+    /// `(front - initial) / initial`, both counted from `origin`.
+    RunOut {
+        /// Direction in which the front moves.
+        side: Side,
+        /// Coordinate of the wall behind the mass (m).
+        origin: f64,
+        /// Initial length (m).
+        initial_length: f64,
+        /// Fraction of the mass behind the front.
+        #[serde(default = "whole")]
+        quantile: f64,
+    },
+    /// Height of the surface in bins along an axis, written at each frame.
+    Profile {
+        /// Axis along which the bins lie: 0 is x.
+        axis: usize,
+        /// Axis of height.
+        height: usize,
+        /// Width of a bin (m).
+        bin: f64,
+    },
+    /// Fields averaged over the points within `radius` of a place.
+    Probe {
+        /// Where (m).
+        position: Vec<f64>,
+        /// Radius (m).
+        radius: f64,
+        /// Names of fields.
+        fields: Vec<String>,
+    },
+}
+
+fn whole() -> f64 {
+    1.0
+}

@@ -1,0 +1,213 @@
+//! What every method offers: [`Method`] makes a [`Solver`] of a [`Case`].
+
+use colluvium_constitutive::SymTensor;
+use schemars::Schema;
+use thiserror::Error;
+
+use crate::description::Stage;
+use crate::{Case, CaseError};
+
+/// A numerical method: its options, and the way from a case to a running solver.
+pub trait Method: Send + Sync {
+    /// Name of the method, the key under `methods` in a case file.
+    fn name(&self) -> &'static str;
+
+    /// One sentence on what the method is.
+    fn summary(&self) -> &'static str;
+
+    /// JSON Schema of the options under `methods.<name>`.
+    fn options_schema(&self) -> Schema;
+
+    /// What would be solved, without solving it. Refuses, by JSON path, whatever the method cannot honour.
+    ///
+    /// # Errors
+    /// The first thing in the case that this method cannot honour.
+    fn plan(&self, case: &Case) -> Result<Plan, CaseError>;
+
+    /// A solver at time zero, before the first stage begins.
+    ///
+    /// # Errors
+    /// As [`Method::plan`].
+    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError>;
+}
+
+/// The size of a problem, for `check` and for the progress bar.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Number of points.
+    pub points: usize,
+    /// Number of grid nodes; zero for methods without a grid.
+    pub nodes: usize,
+    /// Estimated number of steps over all stages.
+    pub steps: u64,
+    /// First time step and what limits it.
+    pub time_step: TimeStep,
+    /// Estimated memory (bytes).
+    pub memory: u64,
+    /// Point-updates per second to expect per thread, from this project's benchmarks.
+    pub updates_per_second: f64,
+    /// Warnings worth showing: under-sampled cells, a Poisson ratio near 0.5, …
+    pub warnings: Vec<String>,
+}
+
+/// A stable time step and its reason.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimeStep {
+    /// The step (s).
+    pub dt: f64,
+    /// What limits it: `elastic wave`, `viscosity`, `advection`, `fixed by the case`, …
+    pub limit: &'static str,
+    /// Id of the limiting point, if a point limits it.
+    pub point: Option<u64>,
+    /// Where that point is (m).
+    pub position: [f64; 3],
+}
+
+/// Totals of the whole system.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Budget {
+    /// Mass (kg; per metre in plane strain, per radian in axisymmetry).
+    pub mass: f64,
+    /// Linear momentum (kg m/s).
+    pub momentum: [f64; 3],
+    /// Angular momentum about the origin (kg m²/s).
+    pub angular_momentum: [f64; 3],
+    /// Kinetic energy (J).
+    pub kinetic: f64,
+    /// Recoverable energy of the materials that define one (J).
+    pub elastic: f64,
+    /// Potential energy of gravity, zero at the origin (J).
+    pub potential: f64,
+}
+
+/// How far from static equilibrium (MPM sheet §2.14).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Equilibrium {
+    /// `|F_ext - F_int| / |F_ext|` over the free degrees of freedom.
+    pub unbalanced_force: f64,
+    /// Kinetic energy over the work of the external forces since the stage began.
+    pub kinetic_ratio: f64,
+}
+
+/// One named quantity on the points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Name in snake case: `velocity`, `stress`, `mass`, `volume`, `displacement`, `density`, …
+    pub name: String,
+    /// SI unit, for labels.
+    pub unit: &'static str,
+    /// The values.
+    pub data: FieldData,
+}
+
+/// Values of a [`Field`], one per point.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FieldData {
+    /// Scalars.
+    Scalar(Vec<f64>),
+    /// Vectors.
+    Vector(Vec<[f64; 3]>),
+    /// Symmetric tensors.
+    Tensor(Vec<SymTensor>),
+}
+
+/// The state of all points at an instant, in the order of their ids, whatever order the solver keeps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snapshot {
+    /// Time (s).
+    pub time: f64,
+    /// Steps done.
+    pub step: u64,
+    /// Ids, ascending; an id is the point's for its whole life.
+    pub ids: Vec<u64>,
+    /// Index into `Case::bodies` of each point.
+    pub bodies: Vec<u32>,
+    /// Positions (m); unused components are zero.
+    pub positions: Vec<[f64; 3]>,
+    /// Full widths of the points' domains (m).
+    pub extents: Vec<[f64; 3]>,
+    /// Fields; every method gives at least `velocity`, `stress`, `mass`, `volume`, `displacement`.
+    pub fields: Vec<Field>,
+}
+
+impl Snapshot {
+    /// The field called `name`.
+    pub fn field(&self, name: &str) -> Option<&Field> {
+        self.fields.iter().find(|f| f.name == name)
+    }
+}
+
+/// Why a run had to stop.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SolverError {
+    /// A point left what the method can follow: NaN, runaway velocity, inverted, outside the grid.
+    #[error("step {step}, t = {time} s, point {point} at {position:?} m: {reason}")]
+    Point {
+        /// Step during which it happened.
+        step: u64,
+        /// Time at the start of that step (s).
+        time: f64,
+        /// Id of the first such point.
+        point: u64,
+        /// Its position (m).
+        position: [f64; 3],
+        /// What happened.
+        reason: String,
+    },
+    /// A checkpoint does not fit this case or this version.
+    #[error("checkpoint: {0}")]
+    Checkpoint(String),
+}
+
+/// A method's running instance.
+pub trait Solver: Send {
+    /// Time (s).
+    fn time(&self) -> f64;
+
+    /// Steps done.
+    fn step_count(&self) -> u64;
+
+    /// Number of points.
+    fn points(&self) -> usize;
+
+    /// The largest stable step from here, safety factor included.
+    fn time_step(&mut self) -> TimeStep;
+
+    /// Advances by `dt`, at most [`Solver::time_step`].
+    ///
+    /// # Errors
+    /// When a point can no longer be followed; the solver is then not to be used further.
+    fn step(&mut self, dt: f64) -> Result<(), SolverError>;
+
+    /// Prepares a stage: its boundaries, damping, gravity ramp. Called once when the stage begins,
+    /// and after [`Solver::restore`] with the stage the checkpoint lies in; `stage` is an index into
+    /// `Case::stages`, `start` the time the stage began (s).
+    ///
+    /// # Errors
+    /// When the stage cannot be begun.
+    fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError>;
+
+    /// Ends a stage: performs its `reset` (velocities, displacements, plastic strains).
+    ///
+    /// # Errors
+    /// When the stage cannot be ended.
+    fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError>;
+
+    /// Distance from equilibrium after the last step; `None` where the method has no measure of it.
+    fn equilibrium(&self) -> Option<Equilibrium>;
+
+    /// Everything on the points, in the order of ids.
+    fn snapshot(&self) -> Snapshot;
+
+    /// Totals.
+    fn budget(&self) -> Budget;
+
+    /// The complete state as bytes: a restored solver continues bit-identically.
+    fn save(&self) -> Vec<u8>;
+
+    /// Takes the state of [`Solver::save`] of the same case.
+    ///
+    /// # Errors
+    /// When the bytes are not such a state.
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError>;
+}

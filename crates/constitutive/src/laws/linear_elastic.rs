@@ -1,0 +1,131 @@
+//! Linear isotropic elasticity (constitutive sheet §2.2; Hooke's law in rate form).
+//!
+//! `σ̇ = λ tr(D) 1 + 2G D` in the co-rotating frame. Parameters: Young's modulus (Pa) and Poisson's
+//! ratio. Limits: hypoelastic at finite strain, so a closed strain path may leave stress behind.
+
+use crate::{InitialCondition, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent};
+
+/// Isotropic elastic constants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elasticity {
+    /// Bulk modulus `K` (Pa).
+    pub bulk_modulus: f64,
+    /// Shear modulus `G` (Pa).
+    pub shear_modulus: f64,
+}
+
+impl Elasticity {
+    /// From Young's modulus (Pa) and Poisson's ratio.
+    ///
+    /// # Errors
+    /// Unless `youngs_modulus > 0` and `-1 < poissons_ratio < 0.5`.
+    pub fn new(youngs_modulus: f64, poissons_ratio: f64) -> Result<Self, MaterialError> {
+        if !(youngs_modulus.is_finite() && youngs_modulus > 0.0) {
+            let rule = "must be finite and positive (Pa)".into();
+            return Err(MaterialError::Parameter { field: "youngs_modulus", value: youngs_modulus, rule });
+        }
+        if !(poissons_ratio > -1.0 && poissons_ratio < 0.5) {
+            let rule = "is not between -1 and 0.5 (exclusive)".into();
+            return Err(MaterialError::Parameter { field: "poissons_ratio", value: poissons_ratio, rule });
+        }
+        Ok(Self {
+            bulk_modulus: youngs_modulus / (3.0 * (1.0 - 2.0 * poissons_ratio)),
+            shear_modulus: youngs_modulus / (2.0 * (1.0 + poissons_ratio)),
+        })
+    }
+
+    /// First Lamé constant `λ = K - 2G/3` (Pa).
+    #[inline]
+    pub fn lame(&self) -> f64 {
+        self.bulk_modulus - 2.0 / 3.0 * self.shear_modulus
+    }
+
+    /// Oedometric (P-wave) modulus `K + 4G/3` (Pa).
+    #[inline]
+    pub fn p_wave_modulus(&self) -> f64 {
+        self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus
+    }
+
+    /// Stress of the elastic strain `strain`.
+    #[inline]
+    pub fn stress(&self, strain: &SymTensor) -> SymTensor {
+        let volumetric = self.lame() * strain.trace();
+        let two_g = 2.0 * self.shear_modulus;
+        let e = &strain.0;
+        SymTensor([
+            volumetric + two_g * e[0],
+            volumetric + two_g * e[1],
+            volumetric + two_g * e[2],
+            two_g * e[3],
+            two_g * e[4],
+            two_g * e[5],
+        ])
+    }
+
+    /// Elastic strain of the stress `stress`.
+    #[inline]
+    pub fn strain(&self, stress: &SymTensor) -> SymTensor {
+        let s = stress.deviator() * (0.5 / self.shear_modulus);
+        s + SymTensor::isotropic(stress.trace() / (9.0 * self.bulk_modulus))
+    }
+
+    /// Elastic energy density (J/m³) at `stress`.
+    #[inline]
+    pub fn energy(&self, stress: &SymTensor) -> f64 {
+        0.5 * stress.dot(&self.strain(stress))
+    }
+
+    /// The elasticity matrix, engineering shear on the strain side.
+    pub fn tangent(&self) -> Tangent {
+        let mut c = [[0.0; 6]; 6];
+        for i in 0..3 {
+            for j in 0..3 {
+                c[i][j] = self.lame();
+            }
+            c[i][i] += 2.0 * self.shear_modulus;
+            c[i + 3][i + 3] = self.shear_modulus;
+        }
+        Tangent(c)
+    }
+}
+
+/// Linear elasticity. See the module's head for source and limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearElastic {
+    /// Elastic constants.
+    pub elasticity: Elasticity,
+}
+
+impl SmallStrain for LinearElastic {
+    type State = ();
+
+    fn name(&self) -> &'static str {
+        "linear-elastic"
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<()>, MaterialError> {
+        Ok(Point { stress: initial.stress, state: () })
+    }
+
+    #[inline]
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<()>,
+    ) -> Result<Point<()>, MaterialError> {
+        Ok(Point { stress: old.stress + self.elasticity.stress(strain), state: () })
+    }
+
+    fn wave_modulus(&self, _point: &Point<()>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    fn tangent(&self, _strain: &SymTensor, _motion: &Motion, _old: &Point<()>) -> Option<Tangent> {
+        Some(self.elasticity.tangent())
+    }
+
+    fn stored_energy(&self, point: &Point<()>) -> Option<f64> {
+        Some(self.elasticity.energy(&point.stress))
+    }
+}

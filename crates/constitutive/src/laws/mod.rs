@@ -1,0 +1,5 @@
+//! The laws, one file each.
+
+mod linear_elastic;
+
+pub use linear_elastic::{Elasticity, LinearElastic};

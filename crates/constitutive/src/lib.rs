@@ -1,0 +1,28 @@
+//! Constitutive laws for geomechanics behind one contract.
+//!
+//! Every law implements [`StressUpdate`]: given what a material point undergoes in a step
+//! ([`Motion`]) and its old stress and state ([`Point`]), it returns the new ones. Small-strain laws
+//! implement the smaller [`SmallStrain`] and are made objective by [`Corotational`], or taken to
+//! finite strain by [`Hencky`]. Solvers hold `Arc<dyn `[`Material`]`>`: the same law with the
+//! state's type erased and updated in batches, so that no virtual call is paid per point.
+//!
+//! Conventions: SI units; stress and strain are tension-positive; pressure `p = -tr σ / 3` is
+//! compression-positive; stress is always the full 3D tensor, component order xx yy zz xy yz zx,
+//! with tensor (not engineering) shear.
+
+mod corotational;
+mod error;
+pub mod laws;
+mod material;
+mod motion;
+mod spec;
+mod tensor;
+mod update;
+
+pub use corotational::Corotational;
+pub use error::{BatchError, MaterialError};
+pub use material::{BLOCK, Material, StateBlock, States};
+pub use motion::{Motion, Pore};
+pub use spec::{LinearElasticSpec, MaterialSpec};
+pub use tensor::{Mat3, SymTensor};
+pub use update::{InitialCondition, Point, SmallStrain, StressUpdate, Tangent};

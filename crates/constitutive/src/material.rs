@@ -1,0 +1,294 @@
+//! The erased, batched face of a law that solvers hold.
+
+use std::any::Any;
+use std::fmt;
+
+use crate::{BatchError, InitialCondition, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
+
+/// Points per block of [`States`]: the batch for which one virtual call is paid. A block's motions
+/// stay in the first-level cache.
+pub const BLOCK: usize = 64;
+
+/// States of up to [`BLOCK`] points, with the type erased.
+pub struct StateBlock(Box<dyn ErasedBlock>);
+
+/// States of all points of one material, in blocks of [`BLOCK`].
+///
+/// Blocks can be handed to different threads (`blocks_mut`), reordered with the points
+/// ([`States::permuted`]), cloned, and saved through the material that made them.
+#[derive(Clone, Debug, Default)]
+pub struct States {
+    blocks: Vec<StateBlock>,
+    len: usize,
+}
+
+trait ErasedBlock: Any + Send + Sync {
+    fn clone_box(&self) -> Box<dyn ErasedBlock>;
+    fn len(&self) -> usize;
+    fn gather(&self, blocks: &[StateBlock], order: &[u32]) -> Box<dyn ErasedBlock>;
+    fn as_any(&self) -> &dyn Any;
+    fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
+    fn clone_box(&self) -> Box<dyn ErasedBlock> {
+        Box::new(self.clone())
+    }
+    fn len(&self) -> usize {
+        self.len()
+    }
+    fn gather(&self, blocks: &[StateBlock], order: &[u32]) -> Box<dyn ErasedBlock> {
+        let pick = |&old: &u32| {
+            let old = old as usize;
+            typed::<S>(&blocks[old / BLOCK])[old % BLOCK].clone()
+        };
+        Box::new(order.iter().map(pick).collect::<Vec<S>>())
+    }
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}
+
+fn typed<S: 'static>(block: &StateBlock) -> &[S] {
+    let states = block.0.as_any().downcast_ref::<Vec<S>>();
+    states.expect("a state block is only ever used with the material that made it")
+}
+
+fn typed_mut<S: 'static>(block: &mut StateBlock) -> &mut [S] {
+    let states = block.0.as_any_mut().downcast_mut::<Vec<S>>();
+    states.expect("a state block is only ever used with the material that made it")
+}
+
+impl StateBlock {
+    fn new<S: Clone + Send + Sync + 'static>(states: Vec<S>) -> Self {
+        Self(Box::new(states))
+    }
+
+    /// Number of points in the block.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// True for a block without points.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl Clone for StateBlock {
+    fn clone(&self) -> Self {
+        Self(self.0.clone_box())
+    }
+}
+
+impl fmt::Debug for StateBlock {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "StateBlock({} points)", self.len())
+    }
+}
+
+impl States {
+    fn from_points<S: Clone + Send + Sync + 'static>(states: &[S]) -> Self {
+        let blocks = states.chunks(BLOCK).map(|chunk| StateBlock::new(chunk.to_vec())).collect();
+        Self { blocks, len: states.len() }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// True when there are no points.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The blocks; all but the last hold exactly [`BLOCK`] points.
+    pub fn blocks(&self) -> &[StateBlock] {
+        &self.blocks
+    }
+
+    /// The blocks, to be zipped with `chunks_mut(BLOCK)` of the other arrays of the points.
+    pub fn blocks_mut(&mut self) -> &mut [StateBlock] {
+        &mut self.blocks
+    }
+
+    /// The states in a new order: point `i` of the result is point `order[i]` of `self`.
+    #[must_use]
+    pub fn permuted(&self, order: &[u32]) -> Self {
+        let Some(first) = self.blocks.first() else { return self.clone() };
+        let blocks = order.chunks(BLOCK).map(|part| StateBlock(first.0.gather(&self.blocks, part))).collect();
+        Self { blocks, len: order.len() }
+    }
+}
+
+/// A law with the type of its state erased, updated a batch at a time. Blanket-implemented for
+/// every [`StressUpdate`]; solvers hold `Arc<dyn Material>`.
+///
+/// In all batch calls `motions`, `stresses` and the block have the same length, at most [`BLOCK`].
+pub trait Material: Send + Sync {
+    /// Name of the model as it stands in a case file.
+    fn name(&self) -> &'static str;
+
+    /// Stresses and states of points that start from `initial`.
+    ///
+    /// # Errors
+    /// The first point whose initial condition the law refuses.
+    fn initial(&self, initial: &[InitialCondition]) -> Result<(Vec<SymTensor>, States), BatchError>;
+
+    /// One step for a batch, in place. On error the points before `index` have been updated.
+    ///
+    /// # Errors
+    /// The first point that fails.
+    fn update(
+        &self,
+        motions: &[Motion],
+        stresses: &mut [SymTensor],
+        states: &mut StateBlock,
+    ) -> Result<(), BatchError>;
+
+    /// Upper bounds on the P-wave modulus (Pa), one per point.
+    fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
+
+    /// Effective viscosities (Pa s), one per point.
+    fn viscosities(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
+
+    /// Recoverable energies per unit current volume (J/m³), zero where not defined. Returns whether
+    /// the law defines them.
+    fn stored_energies(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) -> bool;
+
+    /// Yield function values (Pa), `-inf` for laws without one.
+    fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
+
+    /// Names of the scalars worth plotting.
+    fn output_names(&self) -> &'static [&'static str];
+
+    /// The scalars worth plotting, point after point: `out.len() = points × names`.
+    fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
+
+    /// Consistent tangent of the step `motion` from point `index` of the block.
+    ///
+    /// # Errors
+    /// As [`Material::update`].
+    fn tangent(
+        &self,
+        motion: &Motion,
+        stress: &SymTensor,
+        states: &StateBlock,
+        index: usize,
+    ) -> Result<Tangent, MaterialError>;
+
+    /// The states as bytes, for a checkpoint.
+    fn save(&self, states: &States) -> Vec<u8>;
+
+    /// States from the bytes of [`Material::save`]; `None` where they are not such bytes.
+    fn load(&self, bytes: &[u8]) -> Option<States>;
+}
+
+impl<L: StressUpdate> Material for L {
+    fn name(&self) -> &'static str {
+        StressUpdate::name(self)
+    }
+
+    fn initial(&self, initial: &[InitialCondition]) -> Result<(Vec<SymTensor>, States), BatchError> {
+        let mut stresses = Vec::with_capacity(initial.len());
+        let mut states = Vec::with_capacity(initial.len());
+        for (index, condition) in initial.iter().enumerate() {
+            let point =
+                StressUpdate::initial(self, condition).map_err(|source| BatchError { index, source })?;
+            stresses.push(point.stress);
+            states.push(point.state);
+        }
+        Ok((stresses, States::from_points(&states)))
+    }
+
+    fn update(
+        &self,
+        motions: &[Motion],
+        stresses: &mut [SymTensor],
+        states: &mut StateBlock,
+    ) -> Result<(), BatchError> {
+        let states = typed_mut::<L::State>(states);
+        for (index, ((motion, stress), state)) in motions.iter().zip(stresses).zip(states).enumerate() {
+            let old = Point { stress: *stress, state: state.clone() };
+            let new =
+                StressUpdate::update(self, motion, &old).map_err(|source| BatchError { index, source })?;
+            *stress = new.stress;
+            *state = new.state;
+        }
+        Ok(())
+    }
+
+    fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
+        each::<L>(stresses, states, out, |point| self.wave_modulus(point));
+    }
+
+    fn viscosities(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
+        each::<L>(stresses, states, out, |point| self.viscosity(point));
+    }
+
+    fn stored_energies(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) -> bool {
+        let mut defined = true;
+        each::<L>(stresses, states, out, |point| {
+            self.stored_energy(point).unwrap_or_else(|| {
+                defined = false;
+                0.0
+            })
+        });
+        defined
+    }
+
+    fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
+        each::<L>(stresses, states, out, |point| self.yield_value(point).unwrap_or(f64::NEG_INFINITY));
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        StressUpdate::output_names(self)
+    }
+
+    fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
+        let width = StressUpdate::output_names(self).len();
+        if width == 0 {
+            return;
+        }
+        let states = typed::<L::State>(states);
+        for ((stress, state), row) in stresses.iter().zip(states).zip(out.chunks_mut(width)) {
+            StressUpdate::outputs(self, &Point { stress: *stress, state: state.clone() }, row);
+        }
+    }
+
+    fn tangent(
+        &self,
+        motion: &Motion,
+        stress: &SymTensor,
+        states: &StateBlock,
+        index: usize,
+    ) -> Result<Tangent, MaterialError> {
+        let state = typed::<L::State>(states)[index].clone();
+        StressUpdate::tangent(self, motion, &Point { stress: *stress, state })
+    }
+
+    fn save(&self, states: &States) -> Vec<u8> {
+        let all: Vec<&L::State> = states.blocks.iter().flat_map(|b| typed::<L::State>(b)).collect();
+        postcard::to_stdvec(&all).expect("states of plain numbers always serialise")
+    }
+
+    fn load(&self, bytes: &[u8]) -> Option<States> {
+        let all: Vec<L::State> = postcard::from_bytes(bytes).ok()?;
+        Some(States::from_points(&all))
+    }
+}
+
+fn each<L: StressUpdate>(
+    stresses: &[SymTensor],
+    states: &StateBlock,
+    out: &mut [f64],
+    mut value: impl FnMut(&Point<L::State>) -> f64,
+) {
+    for ((stress, state), slot) in stresses.iter().zip(typed::<L::State>(states)).zip(out) {
+        *slot = value(&Point { stress: *stress, state: state.clone() });
+    }
+}

@@ -1,0 +1,54 @@
+//! What a material point undergoes in one step.
+
+use crate::{Mat3, SymTensor};
+
+/// Pore fluid at the point; zeros where there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pore {
+    /// Pore pressure (Pa), compression-positive.
+    pub pressure: f64,
+    /// Degree of saturation, 0 to 1.
+    pub saturation: f64,
+}
+
+/// Kinematics of one step, from `t` to `t + dt`, and what else a law may need.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Relative deformation gradient `f = ∂x₊/∂x` of the step.
+    pub deformation: Mat3,
+    /// Mid-step velocity gradient times the step, `dt L` with `L_ij = ∂v_i/∂x_j`.
+    pub gradient: Mat3,
+    /// Step (s).
+    pub dt: f64,
+    /// Density at the end of the step (kg/m³).
+    pub density: f64,
+    /// Effective size of the point, volume over area of its section (m), for laws with a length.
+    pub size: f64,
+    /// Pore fluid.
+    pub pore: Pore,
+}
+
+impl Motion {
+    /// Motion with constant velocity gradient `l` (1/s): `f = (1 - A/2)⁻¹ (1 + A/2)`, `A = dt l`.
+    /// A pure spin gives an exact rotation. `None` where `1 - A/2` is singular.
+    pub fn from_velocity_gradient(l: &Mat3, dt: f64, density: f64, size: f64) -> Option<Self> {
+        let a = *l * dt;
+        let half = a * 0.5;
+        let deformation = (Mat3::IDENTITY - half).inverse()? * (Mat3::IDENTITY + half);
+        Some(Self { deformation, gradient: a, dt, density, size, pore: Pore::default() })
+    }
+
+    /// Motion with relative deformation gradient `f`: the mid-step gradient is
+    /// `A = 2 (f - 1)(f + 1)⁻¹`, so a rigid `f = R` (any angle below 180°) carries no strain.
+    /// `None` where `f + 1` is singular.
+    pub fn from_deformation(f: &Mat3, dt: f64, density: f64, size: f64) -> Option<Self> {
+        let gradient = (*f - Mat3::IDENTITY) * (*f + Mat3::IDENTITY).inverse()? * 2.0;
+        Some(Self { deformation: *f, gradient, dt, density, size, pore: Pore::default() })
+    }
+
+    /// Strain increment of the step, the symmetric part of [`Motion::gradient`].
+    #[inline]
+    pub fn strain_increment(&self) -> SymTensor {
+        self.gradient.sym()
+    }
+}

@@ -1,0 +1,176 @@
+//! The contract of a material law.
+
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::{MaterialError, Motion, SymTensor};
+
+/// A material point: Cauchy (effective) stress and the law's internal variables.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<S> {
+    /// Cauchy stress, effective where there is a pore fluid (Pa, tension-positive).
+    pub stress: SymTensor,
+    /// Internal variables of the law.
+    pub state: S,
+}
+
+/// What a point starts from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InitialCondition {
+    /// Initial Cauchy (effective) stress (Pa).
+    pub stress: SymTensor,
+    /// Initial density (kg/m³).
+    pub density: f64,
+}
+
+/// Consistent tangent of a stress update: derivative of the new Cauchy stress (rows, tensor
+/// components xx yy zz xy yz zx) with respect to the strain increment of the step (columns,
+/// engineering shear), at fixed spin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tangent(pub [[f64; 6]; 6]);
+
+/// A material law: how stress and state follow the motion of a point.
+///
+/// `old` is never touched, so an implicit solver can call [`StressUpdate::update`] once per Newton
+/// iteration. A law never panics: what it cannot do is a [`MaterialError`].
+pub trait StressUpdate: Send + Sync + 'static {
+    /// Internal variables of one point (hardening, elastic strain, …): a typed struct.
+    type State: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
+
+    /// Name of the model as it stands in a case file.
+    fn name(&self) -> &'static str;
+
+    /// Stress and state at the start.
+    ///
+    /// # Errors
+    /// When the initial stress is not admissible for the law.
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError>;
+
+    /// One step.
+    ///
+    /// # Errors
+    /// When the motion cannot be used or the local solve fails.
+    fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError>;
+
+    /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
+    fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
+
+    /// Consistent tangent of [`StressUpdate::update`]; central differences unless the law knows better.
+    ///
+    /// # Errors
+    /// As [`StressUpdate::update`].
+    fn tangent(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Tangent, MaterialError> {
+        numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress))
+    }
+
+    /// Yield function at the point (Pa), `<= 0` inside; `None` for laws without one.
+    fn yield_value(&self, _point: &Point<Self::State>) -> Option<f64> {
+        None
+    }
+
+    /// Effective dynamic viscosity (Pa s), for the viscous time-step limit.
+    fn viscosity(&self, _point: &Point<Self::State>) -> f64 {
+        0.0
+    }
+
+    /// Recoverable energy per unit current volume (J/m³); `None` where it is not defined.
+    fn stored_energy(&self, _point: &Point<Self::State>) -> Option<f64> {
+        None
+    }
+
+    /// Names of the scalars worth plotting, in the order of [`StressUpdate::outputs`].
+    fn output_names(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// The scalars named by [`StressUpdate::output_names`]; `out` has that length.
+    fn outputs(&self, _point: &Point<Self::State>, _out: &mut [f64]) {}
+}
+
+/// A small-strain law: strain increment in, stress out, in a frame that turns with the material.
+///
+/// Implement this and wrap the law in [`crate::Corotational`] to get an objective [`StressUpdate`].
+pub trait SmallStrain: Send + Sync + 'static {
+    /// Internal variables of one point. Only scalars (isotropic laws) for now: a tensorial variable
+    /// must be rotated by the adapter, through [`SmallStrain::rotate_state`].
+    type State: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
+
+    /// Name of the model as it stands in a case file.
+    fn name(&self) -> &'static str;
+
+    /// Stress and state at the start.
+    ///
+    /// # Errors
+    /// When the initial stress is not admissible.
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError>;
+
+    /// New stress and state after the strain increment `strain` (tension-positive) over `motion.dt`.
+    ///
+    /// # Errors
+    /// When the local solve fails.
+    fn update(
+        &self,
+        strain: &SymTensor,
+        motion: &Motion,
+        old: &Point<Self::State>,
+    ) -> Result<Point<Self::State>, MaterialError>;
+
+    /// Rotates tensorial internal variables; nothing to do for scalar ones.
+    #[inline]
+    fn rotate_state(&self, _state: &mut Self::State, _rotation: &crate::Mat3) {}
+
+    /// See [`StressUpdate::wave_modulus`].
+    fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
+
+    /// `∂σ/∂ε` of [`SmallStrain::update`], where the law has it in closed form.
+    fn tangent(&self, _strain: &SymTensor, _motion: &Motion, _old: &Point<Self::State>) -> Option<Tangent> {
+        None
+    }
+
+    /// See [`StressUpdate::yield_value`].
+    fn yield_value(&self, _point: &Point<Self::State>) -> Option<f64> {
+        None
+    }
+
+    /// See [`StressUpdate::stored_energy`].
+    fn stored_energy(&self, _point: &Point<Self::State>) -> Option<f64> {
+        None
+    }
+
+    /// See [`StressUpdate::output_names`].
+    fn output_names(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// See [`StressUpdate::outputs`].
+    fn outputs(&self, _point: &Point<Self::State>, _out: &mut [f64]) {}
+}
+
+/// Central differences of a stress update with respect to the strain increment.
+pub(crate) fn numerical_tangent(
+    motion: &Motion,
+    stress: impl Fn(&Motion) -> Result<SymTensor, MaterialError>,
+) -> Result<Tangent, MaterialError> {
+    let step = 1e-7 * motion.gradient.sym().norm().max(1e-3);
+    let mut tangent = [[0.0; 6]; 6];
+    for (k, &(i, j)) in crate::tensor::PAIRS.iter().enumerate() {
+        let perturbed = |sign: f64| {
+            let mut m = *motion;
+            // A unit of engineering shear is half a unit in each of the two entries.
+            let amount = if i == j { sign * step } else { 0.5 * sign * step };
+            m.gradient.0[i][j] += amount;
+            if i != j {
+                m.gradient.0[j][i] += amount;
+            }
+            let half = m.gradient * 0.5;
+            if let Some(inverse) = (crate::Mat3::IDENTITY - half).inverse() {
+                m.deformation = inverse * (crate::Mat3::IDENTITY + half);
+            }
+            stress(&m)
+        };
+        let (plus, minus) = (perturbed(1.0)?, perturbed(-1.0)?);
+        for row in 0..6 {
+            tangent[row][k] = (plus[row] - minus[row]) / (2.0 * step);
+        }
+    }
+    Ok(Tangent(tangent))
+}
