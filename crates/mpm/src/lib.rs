@@ -1,1 +1,5 @@
-//! Placeholder.
+//! Explicit material point method.
+
+mod config;
+
+pub use config::{FixedNodes, MpmOptions, ShapeFunctions, StressScheme};

@@ -1,0 +1,373 @@
+//! Shape functions of one axis (MPM sheet §2.5).
+
+/// Shape functions of one axis with `S` non-zero nodes at a point. Coordinates are in cells from
+/// the domain's lower end; gradients are per cell.
+///
+/// Every basis is a partition of unity and, away from the ends of spline grids, reproduces linear
+/// fields.
+pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
+    /// Name of the family.
+    const NAME: &'static str;
+    /// Layers of nodes outside the domain, at each end.
+    const GHOSTS: usize;
+    /// How many nodes below the lower node of its cell a point may touch.
+    const BELOW: usize;
+    /// How many nodes above the lower node of its cell a point may touch.
+    const ABOVE: usize;
+
+    /// Number of nodes of an axis with `cells` cells, ghosts included.
+    fn nodes(cells: usize) -> usize;
+
+    /// Where node `index` lies (cells from the lower end); for splines the Greville abscissa.
+    fn coordinate(index: usize, cells: usize) -> f64;
+
+    /// First node, weights and gradients at `x`, for a point of full width `width` (both in cells).
+    fn evaluate(x: f64, width: f64, cells: usize) -> (usize, [f64; S], [f64; S]);
+}
+
+#[inline]
+fn cell_index(x: f64, cells: usize) -> usize {
+    (x.max(0.0) as usize).min(cells - 1)
+}
+
+/// Hat functions (GT eq. 3.25).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Linear;
+
+impl Basis<2> for Linear {
+    const NAME: &'static str = "linear";
+    const GHOSTS: usize = 0;
+    const BELOW: usize = 0;
+    const ABOVE: usize = 1;
+
+    fn nodes(cells: usize) -> usize {
+        cells + 1
+    }
+
+    fn coordinate(index: usize, _cells: usize) -> f64 {
+        index as f64
+    }
+
+    #[inline]
+    fn evaluate(x: f64, _width: f64, cells: usize) -> (usize, [f64; 2], [f64; 2]) {
+        let cell = cell_index(x, cells);
+        let s = x - cell as f64;
+        (cell, [1.0 - s, s], [-1.0, 1.0])
+    }
+}
+
+/// Generalised interpolation (GIMP) for point widths up to one cell: the hat functions averaged
+/// over the point's domain (GT eq. 3.27, in the general form of the sheet).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gimp;
+
+impl Basis<3> for Gimp {
+    const NAME: &'static str = "gimp";
+    const GHOSTS: usize = 1;
+    const BELOW: usize = 1;
+    const ABOVE: usize = 2;
+
+    fn nodes(cells: usize) -> usize {
+        cells + 3
+    }
+
+    fn coordinate(index: usize, _cells: usize) -> f64 {
+        index as f64 - 1.0
+    }
+
+    #[inline]
+    fn evaluate(x: f64, width: f64, cells: usize) -> (usize, [f64; 3], [f64; 3]) {
+        // Ends of the point's domain, counted from the ghost node.
+        let lower = (x - 0.5 * width + 1.0).max(0.0);
+        let first = (lower as usize).min(cells);
+        let a = lower - first as f64;
+        let b = a + width;
+        // Averages over [a, b] of the hats at 0, 1 and 2 and of their slopes.
+        let inside = b.min(1.0);
+        let beyond = (b - 1.0).max(0.0);
+        let inverse = 1.0 / width;
+        let w0 = ((1.0 - a) * (1.0 - a) - (1.0 - inside) * (1.0 - inside)) * (0.5 * inverse);
+        let w2 = beyond * beyond * (0.5 * inverse);
+        let g0 = (a - inside) * inverse;
+        let g2 = beyond * inverse;
+        (first, [w0, 1.0 - w0 - w2, w2], [g0, -g0 - g2, g2])
+    }
+}
+
+/// Generalised interpolation for point widths up to two cells: what contiguous-particle GIMP
+/// needs, whose domains grow and shrink with the deformation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WideGimp;
+
+impl Basis<4> for WideGimp {
+    const NAME: &'static str = "contiguous-particle gimp";
+    const GHOSTS: usize = 2;
+    const BELOW: usize = 1;
+    const ABOVE: usize = 3;
+
+    fn nodes(cells: usize) -> usize {
+        cells + 5
+    }
+
+    fn coordinate(index: usize, _cells: usize) -> f64 {
+        index as f64 - 2.0
+    }
+
+    #[inline]
+    fn evaluate(x: f64, width: f64, cells: usize) -> (usize, [f64; 4], [f64; 4]) {
+        let lower = (x - 0.5 * width + 2.0).max(0.0);
+        let first = (lower as usize).min(cells + 1);
+        let a = lower - first as f64;
+        let b = a + width;
+        let inverse = 1.0 / width;
+        // Lengths of [a, b] within the first, second and third cell.
+        let first_part = b.min(1.0) - a;
+        let second_end = b.clamp(1.0, 2.0);
+        let second_part = second_end - 1.0;
+        let third_part = (b - 2.0).max(0.0);
+        let square = |t: f64| t * t;
+        let w0 = 0.5 * (square(1.0 - a) - square(1.0 - b.min(1.0))) * inverse;
+        let rising = 0.5 * (square(b.min(1.0)) - square(a));
+        let falling = 0.5 * (1.0 - square(2.0 - second_end));
+        let w1 = (rising + falling) * inverse;
+        let w3 = 0.5 * square(third_part) * inverse;
+        let g0 = -first_part * inverse;
+        let g1 = (first_part - second_part) * inverse;
+        let g3 = third_part * inverse;
+        (first, [w0, w1, 1.0 - w0 - w1 - w3, w3], [g0, g1, -g0 - g1 - g3, g3])
+    }
+}
+
+/// Non-zero B-splines of degree `S - 1` in cell `cell`, open knots at both ends (Cox–de Boor).
+fn open_spline<const S: usize>(x: f64, cell: usize, cells: usize) -> ([f64; S], [f64; S]) {
+    let knot = |k: isize| (cell as isize + k).clamp(0, cells as isize) as f64;
+    let mut w = [0.0; S];
+    let mut lower_degree = [0.0; S];
+    w[0] = 1.0;
+    for degree in 1..S {
+        if degree == S - 1 {
+            lower_degree = w;
+        }
+        let mut saved = 0.0;
+        for r in 0..degree {
+            let right = knot(r as isize + 1);
+            let left = knot(r as isize + 1 - degree as isize);
+            let term = w[r] / (right - left);
+            w[r] = saved + (right - x) * term;
+            saved = (x - left) * term;
+        }
+        w[degree] = saved;
+    }
+    // The slope of a spline is a difference of two of one degree less.
+    let degree = S - 1;
+    let mut g = [0.0; S];
+    for r in 0..degree {
+        let span = knot(r as isize + 1) - knot(r as isize + 1 - degree as isize);
+        let slope = degree as f64 * lower_degree[r] / span;
+        g[r] -= slope;
+        g[r + 1] += slope;
+    }
+    (w, g)
+}
+
+fn greville(index: usize, cells: usize, degree: usize) -> f64 {
+    let knots = (index + 1..=index + degree).map(|k| k.saturating_sub(degree).min(cells) as f64);
+    knots.sum::<f64>() / degree as f64
+}
+
+/// Quadratic B-splines with open knots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct QuadraticSpline;
+
+impl Basis<3> for QuadraticSpline {
+    const NAME: &'static str = "quadratic B-spline";
+    const GHOSTS: usize = 0;
+    const BELOW: usize = 0;
+    const ABOVE: usize = 2;
+
+    fn nodes(cells: usize) -> usize {
+        cells + 2
+    }
+
+    fn coordinate(index: usize, cells: usize) -> f64 {
+        greville(index, cells, 2)
+    }
+
+    #[inline]
+    fn evaluate(x: f64, _width: f64, cells: usize) -> (usize, [f64; 3], [f64; 3]) {
+        let cell = cell_index(x, cells);
+        if cell < 2 || cell + 3 > cells {
+            let (w, g) = open_spline::<3>(x, cell, cells);
+            return (cell, w, g);
+        }
+        let s = x - cell as f64;
+        let t = 1.0 - s;
+        (cell, [0.5 * t * t, 0.5 + s * t, 0.5 * s * s], [-t, t - s, s])
+    }
+}
+
+/// Cubic B-splines with open knots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CubicSpline;
+
+impl Basis<4> for CubicSpline {
+    const NAME: &'static str = "cubic B-spline";
+    const GHOSTS: usize = 0;
+    const BELOW: usize = 0;
+    const ABOVE: usize = 3;
+
+    fn nodes(cells: usize) -> usize {
+        cells + 3
+    }
+
+    fn coordinate(index: usize, cells: usize) -> f64 {
+        greville(index, cells, 3)
+    }
+
+    #[inline]
+    fn evaluate(x: f64, _width: f64, cells: usize) -> (usize, [f64; 4], [f64; 4]) {
+        let cell = cell_index(x, cells);
+        if cell < 3 || cell + 4 > cells {
+            let (w, g) = open_spline::<4>(x, cell, cells);
+            return (cell, w, g);
+        }
+        let s = x - cell as f64;
+        let t = 1.0 - s;
+        let w0 = t * t * t / 6.0;
+        let w3 = s * s * s / 6.0;
+        let w1 = (4.0 - 3.0 * s * s * (1.0 + t)) / 6.0;
+        let g0 = -0.5 * t * t;
+        let g3 = 0.5 * s * s;
+        let g1 = 0.5 * s * (3.0 * s - 4.0);
+        (cell, [w0, w1, 1.0 - w0 - w1 - w3, w3], [g0, g1, -g0 - g1 - g3, g3])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn value_at<const S: usize, B: Basis<S>>(node: usize, x: f64, width: f64, cells: usize) -> (f64, f64) {
+        let (first, w, g) = B::evaluate(x, width, cells);
+        if node < first || node >= first + S { (0.0, 0.0) } else { (w[node - first], g[node - first]) }
+    }
+
+    #[test]
+    fn gimp_has_the_values_of_the_sheet() {
+        // (width, offset from the node, value, gradient), MPM sheet §2.5.
+        let table = [
+            (0.5, 0.0, 0.875, 0.0),
+            (0.5, 0.1, 0.855, -0.4),
+            (0.5, 0.25, 0.75, -1.0),
+            (0.5, 0.5, 0.5, -1.0),
+            (0.5, 0.75, 0.25, -1.0),
+            (0.5, 1.0, 0.0625, -0.5),
+            (0.5, 1.2, 0.0025, -0.1),
+            (0.5, 1.25, 0.0, 0.0),
+            (0.25, 0.0, 0.9375, 0.0),
+            (0.25, 0.1, 0.8975, -0.8),
+            (0.25, 0.125, 0.875, -1.0),
+            (0.25, 0.875, 0.125, -1.0),
+            (0.25, 1.0, 0.03125, -0.5),
+            (0.25, 1.1, 0.00125, -0.1),
+        ];
+        for (width, offset, value, gradient) in table {
+            for sign in [1.0, -1.0] {
+                let (w, g) = value_at::<3, Gimp>(6, 5.0 + sign * offset, width, 10);
+                assert!((w - value).abs() < 1e-14 && (g - sign * gradient).abs() < 1e-13, "{width} {offset}");
+                let (w, g) = value_at::<4, WideGimp>(7, 5.0 + sign * offset, width, 10);
+                assert!((w - value).abs() < 1e-14 && (g - sign * gradient).abs() < 1e-13, "{width} {offset}");
+            }
+        }
+    }
+
+    #[test]
+    fn splines_have_the_values_of_the_sheet() {
+        let quadratic = [
+            (0.0, 0.75, 0.0),
+            (0.25, 0.6875, -0.5),
+            (0.5, 0.5, -1.0),
+            (0.75, 0.28125, -0.75),
+            (1.0, 0.125, -0.5),
+            (1.25, 0.03125, -0.25),
+        ];
+        for (offset, value, gradient) in quadratic {
+            // Control point 6 lies at 5.5.
+            let (w, g) = value_at::<3, QuadraticSpline>(6, 5.5 + offset, 0.0, 12);
+            assert!((w - value).abs() < 1e-14 && (g - gradient).abs() < 1e-14, "{offset}: {w} {g}");
+        }
+        let cubic = [
+            (0.0, 2.0 / 3.0, 0.0),
+            (0.25, 0.611979, -0.40625),
+            (0.5, 0.479167, -0.625),
+            (1.0, 0.166667, -0.5),
+            (1.5, 0.0208333, -0.125),
+        ];
+        for (offset, value, gradient) in cubic {
+            let (w, g) = value_at::<4, CubicSpline>(7, 6.0 + offset, 0.0, 12);
+            assert!((w - value).abs() < 1e-6 && (g - gradient).abs() < 1e-14, "{offset}: {w} {g}");
+        }
+        let close = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+        let (_, w, g) = QuadraticSpline::evaluate(0.25, 0.0, 12);
+        assert!(close(&w, &[0.5625, 0.40625, 0.03125]) && close(&g, &[-1.5, 1.25, 0.25]));
+        let (first, w, g) = QuadraticSpline::evaluate(1.5, 0.0, 12);
+        assert!(first == 1 && close(&w, &[0.125, 0.75, 0.125]) && close(&g, &[-0.5, 0.0, 0.5]));
+        let (_, w, g) = CubicSpline::evaluate(0.25, 0.0, 12);
+        assert!(close(&w, &[0.421875, 0.496094, 0.079427, 0.002604]));
+        assert!(close(&g, &[-1.6875, 1.078125, 0.578125, 0.03125]));
+        let (first, w, g) = CubicSpline::evaluate(1.5, 0.0, 12);
+        assert!(first == 1 && close(&w, &[0.03125, 0.46875, 0.479167, 0.020833]));
+        assert!(close(&g, &[-0.1875, -0.5625, 0.625, 0.125]));
+    }
+
+    fn reproduces<const S: usize, B: Basis<S>>(x: f64, width: f64, cells: usize) {
+        let (first, w, g) = B::evaluate(x, width, cells);
+        assert!(first + S <= B::nodes(cells), "{} nodes in range", B::NAME);
+        let at = |k: usize| B::coordinate(first + k, cells);
+        let sums: [f64; 4] = std::array::from_fn(|q| {
+            let term = |k| match q {
+                0 => w[k],
+                1 => g[k],
+                2 => w[k] * at(k),
+                _ => g[k] * at(k),
+            };
+            (0..S).map(term).sum()
+        });
+        for (sum, exact) in sums.into_iter().zip([1.0, 0.0, x, 1.0]) {
+            assert!((sum - exact).abs() < 1e-12, "{} at {x}, width {width}: {sum} for {exact}", B::NAME);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_basis_reproduces_linear_fields(x in 0.0..9.0f64, width in 1e-3..1.0f64, wide in 1e-3..2.0f64) {
+            reproduces::<2, Linear>(x, width, 9);
+            reproduces::<3, Gimp>(x, width, 9);
+            reproduces::<4, WideGimp>(x, wide, 9);
+            reproduces::<3, QuadraticSpline>(x, width, 9);
+            reproduces::<4, CubicSpline>(x, width, 9);
+            reproduces::<3, QuadraticSpline>(x / 9.0, width, 1);
+            reproduces::<4, CubicSpline>(x / 4.5, width, 2);
+        }
+
+        #[test]
+        fn gradients_are_the_slopes_of_the_weights(x in 1.0..8.0f64, width in 0.05..1.0f64) {
+            let step = 1e-6;
+            fn slope<const S: usize, B: Basis<S>>(node: usize, x: f64, width: f64, step: f64) -> (f64, f64) {
+                let (up, down) = (value_at::<S, B>(node, x + step, width, 9).0, value_at::<S, B>(node, x - step, width, 9).0);
+                ((up - down) / (2.0 * step), value_at::<S, B>(node, x, width, 9).1)
+            }
+            for node in 0..12 {
+                for (difference, g) in [
+                    slope::<3, Gimp>(node, x, width, step),
+                    slope::<4, WideGimp>(node, x, 2.0 * width, step),
+                    slope::<3, QuadraticSpline>(node, x, width, step),
+                    slope::<4, CubicSpline>(node, x, width, step),
+                ] {
+                    prop_assert!((difference - g).abs() < 1e-4);
+                }
+            }
+        }
+    }
+}

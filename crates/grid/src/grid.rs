@@ -1,0 +1,97 @@
+//! The grid: a box of equal cells.
+
+use thiserror::Error;
+
+/// Why a grid cannot be made.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum GridError {
+    /// The cell size is not positive and finite.
+    #[error("cell size: {0} must be finite and positive (m)")]
+    CellSize(f64),
+    /// The domain is not a whole number of cells wide.
+    #[error(
+        "along axis {axis} the domain is {width} m wide, {cells} cells of {cell} m: not a whole number; \
+         choose a cell size that divides it, e.g. {suggestion}"
+    )]
+    NotWhole {
+        /// Axis, 0 to 2.
+        axis: usize,
+        /// Width of the domain (m).
+        width: f64,
+        /// Width over cell size.
+        cells: f64,
+        /// Cell size (m).
+        cell: f64,
+        /// A cell size near the one given that divides the width (m).
+        suggestion: f64,
+    },
+    /// Too many cells for this machine to address.
+    #[error("the grid would have {0:.3e} nodes, more than 2^31: use larger cells or a smaller domain")]
+    TooLarge(f64),
+}
+
+/// A box of equal cells with edge [`Grid::cell`], in `D` dimensions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid<const D: usize> {
+    /// Lower corner (m).
+    pub origin: [f64; D],
+    /// Edge of a cell (m).
+    pub cell: f64,
+    /// Cells per axis.
+    pub cells: [usize; D],
+}
+
+impl<const D: usize> Grid<D> {
+    /// A grid of cells with edge `cell` over the box from `min` to `max` (m).
+    ///
+    /// # Errors
+    /// When the box is not a whole number of cells wide (to 10⁻⁶ of a cell), or too large.
+    pub fn new(min: [f64; D], max: [f64; D], cell: f64) -> Result<Self, GridError> {
+        if !(cell.is_finite() && cell > 0.0) {
+            return Err(GridError::CellSize(cell));
+        }
+        let mut cells = [0; D];
+        let mut total = 1.0;
+        for axis in 0..D {
+            let width = max[axis] - min[axis];
+            let count = width / cell;
+            let whole = count.round();
+            if whole < 1.0 || (count - whole).abs() > 1e-6 * whole.max(1.0) {
+                let suggestion = width / whole.max(1.0);
+                return Err(GridError::NotWhole { axis, width, cells: count, cell, suggestion });
+            }
+            total *= whole + 5.0;
+            if total > 2f64.powi(31) {
+                return Err(GridError::TooLarge(total));
+            }
+            cells[axis] = whole as usize;
+        }
+        Ok(Self { origin: min, cell, cells })
+    }
+
+    /// Position in units of cells from the lower corner.
+    #[inline]
+    pub fn local(&self, position: &[f64; D]) -> [f64; D] {
+        let inverse = 1.0 / self.cell;
+        std::array::from_fn(|a| (position[a] - self.origin[a]) * inverse)
+    }
+
+    /// Cell that holds `position`, clamped to the grid. A point on a face belongs to the upper cell.
+    #[inline]
+    pub fn cell_of(&self, position: &[f64; D]) -> [usize; D] {
+        let local = self.local(position);
+        std::array::from_fn(|a| (local[a].max(0.0) as usize).min(self.cells[a] - 1))
+    }
+
+    /// True when `position` lies in the box.
+    #[inline]
+    pub fn contains(&self, position: &[f64; D]) -> bool {
+        let local = self.local(position);
+        (0..D).all(|a| local[a] >= 0.0 && local[a] <= self.cells[a] as f64)
+    }
+
+    /// Upper corner (m).
+    pub fn upper(&self) -> [f64; D] {
+        std::array::from_fn(|a| self.origin[a] + self.cells[a] as f64 * self.cell)
+    }
+}

@@ -1,0 +1,255 @@
+//! Which nodes are in use, and in what order points scatter to them.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::{Basis, Grid};
+
+/// Order of nodes in memory and of points in a scatter.
+///
+/// Points are kept sorted by cell. The grid is cut into slabs of a few cells along its first axis;
+/// all points of a slab scatter one after another, and slabs of the same colour (every other one)
+/// touch different nodes. So slabs of one colour run in parallel without locks, and the order in
+/// which a node receives its contributions is fixed by the data alone.
+///
+/// Slabs keep a margin of one cell: the sort stays valid until some point has moved by that much
+/// along an axis.
+#[derive(Clone, Debug)]
+pub struct Layout<const D: usize> {
+    grid: Grid<D>,
+    nodes: [usize; D],
+    strides: [usize; D],
+    ghosts: usize,
+    below: usize,
+    above: usize,
+    slab_cells: usize,
+    active: Vec<Range<usize>>,
+}
+
+/// Cells a point may move along an axis before the points must be sorted again.
+const MARGIN: usize = 1;
+
+impl<const D: usize> Layout<D> {
+    /// The layout of the nodes of `basis` on `grid`, without points.
+    pub fn new<const S: usize, B: Basis<S>>(grid: &Grid<D>) -> Self {
+        let nodes = std::array::from_fn(|axis| B::nodes(grid.cells[axis]));
+        let mut strides = [1; D];
+        for axis in (0..D - 1).rev() {
+            strides[axis] = strides[axis + 1] * nodes[axis + 1];
+        }
+        let slab_cells = (B::ABOVE + B::BELOW + 2 * MARGIN).max(4);
+        Self {
+            grid: *grid,
+            nodes,
+            strides,
+            ghosts: B::GHOSTS,
+            below: B::BELOW,
+            above: B::ABOVE,
+            slab_cells,
+            active: vec![0..0; nodes[0]],
+        }
+    }
+
+    /// Nodes per axis, ghosts included.
+    pub fn nodes(&self) -> [usize; D] {
+        self.nodes
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.nodes.iter().product()
+    }
+
+    /// Never true: a grid has at least one cell.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Distance in memory between neighbouring nodes along each axis.
+    pub fn strides(&self) -> [usize; D] {
+        self.strides
+    }
+
+    /// Number of slabs.
+    pub fn slabs(&self) -> usize {
+        self.grid.cells[0].div_ceil(self.slab_cells)
+    }
+
+    /// Forgets all points.
+    pub fn clear(&mut self) {
+        self.active.fill(0..0);
+    }
+
+    /// Takes a set of points sorted by cell ([`sort_by_cell`]): marks the nodes they can reach until
+    /// the next sort as active, and returns the bounds of the slabs within the set (one more than
+    /// [`Layout::slabs`]).
+    pub fn add_points(&mut self, positions: &[[f64; D]]) -> Vec<usize> {
+        let mut bounds = vec![0; self.slabs() + 1];
+        let (below, above) = (self.below + MARGIN, self.above + MARGIN);
+        let reach = |cell: usize, nodes: usize| {
+            let node = cell + self.ghosts;
+            node.saturating_sub(below)..(node + above + 1).min(nodes)
+        };
+        let plane = if D > 1 { self.strides[1] } else { 1 };
+        for position in positions {
+            let cell = self.grid.cell_of(position);
+            bounds[cell[0] / self.slab_cells + 1] += 1;
+            let across = if D > 1 { reach(cell[1], self.nodes[1]) } else { 0..1 };
+            for row in reach(cell[0], self.nodes[0]) {
+                let range = &mut self.active[row];
+                let (start, end) = (across.start * plane, across.end * plane);
+                *range = if range.start == range.end {
+                    start..end
+                } else {
+                    range.start.min(start)..range.end.max(end)
+                };
+            }
+        }
+        for slab in 1..bounds.len() {
+            bounds[slab] += bounds[slab - 1];
+        }
+        bounds
+    }
+
+    /// Calls `visit(row, node range within the row, the row)` for every row of nodes along the first
+    /// axis with active nodes, in parallel, and collects what it returns, row by row.
+    pub fn rows<T: Send, R: Send + Default>(
+        &self,
+        nodes: &mut [T],
+        results: &mut [R],
+        visit: impl Fn(usize, Range<usize>, &mut [T]) -> R + Sync,
+    ) {
+        nodes.par_chunks_mut(self.strides[0]).zip(results).enumerate().for_each(|(row, (line, result))| {
+            let active = self.active[row].clone();
+            *result = if active.start == active.end { R::default() } else { visit(row, active, line) };
+        });
+    }
+
+    /// Sets the active nodes to their default.
+    pub fn reset<T: Send + Default + Clone>(&self, nodes: &mut [T]) {
+        nodes.par_chunks_mut(self.strides[0]).zip(&self.active).for_each(|(line, active)| {
+            line[active.clone()].fill(T::default());
+        });
+    }
+
+    /// Runs `scatter(slab, window, number of the window's first node)` for every slab: first the even
+    /// ones in parallel, then the odd ones. The window holds every node the slab's points may touch.
+    pub fn scatter<T: Send>(&self, nodes: &mut [T], scatter: impl Fn(usize, &mut [T], usize) + Sync) {
+        let row = self.strides[0];
+        let total = self.nodes[0];
+        // The first row of the window of slab k is k slab_cells + shift, cut at the grid's end.
+        let window_start = |slab: usize| {
+            (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + MARGIN).min(total)
+        };
+        let slabs = self.slabs();
+        for colour in 0..2.min(slabs) {
+            let first = if colour == 0 { 0 } else { window_start(1) };
+            let mut rest = &mut nodes[first * row..];
+            let mut start = first;
+            let mut windows = Vec::with_capacity(slabs.div_ceil(2));
+            for slab in (colour..slabs).step_by(2) {
+                let end = if slab + 2 < slabs { window_start(slab + 2) } else { total };
+                let (window, tail) = rest.split_at_mut((end - start) * row);
+                windows.push((slab, window, start * row));
+                rest = tail;
+                start = end;
+            }
+            windows.into_par_iter().for_each(|(slab, window, offset)| scatter(slab, window, offset));
+        }
+    }
+}
+
+/// The order that sorts points by cell (last axis fastest); points of one cell keep their order.
+pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> Vec<u32> {
+    let key = |position: &[f64; D]| {
+        let cell = grid.cell_of(position);
+        (0..D).fold(0usize, |key, axis| key * grid.cells[axis] + cell[axis])
+    };
+    let cells: usize = grid.cells.iter().product();
+    let mut keys: Vec<(usize, u32)> = Vec::with_capacity(positions.len());
+    positions.par_iter().enumerate().map(|(i, x)| (key(x), i as u32)).collect_into_vec(&mut keys);
+    if cells > 8 * positions.len() + 1_000_000 {
+        keys.par_sort_unstable();
+        return keys.into_iter().map(|(_, i)| i).collect();
+    }
+    let mut starts = vec![0u32; cells + 1];
+    for (key, _) in &keys {
+        starts[key + 1] += 1;
+    }
+    for cell in 0..cells {
+        starts[cell + 1] += starts[cell];
+    }
+    let mut order = vec![0; positions.len()];
+    for (key, i) in keys {
+        order[starts[key] as usize] = i;
+        starts[key] += 1;
+    }
+    order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CubicSpline, Gimp, Linear, Node, QuadraticSpline, Stencil, WideGimp};
+    use proptest::prelude::*;
+
+    fn mass_is_conserved<const S: usize, B: Basis<S>>(points: &[[f64; 2]], drift: f64) {
+        let grid = Grid::new([0.0, 0.0], [2.3, 0.9], 0.1).unwrap();
+        let order = sort_by_cell(&grid, points);
+        let sorted: Vec<_> = order.iter().map(|&i| points[i as usize]).collect();
+        let mut layout = Layout::new::<S, B>(&grid);
+        let bounds = layout.add_points(&sorted);
+        let moved: Vec<_> =
+            sorted.iter().map(|p| [(p[0] + drift).clamp(0.0, 2.3), (p[1] - drift).clamp(0.0, 0.9)]).collect();
+        let mut nodes = vec![Node::default(); layout.len()];
+        let strides = layout.strides();
+        layout.scatter(&mut nodes, |slab, window, offset| {
+            for x in &moved[bounds[slab]..bounds[slab + 1]] {
+                let stencil = Stencil::<2, S>::new::<B>(&grid, x, &[0.05; 2]);
+                let zero = crate::Lanes::ZERO;
+                stencil.deposit(window, offset, &strides, crate::Lanes::ONE, &[zero; 2], None);
+            }
+        });
+        let everywhere: f64 = nodes.iter().map(|n| n.motion.to_array()[3]).sum();
+        let mut sums = vec![0.0; layout.nodes()[0]];
+        layout.rows(&mut nodes, &mut sums, |_, active, row| {
+            row[active].iter().map(|n| n.motion.to_array()[3]).sum()
+        });
+        let active: f64 = sums.iter().sum();
+        let exact = points.len() as f64;
+        assert!((everywhere - exact).abs() < 1e-11 * exact, "{}: {everywhere}", B::NAME);
+        assert!((active - exact).abs() < 1e-11 * exact, "{}: active nodes hold {active}", B::NAME);
+        layout.reset(&mut nodes);
+        assert!(nodes.iter().all(|n| *n == Node::default()), "reset clears everything touched");
+    }
+
+    proptest! {
+        #[test]
+        fn every_slab_window_holds_the_nodes_its_points_touch(
+            points in proptest::collection::vec((0.0..2.3f64, 0.0..0.9f64), 1..200),
+            drift in -0.1..0.1f64,
+        ) {
+            let points: Vec<_> = points.into_iter().map(|(x, y)| [x, y]).collect();
+            mass_is_conserved::<2, Linear>(&points, drift);
+            mass_is_conserved::<3, Gimp>(&points, drift);
+            mass_is_conserved::<4, WideGimp>(&points, drift);
+            mass_is_conserved::<3, QuadraticSpline>(&points, drift);
+            mass_is_conserved::<4, CubicSpline>(&points, drift);
+        }
+
+        #[test]
+        fn sorting_is_a_stable_permutation_by_cell(
+            points in proptest::collection::vec((0.0..1.0f64, 0.0..1.0f64, 0.0..1.0f64), 0..300),
+        ) {
+            let grid = Grid::new([0.0; 3], [1.0; 3], 0.25).unwrap();
+            let points: Vec<_> = points.into_iter().map(|(x, y, z)| [x, y, z]).collect();
+            let order = sort_by_cell(&grid, &points);
+            let cell = |i: u32| grid.cell_of(&points[i as usize]);
+            prop_assert!(order.windows(2).all(|w| (cell(w[0]), w[0]) < (cell(w[1]), w[1])));
+            let mut all = order.clone();
+            all.sort_unstable();
+            prop_assert!(all.into_iter().eq(0..points.len() as u32));
+        }
+    }
+}

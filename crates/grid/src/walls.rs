@@ -1,0 +1,189 @@
+//! Boundary conditions on the nodes.
+
+/// How a wall acts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WallKind {
+    /// No slip.
+    Rough,
+    /// Free slip.
+    Smooth,
+    /// Coulomb friction in impulse form (MPM sheet §3.7), always unilateral.
+    Frictional {
+        /// Coefficient of friction.
+        coefficient: f64,
+    },
+}
+
+/// A half-space of nodes beyond a plane normal to an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wall {
+    /// Axis normal to the wall.
+    pub axis: usize,
+    /// True for a wall above its plane (material below), false for one below.
+    pub upper: bool,
+    /// Node index, along the axis, of the wall's face.
+    pub node: usize,
+    /// How it acts.
+    pub kind: WallKind,
+    /// Whether material may lift off.
+    pub separation: bool,
+    /// Velocity of the wall (m/s).
+    pub velocity: [f64; 3],
+}
+
+/// All walls of a grid, looked up by node index.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Walls {
+    walls: Vec<Wall>,
+    /// `lookup[axis][index]`: number of the wall plus one, zero for none.
+    lookup: [Vec<u8>; 3],
+}
+
+impl Walls {
+    /// The walls of a grid with `nodes` nodes per axis. Where two walls normal to the same axis claim
+    /// a node, the later one has it.
+    pub fn new(nodes: &[usize], walls: Vec<Wall>) -> Self {
+        let mut lookup: [Vec<u8>; 3] = Default::default();
+        for (axis, &count) in nodes.iter().enumerate() {
+            lookup[axis] = vec![0; count];
+        }
+        for (number, wall) in walls.iter().enumerate() {
+            let nodes = &mut lookup[wall.axis];
+            let range = if wall.upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
+            nodes[range].fill(number as u8 + 1);
+        }
+        Self { walls, lookup }
+    }
+
+    /// The wall that holds nodes of index `index` along `axis`.
+    #[inline]
+    pub fn at(&self, axis: usize, index: usize) -> Option<&Wall> {
+        match self.lookup[axis][index] {
+            0 => None,
+            number => Some(&self.walls[number as usize - 1]),
+        }
+    }
+
+    /// True when no wall is normal to `axis` at `index`: the quick test of a node's row.
+    #[inline]
+    pub fn is_free(&self, axis: usize, index: usize) -> bool {
+        self.lookup[axis][index] == 0
+    }
+}
+
+impl Wall {
+    fn approach(&self, velocity: &[f64; 3]) -> f64 {
+        let normal = velocity[self.axis] - self.velocity[self.axis];
+        if self.upper { normal } else { -normal }
+    }
+
+    /// True when the wall fixes velocities whatever the material does (no separation, no friction).
+    fn holds(&self) -> bool {
+        !self.separation && !matches!(self.kind, WallKind::Frictional { .. })
+    }
+
+    /// Constrains a node: `start` is its velocity before the step, `end` the one after the momentum
+    /// solve. With `keep_start` the start velocity is left as it was (momentum variant of fixed
+    /// nodes), else a held component has no acceleration (force variant, MPM sheet §3.3).
+    #[inline]
+    pub fn constrain(&self, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
+        if self.holds() {
+            for component in self.held_components() {
+                end[component] = self.velocity[component];
+                if !keep_start {
+                    start[component] = self.velocity[component];
+                }
+            }
+            return;
+        }
+        let impulse = self.approach(end);
+        if impulse > 0.0 {
+            self.stop(end, impulse);
+        }
+    }
+
+    /// Constrains the re-mapped velocity of MUSL: no penetration, and what stuck in the momentum
+    /// solve (`solved`) sticks.
+    #[inline]
+    pub fn constrain_again(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
+        if self.holds() {
+            for component in self.held_components() {
+                velocity[component] = self.velocity[component];
+            }
+            return;
+        }
+        if self.approach(velocity) > 0.0 {
+            velocity[self.axis] = self.velocity[self.axis];
+            let stuck = (0..3).all(|c| solved[c] == self.velocity[c]);
+            if stuck && self.kind != WallKind::Smooth {
+                *velocity = self.velocity;
+            }
+        }
+    }
+
+    fn held_components(&self) -> std::ops::Range<usize> {
+        if self.kind == WallKind::Rough { 0..3 } else { self.axis..self.axis + 1 }
+    }
+
+    fn stop(&self, end: &mut [f64; 3], impulse: f64) {
+        end[self.axis] = self.velocity[self.axis];
+        let keep = match self.kind {
+            WallKind::Rough => 0.0,
+            WallKind::Smooth => return,
+            WallKind::Frictional { coefficient } => {
+                let slip: f64 = (0..3).map(|c| (end[c] - self.velocity[c]).powi(2)).sum::<f64>().sqrt();
+                if slip > 0.0 { (1.0 - coefficient * impulse / slip).max(0.0) } else { 0.0 }
+            }
+        };
+        for component in 0..3 {
+            end[component] = self.velocity[component] + keep * (end[component] - self.velocity[component]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn floor(kind: WallKind, separation: bool) -> Wall {
+        Wall { axis: 1, upper: false, node: 0, kind, separation, velocity: [0.0; 3] }
+    }
+
+    #[test]
+    fn friction_takes_the_coulomb_share_of_the_normal_impulse() {
+        let wall = floor(WallKind::Frictional { coefficient: 0.5 }, true);
+        let (mut start, mut end) = ([3.0, 0.0, 4.0], [3.0, -2.0, 4.0]);
+        wall.constrain(&mut start, &mut end, true);
+        // |v_t| = 5 is reduced by 0.5 × 2.
+        assert!((end[0] - 3.0 * 0.8).abs() < 1e-15 && end[1] == 0.0 && (end[2] - 4.0 * 0.8).abs() < 1e-15);
+        let mut end = [0.3, -2.0, 0.4];
+        wall.constrain(&mut start, &mut end, true);
+        assert_eq!(end, [0.0; 3], "slower than the friction allows: it sticks");
+    }
+
+    #[test]
+    fn unilateral_walls_let_go() {
+        for kind in [WallKind::Rough, WallKind::Smooth, WallKind::Frictional { coefficient: 1.0 }] {
+            let mut end = [1.0, 0.5, 0.0];
+            floor(kind, true).constrain(&mut [0.0; 3], &mut end, true);
+            assert_eq!(end, [1.0, 0.5, 0.0]);
+        }
+    }
+
+    #[test]
+    fn the_force_variant_leaves_no_acceleration_on_a_held_node() {
+        let (mut start, mut end) = ([1.0, -0.1, 0.0], [2.0, -0.7, 0.0]);
+        floor(WallKind::Smooth, false).constrain(&mut start, &mut end, false);
+        assert_eq!((start, end), ([1.0, 0.0, 0.0], [2.0, 0.0, 0.0]));
+        floor(WallKind::Rough, false).constrain(&mut start, &mut end, false);
+        assert_eq!((start, end), ([0.0; 3], [0.0; 3]));
+    }
+
+    #[test]
+    fn lookup_covers_everything_beyond_the_face() {
+        let upper = Wall { upper: true, node: 3, axis: 0, ..floor(WallKind::Rough, false) };
+        let walls = Walls::new(&[6, 5], vec![floor(WallKind::Smooth, false), upper]);
+        assert!(walls.at(1, 0).is_some() && walls.is_free(1, 1));
+        assert!(walls.is_free(0, 2) && walls.at(0, 3) == walls.at(0, 5) && !walls.is_free(0, 5));
+    }
+}

@@ -1,0 +1,130 @@
+//! Options of `methods.mpm` in a case file.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Options of the explicit material point method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MpmOptions {
+    /// Edge of the square (cubic) grid cells (m); the domain must be a whole number of cells wide.
+    pub cell_size: f64,
+    /// Points per cell and direction.
+    #[serde(default = "two")]
+    pub points_per_cell: usize,
+    /// Shape functions.
+    #[serde(default)]
+    pub shape: ShapeFunctions,
+    /// When in the step stress is updated.
+    #[serde(default)]
+    pub stress_update: StressScheme,
+    /// Share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
+    #[serde(default = "one")]
+    pub flip: f64,
+    /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1.
+    #[serde(default = "half")]
+    pub courant: f64,
+    /// Fixed time step (s), which must be below the critical one; chosen by the solver when absent.
+    #[serde(default)]
+    pub time_step: Option<f64>,
+    /// How a held degree of freedom treats the momentum that arrives there.
+    #[serde(default)]
+    pub fixed_nodes: FixedNodes,
+    /// Largest volume of a stress-free point over its initial volume: keeps the points of a
+    /// cohesionless free front from swelling without bound.
+    #[serde(default = "volume_cap")]
+    pub volume_cap: f64,
+}
+
+/// Shape functions of the grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShapeFunctions {
+    /// Linear: the standard material point method.
+    Linear,
+    /// Generalised interpolation with point domains of fixed size.
+    #[default]
+    Ugimp,
+    /// Generalised interpolation with point domains that stretch with the deformation.
+    Cpgimp,
+    /// Quadratic B-splines.
+    Quadratic,
+    /// Cubic B-splines.
+    Cubic,
+}
+
+/// When stress is updated in the step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StressScheme {
+    /// First, from the velocities before the momentum solve.
+    Usf,
+    /// Last, from the velocities after it. Dissipates a little.
+    Usl,
+    /// Last, from velocities mapped back from the updated points. Conserves energy well.
+    #[default]
+    Musl,
+}
+
+/// Treatment of held degrees of freedom (MPM sheet §3.3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FixedNodes {
+    /// Velocity and acceleration are the wall's; points keep their own velocity component.
+    #[default]
+    Force,
+    /// The wall stops the momentum that points bring.
+    Momentum,
+}
+
+impl MpmOptions {
+    /// The defaults on a grid of `cell_size` (m).
+    pub fn new(cell_size: f64) -> Self {
+        Self {
+            cell_size,
+            points_per_cell: two(),
+            shape: ShapeFunctions::default(),
+            stress_update: StressScheme::default(),
+            flip: one(),
+            courant: half(),
+            time_step: None,
+            fixed_nodes: FixedNodes::default(),
+            volume_cap: volume_cap(),
+        }
+    }
+
+    /// Checks the ranges; the error names the option and the rule.
+    ///
+    /// # Errors
+    /// The first option out of range, as (name, problem).
+    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+        let rule = |name, value: f64, holds: bool, rule: &str| {
+            if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
+        };
+        let cell = self.cell_size;
+        rule("cell_size", cell, cell.is_finite() && cell > 0.0, "must be finite and positive (m)")?;
+        let per_cell = self.points_per_cell;
+        rule("points_per_cell", per_cell as f64, (1..=20).contains(&per_cell), "is not in 1..=20")?;
+        rule("flip", self.flip, (0.0..=1.0).contains(&self.flip), "is not in 0..=1")?;
+        let courant = self.courant;
+        rule("courant", courant, courant > 0.0 && courant <= 1.0, "is not in 0..=1 (0 excluded)")?;
+        if let Some(step) = self.time_step {
+            rule("time_step", step, step.is_finite() && step > 0.0, "must be finite and positive (s)")?;
+        }
+        let cap = self.volume_cap;
+        rule("volume_cap", cap, cap >= 1.0, "must be at least 1")
+    }
+}
+
+fn one() -> f64 {
+    1.0
+}
+fn half() -> f64 {
+    0.5
+}
+fn two() -> usize {
+    2
+}
+fn volume_cap() -> f64 {
+    1.1
+}
