@@ -1,5 +1,23 @@
 //! Shapes, sampling and neighbour search for point-based methods.
+//!
+//! ```
+//! use colluvium_points::{NeighbourList, Shape, lattice};
+//!
+//! let disk = Shape::Ball { centre: vec![0.0, 0.0], radius: 0.5 };
+//! let samples = lattice(&disk, [0.0, 0.0], 0.05)?;
+//! let positions: Vec<[f64; 2]> = samples.iter().map(|sample| sample.position).collect();
+//!
+//! let mut neighbours = NeighbourList::new();
+//! neighbours.build(&positions, 0.051)?;
+//! let most = (0..positions.len()).map(|i| neighbours.of(i).len()).max();
+//! assert_eq!(most, Some(4), "left, right, above, below");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+mod neighbours;
+mod sampling;
 mod shape;
 
-pub use shape::Shape;
+pub use neighbours::{CellList, NeighbourList, SearchError};
+pub use sampling::{Sample, SamplingError, lattice, overlap, per_cell, random};
+pub use shape::{Shape, ShapeError};

@@ -1,7 +1,8 @@
-//! Shapes.
+//! Shapes and their boolean combinations.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 /// A region of space. In two dimensions the third coordinate is not looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -18,7 +19,317 @@ pub enum Shape {
     Ball {
         /// Centre (m).
         centre: Vec<f64>,
-        /// Radius (m).
+        /// Radius (m), > 0.
         radius: f64,
     },
+    /// Polygon in 2D, without self-intersection, in either sense of rotation.
+    Polygon {
+        /// Corners (m), at least three.
+        vertices: Vec<[f64; 2]>,
+    },
+    /// Upright cylinder in 3D.
+    Cylinder {
+        /// Centre of the lower face (m).
+        base: [f64; 3],
+        /// Axis of the cylinder: 0 is x, 1 is y, 2 is z.
+        axis: usize,
+        /// Radius (m), > 0.
+        radius: f64,
+        /// Height along the axis (m), > 0.
+        height: f64,
+    },
+    /// Points in any of the shapes.
+    Union {
+        /// The shapes.
+        shapes: Vec<Shape>,
+    },
+    /// Points in all of the shapes.
+    Intersection {
+        /// The shapes.
+        shapes: Vec<Shape>,
+    },
+    /// Points of one shape that are not in another.
+    Difference {
+        /// What there is.
+        from: Box<Shape>,
+        /// What is cut away.
+        cut: Box<Shape>,
+    },
+}
+
+/// What is wrong with a shape.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{path}: {problem}")]
+pub struct ShapeError {
+    /// Path from the shape to the value, e.g. `shapes[1].radius`.
+    pub path: String,
+    /// What is wrong.
+    pub problem: String,
+}
+
+impl ShapeError {
+    fn new(path: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self { path: path.into(), problem: problem.into() }
+    }
+
+    fn within(mut self, parent: &str) -> Self {
+        self.path = format!("{parent}.{}", self.path);
+        self
+    }
+}
+
+fn check_point(name: &str, point: &[f64], dimension: usize) -> Result<(), ShapeError> {
+    if point.len() != dimension {
+        let problem = format!("has {} coordinates, the space has {dimension}", point.len());
+        return Err(ShapeError::new(name, problem));
+    }
+    match point.iter().position(|c| !c.is_finite()) {
+        Some(axis) => Err(ShapeError::new(format!("{name}[{axis}]"), "must be finite (m)")),
+        None => Ok(()),
+    }
+}
+
+fn check_length(name: &str, length: f64) -> Result<(), ShapeError> {
+    if length.is_finite() && length > 0.0 {
+        Ok(())
+    } else {
+        Err(ShapeError::new(name, format!("{length} must be finite and positive (m)")))
+    }
+}
+
+impl Shape {
+    /// Checks the shape for a space of `dimension` coordinates.
+    ///
+    /// # Errors
+    /// The first value that is wrong: number of coordinates, order of corners, sign of a length, a
+    /// polygon without area or with crossing edges, an empty combination.
+    pub fn validate(&self, dimension: usize) -> Result<(), ShapeError> {
+        match self {
+            Self::Box { min, max } => {
+                check_point("min", min, dimension)?;
+                check_point("max", max, dimension)?;
+                match (0..dimension).find(|&axis| min[axis] >= max[axis]) {
+                    Some(axis) => {
+                        let problem = format!("{} must be above min, {}", max[axis], min[axis]);
+                        Err(ShapeError::new(format!("max[{axis}]"), problem))
+                    }
+                    None => Ok(()),
+                }
+            }
+            Self::Ball { centre, radius } => {
+                check_point("centre", centre, dimension)?;
+                check_length("radius", *radius)
+            }
+            Self::Polygon { vertices } => validate_polygon(vertices, dimension),
+            Self::Cylinder { base, axis, radius, height } => {
+                check_point("base", base, dimension)?;
+                if *axis > 2 {
+                    return Err(ShapeError::new("axis", format!("{axis} is not in 0..=2")));
+                }
+                check_length("radius", *radius)?;
+                check_length("height", *height)
+            }
+            Self::Union { shapes } | Self::Intersection { shapes } => {
+                if shapes.is_empty() {
+                    return Err(ShapeError::new("shapes", "must hold at least one shape"));
+                }
+                for (number, shape) in shapes.iter().enumerate() {
+                    shape.validate(dimension).map_err(|e| e.within(&format!("shapes[{number}]")))?;
+                }
+                Ok(())
+            }
+            Self::Difference { from, cut } => {
+                from.validate(dimension).map_err(|e| e.within("from"))?;
+                cut.validate(dimension).map_err(|e| e.within("cut"))
+            }
+        }
+    }
+
+    /// True when `point` lies in the shape, its boundary included.
+    pub fn contains(&self, point: &[f64]) -> bool {
+        match self {
+            Self::Box { min, max } => {
+                point.iter().zip(min).zip(max).all(|((x, low), high)| low <= x && x <= high)
+            }
+            Self::Ball { centre, radius } => {
+                let square: f64 = point.iter().zip(centre).map(|(x, c)| (x - c).powi(2)).sum();
+                square <= radius * radius
+            }
+            Self::Polygon { vertices } => polygon_contains(vertices, point),
+            Self::Cylinder { base, axis, radius, height } => {
+                let along = point[*axis] - base[*axis];
+                let across: f64 = (0..3).filter(|c| c != axis).map(|c| (point[c] - base[c]).powi(2)).sum();
+                (0.0..=*height).contains(&along) && across <= radius * radius
+            }
+            Self::Union { shapes } => shapes.iter().any(|shape| shape.contains(point)),
+            Self::Intersection { shapes } => shapes.iter().all(|shape| shape.contains(point)),
+            Self::Difference { from, cut } => from.contains(point) && !cut.contains(point),
+        }
+    }
+
+    /// Lower and upper corner of a box around the shape (m). Of a valid shape.
+    pub fn bounds(&self, dimension: usize) -> (Vec<f64>, Vec<f64>) {
+        match self {
+            Self::Box { min, max } => (min.clone(), max.clone()),
+            Self::Ball { centre, radius } => {
+                (centre.iter().map(|c| c - radius).collect(), centre.iter().map(|c| c + radius).collect())
+            }
+            Self::Polygon { vertices } => {
+                let fold = |start: f64, pick: fn(f64, f64) -> f64| -> Vec<f64> {
+                    (0..2).map(|c| vertices.iter().map(|v| v[c]).fold(start, pick)).collect()
+                };
+                (fold(f64::INFINITY, f64::min), fold(f64::NEG_INFINITY, f64::max))
+            }
+            Self::Cylinder { base, axis, radius, height } => {
+                let low = |c: usize| if c == *axis { base[c] } else { base[c] - radius };
+                let high = |c: usize| if c == *axis { base[c] + height } else { base[c] + radius };
+                ((0..3).map(low).collect(), (0..3).map(high).collect())
+            }
+            Self::Union { shapes } => combine(shapes, dimension, f64::min, f64::max),
+            Self::Intersection { shapes } => combine(shapes, dimension, f64::max, f64::min),
+            Self::Difference { from, .. } => from.bounds(dimension),
+        }
+    }
+
+    /// Length, area or volume where it is known in closed form.
+    pub fn measure(&self, dimension: usize) -> Option<f64> {
+        match self {
+            Self::Box { min, max } => Some(min.iter().zip(max).map(|(low, high)| high - low).product()),
+            Self::Ball { radius: r, .. } => match dimension {
+                1 => Some(2.0 * r),
+                2 => Some(std::f64::consts::PI * r * r),
+                _ => Some(4.0 / 3.0 * std::f64::consts::PI * r.powi(3)),
+            },
+            Self::Polygon { vertices } => Some(signed_area(vertices).abs()),
+            Self::Cylinder { radius, height, .. } => Some(std::f64::consts::PI * radius * radius * height),
+            Self::Union { .. } | Self::Intersection { .. } | Self::Difference { .. } => None,
+        }
+    }
+}
+
+fn combine(
+    shapes: &[Shape],
+    dimension: usize,
+    low: fn(f64, f64) -> f64,
+    high: fn(f64, f64) -> f64,
+) -> (Vec<f64>, Vec<f64>) {
+    let all = shapes.iter().map(|shape| shape.bounds(dimension));
+    let merge = |a: (Vec<f64>, Vec<f64>), b: (Vec<f64>, Vec<f64>)| {
+        let join = |a: &[f64], b: &[f64], pick: fn(f64, f64) -> f64| -> Vec<f64> {
+            a.iter().zip(b).map(|(a, b)| pick(*a, *b)).collect()
+        };
+        (join(&a.0, &b.0, low), join(&a.1, &b.1, high))
+    };
+    all.reduce(merge).unwrap_or_else(|| (vec![0.0; dimension], vec![0.0; dimension]))
+}
+
+fn signed_area(vertices: &[[f64; 2]]) -> f64 {
+    let next = vertices.iter().cycle().skip(1);
+    0.5 * vertices.iter().zip(next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<f64>()
+}
+
+fn validate_polygon(vertices: &[[f64; 2]], dimension: usize) -> Result<(), ShapeError> {
+    let count = vertices.len();
+    if dimension != 2 {
+        return Err(ShapeError::new(
+            "kind",
+            format!("a polygon needs two dimensions, the space has {dimension}"),
+        ));
+    }
+    if count < 3 {
+        return Err(ShapeError::new(
+            "vertices",
+            format!("{count} corners are too few, at least three are needed"),
+        ));
+    }
+    for (number, vertex) in vertices.iter().enumerate() {
+        check_point(&format!("vertices[{number}]"), vertex, 2)?;
+    }
+    if signed_area(vertices) == 0.0 {
+        return Err(ShapeError::new("vertices", "the polygon has no area"));
+    }
+    let edge = |i: usize| (vertices[i], vertices[(i + 1) % count]);
+    for i in 0..count {
+        for j in i + 1..count {
+            let neighbours = j == i + 1 || (i == 0 && j == count - 1);
+            if !neighbours && edges_cross(edge(i), edge(j)) {
+                let problem = format!("the edges from corner {i} and from corner {j} cross");
+                return Err(ShapeError::new("vertices", problem));
+            }
+        }
+    }
+    Ok(())
+}
+
+type Edge = ([f64; 2], [f64; 2]);
+
+fn edges_cross(a: Edge, b: Edge) -> bool {
+    let side =
+        |e: Edge, p: [f64; 2]| (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0]);
+    side(a, b.0) * side(a, b.1) < 0.0 && side(b, a.0) * side(b, a.1) < 0.0
+}
+
+/// Crossing-number test; a point on an edge counts as inside.
+fn polygon_contains(vertices: &[[f64; 2]], point: &[f64]) -> bool {
+    let (x, y) = (point[0], point[1]);
+    let mut inside = false;
+    for (a, b) in vertices.iter().zip(vertices.iter().cycle().skip(1)) {
+        let cross = (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
+        let between = |u: f64, v: f64, w: f64| u.min(v) <= w && w <= u.max(v);
+        if cross == 0.0 && between(a[0], b[0], x) && between(a[1], b[1], y) {
+            return true;
+        }
+        if (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0] {
+            inside = !inside;
+        }
+    }
+    inside
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn box2(min: [f64; 2], max: [f64; 2]) -> Shape {
+        Shape::Box { min: min.to_vec(), max: max.to_vec() }
+    }
+
+    #[test]
+    fn a_difference_of_boxes_is_an_l() {
+        let cut = Box::new(box2([1.0, 1.0], [3.0, 3.0]));
+        let shape = Shape::Difference { from: Box::new(box2([0.0, 0.0], [2.0, 2.0])), cut };
+        assert!(shape.contains(&[0.5, 1.5]) && shape.contains(&[1.5, 0.5]) && !shape.contains(&[1.5, 1.5]));
+    }
+
+    #[test]
+    fn a_polygon_contains_what_its_edges_enclose() {
+        let polygon =
+            Shape::Polygon { vertices: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]] };
+        assert!(polygon.validate(2).is_ok());
+        assert_eq!(polygon.measure(2), Some(8.0));
+        assert!(
+            polygon.contains(&[2.0, 0.9]) && !polygon.contains(&[2.0, 1.1]) && polygon.contains(&[0.2, 2.5])
+        );
+        assert!(polygon.contains(&[4.0, 1.0]), "an edge belongs to the polygon");
+    }
+
+    #[test]
+    fn errors_name_the_value_within_a_combination() {
+        let bad = Shape::Union {
+            shapes: vec![box2([0.0; 2], [1.0; 2]), Shape::Ball { centre: vec![0.0, 0.0], radius: -1.0 }],
+        };
+        assert_eq!(bad.validate(2).unwrap_err().path, "shapes[1].radius");
+        let crossed = Shape::Polygon { vertices: vec![[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 2.0]] };
+        assert!(crossed.validate(2).unwrap_err().problem.contains("cross"));
+        assert_eq!(box2([0.0; 2], [1.0; 2]).validate(3).unwrap_err().path, "min");
+        let inverted = Shape::Box { min: vec![1.0, 0.0], max: vec![0.0, 1.0] };
+        assert_eq!(inverted.validate(2).unwrap_err().path, "max[0]");
+    }
+
+    #[test]
+    fn an_upright_cylinder_has_round_sections() {
+        let shape = Shape::Cylinder { base: [0.0; 3], axis: 1, radius: 1.0, height: 2.0 };
+        assert!(shape.contains(&[0.7, 1.9, 0.7]) && !shape.contains(&[0.8, 1.0, 0.8]));
+        assert_eq!(shape.bounds(3), (vec![-1.0, 0.0, -1.0], vec![1.0, 2.0, 1.0]));
+    }
 }

@@ -1,0 +1,246 @@
+//! Cell-linked lists and neighbour lists, the same on any number of threads.
+
+use rayon::prelude::*;
+use thiserror::Error;
+
+/// Why a search cannot be made.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SearchError {
+    /// A coordinate is not finite.
+    #[error("point {0} has a coordinate that is not finite")]
+    NotFinite(usize),
+    /// A radius or cell edge that is not a length.
+    #[error("search radius {0} must be finite and positive (m)")]
+    Radius(f64),
+    /// Points so far apart that the cells cannot be numbered.
+    #[error("the points spread over {0:.2e} cells of the search radius: are some of them lost?")]
+    TooSpread(f64),
+}
+
+/// Points in bins: cells of a grid around all points, each with the list of its points.
+#[derive(Clone, Debug, Default)]
+pub struct CellList<const D: usize> {
+    low: Vec<f64>,
+    edge: f64,
+    cells: Vec<usize>,
+    starts: Vec<u32>,
+    order: Vec<u32>,
+    keys: Vec<u32>,
+}
+
+impl<const D: usize> CellList<D> {
+    /// An empty list, whose buffers grow on the first build and are then reused.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Bins `positions` (m) in cells of edge `edge` (m) by a counting sort; within a cell points keep
+    /// their order.
+    ///
+    /// # Errors
+    /// When a coordinate is not finite or the cells would be too many.
+    pub fn build(&mut self, positions: &[[f64; D]], edge: f64) -> Result<(), SearchError> {
+        if !(edge.is_finite() && edge > 0.0) {
+            return Err(SearchError::Radius(edge));
+        }
+        if let Some(lost) = positions.iter().position(|x| x.iter().any(|c| !c.is_finite())) {
+            return Err(SearchError::NotFinite(lost));
+        }
+        let fold = |axis: usize, start: f64, pick: fn(f64, f64) -> f64| {
+            positions.iter().map(|x| x[axis]).fold(start, pick)
+        };
+        self.edge = edge;
+        self.low = (0..D).map(|axis| fold(axis, f64::INFINITY, f64::min)).collect();
+        let mut total = 1.0;
+        self.cells.clear();
+        for axis in 0..D {
+            let high = fold(axis, f64::NEG_INFINITY, f64::max);
+            let count = ((high - self.low[axis]) / edge).floor().max(0.0) + 1.0;
+            total *= count;
+            self.cells.push(if count < 1e9 { count as usize } else { usize::MAX });
+        }
+        if total > 1e9 {
+            return Err(SearchError::TooSpread(total));
+        }
+        let (low, cells) = (&self.low, &self.cells);
+        let key = |x: &[f64; D]| {
+            (0..D).fold(0usize, |key, axis| {
+                let cell = ((x[axis] - low[axis]) / edge) as usize;
+                key * cells[axis] + cell.min(cells[axis] - 1)
+            }) as u32
+        };
+        positions.par_iter().map(key).collect_into_vec(&mut self.keys);
+        self.starts.clear();
+        self.starts.resize(total as usize + 1, 0);
+        for &key in &self.keys {
+            self.starts[key as usize + 1] += 1;
+        }
+        for cell in 1..self.starts.len() {
+            self.starts[cell] += self.starts[cell - 1];
+        }
+        self.order.clear();
+        self.order.resize(positions.len(), 0);
+        let mut next = std::mem::take(&mut self.starts);
+        for (point, &key) in self.keys.iter().enumerate() {
+            let slot = &mut next[key as usize];
+            self.order[*slot as usize] = point as u32;
+            *slot += 1;
+        }
+        // Every start has become the next cell's start.
+        next.rotate_right(1);
+        next[0] = 0;
+        self.starts = next;
+        Ok(())
+    }
+
+    /// Points in the order of their cells.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Calls `visit` for every point in the cells that a ball of one cell edge around `x` can touch.
+    pub fn visit(&self, x: &[f64; D], mut visit: impl FnMut(u32)) {
+        if self.order.is_empty() {
+            return;
+        }
+        let span = |axis: usize| {
+            let cell = ((x[axis] - self.low[axis]) / self.edge).floor() as i64;
+            let last = self.cells[axis] as i64 - 1;
+            (((cell - 1).clamp(0, last)) as usize, ((cell + 1).clamp(0, last)) as usize)
+        };
+        let spans: [(usize, usize); D] = std::array::from_fn(span);
+        let lines: usize = spans[..D - 1].iter().map(|(a, b)| b - a + 1).product();
+        for line in 0..lines {
+            let mut rest = line;
+            let mut index = [0; D];
+            for axis in (0..D - 1).rev() {
+                let (a, b) = spans[axis];
+                index[axis] = a + rest % (b - a + 1);
+                rest /= b - a + 1;
+            }
+            let key = |last: usize| {
+                (0..D).fold(0, |key, axis| {
+                    key * self.cells[axis] + if axis == D - 1 { last } else { index[axis] }
+                })
+            };
+            // Cells along the last axis are consecutive.
+            let (a, b) = spans[D - 1];
+            let range = self.starts[key(a)] as usize..self.starts[key(b) + 1] as usize;
+            self.order[range].iter().for_each(|&point| visit(point));
+        }
+    }
+}
+
+/// Neighbours of every point within a radius: `indices[offsets[i]..offsets[i + 1]]`, ascending.
+#[derive(Clone, Debug, Default)]
+pub struct NeighbourList<const D: usize> {
+    cells: CellList<D>,
+    offsets: Vec<usize>,
+    indices: Vec<u32>,
+    rows: Vec<Vec<u32>>,
+}
+
+impl<const D: usize> NeighbourList<D> {
+    /// An empty list, whose buffers grow on the first build and are then reused.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Finds, for every point, all others closer than or at `radius` (m).
+    ///
+    /// # Errors
+    /// As [`CellList::build`].
+    pub fn build(&mut self, positions: &[[f64; D]], radius: f64) -> Result<(), SearchError> {
+        self.cells.build(positions, radius)?;
+        self.rows.resize_with(positions.len(), Vec::new);
+        let cells = &self.cells;
+        let square = radius * radius;
+        self.rows.par_iter_mut().zip(positions).enumerate().for_each(|(i, (row, x))| {
+            row.clear();
+            cells.visit(x, |j| {
+                let other = &positions[j as usize];
+                let distance: f64 = (0..D).map(|axis| (x[axis] - other[axis]).powi(2)).sum();
+                if j as usize != i && distance <= square {
+                    row.push(j);
+                }
+            });
+            row.sort_unstable();
+        });
+        self.offsets.clear();
+        self.indices.clear();
+        self.offsets.push(0);
+        for row in &self.rows {
+            self.indices.extend_from_slice(row);
+            self.offsets.push(self.indices.len());
+        }
+        Ok(())
+    }
+
+    /// Neighbours of point `i`, ascending.
+    pub fn of(&self, i: usize) -> &[u32] {
+        &self.indices[self.offsets[i]..self.offsets[i + 1]]
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// True when there are no points.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn agrees_with_brute_force<const D: usize>(points: &[[f64; D]], radius: f64) {
+        let mut list = NeighbourList::new();
+        list.build(points, radius).unwrap();
+        for (i, a) in points.iter().enumerate() {
+            let close = |b: &[f64; D]| {
+                let square: f64 = (0..D).map(|c| (a[c] - b[c]).powi(2)).sum();
+                square <= radius * radius
+            };
+            let all: Vec<u32> =
+                (0..points.len()).filter(|&j| j != i && close(&points[j])).map(|j| j as u32).collect();
+            assert_eq!(list.of(i), all);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn neighbours_are_those_of_brute_force(
+            coordinates in proptest::collection::vec(-3.0..3.0f64, 0..240), radius in 0.05..2.0f64,
+        ) {
+            let (one, two, three) = (coordinates.as_chunks::<1>(), coordinates.as_chunks::<2>(), coordinates.as_chunks::<3>());
+            agrees_with_brute_force(one.0, radius);
+            agrees_with_brute_force(two.0, radius);
+            agrees_with_brute_force(three.0, radius);
+        }
+    }
+
+    #[test]
+    fn lost_points_are_named() {
+        let mut list = CellList::new();
+        assert_eq!(list.build(&[[0.0, 0.0], [f64::NAN, 0.0]], 1.0), Err(SearchError::NotFinite(1)));
+        assert!(matches!(list.build(&[[0.0, 0.0], [1e12, 1e12]], 1.0), Err(SearchError::TooSpread(_))));
+        assert_eq!(list.build(&[[0.0, 0.0]], 0.0), Err(SearchError::Radius(0.0)));
+    }
+
+    #[test]
+    fn the_list_does_not_depend_on_the_number_of_threads() {
+        let points: Vec<[f64; 2]> =
+            (0..2000).map(|i| [f64::from(i % 47) * 0.1, f64::from(i % 53) * 0.1]).collect();
+        let build = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut list = NeighbourList::new();
+            pool.install(|| list.build(&points, 0.25).unwrap());
+            (list.offsets, list.indices)
+        };
+        assert!(build(1) == build(2));
+    }
+}

@@ -1,0 +1,198 @@
+//! Sampling shapes with points.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use thiserror::Error;
+
+use crate::Shape;
+
+/// A point that stands for a part of a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample<const D: usize> {
+    /// Position (m).
+    pub position: [f64; D],
+    /// Length, area or volume it stands for (m, m² or m³).
+    pub volume: f64,
+}
+
+/// Why a shape cannot be sampled.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum SamplingError {
+    /// More points than can be numbered.
+    #[error("the sampling would need about {0:.2e} points, more than 2^32: use a larger spacing")]
+    TooMany(f64),
+    /// A spacing that is not a length.
+    #[error("spacing {0} must be finite and positive (m)")]
+    Spacing(f64),
+    /// A shape whose area or volume is not known in closed form.
+    #[error("random sampling needs a simple shape whose area or volume is known, not a combination")]
+    NoMeasure,
+}
+
+/// `per_cell` points per direction in every cell of a grid with lower corner `origin` (m) and cell
+/// edge `cell` (m), at `(i + 1/2) / per_cell` of the cell: those that lie in the shape, last axis
+/// fastest.
+///
+/// # Errors
+/// When there would be more than 2³² candidates, or the spacing is not a length.
+pub fn per_cell<const D: usize>(
+    shape: &Shape,
+    origin: [f64; D],
+    cell: f64,
+    per_cell: usize,
+) -> Result<Vec<Sample<D>>, SamplingError> {
+    lattice(shape, origin, cell / per_cell as f64)
+}
+
+/// Points on a square lattice with the given `spacing` (m), the first at half a spacing from
+/// `origin`: those that lie in the shape, last axis fastest.
+///
+/// # Errors
+/// When there would be more than 2³² candidates, or the spacing is not a length.
+pub fn lattice<const D: usize>(
+    shape: &Shape,
+    origin: [f64; D],
+    spacing: f64,
+) -> Result<Vec<Sample<D>>, SamplingError> {
+    if !(spacing.is_finite() && spacing > 0.0) {
+        return Err(SamplingError::Spacing(spacing));
+    }
+    let (low, high) = shape.bounds(D);
+    let mut first = [0i64; D];
+    let mut count = [0i64; D];
+    let mut total = 1.0;
+    for axis in 0..D {
+        let start = ((low[axis] - origin[axis]) / spacing - 1.0).floor();
+        let end = ((high[axis] - origin[axis]) / spacing + 1.0).ceil();
+        total *= (end - start).max(0.0);
+        first[axis] = start as i64;
+        count[axis] = (end - start).max(0.0) as i64;
+    }
+    if total > f64::from(u32::MAX) {
+        return Err(SamplingError::TooMany(total));
+    }
+    let volume = spacing.powi(D as i32);
+    let mut samples = Vec::new();
+    for number in 0..total as i64 {
+        let mut rest = number;
+        let mut position = [0.0; D];
+        for axis in (0..D).rev() {
+            position[axis] = origin[axis] + ((first[axis] + rest % count[axis]) as f64 + 0.5) * spacing;
+            rest /= count[axis];
+        }
+        if shape.contains(&position) {
+            samples.push(Sample { position, volume });
+        }
+    }
+    Ok(samples)
+}
+
+/// `count` points at random in the shape, uniformly; the same for the same `seed`.
+///
+/// # Errors
+/// For shapes without a known area or volume.
+pub fn random<const D: usize>(
+    shape: &Shape,
+    count: usize,
+    seed: u64,
+) -> Result<Vec<Sample<D>>, SamplingError> {
+    let measure = shape.measure(D).ok_or(SamplingError::NoMeasure)?;
+    let (low, high) = shape.bounds(D);
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    let volume = measure / count as f64;
+    let mut samples = Vec::with_capacity(count);
+    while samples.len() < count {
+        let position = std::array::from_fn(|axis| generator.random_range(low[axis]..high[axis]));
+        if shape.contains(&position) {
+            samples.push(Sample { position, volume });
+        }
+    }
+    Ok(samples)
+}
+
+/// A place strictly inside both shapes, if a search with about `resolution` points per direction
+/// finds one. Shapes that only touch do not overlap.
+pub fn overlap(a: &Shape, b: &Shape, dimension: usize, resolution: usize) -> Option<Vec<f64>> {
+    let ((low_a, high_a), (low_b, high_b)) = (a.bounds(dimension), b.bounds(dimension));
+    let low: Vec<f64> = low_a.iter().zip(&low_b).map(|(a, b)| a.max(*b)).collect();
+    let high: Vec<f64> = high_a.iter().zip(&high_b).map(|(a, b)| a.min(*b)).collect();
+    let extent = |axis: usize| (high_a[axis] - low_a[axis]).min(high_b[axis] - low_b[axis]);
+    if (0..dimension).any(|axis| high[axis] - low[axis] <= 1e-9 * extent(axis)) {
+        return None;
+    }
+    let count = resolution.pow(dimension as u32);
+    let place = |number: usize| -> Vec<f64> {
+        let mut rest = number;
+        let coordinate = |axis: usize| {
+            let step = (rest % resolution) as f64 + 0.5;
+            rest /= resolution;
+            low[axis] + (high[axis] - low[axis]) * step / resolution as f64
+        };
+        (0..dimension).map(coordinate).collect()
+    };
+    (0..count).map(place).find(|place| a.contains(place) && b.contains(place))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn disk(radius: f64) -> Shape {
+        Shape::Ball { centre: vec![0.0, 0.0], radius }
+    }
+
+    #[test]
+    fn a_box_of_whole_cells_is_filled_exactly() {
+        let shape = Shape::Box { min: vec![0.2, 0.1, 0.0], max: vec![0.5, 0.4, 0.2] };
+        let samples = per_cell(&shape, [0.0; 3], 0.1, 2).unwrap();
+        assert_eq!(samples.len(), 3 * 3 * 2 * 8);
+        let volume: f64 = samples.iter().map(|s| s.volume).sum();
+        assert!((volume - 0.3 * 0.3 * 0.2).abs() < 1e-14);
+    }
+
+    #[test]
+    fn the_area_of_a_disk_converges() {
+        let error = |spacing: f64| {
+            let samples = lattice(&disk(1.0), [0.0; 2], spacing).unwrap();
+            (samples.iter().map(|s| s.volume).sum::<f64>() - std::f64::consts::PI).abs()
+        };
+        assert!(error(0.005) < 2e-3 && error(0.1) < 0.1);
+    }
+
+    #[test]
+    fn random_samples_repeat_with_their_seed_and_carry_the_whole_area() {
+        let sample = |seed| random::<2>(&disk(2.0), 500, seed).unwrap();
+        assert_eq!(sample(7), sample(7));
+        assert_ne!(sample(7), sample(8));
+        let area: f64 = sample(7).iter().map(|s| s.volume).sum();
+        assert!((area - 4.0 * std::f64::consts::PI).abs() < 1e-9);
+    }
+
+    #[test]
+    fn touching_shapes_do_not_overlap() {
+        let a = Shape::Box { min: vec![0.0, 0.0], max: vec![1.0, 1.0] };
+        let b = Shape::Box { min: vec![1.0, 0.0], max: vec![2.0, 1.0] };
+        let c = Shape::Box { min: vec![0.9, 0.5], max: vec![2.0, 1.0] };
+        assert_eq!(overlap(&a, &b, 2, 20), None);
+        let place = overlap(&a, &c, 2, 20).unwrap();
+        assert!(a.contains(&place) && c.contains(&place));
+    }
+
+    #[test]
+    fn too_fine_a_lattice_is_refused() {
+        assert!(matches!(lattice(&disk(1.0), [0.0; 2], 1e-6), Err(SamplingError::TooMany(_))));
+        assert!(matches!(lattice(&disk(1.0), [0.0; 2], f64::NAN), Err(SamplingError::Spacing(_))));
+    }
+
+    proptest! {
+        #[test]
+        fn samples_lie_in_the_shape_and_on_the_lattice(radius in 0.2..2.0f64, spacing in 0.05..0.3f64) {
+            for sample in lattice(&disk(radius), [0.1, -0.2], spacing).unwrap() {
+                prop_assert!(disk(radius).contains(&sample.position));
+                let steps = (sample.position[0] - 0.1) / spacing - 0.5;
+                prop_assert!((steps - steps.round()).abs() < 1e-9);
+            }
+        }
+    }
+}
