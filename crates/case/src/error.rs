@@ -18,3 +18,31 @@ impl CaseError {
         Self { path: path.into(), problem: problem.into() }
     }
 }
+
+/// Everything found wrong in a case file, at least one error; displayed one a line.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{}", lines(.0))]
+pub struct CaseErrors(pub Vec<CaseError>);
+
+fn lines(errors: &[CaseError]) -> String {
+    let lines: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    lines.join("\n")
+}
+
+impl CaseErrors {
+    /// A single error.
+    pub fn one(error: CaseError) -> Self {
+        Self(vec![error])
+    }
+
+    /// The first error.
+    pub fn first(&self) -> &CaseError {
+        &self.0[0]
+    }
+}
+
+impl From<CaseError> for CaseErrors {
+    fn from(error: CaseError) -> Self {
+        Self::one(error)
+    }
+}

@@ -4,10 +4,13 @@
 
 pub mod description;
 mod error;
+pub mod json;
+mod load;
 pub mod solver;
+mod validate;
 
 pub use description::Case;
-pub use error::CaseError;
+pub use error::{CaseError, CaseErrors};
 pub use solver::{
     Budget, Equilibrium, Field, FieldData, Method, Plan, Snapshot, Solver, SolverError, TimeStep,
 };

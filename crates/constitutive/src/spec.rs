@@ -43,6 +43,16 @@ impl MaterialSpec {
         }
     }
 
+    /// What is allowed but worth a word, each starting with the parameter's name.
+    pub fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// True for parameters that mean something in plane strain only.
+    pub fn assumes_plane_strain(&self) -> bool {
+        false
+    }
+
     /// The law, parameters checked and angles converted.
     ///
     /// # Errors

@@ -1,5 +1,52 @@
 //! Explicit material point method.
+//!
+//! A body is a set of points that carry mass, velocity, stress and the state of its law. Each step
+//! maps them to a background grid, solves the momentum equation on the nodes and maps the result
+//! back (MPM sheet §3.3; [`MpmSolver`] holds the step). Shape functions are linear, generalised
+//! interpolation (GIMP) with fixed or stretching point domains, or quadratic and cubic B-splines;
+//! stress is updated first, last, or last from re-mapped velocities. One dimension, plane strain,
+//! axisymmetry and three dimensions.
+//!
+//! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
 
+mod checkpoint;
 mod config;
+mod dispatch;
+mod momentum;
+mod points;
+mod report;
+mod setup;
+mod solver;
+mod transfer;
+
+use colluvium_case::{Case, CaseError, Method, Plan, Solver};
+use schemars::Schema;
 
 pub use config::{FixedNodes, MpmOptions, ShapeFunctions, StressScheme};
+pub use solver::MpmSolver;
+
+/// The explicit material point method.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Mpm;
+
+impl Method for Mpm {
+    fn name(&self) -> &'static str {
+        "mpm"
+    }
+
+    fn summary(&self) -> &'static str {
+        "explicit material point method: MPM, GIMP and B-splines on a structured grid, one phase"
+    }
+
+    fn options_schema(&self) -> Schema {
+        schemars::schema_for!(MpmOptions)
+    }
+
+    fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
+        setup::plan(case)
+    }
+
+    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+        setup::build(case)
+    }
+}

@@ -1,0 +1,333 @@
+//! Reading JSON with errors that say where: a text is checked against the JSON Schema of the type it
+//! is read into, and everything wrong is reported with its path.
+
+use schemars::JsonSchema;
+use serde::de::{DeserializeOwned, DeserializeSeed, MapAccess, SeqAccess, Visitor};
+use serde_json::{Map, Value};
+
+use crate::{CaseError, CaseErrors};
+
+/// Reads a `T` from JSON text.
+///
+/// # Errors
+/// Everything that does not fit the type's schema: syntax (with line and column), duplicate and
+/// unknown keys (with the likely intended one), missing keys, wrong types, unknown choices.
+pub fn read<T: DeserializeOwned + JsonSchema>(text: &str) -> Result<T, CaseErrors> {
+    let value = parse(text).map_err(CaseErrors::one)?;
+    from_value(&value, "")
+}
+
+/// Reads a `T` from a JSON value that stands at `path` in its file.
+///
+/// # Errors
+/// As [`read`], syntax aside.
+pub fn from_value<T: DeserializeOwned + JsonSchema>(value: &Value, path: &str) -> Result<T, CaseErrors> {
+    let schema = schemars::schema_for!(T).to_value();
+    let mut checker = Checker { root: &schema, errors: Vec::new() };
+    checker.check(&schema, value, path);
+    if !checker.errors.is_empty() {
+        return Err(CaseErrors(checker.errors));
+    }
+    serde_path_to_error::deserialize(value).map_err(|error| {
+        let inner = error.path().to_string();
+        CaseErrors::one(CaseError::new(join(path, &inner), error.inner().to_string()))
+    })
+}
+
+fn join(path: &str, key: &str) -> String {
+    match (path.is_empty(), key.is_empty() || key == ".") {
+        (true, _) => key.to_owned(),
+        (false, true) => path.to_owned(),
+        (false, false) => format!("{path}.{key}"),
+    }
+}
+
+/// JSON text to a value; duplicate keys are errors.
+fn parse(text: &str) -> Result<Value, CaseError> {
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let value = Strict.deserialize(&mut deserializer).and_then(|value| deserializer.end().map(|()| value));
+    value.map_err(|error| {
+        let place = format!("line {}, column {}", error.line(), error.column());
+        let message = error.to_string();
+        let problem = message.split(" at line ").next().unwrap_or(&message).to_owned();
+        CaseError::new(place, problem)
+    })
+}
+
+struct Strict;
+
+impl<'de> DeserializeSeed<'de> for Strict {
+    type Value = Value;
+
+    fn deserialize<D: serde::Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Strict {
+    type Value = Value;
+
+    fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("a JSON value")
+    }
+    fn visit_bool<E>(self, value: bool) -> Result<Value, E> {
+        Ok(value.into())
+    }
+    fn visit_i64<E>(self, value: i64) -> Result<Value, E> {
+        Ok(value.into())
+    }
+    fn visit_u64<E>(self, value: u64) -> Result<Value, E> {
+        Ok(value.into())
+    }
+    fn visit_f64<E>(self, value: f64) -> Result<Value, E> {
+        Ok(value.into())
+    }
+    fn visit_str<E>(self, value: &str) -> Result<Value, E> {
+        Ok(value.into())
+    }
+    fn visit_unit<E>(self) -> Result<Value, E> {
+        Ok(Value::Null)
+    }
+    fn visit_seq<A: SeqAccess<'de>>(self, mut access: A) -> Result<Value, A::Error> {
+        let mut items = Vec::new();
+        while let Some(item) = access.next_element_seed(Strict)? {
+            items.push(item);
+        }
+        Ok(Value::Array(items))
+    }
+    fn visit_map<A: MapAccess<'de>>(self, mut access: A) -> Result<Value, A::Error> {
+        let mut map = Map::new();
+        while let Some(key) = access.next_key::<String>()? {
+            let value = access.next_value_seed(Strict)?;
+            if map.contains_key(&key) {
+                return Err(serde::de::Error::custom(format!("the key {key:?} stands twice in one object")));
+            }
+            map.insert(key, value);
+        }
+        Ok(Value::Object(map))
+    }
+}
+
+/// Walks a value and a schema side by side.
+struct Checker<'a> {
+    root: &'a Value,
+    errors: Vec<CaseError>,
+}
+
+/// Keys of an object schema, references and variants resolved.
+struct Keys<'a> {
+    properties: Vec<(&'a str, &'a Value)>,
+    required: Vec<&'a str>,
+    /// Schema of keys that are not listed; `None` where they are errors.
+    others: Option<&'a Value>,
+}
+
+impl<'a> Checker<'a> {
+    fn report(&mut self, path: &str, problem: String) {
+        let path = if path.is_empty() { "case file" } else { path };
+        self.errors.push(CaseError::new(path, problem));
+    }
+
+    fn resolve(&self, schema: &'a Value) -> Option<&'a Value> {
+        let name = schema.get("$ref")?.as_str()?.strip_prefix("#/$defs/")?;
+        self.root.get("$defs")?.get(name)
+    }
+
+    fn check(&mut self, schema: &'a Value, value: &Value, path: &str) {
+        let variants = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array);
+        if let Some(variants) = variants {
+            self.check_variants(variants, value, path);
+            return;
+        }
+        if schema.get("properties").is_none()
+            && let Some(target) = self.resolve(schema)
+        {
+            self.check(target, value, path);
+            return;
+        }
+        if let Some(choices) = schema.get("enum").and_then(Value::as_array) {
+            self.check_choice(choices, value, path);
+            return;
+        }
+        if let Some(constant) = schema.get("const") {
+            self.check_choice(std::slice::from_ref(constant), value, path);
+            return;
+        }
+        if !self.check_type(schema, value, path) {
+            return;
+        }
+        match value {
+            Value::Object(map) => self.check_object(schema, map, path),
+            Value::Array(items) => self.check_array(schema, items, path),
+            _ => {}
+        }
+    }
+
+    fn check_variants(&mut self, variants: &'a [Value], value: &Value, path: &str) {
+        // An optional value: the schema, or null.
+        let is_null = |v: &&Value| v.get("type").and_then(Value::as_str) == Some("null");
+        if variants.iter().any(|v| is_null(&v)) {
+            if !value.is_null() {
+                variants.iter().filter(|v| !is_null(v)).for_each(|v| self.check(v, value, path));
+            }
+            return;
+        }
+        if let Some(tag) = variants.iter().find_map(tag_of) {
+            self.check_tagged(tag, variants, value, path);
+            return;
+        }
+        let mut choices = Vec::new();
+        for variant in variants {
+            match variant.get("enum").and_then(Value::as_array) {
+                Some(several) => choices.extend(several.iter().cloned()),
+                None => choices.extend(variant.get("const").cloned()),
+            }
+        }
+        self.check_choice(&choices, value, path);
+    }
+
+    fn check_tagged(&mut self, tag: &str, variants: &'a [Value], value: &Value, path: &str) {
+        let Value::Object(map) = value else {
+            self.report(path, format!("{} is not an object with a key {tag:?}", describe(value)));
+            return;
+        };
+        let constant = |variant: &'a Value| variant.get("properties")?.get(tag)?.get("const");
+        let choices: Vec<Value> = variants.iter().filter_map(constant).cloned().collect();
+        let Some(found) = map.get(tag) else {
+            self.report(path, format!("the key {tag:?} is missing; it is one of {}", list(&choices)));
+            return;
+        };
+        match variants.iter().find(|variant| constant(variant) == Some(found)) {
+            Some(variant) => self.check_object(variant, map, path),
+            None => self.check_choice(&choices, found, &join(path, tag)),
+        }
+    }
+
+    fn check_choice(&mut self, choices: &[Value], value: &Value, path: &str) {
+        if choices.contains(value) {
+            return;
+        }
+        let names: Vec<&str> = choices.iter().filter_map(Value::as_str).collect();
+        let hint = value.as_str().and_then(|found| closest(found, &names));
+        let hint = hint.map_or(String::new(), |name| format!("; did you mean {name:?}?"));
+        self.report(path, format!("{} is not one of {}{hint}", describe(value), list(choices)));
+    }
+
+    fn check_type(&mut self, schema: &Value, value: &Value, path: &str) -> bool {
+        let types: Vec<&str> = match schema.get("type") {
+            Some(Value::String(name)) => vec![name],
+            Some(Value::Array(names)) => names.iter().filter_map(Value::as_str).collect(),
+            _ => return true,
+        };
+        let fits = |name: &&str| match *name {
+            "object" => value.is_object(),
+            "array" => value.is_array(),
+            "string" => value.is_string(),
+            "boolean" => value.is_boolean(),
+            "null" => value.is_null(),
+            "integer" => value.is_u64() || value.is_i64(),
+            "number" => value.is_number(),
+            _ => true,
+        };
+        if !types.iter().any(fits) {
+            let wanted: Vec<&str> = types.into_iter().filter(|name| *name != "null").collect();
+            self.report(path, format!("{} is not of type {}", describe(value), wanted.join(" or ")));
+            return false;
+        }
+        if let (Some(number), Some(least)) = (value.as_f64(), schema.get("minimum").and_then(Value::as_f64))
+            && number < least
+        {
+            self.report(path, format!("{number} is below {least}"));
+            return false;
+        }
+        true
+    }
+
+    fn check_array(&mut self, schema: &'a Value, items: &[Value], path: &str) {
+        let bound = |key: &str| schema.get(key).and_then(Value::as_u64).map(|n| n as usize);
+        let (least, most) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
+        if items.len() < least || items.len() > most {
+            let wanted = if least == most { format!("{least}") } else { format!("{least} or more") };
+            self.report(path, format!("has {} entries, {wanted} are needed", items.len()));
+            return;
+        }
+        if let Some(of_items) = schema.get("items") {
+            for (number, item) in items.iter().enumerate() {
+                self.check(of_items, item, &format!("{path}[{number}]"));
+            }
+        }
+    }
+
+    fn keys(&self, schema: &'a Value) -> Keys<'a> {
+        let mut keys = Keys { properties: Vec::new(), required: Vec::new(), others: None };
+        let mut closed = false;
+        for part in [Some(schema), self.resolve(schema)].into_iter().flatten() {
+            let properties = part.get("properties").and_then(Value::as_object);
+            keys.properties.extend(properties.into_iter().flatten().map(|(k, v)| (k.as_str(), v)));
+            let required = part.get("required").and_then(Value::as_array);
+            keys.required.extend(required.into_iter().flatten().filter_map(Value::as_str));
+            match part.get("additionalProperties") {
+                Some(Value::Bool(false)) => closed = true,
+                Some(others) => keys.others = Some(others),
+                None => {}
+            }
+        }
+        if closed {
+            keys.others = None;
+        } else if keys.others.is_none() {
+            keys.others = Some(&Value::Bool(true));
+        }
+        keys
+    }
+
+    fn check_object(&mut self, schema: &'a Value, map: &Map<String, Value>, path: &str) {
+        let keys = self.keys(schema);
+        for key in &keys.required {
+            if !map.contains_key(*key) {
+                self.report(path, format!("the key {key:?} is missing"));
+            }
+        }
+        for (key, value) in map {
+            let child = join(path, key);
+            match keys.properties.iter().find(|(name, _)| name == key) {
+                Some((_, schema)) => self.check(schema, value, &child),
+                None => match keys.others {
+                    Some(schema) if schema.is_object() => self.check(schema, value, &child),
+                    Some(_) => {}
+                    None => self.unknown_key(key, &keys, &child),
+                },
+            }
+        }
+    }
+
+    fn unknown_key(&mut self, key: &str, keys: &Keys<'_>, path: &str) {
+        let names: Vec<&str> = keys.properties.iter().map(|(name, _)| *name).collect();
+        let hint = closest(key, &names).map_or(String::new(), |name| format!(" did you mean {name:?}?"));
+        self.report(path, format!("unknown key;{hint} allowed: {}", names.join(", ")));
+    }
+}
+
+/// The key of an internally tagged variant.
+fn tag_of(variant: &Value) -> Option<&str> {
+    let properties = variant.get("properties")?.as_object()?;
+    properties.iter().find(|(_, schema)| schema.get("const").is_some()).map(|(key, _)| key.as_str())
+}
+
+fn list(choices: &[Value]) -> String {
+    let names: Vec<String> =
+        choices.iter().map(|c| c.as_str().map_or(c.to_string(), str::to_owned)).collect();
+    names.join(", ")
+}
+
+fn describe(value: &Value) -> String {
+    let text = value.to_string();
+    let short: String = text.chars().take(40).collect();
+    if short.len() < text.len() { format!("{short}…") } else { short }
+}
+
+/// The one of `names` that `word` was probably meant to be.
+pub(crate) fn closest<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
+    let likeness = |name: &&str| strsim::damerau_levenshtein(word, name);
+    let best = names.iter().min_by_key(|name| likeness(name))?;
+    (likeness(best) <= 1 + word.len() / 4).then_some(*best)
+}

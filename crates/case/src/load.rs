@@ -1,0 +1,190 @@
+//! From a file to a checked [`Case`], and what every method asks of one.
+
+use std::path::Path;
+
+use colluvium_constitutive::SymTensor;
+use schemars::{JsonSchema, Schema};
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+use crate::description::{Boundary, Domain, InitialStress, Side, Velocity};
+use crate::{Case, CaseError, CaseErrors, json, validate};
+
+impl Case {
+    /// Reads and checks a case.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with its JSON path.
+    pub fn from_json(text: &str) -> Result<Self, CaseErrors> {
+        let case: Self = json::read(text)?;
+        validate::validate(&case)?;
+        Ok(case)
+    }
+
+    /// Reads and checks a case file.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or as [`Case::from_json`].
+    pub fn load(path: &Path) -> Result<Self, CaseErrors> {
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            CaseError::new(path.display().to_string(), format!("cannot be read: {error}"))
+        })?;
+        Self::from_json(&text)
+    }
+
+    /// The case as JSON text.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("plain data always serialises")
+    }
+
+    /// A number that differs between cases that differ in anything that matters to a run.
+    pub fn fingerprint(&self) -> u64 {
+        let mut case = self.clone();
+        case.schema = None;
+        case.notes.clear();
+        case.output.checkpoint = 1.0;
+        fnv1a(serde_json::to_string(&case).expect("plain data always serialises").as_bytes())
+    }
+
+    /// JSON Schema of a case file with the options of the given methods.
+    pub fn schema(methods: &[(&str, Schema)]) -> Value {
+        let mut schema = schemars::schema_for!(Self).to_value();
+        let mut properties = serde_json::Map::new();
+        for (name, options) in methods {
+            let mut options = options.clone().to_value();
+            let object = options.as_object_mut().expect("options are an object");
+            object.remove("$schema");
+            if let Some(Value::Object(defs)) = object.remove("$defs") {
+                let all = schema["$defs"].as_object_mut().expect("a case has definitions");
+                all.extend(defs);
+            }
+            properties.insert((*name).to_owned(), options);
+        }
+        schema["properties"]["methods"] = json!({
+            "description": "Options per method.",
+            "type": "object",
+            "properties": properties,
+            "additionalProperties": false,
+        });
+        schema
+    }
+
+    /// Number of coordinates of the space.
+    pub fn dimension(&self) -> usize {
+        self.space.dimension()
+    }
+
+    /// Gravity with three components (m/s²).
+    pub fn gravity3(&self) -> [f64; 3] {
+        spatial(&self.gravity)
+    }
+
+    /// Sum of the durations of the stages (s).
+    pub fn end_time(&self) -> f64 {
+        self.stages.iter().map(|stage| stage.duration).sum()
+    }
+
+    /// The walls that stand during stage number `stage`, with their number in `boundaries`.
+    pub fn active_boundaries(&self, stage: usize) -> Vec<(usize, &Boundary)> {
+        let removed = |boundary: &Boundary| {
+            self.stages[..=stage]
+                .iter()
+                .any(|s| s.remove_boundaries.iter().any(|name| name == boundary.name()))
+        };
+        self.boundaries.iter().enumerate().filter(|(_, boundary)| !removed(boundary)).collect()
+    }
+
+    /// The options of method `name`, its defaults where the case gives none.
+    ///
+    /// # Errors
+    /// When they do not fit, with the path from the top of the case.
+    pub fn method_options<T: DeserializeOwned + JsonSchema>(&self, name: &str) -> Result<T, CaseError> {
+        let empty = json!({});
+        let value = self.methods.get(name).unwrap_or(&empty);
+        json::from_value(value, &format!("methods.{name}")).map_err(|errors| errors.first().clone())
+    }
+
+    /// What is allowed but worth a word.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        for (name, spec) in &self.materials {
+            if !self.bodies.iter().any(|body| body.material == *name) {
+                warnings.push(format!("materials.{name}: no body is made of it"));
+            }
+            warnings.extend(spec.warnings().into_iter().map(|warning| format!("materials.{name}.{warning}")));
+        }
+        warnings
+    }
+}
+
+/// FNV-1a hash of bytes.
+pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
+    bytes
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
+}
+
+fn spatial(values: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|c| values.get(c).copied().unwrap_or(0.0))
+}
+
+impl Velocity {
+    /// Velocity at `x` (m/s).
+    pub fn at(&self, x: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Rest => [0.0; 3],
+            Self::Uniform { value } => spatial(value),
+            Self::Linear { value, origin, gradient } => {
+                let (base, from) = (spatial(value), spatial(origin));
+                std::array::from_fn(|i| {
+                    let row = gradient.get(i).map_or([0.0; 3], |row| spatial(row));
+                    base[i] + (0..3).map(|j| row[j] * (x[j] - from[j])).sum::<f64>()
+                })
+            }
+            Self::Sine { amplitude, wave_vector, phase } => {
+                let k = spatial(wave_vector);
+                let angle = k[0] * x[0] + k[1] * x[1] + k[2] * x[2] + phase.to_radians();
+                spatial(amplitude).map(|a| a * angle.sin())
+            }
+        }
+    }
+}
+
+impl InitialStress {
+    /// Stress at `x` (Pa, tension-positive) in a material of `density` (kg/m³) under `gravity` (m/s²).
+    pub fn at(&self, x: [f64; 3], density: f64, gravity: [f64; 3]) -> SymTensor {
+        match self {
+            Self::None => SymTensor::ZERO,
+            Self::Uniform { value } => SymTensor(*value),
+            Self::K0 { surface, coefficient } => {
+                let Some(axis) = (0..3).find(|&axis| gravity[axis] != 0.0) else { return SymTensor::ZERO };
+                // Depth below the surface, counted along gravity.
+                let depth = ((x[axis] - surface) * gravity[axis].signum()).max(0.0);
+                let vertical = -density * gravity[axis].abs() * depth;
+                let mut stress = SymTensor::isotropic(coefficient * vertical);
+                stress[axis] = vertical;
+                stress
+            }
+        }
+    }
+}
+
+impl Boundary {
+    /// Its name, or that of its side.
+    pub fn name(&self) -> &str {
+        self.name.as_deref().unwrap_or(match self.side {
+            Side::XMin => "x-min",
+            Side::XMax => "x-max",
+            Side::YMin => "y-min",
+            Side::YMax => "y-max",
+            Side::ZMin => "z-min",
+            Side::ZMax => "z-max",
+        })
+    }
+
+    /// Coordinate of the wall's face (m).
+    pub fn position(&self, domain: &Domain) -> f64 {
+        let axis = self.side.axis();
+        self.position.unwrap_or(if self.side.is_max() { domain.max[axis] } else { domain.min[axis] })
+    }
+}

@@ -1,0 +1,338 @@
+//! What a case must satisfy beyond its schema.
+
+use std::collections::HashSet;
+
+use colluvium_constitutive::MaterialError;
+use colluvium_points::overlap;
+
+use crate::description::{Boundary, InitialStress, Load, Measure, Side, Space, Stage, Velocity, Wall};
+use crate::json::closest;
+use crate::{Case, CaseError, CaseErrors};
+
+/// Points per direction of the search for overlaps of bodies.
+const OVERLAP_RESOLUTION: usize = 24;
+
+/// More frames than anyone wants to keep.
+const MOST_FRAMES: f64 = 1e5;
+
+/// Collects errors under paths.
+struct Findings<'a> {
+    case: &'a Case,
+    errors: Vec<CaseError>,
+}
+
+/// Checks everything that the schema cannot say.
+///
+/// # Errors
+/// Every violation found, with its JSON path.
+pub fn validate(case: &Case) -> Result<(), CaseErrors> {
+    let mut findings = Findings { case, errors: Vec::new() };
+    findings.space();
+    if findings.errors.is_empty() {
+        findings.materials();
+        findings.bodies();
+        findings.boundaries();
+        findings.loads();
+        findings.stages();
+        findings.output();
+        findings.measures();
+        findings.methods();
+    }
+    if findings.errors.is_empty() { Ok(()) } else { Err(CaseErrors(findings.errors)) }
+}
+
+impl Findings<'_> {
+    fn report(&mut self, path: impl Into<String>, problem: impl Into<String>) {
+        self.errors.push(CaseError::new(path, problem));
+    }
+
+    fn require(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
+        if !holds {
+            self.report(path, problem);
+        }
+    }
+
+    fn vector(&mut self, path: &str, vector: &[f64]) {
+        let dimension = self.case.dimension();
+        let problem = format!("has {} entries, the space has {dimension} dimensions", vector.len());
+        self.require(vector.len() == dimension, path, problem);
+        for (number, value) in vector.iter().enumerate() {
+            self.require(value.is_finite(), format!("{path}[{number}]"), format!("{value} must be finite"));
+        }
+    }
+
+    fn side(&mut self, path: &str, side: Side) {
+        let dimension = self.case.dimension();
+        let problem =
+            format!("{side:?} is normal to an axis that a space of {dimension} dimensions does not have");
+        self.require(side.axis() < dimension, path, problem);
+    }
+
+    fn name(&mut self, path: &str, name: &str, known: &[&str], what: &str) {
+        if !known.contains(&name) {
+            let hint = closest(name, known).map_or(String::new(), |k| format!("; did you mean {k:?}?"));
+            self.report(path, format!("{name:?} is not {what}{hint}"));
+        }
+    }
+
+    fn space(&mut self) {
+        let case = self.case;
+        self.vector("domain.min", &case.domain.min);
+        self.vector("domain.max", &case.domain.max);
+        self.vector("gravity", &case.gravity);
+        for (axis, (min, max)) in case.domain.min.iter().zip(&case.domain.max).enumerate() {
+            self.require(min < max, format!("domain.max[{axis}]"), format!("{max} must be above min, {min}"));
+        }
+        if case.space == Space::Axisymmetric {
+            let least = case.domain.min.first().copied().unwrap_or(0.0);
+            let problem =
+                format!("{least} must not be negative: in axisymmetry x is the distance from the axis");
+            self.require(least >= 0.0, "domain.min[0]", problem);
+            let radial = case.gravity.first().copied().unwrap_or(0.0);
+            self.require(radial == 0.0, "gravity[0]", "must be 0: radial gravity is not axisymmetric");
+        }
+    }
+
+    fn materials(&mut self) {
+        let case = self.case;
+        self.require(!case.materials.is_empty(), "materials", "at least one material is needed");
+        for (name, spec) in &case.materials {
+            let path = format!("materials.{name}");
+            match spec.build() {
+                Ok(_) => {}
+                Err(MaterialError::Parameter { field, value, rule }) => {
+                    self.report(format!("{path}.{field}"), format!("{value} {rule}"));
+                }
+                Err(error) => self.report(&path, error.to_string()),
+            }
+            let planar = matches!(case.space, Space::PlaneStrain | Space::OneD);
+            if spec.assumes_plane_strain() && !planar {
+                let problem =
+                    "plane-strain matchings hold in plane strain only; use compression or extension";
+                self.report(format!("{path}.matching"), problem);
+            }
+        }
+    }
+
+    fn bodies(&mut self) {
+        let case = self.case;
+        let dimension = case.dimension();
+        let materials: Vec<&str> = case.materials.keys().map(String::as_str).collect();
+        self.require(!case.bodies.is_empty(), "bodies", "at least one body is needed");
+        let mut names = HashSet::new();
+        let mut sound = vec![false; case.bodies.len()];
+        for (number, body) in case.bodies.iter().enumerate() {
+            let path = format!("bodies[{number}]");
+            if !names.insert(&body.name) {
+                self.report(format!("{path}.name"), format!("{:?} names two bodies", body.name));
+            }
+            self.name(&format!("{path}.material"), &body.material, &materials, "defined under materials");
+            match body.shape.validate(dimension) {
+                Err(error) => self.report(format!("{path}.shape.{}", error.path), error.problem),
+                Ok(()) => {
+                    sound[number] = true;
+                    let (low, high) = body.shape.bounds(dimension);
+                    for axis in 0..dimension {
+                        let (min, max) = (case.domain.min[axis], case.domain.max[axis]);
+                        let slack = 1e-9 * (max - min);
+                        if low[axis] < min - slack || high[axis] > max + slack {
+                            let problem = format!(
+                                "reaches from {} to {} m along axis {axis}, beyond the domain from {min} to {max} m",
+                                low[axis], high[axis]
+                            );
+                            self.report(format!("{path}.shape"), problem);
+                        }
+                    }
+                }
+            }
+            self.velocity(&format!("{path}.velocity"), &body.velocity);
+            self.initial_stress(&format!("{path}.stress"), &body.stress);
+        }
+        for second in 1..case.bodies.len() {
+            for first in (0..second).filter(|&first| sound[first] && sound[second]) {
+                let (a, b) = (&case.bodies[first], &case.bodies[second]);
+                if let Some(place) = overlap(&a.shape, &b.shape, dimension, OVERLAP_RESOLUTION) {
+                    let problem = format!("overlaps the body {:?}, for example at {place:.4?} m", a.name);
+                    self.report(format!("bodies[{second}].shape"), problem);
+                }
+            }
+        }
+    }
+
+    fn velocity(&mut self, path: &str, velocity: &Velocity) {
+        match velocity {
+            Velocity::Rest => {}
+            Velocity::Uniform { value } => self.vector(&format!("{path}.value"), value),
+            Velocity::Linear { value, origin, gradient } => {
+                self.vector(&format!("{path}.value"), value);
+                self.vector(&format!("{path}.origin"), origin);
+                let dimension = self.case.dimension();
+                let problem = format!("has {} rows, the space has {dimension} dimensions", gradient.len());
+                self.require(gradient.len() == dimension, format!("{path}.gradient"), problem);
+                for (row, values) in gradient.iter().enumerate() {
+                    self.vector(&format!("{path}.gradient[{row}]"), values);
+                }
+            }
+            Velocity::Sine { amplitude, wave_vector, phase } => {
+                self.vector(&format!("{path}.amplitude"), amplitude);
+                self.vector(&format!("{path}.wave_vector"), wave_vector);
+                self.require(phase.is_finite(), format!("{path}.phase"), "must be finite (degrees)");
+            }
+        }
+    }
+
+    fn initial_stress(&mut self, path: &str, stress: &InitialStress) {
+        if let InitialStress::K0 { coefficient, .. } = stress {
+            let problem = format!("{coefficient} must not be negative");
+            self.require(*coefficient >= 0.0, format!("{path}.coefficient"), problem);
+            let along = self.case.gravity.iter().filter(|g| **g != 0.0).count();
+            self.require(along == 1, path, "a K0 stress needs gravity along one axis");
+        }
+    }
+
+    fn boundaries(&mut self) {
+        let case = self.case;
+        let mut names = HashSet::new();
+        let mut seen: Vec<(Side, f64)> = Vec::new();
+        for (number, boundary) in case.boundaries.iter().enumerate() {
+            let path = format!("boundaries[{number}]");
+            self.side(&format!("{path}.side"), boundary.side);
+            if !names.insert(boundary.name()) {
+                self.report(format!("{path}.name"), format!("{:?} names two boundaries", boundary.name()));
+            }
+            if boundary.side.axis() < case.dimension() {
+                let (axis, position) = (boundary.side.axis(), boundary.position(&case.domain));
+                let (min, max) = (case.domain.min[axis], case.domain.max[axis]);
+                let problem = format!("{position} is outside the domain, {min} to {max} m");
+                self.require((min..=max).contains(&position), format!("{path}.position"), problem);
+                if seen.contains(&(boundary.side, position)) {
+                    self.report(format!("{path}.side"), "a wall stands there already");
+                }
+                seen.push((boundary.side, position));
+            }
+            if let Wall::Frictional { friction_coefficient: value } = boundary.wall {
+                let path = format!("{path}.wall.friction_coefficient");
+                self.require(
+                    value.is_finite() && value >= 0.0,
+                    path,
+                    format!("{value} must not be negative"),
+                );
+            }
+            if let Some(velocity) = &boundary.velocity {
+                self.vector(&format!("{path}.velocity"), velocity);
+            }
+        }
+    }
+
+    fn loads(&mut self) {
+        let case = self.case;
+        let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
+        for (number, load) in case.loads.iter().enumerate() {
+            let Load::Traction { body, side, value, ramp } = load;
+            let path = format!("loads[{number}]");
+            self.name(&format!("{path}.body"), body, &bodies, "the name of a body");
+            self.side(&format!("{path}.side"), *side);
+            self.vector(&format!("{path}.value"), value);
+            self.require(*ramp >= 0.0, format!("{path}.ramp"), format!("{ramp} must not be negative (s)"));
+        }
+    }
+
+    fn stages(&mut self) {
+        let case = self.case;
+        self.require(!case.stages.is_empty(), "stages", "at least one stage is needed");
+        let mut names = HashSet::new();
+        for (number, stage) in case.stages.iter().enumerate() {
+            let path = format!("stages[{number}]");
+            if !names.insert(&stage.name) {
+                self.report(format!("{path}.name"), format!("{:?} names two stages", stage.name));
+            }
+            self.stage(&path, stage);
+        }
+    }
+
+    fn stage(&mut self, path: &str, stage: &Stage) {
+        let case = self.case;
+        let (duration, damping, ramp) = (stage.duration, stage.damping, stage.gravity_ramp);
+        let positive = duration.is_finite() && duration > 0.0;
+        self.require(positive, format!("{path}.duration"), format!("{duration} must be positive (s)"));
+        let problem = format!("{damping} is not in 0..1 (1 excluded)");
+        self.require((0.0..1.0).contains(&damping), format!("{path}.damping"), problem);
+        let problem = format!("{ramp} is not between 0 and the stage's duration, {duration} s");
+        self.require((0.0..=duration).contains(&ramp), format!("{path}.gravity_ramp"), problem);
+        if let Some(criterion) = &stage.equilibrium {
+            let bounds = [
+                ("unbalanced_force", criterion.unbalanced_force),
+                ("kinetic_energy", criterion.kinetic_energy),
+            ];
+            for (key, value) in bounds {
+                let path = format!("{path}.equilibrium.{key}");
+                self.require(value > 0.0 && value < 1.0, path, format!("{value} is not between 0 and 1"));
+            }
+            self.require(criterion.hold >= 1, format!("{path}.equilibrium.hold"), "must be at least 1");
+        }
+        let boundaries: Vec<&str> = case.boundaries.iter().map(Boundary::name).collect();
+        for (number, name) in stage.remove_boundaries.iter().enumerate() {
+            let path = format!("{path}.remove_boundaries[{number}]");
+            self.name(&path, name, &boundaries, "the name of a boundary");
+        }
+        let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
+        for (number, name) in stage.remove_bodies.iter().enumerate() {
+            self.name(&format!("{path}.remove_bodies[{number}]"), name, &bodies, "the name of a body");
+        }
+    }
+
+    fn output(&mut self) {
+        let output = &self.case.output;
+        let end = self.case.end_time();
+        for (key, interval) in [("frames", output.frames), ("measures", output.measures)] {
+            let Some(interval) = interval else { continue };
+            let path = format!("output.{key}");
+            if !(interval.is_finite() && interval > 0.0) {
+                self.report(path, format!("{interval} must be positive (s)"));
+            } else if end / interval > MOST_FRAMES {
+                self.report(path, format!("{interval} s would give {:.1e} outputs", end / interval));
+            }
+        }
+        let checkpoint = output.checkpoint;
+        self.require(checkpoint > 0.0, "output.checkpoint", format!("{checkpoint} must be positive (s)"));
+    }
+
+    fn measures(&mut self) {
+        let case = self.case;
+        let dimension = case.dimension();
+        for (name, measure) in &case.measures {
+            let path = format!("measures.{name}");
+            match measure {
+                Measure::Front { side, quantile } | Measure::RunOut { side, quantile, .. } => {
+                    self.side(&format!("{path}.side"), *side);
+                    let problem = format!("{quantile} is not in 0..=1 (0 excluded)");
+                    self.require(*quantile > 0.0 && *quantile <= 1.0, format!("{path}.quantile"), problem);
+                    if let Measure::RunOut { initial_length, .. } = measure {
+                        let problem = format!("{initial_length} must be positive (m)");
+                        self.require(*initial_length > 0.0, format!("{path}.initial_length"), problem);
+                    }
+                }
+                Measure::Profile { axis, height, bin } => {
+                    let fits = *axis < dimension && *height < dimension && axis != height;
+                    let problem =
+                        format!("{axis} and height {height} must be two different axes of the space");
+                    self.require(fits, format!("{path}.axis"), problem);
+                    self.require(*bin > 0.0, format!("{path}.bin"), format!("{bin} must be positive (m)"));
+                }
+                Measure::Probe { position, radius, fields } => {
+                    self.vector(&format!("{path}.position"), position);
+                    let problem = format!("{radius} must be positive (m)");
+                    self.require(*radius > 0.0, format!("{path}.radius"), problem);
+                    self.require(!fields.is_empty(), format!("{path}.fields"), "name at least one field");
+                }
+            }
+        }
+    }
+
+    fn methods(&mut self) {
+        for (name, options) in &self.case.methods {
+            let problem = "the options of a method are an object";
+            self.require(options.is_object(), format!("methods.{name}"), problem);
+        }
+    }
+}

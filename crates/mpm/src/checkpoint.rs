@@ -1,0 +1,204 @@
+//! Saving and restoring the solver, and the `Solver` face of it.
+
+use colluvium_case::description::{Reset, Stage};
+use colluvium_case::{Budget, Equilibrium, Snapshot, Solver, SolverError, TimeStep};
+use colluvium_constitutive::InitialCondition;
+use colluvium_grid::Basis;
+use serde::{Deserialize, Serialize};
+
+use crate::points::{PointDomain, SavedSet};
+use crate::setup;
+use crate::solver::MpmSolver;
+
+/// Version of the layout of a checkpoint.
+const FORMAT: u32 = 1;
+
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    format: u32,
+    dimension: usize,
+    shape: String,
+    time: f64,
+    step: u64,
+    travel: f64,
+    limit: Option<SavedLimit>,
+    external_work: f64,
+    sums: [f64; 4],
+    sets: Vec<SavedSet>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct SavedLimit {
+    dt: f64,
+    limit: String,
+    point: Option<u64>,
+    position: [f64; 3],
+    age: u64,
+}
+
+/// Every reason a time step can be limited by.
+const LIMITS: [&str; 4] = ["nothing", "elastic wave", "viscosity", "fixed by the case"];
+
+impl SavedLimit {
+    fn new(step: &TimeStep, age: u64) -> Self {
+        let TimeStep { dt, limit, point, position } = *step;
+        Self { dt, limit: limit.to_owned(), point, position, age }
+    }
+
+    fn time_step(&self) -> TimeStep {
+        let limit = LIMITS.into_iter().find(|l| *l == self.limit).unwrap_or(LIMITS[0]);
+        TimeStep { dt: self.dt, limit, point: self.point, position: self.position }
+    }
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for MpmSolver<D, S, B, P> {
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn step_count(&self) -> u64 {
+        self.step
+    }
+
+    fn points(&self) -> usize {
+        self.sets.iter().map(crate::points::PointSet::len).sum()
+    }
+
+    fn time_step(&mut self) -> TimeStep {
+        self.critical_step()
+    }
+
+    fn step(&mut self, dt: f64) -> Result<(), SolverError> {
+        self.advance(dt)
+    }
+
+    fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
+        let fresh = start == self.time;
+        self.stage = stage;
+        self.stage_start = start;
+        self.walls = setup::walls::<D, S, B>(&self.case, stage, &self.grid)
+            .map_err(|error| SolverError::Checkpoint(error.to_string()))?;
+        let case = &self.case;
+        let removed: Vec<&String> = case.stages[..=stage].iter().flat_map(|s| &s.remove_bodies).collect();
+        let bodies = self.sets.len();
+        self.sets.retain(|set| !removed.contains(&&case.bodies[set.body as usize].name));
+        if fresh {
+            self.external_work = 0.0;
+            self.limit = None;
+        }
+        if self.sets.len() != bodies {
+            self.sort();
+        }
+        Ok(())
+    }
+
+    fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
+        for reset in &stage.reset {
+            match reset {
+                Reset::Velocity => self.sets.iter_mut().for_each(|set| set.velocity.fill([0.0; D])),
+                Reset::Displacement => {
+                    self.sets.iter_mut().for_each(|set| set.origin.clone_from(&set.position));
+                }
+                Reset::State => self.reset_states()?,
+            }
+        }
+        Ok(())
+    }
+
+    fn equilibrium(&self) -> Option<Equilibrium> {
+        self.case.stages[self.stage].equilibrium?;
+        let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { f64::INFINITY };
+        let traction = self.traction_square();
+        Some(Equilibrium {
+            unbalanced_force: ratio(self.sums.unbalanced.sqrt(), (self.sums.external + traction).sqrt()),
+            kinetic_ratio: ratio(self.sums.kinetic, self.external_work.abs()),
+        })
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        self.take_snapshot()
+    }
+
+    fn budget(&self) -> Budget {
+        self.take_budget()
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let saved = Saved {
+            format: FORMAT,
+            dimension: D,
+            shape: B::NAME.to_owned(),
+            time: self.time,
+            step: self.step,
+            travel: self.travel,
+            limit: self.limit.as_ref().map(|limit| SavedLimit::new(limit, self.limit_age)),
+            external_work: self.external_work,
+            sums: [self.sums.unbalanced, self.sums.external, self.sums.work, self.sums.kinetic],
+            sets: self.sets.iter().map(crate::points::PointSet::save).collect(),
+        };
+        postcard::to_stdvec(&saved).expect("plain numbers always serialise")
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError> {
+        let wrong = |what: &str| SolverError::Checkpoint(what.to_owned());
+        let saved: Saved = postcard::from_bytes(bytes)
+            .map_err(|error| SolverError::Checkpoint(format!("cannot be read ({error})")))?;
+        if saved.format != FORMAT || saved.dimension != D || saved.shape != B::NAME {
+            return Err(wrong("was written by another version or for another case"));
+        }
+        let keep: Vec<u32> = saved.sets.iter().map(|set| set.body).collect();
+        self.sets.retain(|set| keep.contains(&set.body));
+        if self.sets.len() != saved.sets.len() {
+            return Err(wrong("names bodies that the case does not have"));
+        }
+        for (set, saved) in self.sets.iter_mut().zip(saved.sets) {
+            let fits = set.body == saved.body && set.restore(saved).is_some();
+            if !fits {
+                return Err(wrong("its arrays do not fit together"));
+            }
+        }
+        self.time = saved.time;
+        self.step = saved.step;
+        self.external_work = saved.external_work;
+        let [unbalanced, external, work, kinetic] = saved.sums;
+        self.sums = crate::momentum::RowSums { unbalanced, external, work, kinetic };
+        self.limit_age = saved.limit.as_ref().map_or(0, |limit| limit.age);
+        self.limit = saved.limit.as_ref().map(SavedLimit::time_step);
+        self.restore_layout(saved.travel);
+        Ok(())
+    }
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Active nodes and slabs after a restart. Slab bounds come from the checkpoint: since the sort
+    /// points may have drifted, and the order of summation must stay what it was.
+    fn restore_layout(&mut self, travel: f64) {
+        let slabs: Vec<Vec<usize>> = self.sets.iter().map(|set| set.slabs.clone()).collect();
+        self.find_active_nodes();
+        for (set, slabs) in self.sets.iter_mut().zip(slabs) {
+            set.slabs = slabs;
+        }
+        self.travel = travel;
+    }
+
+    fn reset_states(&mut self) -> Result<(), SolverError> {
+        for number in 0..self.sets.len() {
+            let set = &self.sets[number];
+            let condition =
+                |i: usize| InitialCondition { stress: set.stress[i], density: set.mass[i] / set.volume[i] };
+            let initial: Vec<InitialCondition> = (0..set.len()).map(condition).collect();
+            let (stress, states) = set
+                .material
+                .initial(&initial)
+                .map_err(|error| self.failed(number, error.index, error.source.to_string()))?;
+            self.sets[number].stress = stress;
+            self.sets[number].states = states;
+        }
+        Ok(())
+    }
+
+    fn traction_square(&self) -> f64 {
+        let tractions = self.sets.iter().flat_map(|set| &set.traction);
+        tractions.map(|force| force.iter().map(|c| c * c).sum::<f64>()).sum()
+    }
+}

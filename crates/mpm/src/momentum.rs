@@ -1,0 +1,120 @@
+//! The momentum solve on the nodes (MPM sheet §3.3, steps 2–4).
+
+use std::ops::Range;
+
+use colluvium_grid::{Lanes, Node, Walls};
+
+/// What a row of nodes adds to the measures of equilibrium (MPM sheet §2.14).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RowSums {
+    /// Square of the unbalanced force over the free degrees of freedom (N²).
+    pub unbalanced: f64,
+    /// Square of the external force (N²).
+    pub external: f64,
+    /// Work of the external forces in the step (J).
+    pub work: f64,
+    /// Kinetic energy of the nodes (J).
+    pub kinetic: f64,
+}
+
+impl RowSums {
+    /// Adds another row.
+    pub fn add(&mut self, other: &Self) {
+        self.unbalanced += other.unbalanced;
+        self.external += other.external;
+        self.work += other.work;
+        self.kinetic += other.kinetic;
+    }
+}
+
+/// Everything the solve of one step needs.
+pub struct MomentumSolve<'a, const D: usize> {
+    /// Step (s).
+    pub dt: f64,
+    /// Gravity at the end of the step (m/s²).
+    pub gravity: [f64; 3],
+    /// Local damping factor.
+    pub damping: f64,
+    /// Momentum variant of held nodes.
+    pub keep_start: bool,
+    /// Nodes lighter than this (kg) are skipped.
+    pub light: f64,
+    /// Whether to sum the measures of equilibrium.
+    pub audit: bool,
+    /// Boundary conditions.
+    pub walls: &'a Walls,
+    /// Nodes per axis.
+    pub nodes: [usize; D],
+}
+
+impl<const D: usize> MomentumSolve<'_, D> {
+    /// Turns momentum and force of the active nodes of a row into velocity at the end of the step
+    /// and acceleration.
+    pub fn row(&self, row: usize, active: Range<usize>, line: &mut [Node]) -> RowSums {
+        let mut sums = RowSums::default();
+        let [gx, gy, gz] = self.gravity;
+        let gravity = Lanes::new([gx, gy, gz, 0.0]);
+        let row_free = self.walls.is_free(0, row);
+        let plain = self.damping == 0.0 && !self.audit;
+        for number in active {
+            let node = &mut line[number];
+            let mass = node.motion.as_array()[3];
+            if mass <= self.light {
+                *node = Node::default();
+                continue;
+            }
+            let index = self.index(row, number);
+            if plain && row_free && (1..D).all(|axis| self.walls.is_free(axis, index[axis])) {
+                let inverse = 1.0 / mass;
+                let acceleration = node.force * inverse + gravity;
+                node.motion = node.motion * inverse + acceleration * self.dt;
+                node.force = acceleration;
+            } else {
+                self.node(&index, node, mass, &mut sums);
+            }
+        }
+        sums
+    }
+
+    fn index(&self, row: usize, number: usize) -> [usize; 3] {
+        match D {
+            1 => [row, 0, 0],
+            2 => [row, number, 0],
+            _ => [row, number / self.nodes[D - 1], number % self.nodes[D - 1]],
+        }
+    }
+
+    fn node(&self, index: &[usize; 3], node: &mut Node, mass: f64, sums: &mut RowSums) {
+        let motion = node.motion.to_array();
+        let force = node.force.to_array();
+        let mut start = [0.0; 3];
+        let mut end = [0.0; 3];
+        let mut total = [0.0; 3];
+        for c in 0..D {
+            start[c] = motion[c] / mass;
+            total[c] = force[c] + mass * self.gravity[c];
+            let damped = if start[c] == 0.0 { 0.0 } else { self.damping * total[c].abs() * start[c].signum() };
+            end[c] = start[c] + self.dt * (total[c] - damped) / mass;
+        }
+        let free_end = end;
+        for axis in 0..D {
+            if let Some(wall) = self.walls.at(axis, index[axis]) {
+                wall.constrain(&mut start, &mut end, self.keep_start);
+            }
+        }
+        if self.audit {
+            for c in 0..D {
+                let weight = mass * self.gravity[c];
+                if end[c] == free_end[c] {
+                    sums.unbalanced += total[c] * total[c];
+                }
+                sums.external += weight * weight;
+                sums.work += weight * end[c] * self.dt;
+                sums.kinetic += 0.5 * mass * end[c] * end[c];
+            }
+        }
+        node.motion = Lanes::new([end[0], end[1], end[2], mass]);
+        let rate = |c: usize| (end[c] - start[c]) / self.dt;
+        node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
+    }
+}

@@ -1,0 +1,220 @@
+//! The material points of one body, as a structure of arrays.
+
+use std::sync::Arc;
+
+use colluvium_constitutive::{Material, States, SymTensor};
+use colluvium_grid::Grid;
+use serde::{Deserialize, Serialize};
+
+/// What a point knows of its own domain, beyond the initial width all points of a body share.
+pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
+    /// Full widths (m) from the initial ones, on cells of edge `cell`.
+    fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D];
+
+    /// Follows the step `f = 1 + gradient` (row `i`, column `j`: `∂u_i/∂x_j`).
+    fn follow(&mut self, gradient: &[[f64; D]; D]);
+
+    /// The numbers to keep in a checkpoint.
+    fn to_numbers(self) -> Vec<f64>;
+
+    /// From the numbers of [`PointDomain::to_numbers`].
+    fn from_numbers(numbers: &[f64]) -> Self;
+}
+
+/// A domain that keeps its size (and shape functions that do not look at it).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FixedDomain;
+
+impl<const D: usize> PointDomain<D> for FixedDomain {
+    #[inline(always)]
+    fn extent(&self, initial: &[f64; D], _cell: f64) -> [f64; D] {
+        *initial
+    }
+    #[inline(always)]
+    fn follow(&mut self, _gradient: &[[f64; D]; D]) {}
+    fn to_numbers(self) -> Vec<f64> {
+        Vec::new()
+    }
+    fn from_numbers(_numbers: &[f64]) -> Self {
+        Self
+    }
+}
+
+/// A domain that stretches with the diagonal of the deformation gradient (contiguous-particle
+/// GIMP, Wallstedt & Guilkey 2008; MPM sheet §2.5c), kept between 0.001 and 2 cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StretchingDomain<const D: usize> {
+    deformation: [[f64; D]; D],
+}
+
+impl<const D: usize> Default for StretchingDomain<D> {
+    fn default() -> Self {
+        let unit = |i, j| if i == j { 1.0 } else { 0.0 };
+        Self { deformation: std::array::from_fn(|i| std::array::from_fn(|j| unit(i, j))) }
+    }
+}
+
+impl<const D: usize> PointDomain<D> for StretchingDomain<D> {
+    #[inline(always)]
+    fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D] {
+        std::array::from_fn(|a| (initial[a] * self.deformation[a][a]).clamp(1e-3 * cell, 2.0 * cell))
+    }
+
+    #[inline(always)]
+    fn follow(&mut self, gradient: &[[f64; D]; D]) {
+        let old = self.deformation;
+        for i in 0..D {
+            for j in 0..D {
+                let change: f64 = (0..D).map(|k| gradient[i][k] * old[k][j]).sum();
+                self.deformation[i][j] += change;
+            }
+        }
+    }
+
+    fn to_numbers(self) -> Vec<f64> {
+        self.deformation.as_flattened().to_vec()
+    }
+
+    fn from_numbers(numbers: &[f64]) -> Self {
+        let mut domain = Self::default();
+        domain.deformation.as_flattened_mut().copy_from_slice(numbers);
+        domain
+    }
+}
+
+/// All points of one body. Every array has one entry per point, in the order of the last sort.
+pub struct PointSet<const D: usize, P> {
+    /// Index into `Case::bodies`.
+    pub body: u32,
+    /// The law.
+    pub material: Arc<dyn Material>,
+    /// Initial full width of every point's domain (m).
+    pub extent: [f64; D],
+    /// Ids, the same for life.
+    pub id: Vec<u32>,
+    /// Positions (m).
+    pub position: Vec<[f64; D]>,
+    /// Velocities (m/s).
+    pub velocity: Vec<[f64; D]>,
+    /// Masses (kg).
+    pub mass: Vec<f64>,
+    /// Current volumes (m³; m² × 1 m in plane strain, per radian in axisymmetry).
+    pub volume: Vec<f64>,
+    /// Initial volumes.
+    pub initial_volume: Vec<f64>,
+    /// Cauchy stresses (Pa).
+    pub stress: Vec<SymTensor>,
+    /// States of the law.
+    pub states: States,
+    /// Positions from which displacement is counted (m).
+    pub origin: Vec<[f64; D]>,
+    /// What the points know of their domains.
+    pub domain: Vec<P>,
+    /// Traction forces at full load (N); empty where the body carries none.
+    pub traction: Vec<[f64; D]>,
+    /// Bounds of the slabs within the arrays.
+    pub slabs: Vec<usize>,
+}
+
+impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    /// Sorts the points by cell of `grid`.
+    pub fn sort(&mut self, grid: &Grid<D>) {
+        let order = colluvium_grid::sort_by_cell(grid, &self.position);
+        if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
+            return;
+        }
+        fn permute<T: Copy>(values: &mut Vec<T>, order: &[u32]) {
+            if !values.is_empty() {
+                *values = order.iter().map(|&i| values[i as usize]).collect();
+            }
+        }
+        permute(&mut self.id, &order);
+        permute(&mut self.position, &order);
+        permute(&mut self.velocity, &order);
+        permute(&mut self.mass, &order);
+        permute(&mut self.volume, &order);
+        permute(&mut self.initial_volume, &order);
+        permute(&mut self.stress, &order);
+        permute(&mut self.origin, &order);
+        permute(&mut self.domain, &order);
+        permute(&mut self.traction, &order);
+        self.states = self.states.permuted(&order);
+    }
+
+    /// Everything that changes, for a checkpoint.
+    pub fn save(&self) -> SavedSet {
+        SavedSet {
+            body: self.body,
+            id: self.id.clone(),
+            position: self.position.as_flattened().to_vec(),
+            velocity: self.velocity.as_flattened().to_vec(),
+            mass: self.mass.clone(),
+            volume: self.volume.clone(),
+            initial_volume: self.initial_volume.clone(),
+            stress: self.stress.clone(),
+            states: self.material.save(&self.states),
+            origin: self.origin.as_flattened().to_vec(),
+            domain: self.domain.iter().flat_map(|d| d.to_numbers()).collect(),
+            traction: self.traction.as_flattened().to_vec(),
+            slabs: self.slabs.clone(),
+        }
+    }
+
+    /// Takes the arrays of [`PointSet::save`]; `None` where they do not fit together.
+    pub fn restore(&mut self, saved: SavedSet) -> Option<()> {
+        let n = saved.id.len();
+        let scalars = [&saved.mass, &saved.volume, &saved.initial_volume];
+        let vectors = [&saved.position, &saved.velocity, &saved.origin];
+        let per_domain = P::default().to_numbers().len();
+        let fits = scalars.iter().all(|a| a.len() == n)
+            && vectors.iter().all(|a| a.len() == n * D)
+            && saved.stress.len() == n
+            && saved.domain.len() == n * per_domain
+            && (saved.traction.is_empty() || saved.traction.len() == n * D)
+            && saved.slabs.last() == Some(&n);
+        let states = self.material.load(&saved.states)?;
+        if !fits || states.len() != n {
+            return None;
+        }
+        let vectors = |flat: &[f64]| -> Vec<[f64; D]> { flat.as_chunks().0.to_vec() };
+        self.id = saved.id;
+        self.position = vectors(&saved.position);
+        self.velocity = vectors(&saved.velocity);
+        self.mass = saved.mass;
+        self.volume = saved.volume;
+        self.initial_volume = saved.initial_volume;
+        self.stress = saved.stress;
+        self.states = states;
+        self.origin = vectors(&saved.origin);
+        self.domain = match per_domain {
+            0 => vec![P::default(); n],
+            width => saved.domain.chunks(width).map(P::from_numbers).collect(),
+        };
+        self.traction = vectors(&saved.traction);
+        self.slabs = saved.slabs;
+        Some(())
+    }
+}
+
+/// The arrays of a [`PointSet`] in a checkpoint.
+#[derive(Serialize, Deserialize)]
+pub struct SavedSet {
+    pub(crate) body: u32,
+    id: Vec<u32>,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    mass: Vec<f64>,
+    volume: Vec<f64>,
+    initial_volume: Vec<f64>,
+    stress: Vec<SymTensor>,
+    states: Vec<u8>,
+    origin: Vec<f64>,
+    domain: Vec<f64>,
+    traction: Vec<f64>,
+    slabs: Vec<usize>,
+}

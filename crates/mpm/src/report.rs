@@ -1,0 +1,192 @@
+//! What the solver tells: time-step limit, snapshot, budget.
+
+use colluvium_case::{Budget, Field, FieldData, Snapshot, TimeStep};
+use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
+use colluvium_grid::Basis;
+use rayon::prelude::*;
+
+use crate::points::{PointDomain, PointSet};
+use crate::solver::MpmSolver;
+
+/// The point with the smallest stable step.
+#[derive(Clone, Copy)]
+struct Limit {
+    dt: f64,
+    limit: &'static str,
+    set: usize,
+    index: usize,
+}
+
+impl Limit {
+    fn smaller(self, other: Self) -> Self {
+        let other_first = (other.dt, other.set, other.index) < (self.dt, self.set, self.index);
+        if other_first { other } else { self }
+    }
+}
+
+fn spatial<const D: usize>(vector: &[f64; D]) -> [f64; 3] {
+    std::array::from_fn(|c| if c < D { vector[c] } else { 0.0 })
+}
+
+fn square<const D: usize>(vector: &[f64; D]) -> f64 {
+    vector.iter().map(|c| c * c).sum()
+}
+
+/// One number per point of a set, block by block.
+fn per_point<const D: usize, P: PointDomain<D>>(
+    set: &PointSet<D, P>,
+    width: usize,
+    mut values: impl FnMut(&[SymTensor], &StateBlock, &mut [f64]),
+) -> Vec<f64> {
+    let mut out = vec![0.0; set.len() * width];
+    if width > 0 {
+        let blocks = set.stress.chunks(BLOCK).zip(set.states.blocks()).zip(out.chunks_mut(BLOCK * width));
+        for ((stress, states), out) in blocks {
+            values(stress, states, out);
+        }
+    }
+    out
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// The largest step that the waves, the motion and the viscosity of the points allow.
+    pub(crate) fn wave_limit(&self) -> TimeStep {
+        let none = Limit { dt: f64::INFINITY, limit: "nothing", set: 0, index: 0 };
+        let mut least = none;
+        for (number, set) in self.sets.iter().enumerate() {
+            let blocks = set.stress.par_chunks(BLOCK).zip(set.states.blocks()).enumerate().with_min_len(16);
+            let of_block = |(block, (stress, states)): (usize, (&[SymTensor], &StateBlock))| {
+                self.block_limit(number, block * BLOCK, stress, states)
+            };
+            least = least.smaller(blocks.map(of_block).reduce(|| none, Limit::smaller));
+        }
+        let point = self.sets.get(least.set).filter(|set| least.index < set.len());
+        TimeStep {
+            dt: least.dt,
+            limit: least.limit,
+            point: point.map(|set| u64::from(set.id[least.index])),
+            position: point.map_or([0.0; 3], |set| spatial(&set.position[least.index])),
+        }
+    }
+
+    fn block_limit(&self, number: usize, first: usize, stress: &[SymTensor], states: &StateBlock) -> Limit {
+        let set = &self.sets[number];
+        let h = self.grid.cell;
+        let mut moduli = [0.0; BLOCK];
+        let mut viscosities = [0.0; BLOCK];
+        set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
+        set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
+        let mut least = Limit { dt: f64::INFINITY, limit: "nothing", set: number, index: first };
+        for k in 0..stress.len() {
+            let index = first + k;
+            let density = set.mass[index] / set.volume[index];
+            let speed = (moduli[k] / density).sqrt() + square(&set.velocity[index]).sqrt();
+            let wave = Limit { dt: self.options.courant * h / speed, limit: "elastic wave", set: number, index };
+            least = least.smaller(wave);
+            if viscosities[k] > 0.0 {
+                // Explicit diffusion of momentum, MPM sheet §2.10.
+                let dt = self.options.courant * density * h * h / (2.0 * D as f64 * viscosities[k]);
+                least = least.smaller(Limit { dt, limit: "viscosity", set: number, index });
+            }
+        }
+        least
+    }
+
+    /// Everything on the points, in the order of ids.
+    pub(crate) fn take_snapshot(&self) -> Snapshot {
+        let mut order: Vec<(u32, usize, usize)> = Vec::new();
+        for (number, set) in self.sets.iter().enumerate() {
+            order.extend(set.id.iter().enumerate().map(|(index, &id)| (id, number, index)));
+        }
+        order.par_sort_unstable();
+        let scalar = |value: &dyn Fn(&PointSet<D, P>, usize) -> f64| -> FieldData {
+            FieldData::Scalar(order.iter().map(|&(_, s, i)| value(&self.sets[s], i)).collect())
+        };
+        let vector = |value: &dyn Fn(&PointSet<D, P>, usize) -> [f64; 3]| -> Vec<[f64; 3]> {
+            order.iter().map(|&(_, s, i)| value(&self.sets[s], i)).collect()
+        };
+        let displacement = |set: &PointSet<D, P>, i: usize| -> [f64; 3] {
+            spatial(&std::array::from_fn::<f64, D, _>(|c| set.position[i][c] - set.origin[i][c]))
+        };
+        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
+        let mut fields = vec![
+            field("velocity", "m/s", FieldData::Vector(vector(&|s, i| spatial(&s.velocity[i])))),
+            field("displacement", "m", FieldData::Vector(vector(&displacement))),
+            field("stress", "Pa", FieldData::Tensor(order.iter().map(|&(_, s, i)| self.sets[s].stress[i]).collect())),
+            field("pressure", "Pa", scalar(&|s, i| s.stress[i].pressure())),
+            field("deviatoric_stress", "Pa", scalar(&|s, i| s.stress[i].q())),
+            field("mass", "kg", scalar(&|s, i| s.mass[i])),
+            field("volume", "m3", scalar(&|s, i| s.volume[i])),
+            field("density", "kg/m3", scalar(&|s, i| s.mass[i] / s.volume[i])),
+        ];
+        fields.extend(self.law_fields(&order));
+        let extents = |s: &PointSet<D, P>, i: usize| spatial(&s.domain[i].extent(&s.extent, self.grid.cell));
+        Snapshot {
+            time: self.time,
+            step: self.step,
+            ids: order.iter().map(|&(id, ..)| u64::from(id)).collect(),
+            bodies: order.iter().map(|&(_, s, _)| self.sets[s].body).collect(),
+            positions: vector(&|s, i| spatial(&s.position[i])),
+            extents: vector(&extents),
+            fields,
+        }
+    }
+
+    /// The laws' own scalars; NaN on points whose law has no such scalar.
+    fn law_fields(&self, order: &[(u32, usize, usize)]) -> Vec<Field> {
+        let mut names: Vec<&'static str> = Vec::new();
+        for set in &self.sets {
+            for &name in set.material.output_names() {
+                if !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+        }
+        let tables: Vec<Vec<f64>> = self
+            .sets
+            .iter()
+            .map(|set| {
+                let width = set.material.output_names().len();
+                per_point(set, width, |stress, states, out| set.material.outputs(stress, states, out))
+            })
+            .collect();
+        let values = |name: &str| -> Vec<f64> {
+            let column = |s: usize| self.sets[s].material.output_names().iter().position(|n| *n == name);
+            let columns: Vec<Option<usize>> = (0..self.sets.len()).map(column).collect();
+            let value = |&(_, s, i): &(u32, usize, usize)| {
+                let width = self.sets[s].material.output_names().len();
+                columns[s].map_or(f64::NAN, |c| tables[s][i * width + c])
+            };
+            order.iter().map(value).collect()
+        };
+        let fields = names.iter().map(|name| Field {
+            name: (*name).to_owned(),
+            unit: "",
+            data: FieldData::Scalar(values(name)),
+        });
+        fields.collect()
+    }
+
+    /// Totals over the points.
+    pub(crate) fn take_budget(&self) -> Budget {
+        let mut budget = Budget::default();
+        for set in &self.sets {
+            let energies = per_point(set, 1, |stress, states, out| {
+                set.material.stored_energies(stress, states, out);
+            });
+            for i in 0..set.len() {
+                let (x, v, m) = (spatial(&set.position[i]), spatial(&set.velocity[i]), set.mass[i]);
+                budget.mass += m;
+                budget.kinetic += 0.5 * m * square(&v);
+                budget.elastic += energies[i] * set.volume[i];
+                for c in 0..3 {
+                    let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+                    budget.momentum[c] += m * v[c];
+                    budget.angular_momentum[c] += m * (x[a] * v[b] - x[b] * v[a]);
+                    budget.potential -= m * self.gravity[c] * x[c];
+                }
+            }
+        }
+        budget
+    }
+}

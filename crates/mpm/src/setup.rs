@@ -1,0 +1,357 @@
+//! From a case to a solver: refuses what the method cannot honour, by JSON path.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use colluvium_case::description::{Body, Load, Side, Space, Wall as CaseWall};
+use colluvium_case::{Case, CaseError, Plan, Solver};
+use colluvium_constitutive::{InitialCondition, Material};
+use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
+use colluvium_points::Sample;
+
+use crate::config::ShapeFunctions;
+use crate::momentum::RowSums;
+use crate::points::{PointDomain, PointSet};
+use crate::solver::MpmSolver;
+use crate::{MpmOptions, dispatch};
+
+/// Beyond this many points the ids no longer fit.
+const MOST_POINTS: usize = u32::MAX as usize;
+
+/// The options of the case, checked.
+pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
+    if !case.methods.contains_key("mpm") {
+        let problem = "is missing: the material point method needs at least its `cell_size` (m)";
+        return Err(CaseError::new("methods.mpm", problem));
+    }
+    let options: MpmOptions = case.method_options("mpm")?;
+    options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
+    Ok(options)
+}
+
+/// The grid of the case.
+pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>, CaseError> {
+    let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
+    Grid::new(corner(&case.domain.min), corner(&case.domain.max), options.cell_size)
+        .map_err(|error| CaseError::new("methods.mpm.cell_size", error.to_string()))
+}
+
+/// The walls of a stage.
+pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
+    case: &Case,
+    stage: usize,
+    grid: &Grid<D>,
+) -> Result<Walls, CaseError> {
+    let nodes: Vec<usize> = (0..D).map(|axis| B::nodes(grid.cells[axis])).collect();
+    let mut walls = Vec::new();
+    if case.space == Space::Axisymmetric && grid.origin[0] == 0.0 {
+        let kind = WallKind::Smooth;
+        walls.push(Wall { axis: 0, upper: false, node: B::GHOSTS, kind, separation: false, velocity: [0.0; 3] });
+    }
+    for (number, boundary) in case.active_boundaries(stage) {
+        let axis = boundary.side.axis();
+        let face = (boundary.position(&case.domain) - grid.origin[axis]) / grid.cell;
+        let path = || format!("boundaries[{number}].position");
+        if (face - face.round()).abs() > 1e-6 {
+            let problem = format!("lies {face:.6} cells from the domain's side: a wall must lie on a grid line");
+            return Err(CaseError::new(path(), problem));
+        }
+        let face = face.round() as usize;
+        let inside = face > 0 && face < grid.cells[axis];
+        if inside && matches!(B::NAME, "quadratic B-spline" | "cubic B-spline") {
+            let problem = format!("with {} shape functions walls must lie on the domain's sides", B::NAME);
+            return Err(CaseError::new(path(), problem));
+        }
+        let node = if face == grid.cells[axis] { nodes[axis] - 1 - B::GHOSTS } else { face + B::GHOSTS };
+        let kind = match boundary.wall {
+            CaseWall::Rough => WallKind::Rough,
+            CaseWall::Smooth => WallKind::Smooth,
+            CaseWall::Frictional { friction_coefficient } => {
+                WallKind::Frictional { coefficient: friction_coefficient }
+            }
+        };
+        let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
+        let (upper, separation) = (boundary.side.is_max(), boundary.separation);
+        walls.push(Wall { axis, upper, node, kind, separation, velocity });
+    }
+    Ok(Walls::new(&nodes, walls))
+}
+
+fn spatial(values: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|c| values.get(c).copied().unwrap_or(0.0))
+}
+
+/// The solver of a case.
+struct Build<'a> {
+    case: &'a Case,
+    options: &'a MpmOptions,
+}
+
+impl dispatch::Visitor for Build<'_> {
+    type Output = Result<Box<dyn Solver>, CaseError>;
+
+    fn visit<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(self) -> Self::Output {
+        Ok(Box::new(solver::<D, S, B, P>(self.case, self.options)?))
+    }
+}
+
+/// What would be solved.
+struct Measure<'a> {
+    case: &'a Case,
+    options: &'a MpmOptions,
+}
+
+impl dispatch::Visitor for Measure<'_> {
+    type Output = Result<Plan, CaseError>;
+
+    fn visit<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(self) -> Self::Output {
+        let mut solver = solver::<D, S, B, P>(self.case, self.options)?;
+        let time_step = solver.critical_step();
+        let points = solver.points();
+        let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
+        let nodes = solver.layout.len();
+        let per_node = size_of::<Node>() + 32;
+        Ok(Plan {
+            points,
+            nodes,
+            steps: (duration / time_step.dt).ceil() as u64,
+            time_step,
+            memory: (points * bytes_per_point::<D, P>() + nodes * per_node) as u64,
+            updates_per_second: if D == 3 { 1.5e6 } else { 5e6 },
+            warnings: warnings(self.case, self.options, points),
+        })
+    }
+}
+
+/// Memory of a point (bytes), without the state of its law, sorting buffers included.
+pub fn bytes_per_point<const D: usize, P>() -> usize {
+    let vector = D * size_of::<f64>();
+    4 + 3 * vector + 3 * 8 + size_of::<colluvium_constitutive::SymTensor>() + size_of::<P>() + 16 + 48
+}
+
+fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
+    let mut warnings = case.warnings();
+    let dimension = case.dimension() as u32;
+    let wanted = if dimension == 3 { 8 } else { 2usize.pow(dimension) };
+    let per_cell = options.points_per_cell.pow(dimension);
+    if per_cell < wanted {
+        warnings.push(format!(
+            "methods.mpm.points_per_cell: {per_cell} points per cell; fewer than {wanted} under-sample the grid"
+        ));
+    }
+    if options.shape == ShapeFunctions::Linear && points > 0 {
+        warnings.push(
+            "methods.mpm.shape: linear shape functions make noise when points cross cells; \
+             refining the grid makes it worse"
+                .to_owned(),
+        );
+    }
+    for (number, stage) in case.stages.iter().enumerate() {
+        if stage.damping > 0.0 && stage.equilibrium.is_none() {
+            warnings.push(format!(
+                "stages[{number}].damping: local damping in a stage without `equilibrium` also slows real motion"
+            ));
+        }
+    }
+    warnings
+}
+
+/// The solver of `case`.
+pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    let options = options(case)?;
+    dispatch::dispatch(case, &options, Build { case, options: &options })
+}
+
+/// The plan of `case`.
+pub fn plan(case: &Case) -> Result<Plan, CaseError> {
+    let options = options(case)?;
+    dispatch::dispatch(case, &options, Measure { case, options: &options })
+}
+
+/// A solver with its concrete type, at time zero.
+pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    case: &Case,
+    options: &MpmOptions,
+) -> Result<MpmSolver<D, S, B, P>, CaseError> {
+    let grid = grid::<D>(case, options)?;
+    for stage in 0..case.stages.len() {
+        walls::<D, S, B>(case, stage, &grid)?;
+    }
+    let mut sets = Vec::new();
+    let mut next = 0;
+    for number in 0..case.bodies.len() {
+        let set = point_set::<D, P>(case, options, &grid, number, next)?;
+        next += set.len();
+        sets.push(set);
+    }
+    for (number, load) in case.loads.iter().enumerate() {
+        apply_load(case, number, load, &mut sets)?;
+    }
+    let layout = Layout::new::<S, B>(&grid);
+    let mut solver = MpmSolver {
+        case: Arc::new(case.clone()),
+        options: options.clone(),
+        nodes: vec![Node::default(); layout.len()],
+        remapped: Vec::new(),
+        row_sums: vec![RowSums::default(); layout.nodes()[0]],
+        walls: walls::<D, S, B>(case, 0, &grid)?,
+        layout,
+        grid,
+        sets,
+        axisymmetric: case.space == Space::Axisymmetric,
+        gravity: case.gravity3(),
+        stage: 0,
+        stage_start: 0.0,
+        time: 0.0,
+        step: 0,
+        travel: 0.0,
+        heaviest: 0.0,
+        limit: None,
+        limit_age: 0,
+        sums: RowSums::default(),
+        external_work: 0.0,
+        basis: PhantomData,
+    };
+    if options.stress_update != crate::StressScheme::Usl {
+        solver.remapped = vec![Default::default(); solver.layout.len()];
+    }
+    solver.sort();
+    check_fixed_step(&mut solver, options)?;
+    Ok(solver)
+}
+
+fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    solver: &mut MpmSolver<D, S, B, P>,
+    options: &MpmOptions,
+) -> Result<(), CaseError> {
+    let Some(step) = options.time_step else { return Ok(()) };
+    let critical = solver.wave_limit().dt / options.courant;
+    if step > critical {
+        let problem = format!("{step} s is larger than the critical step {critical:.4e} s");
+        return Err(CaseError::new("methods.mpm.time_step", problem));
+    }
+    Ok(())
+}
+
+fn point_set<const D: usize, P: PointDomain<D>>(
+    case: &Case,
+    options: &MpmOptions,
+    grid: &Grid<D>,
+    number: usize,
+    first_id: usize,
+) -> Result<PointSet<D, P>, CaseError> {
+    let body = &case.bodies[number];
+    let path = format!("bodies[{number}]");
+    let samples = samples(options, grid, body, &path, first_id)?;
+    let spec = &case.materials[&body.material];
+    let material: Arc<dyn Material> = spec
+        .build()
+        .map_err(|error| CaseError::new(format!("materials.{}", body.material), error.to_string()))?;
+    let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
+    let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
+    let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
+    let density = spec.density();
+    let initial: Vec<InitialCondition> = position
+        .iter()
+        .map(|x| InitialCondition { stress: body.stress.at(spatial(x), density, case.gravity3()), density })
+        .collect();
+    let (stress, states) = material.initial(&initial).map_err(|error| {
+        let place = &position[error.index];
+        CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))
+    })?;
+    let velocity_at = |x: &[f64; D]| {
+        let velocity = body.velocity.at(spatial(x));
+        std::array::from_fn(|c| velocity[c])
+    };
+    Ok(PointSet {
+        body: number as u32,
+        material,
+        extent: [grid.cell / options.points_per_cell as f64; D],
+        id: (first_id as u32..(first_id + position.len()) as u32).collect(),
+        velocity: position.iter().map(velocity_at).collect(),
+        mass: volume.iter().map(|v| v * density).collect(),
+        initial_volume: volume.clone(),
+        volume,
+        stress,
+        states,
+        origin: position.clone(),
+        domain: vec![P::default(); position.len()],
+        position,
+        traction: Vec::new(),
+        slabs: Vec::new(),
+    })
+}
+
+fn samples<const D: usize>(
+    options: &MpmOptions,
+    grid: &Grid<D>,
+    body: &Body,
+    path: &str,
+    first_id: usize,
+) -> Result<Vec<Sample<D>>, CaseError> {
+    let samples = colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
+        .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?;
+    if samples.is_empty() {
+        let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);
+        return Err(CaseError::new(format!("{path}.shape"), problem));
+    }
+    if first_id + samples.len() > MOST_POINTS {
+        return Err(CaseError::new("methods.mpm.cell_size", format!("gives more than {MOST_POINTS} points")));
+    }
+    if let Some(outside) = samples.iter().find(|sample| !grid.contains(&sample.position)) {
+        let problem = format!("the point at {:?} m lies outside the domain", outside.position);
+        return Err(CaseError::new(format!("{path}.shape"), problem));
+    }
+    Ok(samples)
+}
+
+/// Gives the outermost layer of points of the loaded side its share of the traction (MPM sheet §2.11).
+fn apply_load<const D: usize, P: PointDomain<D>>(
+    case: &Case,
+    number: usize,
+    load: &Load,
+    sets: &mut [PointSet<D, P>],
+) -> Result<(), CaseError> {
+    let Load::Traction { body, side, value, .. } = load;
+    let set = sets.iter_mut().find(|set| case.bodies[set.body as usize].name == *body);
+    let Some(set) = set else {
+        return Err(CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")));
+    };
+    if set.traction.is_empty() {
+        set.traction = vec![[0.0; D]; set.position.len()];
+    }
+    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
+    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
+    let across: f64 = (0..D).filter(|c| *c != axis).map(|c| set.extent[c]).product();
+    for (position, force) in set.position.iter().zip(&mut set.traction) {
+        if sign * position[axis] > outermost - 0.5 * set.extent[axis] {
+            let radius = match (case.space, side) {
+                (Space::Axisymmetric, Side::XMin | Side::XMax) => position[0] + sign * 0.5 * set.extent[0],
+                (Space::Axisymmetric, _) => position[0],
+                _ => 1.0,
+            };
+            for c in 0..D {
+                force[c] += value[c] * across * radius;
+            }
+        }
+    }
+    Ok(())
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Factor on the tractions of each body at the end of a step of `dt`.
+    pub(crate) fn load_factor(&self, dt: f64) -> Vec<f64> {
+        let factor = |body: &Body| {
+            let of_body = |load: &&Load| {
+                let Load::Traction { body: name, .. } = load;
+                *name == body.name
+            };
+            let ramp = self.case.loads.iter().find(of_body).map_or(0.0, |load| {
+                let Load::Traction { ramp, .. } = load;
+                *ramp
+            });
+            if ramp > 0.0 { ((self.time + dt) / ramp).min(1.0) } else { 1.0 }
+        };
+        self.case.bodies.iter().map(factor).collect()
+    }
+}

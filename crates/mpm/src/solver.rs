@@ -1,0 +1,159 @@
+//! The solver: its data and one step.
+
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+use colluvium_case::{Case, SolverError, TimeStep};
+use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
+
+use crate::MpmOptions;
+use crate::config::StressScheme;
+use crate::momentum::{MomentumSolve, RowSums};
+use crate::points::{PointDomain, PointSet};
+use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
+
+/// Steps between re-evaluations of the critical time step.
+pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
+
+/// Nodes lighter than this share of the heaviest point are left out of the momentum solve.
+const LIGHT_NODE: f64 = 1e-12;
+
+/// Explicit MPM in `D` dimensions with the shape functions `B` (`S` nodes per axis).
+pub struct MpmSolver<const D: usize, const S: usize, B, P> {
+    pub(crate) case: Arc<Case>,
+    pub(crate) options: MpmOptions,
+    pub(crate) grid: Grid<D>,
+    pub(crate) layout: Layout<D>,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) remapped: Vec<Lanes>,
+    pub(crate) row_sums: Vec<RowSums>,
+    pub(crate) sets: Vec<PointSet<D, P>>,
+    pub(crate) walls: Walls,
+    pub(crate) axisymmetric: bool,
+    pub(crate) gravity: [f64; 3],
+    pub(crate) stage: usize,
+    pub(crate) stage_start: f64,
+    pub(crate) time: f64,
+    pub(crate) step: u64,
+    /// Sum over the steps since the last sort of the largest move along an axis (m).
+    pub(crate) travel: f64,
+    pub(crate) heaviest: f64,
+    pub(crate) limit: Option<TimeStep>,
+    pub(crate) limit_age: u64,
+    pub(crate) sums: RowSums,
+    pub(crate) external_work: f64,
+    pub(crate) basis: PhantomData<B>,
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// One step (MPM sheet §3.3); the numbers are those of the sheet.
+    pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        // 0: cells, weights, empty grid.
+        self.sort_if_moved();
+        self.layout.reset(&mut self.nodes);
+        let moved = match self.options.stress_update {
+            StressScheme::Usl => {
+                self.scatter(Scatter::Everything, dt); // 1
+                self.solve_momentum(dt); // 2–4
+                // 5, 7–9
+                self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, stress: true, position: true })?
+            }
+            StressScheme::Musl => {
+                self.scatter(Scatter::Everything, dt); // 1
+                self.solve_momentum(dt); // 2–4
+                self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, ..PointUpdate::NONE })?; // 5
+                self.remap(); // 6
+                // 7–9
+                self.update_points::<REMAPPED>(dt, PointUpdate { velocity: false, stress: true, position: true })?
+            }
+            StressScheme::Usf => {
+                self.scatter(Scatter::Motion, dt); // 1, momentum and mass
+                self.start_velocities();
+                self.update_points::<REMAPPED>(dt, PointUpdate { stress: true, ..PointUpdate::NONE })?; // 7–8
+                self.scatter(Scatter::Forces, dt); // 1, forces
+                self.solve_momentum(dt); // 2–4
+                // 5, 9
+                self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, stress: false, position: true })?
+            }
+        };
+        // 10
+        self.travel += moved;
+        self.time += dt;
+        self.step += 1;
+        self.limit_age += 1;
+        Ok(())
+    }
+
+    fn sort_if_moved(&mut self) {
+        if self.travel < self.grid.cell {
+            return;
+        }
+        self.sort();
+    }
+
+    /// Sorts all points by cell and finds the active nodes.
+    pub(crate) fn sort(&mut self) {
+        // Nodes outside the new active region would keep what they hold.
+        self.layout.reset(&mut self.nodes);
+        self.layout.reset(&mut self.remapped);
+        for set in &mut self.sets {
+            set.sort(&self.grid);
+        }
+        self.travel = 0.0;
+        self.find_active_nodes();
+    }
+
+    /// Active nodes and slab bounds from the sorted points.
+    pub(crate) fn find_active_nodes(&mut self) {
+        self.layout.clear();
+        for set in &mut self.sets {
+            set.slabs = self.layout.add_points(&set.position);
+        }
+        self.heaviest = self.sets.iter().flat_map(|s| &s.mass).fold(0.0, |a: f64, &b| a.max(b));
+    }
+
+    fn solve_momentum(&mut self, dt: f64) {
+        let stage = &self.case.stages[self.stage];
+        let solve = MomentumSolve {
+            dt,
+            gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
+            damping: stage.damping,
+            keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
+            light: LIGHT_NODE * self.heaviest,
+            audit: stage.equilibrium.is_some(),
+            walls: &self.walls,
+            nodes: self.layout.nodes(),
+        };
+        self.layout.rows(&mut self.nodes, &mut self.row_sums, |row, active, line| solve.row(row, active, line));
+        if solve.audit {
+            let mut sums = RowSums::default();
+            for row in &self.row_sums {
+                sums.add(row);
+            }
+            self.external_work += sums.work;
+            self.sums = sums;
+        }
+    }
+
+    /// Factor on gravity at the end of a step of `dt`.
+    fn gravity_factor(&self, dt: f64) -> f64 {
+        let ramp = self.case.stages[self.stage].gravity_ramp;
+        if ramp > 0.0 { ((self.time + dt - self.stage_start) / ramp).min(1.0) } else { 1.0 }
+    }
+
+    /// The largest stable step from the current state (MPM sheet §2.10).
+    pub(crate) fn critical_step(&mut self) -> TimeStep {
+        if self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP {
+            let mut limit = self.wave_limit();
+            if let Some(fixed) = self.options.time_step {
+                // The limit without the safety factor is the end of what is stable.
+                if fixed <= limit.dt / self.options.courant {
+                    limit = TimeStep { dt: fixed, limit: "fixed by the case", point: None, position: [0.0; 3] };
+                }
+            }
+            self.limit = Some(limit);
+            self.limit_age = 0;
+        }
+        self.limit.clone().expect("set above")
+    }
+}

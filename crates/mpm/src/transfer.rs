@@ -1,0 +1,360 @@
+//! The transfers between points and grid, and what happens at the points in between.
+
+use colluvium_case::SolverError;
+use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, StateBlock, SymTensor};
+use colluvium_grid::{Basis, Lanes, Stencil};
+use rayon::prelude::*;
+
+use crate::points::{PointDomain, PointSet};
+use crate::solver::MpmSolver;
+
+/// What a scatter carries to the nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scatter {
+    /// Mass, momentum and forces.
+    Everything,
+    /// Mass and momentum.
+    Motion,
+    /// Forces.
+    Forces,
+}
+
+/// Points read the solved nodes: velocity at the end of the step and acceleration.
+pub const SOLVED: bool = true;
+/// Points read re-mapped (or start-of-step) velocities.
+pub const REMAPPED: bool = false;
+
+/// What changes at the points in a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PointUpdate {
+    /// Velocities.
+    pub velocity: bool,
+    /// Deformation, volume, stress and state.
+    pub stress: bool,
+    /// Positions.
+    pub position: bool,
+}
+
+impl PointUpdate {
+    /// Nothing changes.
+    pub const NONE: Self = Self { velocity: false, stress: false, position: false };
+}
+
+/// What a block of points reports: the largest move along an axis (m), and its first failure.
+type BlockReport = Result<f64, Failure>;
+
+/// A point that failed: index within its set, and why.
+pub struct Failure {
+    index: usize,
+    reason: String,
+}
+
+/// One block of points, borrowed from the arrays of their set.
+struct Block<'a, const D: usize, P> {
+    first: usize,
+    position: &'a mut [[f64; D]],
+    velocity: &'a mut [[f64; D]],
+    volume: &'a mut [f64],
+    stress: &'a mut [SymTensor],
+    states: &'a mut StateBlock,
+    domain: &'a mut [P],
+    mass: &'a [f64],
+    initial_volume: &'a [f64],
+}
+
+#[inline(always)]
+fn lanes<const D: usize>(vector: &[f64; D], fourth: f64) -> Lanes {
+    let at = |c: usize| if c < D { vector[c] } else { 0.0 };
+    Lanes::new([at(0), at(1), at(2), fourth])
+}
+
+/// `columns[j] = -V σ e_j`.
+#[inline(always)]
+fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] {
+    let s = &stress.0;
+    let columns =
+        [Lanes::new([s[0], s[3], s[5], 0.0]), Lanes::new([s[3], s[1], s[4], 0.0]), Lanes::new([s[5], s[4], s[2], 0.0])];
+    let mut mask = [0.0; 4];
+    mask[..D].fill(-volume);
+    let scale = Lanes::new(mask);
+    std::array::from_fn(|j| columns[j] * scale)
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Point to grid (step 1), slab by slab.
+    pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
+        let strides = self.layout.strides();
+        let (sets, grid, axisymmetric) = (&self.sets, &self.grid, self.axisymmetric);
+        let loads: Vec<f64> = self.load_factor(dt);
+        let loads = &loads;
+        self.layout.scatter(&mut self.nodes, |slab, window, offset| {
+            for set in sets {
+                for p in set.slabs[slab]..set.slabs[slab + 1] {
+                    let extent = set.domain[p].extent(&set.extent, grid.cell);
+                    let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                    let mass = if what == Scatter::Forces { 0.0 } else { set.mass[p] };
+                    let motion = lanes(&set.velocity[p], 1.0) * mass;
+                    let volume = if what == Scatter::Motion { 0.0 } else { set.volume[p] };
+                    let columns = force_columns::<D>(&set.stress[p], volume);
+                    let mut body = None;
+                    if axisymmetric {
+                        let hoop = -volume * set.stress[p][2] / set.position[p][0];
+                        body = Some(Lanes::new([hoop, 0.0, 0.0, 0.0]));
+                    }
+                    if !set.traction.is_empty() && what != Scatter::Motion {
+                        let traction = lanes(&set.traction[p], 0.0) * loads[set.body as usize];
+                        body = Some(body.unwrap_or(Lanes::ZERO) + traction);
+                    }
+                    stencil.deposit(window, offset, &strides, motion, &columns, body);
+                }
+            }
+        });
+    }
+
+    /// Maps the updated velocities of the points back to the nodes (MUSL, step 6), walls included.
+    pub(crate) fn remap(&mut self) {
+        self.layout.reset(&mut self.remapped);
+        let strides = self.layout.strides();
+        let (sets, grid) = (&self.sets, &self.grid);
+        self.layout.scatter(&mut self.remapped, |slab, window, offset| {
+            for set in sets {
+                for p in set.slabs[slab]..set.slabs[slab + 1] {
+                    let extent = set.domain[p].extent(&set.extent, grid.cell);
+                    let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                    let momentum = lanes(&set.velocity[p], 0.0) * set.mass[p];
+                    stencil.deposit_motion(window, offset, &strides, momentum);
+                }
+            }
+        });
+        self.velocities_of_remapped(false);
+    }
+
+    /// Velocities at the start of the step (USF), walls included.
+    pub(crate) fn start_velocities(&mut self) {
+        for (velocity, node) in self.remapped.iter_mut().zip(&self.nodes) {
+            *velocity = node.motion;
+        }
+        self.velocities_of_remapped(true);
+    }
+
+    /// Divides re-mapped momenta by mass and applies the walls. With `start` the nodes still hold
+    /// momenta, else they hold the solved velocities; mass is in their fourth lane either way.
+    fn velocities_of_remapped(&mut self, start: bool) {
+        let (nodes, walls, layout) = (&self.nodes, &self.walls, &self.layout);
+        let (row_length, shape) = (layout.strides()[0], layout.nodes());
+        let light = 0.0;
+        layout.rows(&mut self.remapped, &mut self.row_sums, |row, active, line| {
+            for number in active {
+                let node = &nodes[row * row_length + number];
+                let mass = node.motion.as_array()[3];
+                if mass <= light {
+                    line[number] = Lanes::ZERO;
+                    continue;
+                }
+                line[number] *= 1.0 / mass;
+                let index = match D {
+                    1 => [row, 0, 0],
+                    2 => [row, number, 0],
+                    _ => [row, number / shape[D - 1], number % shape[D - 1]],
+                };
+                for axis in 0..D {
+                    if let Some(wall) = walls.at(axis, index[axis]) {
+                        let [x, y, z, _] = line[number].to_array();
+                        let mut velocity = [x, y, z];
+                        let [x, y, z, _] = node.motion.to_array();
+                        let solved = if start { [f64::NAN; 3] } else { [x, y, z] };
+                        wall.constrain_again(&solved, &mut velocity);
+                        line[number] = Lanes::new([velocity[0], velocity[1], velocity[2], 0.0]);
+                    }
+                }
+            }
+            crate::momentum::RowSums::default()
+        });
+    }
+
+    /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
+    pub(crate) fn update_points<const FROM_SOLVED: bool>(
+        &mut self,
+        dt: f64,
+        what: PointUpdate,
+    ) -> Result<f64, SolverError> {
+        let mut sets = std::mem::take(&mut self.sets);
+        let mut moved = 0f64;
+        let mut failure = None;
+        for (number, set) in sets.iter_mut().enumerate() {
+            match self.update_set::<FROM_SOLVED>(set, dt, what) {
+                Ok(m) => moved = moved.max(m),
+                Err(f) => {
+                    failure = Some((number, f));
+                    break;
+                }
+            }
+        }
+        self.sets = sets;
+        match failure {
+            None => Ok(moved),
+            Some((number, f)) => Err(self.failed(number, f.index, f.reason)),
+        }
+    }
+
+    /// The error of a point that cannot be followed.
+    pub(crate) fn failed(&self, set: usize, index: usize, reason: String) -> SolverError {
+        let set = &self.sets[set];
+        let position = std::array::from_fn(|c| if c < D { set.position[index][c] } else { 0.0 });
+        SolverError::Point { step: self.step, time: self.time, point: u64::from(set.id[index]), position, reason }
+    }
+
+    fn update_set<const FROM_SOLVED: bool>(
+        &self,
+        set: &mut PointSet<D, P>,
+        dt: f64,
+        what: PointUpdate,
+    ) -> BlockReport {
+        let (material, extent) = (set.material.clone(), set.extent);
+        (
+            set.position.par_chunks_mut(BLOCK),
+            set.velocity.par_chunks_mut(BLOCK),
+            set.volume.par_chunks_mut(BLOCK),
+            set.stress.par_chunks_mut(BLOCK),
+            set.states.blocks_mut().par_iter_mut(),
+            set.domain.par_chunks_mut(BLOCK),
+            set.mass.par_chunks(BLOCK),
+            set.initial_volume.par_chunks(BLOCK),
+        )
+            .into_par_iter()
+            .enumerate()
+            .with_min_len(4)
+            .map(|(number, (position, velocity, volume, stress, states, domain, mass, initial_volume))| {
+                let first = number * BLOCK;
+                let mut block =
+                    Block { first, position, velocity, volume, stress, states, domain, mass, initial_volume };
+                self.update_block::<FROM_SOLVED>(&mut block, &*material, &extent, dt, what)
+            })
+            .reduce(|| Ok(0.0), worst)
+    }
+
+    #[inline]
+    fn update_block<const FROM_SOLVED: bool>(
+        &self,
+        block: &mut Block<'_, D, P>,
+        material: &dyn colluvium_constitutive::Material,
+        extent: &[f64; D],
+        dt: f64,
+        what: PointUpdate,
+    ) -> BlockReport {
+        let strides = self.layout.strides();
+        let flip = self.options.flip;
+        let mut moved = 0f64;
+        let mut motions = [Motion {
+            deformation: Mat3::IDENTITY,
+            gradient: Mat3::ZERO,
+            dt,
+            density: 0.0,
+            size: extent[0],
+            pore: Pore::default(),
+        }; BLOCK];
+        let n = block.position.len();
+        for p in 0..n {
+            let width = block.domain[p].extent(extent, self.grid.cell);
+            let stencil = Stencil::<D, S>::new::<B>(&self.grid, &block.position[p], &width);
+            let read = if FROM_SOLVED {
+                stencil.gather(&self.nodes, &strides)
+            } else {
+                stencil.gather_velocity(&self.remapped, &strides)
+            };
+            let velocity = read.velocity.to_array();
+            if what.velocity {
+                let acceleration = read.acceleration.to_array();
+                for c in 0..D {
+                    let v = &mut block.velocity[p][c];
+                    *v = flip * (*v + dt * acceleration[c]) + (1.0 - flip) * velocity[c];
+                }
+            }
+            if what.stress {
+                let radius = block.position[p][0];
+                self.set_motion(&mut motions[p], &read.gradient, velocity[0], radius, dt);
+                let stretch = motions[p].deformation.determinant();
+                // Written so that NaN counts as a failure.
+                if !(stretch > 0.0) {
+                    let reason = format!("the step would turn it inside out (volume ratio {stretch})");
+                    return Err(Failure { index: block.first + p, reason });
+                }
+                block.volume[p] *= stretch;
+                motions[p].density = block.mass[p] / block.volume[p];
+                let gradient: [[f64; D]; D] =
+                    std::array::from_fn(|i| std::array::from_fn(|j| motions[p].gradient.0[i][j]));
+                block.domain[p].follow(&gradient);
+            }
+            if what.position {
+                let mut step = 0f64;
+                for c in 0..D {
+                    block.position[p][c] += dt * velocity[c];
+                    step = step.max((dt * velocity[c]).abs());
+                }
+                moved = moved.max(step);
+                self.check_position(&block.position[p], step)
+                    .map_err(|reason| Failure { index: block.first + p, reason })?;
+            }
+        }
+        if what.stress {
+            material.update(&motions[..n], block.stress, block.states).map_err(|error| {
+                Failure { index: block.first + error.index, reason: error.source.to_string() }
+            })?;
+            self.cap_volumes(block);
+        }
+        Ok(moved)
+    }
+
+    /// Motion of the step from the columns of the velocity gradient.
+    #[inline(always)]
+    fn set_motion(&self, motion: &mut Motion, columns: &[Lanes; D], radial: f64, radius: f64, dt: f64) {
+        for (j, column) in columns.iter().enumerate() {
+            let column = (*column * dt).to_array();
+            for i in 0..D {
+                motion.gradient.0[i][j] = column[i];
+                motion.deformation.0[i][j] = column[i] + if i == j { 1.0 } else { 0.0 };
+            }
+        }
+        if self.axisymmetric {
+            let hoop = dt * radial / radius;
+            motion.gradient.0[2][2] = hoop;
+            motion.deformation.0[2][2] = 1.0 + hoop;
+        }
+    }
+
+    /// A point without stress does not grow beyond the cap (MPM sheet §2.8, pitfall P-09).
+    #[inline]
+    fn cap_volumes(&self, block: &mut Block<'_, D, P>) {
+        let cap = self.options.volume_cap;
+        for p in 0..block.volume.len() {
+            let largest = cap * block.initial_volume[p];
+            if block.volume[p] > largest && block.stress[p].0 == [0.0; 6] {
+                block.volume[p] = largest;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn check_position(&self, position: &[f64; D], step: f64) -> Result<(), String> {
+        // Written so that NaN counts as a failure.
+        if !(step <= 0.5 * self.grid.cell) {
+            return Err(format!(
+                "it would move {step:.3e} m in one step, more than half a cell: the run has become unstable \
+                 (reduce courant or time_step)"
+            ));
+        }
+        if !self.grid.contains(position) {
+            return Err("it left the domain: enlarge the domain or add a wall on that side".to_owned());
+        }
+        Ok(())
+    }
+}
+
+/// Keeps the larger move, or the failure with the lowest index.
+fn worst(a: BlockReport, b: BlockReport) -> BlockReport {
+    match (a, b) {
+        (Ok(a), Ok(b)) => Ok(a.max(b)),
+        (Err(a), Err(b)) => Err(if a.index <= b.index { a } else { b }),
+        (Err(a), Ok(_)) | (Ok(_), Err(a)) => Err(a),
+    }
+}
