@@ -12,17 +12,21 @@
 
 mod corotational;
 mod error;
+mod hencky;
 pub mod laws;
 mod material;
 mod motion;
 mod spec;
+mod spectral;
 mod tensor;
 mod update;
 
 pub use corotational::Corotational;
 pub use error::{BatchError, MaterialError};
+pub use hencky::{Hencky, HenckyState, PrincipalReturn};
 pub use material::{BLOCK, Material, StateBlock, States};
 pub use motion::{Motion, Pore};
-pub use spec::{LinearElasticSpec, MaterialSpec};
+pub use spec::MaterialSpec;
+pub use spectral::Spectrum;
 pub use tensor::{Mat3, SymTensor};
 pub use update::{InitialCondition, Point, SmallStrain, StressUpdate, Tangent};

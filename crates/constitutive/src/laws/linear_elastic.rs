@@ -3,7 +3,47 @@
 //! `σ̇ = λ tr(D) 1 + 2G D` in the co-rotating frame. Parameters: Young's modulus (Pa) and Poisson's
 //! ratio. Limits: hypoelastic at finite strain, so a closed strain path may leave stress behind.
 
-use crate::{InitialCondition, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent};
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{StrainMeasure, check, finite_strain};
+use crate::{
+    Corotational, Hencky, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn,
+    SmallStrain, SymTensor, Tangent,
+};
+
+/// Parameters of `linear-elastic`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LinearElasticSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Small strain in rate form, or logarithmic finite strain.
+    #[serde(default)]
+    pub strain_measure: StrainMeasure,
+}
+
+impl LinearElasticSpec {
+    pub(crate) fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        check(
+            "density",
+            self.density,
+            self.density.is_finite() && self.density > 0.0,
+            "must be positive (kg/m³)",
+        )?;
+        let law = LinearElastic { elasticity: Elasticity::new(self.youngs_modulus, self.poissons_ratio)? };
+        Ok(match self.strain_measure {
+            StrainMeasure::Rate => Arc::new(Corotational(law)),
+            StrainMeasure::Hencky => finite_strain(Hencky(law)),
+        })
+    }
+}
 
 /// Isotropic elastic constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,5 +167,15 @@ impl SmallStrain for LinearElastic {
 
     fn stored_energy(&self, point: &Point<()>) -> Option<f64> {
         Some(self.elasticity.energy(&point.stress))
+    }
+}
+
+impl PrincipalReturn for LinearElastic {
+    fn elasticity(&self) -> &Elasticity {
+        &self.elasticity
+    }
+
+    fn return_principal(&self, trial: [f64; 3], _state: &()) -> Result<([f64; 3], ()), MaterialError> {
+        Ok((trial, ()))
     }
 }

@@ -1,5 +1,78 @@
 //! The laws, one file each.
 
+pub mod drucker_prager;
 mod linear_elastic;
+pub mod mohr_coulomb;
+mod neo_hookean;
+mod newtonian_fluid;
 
-pub use linear_elastic::{Elasticity, LinearElastic};
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, PlasticStrain, Softening};
+pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
+pub use mohr_coulomb::{MohrCoulomb, MohrCoulombSpec};
+pub use neo_hookean::{LeftCauchyGreen, NeoHookean, NeoHookeanSpec};
+pub use newtonian_fluid::{EquationOfState, FluidState, NewtonianFluid, NewtonianFluidSpec};
+
+use crate::{Hencky, Material, MaterialError, PrincipalReturn, SymTensor};
+
+/// How a law with linear elasticity measures strain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StrainMeasure {
+    /// Small-strain increments in a co-rotating frame (Jaumann rate).
+    #[default]
+    Rate,
+    /// Logarithmic (Hencky) strain of the elastic deformation: finite strain, path-independent elasticity.
+    Hencky,
+}
+
+fn finite_strain<L: PrincipalReturn>(law: Hencky<L>) -> Arc<dyn Material> {
+    Arc::new(law)
+}
+
+/// An error naming `field` unless `holds`.
+fn check(field: &'static str, value: f64, holds: bool, rule: &str) -> Result<(), MaterialError> {
+    if holds { Ok(()) } else { Err(MaterialError::Parameter { field, value, rule: rule.to_owned() }) }
+}
+
+/// Ranges of friction and dilatancy angle (degrees), constitutive sheet §7.
+fn check_angles(friction: f64, dilatancy: f64) -> Result<(), MaterialError> {
+    check(
+        "friction_angle",
+        friction,
+        (0.0..90.0).contains(&friction),
+        "is not in 0..90 degrees (90 excluded)",
+    )?;
+    let rule = format!("is not between minus and plus the friction angle, {friction} degrees");
+    check("dilatancy_angle", dilatancy, (-friction..=friction).contains(&dilatancy), &rule)
+}
+
+pub(crate) fn angle_warnings(friction: f64, dilatancy: f64) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if friction > 60.0 {
+        warnings.push(format!("friction_angle: {friction} degrees is more than any soil has"));
+    }
+    if dilatancy < 0.0 {
+        warnings.push(format!("dilatancy_angle: {dilatancy} degrees contracts without end"));
+    }
+    warnings
+}
+
+/// Refuses an initial stress outside the yield surface (relative tolerance 10⁻⁶).
+fn check_initial(
+    model: &'static str,
+    stress: &SymTensor,
+    excess: f64,
+    scale: f64,
+) -> Result<(), MaterialError> {
+    if stress.is_finite() && excess <= 1e-6 * scale {
+        return Ok(());
+    }
+    let reason =
+        format!("the stress lies outside the yield surface by {excess:.4e} Pa (stress {:?} Pa)", stress.0);
+    Err(MaterialError::Initial { model, reason })
+}

@@ -1,0 +1,118 @@
+//! The finite-strain adapter: multiplicative plasticity in principal logarithmic strains.
+
+use serde::{Deserialize, Serialize};
+
+use crate::laws::Elasticity;
+use crate::{InitialCondition, MaterialError, Motion, Point, SmallStrain, StressUpdate, SymTensor};
+
+/// A return map in principal stresses, of a law with linear elasticity. The same map serves the
+/// rate form and, through [`Hencky`], finite strain.
+pub trait PrincipalReturn: SmallStrain {
+    /// The elastic constants.
+    fn elasticity(&self) -> &Elasticity;
+
+    /// Principal stresses and state after the elastic trial `trial` (Pa, descending).
+    ///
+    /// # Errors
+    /// When the local solve fails.
+    fn return_principal(
+        &self,
+        trial: [f64; 3],
+        state: &Self::State,
+    ) -> Result<([f64; 3], Self::State), MaterialError>;
+}
+
+/// Takes a law with linear elasticity to finite strain (constitutive sheet §3.3): the elastic left
+/// Cauchy–Green tensor is carried by the step, its logarithm is the elastic strain, and the return
+/// map works on Kirchhoff stresses `τ = J σ`; strengths act on `τ`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hencky<L>(pub L);
+
+/// State of a [`Hencky`] law.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HenckyState<S> {
+    /// Elastic left Cauchy–Green tensor.
+    pub elastic: SymTensor,
+    /// Volume over initial volume.
+    pub jacobian: f64,
+    /// Internal variables of the inner law.
+    pub inner: S,
+}
+
+/// Principal stresses of principal logarithmic strains.
+fn stresses(elasticity: &Elasticity, strains: [f64; 3]) -> [f64; 3] {
+    let volumetric = elasticity.lame() * strains.iter().sum::<f64>();
+    strains.map(|e| volumetric + 2.0 * elasticity.shear_modulus * e)
+}
+
+/// Principal logarithmic strains of principal stresses.
+fn strains(elasticity: &Elasticity, stresses: [f64; 3]) -> [f64; 3] {
+    let mean = stresses.iter().sum::<f64>() / 3.0;
+    stresses.map(|s| (s - mean) / (2.0 * elasticity.shear_modulus) + mean / (3.0 * elasticity.bulk_modulus))
+}
+
+impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
+    type State = HenckyState<L::State>;
+
+    fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
+        let inner = self.0.initial(initial)?;
+        let spectrum = inner.stress.spectrum();
+        let elastic = strains(self.0.elasticity(), spectrum.values).map(|e| (2.0 * e).exp());
+        let state = HenckyState { elastic: spectrum.compose(elastic), jacobian: 1.0, inner: inner.state };
+        Ok(Point { stress: inner.stress, state })
+    }
+
+    fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError> {
+        let invalid = |reason| MaterialError::Motion { model: self.0.name(), reason };
+        let stretch = motion.deformation.determinant();
+        // Written so that NaN is refused.
+        if !(stretch > 0.0 && stretch.is_finite()) {
+            return Err(invalid("the step inverts the point"));
+        }
+        let trial = old.state.elastic.rotated(&motion.deformation);
+        let spectrum = trial.spectrum();
+        if !(spectrum.values[2] > 0.0) {
+            return Err(invalid("the elastic deformation is singular"));
+        }
+        let elasticity = self.0.elasticity();
+        let trial_stress = stresses(elasticity, spectrum.values.map(|b| 0.5 * b.ln()));
+        let (stress, inner) = self.0.return_principal(trial_stress, &old.state.inner)?;
+        let elastic = if stress == trial_stress {
+            trial
+        } else {
+            spectrum.compose(strains(elasticity, stress).map(|e| (2.0 * e).exp()))
+        };
+        let jacobian = old.state.jacobian * stretch;
+        let stress = spectrum.compose(stress) * (1.0 / jacobian);
+        Ok(Point { stress, state: HenckyState { elastic, jacobian, inner } })
+    }
+
+    fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
+        // max (c_AAAA + τ_A) / J of §3.9, from which the floor (λ + 2μ) / J follows.
+        let least = point.stress.principal_values()[2] * point.state.jacobian;
+        (self.0.elasticity().p_wave_modulus() - least.min(0.0)) / point.state.jacobian
+    }
+
+    fn yield_value(&self, point: &Point<Self::State>) -> Option<f64> {
+        let stress = point.stress * point.state.jacobian;
+        self.0.yield_value(&Point { stress, state: point.state.inner.clone() })
+    }
+
+    fn stored_energy(&self, point: &Point<Self::State>) -> Option<f64> {
+        let stress = point.stress * point.state.jacobian;
+        Some(self.0.elasticity().energy(&stress) / point.state.jacobian)
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        self.0.output_names()
+    }
+
+    fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
+        let stress = point.stress * point.state.jacobian;
+        self.0.outputs(&Point { stress, state: point.state.inner.clone() }, out);
+    }
+}

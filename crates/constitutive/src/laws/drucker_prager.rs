@@ -1,0 +1,442 @@
+//! Drucker–Prager plasticity (constitutive sheet §2.4, §3.7.1; Bui & Nguyen 2021, eqs. 74–80).
+//!
+//! `f = √J2 + α I1 - k ≤ 0`, `g = √J2 + α_ψ I1`; elastic law linear. Cohesion and friction angle
+//! may soften exponentially with the accumulated deviatoric plastic strain `κ`, the dilatancy angle
+//! may decay with it. The return is fully implicit, on the smooth cone or to its apex; without
+//! cohesion the apex is the stress-free state. How the cone is matched to Mohr–Coulomb decides the
+//! strength: see [`Matching`]. Limits: softening has no length of its own (mesh-dependent bands).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Elasticity, StrainMeasure, check, finite_strain};
+use crate::{
+    Corotational, Hencky, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn,
+    SmallStrain, SymTensor, Tangent,
+};
+
+const NAME: &str = "drucker-prager";
+
+/// How the cone is fitted to the Mohr–Coulomb pyramid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Matching {
+    /// Through the edges of triaxial compression: too strong by far in plane strain.
+    #[default]
+    Compression,
+    /// Through the edges of triaxial extension.
+    Extension,
+    /// Inscribed cone: plane-strain strength for associated flow only.
+    PlaneStrainAssociated,
+    /// Exact strength and dilatancy of Mohr–Coulomb in plane strain, for any dilatancy angle.
+    PlaneStrain,
+}
+
+/// Parameters of `drucker-prager`, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DruckerPragerSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Friction angle (degrees), 0 to 90 (excluded).
+    pub friction_angle: f64,
+    /// Cohesion (Pa), not negative.
+    #[serde(default)]
+    pub cohesion: f64,
+    /// Dilatancy angle (degrees), between minus and plus the friction angle.
+    #[serde(default)]
+    pub dilatancy_angle: f64,
+    /// How the cone is matched to Mohr–Coulomb.
+    #[serde(default)]
+    pub matching: Matching,
+    /// Exponential softening of cohesion and friction; none when absent.
+    #[serde(default)]
+    pub softening: Option<Softening>,
+    /// Rate at which the dilatancy angle decays with plastic strain.
+    #[serde(default)]
+    pub dilatancy_decay: f64,
+    /// Small strain in rate form, or logarithmic finite strain.
+    #[serde(default)]
+    pub strain_measure: StrainMeasure,
+}
+
+/// Exponential softening to residual strength (Bui & Nguyen eqs. 76–77).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Softening {
+    /// Residual friction angle (degrees), at most the peak.
+    pub residual_friction_angle: f64,
+    /// Residual cohesion (Pa), at most the peak.
+    pub residual_cohesion: f64,
+    /// Rate of decay of the friction angle with plastic strain.
+    pub friction_rate: f64,
+    /// Rate of decay of the cohesion with plastic strain.
+    pub cohesion_rate: f64,
+}
+
+impl Softening {
+    pub(super) fn validate(&self, friction_angle: f64, cohesion: f64) -> Result<(), MaterialError> {
+        let residual = self.residual_friction_angle;
+        let rule = format!("is not between 0 and the peak, {friction_angle} degrees");
+        check(
+            "softening.residual_friction_angle",
+            residual,
+            (0.0..=friction_angle).contains(&residual),
+            &rule,
+        )?;
+        let residual = self.residual_cohesion;
+        let rule = format!("is not between 0 and the peak, {cohesion} Pa");
+        check("softening.residual_cohesion", residual, (0.0..=cohesion).contains(&residual), &rule)?;
+        for (name, rate) in
+            [("softening.friction_rate", self.friction_rate), ("softening.cohesion_rate", self.cohesion_rate)]
+        {
+            check(name, rate, rate.is_finite() && rate >= 0.0, "must not be negative")?;
+        }
+        Ok(())
+    }
+}
+
+impl DruckerPragerSpec {
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<DruckerPrager, MaterialError> {
+        check(
+            "density",
+            self.density,
+            self.density.is_finite() && self.density > 0.0,
+            "must be positive (kg/m³)",
+        )?;
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        super::check_angles(self.friction_angle, self.dilatancy_angle)?;
+        let cohesion = self.cohesion;
+        check("cohesion", cohesion, cohesion.is_finite() && cohesion >= 0.0, "must not be negative (Pa)")?;
+        let strong = self.friction_angle > 0.0 || cohesion > 0.0;
+        check("cohesion", cohesion, strong, "must be positive when the friction angle is 0")?;
+        let decay = self.dilatancy_decay;
+        check("dilatancy_decay", decay, decay.is_finite() && decay >= 0.0, "must not be negative")?;
+        if let Some(softening) = &self.softening {
+            softening.validate(self.friction_angle, cohesion)?;
+        }
+        let constant = self.softening.is_none() && decay == 0.0;
+        let law = DruckerPrager { elasticity, spec: self.clone(), constant, peak: Cone::default() };
+        let peak = law.softened_cone(0.0);
+        Ok(DruckerPrager { peak, ..law })
+    }
+
+    pub(crate) fn build(&self) -> Result<std::sync::Arc<dyn Material>, MaterialError> {
+        let law = self.law()?;
+        Ok(match self.strain_measure {
+            StrainMeasure::Rate => std::sync::Arc::new(Corotational(law)),
+            StrainMeasure::Hencky => finite_strain(Hencky(law)),
+        })
+    }
+
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let mut warnings = super::angle_warnings(self.friction_angle, self.dilatancy_angle);
+        if self.matching == Matching::Compression && self.friction_angle >= 36.87 {
+            warnings.push(
+                "matching: above 36.87 degrees the compression cone admits tension in extension".to_owned(),
+            );
+        }
+        if self.matching == Matching::PlaneStrainAssociated && self.dilatancy_angle != self.friction_angle {
+            warnings.push("matching: plane-strain-associated is exact only for associated flow".to_owned());
+        }
+        warnings
+    }
+}
+
+/// The cone at some plastic strain: `√J2 + α I1 - k`, potential slope `α_ψ`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cone {
+    /// Friction coefficient `α`.
+    pub friction: f64,
+    /// Strength at zero mean stress `k` (Pa).
+    pub strength: f64,
+    /// Dilatancy coefficient `α_ψ`.
+    pub dilatancy: f64,
+}
+
+impl Cone {
+    /// The cone of the given matching, angles in radians, cohesion in Pa.
+    pub fn new(matching: Matching, friction_angle: f64, cohesion: f64, dilatancy_angle: f64) -> Self {
+        let (sin, cos) = friction_angle.sin_cos();
+        let root3 = 3f64.sqrt();
+        // Slope of the edges for the two triaxial matchings; `sign` is -1 in compression.
+        let triaxial = |angle: f64, sign: f64| 2.0 * angle.sin() / (root3 * (3.0 + sign * angle.sin()));
+        let inscribed = |angle: f64| angle.tan() / (9.0 + 12.0 * angle.tan().powi(2)).sqrt();
+        match matching {
+            Matching::Compression | Matching::Extension => {
+                let sign = if matching == Matching::Compression { -1.0 } else { 1.0 };
+                Self {
+                    friction: triaxial(friction_angle, sign),
+                    strength: 6.0 * cohesion * cos / (root3 * (3.0 + sign * sin)),
+                    dilatancy: triaxial(dilatancy_angle, sign),
+                }
+            }
+            Matching::PlaneStrainAssociated => Self {
+                friction: inscribed(friction_angle),
+                strength: 3.0 * cohesion / (9.0 + 12.0 * friction_angle.tan().powi(2)).sqrt(),
+                dilatancy: inscribed(dilatancy_angle),
+            },
+            Matching::PlaneStrain => {
+                let dilatancy = inscribed(dilatancy_angle);
+                let n = (1.0 - 3.0 * dilatancy * dilatancy).sqrt() + dilatancy * sin;
+                Self { friction: sin / (3.0 * n), strength: cohesion * cos / n, dilatancy }
+            }
+        }
+    }
+
+    /// `√J2 + α I1 - k` (Pa).
+    #[inline]
+    pub fn yield_value(&self, root_j2: f64, i1: f64) -> f64 {
+        root_j2 + self.friction * i1 - self.strength
+    }
+}
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DruckerPrager {
+    elasticity: Elasticity,
+    spec: DruckerPragerSpec,
+    constant: bool,
+    peak: Cone,
+}
+
+/// Internal variable: accumulated deviatoric plastic strain `κ`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlasticStrain {
+    /// `κ = ∫ √(2/3 dε^p : dε^p)` of the deviatoric plastic strain.
+    pub deviatoric: f64,
+}
+
+/// Where the return of a trial ends.
+enum Return {
+    Elastic,
+    Cone { multiplier: f64, dilatancy: f64 },
+    Apex { mean: f64, plastic: f64 },
+}
+
+impl DruckerPrager {
+    /// The cone at plastic strain `kappa`.
+    #[inline]
+    pub fn cone_at(&self, kappa: f64) -> Cone {
+        if self.constant { self.peak } else { self.softened_cone(kappa) }
+    }
+
+    fn softened_cone(&self, kappa: f64) -> Cone {
+        let spec = &self.spec;
+        let (mut friction, mut cohesion) = (spec.friction_angle.to_radians(), spec.cohesion);
+        if let Some(s) = &spec.softening {
+            let residual = s.residual_friction_angle.to_radians();
+            friction = residual + (friction - residual) * (-s.friction_rate * kappa).exp();
+            cohesion =
+                s.residual_cohesion + (cohesion - s.residual_cohesion) * (-s.cohesion_rate * kappa).exp();
+        }
+        let dilatancy = spec.dilatancy_angle.to_radians() * (-spec.dilatancy_decay * kappa).exp();
+        Cone::new(spec.matching, friction, cohesion, dilatancy)
+    }
+
+    /// Return map in invariants (sheet §3.7.1): trial `√J2` and `I1`, plastic strain `kappa`.
+    #[inline]
+    fn return_map(&self, root_j2: f64, i1: f64, kappa: f64) -> Result<Return, MaterialError> {
+        let cone = self.cone_at(kappa);
+        let excess = cone.yield_value(root_j2, i1);
+        if excess <= 0.0 {
+            return Ok(Return::Elastic);
+        }
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let mut multiplier = excess / (g + 9.0 * k * cone.friction * cone.dilatancy);
+        let mut dilatancy = cone.dilatancy;
+        if !self.constant {
+            let at = |x: f64| {
+                let cone = self.cone_at(kappa + x / 3f64.sqrt());
+                let value = cone.yield_value(root_j2 - g * x, i1 - 9.0 * k * cone.dilatancy * x);
+                (value, cone.dilatancy)
+            };
+            (multiplier, dilatancy) = solve_softening(at, multiplier, excess, root_j2 / g)?;
+        }
+        if root_j2 - g * multiplier >= 0.0 {
+            return Ok(Return::Cone { multiplier, dilatancy });
+        }
+        // The deviatoric strain of the trial becomes plastic.
+        let plastic = root_j2 / (g * 3f64.sqrt());
+        let cone = self.cone_at(kappa + plastic);
+        Ok(Return::Apex { mean: cone.strength / (3.0 * cone.friction), plastic })
+    }
+}
+
+/// Root of `at` between 0, where it is `excess > 0`, and `end`, by secants kept inside a shrinking
+/// bracket; beyond `end` (apex) when there is none. Returns the root and the dilatancy there.
+fn solve_softening(
+    at: impl Fn(f64) -> (f64, f64),
+    start: f64,
+    excess: f64,
+    end: f64,
+) -> Result<(f64, f64), MaterialError> {
+    let (at_end, dilatancy) = at(end);
+    if at_end > 0.0 {
+        return Ok((end * (1.0 + 1e-9) + f64::MIN_POSITIVE, dilatancy));
+    }
+    let (mut low, mut high) = ((0.0, excess), (end, at_end));
+    let mut x = start.clamp(0.0, end);
+    for _ in 0..100 {
+        let (value, dilatancy) = at(x);
+        if value.abs() <= 1e-13 * excess || high.0 - low.0 <= 1e-15 * end {
+            return Ok((x, dilatancy));
+        }
+        if value > 0.0 {
+            low = (x, value)
+        } else {
+            high = (x, value)
+        }
+        let slope = 1e-6 * (high.0 - low.0);
+        let derivative = (at(x + slope).0 - value) / slope;
+        let newton = x - value / derivative;
+        x = if newton > low.0 && newton < high.0 { newton } else { 0.5 * (low.0 + high.0) };
+    }
+    Err(MaterialError::NotConverged { model: NAME, reason: "softening return" })
+}
+
+impl SmallStrain for DruckerPrager {
+    type State = PlasticStrain;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
+        let stress = initial.stress;
+        let excess = self.peak.yield_value(stress.j2().sqrt(), stress.trace());
+        let scale = self.peak.strength + self.peak.friction * stress.trace().abs();
+        super::check_initial(NAME, &stress, excess, scale)?;
+        Ok(Point { stress, state: PlasticStrain::default() })
+    }
+
+    #[inline]
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<PlasticStrain>,
+    ) -> Result<Point<PlasticStrain>, MaterialError> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        let deviator = trial.deviator();
+        let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
+        let i1 = trial.trace();
+        let kappa = old.state.deviatoric;
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        Ok(match self.return_map(root_j2, i1, kappa)? {
+            Return::Elastic => Point { stress: trial, state: old.state },
+            Return::Cone { multiplier, dilatancy } => {
+                let keep = if root_j2 > 0.0 { 1.0 - g * multiplier / root_j2 } else { 0.0 };
+                let mean = i1 / 3.0 - 3.0 * k * dilatancy * multiplier;
+                let state = PlasticStrain { deviatoric: kappa + multiplier / 3f64.sqrt() };
+                Point { stress: deviator * keep + SymTensor::isotropic(mean), state }
+            }
+            Return::Apex { mean, plastic } => {
+                let state = PlasticStrain { deviatoric: kappa + plastic };
+                Point { stress: SymTensor::isotropic(mean), state }
+            }
+        })
+    }
+
+    fn wave_modulus(&self, _point: &Point<PlasticStrain>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    /// Consistent tangent (sheet §3.10) where strength does not change with plastic strain.
+    fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
+        if !self.constant {
+            return None;
+        }
+        let trial = old.stress + self.elasticity.stress(strain);
+        let deviator = trial.deviator();
+        let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
+        match self.return_map(root_j2, trial.trace(), old.state.deviatoric).ok()? {
+            Return::Elastic => Some(self.elasticity.tangent()),
+            Return::Apex { .. } => Some(Tangent([[0.0; 6]; 6])),
+            Return::Cone { multiplier, .. } => Some(self.cone_tangent(&deviator, root_j2, multiplier)),
+        }
+    }
+
+    fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {
+        let cone = self.cone_at(point.state.deviatoric);
+        Some(cone.yield_value(point.stress.j2().sqrt(), point.stress.trace()))
+    }
+
+    fn stored_energy(&self, point: &Point<PlasticStrain>) -> Option<f64> {
+        Some(self.elasticity.energy(&point.stress))
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        &["plastic_strain"]
+    }
+
+    fn outputs(&self, point: &Point<PlasticStrain>, out: &mut [f64]) {
+        out[0] = point.state.deviatoric;
+    }
+}
+
+impl DruckerPrager {
+    fn cone_tangent(&self, deviator: &SymTensor, root_j2: f64, multiplier: f64) -> Tangent {
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let (alpha, psi) = (self.peak.friction, self.peak.dilatancy);
+        let modulus = g + 9.0 * k * alpha * psi;
+        let theta = 1.0 - g * multiplier / root_j2;
+        let n = *deviator * (1.0 / (root_j2 * 2f64.sqrt()));
+        let unit = SymTensor::IDENTITY;
+        let both = 2.0 * g * g * (multiplier / root_j2 - 1.0 / modulus);
+        let (side_f, side_g) =
+            (3.0 * 2f64.sqrt() * k * g * alpha / modulus, 3.0 * 2f64.sqrt() * k * g * psi / modulus);
+        let bulk = k * (1.0 - 9.0 * k * alpha * psi / modulus);
+        let mut c = [[0.0; 6]; 6];
+        for i in 0..6 {
+            for j in 0..6 {
+                let identity = if i != j {
+                    0.0
+                } else if i < 3 {
+                    1.0
+                } else {
+                    0.5
+                };
+                let deviatoric = identity - unit[i] * unit[j] / 3.0;
+                c[i][j] = 2.0 * g * theta * deviatoric + both * n[i] * n[j]
+                    - side_f * n[i] * unit[j]
+                    - side_g * unit[i] * n[j]
+                    + bulk * unit[i] * unit[j];
+            }
+        }
+        Tangent(c)
+    }
+}
+
+impl PrincipalReturn for DruckerPrager {
+    fn elasticity(&self) -> &Elasticity {
+        &self.elasticity
+    }
+
+    fn return_principal(
+        &self,
+        trial: [f64; 3],
+        state: &PlasticStrain,
+    ) -> Result<([f64; 3], PlasticStrain), MaterialError> {
+        let [a, b, c] = trial;
+        let old = Point { stress: SymTensor::diagonal(a, b, c), state: *state };
+        let still = Motion {
+            deformation: crate::Mat3::IDENTITY,
+            gradient: crate::Mat3::ZERO,
+            dt: 1.0,
+            density: 1.0,
+            size: 1.0,
+            pore: crate::Pore::default(),
+        };
+        let new = self.update(&SymTensor::ZERO, &still, &old)?;
+        Ok(([new.stress[0], new.stress[1], new.stress[2]], new.state))
+    }
+}

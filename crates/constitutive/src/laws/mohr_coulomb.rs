@@ -1,0 +1,332 @@
+//! Mohr–Coulomb plasticity (constitutive sheet §2.5, §3.7.2; region form of Clausen et al.).
+//!
+//! With `σ1 ≥ σ2 ≥ σ3`: `f = k σ1 - σ3 - 2 c √k ≤ 0`, `g = m σ1 - σ3`, with `k = (1 + sin φ)/(1 - sin φ)`
+//! and `m` alike from the dilatancy angle; elastic law linear. The return ends on the plane, on one
+//! of the two edges or at the apex; the region is decided before the return. Cohesion and friction
+//! may soften, dilatancy may decay with the accumulated deviatoric plastic strain. Limits: as all
+//! softening laws, no length of its own.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::drucker_prager::{PlasticStrain, Softening};
+use super::{Elasticity, StrainMeasure, check, finite_strain};
+use crate::{
+    Corotational, Hencky, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn,
+    SmallStrain, SymTensor,
+};
+
+const NAME: &str = "mohr-coulomb";
+
+/// Parameters of `mohr-coulomb`, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MohrCoulombSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Friction angle (degrees), 0 to 90 (excluded).
+    pub friction_angle: f64,
+    /// Cohesion (Pa), not negative.
+    #[serde(default)]
+    pub cohesion: f64,
+    /// Dilatancy angle (degrees), between minus and plus the friction angle.
+    #[serde(default)]
+    pub dilatancy_angle: f64,
+    /// Exponential softening of cohesion and friction; none when absent.
+    #[serde(default)]
+    pub softening: Option<Softening>,
+    /// Rate at which the dilatancy angle decays with plastic strain.
+    #[serde(default)]
+    pub dilatancy_decay: f64,
+    /// Small strain in rate form, or logarithmic finite strain.
+    #[serde(default)]
+    pub strain_measure: StrainMeasure,
+}
+
+impl MohrCoulombSpec {
+    /// Peak friction angle from the critical-state angle and the dilatancy angle (all in degrees),
+    /// `φ = φ_cs + 0.8 ψ` (Bolton's rule, Anura3D manual eq. 7.28); sets both angles.
+    #[must_use]
+    pub fn from_bolton(self, critical_state_angle: f64, dilatancy_angle: f64) -> Self {
+        Self { friction_angle: critical_state_angle + 0.8 * dilatancy_angle, dilatancy_angle, ..self }
+    }
+
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<MohrCoulomb, MaterialError> {
+        check(
+            "density",
+            self.density,
+            self.density.is_finite() && self.density > 0.0,
+            "must be positive (kg/m³)",
+        )?;
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        super::check_angles(self.friction_angle, self.dilatancy_angle)?;
+        let cohesion = self.cohesion;
+        check("cohesion", cohesion, cohesion.is_finite() && cohesion >= 0.0, "must not be negative (Pa)")?;
+        let strong = self.friction_angle > 0.0 || cohesion > 0.0;
+        check("cohesion", cohesion, strong, "must be positive when the friction angle is 0")?;
+        let decay = self.dilatancy_decay;
+        check("dilatancy_decay", decay, decay.is_finite() && decay >= 0.0, "must not be negative")?;
+        if let Some(softening) = &self.softening {
+            softening.validate(self.friction_angle, cohesion)?;
+        }
+        let constant = self.softening.is_none() && decay == 0.0;
+        let peak =
+            Pyramid::new(self.friction_angle.to_radians(), cohesion, self.dilatancy_angle.to_radians());
+        Ok(MohrCoulomb { elasticity, spec: self.clone(), constant, peak })
+    }
+
+    pub(crate) fn build(&self) -> Result<std::sync::Arc<dyn Material>, MaterialError> {
+        let law = self.law()?;
+        Ok(match self.strain_measure {
+            StrainMeasure::Rate => std::sync::Arc::new(Corotational(law)),
+            StrainMeasure::Hencky => finite_strain(Hencky(law)),
+        })
+    }
+}
+
+/// The pyramid at some plastic strain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pyramid {
+    /// `k = (1 + sin φ)/(1 - sin φ)`.
+    pub friction: f64,
+    /// `m`, alike from the dilatancy angle.
+    pub dilatancy: f64,
+    /// Uniaxial compressive strength `2 c √k` (Pa).
+    pub strength: f64,
+}
+
+/// The part of the surface a return ends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Region {
+    /// Inside: no return.
+    Elastic,
+    /// The plane `σ1 > σ2 > σ3`.
+    Plane,
+    /// The edge `σ1 = σ2` (triaxial compression).
+    CompressionEdge,
+    /// The edge `σ2 = σ3` (triaxial extension).
+    ExtensionEdge,
+    /// The apex.
+    Apex,
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+impl Pyramid {
+    /// From friction angle, cohesion and dilatancy angle (rad, Pa, rad).
+    pub fn new(friction_angle: f64, cohesion: f64, dilatancy_angle: f64) -> Self {
+        let ratio = |angle: f64| (1.0 + angle.sin()) / (1.0 - angle.sin());
+        let friction = ratio(friction_angle);
+        Self { friction, dilatancy: ratio(dilatancy_angle), strength: 2.0 * cohesion * friction.sqrt() }
+    }
+
+    /// `k σ1 - σ3 - 2 c √k` (Pa).
+    #[inline]
+    pub fn yield_value(&self, principal: [f64; 3]) -> f64 {
+        self.friction * principal[0] - principal[2] - self.strength
+    }
+
+    /// Return map in principal stresses (sheet §3.7.2, steps 1–5).
+    pub fn return_map(&self, elasticity: &Elasticity, trial: [f64; 3]) -> ([f64; 3], Region) {
+        let excess = self.yield_value(trial);
+        if excess <= 0.0 {
+            return (trial, Region::Elastic);
+        }
+        let (k, m) = (self.friction, self.dilatancy);
+        let (lame, two_g) = (elasticity.lame(), 2.0 * elasticity.shear_modulus);
+        let stiffness = |v: [f64; 3]| v.map(|c| lame * (v[0] + v[1] + v[2]) + two_g * c);
+        let (a, b) = ([k, 0.0, -1.0], [m, 0.0, -1.0]);
+        let db = stiffness(b);
+        let scale = 1.0 / dot(a, db);
+        let direction = db.map(|c| c * scale);
+        let plane = || std::array::from_fn(|i| trial[i] - excess * direction[i]);
+        if k == 1.0 {
+            return self.cohesive_return(trial, plane());
+        }
+        let apex = [self.strength / (k - 1.0); 3];
+        let from_apex: [f64; 3] = std::array::from_fn(|i| trial[i] - apex[i]);
+        let edges = [([1.0, 1.0, k], [1.0, 1.0, m]), ([1.0, k, k], [1.0, m, m])];
+        let compliance = |v: [f64; 3]| elastic_strain(elasticity, v);
+        let [t1, t2] = edges.map(|(r, g)| dot(g, compliance(from_apex)) / dot(g, compliance(r)));
+        let [p1, p2] = edges.map(|(r, _)| dot(cross(direction, r), from_apex));
+        let on_edge = |t: f64, r: [f64; 3]| std::array::from_fn(|i| apex[i] + t * r[i]);
+        if t1 > 0.0 && t2 > 0.0 {
+            (apex, Region::Apex)
+        } else if p1 < 0.0 {
+            (on_edge(t1, edges[0].0), Region::CompressionEdge)
+        } else if p2 > 0.0 {
+            (on_edge(t2, edges[1].0), Region::ExtensionEdge)
+        } else {
+            (plane(), Region::Plane)
+        }
+    }
+
+    /// Without friction there is no apex: the prism of Tresca (sheet §3.7.4).
+    fn cohesive_return(&self, trial: [f64; 3], plane: [f64; 3]) -> ([f64; 3], Region) {
+        let mean = (trial[0] + trial[1] + trial[2]) / 3.0;
+        let third = self.strength / 3.0;
+        if trial[1] > plane[0] {
+            ([mean + third, mean + third, mean - 2.0 * third], Region::CompressionEdge)
+        } else if trial[1] < plane[2] {
+            ([mean + 2.0 * third, mean - third, mean - third], Region::ExtensionEdge)
+        } else {
+            (plane, Region::Plane)
+        }
+    }
+}
+
+fn elastic_strain(elasticity: &Elasticity, v: [f64; 3]) -> [f64; 3] {
+    let mean = (v[0] + v[1] + v[2]) / 3.0;
+    v.map(|c| (c - mean) / (2.0 * elasticity.shear_modulus) + mean / (3.0 * elasticity.bulk_modulus))
+}
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MohrCoulomb {
+    elasticity: Elasticity,
+    spec: MohrCoulombSpec,
+    constant: bool,
+    peak: Pyramid,
+}
+
+impl MohrCoulomb {
+    /// The pyramid at plastic strain `kappa`.
+    pub fn pyramid_at(&self, kappa: f64) -> Pyramid {
+        if self.constant {
+            return self.peak;
+        }
+        let spec = &self.spec;
+        let (mut friction, mut cohesion) = (spec.friction_angle.to_radians(), spec.cohesion);
+        if let Some(s) = &spec.softening {
+            let residual = s.residual_friction_angle.to_radians();
+            friction = residual + (friction - residual) * (-s.friction_rate * kappa).exp();
+            cohesion =
+                s.residual_cohesion + (cohesion - s.residual_cohesion) * (-s.cohesion_rate * kappa).exp();
+        }
+        let dilatancy = spec.dilatancy_angle.to_radians() * (-spec.dilatancy_decay * kappa).exp();
+        Pyramid::new(friction, cohesion, dilatancy)
+    }
+
+    /// Deviatoric plastic strain of a return from `trial` to `stress`.
+    fn plastic_increment(&self, trial: [f64; 3], stress: [f64; 3]) -> f64 {
+        let strain = elastic_strain(&self.elasticity, std::array::from_fn(|i| trial[i] - stress[i]));
+        let mean = (strain[0] + strain[1] + strain[2]) / 3.0;
+        let deviator = strain.map(|c| c - mean);
+        (2.0 / 3.0 * dot(deviator, deviator)).sqrt()
+    }
+
+    /// True where no principal stress can violate yield, from invariants alone.
+    #[inline]
+    fn surely_elastic(&self, trial: &SymTensor, pyramid: &Pyramid) -> bool {
+        let mean = trial.trace() / 3.0;
+        let s = trial.deviator();
+        // |σ_i - mean| ≤ 2 √(J2/3)
+        let radius = (2.0 / 3.0 * s.dot(&s)).sqrt();
+        (pyramid.friction - 1.0) * mean + (pyramid.friction + 1.0) * radius <= pyramid.strength
+    }
+}
+
+impl SmallStrain for MohrCoulomb {
+    type State = PlasticStrain;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
+        let principal = initial.stress.principal_values();
+        let scale = self.peak.strength + self.peak.friction * principal[0].abs() + principal[2].abs();
+        super::check_initial(NAME, &initial.stress, self.peak.yield_value(principal), scale)?;
+        Ok(Point { stress: initial.stress, state: PlasticStrain::default() })
+    }
+
+    #[inline]
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<PlasticStrain>,
+    ) -> Result<Point<PlasticStrain>, MaterialError> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        let pyramid = self.pyramid_at(old.state.deviatoric);
+        if self.surely_elastic(&trial, &pyramid) || pyramid.yield_value(trial.principal_values()) <= 0.0 {
+            return Ok(Point { stress: trial, state: old.state });
+        }
+        let spectrum = trial.spectrum();
+        let (principal, state) = self.return_principal(spectrum.values, &old.state)?;
+        Ok(Point { stress: spectrum.compose(principal), state })
+    }
+
+    fn wave_modulus(&self, _point: &Point<PlasticStrain>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {
+        Some(self.pyramid_at(point.state.deviatoric).yield_value(point.stress.principal_values()))
+    }
+
+    fn stored_energy(&self, point: &Point<PlasticStrain>) -> Option<f64> {
+        Some(self.elasticity.energy(&point.stress))
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        &["plastic_strain"]
+    }
+
+    fn outputs(&self, point: &Point<PlasticStrain>, out: &mut [f64]) {
+        out[0] = point.state.deviatoric;
+    }
+}
+
+impl PrincipalReturn for MohrCoulomb {
+    fn elasticity(&self) -> &Elasticity {
+        &self.elasticity
+    }
+
+    fn return_principal(
+        &self,
+        trial: [f64; 3],
+        state: &PlasticStrain,
+    ) -> Result<([f64; 3], PlasticStrain), MaterialError> {
+        let kappa = state.deviatoric;
+        let at = |kappa: f64| self.pyramid_at(kappa).return_map(&self.elasticity, trial);
+        let (mut stress, region) = at(kappa);
+        if region == Region::Elastic {
+            return Ok((trial, *state));
+        }
+        let mut increment = self.plastic_increment(trial, stress);
+        if !self.constant {
+            // The increment that reproduces itself: it grows as strength falls, and the map is bounded.
+            let (mut low, mut high) =
+                (0.0, self.plastic_increment(trial, [trial.iter().sum::<f64>() / 3.0; 3]));
+            for _ in 0..200 {
+                stress = at(kappa + increment).0;
+                let mapped = self.plastic_increment(trial, stress);
+                if (mapped - increment).abs() <= 1e-14 * high.max(f64::MIN_POSITIVE) {
+                    break;
+                }
+                if mapped > increment {
+                    low = increment
+                } else {
+                    high = increment
+                }
+                increment = if mapped > low && mapped < high { mapped } else { 0.5 * (low + high) };
+            }
+        }
+        Ok((stress, PlasticStrain { deviatoric: kappa + increment }))
+    }
+}
