@@ -6,11 +6,16 @@ pub mod description;
 mod error;
 pub mod json;
 mod load;
+pub mod measure;
+pub mod output;
+pub mod plot;
+pub mod run;
 pub mod solver;
 mod validate;
 
 pub use description::Case;
 pub use error::{CaseError, CaseErrors};
+pub use run::{RunError, RunOptions, RunReport, run};
 pub use solver::{
     Budget, Equilibrium, Field, FieldData, Method, Plan, Snapshot, Solver, SolverError, TimeStep,
 };

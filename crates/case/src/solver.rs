@@ -211,3 +211,23 @@ pub trait Solver: Send {
     /// When the bytes are not such a state.
     fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError>;
 }
+
+impl Snapshot {
+    /// A number that is the same only for snapshots equal to the last bit.
+    pub fn hash(&self) -> u64 {
+        let mut bytes: Vec<u8> = Vec::new();
+        bytes.extend(self.time.to_bits().to_le_bytes());
+        bytes.extend(self.ids.iter().flat_map(|id| id.to_le_bytes()));
+        let mut add = |values: &[f64]| bytes.extend(values.iter().flat_map(|v| v.to_bits().to_le_bytes()));
+        add(self.positions.as_flattened());
+        add(self.extents.as_flattened());
+        for field in &self.fields {
+            match &field.data {
+                FieldData::Scalar(values) => add(values),
+                FieldData::Vector(values) => add(values.as_flattened()),
+                FieldData::Tensor(values) => values.iter().for_each(|tensor| add(&tensor.0)),
+            }
+        }
+        crate::load::fnv1a(&bytes)
+    }
+}

@@ -1,0 +1,209 @@
+//! Frames: points with their fields as VTU files, and the collection that gives them their times.
+
+use std::io::BufReader;
+use std::path::Path;
+
+use colluvium_constitutive::SymTensor;
+use serde::{Deserialize, Serialize};
+use vtkio::model::{
+    Attribute, Attributes, ByteOrder, CellType, Cells, DataArrayBase, DataSet, ElementType, IOBuffer,
+    UnstructuredGridPiece, Version, VertexNumbers, Vtk,
+};
+use vtkio::xml::Compressor;
+
+use super::{OutputError, write_atomically};
+use crate::{Field, FieldData, Snapshot};
+
+/// Full 3×3 components, row by row, as ParaView expects tensors.
+fn full(tensor: &SymTensor) -> [f64; 9] {
+    let [xx, yy, zz, xy, yz, zx] = tensor.0;
+    [xx, xy, zx, xy, yy, yz, zx, yz, zz]
+}
+
+fn array(name: &str, components: u32, data: Vec<f64>) -> Attribute {
+    let elem = ElementType::Scalars { num_comp: components, lookup_table: None };
+    Attribute::DataArray(DataArrayBase { name: name.to_owned(), elem, data: IOBuffer::F64(data) })
+}
+
+fn attribute(field: &Field) -> Attribute {
+    match &field.data {
+        FieldData::Scalar(values) => array(&field.name, 1, values.clone()),
+        FieldData::Vector(values) => array(&field.name, 3, values.as_flattened().to_vec()),
+        FieldData::Tensor(values) => array(&field.name, 9, values.iter().flat_map(full).collect()),
+    }
+}
+
+/// Writes a snapshot as a VTU file that ParaView opens: one vertex per point, with the fields named
+/// in `only`, or all. Ids, bodies and extents are always there.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn write_frame(path: &Path, snapshot: &Snapshot, only: Option<&[String]>) -> Result<(), OutputError> {
+    let count = snapshot.ids.len();
+    let wanted = |field: &&Field| only.is_none_or(|names| names.contains(&field.name));
+    let mut point: Vec<Attribute> = snapshot.fields.iter().filter(wanted).map(attribute).collect();
+    point.push(array("extent", 3, snapshot.extents.as_flattened().to_vec()));
+    let whole = |name: &str, values: Vec<i64>| {
+        let elem = ElementType::Scalars { num_comp: 1, lookup_table: None };
+        Attribute::DataArray(DataArrayBase { name: name.to_owned(), elem, data: IOBuffer::I64(values) })
+    };
+    point.push(whole("id", snapshot.ids.iter().map(|id| *id as i64).collect()));
+    point.push(whole("body", snapshot.bodies.iter().map(|body| i64::from(*body)).collect()));
+    let vertices = VertexNumbers::XML {
+        connectivity: (0..count as u64).collect(),
+        offsets: (1..=count as u64).collect(),
+    };
+    let piece = UnstructuredGridPiece {
+        points: IOBuffer::F64(snapshot.positions.as_flattened().to_vec()),
+        cells: Cells { cell_verts: vertices, types: vec![CellType::Vertex; count] },
+        data: Attributes { point, cell: Vec::new() },
+    };
+    let vtk = Vtk {
+        version: Version::new_xml(1, 0),
+        title: String::new(),
+        byte_order: ByteOrder::LittleEndian,
+        data: DataSet::inline(piece),
+        file_path: None,
+    };
+    let file = vtk
+        .try_into_xml_format(Compressor::ZLib, 5)
+        .map_err(|error| OutputError::new(path, format!("{error}")))?;
+    let mut bytes = Vec::new();
+    file.write(&mut bytes).map_err(|error| OutputError::new(path, format!("{error}")))?;
+    write_atomically(path, &bytes)
+}
+
+/// Reads a frame back, at the given time.
+///
+/// # Errors
+/// When the file cannot be read or is not such a frame.
+pub fn read_frame(path: &Path, time: f64) -> Result<Snapshot, OutputError> {
+    let fail = |problem: &str| OutputError::new(path, problem);
+    let file = std::fs::File::open(path).map_err(|error| OutputError::new(path, error))?;
+    let vtk = Vtk::parse_xml(BufReader::new(file)).map_err(|error| OutputError::new(path, error))?;
+    let DataSet::UnstructuredGrid { pieces, .. } = vtk.data else {
+        return Err(fail("is not an unstructured grid"));
+    };
+    let piece = pieces.into_iter().next().ok_or_else(|| fail("has no piece"))?;
+    let piece = piece.into_loaded_piece_data(None).map_err(|error| OutputError::new(path, error))?;
+    let points = piece.points.cast_into::<f64>().ok_or_else(|| fail("has no positions"))?;
+    let positions: Vec<[f64; 3]> = points.as_chunks().0.to_vec();
+    let mut snapshot = Snapshot {
+        time,
+        step: 0,
+        ids: (0..positions.len() as u64).collect(),
+        bodies: vec![0; positions.len()],
+        extents: vec![[0.0; 3]; positions.len()],
+        positions,
+        fields: Vec::new(),
+    };
+    for attribute in piece.data.point {
+        let Attribute::DataArray(array) = attribute else { continue };
+        let components = array.elem.num_comp();
+        let Some(values) = array.data.cast_into::<f64>() else { continue };
+        match (array.name.as_str(), components) {
+            ("id", _) => snapshot.ids = values.iter().map(|v| *v as u64).collect(),
+            ("body", _) => snapshot.bodies = values.iter().map(|v| *v as u32).collect(),
+            ("extent", _) => snapshot.extents = values.as_chunks().0.to_vec(),
+            (_, 3) => snapshot.push(&array.name, FieldData::Vector(values.as_chunks().0.to_vec())),
+            (_, 9) => {
+                let symmetric = |c: &[f64; 9]| SymTensor([c[0], c[4], c[8], c[1], c[5], c[6]]);
+                let tensors = values.as_chunks().0.iter().map(symmetric).collect();
+                snapshot.push(&array.name, FieldData::Tensor(tensors));
+            }
+            _ => snapshot.push(&array.name, FieldData::Scalar(values)),
+        }
+    }
+    Ok(snapshot)
+}
+
+impl Snapshot {
+    fn push(&mut self, name: &str, data: FieldData) {
+        self.fields.push(Field { name: name.to_owned(), unit: "", data });
+    }
+}
+
+/// The frames of a run and their times: a PVD file for ParaView.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Collection {
+    /// Time (s) and file name, relative to the collection, of each frame.
+    pub frames: Vec<(f64, String)>,
+}
+
+impl Collection {
+    /// Writes the collection.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn write(&self, path: &Path) -> Result<(), OutputError> {
+        let mut text = String::from(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n",
+        );
+        for (time, file) in &self.frames {
+            text.push_str(&format!("    <DataSet timestep=\"{time:?}\" part=\"0\" file=\"{file}\"/>\n"));
+        }
+        text.push_str("  </Collection>\n</VTKFile>\n");
+        write_atomically(path, text.as_bytes())
+    }
+
+    /// Reads a collection that [`Collection::write`] wrote.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn read(path: &Path) -> Result<Self, OutputError> {
+        let text = std::fs::read_to_string(path).map_err(|error| OutputError::new(path, error))?;
+        let attribute = |line: &str, name: &str| {
+            let start = line.find(&format!("{name}=\""))? + name.len() + 2;
+            Some(line[start..].split('"').next()?.to_owned())
+        };
+        let frame = |line: &str| Some((attribute(line, "timestep")?.parse().ok()?, attribute(line, "file")?));
+        let sets = text.lines().filter(|line| line.contains("<DataSet"));
+        Ok(Self { frames: sets.filter_map(frame).collect() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_reads_back_to_the_last_bit() {
+        let snapshot = Snapshot {
+            time: 0.25,
+            step: 0,
+            ids: vec![3, 5],
+            bodies: vec![0, 1],
+            positions: vec![[0.1, 0.2, 0.0], [1.0 / 3.0, -2.0, 1e-30]],
+            extents: vec![[0.05; 3], [0.1; 3]],
+            fields: vec![
+                Field {
+                    name: "velocity".into(),
+                    unit: "",
+                    data: FieldData::Vector(vec![[1.0, 2.0, 3.0]; 2]),
+                },
+                Field { name: "plastic_strain".into(), unit: "", data: FieldData::Scalar(vec![0.7, 1e-9]) },
+                Field {
+                    name: "stress".into(),
+                    unit: "",
+                    data: FieldData::Tensor(vec![SymTensor([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]); 2]),
+                },
+            ],
+        };
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("frame.vtu");
+        write_frame(&path, &snapshot, None).unwrap();
+        assert_eq!(read_frame(&path, 0.25).unwrap(), snapshot);
+        write_frame(&path, &snapshot, Some(&["stress".to_owned()])).unwrap();
+        assert_eq!(read_frame(&path, 0.25).unwrap().fields.len(), 1);
+    }
+
+    #[test]
+    fn a_collection_keeps_times_and_files() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("frames.pvd");
+        let frames = vec![(0.0, "frames/a.vtu".to_owned()), (0.1, "frames/b.vtu".to_owned())];
+        let collection = Collection { frames };
+        collection.write(&path).unwrap();
+        assert_eq!(Collection::read(&path).unwrap(), collection);
+    }
+}

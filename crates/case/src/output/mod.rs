@@ -1,0 +1,9 @@
+//! What a run writes: frames for ParaView, tables, summaries.
+
+mod files;
+mod frame;
+mod table;
+
+pub use files::{OutputError, write_atomically};
+pub use frame::{Collection, read_frame, write_frame};
+pub use table::Table;

@@ -1,0 +1,307 @@
+//! The run: stages, steps, measures, frames, checkpoints.
+
+mod record;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use thiserror::Error;
+
+use crate::description::Stage;
+use crate::output::{OutputError, Table};
+use crate::{Budget, Case, Snapshot, Solver, SolverError};
+use record::{Progress, Recorder};
+
+/// Steps between checks of a stage's equilibrium.
+const STEPS_PER_CHECK: u64 = 100;
+
+/// How to run.
+#[derive(Clone, Debug, Default)]
+pub struct RunOptions {
+    /// Name of the method, for the record.
+    pub method: String,
+    /// Folder for everything that is written; nothing is written without one.
+    pub out: Option<PathBuf>,
+    /// Continue the run whose checkpoint lies in the folder.
+    pub resume: bool,
+    /// Throw away what an earlier run left in the folder.
+    pub overwrite: bool,
+    /// Show a progress bar.
+    pub progress: bool,
+    /// Keep the frames in memory, in [`RunReport::frames`].
+    pub keep_frames: bool,
+    /// Set from elsewhere to stop at the next step, with a checkpoint.
+    pub stop: Option<Arc<AtomicBool>>,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// All stages are done.
+    Completed,
+    /// It was asked to stop.
+    Interrupted,
+}
+
+/// What a run gives back.
+#[derive(Clone, Debug)]
+pub struct RunReport {
+    /// How it ended.
+    pub ending: Ending,
+    /// The points at the end.
+    pub snapshot: Snapshot,
+    /// Measures in time.
+    pub table: Table,
+    /// Frames, if they were to be kept.
+    pub frames: Vec<Snapshot>,
+    /// Totals at the start.
+    pub start: Budget,
+    /// Totals at the end.
+    pub end: Budget,
+    /// Steps done, those before a restart included.
+    pub steps: u64,
+    /// Wall-clock time of this run (s).
+    pub wall: f64,
+    /// Point-updates per second of wall-clock time.
+    pub updates_per_second: f64,
+}
+
+/// Why a run failed.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// The solver could not go on.
+    #[error(transparent)]
+    Solver(#[from] SolverError),
+    /// A file could not be written or read.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A quasi-static stage did not come to rest.
+    #[error(
+        "stages[{stage}]: no equilibrium within its duration of {duration} s (unbalanced force {unbalanced:.3e}, \
+         kinetic energy {kinetic:.3e} of the external work)"
+    )]
+    NoEquilibrium {
+        /// Number of the stage.
+        stage: usize,
+        /// Its duration (s).
+        duration: f64,
+        /// Unbalanced-force ratio at the end.
+        unbalanced: f64,
+        /// Kinetic-energy ratio at the end.
+        kinetic: f64,
+    },
+    /// The folder cannot be used.
+    #[error("{}: {problem}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Why not.
+        problem: String,
+    },
+}
+
+/// Runs a case from its start, or from its checkpoint, to the end.
+///
+/// # Errors
+/// When the solver, the disk or an equilibrium fails. What was written until then stays, marked as
+/// failed, with the last good frame.
+pub fn run(case: &Case, solver: Box<dyn Solver>, options: &RunOptions) -> Result<RunReport, RunError> {
+    let recorder = Recorder::open(case, options)?;
+    let mut run = Run {
+        case,
+        options,
+        solver,
+        recorder,
+        progress: Progress::default(),
+        bar: bar(case, options),
+        started: Instant::now(),
+        saved: Instant::now(),
+        first_step: 0,
+    };
+    let result = run.all();
+    let ending = match &result {
+        Ok(Ending::Completed) => "completed",
+        Ok(Ending::Interrupted) => "interrupted",
+        Err(_) => "failed",
+    };
+    let reason = result.as_ref().err().map(ToString::to_string);
+    let finished = run.finish(ending, reason.as_deref());
+    let ending = result?;
+    finished?;
+    Ok(run.report(ending))
+}
+
+struct Run<'a> {
+    case: &'a Case,
+    options: &'a RunOptions,
+    solver: Box<dyn Solver>,
+    recorder: Recorder<'a>,
+    progress: Progress,
+    bar: ProgressBar,
+    started: Instant,
+    saved: Instant,
+    first_step: u64,
+}
+
+fn bar(case: &Case, options: &RunOptions) -> ProgressBar {
+    if !options.progress {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}  {elapsed} of about {duration}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new((case.end_time() * 1e9) as u64).with_style(style);
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+impl Run<'_> {
+    fn all(&mut self) -> Result<Ending, RunError> {
+        if self.options.resume {
+            if let Some(progress) = self.recorder.resume(&mut *self.solver)? {
+                self.progress = progress;
+            }
+        }
+        self.first_step = self.solver.step_count();
+        let resumed = self.progress.begun;
+        for stage in self.progress.stage..self.case.stages.len() {
+            if !resumed || stage != self.progress.stage {
+                self.progress.stage = stage;
+                self.progress.stage_start = self.solver.time();
+                self.progress.held = 0;
+            }
+            self.solver.begin_stage(stage, self.progress.stage_start)?;
+            if !self.progress.begun {
+                self.progress.begun = true;
+                self.recorder.begin(&*self.solver, &mut self.progress)?;
+            }
+            if self.stage(&self.case.stages[stage])? == Ending::Interrupted {
+                self.save()?;
+                return Ok(Ending::Interrupted);
+            }
+            self.solver.end_stage(&self.case.stages[stage])?;
+        }
+        Ok(Ending::Completed)
+    }
+
+    /// Steps through a stage.
+    fn stage(&mut self, stage: &Stage) -> Result<Ending, RunError> {
+        let end = self.progress.stage_start + stage.duration;
+        loop {
+            if self.stop_asked() {
+                return Ok(Ending::Interrupted);
+            }
+            let limit = self.solver.time_step();
+            let until = self.recorder.next_output(&self.progress).min(end);
+            let Some(dt) = step_towards(self.solver.time(), until, limit.dt) else {
+                self.recorder.output(&*self.solver, &mut self.progress)?;
+                if until >= end {
+                    return self.stage_over(stage);
+                }
+                continue;
+            };
+            self.solver.step(dt)?;
+            self.show(limit.limit, dt);
+            if self.at_rest(stage) {
+                return Ok(Ending::Completed);
+            }
+            if self.saved.elapsed().as_secs_f64() > self.case.output.checkpoint {
+                self.save()?;
+            }
+        }
+    }
+
+    /// The duration is over: fine, unless the stage was to come to rest.
+    fn stage_over(&self, stage: &Stage) -> Result<Ending, RunError> {
+        if stage.equilibrium.is_none() {
+            return Ok(Ending::Completed);
+        }
+        let last = self.solver.equilibrium();
+        Err(RunError::NoEquilibrium {
+            stage: self.progress.stage,
+            duration: stage.duration,
+            unbalanced: last.map_or(f64::NAN, |e| e.unbalanced_force),
+            kinetic: last.map_or(f64::NAN, |e| e.kinetic_ratio),
+        })
+    }
+
+    fn at_rest(&mut self, stage: &Stage) -> bool {
+        let Some(criterion) = &stage.equilibrium else { return false };
+        if self.solver.step_count() % STEPS_PER_CHECK != 0 {
+            return false;
+        }
+        let ramped = self.solver.time() - self.progress.stage_start >= stage.gravity_ramp;
+        let holds = self.solver.equilibrium().is_some_and(|e| {
+            e.unbalanced_force < criterion.unbalanced_force && e.kinetic_ratio < criterion.kinetic_energy
+        });
+        self.progress.held = if ramped && holds { self.progress.held + 1 } else { 0 };
+        self.progress.held >= criterion.hold
+    }
+
+    fn stop_asked(&self) -> bool {
+        self.options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
+
+    fn save(&mut self) -> Result<(), RunError> {
+        self.recorder.save(&*self.solver, &self.progress)?;
+        self.saved = Instant::now();
+        Ok(())
+    }
+
+    fn show(&self, limit: &str, dt: f64) {
+        let steps = self.solver.step_count();
+        if !self.bar.is_hidden() && steps % 16 == 0 {
+            let time = self.solver.time();
+            self.bar.set_position((time * 1e9) as u64);
+            self.bar.set_message(format!("t = {time:.4} s, step {steps}, dt = {dt:.2e} s ({limit})"));
+        }
+    }
+
+    fn finish(&mut self, ending: &str, reason: Option<&str>) -> Result<(), RunError> {
+        self.bar.finish_and_clear();
+        let completed = ending == "completed";
+        if completed {
+            self.recorder.output_last(&*self.solver, &mut self.progress)?;
+        }
+        let wall = self.started.elapsed().as_secs_f64();
+        self.recorder.summary(ending, reason, &*self.solver, &self.progress, wall)?;
+        Ok(())
+    }
+
+    fn report(&mut self, ending: Ending) -> RunReport {
+        let wall = self.started.elapsed().as_secs_f64();
+        let steps = self.solver.step_count();
+        let updates = (steps - self.first_step) as f64 * self.solver.points() as f64;
+        RunReport {
+            ending,
+            snapshot: self.solver.snapshot(),
+            table: std::mem::take(&mut self.progress.table),
+            frames: std::mem::take(&mut self.recorder.kept),
+            start: self.progress.start.into(),
+            end: self.solver.budget(),
+            steps,
+            wall,
+            updates_per_second: updates / wall,
+        }
+    }
+}
+
+/// The step from `time` towards `until`: at most `limit`, the last two alike so that none is a
+/// sliver; `None` once there.
+fn step_towards(time: f64, until: f64, limit: f64) -> Option<f64> {
+    let rest = until - time;
+    if rest <= 1e-9 * limit {
+        None
+    } else if rest <= limit * (1.0 + 1e-9) {
+        Some(rest)
+    } else if rest < 2.0 * limit * (1.0 - 1e-9) {
+        Some(0.5 * rest)
+    } else {
+        Some(limit)
+    }
+}
+
+#[cfg(test)]
+mod tests;

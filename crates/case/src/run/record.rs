@@ -1,0 +1,343 @@
+//! What a run writes down, and how it picks up where it was.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use super::{RunError, RunOptions};
+use crate::description::Measure;
+use crate::output::{Collection, Table, write_atomically, write_frame};
+use crate::{Budget, Case, Snapshot, Solver, SolverError, measure};
+
+const CHECKPOINT: &str = "checkpoint.bin";
+const SUMMARY: &str = "summary.json";
+const MEASURES: &str = "measures.csv";
+const COLLECTION: &str = "frames.pvd";
+
+/// What the columns mean, at the head of the table.
+const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
+                     plane strain, per radian in axisymmetry";
+
+/// Where a run stands: everything but the solver that a restart needs.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Progress {
+    pub(super) begun: bool,
+    pub(super) stage: usize,
+    pub(super) stage_start: f64,
+    pub(super) held: u32,
+    pub(super) frames: u64,
+    pub(super) rows: u64,
+    pub(super) table: Table,
+    pub(super) profiles: Vec<(String, Table)>,
+    pub(super) collection: Collection,
+    pub(super) start: SavedBudget,
+}
+
+/// [`Budget`] in a checkpoint.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(super) struct SavedBudget([f64; 10]);
+
+impl From<Budget> for SavedBudget {
+    fn from(b: Budget) -> Self {
+        let ([px, py, pz], [lx, ly, lz]) = (b.momentum, b.angular_momentum);
+        Self([b.mass, px, py, pz, lx, ly, lz, b.kinetic, b.elastic, b.potential])
+    }
+}
+
+impl From<SavedBudget> for Budget {
+    fn from(SavedBudget(n): SavedBudget) -> Self {
+        Self {
+            mass: n[0],
+            momentum: [n[1], n[2], n[3]],
+            angular_momentum: [n[4], n[5], n[6]],
+            kinetic: n[7],
+            elastic: n[8],
+            potential: n[9],
+        }
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+struct Checkpoint {
+    version: String,
+    fingerprint: u64,
+    method: String,
+    progress: Progress,
+    solver: Vec<u8>,
+}
+
+/// Writes measures, frames, checkpoints and the summary of a run.
+pub(super) struct Recorder<'a> {
+    case: &'a Case,
+    options: &'a RunOptions,
+    frame_interval: Option<f64>,
+    row_interval: f64,
+    pub(super) kept: Vec<Snapshot>,
+}
+
+impl<'a> Recorder<'a> {
+    /// Takes the folder into use.
+    pub(super) fn open(case: &'a Case, options: &'a RunOptions) -> Result<Self, RunError> {
+        let recorder = Self {
+            case,
+            options,
+            frame_interval: case.output.frames,
+            row_interval: case.output.measures.unwrap_or(case.end_time() / 100.0),
+            kept: Vec::new(),
+        };
+        if let Some(out) = &options.out {
+            recorder.prepare(out)?;
+        }
+        Ok(recorder)
+    }
+
+    fn prepare(&self, out: &Path) -> Result<(), RunError> {
+        let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
+        let used = out.join(SUMMARY).exists() || out.join(CHECKPOINT).exists();
+        if self.options.resume {
+            if !used {
+                return Err(folder("holds no run to resume".to_owned()));
+            }
+        } else if used {
+            if !self.options.overwrite {
+                return Err(folder(
+                    "holds an earlier run already (resume it, overwrite it or choose another)".to_owned(),
+                ));
+            }
+            for name in [CHECKPOINT, SUMMARY, MEASURES, COLLECTION] {
+                let file = out.join(name);
+                if file.exists() {
+                    fs::remove_file(&file).map_err(|error| folder(format!("{name}: {error}")))?;
+                }
+            }
+            let frames = out.join("frames");
+            if frames.is_dir() {
+                fs::remove_dir_all(&frames).map_err(|error| folder(format!("frames: {error}")))?;
+            }
+        }
+        fs::create_dir_all(out.join("frames")).map_err(|error| folder(format!("cannot be made: {error}")))?;
+        write_atomically(&out.join("case.json"), self.case.to_json().as_bytes())?;
+        self.write_summary(
+            &json!({ "status": "running", "title": self.case.title, "method": self.options.method }),
+        )
+    }
+
+    /// First row and frame, at time zero.
+    pub(super) fn begin(&mut self, solver: &dyn Solver, progress: &mut Progress) -> Result<(), RunError> {
+        progress.start = solver.budget().into();
+        self.output(solver, progress)
+    }
+
+    /// Time of the next row or frame (s).
+    pub(super) fn next_output(&self, progress: &Progress) -> f64 {
+        let row = progress.rows as f64 * self.row_interval;
+        self.frame_interval.map_or(row, |interval| row.min(progress.frames as f64 * interval))
+    }
+
+    /// Writes the row and the frame that are due.
+    pub(super) fn output(&mut self, solver: &dyn Solver, progress: &mut Progress) -> Result<(), RunError> {
+        let time = solver.time();
+        let due = |count: u64, interval: f64| time >= count as f64 * interval - 1e-9 * interval;
+        let row = due(progress.rows, self.row_interval);
+        let frame = match self.frame_interval {
+            Some(interval) => due(progress.frames, interval),
+            None => progress.frames == 0,
+        };
+        if !row && !frame {
+            return Ok(());
+        }
+        let snapshot = solver.snapshot();
+        if row {
+            self.row(solver, &snapshot, progress)?;
+            progress.rows += 1;
+        }
+        if frame {
+            self.frame(snapshot, progress)?;
+            progress.frames += 1;
+        }
+        Ok(())
+    }
+
+    /// Row and frame at the end, unless they have just been written.
+    pub(super) fn output_last(
+        &mut self,
+        solver: &dyn Solver,
+        progress: &mut Progress,
+    ) -> Result<(), RunError> {
+        let time = solver.time();
+        let snapshot = solver.snapshot();
+        if progress.table.last("time") != Some(time) {
+            self.row(solver, &snapshot, progress)?;
+        }
+        if progress.collection.frames.last().map(|(at, _)| *at) != Some(time) {
+            self.frame(snapshot, progress)?;
+        }
+        Ok(())
+    }
+
+    fn row(&self, solver: &dyn Solver, snapshot: &Snapshot, progress: &mut Progress) -> Result<(), RunError> {
+        let mut readings = vec![
+            ("time".to_owned(), "s".to_owned(), solver.time()),
+            ("step".to_owned(), String::new(), solver.step_count() as f64),
+        ];
+        let budget = solver.budget();
+        let mut push = |name: &str, unit: &str, value: f64| {
+            readings.push((name.to_owned(), unit.to_owned(), value));
+        };
+        push("mass", "kg", budget.mass);
+        for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            push(&format!("momentum.{axis}"), "kg m/s", budget.momentum[c]);
+        }
+        push("angular_momentum.z", "kg m2/s", budget.angular_momentum[2]);
+        push("kinetic_energy", "J", budget.kinetic);
+        push("elastic_energy", "J", budget.elastic);
+        push("potential_energy", "J", budget.potential);
+        let equilibrium = solver.equilibrium();
+        push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
+        readings.extend(measure::read(self.case, snapshot));
+        let table = &mut progress.table;
+        if table.columns.is_empty() {
+            table.columns = readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
+        }
+        table.rows.push(readings.into_iter().map(|(.., value)| value).collect());
+        match &self.options.out {
+            Some(out) => Ok(table.write(&out.join(MEASURES), ABOUT)?),
+            None => Ok(()),
+        }
+    }
+
+    fn frame(&mut self, snapshot: Snapshot, progress: &mut Progress) -> Result<(), RunError> {
+        self.profiles(&snapshot, progress)?;
+        let name = format!("frames/frame-{:05}.vtu", progress.collection.frames.len());
+        progress.collection.frames.push((snapshot.time, name.clone()));
+        if let Some(out) = &self.options.out {
+            write_frame(&out.join(name), &snapshot, self.case.output.fields.as_deref())?;
+            progress.collection.write(&out.join(COLLECTION))?;
+        }
+        if self.options.keep_frames {
+            self.kept.push(snapshot);
+        }
+        Ok(())
+    }
+
+    fn profiles(&self, snapshot: &Snapshot, progress: &mut Progress) -> Result<(), RunError> {
+        for (name, measure) in &self.case.measures {
+            let Measure::Profile { axis, height, bin } = measure else { continue };
+            let index = progress.profiles.iter().position(|(known, _)| known == name).unwrap_or_else(|| {
+                let unit = |name: &str, unit: &str| (name.to_owned(), unit.to_owned());
+                let columns = vec![unit("time", "s"), unit("position", "m"), unit("height", "m")];
+                progress.profiles.push((name.clone(), Table { columns, rows: Vec::new() }));
+                progress.profiles.len() - 1
+            });
+            let table = &mut progress.profiles[index].1;
+            let heights = measure::profile(snapshot, *axis, *height, *bin);
+            table.rows.extend(heights.into_iter().map(|(x, top)| vec![snapshot.time, x, top]));
+            if let Some(out) = &self.options.out {
+                table.write(&out.join(format!("profile-{name}.csv")), ABOUT)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the checkpoint.
+    pub(super) fn save(&self, solver: &dyn Solver, progress: &Progress) -> Result<(), RunError> {
+        let Some(out) = &self.options.out else { return Ok(()) };
+        let checkpoint = Checkpoint {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            fingerprint: self.case.fingerprint(),
+            method: self.options.method.clone(),
+            progress: progress.clone(),
+            solver: solver.save(),
+        };
+        let bytes = postcard::to_stdvec(&checkpoint).map_err(|error| self.refuse(out, error.to_string()))?;
+        Ok(write_atomically(&out.join(CHECKPOINT), &bytes)?)
+    }
+
+    fn refuse(&self, out: &Path, problem: String) -> RunError {
+        RunError::Folder { path: out.join(CHECKPOINT), problem }
+    }
+
+    /// Takes solver and progress from the checkpoint; `None` where the run died before its first, and
+    /// starts anew. Tables and collection are set back to what they were at the checkpoint.
+    pub(super) fn resume(&self, solver: &mut dyn Solver) -> Result<Option<Progress>, RunError> {
+        let Some(out) = &self.options.out else { return Ok(None) };
+        let path: PathBuf = out.join(CHECKPOINT);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let bytes = fs::read(&path).map_err(|error| self.refuse(out, error.to_string()))?;
+        let checkpoint: Checkpoint = postcard::from_bytes(&bytes)
+            .map_err(|error| self.refuse(out, format!("cannot be read ({error})")))?;
+        if checkpoint.fingerprint != self.case.fingerprint() {
+            return Err(self.refuse(out, "was written for another case".to_owned()));
+        }
+        if checkpoint.method != self.options.method || checkpoint.version != env!("CARGO_PKG_VERSION") {
+            let problem = format!("was written by {} of version {}", checkpoint.method, checkpoint.version);
+            return Err(self.refuse(out, problem));
+        }
+        solver
+            .restore(&checkpoint.solver)
+            .map_err(|error: SolverError| self.refuse(out, error.to_string()))?;
+        let progress = checkpoint.progress;
+        progress.table.write(&out.join(MEASURES), ABOUT)?;
+        progress.collection.write(&out.join(COLLECTION))?;
+        Ok(Some(progress))
+    }
+
+    /// Writes the summary.
+    pub(super) fn summary(
+        &self,
+        status: &str,
+        reason: Option<&str>,
+        solver: &dyn Solver,
+        progress: &Progress,
+        wall: f64,
+    ) -> Result<(), RunError> {
+        let budget = |b: Budget| {
+            json!({
+                "mass": b.mass, "momentum": b.momentum, "angular_momentum": b.angular_momentum,
+                "kinetic_energy": b.kinetic, "elastic_energy": b.elastic, "potential_energy": b.potential,
+            })
+        };
+        let names = progress.table.columns.iter().map(|(name, _)| name.clone());
+        let last = progress.table.rows.last().cloned().unwrap_or_default();
+        let measures: serde_json::Map<String, serde_json::Value> =
+            names.zip(last).map(|(name, value)| (name, json!(value))).collect();
+        let completed = status == "completed";
+        let mut summary = json!({
+            "status": status,
+            "reason": reason,
+            "title": self.case.title,
+            "method": self.options.method,
+            "version": env!("CARGO_PKG_VERSION"),
+            "commit": option_env!("COLLUVIUM_COMMIT"),
+            "wall_time": wall,
+            "steps": solver.step_count(),
+            "time": solver.time(),
+            "points": solver.points(),
+            "start": budget(progress.start.into()),
+            "measures": measures,
+            "case": self.case,
+        });
+        if completed {
+            summary["end"] = budget(solver.budget());
+            summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
+            if let Some(out) = &self.options.out {
+                let checkpoint = out.join(CHECKPOINT);
+                if checkpoint.exists() {
+                    fs::remove_file(&checkpoint).map_err(|error| self.refuse(out, error.to_string()))?;
+                }
+            }
+        }
+        self.write_summary(&summary)
+    }
+
+    fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
+        let Some(out) = &self.options.out else { return Ok(()) };
+        let text =
+            serde_json::to_string_pretty(summary).map_err(|error| self.refuse(out, error.to_string()))?;
+        Ok(write_atomically(&out.join(SUMMARY), text.as_bytes())?)
+    }
+}

@@ -1,0 +1,235 @@
+use super::*;
+use crate::description::Reset;
+use crate::{Equilibrium, Field, FieldData, TimeStep};
+use colluvium_constitutive::SymTensor;
+
+/// Independent oscillators `x'' = -ω² x - 2 d x'`, one a point.
+struct Oscillators {
+    state: Vec<[f64; 2]>,
+    time: f64,
+    steps: u64,
+    damping: f64,
+    fail_at: Option<f64>,
+}
+
+impl Oscillators {
+    fn boxed(damping: f64, fail_at: Option<f64>) -> Box<dyn Solver> {
+        let state = (0..5).map(|i| [1.0 + f64::from(i), 0.0]).collect();
+        Box::new(Self { state, time: 0.0, steps: 0, damping, fail_at })
+    }
+}
+
+impl Solver for Oscillators {
+    fn time(&self) -> f64 {
+        self.time
+    }
+    fn step_count(&self) -> u64 {
+        self.steps
+    }
+    fn points(&self) -> usize {
+        self.state.len()
+    }
+    fn time_step(&mut self) -> TimeStep {
+        TimeStep { dt: 0.0137, limit: "test", point: None, position: [0.0; 3] }
+    }
+    fn step(&mut self, dt: f64) -> Result<(), SolverError> {
+        if self.fail_at.is_some_and(|at| self.time >= at) {
+            let reason = "it was told to".to_owned();
+            return Err(SolverError::Point {
+                step: self.steps,
+                time: self.time,
+                point: 3,
+                position: [1.0; 3],
+                reason,
+            });
+        }
+        for [x, v] in &mut self.state {
+            *v -= dt * (9.0 * *x + 2.0 * self.damping * *v);
+            *x += dt * *v;
+        }
+        self.time += dt;
+        self.steps += 1;
+        Ok(())
+    }
+    fn begin_stage(&mut self, _stage: usize, _start: f64) -> Result<(), SolverError> {
+        Ok(())
+    }
+    fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
+        if stage.reset.contains(&Reset::Velocity) {
+            self.state.iter_mut().for_each(|s| s[1] = 0.0);
+        }
+        Ok(())
+    }
+    fn equilibrium(&self) -> Option<Equilibrium> {
+        let worst = self.state.iter().map(|[x, v]| x.abs().max(v.abs())).fold(0.0, f64::max);
+        Some(Equilibrium { unbalanced_force: worst, kinetic_ratio: worst })
+    }
+    fn snapshot(&self) -> Snapshot {
+        let count = self.state.len();
+        Snapshot {
+            time: self.time,
+            step: self.steps,
+            ids: (0..count as u64).collect(),
+            bodies: vec![0; count],
+            positions: self.state.iter().map(|[x, _]| [*x, 0.0, 0.0]).collect(),
+            extents: vec![[0.1; 3]; count],
+            fields: vec![
+                Field { name: "mass".into(), unit: "kg", data: FieldData::Scalar(vec![1.0; count]) },
+                Field {
+                    name: "stress".into(),
+                    unit: "Pa",
+                    data: FieldData::Tensor(vec![SymTensor::ZERO; count]),
+                },
+            ],
+        }
+    }
+    fn budget(&self) -> Budget {
+        Budget { kinetic: self.state.iter().map(|[_, v]| 0.5 * v * v).sum(), ..Budget::default() }
+    }
+    fn save(&self) -> Vec<u8> {
+        postcard::to_stdvec(&(&self.state, self.time, self.steps)).unwrap()
+    }
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError> {
+        (self.state, self.time, self.steps) =
+            postcard::from_bytes(bytes).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
+        Ok(())
+    }
+}
+
+fn case(stages: &str) -> Case {
+    let text = format!(
+        r#"{{
+        "title": "oscillators", "space": "1d",
+        "domain": {{ "min": [-10], "max": [10] }}, "gravity": [0],
+        "materials": {{ "m": {{ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 }} }},
+        "bodies": [ {{ "name": "b", "material": "m", "shape": {{ "kind": "box", "min": [0], "max": [1] }} }} ],
+        "stages": {stages},
+        "measures": {{ "head": {{ "kind": "front", "side": "x-max", "quantile": 0.9 }} }},
+        "output": {{ "frames": 0.5, "measures": 0.1, "checkpoint": 1e-9 }}
+    }}"#
+    );
+    Case::from_json(&text).unwrap()
+}
+
+fn options(out: &std::path::Path) -> RunOptions {
+    RunOptions { method: "test".into(), out: Some(out.to_owned()), ..RunOptions::default() }
+}
+
+/// Everything a run leaves, but what may differ: wall time.
+fn left(folder: &std::path::Path) -> Vec<(String, Vec<u8>)> {
+    let mut files = Vec::new();
+    for place in [folder.to_owned(), folder.join("frames")] {
+        for entry in std::fs::read_dir(place).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            if path.is_file() && name != "summary.json" {
+                files.push((name, std::fs::read(path).unwrap()));
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+#[test]
+fn rows_and_frames_fall_on_their_times() {
+    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    let options = RunOptions { keep_frames: true, ..RunOptions::default() };
+    let report = run(&case, Oscillators::boxed(0.0, None), &options).unwrap();
+    let times = report.table.column("time").unwrap();
+    assert_eq!(times.len(), 21);
+    for (row, time) in times.iter().enumerate() {
+        assert!((time - 0.1 * row as f64).abs() < 1e-12, "row {row} at {time}");
+    }
+    let frames: Vec<f64> = report.frames.iter().map(|f| f.time).collect();
+    assert_eq!(frames.len(), 5);
+    assert!(frames.iter().enumerate().all(|(k, t)| (t - 0.5 * k as f64).abs() < 1e-12));
+    assert!(report.table.column("head").unwrap()[0] > 4.9);
+}
+
+#[test]
+fn no_step_is_a_sliver() {
+    let (mut time, mut least) = (0.0, f64::INFINITY);
+    while let Some(dt) = step_towards(time, 1.0, 0.3) {
+        least = least.min(dt);
+        time += dt;
+    }
+    assert!(least >= 0.15 - 1e-12 && (time - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_stage_ends_at_rest_and_the_next_begins() {
+    let case = case(
+        r#"[ { "name": "settle", "duration": 100.0, "equilibrium": { "hold": 2 }, "reset": ["velocity"] },
+             { "name": "go", "duration": 1.0 } ]"#,
+    );
+    let report = run(&case, Oscillators::boxed(1.0, None), &RunOptions::default()).unwrap();
+    let end = report.snapshot.time;
+    assert!(end > 4.0 && end < 20.0, "settling takes about ln(1500) s, the run ended at {end} s");
+}
+
+#[test]
+fn a_stage_that_does_not_settle_is_an_error() {
+    let case = case(r#"[ { "name": "settle", "duration": 2.0, "equilibrium": {} } ]"#);
+    let error = run(&case, Oscillators::boxed(0.0, None), &RunOptions::default()).unwrap_err();
+    assert!(matches!(error, RunError::NoEquilibrium { stage: 0, .. }), "{error}");
+}
+
+#[test]
+fn a_failure_leaves_the_last_good_frame_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    let error = run(&case, Oscillators::boxed(0.0, Some(1.2)), &options(folder.path())).unwrap_err();
+    assert!(error.to_string().contains("point 3"), "{error}");
+    let summary: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["status"], "failed");
+    assert!(summary["reason"].as_str().unwrap().contains("it was told to"));
+    assert!(folder.path().join("frames/frame-00002.vtu").exists(), "the frame at 1 s");
+    assert!(!folder.path().join("frames/frame-00003.vtu").exists());
+}
+
+#[test]
+fn a_resumed_run_leaves_the_same_files_to_the_last_bit() {
+    let case = case(
+        r#"[ { "name": "a", "duration": 1.3 }, { "name": "b", "duration": 0.7, "reset": ["velocity"] } ]"#,
+    );
+    let whole = tempfile::tempdir().unwrap();
+    run(&case, Oscillators::boxed(0.1, None), &options(whole.path())).unwrap();
+    for fail_at in [0.05, 0.49, 0.5, 1.0, 1.31, 1.7, 1.99] {
+        let folder = tempfile::tempdir().unwrap();
+        run(&case, Oscillators::boxed(0.1, Some(fail_at)), &options(folder.path())).unwrap_err();
+        // What a crash may leave after the checkpoint: rows and frames that will be written again.
+        let measures = folder.path().join("measures.csv");
+        let garbage = std::fs::read_to_string(&measures).unwrap() + "1e9,torn ro";
+        std::fs::write(&measures, garbage).unwrap();
+        let again = RunOptions { resume: true, ..options(folder.path()) };
+        run(&case, Oscillators::boxed(0.1, None), &again).unwrap();
+        assert!(left(folder.path()) == left(whole.path()), "crash at {fail_at} s");
+    }
+}
+
+#[test]
+fn a_folder_with_a_run_is_not_overwritten_unasked() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = case(r#"[ { "name": "all", "duration": 0.2 } ]"#);
+    let go = |options: RunOptions| run(&case, Oscillators::boxed(0.0, None), &options);
+    assert!(matches!(
+        go(RunOptions { resume: true, ..options(folder.path()) }),
+        Err(RunError::Folder { .. })
+    ));
+    go(options(folder.path())).unwrap();
+    assert!(matches!(go(options(folder.path())), Err(RunError::Folder { .. })));
+    go(RunOptions { overwrite: true, ..options(folder.path()) }).unwrap();
+}
+
+#[test]
+fn a_checkpoint_of_another_case_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    run(&first, Oscillators::boxed(0.0, Some(1.0)), &options(folder.path())).unwrap_err();
+    let other = case(r#"[ { "name": "all", "duration": 3.0 } ]"#);
+    let again = RunOptions { resume: true, ..options(folder.path()) };
+    let error = run(&other, Oscillators::boxed(0.0, None), &again).unwrap_err();
+    assert!(error.to_string().contains("another case"), "{error}");
+}
