@@ -1,0 +1,154 @@
+//! Line charts.
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
+use plotters::prelude::*;
+
+use super::{FONT, PALETTE, Picture, label, range};
+
+/// How a series is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Style {
+    /// A line through the points.
+    #[default]
+    Line,
+    /// A broken line: laws and closed forms.
+    Dashed,
+    /// Markers: measured points.
+    Markers,
+}
+
+/// Points with a name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Series {
+    /// Name in the legend; none when empty.
+    pub label: String,
+    /// The points; those that are not finite are left out.
+    pub points: Vec<(f64, f64)>,
+    /// How they are drawn.
+    pub style: Style,
+}
+
+impl Series {
+    /// A series.
+    pub fn new(label: impl Into<String>, points: Vec<(f64, f64)>, style: Style) -> Self {
+        Self { label: label.into(), points, style }
+    }
+}
+
+/// A line chart.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LineChart {
+    /// Title above the chart.
+    pub title: String,
+    /// Label of the horizontal axis, with unit.
+    pub x_label: String,
+    /// Label of the vertical axis, with unit.
+    pub y_label: String,
+    /// Logarithmic axes, both; points that are not positive are left out.
+    pub log: bool,
+    /// What is drawn.
+    pub series: Vec<Series>,
+}
+
+impl Picture for LineChart {
+    fn size(&self) -> (u32, u32) {
+        (760, 480)
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String> {
+        area.fill(&WHITE).map_err(|error| error.to_string())?;
+        let shown = |p: &&(f64, f64)| {
+            let finite = p.0.is_finite() && p.1.is_finite() && p.1.abs() < 1e200;
+            finite && (!self.log || (p.0 > 0.0 && p.1 > 0.0))
+        };
+        let all = || self.series.iter().flat_map(|s| &s.points).filter(shown);
+        let scale = |v: f64| if self.log { v.log10() } else { v };
+        let x = range(all().map(|p| scale(p.0)), 0.03);
+        let y = range(all().map(|p| scale(p.1)), 0.08);
+        if self.log {
+            let power = |r: std::ops::Range<f64>| (10f64.powf(r.start)..10f64.powf(r.end)).log_scale();
+            self.draw_in(area, power(x), power(y))
+        } else {
+            self.draw_in(area, x, y)
+        }
+    }
+}
+
+impl LineChart {
+    fn draw_in<B, X, Y>(&self, area: &DrawingArea<B, Shift>, x: X, y: Y) -> Result<(), String>
+    where
+        B: DrawingBackend,
+        X: AsRangedCoord<Value = f64>,
+        Y: AsRangedCoord<Value = f64>,
+        X::CoordDescType: ValueFormatter<f64>,
+        Y::CoordDescType: ValueFormatter<f64>,
+    {
+        let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, (FONT, 20))
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(72)
+            .build_cartesian_2d(x, y)
+            .map_err(text)?;
+        chart
+            .configure_mesh()
+            .x_desc(&self.x_label)
+            .y_desc(&self.y_label)
+            .x_label_formatter(&label)
+            .y_label_formatter(&label)
+            .x_labels(8)
+            .y_labels(8)
+            .label_style((FONT, 14))
+            .axis_desc_style((FONT, 16))
+            .bold_line_style(RGBColor(225, 225, 225))
+            .light_line_style(TRANSPARENT)
+            .axis_style(RGBColor(90, 90, 90))
+            .draw()
+            .map_err(text)?;
+        for (number, series) in self.series.iter().enumerate() {
+            let colour = PALETTE[number % PALETTE.len()];
+            let positive = |p: &&(f64, f64)| !self.log || (p.0 > 0.0 && p.1 > 0.0);
+            let points: Vec<(f64, f64)> = series
+                .points
+                .iter()
+                .filter(positive)
+                .filter(|p| p.0.is_finite() && p.1.is_finite() && p.1.abs() < 1e200)
+                .copied()
+                .collect();
+            let line = colour.stroke_width(2);
+            let drawn = match series.style {
+                Style::Line => chart.draw_series(LineSeries::new(points, line)).map_err(text)?,
+                Style::Dashed => {
+                    chart.draw_series(DashedLineSeries::new(points, 7, 5, line)).map_err(text)?
+                }
+                Style::Markers => {
+                    let markers = points.into_iter().map(|p| Circle::new(p, 4, colour.filled()));
+                    chart.draw_series(markers).map_err(text)?
+                }
+            };
+            if !series.label.is_empty() {
+                let markers = series.style == Style::Markers;
+                drawn.label(&series.label).legend(move |(x, y)| {
+                    let line = PathElement::new(vec![(x, y), (x + 18, y)], line);
+                    let dot = Circle::new((x + 9, y), if markers { 4 } else { 0 }, colour.filled());
+                    let line = if markers { PathElement::new(vec![], colour) } else { line };
+                    EmptyElement::at((0, 0)) + line + dot
+                });
+            }
+        }
+        if self.series.iter().any(|s| !s.label.is_empty()) {
+            chart
+                .configure_series_labels()
+                .position(SeriesLabelPosition::UpperLeft)
+                .background_style(WHITE.mix(0.85))
+                .border_style(RGBColor(200, 200, 200))
+                .label_font((FONT, 14))
+                .margin(8)
+                .draw()
+                .map_err(text)?;
+        }
+        Ok(())
+    }
+}

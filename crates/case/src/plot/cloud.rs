@@ -1,0 +1,169 @@
+//! Clouds of points coloured by a number.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::{FONT, Picture, label, range};
+use crate::{FieldData, Snapshot};
+
+/// Points at their places, as squares of their own size, coloured by a value.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointCloud {
+    /// Title above the picture.
+    pub title: String,
+    /// Position, full widths (m) and value of each point; values that are not finite are grey.
+    pub points: Vec<([f64; 2], [f64; 2], f64)>,
+    /// What the colour means, with unit.
+    pub label: String,
+    /// Labels of the two axes.
+    pub axes: [String; 2],
+}
+
+const WIDTH: u32 = 900;
+
+impl PointCloud {
+    /// The points of a snapshot, seen along the axis that is not in `plane`, coloured by field `name`:
+    /// scalars as they are, vectors by their length, tensors by their pressure. `None` where there is
+    /// no such field.
+    pub fn of(snapshot: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
+        let field = snapshot.field(name)?;
+        let values: Vec<f64> = match &field.data {
+            FieldData::Scalar(values) => values.clone(),
+            FieldData::Vector(values) => {
+                values.iter().map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect()
+            }
+            FieldData::Tensor(values) => values.iter().map(|t| t.pressure()).collect(),
+        };
+        let at = |v: &[f64; 3]| [v[plane[0]], v[plane[1]]];
+        let points = snapshot.positions.iter().zip(&snapshot.extents).zip(values);
+        let unit = if field.unit.is_empty() { String::new() } else { format!(" ({})", field.unit) };
+        let axis = |c: usize| format!("{} (m)", ["x", "y", "z"][c]);
+        Some(Self {
+            title: format!("t = {} s", label(&snapshot.time)),
+            points: points.map(|((x, e), v)| (at(x), at(e), v)).collect(),
+            label: format!("{}{unit}", name.replace('_', " ")),
+            axes: [axis(plane[0]), axis(plane[1])],
+        })
+    }
+
+    fn bounds(&self) -> [std::ops::Range<f64>; 2] {
+        let along = |c: usize| {
+            let ends = |p: &([f64; 2], [f64; 2], f64)| [p.0[c] - 0.5 * p.1[c], p.0[c] + 0.5 * p.1[c]];
+            range(self.points.iter().flat_map(ends), 0.04)
+        };
+        [along(0), along(1)]
+    }
+}
+
+/// Perceptually even colours from dark blue over green to yellow.
+fn colour(share: f64) -> RGBColor {
+    const STOPS: [[f64; 3]; 6] = [
+        [68.0, 1.0, 84.0],
+        [65.0, 68.0, 135.0],
+        [42.0, 120.0, 142.0],
+        [34.0, 168.0, 132.0],
+        [122.0, 209.0, 81.0],
+        [253.0, 231.0, 37.0],
+    ];
+    if !share.is_finite() {
+        return RGBColor(170, 170, 170);
+    }
+    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let stop = (place as usize).min(STOPS.len() - 2);
+    let mix = |c: usize| {
+        let t = place - stop as f64;
+        (STOPS[stop][c] * (1.0 - t) + STOPS[stop + 1][c] * t).round() as u8
+    };
+    RGBColor(mix(0), mix(1), mix(2))
+}
+
+impl Picture for PointCloud {
+    fn size(&self) -> (u32, u32) {
+        // Equal scales on both axes, within reason.
+        let [x, y] = self.bounds();
+        let ratio = ((y.end - y.start) / (x.end - x.start)).clamp(0.15, 1.2);
+        (WIDTH, (f64::from(WIDTH - 190) * ratio) as u32 + 100)
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String> {
+        let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
+        area.fill(&WHITE).map_err(text)?;
+        let (main, bar) = area.split_horizontally(WIDTH - 100);
+        let values = range(self.points.iter().map(|p| p.2), 0.0);
+        let [mut x, mut y] = self.bounds();
+        // Widen the shorter side where the aspect ratio was clamped.
+        let (_, height) = self.size();
+        let pixel =
+            ((x.end - x.start) / f64::from(WIDTH - 190)).max((y.end - y.start) / f64::from(height - 100));
+        let widen = |r: &mut std::ops::Range<f64>, pixels: u32| {
+            let extra = 0.5 * (pixel * f64::from(pixels) - (r.end - r.start)).max(0.0);
+            r.start -= extra;
+            r.end += extra;
+        };
+        widen(&mut x, WIDTH - 190);
+        widen(&mut y, height - 100);
+        let mut chart = ChartBuilder::on(&main)
+            .caption(&self.title, (FONT, 20))
+            .margin(10)
+            .x_label_area_size(40)
+            .y_label_area_size(66)
+            .build_cartesian_2d(x, y)
+            .map_err(text)?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .x_desc(&self.axes[0])
+            .y_desc(&self.axes[1])
+            .x_label_formatter(&label)
+            .y_label_formatter(&label)
+            .y_labels(5)
+            .label_style((FONT, 14))
+            .axis_desc_style((FONT, 16))
+            .draw()
+            .map_err(text)?;
+        let share = |v: f64| (v - values.start) / (values.end - values.start);
+        let squares = self.points.iter().map(|(p, e, v)| {
+            let corner = |s: f64| (p[0] + s * 0.5 * e[0], p[1] + s * 0.5 * e[1]);
+            Rectangle::new([corner(-1.0), corner(1.0)], colour(share(*v)).filled())
+        });
+        chart.draw_series(squares).map_err(text)?;
+        self.draw_bar(&bar, values)
+    }
+}
+
+impl PointCloud {
+    fn draw_bar<B: DrawingBackend>(
+        &self,
+        area: &DrawingArea<B, Shift>,
+        values: std::ops::Range<f64>,
+    ) -> Result<(), String> {
+        let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
+        let mut chart = ChartBuilder::on(area)
+            .margin_top(36)
+            .margin_bottom(50)
+            .margin_right(4)
+            .y_label_area_size(74)
+            .build_cartesian_2d(0.0..1.0, values.clone())
+            .map_err(text)?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .disable_x_axis()
+            .y_desc(&self.label)
+            .y_label_formatter(&label)
+            .y_labels(6)
+            .label_style((FONT, 13))
+            .axis_desc_style((FONT, 15))
+            .draw()
+            .map_err(text)?;
+        const STEPS: usize = 64;
+        let step = (values.end - values.start) / STEPS as f64;
+        let band = |k: usize| {
+            let low = values.start + k as f64 * step;
+            let fill = colour((k as f64 + 0.5) / STEPS as f64).filled();
+            Rectangle::new([(0.0, low), (1.0, low + step)], fill)
+        };
+        chart.draw_series((0..STEPS).map(band)).map_err(text)?;
+        Ok(())
+    }
+}
