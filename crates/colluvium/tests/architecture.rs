@@ -58,7 +58,8 @@ fn every_dependency_within_the_workspace_points_down() {
             assert!(!package.all.contains("xtask"), "the facade depends on xtask");
         } else if name != "xtask" {
             let workspace = package.all.iter().filter(|d| packages.contains_key(*d));
-            let above: Vec<_> = workspace.filter(|d| !allowed(&package.folder).contains(&d.as_str())).collect();
+            let above: Vec<_> =
+                workspace.filter(|d| !allowed(&package.folder).contains(&d.as_str())).collect();
             assert!(above.is_empty(), "{name} must not depend on {above:?}");
         }
     }
