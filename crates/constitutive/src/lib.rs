@@ -11,6 +11,7 @@
 //! with tensor (not engineering) shear.
 
 mod corotational;
+pub mod driver;
 mod error;
 mod hencky;
 pub mod laws;
