@@ -1,0 +1,56 @@
+//! `colluvium check`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use colluvium::case::Case;
+
+use super::{Failure, choose};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The case file.
+    case: PathBuf,
+    /// The method; needed when the case has options for several.
+    #[arg(long)]
+    method: Option<String>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let case = Case::load(&arguments.case)?;
+    let method = choose(&case, arguments.method.as_deref())?;
+    let plan = method.plan(&case)?;
+    let step = &plan.time_step;
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let seconds = plan.points as f64 * plan.steps as f64 / (plan.updates_per_second * threads as f64);
+    println!("{}", case.title);
+    println!("method         {}: {}", method.name(), method.summary());
+    println!("points         {}", plan.points);
+    println!("grid nodes     {}", plan.nodes);
+    println!("time step      {:.4e} s at the start, limited by: {}", step.dt, step.limit);
+    if let Some(point) = step.point {
+        let place: Vec<String> =
+            step.position[..case.dimension()].iter().map(|coordinate| format!("{coordinate:.4}")).collect();
+        println!("               at point {point} ({}) m", place.join(", "));
+    }
+    println!("steps          about {}", plan.steps);
+    println!("memory         about {:.1} MB", plan.memory as f64 / 1e6);
+    println!("duration       about {} on {threads} threads", human(seconds));
+    for stage in &case.stages {
+        let until = if stage.equilibrium.is_some() { ", or until at rest" } else { "" };
+        println!("stage          {}: {} s{until}", stage.name, stage.duration);
+    }
+    for warning in &plan.warnings {
+        println!("warning: {warning}");
+    }
+    Ok(())
+}
+
+fn human(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "a second".to_owned(),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}

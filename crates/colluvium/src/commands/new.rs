@@ -1,0 +1,38 @@
+//! `colluvium new`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use colluvium::case::output::write_atomically;
+
+use super::Failure;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Name of the template.
+    #[arg(required_unless_present = "list")]
+    template: Option<String>,
+    /// File to write; `<template>.json` by default.
+    file: Option<PathBuf>,
+    /// List the templates.
+    #[arg(long)]
+    list: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let names: Vec<&str> = colluvium::TEMPLATES.iter().map(|(name, _)| *name).collect();
+    let Some(name) = arguments.template.as_deref().filter(|_| !arguments.list) else {
+        println!("{}", names.join("\n"));
+        return Ok(());
+    };
+    let text = colluvium::template(name).ok_or_else(|| {
+        Failure::Usage(format!("{name:?} is not a template; there are: {}", names.join(", ")))
+    })?;
+    let file = arguments.file.clone().unwrap_or_else(|| format!("{name}.json").into());
+    if file.exists() {
+        return Err(Failure::Usage(format!("{} exists already", file.display())));
+    }
+    write_atomically(&file, text.as_bytes())?;
+    println!("wrote {0}; try: colluvium check {0}", file.display());
+    Ok(())
+}

@@ -1,0 +1,87 @@
+//! `colluvium run`.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Args;
+use colluvium::case::run::Ending;
+use colluvium::case::{Case, RunOptions, RunReport};
+
+use super::{Failure, choose, default_out};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The case file.
+    case: PathBuf,
+    /// The method; needed when the case has options for several.
+    #[arg(long)]
+    method: Option<String>,
+    /// Folder for the results; `<case>-<method>` by default.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Number of threads; all cores by default. Results do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Continue an interrupted run from its checkpoint.
+    #[arg(long)]
+    resume: bool,
+    /// Replace the results of an earlier run.
+    #[arg(long, conflicts_with = "resume")]
+    overwrite: bool,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let case = Case::load(&arguments.case)?;
+    let method = choose(&case, arguments.method.as_deref())?;
+    let solver = method.build(&case)?;
+    let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.case, method.name()));
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = stop.clone();
+    // Without a handler Ctrl-C ends the run the hard way; the checkpoint on disk is good either way.
+    let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
+    let options = RunOptions {
+        method: method.name().to_owned(),
+        out: Some(out.clone()),
+        resume: arguments.resume,
+        overwrite: arguments.overwrite,
+        progress: !arguments.quiet && std::io::stderr().is_terminal(),
+        keep_frames: false,
+        stop: Some(stop),
+    };
+    let threads = arguments.threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| Failure::Other(format!("threads: {error}")))?;
+    if !arguments.quiet {
+        for warning in method.plan(&case)?.warnings {
+            eprintln!("warning: {warning}");
+        }
+    }
+    let report = pool.install(|| colluvium::case::run(&case, solver, &options))?;
+    if report.ending == Ending::Interrupted {
+        return Err(Failure::Interrupted);
+    }
+    if !arguments.quiet {
+        print(&report, &out);
+    }
+    Ok(())
+}
+
+fn print(report: &RunReport, out: &std::path::Path) {
+    println!(
+        "{} steps to t = {:.6} s in {:.1} s ({:.2} million point-updates per second)",
+        report.steps,
+        report.snapshot.time,
+        report.wall,
+        report.updates_per_second / 1e6
+    );
+    println!("mass {:.6} kg, from {:.6} kg", report.end.mass, report.start.mass);
+    println!("kinetic energy {:.4e} J, from {:.4e} J", report.end.kinetic, report.start.kinetic);
+    println!("results in {}", out.display());
+}

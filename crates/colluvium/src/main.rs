@@ -1,0 +1,61 @@
+//! The command line of Colluvium.
+
+mod commands;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use commands::{Failure, check, element_test, new, plot, run, schema};
+
+/// Point-based numerical methods for geomechanics.
+///
+/// Exit codes: 0 done; 1 the run failed or its files could not be written; 2 wrong usage; 3 the case
+/// file is wrong; 4 interrupted, continue with --resume.
+#[derive(Parser)]
+#[command(version, verbatim_doc_comment)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Runs a case and writes measures, frames and a summary.
+    Run(run::Arguments),
+    /// Checks a case without running it and says what would be solved.
+    Check(check::Arguments),
+    /// Prints the JSON Schema of a case file, or its reference as Markdown.
+    Schema(schema::Arguments),
+    /// Writes a starting case.
+    New(new::Arguments),
+    /// Runs a test of a single material point: table and pictures.
+    ElementTest(element_test::Arguments),
+    /// Draws measures and points of a run.
+    Plot(plot::Arguments),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Schema(arguments) => schema::run(&arguments),
+        Command::New(arguments) => new::run(&arguments),
+        Command::ElementTest(arguments) => element_test::run(&arguments),
+        Command::Plot(arguments) => plot::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            failure.report();
+            ExitCode::from(failure.code())
+        }
+    }
+}
+
+impl Failure {
+    fn report(&self) {
+        for line in self.to_string().lines() {
+            eprintln!("error: {line}");
+        }
+    }
+}

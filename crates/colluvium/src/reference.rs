@@ -1,0 +1,112 @@
+//! The reference of the case file, made from its schema.
+
+use serde_json::Value;
+
+/// The reference as Markdown: every object with its keys, types, defaults and meanings.
+pub fn case_reference() -> String {
+    let schema = crate::case_schema();
+    let mut text = String::from(
+        "# Case file\n\nMade from the schema by `colluvium schema --markdown`; do not edit.\n\nA case is a JSON file. \
+         All quantities are in SI units, angles in degrees; stress and strain are tension-positive, pressure is \
+         compression-positive. Unknown keys are errors. An editor that knows JSON Schema completes and checks a case \
+         with `docs/case.schema.json`.\n\n",
+    );
+    section(&mut text, "Case", &schema);
+    if let Some(methods) = schema["properties"]["methods"]["properties"].as_object() {
+        for (name, options) in methods {
+            section(&mut text, &format!("methods.{name}"), options);
+        }
+    }
+    if let Some(definitions) = schema["$defs"].as_object() {
+        for (name, definition) in definitions {
+            section(&mut text, name, definition);
+        }
+    }
+    text.trim_end().to_owned() + "\n"
+}
+
+fn section(text: &mut String, name: &str, schema: &Value) {
+    text.push_str(&format!("## {name}\n\n"));
+    if let Some(about) = schema["description"].as_str() {
+        text.push_str(&format!("{about}\n\n"));
+    }
+    match schema["oneOf"].as_array() {
+        Some(variants) if variants.iter().all(|v| v["properties"].is_null()) => {
+            for variant in variants {
+                let value = variant["const"].as_str().unwrap_or_default();
+                text.push_str(&format!("- `{value}`: {}\n", line(&variant["description"])));
+            }
+            text.push('\n');
+        }
+        Some(variants) => {
+            for variant in variants {
+                let tag = variant["properties"].as_object().and_then(|keys| {
+                    let (key, schema) = keys.iter().find(|(_, schema)| schema["const"].is_string())?;
+                    Some(format!("\"{key}\": \"{}\"", schema["const"].as_str()?))
+                });
+                let tag = tag.unwrap_or_default();
+                text.push_str(&format!("**`{tag}`** — {}\n\n", line(&variant["description"])));
+                if let Some(target) = reference(variant) {
+                    text.push_str(&format!("Keys of [{target}](#{}).\n\n", target.to_lowercase()));
+                }
+                keys(text, variant);
+            }
+        }
+        None => keys(text, schema),
+    }
+}
+
+fn keys(text: &mut String, schema: &Value) {
+    let Some(properties) = schema["properties"].as_object() else { return };
+    let shown: Vec<_> = properties.iter().filter(|(_, s)| s["const"].is_null()).collect();
+    if shown.is_empty() {
+        return;
+    }
+    let required: Vec<&str> =
+        schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    text.push_str("| key | type | default | meaning |\n|---|---|---|---|\n");
+    for (name, schema) in shown {
+        let default = match (&schema["default"], required.contains(&name.as_str())) {
+            (_, true) => "required".to_owned(),
+            (Value::Null, false) => String::new(),
+            (value, false) => format!("`{value}`"),
+        };
+        text.push_str(&format!(
+            "| `{name}` | {} | {default} | {} |\n",
+            kind(schema),
+            line(&schema["description"])
+        ));
+    }
+    text.push('\n');
+}
+
+fn reference(schema: &Value) -> Option<&str> {
+    schema["$ref"].as_str()?.strip_prefix("#/$defs/")
+}
+
+fn kind(schema: &Value) -> String {
+    if let Some(target) = reference(schema) {
+        return format!("[{target}](#{})", target.to_lowercase());
+    }
+    if let Some(variants) = schema["anyOf"].as_array() {
+        let kinds: Vec<String> = variants.iter().map(kind).filter(|k| k != "null").collect();
+        return kinds.join(" or ");
+    }
+    let types: Vec<&str> = match &schema["type"] {
+        Value::String(name) => vec![name],
+        Value::Array(names) => names.iter().filter_map(Value::as_str).filter(|n| *n != "null").collect(),
+        _ => vec![],
+    };
+    let of = |types: Vec<&str>| types.join(" or ");
+    match types.as_slice() {
+        ["array"] => format!("list of {}", kind(&schema["items"])),
+        ["object"] if schema["additionalProperties"].is_object() => {
+            format!("object of {}", kind(&schema["additionalProperties"]))
+        }
+        _ => of(types),
+    }
+}
+
+fn line(description: &Value) -> String {
+    description.as_str().unwrap_or_default().replace('\n', " ").replace('|', "\\|")
+}
