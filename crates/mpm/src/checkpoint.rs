@@ -76,8 +76,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         let fresh = start == self.time;
         self.stage = stage;
         self.stage_start = start;
-        self.walls = setup::walls::<D, S, B>(&self.case, stage, &self.grid)
+        let walls = setup::walls::<D, S, B>(&self.case, stage, &self.grid)
             .map_err(|error| SolverError::Checkpoint(error.to_string()))?;
+        self.set_walls(walls);
         let case = &self.case;
         let removed: Vec<&String> = case.stages[..=stage].iter().flat_map(|s| &s.remove_bodies).collect();
         let bodies = self.sets.len();

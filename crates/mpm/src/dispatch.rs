@@ -3,9 +3,9 @@
 use colluvium_case::{Case, CaseError};
 use colluvium_grid::{Basis, CubicSpline, Gimp, Linear, QuadraticSpline, WideGimp};
 
+use crate::MpmOptions;
 use crate::config::ShapeFunctions;
 use crate::points::{FixedDomain, PointDomain, StretchingDomain};
-use crate::MpmOptions;
 
 /// Something done with a concrete dimension, basis and point domain.
 pub trait Visitor {

@@ -67,7 +67,9 @@ impl<const D: usize> MomentumSolve<'_, D> {
             if plain && row_free && (1..D).all(|axis| self.walls.is_free(axis, index[axis])) {
                 let inverse = 1.0 / mass;
                 let acceleration = node.force * inverse + gravity;
-                node.motion = node.motion * inverse + acceleration * self.dt;
+                // The fourth lane keeps the mass.
+                node.motion =
+                    node.motion * Lanes::new([inverse, inverse, inverse, 1.0]) + acceleration * self.dt;
                 node.force = acceleration;
             } else {
                 self.node(&index, node, mass, &mut sums);
@@ -93,7 +95,8 @@ impl<const D: usize> MomentumSolve<'_, D> {
         for c in 0..D {
             start[c] = motion[c] / mass;
             total[c] = force[c] + mass * self.gravity[c];
-            let damped = if start[c] == 0.0 { 0.0 } else { self.damping * total[c].abs() * start[c].signum() };
+            let damped =
+                if start[c] == 0.0 { 0.0 } else { self.damping * total[c].abs() * start[c].signum() };
             end[c] = start[c] + self.dt * (total[c] - damped) / mass;
         }
         let free_end = end;

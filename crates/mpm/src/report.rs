@@ -81,7 +81,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let index = first + k;
             let density = set.mass[index] / set.volume[index];
             let speed = (moduli[k] / density).sqrt() + square(&set.velocity[index]).sqrt();
-            let wave = Limit { dt: self.options.courant * h / speed, limit: "elastic wave", set: number, index };
+            let wave =
+                Limit { dt: self.options.courant * h / speed, limit: "elastic wave", set: number, index };
             least = least.smaller(wave);
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, MPM sheet §2.10.
@@ -112,7 +113,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let mut fields = vec![
             field("velocity", "m/s", FieldData::Vector(vector(&|s, i| spatial(&s.velocity[i])))),
             field("displacement", "m", FieldData::Vector(vector(&displacement))),
-            field("stress", "Pa", FieldData::Tensor(order.iter().map(|&(_, s, i)| self.sets[s].stress[i]).collect())),
+            field(
+                "stress",
+                "Pa",
+                FieldData::Tensor(order.iter().map(|&(_, s, i)| self.sets[s].stress[i]).collect()),
+            ),
             field("pressure", "Pa", scalar(&|s, i| s.stress[i].pressure())),
             field("deviatoric_stress", "Pa", scalar(&|s, i| s.stress[i].q())),
             field("mass", "kg", scalar(&|s, i| s.mass[i])),

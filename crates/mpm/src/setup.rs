@@ -46,14 +46,22 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
     let mut walls = Vec::new();
     if case.space == Space::Axisymmetric && grid.origin[0] == 0.0 {
         let kind = WallKind::Smooth;
-        walls.push(Wall { axis: 0, upper: false, node: B::GHOSTS, kind, separation: false, velocity: [0.0; 3] });
+        walls.push(Wall {
+            axis: 0,
+            upper: false,
+            node: B::GHOSTS,
+            kind,
+            separation: false,
+            velocity: [0.0; 3],
+        });
     }
     for (number, boundary) in case.active_boundaries(stage) {
         let axis = boundary.side.axis();
         let face = (boundary.position(&case.domain) - grid.origin[axis]) / grid.cell;
         let path = || format!("boundaries[{number}].position");
         if (face - face.round()).abs() > 1e-6 {
-            let problem = format!("lies {face:.6} cells from the domain's side: a wall must lie on a grid line");
+            let problem =
+                format!("lies {face:.6} cells from the domain's side: a wall must lie on a grid line");
             return Err(CaseError::new(path(), problem));
         }
         let face = face.round() as usize;
@@ -194,7 +202,9 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         nodes: vec![Node::default(); layout.len()],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
-        walls: walls::<D, S, B>(case, 0, &grid)?,
+        walls: Walls::default(),
+        upper: grid.upper(),
+        closed: [[false; 2]; D],
         layout,
         grid,
         sets,
@@ -215,6 +225,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     if options.stress_update != crate::StressScheme::Usl {
         solver.remapped = vec![Default::default(); solver.layout.len()];
     }
+    solver.set_walls(walls::<D, S, B>(case, 0, &grid)?);
     solver.sort();
     check_fixed_step(&mut solver, options)?;
     Ok(solver)

@@ -29,6 +29,10 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) row_sums: Vec<RowSums>,
     pub(crate) sets: Vec<PointSet<D, P>>,
     pub(crate) walls: Walls,
+    /// Upper corner of the grid (m).
+    pub(crate) upper: [f64; D],
+    /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
+    pub(crate) closed: [[bool; 2]; D],
     pub(crate) axisymmetric: bool,
     pub(crate) gravity: [f64; 3],
     pub(crate) stage: usize,
@@ -56,7 +60,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.scatter(Scatter::Everything, dt); // 1
                 self.solve_momentum(dt); // 2–4
                 // 5, 7–9
-                self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, stress: true, position: true })?
+                self.update_points::<SOLVED>(
+                    dt,
+                    PointUpdate { velocity: true, stress: true, position: true },
+                )?
             }
             StressScheme::Musl => {
                 self.scatter(Scatter::Everything, dt); // 1
@@ -64,7 +71,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, ..PointUpdate::NONE })?; // 5
                 self.remap(); // 6
                 // 7–9
-                self.update_points::<REMAPPED>(dt, PointUpdate { velocity: false, stress: true, position: true })?
+                self.update_points::<REMAPPED>(
+                    dt,
+                    PointUpdate { velocity: false, stress: true, position: true },
+                )?
             }
             StressScheme::Usf => {
                 self.scatter(Scatter::Motion, dt); // 1, momentum and mass
@@ -73,7 +83,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.scatter(Scatter::Forces, dt); // 1, forces
                 self.solve_momentum(dt); // 2–4
                 // 5, 9
-                self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, stress: false, position: true })?
+                self.update_points::<SOLVED>(
+                    dt,
+                    PointUpdate { velocity: true, stress: false, position: true },
+                )?
             }
         };
         // 10
@@ -82,6 +95,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.step += 1;
         self.limit_age += 1;
         Ok(())
+    }
+
+    /// Takes the walls of a stage.
+    pub(crate) fn set_walls(&mut self, walls: Walls) {
+        let nodes = self.layout.nodes();
+        let stands = |axis: usize, index: usize| !walls.is_free(axis, index);
+        let sides = |axis: usize| [stands(axis, B::GHOSTS), stands(axis, nodes[axis] - 1 - B::GHOSTS)];
+        self.closed = std::array::from_fn(sides);
+        self.walls = walls;
     }
 
     fn sort_if_moved(&mut self) {
@@ -124,7 +146,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             walls: &self.walls,
             nodes: self.layout.nodes(),
         };
-        self.layout.rows(&mut self.nodes, &mut self.row_sums, |row, active, line| solve.row(row, active, line));
+        self.layout
+            .rows(&mut self.nodes, &mut self.row_sums, |row, active, line| solve.row(row, active, line));
         if solve.audit {
             let mut sums = RowSums::default();
             for row in &self.row_sums {
@@ -148,7 +171,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             if let Some(fixed) = self.options.time_step {
                 // The limit without the safety factor is the end of what is stable.
                 if fixed <= limit.dt / self.options.courant {
-                    limit = TimeStep { dt: fixed, limit: "fixed by the case", point: None, position: [0.0; 3] };
+                    limit =
+                        TimeStep { dt: fixed, limit: "fixed by the case", point: None, position: [0.0; 3] };
                 }
             }
             self.limit = Some(limit);

@@ -72,8 +72,11 @@ fn lanes<const D: usize>(vector: &[f64; D], fourth: f64) -> Lanes {
 #[inline(always)]
 fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] {
     let s = &stress.0;
-    let columns =
-        [Lanes::new([s[0], s[3], s[5], 0.0]), Lanes::new([s[3], s[1], s[4], 0.0]), Lanes::new([s[5], s[4], s[2], 0.0])];
+    let columns = [
+        Lanes::new([s[0], s[3], s[5], 0.0]),
+        Lanes::new([s[3], s[1], s[4], 0.0]),
+        Lanes::new([s[5], s[4], s[2], 0.0]),
+    ];
     let mut mask = [0.0; 4];
     mask[..D].fill(-volume);
     let scale = Lanes::new(mask);
@@ -201,7 +204,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn failed(&self, set: usize, index: usize, reason: String) -> SolverError {
         let set = &self.sets[set];
         let position = std::array::from_fn(|c| if c < D { set.position[index][c] } else { 0.0 });
-        SolverError::Point { step: self.step, time: self.time, point: u64::from(set.id[index]), position, reason }
+        SolverError::Point {
+            step: self.step,
+            time: self.time,
+            point: u64::from(set.id[index]),
+            position,
+            reason,
+        }
     }
 
     fn update_set<const FROM_SOLVED: bool>(
@@ -292,13 +301,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     step = step.max((dt * velocity[c]).abs());
                 }
                 moved = moved.max(step);
-                self.check_position(&block.position[p], step)
+                self.check_position(&mut block.position[p], step)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
         }
         if what.stress {
-            material.update(&motions[..n], block.stress, block.states).map_err(|error| {
-                Failure { index: block.first + error.index, reason: error.source.to_string() }
+            material.update(&motions[..n], block.stress, block.states).map_err(|error| Failure {
+                index: block.first + error.index,
+                reason: error.source.to_string(),
             })?;
             self.cap_volumes(block);
         }
@@ -334,8 +344,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
+    /// Refuses a move that cannot be right. A point that round-off carries through a wall on the side
+    /// of the domain is put back onto it.
     #[inline(always)]
-    fn check_position(&self, position: &[f64; D], step: f64) -> Result<(), String> {
+    fn check_position(&self, position: &mut [f64; D], step: f64) -> Result<(), String> {
         // Written so that NaN counts as a failure.
         if !(step <= 0.5 * self.grid.cell) {
             return Err(format!(
@@ -344,7 +356,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             ));
         }
         if !self.grid.contains(position) {
-            return Err("it left the domain: enlarge the domain or add a wall on that side".to_owned());
+            for axis in 0..D {
+                let (low, high) = (self.grid.origin[axis], self.upper[axis]);
+                if (position[axis] < low && !self.closed[axis][0])
+                    || (position[axis] > high && !self.closed[axis][1])
+                {
+                    return Err(
+                        "it left the domain: enlarge the domain or add a wall on that side".to_owned()
+                    );
+                }
+                position[axis] = position[axis].clamp(low, high);
+            }
         }
         Ok(())
     }
