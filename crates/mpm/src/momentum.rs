@@ -60,7 +60,10 @@ impl<const D: usize> MomentumSolve<'_, D> {
             let node = &mut line[number];
             let mass = node.motion.as_array()[3];
             if mass <= self.light {
-                *node = Node::default();
+                // Too light for forces to mean anything: it moves with the points around it.
+                let inverse = if mass > 0.0 { 1.0 / mass } else { 0.0 };
+                node.motion *= Lanes::new([inverse, inverse, inverse, 1.0]);
+                node.force = Lanes::ZERO;
                 continue;
             }
             let index = self.index(row, number);
