@@ -34,7 +34,7 @@ impl Setting {
         format!("{dimension}d,{shape},{scheme},{model},{points},{threads}")
     }
 
-    /// A block that rests on the floor of its box and shakes under gravity: two points per cell and
+    /// A block that rests on the floor of its box and settles under a little gravity: two points per cell and
     /// direction.
     fn case(&self) -> Result<Case, String> {
         let dimension = self.dimension as f64;
@@ -42,15 +42,16 @@ impl Setting {
         let cell = 1.0 / cells;
         let all = |value: f64| vec![value; self.dimension];
         let mut gravity = all(0.0);
-        gravity[1] = -9.81;
+        // Small loads keep the block in place while it is measured.
+        gravity[1] = -0.1;
         let mut floor = all(-4.0 * cell);
         floor[1] = 0.0;
         let mut material =
             json!({ "model": self.model, "density": 2000.0, "youngs_modulus": 1e6, "poissons_ratio": 0.3 });
         if self.model != "linear-elastic" {
-            // Weak enough that the block yields while it is measured.
-            material["friction_angle"] = json!(30.0);
-            material["cohesion"] = json!(100.0);
+            // Weak enough that the block yields under its weight.
+            material["friction_angle"] = json!(20.0);
+            material["cohesion"] = json!(0.1);
         }
         let text = json!({
             "title": "throughput",
@@ -85,8 +86,7 @@ impl Setting {
             let points = step(3)?;
             let batch = (100_000 / points).clamp(1, 20);
             let (mut steps, start) = (0, Instant::now());
-            // Short enough that the block keeps its shape.
-            while start.elapsed().as_secs_f64() < seconds && steps < 400 {
+            while start.elapsed().as_secs_f64() < seconds && steps < 2000 {
                 step(batch)?;
                 steps += batch;
             }

@@ -1,0 +1,310 @@
+//! The solver against closed forms and conservation laws, and its two promises about bits.
+
+use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_mpm::Mpm;
+use serde_json::{Value, json};
+
+/// A block of one material with everything else at its simplest; `more` replaces or adds keys.
+fn case(more: Value) -> Case {
+    let mut text = json!({
+        "title": "test", "space": "plane-strain",
+        "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
+        "stages": [{ "name": "s", "duration": 0.05 }],
+        "methods": { "mpm": { "cell_size": 0.1 } }
+    });
+    for (key, value) in more.as_object().unwrap() {
+        text[key] = value.clone();
+    }
+    Case::from_json(&text.to_string()).unwrap()
+}
+
+fn solve(case: &Case) -> RunReport {
+    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
+}
+
+fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
+    let Some(FieldData::Tensor(stress)) = snapshot.field("stress").map(|f| &f.data) else {
+        panic!("no stress")
+    };
+    stress.iter().map(|s| s.0).collect()
+}
+
+fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
+    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
+    values.clone()
+}
+
+const SHAPES: [&str; 5] = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"];
+const SCHEMES: [&str; 3] = ["usf", "usl", "musl"];
+
+/// A block that is thrown against a rough floor: everything moves, everything yields.
+fn crash(shape: &str, scheme: &str) -> Case {
+    case(json!({
+        "gravity": [0, -10],
+        "materials": { "m": {
+            "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.3,
+            "friction_angle": 20, "cohesion": 500, "matching": "plane-strain"
+        } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.2], "max": [0.6, 0.5] },
+                     "velocity": { "kind": "uniform", "value": [0.5, -2.0] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } },
+                       { "side": "x-min", "wall": { "kind": "smooth" } },
+                       { "side": "x-max", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "s", "duration": 0.2 }],
+        "methods": { "mpm": { "cell_size": 0.05, "shape": shape, "stress_update": scheme, "courant": 0.3 } }
+    }))
+}
+
+#[test]
+fn results_are_the_same_on_one_and_two_threads() {
+    for shape in SHAPES {
+        for scheme in SCHEMES {
+            let case = crash(shape, scheme);
+            let hash = |threads: usize| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| solve(&case).snapshot.hash())
+            };
+            assert_eq!(hash(1), hash(2), "{shape}, {scheme}");
+        }
+    }
+}
+
+#[test]
+fn a_restored_solver_continues_to_the_last_bit() {
+    for shape in SHAPES {
+        let case = crash(shape, "musl");
+        let advance = |solver: &mut dyn Solver, steps: usize| {
+            for _ in 0..steps {
+                let dt = solver.time_step().dt;
+                solver.step(dt).unwrap();
+            }
+        };
+        let mut whole = Mpm.build(&case).unwrap();
+        whole.begin_stage(0, 0.0).unwrap();
+        for cut in [1, 37, 5, 64] {
+            advance(&mut *whole, cut);
+            let saved = whole.save();
+            let mut again = Mpm.build(&case).unwrap();
+            again.begin_stage(0, 0.0).unwrap();
+            again.restore(&saved).unwrap();
+            again.begin_stage(0, 0.0).unwrap();
+            let mut reference = Mpm.build(&case).unwrap();
+            reference.restore(&saved).unwrap();
+            reference.begin_stage(0, 0.0).unwrap();
+            advance(&mut *again, 50);
+            advance(&mut *reference, 50);
+            assert_eq!(again.snapshot().hash(), reference.snapshot().hash());
+            advance(&mut *whole, 50);
+            assert_eq!(again.snapshot().hash(), whole.snapshot().hash(), "{shape}, cut after {cut} steps");
+        }
+    }
+}
+
+#[test]
+fn a_checkpoint_of_other_shape_functions_is_refused() {
+    let saved = Mpm.build(&crash("ugimp", "usl")).unwrap().save();
+    let mut other = Mpm.build(&crash("cubic", "usl")).unwrap();
+    assert!(other.restore(&saved).is_err());
+    assert!(other.restore(&saved[..saved.len() / 2]).is_err());
+}
+
+#[test]
+fn free_fall_is_exact() {
+    for shape in SHAPES {
+        for scheme in SCHEMES {
+            let report = solve(&case(json!({
+                "gravity": [0, -10],
+                "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": scheme } }
+            })));
+            for velocity in vectors(&report.snapshot, "velocity") {
+                assert!(
+                    (velocity[1] + 10.0 * 0.05).abs() < 1e-11 && velocity[0].abs() < 1e-11,
+                    "{shape}, {scheme}"
+                );
+            }
+            let stress = stresses(&report.snapshot).iter().flatten().fold(0.0, |a: f64, s| a.max(s.abs()));
+            assert!(stress < 1e-6, "{shape}, {scheme}: stress {stress} Pa");
+        }
+    }
+}
+
+/// Settles a block that fills its box, all sides smooth, under gravity along y.
+fn settled(space: &str, corner: &[f64], shape: &str) -> RunReport {
+    let dimension = corner.len();
+    let sides = ["x-min", "x-max", "y-min", "z-min", "z-max"];
+    let walls: Vec<Value> = sides
+        .iter()
+        .filter(|side| dimension == 3 || !side.starts_with('z'))
+        .map(|side| json!({ "side": side, "wall": { "kind": "smooth" } }))
+        .collect();
+    let mut gravity = vec![0.0; dimension];
+    gravity[1] = -10.0;
+    let mut high = corner.to_vec();
+    high[1] += 0.2;
+    solve(&case(json!({
+        "space": space, "gravity": gravity, "boundaries": walls,
+        "domain": { "min": vec![0.0; dimension], "max": high },
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": vec![0.0; dimension], "max": corner } }],
+        "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-5 } }],
+        "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
+    })))
+}
+
+#[test]
+fn weight_at_rest_makes_the_stress_of_an_oedometer() {
+    for (space, corner) in
+        [("plane-strain", &[0.4, 1.0][..]), ("axisymmetric", &[0.4, 1.0][..]), ("3d", &[0.3, 1.0, 0.3][..])]
+    {
+        for shape in ["ugimp", "quadratic"] {
+            let report = settled(space, corner, shape);
+            let displacement = vectors(&report.snapshot, "displacement");
+            let points = report.snapshot.positions.iter().zip(&displacement).zip(stresses(&report.snapshot));
+            for ((x, u), s) in points {
+                let vertical = -1000.0 * 10.0 * (1.0 - (x[1] - u[1]));
+                // Strain is resolved to a cell: half a cell's weight.
+                assert!(
+                    (s[1] - vertical).abs() < 0.5 * 1000.0 * 10.0 * 0.1,
+                    "{space}, {shape}: {} for {vertical} at {x:?}",
+                    s[1]
+                );
+                for lateral in [s[0], s[2]] {
+                    assert!(
+                        (lateral - s[1] / 3.0).abs() < 1.0,
+                        "{space}, {shape}: lateral {lateral}, vertical {}",
+                        s[1]
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn mass_and_momentum_of_a_free_body_are_conserved() {
+    for scheme in SCHEMES {
+        let gradient = [[1.0, 0.4], [-0.8, -1.0]];
+        let report = solve(&case(json!({
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5], "radius": 0.25 },
+                         "velocity": { "kind": "linear", "value": [0.3, -0.2], "origin": [0.5, 0.5], "gradient": gradient } }],
+            "methods": { "mpm": { "cell_size": 0.1, "stress_update": scheme } }
+        })));
+        assert_eq!(report.end.mass, report.start.mass);
+        for c in 0..2 {
+            let change = report.end.momentum[c] - report.start.momentum[c];
+            assert!(change.abs() < 1e-12 * report.start.mass, "{scheme}: {change}");
+        }
+    }
+}
+
+#[test]
+fn a_traction_gives_its_impulse() {
+    let report = solve(&case(json!({
+        "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
+        "stages": [{ "name": "s", "duration": 0.02 }]
+    })));
+    // Area 0.4 m × 1 m, 0.02 s.
+    assert!((report.end.momentum[0] - 200.0 * 0.4 * 0.02).abs() < 1e-10);
+    assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.02).abs() < 1e-10);
+}
+
+#[test]
+fn a_sliding_block_stops_where_friction_says() {
+    // MPM sheet A-31: after v0/(μ g), at v0²/(2 μ g); 2 %.
+    let report = solve(&case(json!({
+        "domain": { "min": [0, 0], "max": [2, 0.4] }, "gravity": [0, -10],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0], "max": [0.8, 0.2] },
+                     "velocity": { "kind": "uniform", "value": [1, 0] },
+                     "stress": { "kind": "k0", "surface": 0.2, "coefficient": 0 } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.2 } }],
+        "stages": [{ "name": "slide", "duration": 0.8 }],
+        "methods": { "mpm": { "cell_size": 0.05, "shape": "linear", "stress_update": "musl" } }
+    })));
+    let slid = vectors(&report.snapshot, "displacement");
+    let mean = slid.iter().map(|u| u[0]).sum::<f64>() / slid.len() as f64;
+    let exact = 1.0 / (2.0 * 0.2 * 10.0);
+    assert!((mean / exact - 1.0).abs() < 0.02, "{mean} m for {exact} m");
+    assert!(report.end.momentum[0].abs() < 0.02 * report.start.momentum[0]);
+}
+
+#[test]
+fn a_removed_gate_lets_go_and_a_removed_body_is_gone() {
+    let solve_with = |second: Value| {
+        solve(&case(json!({
+            "bodies": [
+                { "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.3], "max": [0.5, 0.7] },
+                  "velocity": { "kind": "uniform", "value": [0.5, 0] } },
+                { "name": "away", "material": "m", "shape": { "kind": "box", "min": [0.8, 0.8], "max": [0.9, 0.9] } }
+            ],
+            "boundaries": [{ "name": "gate", "side": "x-max", "position": 0.5, "wall": { "kind": "smooth" } }],
+            "stages": [{ "name": "held", "duration": 0.01 }, second]
+        })))
+    };
+    let held = solve_with(json!({ "name": "still held", "duration": 0.02 }));
+    let free = solve_with(json!({
+        "name": "free", "duration": 0.02, "remove_boundaries": ["gate"], "remove_bodies": ["away"]
+    }));
+    assert!(free.snapshot.bodies.iter().all(|body| *body == 0), "one body is left");
+    let front = |report: &RunReport| {
+        let of_block =
+            report.snapshot.positions.iter().zip(&report.snapshot.bodies).filter(|(_, b)| **b == 0);
+        of_block.map(|(x, _)| x[0]).fold(0.0, f64::max)
+    };
+    // Released, the front moves at about the speed the block came with.
+    assert!(front(&free) - front(&held) > 0.5 * 0.5 * 0.02, "{} and {}", front(&free), front(&held));
+}
+
+#[test]
+fn what_the_method_cannot_honour_is_refused_by_path() {
+    let refused = |more: Value, path: &str, words: &str| {
+        let error = Mpm.plan(&case(more)).unwrap_err();
+        assert!(error.path == path && error.problem.contains(words), "{error}");
+    };
+    refused(json!({ "methods": {} }), "methods.mpm", "cell_size");
+    let mpm = |options: Value| json!({ "methods": { "mpm": options } });
+    refused(mpm(json!({ "cell_size": 0.3 })), "methods.mpm.cell_size", "whole number");
+    refused(mpm(json!({ "cell_size": -1 })), "methods.mpm.cell_size", "positive");
+    refused(mpm(json!({ "cell_size": 0.1, "flip": 1.5 })), "methods.mpm.flip", "0..=1");
+    refused(mpm(json!({ "cell_size": 0.1, "time_step": 1.0 })), "methods.mpm.time_step", "critical");
+    refused(mpm(json!({ "cell_size": 0.1, "shape": "round" })), "methods.mpm.shape", "not one of");
+    refused(mpm(json!({ "cell_size": 0.1, "cellsize": 1 })), "methods.mpm.cellsize", "unknown key");
+    let gate = json!([{ "side": "x-max", "position": 0.55, "wall": { "kind": "smooth" } }]);
+    refused(json!({ "boundaries": gate }), "boundaries[0].position", "grid line");
+    let gate = json!([{ "side": "x-max", "position": 0.9, "wall": { "kind": "smooth" } }]);
+    let spline = json!({ "mpm": { "cell_size": 0.1, "shape": "cubic" } });
+    refused(json!({ "boundaries": gate, "methods": spline }), "boundaries[0].position", "domain's sides");
+    let speck = json!([{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5], "radius": 1e-3 } }]);
+    refused(json!({ "bodies": speck }), "bodies[0].shape", "no point");
+}
+
+#[test]
+fn a_point_that_leaves_stops_the_run_by_name() {
+    let thrown = case(json!({
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.7, 0.3], "max": [0.9, 0.7] },
+                     "velocity": { "kind": "uniform", "value": [5, 0] } }]
+    }));
+    let error = run(&thrown, Mpm.build(&thrown).unwrap(), &RunOptions::default()).unwrap_err().to_string();
+    assert!(
+        error.contains("left the domain") && error.contains("point") && error.contains("step"),
+        "{error}"
+    );
+}
+
+#[test]
+fn viscosity_limits_the_step_of_a_fluid_and_stress_follows_the_rate() {
+    let fluid = |viscosity: f64| {
+        case(json!({
+            "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e4, "viscosity": viscosity } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
+                         "velocity": { "kind": "linear", "value": [0, 0], "origin": [0.4, 0.5], "gradient": [[0, 0.1], [0, 0]] } }]
+        }))
+    };
+    assert_eq!(Mpm.plan(&fluid(0.1)).unwrap().time_step.limit, "elastic wave");
+    let plan = Mpm.plan(&fluid(1e4)).unwrap();
+    assert_eq!(plan.time_step.limit, "viscosity");
+    // C ρ h² / (4 μ)
+    assert!((plan.time_step.dt - 0.5 * 1000.0 * 0.01 / (4.0 * 1e4)).abs() < 1e-12);
+}
