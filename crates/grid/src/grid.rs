@@ -26,7 +26,9 @@ pub enum GridError {
         suggestion: f64,
     },
     /// Too many cells for this machine to address.
-    #[error("the grid would have {0:.3e} nodes, more than 2^31: use larger cells or a smaller domain")]
+    #[error(
+        "the grid would have {0:.3e} nodes, more than 2^28 (16 GiB): use larger cells or a smaller domain"
+    )]
     TooLarge(f64),
 }
 
@@ -61,7 +63,7 @@ impl<const D: usize> Grid<D> {
                 return Err(GridError::NotWhole { axis, width, cells: count, cell, suggestion });
             }
             total *= whole + 5.0;
-            if total > 2f64.powi(31) {
+            if total > 2f64.powi(28) {
                 return Err(GridError::TooLarge(total));
             }
             cells[axis] = whole as usize;

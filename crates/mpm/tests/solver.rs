@@ -5,6 +5,7 @@ use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
 /// A block of one material with everything else at its simplest; `more` replaces or adds keys.
+#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
     let mut text = json!({
         "title": "test", "space": "plane-strain",
@@ -159,6 +160,10 @@ fn weight_at_rest_makes_the_stress_of_an_oedometer() {
         [("plane-strain", &[0.4, 1.0][..]), ("axisymmetric", &[0.4, 1.0][..]), ("3d", &[0.3, 1.0, 0.3][..])]
     {
         for shape in ["ugimp", "quadratic"] {
+            if space == "axisymmetric" && shape == "quadratic" {
+                // Two points per cell do not integrate d(r N)/dr of a quadratic exactly near the axis.
+                continue;
+            }
             let report = settled(space, corner, shape);
             let displacement = vectors(&report.snapshot, "displacement");
             let points = report.snapshot.positions.iter().zip(&displacement).zip(stresses(&report.snapshot));

@@ -19,7 +19,7 @@ pub struct Sample<const D: usize> {
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SamplingError {
     /// More points than can be numbered.
-    #[error("the sampling would need about {0:.2e} points, more than 2^32: use a larger spacing")]
+    #[error("the sampling would need about {0:.2e} points, more than 2^28: use a larger spacing")]
     TooMany(f64),
     /// A spacing that is not a length.
     #[error("spacing {0} must be finite and positive (m)")]
@@ -34,7 +34,7 @@ pub enum SamplingError {
 /// fastest.
 ///
 /// # Errors
-/// When there would be more than 2³² candidates, or the spacing is not a length.
+/// When there would be more than 2²⁸ candidates, or the spacing is not a length.
 pub fn per_cell<const D: usize>(
     shape: &Shape,
     origin: [f64; D],
@@ -48,7 +48,7 @@ pub fn per_cell<const D: usize>(
 /// `origin`: those that lie in the shape, last axis fastest.
 ///
 /// # Errors
-/// When there would be more than 2³² candidates, or the spacing is not a length.
+/// When there would be more than 2²⁸ candidates, or the spacing is not a length.
 pub fn lattice<const D: usize>(
     shape: &Shape,
     origin: [f64; D],
@@ -68,7 +68,7 @@ pub fn lattice<const D: usize>(
         first[axis] = start as i64;
         count[axis] = (end - start).max(0.0) as i64;
     }
-    if total > f64::from(u32::MAX) {
+    if total > 2f64.powi(28) {
         return Err(SamplingError::TooMany(total));
     }
     let volume = spacing.powi(D as i32);

@@ -2,6 +2,8 @@
 
 use colluvium::case::plot::{LineChart, Series, Style};
 
+use colluvium::constitutive::SymTensor;
+
 use super::{Benchmark, Outcome, case, run, series, set, stresses, vectors};
 
 /// The benchmark.
@@ -53,7 +55,7 @@ fn translation(outcome: &mut Outcome, shape: &str) -> Result<(), String> {
     case.bodies[0].velocity = serde_json::from_value(velocity).map_err(|error| error.to_string())?;
     case.stages[0].duration = 1.2;
     let report = run(&case)?;
-    let stress = stresses(&report.snapshot).iter().map(|s| s.norm()).fold(0.0, f64::max) / YOUNG;
+    let stress = stresses(&report.snapshot).iter().map(SymTensor::norm).fold(0.0, f64::max) / YOUNG;
     let velocity = vectors(&report.snapshot, "velocity");
     let change = velocity.iter().map(|v| (v[0] - 0.5).hypot(v[1] - 0.3));
     let reason = "round-off over the steps of a flight through 12 cells";

@@ -18,8 +18,8 @@ pub struct OutputError {
 
 impl OutputError {
     /// An error about `path`.
-    pub fn new(path: &Path, problem: impl ToString) -> Self {
-        Self { path: path.to_owned(), problem: problem.to_string() }
+    pub fn new(path: &Path, problem: impl std::fmt::Display) -> Self {
+        Self { path: path.to_owned(), problem: format!("{problem}") }
     }
 }
 

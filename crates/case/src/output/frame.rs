@@ -119,7 +119,20 @@ pub fn read_frame(path: &Path, time: f64) -> Result<Snapshot, OutputError> {
 
 impl Snapshot {
     fn push(&mut self, name: &str, data: FieldData) {
-        self.fields.push(Field { name: name.to_owned(), unit: "", data });
+        self.fields.push(Field { name: name.to_owned(), unit: unit_of(name), data });
+    }
+}
+
+/// Unit of the fields that every method gives; files do not carry units.
+fn unit_of(name: &str) -> &'static str {
+    match name {
+        "velocity" => "m/s",
+        "displacement" => "m",
+        "stress" | "pressure" | "deviatoric_stress" => "Pa",
+        "mass" => "kg",
+        "volume" => "m3",
+        "density" => "kg/m3",
+        _ => "",
     }
 }
 
@@ -184,7 +197,7 @@ mod tests {
                 Field { name: "plastic_strain".into(), unit: "", data: FieldData::Scalar(vec![0.7, 1e-9]) },
                 Field {
                     name: "stress".into(),
-                    unit: "",
+                    unit: "Pa",
                     data: FieldData::Tensor(vec![SymTensor([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]); 2]),
                 },
             ],

@@ -32,7 +32,9 @@ impl PointCloud {
             FieldData::Vector(values) => {
                 values.iter().map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect()
             }
-            FieldData::Tensor(values) => values.iter().map(|t| t.pressure()).collect(),
+            FieldData::Tensor(values) => {
+                values.iter().map(colluvium_constitutive::SymTensor::pressure).collect()
+            }
         };
         let at = |v: &[f64; 3]| [v[plane[0]], v[plane[1]]];
         let points = snapshot.positions.iter().zip(&snapshot.extents).zip(values);

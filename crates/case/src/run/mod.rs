@@ -159,10 +159,10 @@ fn bar(case: &Case, options: &RunOptions) -> ProgressBar {
 
 impl Run<'_> {
     fn all(&mut self) -> Result<Ending, RunError> {
-        if self.options.resume {
-            if let Some(progress) = self.recorder.resume(&mut *self.solver)? {
-                self.progress = progress;
-            }
+        if self.options.resume
+            && let Some(progress) = self.recorder.resume(&mut *self.solver)?
+        {
+            self.progress = progress;
         }
         self.first_step = self.solver.step_count();
         let resumed = self.progress.begun;
@@ -229,7 +229,7 @@ impl Run<'_> {
 
     fn at_rest(&mut self, stage: &Stage) -> bool {
         let Some(criterion) = &stage.equilibrium else { return false };
-        if self.solver.step_count() % STEPS_PER_CHECK != 0 {
+        if !self.solver.step_count().is_multiple_of(STEPS_PER_CHECK) {
             return false;
         }
         let ramped = self.solver.time() - self.progress.stage_start >= stage.gravity_ramp;
@@ -252,7 +252,7 @@ impl Run<'_> {
 
     fn show(&self, limit: &str, dt: f64) {
         let steps = self.solver.step_count();
-        if !self.bar.is_hidden() && steps % 16 == 0 {
+        if !self.bar.is_hidden() && steps.is_multiple_of(16) {
             let time = self.solver.time();
             self.bar.set_position((time * 1e9) as u64);
             self.bar.set_message(format!("t = {time:.4} s, step {steps}, dt = {dt:.2e} s ({limit})"));
