@@ -13,6 +13,9 @@ pub struct Arguments {
     /// Leave out the runs with a million points.
     #[arg(long)]
     small: bool,
+    /// Measure the bandwidth of memory as well (takes 0.8 GB).
+    #[arg(long)]
+    bandwidth: bool,
     /// Seconds of measurement per setting.
     #[arg(long, default_value_t = 2.0)]
     seconds: f64,
@@ -95,8 +98,42 @@ impl Setting {
     }
 }
 
+/// Memory bandwidth (GB/s) of `a = b + s c` over arrays far larger than the caches.
+fn bandwidth(threads: usize) -> Result<f64, String> {
+    use rayon::prelude::*;
+    const LENGTH: usize = 1 << 25;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|e| e.to_string())?;
+    let (b, c) = (vec![1.0f64; LENGTH], vec![2.0f64; LENGTH]);
+    let mut a = vec![0.0f64; LENGTH];
+    let mut best = 0.0f64;
+    for _ in 0..5 {
+        let start = Instant::now();
+        pool.install(|| {
+            let chunk = LENGTH / threads;
+            a.par_chunks_mut(chunk).zip(b.par_chunks(chunk)).zip(c.par_chunks(chunk)).for_each(
+                |((a, b), c)| {
+                    a.iter_mut().zip(b).zip(c).for_each(|((a, b), c)| *a = b + 3.0 * c);
+                },
+            );
+        });
+        best = best.max(3.0 * 8.0 * LENGTH as f64 / start.elapsed().as_secs_f64() / 1e9);
+    }
+    Ok(best)
+}
+
+/// Largest memory this process has held so far (MB), where the system tells.
+fn peak_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: f64 = line.trim().trim_end_matches(" kB").parse().ok()?;
+    Some(kilobytes / 1e3)
+}
+
 /// Measures and prints a table in CSV.
 pub fn run(arguments: &Arguments) -> Result<bool, String> {
+    for threads in [1, 2].into_iter().filter(|_| arguments.bandwidth) {
+        println!("# memory bandwidth on {threads} threads: {:.1} GB/s", bandwidth(threads)?);
+    }
     println!("# million point-updates per second of wall-clock time");
     println!("dimension,shape,stress_update,model,points,threads,million_updates_per_second");
     let sizes: &[usize] = if arguments.small { &[10_000] } else { &[10_000, 1_000_000] };
@@ -120,6 +157,9 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
                 }
             }
         }
+    }
+    if let Some(memory) = peak_memory() {
+        println!("# peak memory {memory:.0} MB");
     }
     Ok(true)
 }

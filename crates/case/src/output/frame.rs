@@ -191,7 +191,7 @@ mod tests {
             fields: vec![
                 Field {
                     name: "velocity".into(),
-                    unit: "",
+                    unit: "m/s",
                     data: FieldData::Vector(vec![[1.0, 2.0, 3.0]; 2]),
                 },
                 Field { name: "plastic_strain".into(), unit: "", data: FieldData::Scalar(vec![0.7, 1e-9]) },
