@@ -34,6 +34,18 @@ pub fn half_rotation(gradient: &Mat3) -> Option<Mat3> {
     ]))
 }
 
+impl<L: SmallStrain> Corotational<L> {
+    #[inline]
+    fn finite(&self, point: Point<L::State>) -> Result<Point<L::State>, MaterialError> {
+        // NaN and infinity make the sum NaN.
+        if point.stress.0.iter().sum::<f64>() * 0.0 == 0.0 {
+            Ok(point)
+        } else {
+            Err(MaterialError::Motion { model: self.0.name(), reason: "the stress is not finite" })
+        }
+    }
+}
+
 impl<L: SmallStrain> StressUpdate for Corotational<L> {
     type State = L::State;
 
@@ -48,15 +60,19 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
     #[inline]
     fn update(&self, motion: &Motion, old: &Point<L::State>) -> Result<Point<L::State>, MaterialError> {
         let strain = motion.strain_increment();
+        // One comparison for all components: NaN and infinity make the sum NaN.
+        if !((motion.gradient.0.as_flattened().iter().sum::<f64>() * 0.0) == 0.0) {
+            return Err(MaterialError::Motion { model: self.0.name(), reason: "the motion is not finite" });
+        }
         let Some(half) = half_rotation(&motion.gradient) else {
-            return self.0.update(&strain, motion, old);
+            return self.finite(self.0.update(&strain, motion, old)?);
         };
         let mut turned = Point { stress: old.stress.rotated(&half), state: old.state.clone() };
         self.0.rotate_state(&mut turned.state, &half);
         let mut new = self.0.update(&strain, motion, &turned)?;
         new.stress = new.stress.rotated(&half);
         self.0.rotate_state(&mut new.state, &half);
-        Ok(new)
+        self.finite(new)
     }
 
     fn wave_modulus(&self, point: &Point<L::State>) -> f64 {
@@ -64,10 +80,10 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<L::State>) -> Result<Tangent, MaterialError> {
-        if half_rotation(&motion.gradient).is_none() {
-            if let Some(tangent) = self.0.tangent(&motion.strain_increment(), motion, old) {
-                return Ok(tangent);
-            }
+        if half_rotation(&motion.gradient).is_none()
+            && let Some(tangent) = self.0.tangent(&motion.strain_increment(), motion, old)
+        {
+            return Ok(tangent);
         }
         crate::update::numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress))
     }

@@ -70,7 +70,7 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         let invalid = |reason| MaterialError::Motion { model: self.0.name(), reason };
         let stretch = motion.deformation.determinant();
         // Written so that NaN is refused.
-        if !(stretch > 0.0 && stretch.is_finite()) {
+        if !(stretch > 0.0 && stretch.is_finite() && motion.deformation.is_finite()) {
             return Err(invalid("the step inverts the point"));
         }
         let trial = old.state.elastic.rotated(&motion.deformation);
@@ -88,6 +88,9 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         };
         let jacobian = old.state.jacobian * stretch;
         let stress = spectrum.compose(stress) * (1.0 / jacobian);
+        if !stress.is_finite() {
+            return Err(invalid("the stress is not finite"));
+        }
         Ok(Point { stress, state: HenckyState { elastic, jacobian, inner } })
     }
 

@@ -272,7 +272,7 @@ impl<L: StressUpdate> Material for L {
     }
 
     fn save(&self, states: &States) -> Vec<u8> {
-        let all: Vec<&L::State> = states.blocks.iter().flat_map(|b| typed::<L::State>(b)).collect();
+        let all: Vec<&L::State> = states.blocks.iter().flat_map(typed::<L::State>).collect();
         postcard::to_stdvec(&all).expect("states of plain numbers always serialise")
     }
 

@@ -75,7 +75,7 @@ impl MaterialSpec {
             }
             Self::NewtonianFluid(_) => (Vec::new(), 0.0),
         };
-        if poissons_ratio >= 0.49 {
+        if poissons_ratio > 0.495 {
             warnings.push(format!(
                 "poissons_ratio: {poissons_ratio} makes explicit steps short and low-order grids lock"
             ));

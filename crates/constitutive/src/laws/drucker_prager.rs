@@ -126,6 +126,10 @@ impl DruckerPragerSpec {
         let constant = self.softening.is_none() && decay == 0.0;
         let law = DruckerPrager { elasticity, spec: self.clone(), constant, peak: Cone::default() };
         let peak = law.softened_cone(0.0);
+        let modulus =
+            elasticity.shear_modulus + 9.0 * elasticity.bulk_modulus * peak.friction * peak.dilatancy;
+        let rule = "contracts faster than this stiffness can follow (G + 9 K α α_ψ must be positive)";
+        check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
         Ok(DruckerPrager { peak, ..law })
     }
 
@@ -250,6 +254,9 @@ impl DruckerPrager {
         if excess <= 0.0 {
             return Ok(Return::Elastic);
         }
+        if !excess.is_finite() {
+            return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
+        }
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let mut multiplier = excess / (g + 9.0 * k * cone.friction * cone.dilatancy);
         let mut dilatancy = cone.dilatancy;
@@ -291,9 +298,9 @@ fn solve_softening(
             return Ok((x, dilatancy));
         }
         if value > 0.0 {
-            low = (x, value)
+            low = (x, value);
         } else {
-            high = (x, value)
+            high = (x, value);
         }
         let slope = 1e-6 * (high.0 - low.0);
         let derivative = (at(x + slope).0 - value) / slope;

@@ -80,6 +80,11 @@ impl MohrCoulombSpec {
         let constant = self.softening.is_none() && decay == 0.0;
         let peak =
             Pyramid::new(self.friction_angle.to_radians(), cohesion, self.dilatancy_angle.to_radians());
+        let (k, m) = (peak.friction, peak.dilatancy);
+        let modulus =
+            elasticity.lame() * (k - 1.0) * (m - 1.0) + 2.0 * elasticity.shear_modulus * (k * m + 1.0);
+        let rule = "contracts faster than this stiffness can follow (aᵀ D b must be positive)";
+        check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
         Ok(MohrCoulomb { elasticity, spec: self.clone(), constant, peak })
     }
 
@@ -263,10 +268,22 @@ impl SmallStrain for MohrCoulomb {
     ) -> Result<Point<PlasticStrain>, MaterialError> {
         let trial = old.stress + self.elasticity.stress(strain);
         let pyramid = self.pyramid_at(old.state.deviatoric);
-        if self.surely_elastic(&trial, &pyramid) || pyramid.yield_value(trial.principal_values()) <= 0.0 {
+        if self.surely_elastic(&trial, &pyramid) {
+            return Ok(Point { stress: trial, state: old.state });
+        }
+        if !trial.is_finite() {
+            return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
+        }
+        // The closed form of the principal values is good to half the digits where two of them meet.
+        let rough = trial.principal_values();
+        let fuzz = 1e-7 * (pyramid.friction * rough[0].abs() + rough[2].abs());
+        if pyramid.yield_value(rough) <= -fuzz {
             return Ok(Point { stress: trial, state: old.state });
         }
         let spectrum = trial.spectrum();
+        if pyramid.yield_value(spectrum.values) <= 0.0 {
+            return Ok(Point { stress: trial, state: old.state });
+        }
         let (principal, state) = self.return_principal(spectrum.values, &old.state)?;
         Ok(Point { stress: spectrum.compose(principal), state })
     }
@@ -276,7 +293,7 @@ impl SmallStrain for MohrCoulomb {
     }
 
     fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {
-        Some(self.pyramid_at(point.state.deviatoric).yield_value(point.stress.principal_values()))
+        Some(self.pyramid_at(point.state.deviatoric).yield_value(point.stress.spectrum().values))
     }
 
     fn stored_energy(&self, point: &Point<PlasticStrain>) -> Option<f64> {
@@ -310,23 +327,38 @@ impl PrincipalReturn for MohrCoulomb {
         }
         let mut increment = self.plastic_increment(trial, stress);
         if !self.constant {
-            // The increment that reproduces itself: it grows as strength falls, and the map is bounded.
-            let (mut low, mut high) =
-                (0.0, self.plastic_increment(trial, [trial.iter().sum::<f64>() / 3.0; 3]));
-            for _ in 0..200 {
-                stress = at(kappa + increment).0;
-                let mapped = self.plastic_increment(trial, stress);
-                if (mapped - increment).abs() <= 1e-14 * high.max(f64::MIN_POSITIVE) {
-                    break;
-                }
-                if mapped > increment {
-                    low = increment
-                } else {
-                    high = increment
-                }
-                increment = if mapped > low && mapped < high { mapped } else { 0.5 * (low + high) };
-            }
+            (stress, increment) = self.softening_return(trial, kappa, increment)?;
         }
         Ok((stress, PlasticStrain { deviatoric: kappa + increment }))
+    }
+}
+
+impl MohrCoulomb {
+    /// The plastic increment that reproduces itself when strength is taken at its end: it lies between
+    /// nothing and the increment that takes all of the deviator.
+    fn softening_return(
+        &self,
+        trial: [f64; 3],
+        kappa: f64,
+        start: f64,
+    ) -> Result<([f64; 3], f64), MaterialError> {
+        let mean = trial.iter().sum::<f64>() / 3.0;
+        let largest = self.plastic_increment(trial, [mean; 3]);
+        let (mut low, mut high) = (0.0, largest.max(start));
+        let mut increment = start;
+        for _ in 0..200 {
+            let stress = self.pyramid_at(kappa + increment).return_map(&self.elasticity, trial).0;
+            let mapped = self.plastic_increment(trial, stress);
+            if (mapped - increment).abs() <= 1e-13 * high || high - low <= 1e-15 * high {
+                return Ok((stress, increment));
+            }
+            if mapped > increment {
+                low = increment;
+            } else {
+                high = increment;
+            }
+            increment = if mapped > low && mapped < high { mapped } else { 0.5 * (low + high) };
+        }
+        Err(MaterialError::NotConverged { model: NAME, reason: "softening return" })
     }
 }

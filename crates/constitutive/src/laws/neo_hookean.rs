@@ -109,7 +109,11 @@ impl StressUpdate for NeoHookean {
         if !(stretch > 0.0 && b.is_finite()) {
             return Err(MaterialError::Motion { model: NAME, reason: "the step inverts the point" });
         }
-        Ok(Point { stress: self.stress(&b), state: LeftCauchyGreen(b) })
+        let stress = self.stress(&b);
+        if !stress.is_finite() {
+            return Err(MaterialError::Motion { model: NAME, reason: "the stress is not finite" });
+        }
+        Ok(Point { stress, state: LeftCauchyGreen(b) })
     }
 
     fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
