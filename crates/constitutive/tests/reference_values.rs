@@ -1,0 +1,332 @@
+//! Reference values of constitutive sheet §1–3 (kPa where the sheet says so), computed there with
+//! independent scripts.
+
+use colluvium_constitutive::laws::mohr_coulomb::{Pyramid, Region};
+use colluvium_constitutive::laws::{
+    DruckerPragerSpec, Elasticity, Matching, MohrCoulombSpec, Softening, StrainMeasure, drucker_prager::Cone,
+};
+use colluvium_constitutive::{
+    Corotational, Hencky, InitialCondition, Mat3, Motion, Point, SmallStrain, StressUpdate, SymTensor,
+};
+
+/// Set R1 in kPa.
+fn r1() -> Elasticity {
+    Elasticity::new(20_000.0, 0.3).unwrap()
+}
+
+fn close(found: f64, exact: f64, tolerance: f64) {
+    assert!((found - exact).abs() <= tolerance * exact.abs().max(1.0), "{found} for {exact}");
+}
+
+fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec {
+    DruckerPragerSpec {
+        density: 2.0,
+        youngs_modulus: 20_000.0,
+        poissons_ratio: 0.3,
+        friction_angle: 30.0,
+        cohesion: 10.0,
+        dilatancy_angle,
+        matching,
+        softening: None,
+        dilatancy_decay: 0.0,
+        strain_measure: StrainMeasure::Rate,
+    }
+}
+
+fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
+    MohrCoulombSpec {
+        density: 2.0,
+        youngs_modulus: 20_000.0,
+        poissons_ratio: 0.3,
+        friction_angle: 30.0,
+        cohesion: 10.0,
+        dilatancy_angle,
+        softening: None,
+        dilatancy_decay: 0.0,
+        strain_measure: StrainMeasure::Rate,
+    }
+}
+
+fn still() -> Motion {
+    Motion::from_deformation(&Mat3::IDENTITY, 1.0, 2.0, 1.0).unwrap()
+}
+
+/// The return of a trial stress: a step without strain from it.
+fn returned<L: SmallStrain>(law: &L, trial: [f64; 6], state: L::State) -> Point<L::State> {
+    law.update(&SymTensor::ZERO, &still(), &Point { stress: SymTensor(trial), state }).unwrap()
+}
+
+#[test]
+fn elastic_constants_of_the_reference_set() {
+    let e = r1();
+    close(e.bulk_modulus, 16_666.666_7, 1e-8);
+    close(e.shear_modulus, 7_692.307_7, 1e-8);
+    close(e.lame(), 11_538.461_5, 1e-8);
+    close(e.p_wave_modulus(), 26_923.076_9, 1e-8);
+}
+
+#[test]
+fn a_rotated_stress_has_the_components_of_the_sheet() {
+    let stress =
+        SymTensor([-100.0, -50.0, -70.0, 20.0, 0.0, 0.0]).rotated(&Mat3::rotation_z(30f64.to_radians()));
+    close(stress[0], -104.820_508_08, 1e-9);
+    close(stress[1], -45.179_491_92, 1e-9);
+    close(stress[3], -11.650_635_09, 1e-9);
+}
+
+#[test]
+fn cones_of_all_matchings() {
+    let table = [
+        (Matching::Compression, 0.230_940_11, 12.0, 0.070_943_63),
+        (Matching::Extension, 0.164_957_22, 8.571_428_57, 0.063_180_17),
+        (Matching::PlaneStrainAssociated, 0.160_128_15, 8.320_502_94, 0.057_594_00),
+        (Matching::PlaneStrain, 0.162_790_79, 8.458_857_46, 0.057_594_00),
+    ];
+    for (matching, friction, strength, dilatancy) in table {
+        let cone = Cone::new(matching, 30f64.to_radians(), 10.0, 10f64.to_radians());
+        assert!((cone.friction - friction).abs() < 1e-8, "{matching:?}");
+        assert!((cone.strength - strength).abs() < 1e-8, "{matching:?}");
+        assert!((cone.dilatancy - dilatancy).abs() < 1e-8, "{matching:?}");
+    }
+    let isochoric = Cone::new(Matching::PlaneStrain, 30f64.to_radians(), 10.0, 0.0);
+    close(isochoric.friction, 0.5 / 3.0, 1e-12);
+    close(isochoric.strength, 8.660_254_04, 1e-9);
+}
+
+#[test]
+fn drucker_prager_returns_to_cone_and_apex() {
+    let law = drucker_prager(Matching::Compression, 10.0).law().unwrap();
+    let new = returned(&law, [-100.0, -350.0, -120.0, 120.0, 40.0, 0.0], Default::default());
+    let exact = [-131.526_843, -336.906_431, -147.957_210, 98.582_202, 32.860_734, 0.0];
+    for (found, exact) in new.stress.0.into_iter().zip(exact) {
+        assert!((found - exact).abs() < 1e-6, "{found} for {exact}");
+    }
+    close(new.stress.trace(), -616.390_485, 1e-8);
+    close(new.stress.j2().sqrt(), 154.349_285, 1e-8);
+    close(new.state.deviatoric * 3f64.sqrt(), 0.004_359_375_457, 1e-12);
+    let apex = returned(&law, [60.0, 50.0, 40.0, 5.0, 0.0, 0.0], Default::default());
+    for c in 0..3 {
+        close(apex.stress[c], 17.320_508_08, 1e-9);
+    }
+    assert_eq!(apex.stress.0[3..], [0.0; 3]);
+}
+
+#[test]
+fn drucker_prager_softens_implicitly() {
+    // §2.3, Bui & Nguyen softening, kPa.
+    let softening = Softening {
+        residual_friction_angle: 15.0,
+        residual_cohesion: 0.10,
+        friction_rate: 3.0,
+        cohesion_rate: 3.0,
+    };
+    let law = DruckerPragerSpec {
+        youngs_modulus: 5000.0,
+        friction_angle: 31.2,
+        cohesion: 0.55,
+        softening: Some(softening),
+        ..drucker_prager(Matching::Compression, 0.0)
+    }
+    .law()
+    .unwrap();
+    let trial = SymTensor([-2.0, -7.0, -2.5, 1.5, 0.0, 0.0]);
+    let cone = law.cone_at(0.1);
+    close(cone.yield_value(trial.j2().sqrt(), trial.trace()), 0.242_473_830, 1e-8);
+    let new = returned(&law, trial.0, colluvium_constitutive::laws::PlasticStrain { deviatoric: 0.1 });
+    close(new.state.deviatoric, 0.100_072_896_69, 1e-10);
+    close(new.stress.j2().sqrt(), 2.893_005_452, 1e-9);
+    for (c, exact) in [(0, -2.141_956_78), (1, -6.754_801_93), (2, -2.603_241_29), (3, 1.383_853_54)] {
+        assert!((new.stress[c] - exact).abs() < 2e-8, "{} for {exact}", new.stress[c]);
+    }
+}
+
+#[test]
+fn softened_strength_follows_table_2() {
+    let softening = Softening {
+        residual_friction_angle: 0.0,
+        residual_cohesion: 1.5,
+        friction_rate: 0.0,
+        cohesion_rate: 5.0,
+    };
+    let spec = DruckerPragerSpec {
+        friction_angle: 0.0,
+        cohesion: 25.0,
+        softening: Some(softening),
+        ..drucker_prager(Matching::PlaneStrain, 0.0)
+    };
+    let law = spec.law().unwrap();
+    for (kappa, cohesion) in [(0.1, 15.753_470), (0.5, 3.428_997), (1.0, 1.658_342), (2.0, 1.501_067)] {
+        assert!((law.cone_at(kappa).strength - cohesion).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn mohr_coulomb_returns_to_plane_edges_and_apex() {
+    let pyramid = |psi: f64| Pyramid::new(30f64.to_radians(), 10.0, psi.to_radians());
+    let table = [
+        ([-50.0, -120.0, -400.0], 0.0, Region::Plane, [-103.8397, -120.0, -346.1603], 1e-4),
+        (
+            [-50.0, -120.0, -400.0],
+            10.0,
+            Region::Plane,
+            [-113.441_955_45, -131.522_651_39, -374.966_882_51],
+            1e-8,
+        ),
+        ([-50.0, -120.0, -400.0], 30.0, Region::Plane, [-124.5473, -144.8491, -408.2830], 1e-4),
+        ([-40.0, -45.0, -400.0], 0.0, Region::CompressionEdge, [-90.0718, -90.0718, -304.8564], 1e-4),
+        (
+            [-40.0, -45.0, -400.0],
+            10.0,
+            Region::CompressionEdge,
+            [-107.349_438_5, -107.349_438_5, -356.689_331_64],
+            1e-8,
+        ),
+        ([-40.0, -45.0, -400.0], 30.0, Region::CompressionEdge, [-126.4502, -126.4502, -413.9917], 1e-4),
+        ([-20.0, -300.0, -310.0], 0.0, Region::ExtensionEdge, [-80.1026, -274.9487, -274.9487], 1e-4),
+        (
+            [-20.0, -300.0, -310.0],
+            10.0,
+            Region::ExtensionEdge,
+            [-87.716_210_85, -297.789_648_71, -297.789_648_71],
+            1e-8,
+        ),
+        ([-20.0, -300.0, -310.0], 30.0, Region::ExtensionEdge, [-95.7292, -321.8287, -321.8287], 1e-4),
+        ([60.0, 50.0, 40.0], 10.0, Region::Apex, [17.320_508_08; 3], 1e-8),
+        ([60.0, 50.0, 40.0], 0.0, Region::Apex, [17.320_508_08; 3], 1e-8),
+        (
+            [100.0, 20.0, -10.0],
+            10.0,
+            Region::ExtensionEdge,
+            [16.188_396_02, 13.924_171_92, 13.924_171_92],
+            1e-8,
+        ),
+    ];
+    for (trial, psi, region, exact, tolerance) in table {
+        let (stress, found) = pyramid(psi).return_map(&r1(), trial);
+        assert_eq!(found, region, "{trial:?}, ψ = {psi}");
+        for c in 0..3 {
+            assert!(
+                (stress[c] - exact[c]).abs() < tolerance,
+                "{trial:?}, ψ = {psi}: {stress:?} for {exact:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn mohr_coulomb_returns_a_full_tensor() {
+    let law = mohr_coulomb(10.0).law().unwrap();
+    let new = returned(&law, [-100.0, -350.0, -120.0, 120.0, 40.0, 0.0], Default::default()).stress;
+    let exact = [-150.214_594, -337.741_476, -133.800_010, 88.636_360, 30.979_353, -8.603_396];
+    for (found, exact) in new.0.into_iter().zip(exact) {
+        assert!((found - exact).abs() < 1e-6, "{found} for {exact}");
+    }
+}
+
+#[test]
+fn without_friction_mohr_coulomb_is_tresca() {
+    let prism = Pyramid::new(0.0, 20.0, 0.0);
+    let table = [
+        ([30.0, -20.0, -60.0], [5.0, -20.0, -35.0]),
+        ([50.0, 45.0, -100.0], [11.666_667, 11.666_667, -28.333_333]),
+        ([50.0, -90.0, -100.0], [-20.0, -60.0, -60.0]),
+    ];
+    for (trial, exact) in table {
+        let (stress, _) = prism.return_map(&r1(), trial);
+        for c in 0..3 {
+            assert!((stress[c] - exact[c]).abs() < 1e-6, "{stress:?} for {exact:?}");
+        }
+    }
+}
+
+#[test]
+fn associated_returns_are_closest_in_energy() {
+    // The return of an associated law is the admissible stress nearest in complementary energy: no
+    // admissible point on the way to any other admissible point is nearer.
+    let law = mohr_coulomb(30.0).law().unwrap();
+    let e = r1();
+    let mut seed = 7u64;
+    let mut random = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    for _ in 0..10_000 {
+        let trial: [f64; 6] =
+            std::array::from_fn(|c| if c < 3 { 200.0 * random() - 150.0 } else { 80.0 * random() - 40.0 });
+        let new = returned(&law, trial, Default::default()).stress;
+        let plastic = e.strain(&(SymTensor(trial) - new));
+        // Any other admissible stress: the return of another trial.
+        let other: [f64; 6] =
+            std::array::from_fn(|c| if c < 3 { 200.0 * random() - 150.0 } else { 80.0 * random() - 40.0 });
+        let other = returned(&law, other, Default::default()).stress;
+        assert!(plastic.dot(&(new - other)) >= -1e-9, "maximum dissipation at {trial:?}");
+        assert!(
+            law.yield_value(&Point { stress: new, state: Default::default() }).unwrap()
+                <= 1e-8 * new.norm().max(10.0)
+        );
+    }
+}
+
+#[test]
+fn hencky_mohr_coulomb_step_of_the_sheet() {
+    let law = Hencky(mohr_coulomb(10.0).law().unwrap());
+    let start = InitialCondition { stress: SymTensor::isotropic(-100.0), density: 2.0 };
+    let old = StressUpdate::initial(&law, &start).unwrap();
+    let f = Mat3([[0.99, 0.02, 0.0], [0.0, 1.003, 0.0], [0.0, 0.0, 1.0]]);
+    let motion = Motion::from_deformation(&f, 1.0, 2.0, 1.0).unwrap();
+    let new = StressUpdate::update(&law, &motion, &old).unwrap();
+    close(new.state.jacobian, 0.992_97, 1e-9);
+    for (c, exact) in [(0, -331.949_197), (1, -184.137_601), (2, -195.109_230), (3, 116.237_431)] {
+        assert!((new.stress[c] - exact).abs() < 1e-6, "{} for {exact}", new.stress[c]);
+    }
+    for (c, exact) in [(0, 0.978_679_707_4), (1, 0.997_531_190_2), (2, 0.996_007_989_3), (3, 0.014_824_601_0)]
+    {
+        assert!((new.state.elastic[c] - exact).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn rotation_by_spin_or_by_rigid_step() {
+    let law = Corotational(colluvium_constitutive::laws::LinearElastic { elasticity: r1() });
+    let start = Point { stress: SymTensor([-100.0, -50.0, 0.0, 20.0, 0.0, 0.0]), state: () };
+    let turn = |motion: Motion, steps: usize| {
+        (0..steps).fold(start, |p, _| StressUpdate::update(&law, &motion, &p).unwrap()).stress
+    };
+    let rigid =
+        |angle: f64| Motion::from_deformation(&Mat3::rotation_z(angle.to_radians()), 1.0, 2.0, 1.0).unwrap();
+    let full = turn(rigid(10.0), 36);
+    assert!((full - start.stress).norm() < 1e-10);
+    let spin = |angle: f64| {
+        let l = Mat3([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]) * angle.to_radians();
+        Motion::from_velocity_gradient(&l, 1.0, 2.0, 1.0).unwrap()
+    };
+    for (angle, steps, xx, xy) in [(10.0, 36, -99.352_414, 20.783_646), (1.0, 360, -99.993_619, 20.007_973)] {
+        let stress = turn(spin(angle), steps);
+        assert!((stress[0] - xx).abs() < 1e-6 && (stress[3] - xy).abs() < 1e-6, "{stress:?}");
+        close(stress.j2(), start.stress.j2(), 1e-11);
+    }
+}
+
+#[test]
+fn invariants_follow_their_definitions() {
+    let compression = SymTensor::diagonal(-1.0, -1.0, -4.0);
+    close(compression.pressure(), 2.0, 1e-15);
+    close(compression.q(), 3.0, 1e-15);
+    close(compression.lode_angle(), std::f64::consts::FRAC_PI_3, 1e-7);
+    close(SymTensor::diagonal(-1.0, -4.0, -4.0).lode_angle(), 0.0, 1e-7);
+}
+
+#[test]
+fn parameters_out_of_range_are_named() {
+    let field = |spec: DruckerPragerSpec| spec.law().unwrap_err().to_string();
+    let base = || drucker_prager(Matching::Compression, 0.0);
+    assert!(field(DruckerPragerSpec { friction_angle: 95.0, ..base() }).starts_with("friction_angle: 95"));
+    assert!(field(DruckerPragerSpec { poissons_ratio: 0.5, ..base() }).starts_with("poissons_ratio: 0.5"));
+    assert!(field(DruckerPragerSpec { cohesion: -1.0, ..base() }).starts_with("cohesion: -1"));
+    assert!(field(DruckerPragerSpec { dilatancy_angle: 40.0, ..base() }).starts_with("dilatancy_angle: 40"));
+    let steep = DruckerPragerSpec { dilatancy_angle: -30.0, poissons_ratio: 0.45, ..base() };
+    assert!(field(steep).starts_with("dilatancy_angle: -30"));
+    assert!(
+        field(DruckerPragerSpec { youngs_modulus: f64::NAN, ..base() }).starts_with("youngs_modulus: NaN")
+    );
+}
