@@ -1,0 +1,280 @@
+//! Broken case files: each gives an error that says where and what.
+
+use colluvium_case::Case;
+use proptest::prelude::*;
+use serde_json::{Value, json};
+
+fn sound() -> Value {
+    json!({
+        "title": "sound", "space": "plane-strain",
+        "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, -9.81],
+        "materials": { "sand": {
+            "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
+        } },
+        "bodies": [
+            { "name": "a", "material": "sand", "shape": { "kind": "box", "min": [0, 0], "max": [0.4, 0.4] } },
+            { "name": "b", "material": "sand", "shape": { "kind": "ball", "centre": [0.7, 0.7], "radius": 0.1 } }
+        ],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.5 } }],
+        "loads": [{ "kind": "traction", "body": "a", "side": "y-max", "value": [0, -100] }],
+        "stages": [{ "name": "settle", "duration": 1, "damping": 0.7, "equilibrium": {} }, { "name": "go", "duration": 1 }],
+        "measures": {
+            "front": { "kind": "front", "side": "x-max" },
+            "eye": { "kind": "probe", "position": [0.2, 0.2], "radius": 0.1, "fields": ["stress"] }
+        },
+        "output": { "frames": 0.1 },
+        "methods": { "mpm": { "cell_size": 0.1 } }
+    })
+}
+
+/// The sound case with the value at a JSON pointer replaced (or removed, for `Null`).
+fn with(pointer: &str, value: Value) -> Value {
+    let mut case = sound();
+    let (parent, key) = pointer.rsplit_once('/').expect("a pointer");
+    let parent = case.pointer_mut(parent).unwrap_or_else(|| panic!("{pointer} leads nowhere"));
+    match parent {
+        Value::Object(map) if value.is_null() => {
+            map.remove(key);
+        }
+        Value::Object(map) => {
+            map.insert(key.to_owned(), value);
+        }
+        Value::Array(items) => items[key.parse::<usize>().expect("an index")] = value,
+        _ => panic!("{pointer} is not in an object or array"),
+    }
+    case
+}
+
+#[test]
+fn the_sound_case_is_sound_and_round_trips() {
+    let case = Case::from_json(&sound().to_string()).unwrap();
+    assert_eq!(Case::from_json(&case.to_json()).unwrap(), case);
+    assert_eq!(case.fingerprint(), Case::from_json(&case.to_json()).unwrap().fingerprint());
+}
+
+#[test]
+fn every_kind_of_mistake_is_named_where_it_is() {
+    let softening = json!({ "residual_friction_angle": 40, "residual_cohesion": 0, "friction_rate": 1, "cohesion_rate": 1 });
+    // What is put where, the path of the error, words in it.
+    let table: Vec<(&str, Value, &str, &str)> = vec![
+        ("/titel", json!("x"), "titel", "did you mean \"title\"?"),
+        ("/title", Value::Null, "case file", "\"title\" is missing"),
+        ("/title", json!(7), "title", "7 is not of type string"),
+        ("/space", json!("2d"), "space", "is not one of 1d, plane-strain"),
+        ("/domain/max", json!([1]), "domain.max", "1 entries, the space has 2"),
+        ("/domain/max", json!([1, -1]), "domain.max[1]", "must be above min"),
+        ("/gravity", json!([0, 0, -9.81]), "gravity", "3 entries"),
+        ("/gravity", json!("down"), "gravity", "is not of type array"),
+        (
+            "/materials/sand/model",
+            json!("mohr-columb"),
+            "materials.sand.model",
+            "did you mean \"mohr-coulomb\"?",
+        ),
+        ("/materials/sand/model", Value::Null, "materials.sand", "\"model\" is missing"),
+        (
+            "/materials/sand/friction_angle",
+            json!(95),
+            "materials.sand.friction_angle",
+            "95 is not in 0..90 degrees",
+        ),
+        ("/materials/sand/friction_angle", Value::Null, "materials.sand", "\"friction_angle\" is missing"),
+        (
+            "/materials/sand/frction_angle",
+            json!(30),
+            "materials.sand.frction_angle",
+            "did you mean \"friction_angle\"?",
+        ),
+        ("/materials/sand/poissons_ratio", json!(0.5), "materials.sand.poissons_ratio", "0.5 is not between"),
+        ("/materials/sand/youngs_modulus", json!(-1), "materials.sand.youngs_modulus", "positive (Pa)"),
+        ("/materials/sand/density", json!("heavy"), "materials.sand.density", "is not of type number"),
+        (
+            "/materials/sand/softening",
+            softening,
+            "materials.sand.softening.residual_friction_angle",
+            "40 is not between 0 and the peak",
+        ),
+        ("/materials", json!({}), "materials", "at least one material"),
+        ("/bodies/0/material", json!("snad"), "bodies[0].material", "did you mean \"sand\"?"),
+        ("/bodies/1/name", json!("a"), "bodies[1].name", "names two bodies"),
+        ("/bodies/1/shape/radius", json!(-0.2), "bodies[1].shape.radius", "-0.2 must be finite and positive"),
+        ("/bodies/1/shape/centre", json!([0.3, 0.3]), "bodies[1].shape", "overlaps the body \"a\""),
+        ("/bodies/1/shape/centre", json!([2, 2]), "bodies[1].shape", "beyond the domain"),
+        ("/bodies/1/shape/kind", json!("bal"), "bodies[1].shape.kind", "did you mean \"ball\"?"),
+        ("/bodies/0/shape/max", json!([-1, 0.4]), "bodies[0].shape.max[0]", "must be above min"),
+        (
+            "/bodies/0/velocity",
+            json!({ "kind": "uniform", "value": [1] }),
+            "bodies[0].velocity.value",
+            "1 entries",
+        ),
+        ("/bodies", json!([]), "bodies", "at least one body"),
+        ("/boundaries/0/side", json!("z-min"), "boundaries[0].side", "normal to an axis"),
+        (
+            "/boundaries/0/wall/kind",
+            json!("ruff"),
+            "boundaries[0].wall.kind",
+            "is not one of rough, smooth, frictional",
+        ),
+        (
+            "/boundaries/0/wall/friction_coefficient",
+            json!(-1),
+            "boundaries[0].wall.friction_coefficient",
+            "negative",
+        ),
+        ("/boundaries/0/position", json!(5), "boundaries[0].position", "outside the domain"),
+        ("/loads/0/body", json!("c"), "loads[0].body", "is not the name of a body"),
+        ("/loads/0/ramp", json!(-1), "loads[0].ramp", "must not be negative"),
+        ("/stages", json!([]), "stages", "at least one stage"),
+        ("/stages/1/duration", json!(0), "stages[1].duration", "must be positive"),
+        ("/stages/0/damping", json!(1.0), "stages[0].damping", "is not in 0..1"),
+        ("/stages/0/equilibrium", json!({ "hold": 0 }), "stages[0].equilibrium.hold", "at least 1"),
+        ("/stages/0/gravity_ramp", json!(2), "stages[0].gravity_ramp", "the stage's duration"),
+        (
+            "/stages/1/remove_boundaries",
+            json!(["gate"]),
+            "stages[1].remove_boundaries[0]",
+            "is not the name of a boundary",
+        ),
+        ("/stages/1/name", json!("settle"), "stages[1].name", "names two stages"),
+        ("/measures/front/side", json!("up"), "measures.front.side", "is not one of"),
+        ("/measures/front/quantile", json!(1.5), "measures.front.quantile", "1.5 is not in 0..=1"),
+        ("/measures/eye/radius", json!(0), "measures.eye.radius", "must be positive"),
+        ("/measures/eye/fields", json!([]), "measures.eye.fields", "at least one field"),
+        ("/output/frames", json!(-1), "output.frames", "must be positive"),
+        ("/output/frames", json!(1e-9), "output.frames", "would give"),
+        ("/output/frame", json!(1), "output.frame", "did you mean \"frames\"?"),
+        ("/methods/mpm", json!(3), "methods.mpm", "object"),
+    ];
+    for (pointer, value, path, words) in table {
+        let errors = Case::from_json(&with(pointer, value).to_string()).expect_err(pointer);
+        let found = errors.0.iter().any(|error| error.path == path && error.problem.contains(words));
+        assert!(found, "{pointer}: wanted `{path}: …{words}…`, found\n{errors}");
+        assert!(errors.to_string().lines().all(|line| line.contains(": ")));
+    }
+}
+
+#[test]
+fn broken_json_is_placed_by_line_and_column() {
+    for (text, place, words) in [
+        ("", "line 1, column 0", "EOF"),
+        ("{ \"title\": ", "line 1", "EOF"),
+        ("{ \"title\": 'x' }", "line 1, column", "expected value"),
+        ("{\n  \"title\": \"a\",\n  \"title\": \"b\"\n}", "line 4", "\"title\" stands twice"),
+        ("{ \"gravity\": [0, 1e999] }", "line 1", "out of range"),
+        ("[1, 2]", "case file", "not of type object"),
+        ("null", "case file", "not of type object"),
+    ] {
+        let errors = Case::from_json(text).unwrap_err();
+        let first = errors.first();
+        assert!(first.path.contains(place) && first.problem.contains(words), "{text}: {errors}");
+    }
+    let deep = "[".repeat(5000);
+    assert!(Case::from_json(&deep).is_err());
+}
+
+#[test]
+fn several_mistakes_are_all_reported() {
+    let mut case = with("/materials/sand/friction_angle", json!(95));
+    case["stages"][0]["damping"] = json!(2);
+    case["bodies"][0]["material"] = json!("clay");
+    let errors = Case::from_json(&case.to_string()).unwrap_err();
+    assert_eq!(errors.0.len(), 3, "{errors}");
+}
+
+#[test]
+fn plane_strain_cones_are_refused_where_they_mean_nothing() {
+    let mut case = sound();
+    case["space"] = json!("axisymmetric");
+    case["materials"]["sand"]["model"] = json!("drucker-prager");
+    case["materials"]["sand"]["matching"] = json!("plane-strain");
+    let errors = Case::from_json(&case.to_string()).unwrap_err();
+    assert_eq!(errors.first().path, "materials.sand.matching");
+}
+
+/// All pointers into a value.
+fn pointers(value: &Value, at: &str, all: &mut Vec<String>) {
+    match value {
+        Value::Object(map) => map.iter().for_each(|(key, child)| {
+            all.push(format!("{at}/{key}"));
+            pointers(child, &format!("{at}/{key}"), all);
+        }),
+        Value::Array(items) => items.iter().enumerate().for_each(|(i, child)| {
+            all.push(format!("{at}/{i}"));
+            pointers(child, &format!("{at}/{i}"), all);
+        }),
+        _ => {}
+    }
+}
+
+fn anything() -> impl Strategy<Value = Value> {
+    let leaf = prop_oneof![
+        Just(Value::Null),
+        any::<bool>().prop_map(Value::from),
+        any::<f64>()
+            .prop_filter_map("JSON has no NaN", |x| serde_json::Number::from_f64(x).map(Value::Number)),
+        any::<i64>().prop_map(Value::from),
+        "[a-z-]{0,8}".prop_map(Value::from),
+    ];
+    leaf.prop_recursive(3, 16, 4, |inner| {
+        prop_oneof![
+            proptest::collection::vec(inner.clone(), 0..4).prop_map(Value::from),
+            proptest::collection::hash_map("[a-z_]{1,8}", inner, 0..4)
+                .prop_map(|map| Value::Object(map.into_iter().collect())),
+        ]
+    })
+}
+
+fn survives(text: &str) {
+    match Case::from_json(text) {
+        Ok(case) => {
+            let _ = case.warnings();
+            assert_eq!(Case::from_json(&case.to_json()).expect("what it wrote itself"), case);
+        }
+        Err(errors) => {
+            assert!(!errors.0.is_empty());
+            assert!(errors.0.iter().all(|error| !error.path.is_empty() && !error.problem.is_empty()));
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn mutated_cases_never_panic(changes in proptest::collection::vec((any::<prop::sample::Index>(), anything()), 1..4)) {
+        let mut case = sound();
+        for (place, value) in changes {
+            let mut all = Vec::new();
+            pointers(&case, "", &mut all);
+            if all.is_empty() {
+                break;
+            }
+            let pointer = &all[place.index(all.len())];
+            if let Some(slot) = case.pointer_mut(pointer) {
+                *slot = value;
+            }
+        }
+        survives(&case.to_string());
+    }
+
+    #[test]
+    fn any_json_never_panics(value in anything()) {
+        survives(&value.to_string());
+    }
+
+    #[test]
+    fn any_text_never_panics(text in "\\PC{0,200}") {
+        survives(&text);
+    }
+
+    #[test]
+    fn torn_files_never_panic(cut in any::<prop::sample::Index>()) {
+        let text = sound().to_string();
+        let mut end = cut.index(text.len());
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        survives(&text[..end]);
+    }
+}
