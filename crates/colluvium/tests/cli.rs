@@ -1,0 +1,291 @@
+//! The command line, run as a user runs it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+fn colluvium() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_colluvium"))
+}
+
+fn output(command: &mut Command) -> (i32, String, String) {
+    let Output { status, stdout, stderr } = command.output().expect("the program starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (status.code().unwrap_or(-1), text(stdout), text(stderr))
+}
+
+/// A small column that collapses.
+fn column() -> Value {
+    json!({
+        "title": "small column", "space": "plane-strain",
+        "domain": { "min": [0, 0], "max": [0.4, 0.12] }, "gravity": [0, -9.81],
+        "materials": { "sand": {
+            "model": "mohr-coulomb", "density": 1925, "youngs_modulus": 1e6, "poissons_ratio": 0.23, "friction_angle": 31
+        } },
+        "bodies": [{ "name": "column", "material": "sand", "shape": { "kind": "box", "min": [0, 0], "max": [0.1, 0.1] } }],
+        "boundaries": [
+            { "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } },
+            { "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.6 } }
+        ],
+        "stages": [
+            { "name": "hold", "duration": 0.02, "damping": 0.5 },
+            { "name": "go", "duration": 0.1, "reset": ["velocity"] }
+        ],
+        "output": { "frames": 0.02, "measures": 0.005, "checkpoint": 0.02 },
+        "measures": { "front": { "kind": "front", "side": "x-max" } },
+        "methods": { "mpm": { "cell_size": 0.01, "courant": 0.3 } }
+    })
+}
+
+fn write(folder: &Path, name: &str, case: &Value) -> PathBuf {
+    let path = folder.join(name);
+    fs::write(&path, case.to_string()).expect("a file in a temporary folder");
+    path
+}
+
+fn summary(out: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(out.join("summary.json")).expect("a summary")).expect("JSON")
+}
+
+/// Everything a finished run leaves except the wall time, by name.
+fn results(out: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files: Vec<(String, Vec<u8>)> = [out.to_owned(), out.join("frames")]
+        .iter()
+        .flat_map(|folder| {
+            fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path())
+        })
+        .filter(|path| path.is_file() && !path.ends_with("summary.json"))
+        .map(|path| {
+            (
+                path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+                fs::read(&path).expect("a file"),
+            )
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn broken_cases_end_with_code_3_and_one_clear_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let breakages: Vec<(&str, &str, Value)> = vec![
+        ("/title", "title", json!(1)),
+        ("/space", "space", json!("4d")),
+        ("/domain/min", "domain.max[0]", json!([1, 0])),
+        ("/gravity", "gravity", json!([0])),
+        ("/materials/sand/friction_angle", "materials.sand.friction_angle", json!(95)),
+        ("/materials/sand/friction", "materials.sand.friction", json!(30)),
+        ("/materials/sand/poissons_ratio", "materials.sand.poissons_ratio", json!(0.7)),
+        ("/materials/sand/model", "materials.sand.model", json!("sand")),
+        ("/bodies/0/material", "bodies[0].material", json!("clay")),
+        ("/bodies/0/shape/max", "bodies[0].shape", json!([0.1, 9])),
+        ("/bodies/0/shape/kind", "bodies[0].shape.kind", json!("bx")),
+        ("/boundaries/0/side", "boundaries[0].side", json!("left")),
+        ("/boundaries/2/wall/friction_coefficient", "boundaries[2].wall.friction_coefficient", json!(-1)),
+        ("/stages/0/duration", "stages[0].duration", json!(-1)),
+        ("/stages/0/damping", "stages[0].damping", json!(3)),
+        ("/stages/1/reset", "stages[1].reset[0]", json!(["all"])),
+        ("/output/frames", "output.frames", json!(0)),
+        ("/measures/front/side", "measures.front.side", json!("ahead")),
+        ("/methods/mpm/cell_size", "methods.mpm.cell_size", json!(0.03)),
+        ("/methods/mpm/shape", "methods.mpm.shape", json!("hexagonal")),
+        ("/methods/mpm/time_step", "methods.mpm.time_step", json!(1.0)),
+        ("/methods/sph", "methods.sph", json!({})),
+        ("/methods/mpm/flip", "methods.mpm.flip", json!(2)),
+        (
+            "/loads",
+            "loads[0].body",
+            json!([{ "kind": "traction", "body": "x", "side": "x-max", "value": [1, 0] }]),
+        ),
+    ];
+    for (number, (pointer, path, value)) in breakages.into_iter().enumerate() {
+        let mut case = column();
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        match case.pointer_mut(parent).unwrap() {
+            Value::Object(map) => {
+                map.insert(key.to_owned(), value);
+            }
+            other => other[key.parse::<usize>().unwrap()] = value,
+        }
+        let file = write(folder.path(), &format!("broken-{number}.json"), &case);
+        let out = folder.path().join(format!("out-{number}"));
+        for command in ["check", "run"] {
+            let mut run = colluvium();
+            run.arg(command).arg(&file);
+            if command == "run" {
+                run.arg("--out").arg(&out);
+            }
+            let (code, _, errors) = output(&mut run);
+            assert_eq!(code, 3, "{command} {pointer}: {errors}");
+            let first = errors.lines().next().unwrap_or_default();
+            assert!(first.starts_with(&format!("error: {path}")), "{command} {pointer}: {first}");
+            assert!(!errors.contains("panicked"), "{errors}");
+        }
+        assert!(!out.exists(), "{pointer}: a broken case leaves nothing");
+    }
+}
+
+#[test]
+fn files_that_are_no_cases_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = folder.path().join("none.json");
+    let (code, _, errors) = output(colluvium().arg("check").arg(&missing));
+    assert!(code == 3 && errors.contains("cannot be read"), "{errors}");
+    let torn = folder.path().join("torn.json");
+    fs::write(&torn, "{ \"title\": \"x\", ").unwrap();
+    let (code, _, errors) = output(colluvium().arg("run").arg(&torn));
+    assert!(code == 3 && errors.starts_with("error: line 1"), "{errors}");
+    let (code, ..) = output(colluvium().arg("frobnicate"));
+    assert_eq!(code, 2);
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    for (shape, scheme) in [("ugimp", "musl"), ("quadratic", "usl"), ("linear", "usf")] {
+        let mut case = column();
+        case["methods"]["mpm"]["shape"] = json!(shape);
+        case["methods"]["mpm"]["stress_update"] = json!(scheme);
+        case["stages"] = json!([{ "name": "go", "duration": 0.04 }]);
+        let file = write(folder.path(), &format!("{shape}.json"), &case);
+        let run = |threads: &str| {
+            let out = folder.path().join(format!("{shape}-{threads}"));
+            let mut command = colluvium();
+            command.args(["run", "--quiet", "--threads", threads, "--out"]).arg(&out).arg(&file);
+            let (code, _, errors) = output(&mut command);
+            assert_eq!(code, 0, "{shape}: {errors}");
+            (summary(&out)["snapshot_hash"].clone(), results(&out))
+        };
+        let (one, two) = (run("1"), run("2"));
+        assert!(one.0.is_string() && one.0 == two.0, "{shape}: {} and {}", one.0, two.0);
+        assert!(one.1 == two.1, "{shape}: every file is the same");
+    }
+}
+
+#[test]
+fn a_killed_run_resumes_to_the_last_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(folder.path(), "column.json", &column());
+    let whole = folder.path().join("whole");
+    let (code, _, errors) = output(colluvium().args(["run", "--quiet", "--out"]).arg(&whole).arg(&file));
+    assert_eq!(code, 0, "{errors}");
+    assert_eq!(summary(&whole)["status"], "completed");
+    let killed = folder.path().join("killed");
+    let mut kills = 0;
+    // Later and later, so that the run gets on between two kills whatever the speed of the machine.
+    for attempt in 0..60u64 {
+        let mut command = colluvium();
+        command.args(["run", "--quiet", "--out"]).arg(&killed).arg(&file);
+        if killed.join("summary.json").exists() {
+            command.arg("--resume");
+        }
+        let mut child = command.spawn().expect("the program starts");
+        std::thread::sleep(Duration::from_millis(30 + 37 * attempt));
+        if let Some(status) = child.try_wait().expect("a child") {
+            assert!(status.success());
+            break;
+        }
+        child.kill().expect("kill -9");
+        child.wait().expect("a dead child");
+        kills += 1;
+        if killed.join("summary.json").exists() {
+            assert_ne!(summary(&killed)["status"], "completed", "a killed run does not look complete");
+        }
+    }
+    assert!(kills > 0, "the run was killed at least once");
+    assert_eq!(summary(&killed)["status"], "completed");
+    assert_eq!(summary(&killed)["snapshot_hash"], summary(&whole)["snapshot_hash"]);
+    assert!(results(&killed) == results(&whole), "every file is the same after {kills} kills");
+}
+
+#[test]
+fn a_folder_with_results_is_safe() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = column();
+    case["stages"] = json!([{ "name": "go", "duration": 0.002 }]);
+    let file = write(folder.path(), "column.json", &case);
+    let out = folder.path().join("out");
+    let run = |flag: Option<&str>| {
+        let mut command = colluvium();
+        command.args(["run", "--quiet", "--out"]).arg(&out).arg(&file).args(flag);
+        output(&mut command)
+    };
+    assert_eq!(run(None).0, 0);
+    let (code, _, errors) = run(None);
+    assert!(code == 1 && errors.contains("earlier run"), "{errors}");
+    assert_eq!(run(Some("--overwrite")).0, 0);
+    assert!(fs::read_to_string(out.join("frames.pvd")).unwrap().contains("timestep"));
+}
+
+#[test]
+fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
+    let folder = tempfile::tempdir().unwrap();
+    let (code, names, _) = output(colluvium().args(["new", "--list"]));
+    assert!(code == 0 && names.lines().count() >= 4);
+    for name in names.lines() {
+        let file = folder.path().join(format!("{name}.json"));
+        assert_eq!(output(colluvium().args(["new", name]).arg(&file)).0, 0);
+        let (code, text, errors) = output(colluvium().arg("check").arg(&file));
+        assert!(code == 0 && text.contains("time step") && text.contains("memory"), "{name}: {errors}");
+        assert_eq!(output(colluvium().args(["new", name]).arg(&file)).0, 2, "an existing file is kept");
+    }
+    let out = folder.path().join("out");
+    let (code, _, errors) =
+        output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(folder.path().join("disks.json")));
+    assert_eq!(code, 0, "{errors}");
+    for format in ["png", "svg"] {
+        let (code, _, errors) =
+            output(colluvium().args(["plot", "--field", "pressure", "--format", format]).arg(&out));
+        assert_eq!(code, 0, "{errors}");
+        let pictures = fs::read_dir(&out).unwrap().filter(|entry| {
+            entry.as_ref().is_ok_and(|entry| entry.path().extension().is_some_and(|e| e == format))
+        });
+        assert!(pictures.count() >= 5);
+    }
+    assert_eq!(output(colluvium().args(["plot", "--frame", "999"]).arg(&out)).0, 2);
+    assert_eq!(output(colluvium().args(["plot", "--field", "colour"]).arg(&out)).0, 2);
+    assert_eq!(output(colluvium().arg("plot").arg(folder.path().join("nowhere"))).0, 1);
+}
+
+#[test]
+fn the_schema_is_json_and_knows_the_methods() {
+    let (code, text, _) = output(colluvium().arg("schema"));
+    let schema: Value = serde_json::from_str(&text).unwrap();
+    assert!(
+        code == 0
+            && schema["properties"]["methods"]["properties"]["mpm"]["properties"]["cell_size"].is_object()
+    );
+    let (code, text, _) = output(colluvium().args(["schema", "--markdown"]));
+    assert!(code == 0 && text.starts_with("# Case file") && text.contains("`friction_angle`"));
+}
+
+#[test]
+fn an_element_test_leaves_a_table_and_four_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let test = json!({
+        "title": "drained triaxial",
+        "material": { "model": "drucker-prager", "density": 1600, "youngs_modulus": 2e7, "poissons_ratio": 0.3, "friction_angle": 30 },
+        "initial_stress": [-1e5, -1e5, -1e5, 0, 0, 0],
+        "stages": [{ "path": { "kind": "triaxial-drained", "axial_compression": 0.05 } }]
+    });
+    let file = write(folder.path(), "triaxial.json", &test);
+    let out = folder.path().join("out");
+    let (code, _, errors) = output(colluvium().arg("element-test").arg(&file).arg("--out").arg(&out));
+    assert_eq!(code, 0, "{errors}");
+    assert_eq!(fs::read_dir(&out).unwrap().count(), 5);
+    let table = fs::read_to_string(out.join("path.csv")).unwrap();
+    // Cohesionless, matched in triaxial compression: q = σ₃ (k - 1) = 200 kPa.
+    let columns: Vec<&str> = table.lines().nth(1).unwrap().split(',').collect();
+    let q = columns.iter().position(|c| c.starts_with("q (")).unwrap();
+    let last: f64 = table.lines().last().unwrap().split(',').nth(q).unwrap().parse().unwrap();
+    assert!((last / 2e5 - 1.0).abs() < 1e-6, "{last}");
+    let mut wrong = test.clone();
+    wrong["stages"][0]["path"]["kind"] = json!("triaxal");
+    let file = write(folder.path(), "wrong.json", &wrong);
+    let (code, _, errors) = output(colluvium().arg("element-test").arg(&file));
+    assert!(code == 3 && errors.contains("stages[0].path.kind"), "{errors}");
+}
