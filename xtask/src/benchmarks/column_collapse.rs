@@ -3,6 +3,7 @@
 
 use colluvium::case::description::Side;
 use colluvium::case::measure::{front, profile};
+use colluvium::case::output::Table;
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 use colluvium::case::{Case, Snapshot};
 
@@ -167,7 +168,9 @@ fn aluminium(outcome: &mut Outcome) -> Result<(), String> {
         y_label: "height (m)".into(),
         ..LineChart::default()
     };
-    let heights = [(0.10, 0.0910), (0.16, 0.0677), (0.22, 0.0462), (0.28, 0.0290), (0.31, 0.0225)];
+    let file = crate::root().join("validation/mpm/aluminium-bars/reference.csv");
+    let reference = Table::read(&file).map_err(|error| error.to_string())?;
+    let heights = reference.pairs("x", "height").ok_or("reference.csv lacks a column")?;
     for shape in ["linear", "ugimp"] {
         let mut case = case("mpm/aluminium-bars")?;
         set(&mut case, "shape", shape);
@@ -203,7 +206,7 @@ fn aluminium(outcome: &mut Outcome) -> Result<(), String> {
         let points = profile(snapshot, 0, 1, 0.01);
         surfaces.series.push(Series::new(method, points, Style::Line));
     }
-    surfaces.series.push(Series::new("explicit MPM on triangles (sheet)", heights.to_vec(), Style::Markers));
+    surfaces.series.push(Series::new("explicit MPM on triangles (sheet)", heights, Style::Markers));
     outcome.svg("Surface of the deposit; markers are the sheet's prototype on triangles.", &surfaces)
 }
 
