@@ -76,6 +76,31 @@ impl Picture for LineChart {
 }
 
 impl LineChart {
+    /// The corner with the fewest points, for the legend.
+    fn emptiest_corner(&self) -> SeriesLabelPosition {
+        let scale = |v: f64| if self.log { v.log10() } else { v };
+        let at = |p: &(f64, f64)| (scale(p.0), scale(p.1));
+        let points: Vec<(f64, f64)> = self.series.iter().flat_map(|s| s.points.iter().map(at)).collect();
+        let (x, y) = (range(points.iter().map(|p| p.0), 0.03), range(points.iter().map(|p| p.1), 0.08));
+        let share = |v: f64, r: &std::ops::Range<f64>| (v - r.start) / (r.end - r.start);
+        // A legend takes about half of the width and a third of the height.
+        let crowd = |right: bool, top: bool| {
+            let near = |p: &&(f64, f64)| {
+                let (u, v) = (share(p.0, &x), share(p.1, &y));
+                (if right { u > 0.5 } else { u < 0.5 }) && (if top { v > 0.65 } else { v < 0.35 })
+            };
+            points.iter().filter(near).count()
+        };
+        let corners = [
+            (crowd(false, true), SeriesLabelPosition::UpperLeft),
+            (crowd(true, true), SeriesLabelPosition::UpperRight),
+            (crowd(true, false), SeriesLabelPosition::LowerRight),
+            (crowd(false, false), SeriesLabelPosition::LowerLeft),
+        ];
+        let least = corners.into_iter().min_by_key(|(count, _)| *count);
+        least.map_or(SeriesLabelPosition::UpperLeft, |(_, corner)| corner)
+    }
+
     fn draw_in<B, X, Y>(&self, area: &DrawingArea<B, Shift>, x: X, y: Y) -> Result<(), String>
     where
         B: DrawingBackend,
@@ -98,8 +123,8 @@ impl LineChart {
             .y_desc(&self.y_label)
             .x_label_formatter(&label)
             .y_label_formatter(&label)
-            .x_labels(8)
-            .y_labels(8)
+            .x_labels(if self.log { 30 } else { 8 })
+            .y_labels(if self.log { 30 } else { 8 })
             .label_style((FONT, 14))
             .axis_desc_style((FONT, 16))
             .bold_line_style(RGBColor(225, 225, 225))
@@ -141,7 +166,7 @@ impl LineChart {
         if self.series.iter().any(|s| !s.label.is_empty()) {
             chart
                 .configure_series_labels()
-                .position(SeriesLabelPosition::UpperLeft)
+                .position(self.emptiest_corner())
                 .background_style(WHITE.mix(0.85))
                 .border_style(RGBColor(200, 200, 200))
                 .label_font((FONT, 14))

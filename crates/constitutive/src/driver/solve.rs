@@ -52,9 +52,12 @@ pub(super) fn stage(
                     total: Vector::from_column_slice(total),
                     shear_turns: *shear_turns,
                 };
-                mixed.advance(specimen, record, dt, HALVINGS).map_err(|row| {
-                    let row = format!("condition on {}", NAMES[row]);
-                    DriverError::LimitLoad { stage: number, step, row }
+                mixed.advance(specimen, record, dt, HALVINGS).map_err(|trouble| match trouble {
+                    Trouble::Law(source) => law(source),
+                    Trouble::Row(row) => {
+                        let row = format!("condition on {}", NAMES[row]);
+                        DriverError::LimitLoad { stage: number, step, row }
+                    }
                 })?;
             }
         }
@@ -88,6 +91,17 @@ fn check_rank(stress: &[[f64; 6]; 6], strain: &[[f64; 6]; 6]) -> Result<(), Stri
     }
 }
 
+/// Residual, relative to the stresses that are subtracted in it, that is round-off.
+const ROUND_OFF: f64 = 1e-12;
+
+/// Why a step cannot be solved.
+enum Trouble {
+    /// The condition that cannot be met.
+    Row(usize),
+    /// What the law says.
+    Law(crate::MaterialError),
+}
+
 struct Mixed {
     stress: Matrix,
     strain: Matrix,
@@ -110,17 +124,17 @@ impl Mixed {
         a
     }
 
-    /// One step, in halves where it does not converge; on failure the row with the largest residual.
+    /// One step, in halves where it does not converge.
     fn advance(
         &self,
         specimen: &mut Specimen,
         record: &mut Record,
         dt: f64,
         halvings: u32,
-    ) -> Result<(), usize> {
+    ) -> Result<(), Trouble> {
         match self.solve(specimen, dt) {
-            Ok(motion) => apply(specimen, record, &motion).map_err(|_| 0),
-            Err(row) if halvings == 0 => Err(row),
+            Ok(motion) => apply(specimen, record, &motion).map_err(Trouble::Law),
+            Err(trouble) if halvings == 0 => Err(trouble),
             Err(_) => {
                 let half =
                     Self { total: self.total * 0.5, stress: self.stress, strain: self.strain, ..*self };
@@ -130,52 +144,54 @@ impl Mixed {
         }
     }
 
-    fn solve(&self, specimen: &Specimen, dt: f64) -> Result<Motion, usize> {
-        let still = specimen.motion(&Mat3::ZERO, dt).ok_or(0usize)?;
-        let initial = specimen.tangent(&still).map_err(|_| 0usize)?;
+    fn solve(&self, specimen: &Specimen, dt: f64) -> Result<Motion, Trouble> {
+        let still = specimen.motion(&Mat3::ZERO, dt).ok_or(Trouble::Row(0))?;
+        let initial = specimen.tangent(&still).map_err(Trouble::Law)?;
         let stiffness = (0..6).map(|i| initial.0[i][i].abs()).fold(1.0, f64::max);
         // Strain rows are brought to the size of stresses.
         let scale = Vector::from_fn(|i, _| if self.stress.row(i).norm() > 0.0 { 1.0 } else { stiffness });
         let largest = (0..6).map(|i| (self.total[i] * scale[i]).abs()).fold(0.0, f64::max);
         let size = largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * stiffness);
-        let residual = |e: &Vector| -> Option<(Vector, Motion)> {
-            let motion = specimen.motion(&self.gradient(e), dt)?;
-            let (stress, _) = specimen.tried(&motion).ok()?;
+        let residual = |e: &Vector| -> Result<(Vector, Motion), Trouble> {
+            let motion = specimen.motion(&self.gradient(e), dt).ok_or(Trouble::Row(0))?;
+            let (stress, _) = specimen.tried(&motion).map_err(Trouble::Law)?;
             let change = Vector::from_column_slice(&(stress - specimen.stress).0);
-            let r = (self.stress * change + self.strain * e - self.total).component_mul(&scale);
-            r.iter().all(|v| v.is_finite()).then_some((r, motion))
+            Ok(((self.stress * change + self.strain * e - self.total).component_mul(&scale), motion))
         };
         let mut e = Vector::zeros();
-        let (mut r, mut motion) = residual(&e).ok_or(0usize)?;
+        let (mut r, mut motion) = residual(&e)?;
         for _ in 0..ITERATIONS {
             if r.amax() <= TOLERANCE * size {
                 return Ok(motion);
             }
-            let tangent = specimen.tangent(&motion).map_err(|_| r.iamax())?;
+            let stuck = Trouble::Row(r.iamax());
+            let tangent = specimen.tangent(&motion).map_err(Trouble::Law)?;
             let jacobian = self.stress * Matrix::from_fn(|i, j| tangent.0[i][j]) + self.strain;
             let jacobian = Matrix::from_fn(|i, j| jacobian[(i, j)] * scale[i]);
             // On an edge of a yield surface two conditions may become one: the shortest step serves both.
             let svd = jacobian.svd(true, true);
             let cut = 1e-9 * svd.singular_values.amax();
-            let Ok(step) = svd.solve(&r, cut) else { return Err(r.iamax()) };
+            let Ok(step) = svd.solve(&r, cut) else { return Err(stuck) };
             if !step.iter().all(|v| v.is_finite()) || step.amax() > 1.0 {
-                return Err(r.iamax());
+                return Err(stuck);
             }
             let mut length = 1.0;
             loop {
                 let next = e - step * length;
                 match residual(&next) {
-                    Some((new, at)) if new.norm() < r.norm() * (1.0 - 1e-4 * length) => {
+                    Ok((new, at)) if new.norm() < r.norm() * (1.0 - 1e-4 * length) => {
                         (e, r, motion) = (next, new, at);
                         break;
                     }
                     _ if length < 1e-3 => {
-                        return if r.amax() <= 1e3 * TOLERANCE * size { Ok(motion) } else { Err(r.iamax()) };
+                        // No better: fine at the round-off of the stresses, a failure above it.
+                        let round_off = ROUND_OFF * (specimen.stress.norm() + stiffness * e.amax());
+                        return if r.amax() <= round_off { Ok(motion) } else { Err(stuck) };
                     }
                     _ => length *= 0.5,
                 }
             }
         }
-        Err(r.iamax())
+        Err(Trouble::Row(r.iamax()))
     }
 }
