@@ -331,8 +331,9 @@ impl Default for Output {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Measure {
-    /// The farthest point along an axis (m), as the sheet's binding definition has it: columns of cells
-    /// occupied without a gap from the start, and a quantile of mass insensitive to stray points.
+    /// The end of the farthest point's domain along an axis (m). Points that are ahead of all others by more
+    /// than four point widths are taken as detached and do not count. With a quantile below 1, the place
+    /// behind which that fraction of the mass lies, which stray points do not move.
     Front {
         /// Direction in which the front moves.
         side: Side,

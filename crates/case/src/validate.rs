@@ -302,6 +302,9 @@ impl Findings<'_> {
         let dimension = case.dimension();
         for (name, measure) in &case.measures {
             let path = format!("measures.{name}");
+            let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+            let problem = "a name is made of letters, digits, _ and -: it becomes a column and a file";
+            self.require(!name.is_empty() && name.chars().all(plain), path.clone(), problem);
             match measure {
                 Measure::Front { side, quantile } | Measure::RunOut { side, quantile, .. } => {
                     self.side(&format!("{path}.side"), *side);

@@ -139,6 +139,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/stages/1/name", json!("settle"), "stages[1].name", "names two stages"),
         ("/measures/front/side", json!("up"), "measures.front.side", "is not one of"),
         ("/measures/front/quantile", json!(1.5), "measures.front.quantile", "1.5 is not in 0..=1"),
+        ("/measures/a,b", json!({ "kind": "front", "side": "x-max" }), "measures.a,b", "letters, digits"),
         ("/measures/eye/radius", json!(0), "measures.eye.radius", "must be positive"),
         ("/measures/eye/fields", json!([]), "measures.eye.fields", "at least one field"),
         ("/output/frames", json!(-1), "output.frames", "must be positive"),

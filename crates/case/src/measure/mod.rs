@@ -32,9 +32,9 @@ pub fn read(case: &Case, snapshot: &Snapshot) -> Vec<Reading> {
 
 /// Position of the front towards `side` (m); NaN without points.
 ///
-/// With `quantile` 1 it is the end of the farthest point's domain among columns one point-width
-/// wide that are occupied without a gap from the rear (MPM sheet §3.9); below 1, the place behind
-/// which that fraction of the mass lies.
+/// With `quantile` 1 it is the end of the farthest point's domain, counted from the rear up to the first
+/// gap of more than four point widths (a variant of MPM sheet §3.9, which looks at the columns of cells
+/// on the base); below 1, the place behind which that fraction of the mass lies.
 pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
     let axis = side.axis();
     let sign = if side.is_max() { 1.0 } else { -1.0 };
@@ -58,7 +58,6 @@ pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
     }
     let mut front = end(order[0]);
     for &i in &order {
-        // A whole empty column of four point widths is a gap.
         if along(i) - 0.5 * snapshot.extents[i][axis] > front + 4.0 * snapshot.extents[i][axis] {
             break;
         }

@@ -93,6 +93,16 @@ pub enum RunError {
         /// Kinetic-energy ratio at the end.
         kinetic: f64,
     },
+    /// The solver has no usable time step, for example because no point is left.
+    #[error("t = {time} s: no stable time step (found {dt} s, limited by: {limit})")]
+    TimeStep {
+        /// Time (s).
+        time: f64,
+        /// What the solver offers (s).
+        dt: f64,
+        /// Why.
+        limit: &'static str,
+    },
     /// The folder cannot be used.
     #[error("{}: {problem}", path.display())]
     Folder {
@@ -194,6 +204,13 @@ impl Run<'_> {
                 return Ok(Ending::Interrupted);
             }
             let limit = self.solver.time_step();
+            if !(limit.dt.is_finite() && limit.dt > 0.0) {
+                return Err(RunError::TimeStep {
+                    time: self.solver.time(),
+                    dt: limit.dt,
+                    limit: limit.limit,
+                });
+            }
             let until = self.recorder.next_output(&self.progress).min(end);
             let Some(dt) = step_towards(self.solver.time(), until, limit.dt) else {
                 self.recorder.output(&*self.solver, &mut self.progress)?;

@@ -100,6 +100,10 @@ impl<'a> Recorder<'a> {
             if !used {
                 return Err(folder("holds no run to resume".to_owned()));
             }
+            self.check_resumable(out)?;
+            fs::create_dir_all(out.join("frames"))
+                .map_err(|error| folder(format!("cannot be made: {error}")))?;
+            return Ok(());
         } else if used {
             if !self.options.overwrite {
                 return Err(folder(
@@ -122,6 +126,23 @@ impl<'a> Recorder<'a> {
         self.write_summary(
             &json!({ "status": "running", "title": self.case.title, "method": self.options.method }),
         )
+    }
+
+    /// Refuses, before anything is written, to resume a complete run or one of another case.
+    fn check_resumable(&self, out: &Path) -> Result<(), RunError> {
+        let folder = |problem: &str| RunError::Folder { path: out.to_owned(), problem: problem.to_owned() };
+        let summary = fs::read_to_string(out.join(SUMMARY)).unwrap_or_default();
+        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap_or_default();
+        if summary["status"] == "completed" {
+            return Err(folder("holds a complete run: there is nothing to resume"));
+        }
+        let text = fs::read_to_string(out.join("case.json")).unwrap_or_default();
+        match Case::from_json(&text) {
+            Ok(case) if case.fingerprint() != self.case.fingerprint() => {
+                Err(folder("holds a run of another case"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// First row and frame, at time zero.

@@ -220,6 +220,10 @@ fn a_folder_with_a_run_is_not_overwritten_unasked() {
     ));
     go(options(folder.path())).unwrap();
     assert!(matches!(go(options(folder.path())), Err(RunError::Folder { .. })));
+    let before = std::fs::read(folder.path().join("summary.json")).unwrap();
+    let again = go(RunOptions { resume: true, ..options(folder.path()) });
+    assert!(matches!(again, Err(RunError::Folder { .. })), "a complete run is not resumed");
+    assert_eq!(std::fs::read(folder.path().join("summary.json")).unwrap(), before, "nor touched");
     go(RunOptions { overwrite: true, ..options(folder.path()) }).unwrap();
 }
 
@@ -229,7 +233,9 @@ fn a_checkpoint_of_another_case_is_refused() {
     let first = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     run(&first, Oscillators::boxed(0.0, Some(1.0)), &options(folder.path())).unwrap_err();
     let other = case(r#"[ { "name": "all", "duration": 3.0 } ]"#);
+    let before = left(folder.path());
     let again = RunOptions { resume: true, ..options(folder.path()) };
     let error = run(&other, Oscillators::boxed(0.0, None), &again).unwrap_err();
     assert!(error.to_string().contains("another case"), "{error}");
+    assert!(left(folder.path()) == before, "a refused resume changes nothing");
 }
