@@ -85,7 +85,7 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         {
             return Ok(tangent);
         }
-        crate::update::numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress))
+        crate::tangent::numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress))
     }
 
     fn yield_value(&self, point: &Point<L::State>) -> Option<f64> {
@@ -94,6 +94,23 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
 
     fn stored_energy(&self, point: &Point<L::State>) -> Option<f64> {
         self.0.stored_energy(point)
+    }
+
+    fn viscosity(&self, point: &Point<L::State>) -> f64 {
+        self.0.viscosity(point)
+    }
+
+    fn dissipation(&self, motion: &Motion, old: &Point<L::State>, new: &Point<L::State>) -> Option<f64> {
+        let strain = motion.strain_increment();
+        let Some(half) = half_rotation(&motion.gradient) else {
+            return self.0.dissipation(&strain, motion, old, new);
+        };
+        let turned = |point: &Point<L::State>, by: &Mat3| {
+            let mut turned = Point { stress: point.stress.rotated(by), state: point.state.clone() };
+            self.0.rotate_state(&mut turned.state, by);
+            turned
+        };
+        self.0.dissipation(&strain, motion, &turned(old, &half), &turned(new, &half.transpose()))
     }
 
     fn output_names(&self) -> &'static [&'static str] {

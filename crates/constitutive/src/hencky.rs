@@ -3,7 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use crate::laws::Elasticity;
-use crate::{InitialCondition, MaterialError, Motion, Point, SmallStrain, StressUpdate, SymTensor};
+use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent};
+use crate::{
+    InitialCondition, Mat3, MaterialError, Motion, Point, SmallStrain, Spectrum, StressUpdate, SymTensor,
+    Tangent,
+};
 
 /// A return map in principal stresses, of a law with linear elasticity. The same map serves the
 /// rate form and, through [`Hencky`], finite strain.
@@ -20,6 +24,12 @@ pub trait PrincipalReturn: SmallStrain {
         trial: [f64; 3],
         state: &Self::State,
     ) -> Result<([f64; 3], Self::State), MaterialError>;
+
+    /// `∂σ_A/∂ε_B` of that map with respect to the principal strains of the trial (Pa), where the law has
+    /// it in closed form.
+    fn principal_tangent(&self, _trial: [f64; 3], _state: &Self::State) -> Option<[[f64; 3]; 3]> {
+        None
+    }
 }
 
 /// Takes a law with linear elasticity to finite strain (constitutive sheet §3.3): the elastic left
@@ -31,7 +41,7 @@ pub struct Hencky<L>(pub L);
 /// State of a [`Hencky`] law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HenckyState<S> {
-    /// Elastic left Cauchy–Green tensor.
+    /// Elastic left Cauchy–Green tensor less the unit tensor, `b - 1`: small strains keep their digits.
     pub elastic: SymTensor,
     /// Volume over initial volume.
     pub jacobian: f64,
@@ -51,6 +61,40 @@ fn strains(elasticity: &Elasticity, stresses: [f64; 3]) -> [f64; 3] {
     stresses.map(|s| (s - mean) / (2.0 * elasticity.shear_modulus) + mean / (3.0 * elasticity.bulk_modulus))
 }
 
+/// `f (1 + b) fᵀ - 1` of a left Cauchy–Green tensor less the unit tensor.
+pub(crate) fn carried(b: &SymTensor, f: &Mat3) -> SymTensor {
+    let change = *f - Mat3::IDENTITY;
+    b.rotated(f) + change.sym() * 2.0 + SymTensor::IDENTITY.rotated(&change)
+}
+
+/// The elastic trial of a step.
+struct Trial {
+    elastic: SymTensor,
+    spectrum: Spectrum,
+    strains: [f64; 3],
+    stresses: [f64; 3],
+    jacobian: f64,
+}
+
+impl<L: PrincipalReturn> Hencky<L> {
+    fn trial(&self, motion: &Motion, old: &Point<HenckyState<L::State>>) -> Result<Trial, MaterialError> {
+        let invalid = |reason| MaterialError::Motion { model: self.0.name(), reason };
+        let stretch = motion.deformation.determinant();
+        // Written so that NaN is refused.
+        if !(stretch > 0.0 && stretch.is_finite() && motion.deformation.is_finite()) {
+            return Err(invalid("the step inverts the point"));
+        }
+        let elastic = carried(&old.state.elastic, &motion.deformation);
+        let spectrum = elastic.spectrum();
+        if !(spectrum.values[2] > -1.0) {
+            return Err(invalid("the elastic deformation is singular"));
+        }
+        let strains = spectrum.values.map(|b| 0.5 * b.ln_1p());
+        let stresses = stresses(self.0.elasticity(), strains);
+        Ok(Trial { elastic, spectrum, strains, stresses, jacobian: old.state.jacobian * stretch })
+    }
+}
+
 impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
     type State = HenckyState<L::State>;
 
@@ -61,37 +105,56 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
     fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
         let inner = self.0.initial(initial)?;
         let spectrum = inner.stress.spectrum();
-        let elastic = strains(self.0.elasticity(), spectrum.values).map(|e| (2.0 * e).exp());
+        let elastic = strains(self.0.elasticity(), spectrum.values).map(|e| (2.0 * e).exp_m1());
         let state = HenckyState { elastic: spectrum.compose(elastic), jacobian: 1.0, inner: inner.state };
         Ok(Point { stress: inner.stress, state })
     }
 
     fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError> {
-        let invalid = |reason| MaterialError::Motion { model: self.0.name(), reason };
-        let stretch = motion.deformation.determinant();
-        // Written so that NaN is refused.
-        if !(stretch > 0.0 && stretch.is_finite() && motion.deformation.is_finite()) {
-            return Err(invalid("the step inverts the point"));
+        if motion.deformation == Mat3::IDENTITY {
+            return Ok(old.clone());
         }
-        let trial = old.state.elastic.rotated(&motion.deformation);
-        let spectrum = trial.spectrum();
-        if !(spectrum.values[2] > 0.0) {
-            return Err(invalid("the elastic deformation is singular"));
-        }
-        let elasticity = self.0.elasticity();
-        let trial_stress = stresses(elasticity, spectrum.values.map(|b| 0.5 * b.ln()));
-        let (stress, inner) = self.0.return_principal(trial_stress, &old.state.inner)?;
-        let elastic = if stress == trial_stress {
-            trial
+        let Trial { elastic, spectrum, stresses, jacobian, .. } = self.trial(motion, old)?;
+        let (stress, inner) = self.0.return_principal(stresses, &old.state.inner)?;
+        let elastic = if stress == stresses {
+            elastic
         } else {
-            spectrum.compose(strains(elasticity, stress).map(|e| (2.0 * e).exp()))
+            spectrum.compose(strains(self.0.elasticity(), stress).map(|e| (2.0 * e).exp_m1()))
         };
-        let jacobian = old.state.jacobian * stretch;
         let stress = spectrum.compose(stress) * (1.0 / jacobian);
         if !stress.is_finite() {
-            return Err(invalid("the stress is not finite"));
+            return Err(MaterialError::Motion { model: self.0.name(), reason: "the stress is not finite" });
         }
         Ok(Point { stress, state: HenckyState { elastic, jacobian, inner } })
+    }
+
+    fn tangent(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Tangent, MaterialError> {
+        let trial = self.trial(motion, old)?;
+        let analytic = || {
+            let block = self.0.principal_tangent(trial.stresses, &old.state.inner)?;
+            let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner).ok()?;
+            let squares = trial.spectrum.values.map(|b| 1.0 + b);
+            let c = kirchhoff_tangent(&trial.spectrum, stress, squares, &block);
+            let cauchy = trial.spectrum.compose(stress) * (1.0 / trial.jacobian);
+            from_spatial(&c, motion, trial.jacobian, &cauchy)
+        };
+        match analytic() {
+            Some(tangent) => Ok(tangent),
+            None => numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress)),
+        }
+    }
+
+    fn dissipation(
+        &self,
+        motion: &Motion,
+        old: &Point<Self::State>,
+        new: &Point<Self::State>,
+    ) -> Option<f64> {
+        let trial = self.trial(motion, old).ok()?;
+        let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner).ok()?;
+        let kept = strains(self.0.elasticity(), stress);
+        let work: f64 = (0..3).map(|a| stress[a] * (trial.strains[a] - kept[a])).sum();
+        Some(work / new.state.jacobian)
     }
 
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {

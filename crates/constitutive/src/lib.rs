@@ -19,6 +19,7 @@ mod material;
 mod motion;
 mod spec;
 mod spectral;
+mod tangent;
 mod tensor;
 mod update;
 
@@ -29,5 +30,6 @@ pub use material::{BLOCK, Material, StateBlock, States};
 pub use motion::{Motion, Pore};
 pub use spec::MaterialSpec;
 pub use spectral::Spectrum;
+pub use tangent::Tangent;
 pub use tensor::{Mat3, SymTensor};
-pub use update::{InitialCondition, Point, SmallStrain, StressUpdate, Tangent};
+pub use update::{InitialCondition, Point, SmallStrain, StressUpdate};

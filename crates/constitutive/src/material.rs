@@ -181,6 +181,15 @@ pub trait Material: Send + Sync {
         index: usize,
     ) -> Result<Tangent, MaterialError>;
 
+    /// Work dissipated by the step `motion` of a single point, `old` to `new` (stress and block of one
+    /// point each), per unit current volume (J/m³); `None` where the law cannot tell.
+    fn dissipation(
+        &self,
+        motion: &Motion,
+        old: (&SymTensor, &StateBlock),
+        new: (&SymTensor, &StateBlock),
+    ) -> Option<f64>;
+
     /// The states as bytes, for a checkpoint.
     fn save(&self, states: &States) -> Vec<u8>;
 
@@ -269,6 +278,18 @@ impl<L: StressUpdate> Material for L {
     ) -> Result<Tangent, MaterialError> {
         let state = typed::<L::State>(states)[index].clone();
         StressUpdate::tangent(self, motion, &Point { stress: *stress, state })
+    }
+
+    fn dissipation(
+        &self,
+        motion: &Motion,
+        old: (&SymTensor, &StateBlock),
+        new: (&SymTensor, &StateBlock),
+    ) -> Option<f64> {
+        let point = |(stress, block): (&SymTensor, &StateBlock)| {
+            Some(Point { stress: *stress, state: typed::<L::State>(block).first()?.clone() })
+        };
+        StressUpdate::dissipation(self, motion, &point(old)?, &point(new)?)
     }
 
     fn save(&self, states: &States) -> Vec<u8> {

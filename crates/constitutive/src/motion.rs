@@ -29,6 +29,16 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// No motion at all, for returns of a trial stress by itself.
+    pub(crate) const STILL: Self = Self {
+        deformation: Mat3::IDENTITY,
+        gradient: Mat3::ZERO,
+        dt: 1.0,
+        density: 1.0,
+        size: 1.0,
+        pore: Pore { pressure: 0.0, saturation: 0.0 },
+    };
+
     /// Motion with constant velocity gradient `l` (1/s): `f = (1 - A/2)⁻¹ (1 + A/2)`, `A = dt l`.
     /// A pure spin gives an exact rotation. `None` where `1 - A/2` is singular.
     pub fn from_velocity_gradient(l: &Mat3, dt: f64, density: f64, size: f64) -> Option<Self> {

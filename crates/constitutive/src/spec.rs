@@ -89,6 +89,11 @@ impl MaterialSpec {
         matches!(self, Self::DruckerPrager(spec) if planar.contains(&spec.matching))
     }
 
+    /// True for laws that forget shear: at rest they carry none, or no more than their yield stress.
+    pub fn is_fluid(&self) -> bool {
+        matches!(self, Self::NewtonianFluid(_))
+    }
+
     /// A sample of every model and every way to run it: what the contract tests run over.
     pub fn examples() -> Vec<Self> {
         let (density, youngs_modulus, poissons_ratio) = (2000.0, 20e6, 0.3);

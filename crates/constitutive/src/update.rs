@@ -2,7 +2,8 @@
 
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::{MaterialError, Motion, SymTensor};
+use crate::tangent::numerical_tangent;
+use crate::{MaterialError, Motion, SymTensor, Tangent};
 
 /// A material point: Cauchy (effective) stress and the law's internal variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,12 +22,6 @@ pub struct InitialCondition {
     /// Initial density (kg/m³).
     pub density: f64,
 }
-
-/// Consistent tangent of a stress update: derivative of the new Cauchy stress (rows, tensor
-/// components xx yy zz xy yz zx) with respect to the strain increment of the step (columns,
-/// engineering shear), at fixed spin.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tangent(pub [[f64; 6]; 6]);
 
 /// A material law: how stress and state follow the motion of a point.
 ///
@@ -77,6 +72,17 @@ pub trait StressUpdate: Send + Sync + 'static {
         None
     }
 
+    /// Work dissipated by the step from `old` to `new`, per unit current volume (J/m³): never negative
+    /// for associated flow nor for `0 ≤ ψ ≤ φ`. `None` for laws that cannot tell.
+    fn dissipation(
+        &self,
+        _motion: &Motion,
+        _old: &Point<Self::State>,
+        _new: &Point<Self::State>,
+    ) -> Option<f64> {
+        None
+    }
+
     /// Names of the scalars worth plotting, in the order of [`StressUpdate::outputs`].
     fn output_names(&self) -> &'static [&'static str] {
         &[]
@@ -90,8 +96,8 @@ pub trait StressUpdate: Send + Sync + 'static {
 ///
 /// Implement this and wrap the law in [`crate::Corotational`] to get an objective [`StressUpdate`].
 pub trait SmallStrain: Send + Sync + 'static {
-    /// Internal variables of one point. Only scalars (isotropic laws) for now: a tensorial variable
-    /// must be rotated by the adapter, through [`SmallStrain::rotate_state`].
+    /// Internal variables of one point. A tensorial variable is carried with the material by
+    /// [`SmallStrain::rotate_state`].
     type State: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
 
     /// Name of the model as it stands in a case file.
@@ -136,6 +142,22 @@ pub trait SmallStrain: Send + Sync + 'static {
         None
     }
 
+    /// Effective dynamic viscosity (Pa s), see [`StressUpdate::viscosity`].
+    fn viscosity(&self, _point: &Point<Self::State>) -> f64 {
+        0.0
+    }
+
+    /// See [`StressUpdate::dissipation`]; both stresses in the co-rotating frame.
+    fn dissipation(
+        &self,
+        _strain: &SymTensor,
+        _motion: &Motion,
+        _old: &Point<Self::State>,
+        _new: &Point<Self::State>,
+    ) -> Option<f64> {
+        None
+    }
+
     /// See [`StressUpdate::output_names`].
     fn output_names(&self) -> &'static [&'static str] {
         &[]
@@ -143,34 +165,4 @@ pub trait SmallStrain: Send + Sync + 'static {
 
     /// See [`StressUpdate::outputs`].
     fn outputs(&self, _point: &Point<Self::State>, _out: &mut [f64]) {}
-}
-
-/// Central differences of a stress update with respect to the strain increment.
-pub(crate) fn numerical_tangent(
-    motion: &Motion,
-    stress: impl Fn(&Motion) -> Result<SymTensor, MaterialError>,
-) -> Result<Tangent, MaterialError> {
-    let step = 1e-7 * motion.gradient.sym().norm().max(1e-3);
-    let mut tangent = [[0.0; 6]; 6];
-    for (k, &(i, j)) in crate::tensor::PAIRS.iter().enumerate() {
-        let perturbed = |sign: f64| {
-            let mut m = *motion;
-            // A unit of engineering shear is half a unit in each of the two entries.
-            let amount = if i == j { sign * step } else { 0.5 * sign * step };
-            m.gradient.0[i][j] += amount;
-            if i != j {
-                m.gradient.0[j][i] += amount;
-            }
-            let half = m.gradient * 0.5;
-            if let Some(inverse) = (crate::Mat3::IDENTITY - half).inverse() {
-                m.deformation = inverse * (crate::Mat3::IDENTITY + half);
-            }
-            stress(&m)
-        };
-        let (plus, minus) = (perturbed(1.0)?, perturbed(-1.0)?);
-        for row in 0..6 {
-            tangent[row][k] = (plus[row] - minus[row]) / (2.0 * step);
-        }
-    }
-    Ok(Tangent(tangent))
 }

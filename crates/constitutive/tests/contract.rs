@@ -1,10 +1,13 @@
 //! What every law owes its callers (constitutive sheet §3.1), held against every registered law
 //! without naming one.
+//!
+//! Round-off is measured against the stress a step handles: the stress before it plus that of its
+//! elastic trial, `‖σ‖ + M ‖Δε‖` with the wave modulus `M`.
 
 use std::sync::Arc;
 
 use colluvium_constitutive::{
-    InitialCondition, Mat3, Material, MaterialSpec, Motion, StateBlock, States, SymTensor,
+    InitialCondition, Mat3, Material, MaterialSpec, Motion, StateBlock, States, SymTensor, Tangent,
 };
 use proptest::prelude::*;
 
@@ -26,31 +29,56 @@ struct Walker {
 fn subjects() -> Vec<Subject> {
     let subject = |spec: MaterialSpec| {
         let law = spec.build().expect("an example builds");
-        Subject { start: SymTensor::isotropic(-50e3), spec, law }
+        let start = SymTensor([-60e3, -50e3, -45e3, 3e3, -2e3, 1e3]);
+        let mean = SymTensor::isotropic(start.trace() / 3.0);
+        let fluid = law.initial(&[InitialCondition { stress: start, density: spec.density() }]).is_err();
+        Subject { start: if fluid { mean } else { start }, spec, law }
     };
     MaterialSpec::examples().into_iter().map(subject).collect()
 }
 
+fn solids() -> Vec<Subject> {
+    subjects().into_iter().filter(Subject::is_solid).collect()
+}
+
 impl Subject {
+    fn name(&self) -> String {
+        format!("{:?}", self.spec)
+    }
+
     fn walker(&self) -> Walker {
+        self.walker_at(self.start)
+    }
+
+    fn walker_at(&self, stress: SymTensor) -> Walker {
         let density = self.spec.density();
-        let (stress, states) =
-            self.law.initial(&[InitialCondition { stress: self.start, density }]).expect("admissible");
+        let (stress, states) = self.law.initial(&[InitialCondition { stress, density }]).expect("admissible");
         Walker { stress: stress[0], states, density }
     }
 
-    fn step(&self, walker: &Walker, gradient: &Mat3, dt: f64) -> Option<Walker> {
-        let motion = motion(gradient, dt, walker.density)?;
-        self.apply(walker, &motion)
+    fn step(&self, walker: &Walker, gradient: &Mat3, dt: f64) -> Walker {
+        self.apply(walker, &motion(gradient, dt, walker.density))
     }
 
-    fn apply(&self, walker: &Walker, motion: &Motion) -> Option<Walker> {
+    fn walk(&self, path: &[Mat3], dt: f64) -> Walker {
+        path.iter().fold(self.walker(), |walker, a| self.step(&walker, a, dt))
+    }
+
+    fn apply(&self, walker: &Walker, motion: &Motion) -> Walker {
+        match self.try_apply(walker, motion) {
+            Ok(new) => new,
+            Err(error) => panic!("{}: {error} at {:?}, {:?}", self.name(), walker.stress, motion.gradient),
+        }
+    }
+
+    fn try_apply(&self, walker: &Walker, motion: &Motion) -> Result<Walker, String> {
         let mut new = walker.clone();
         let mut stress = [walker.stress];
-        self.law.update(std::slice::from_ref(motion), &mut stress, &mut new.states.blocks_mut()[0]).ok()?;
+        let block = &mut new.states.blocks_mut()[0];
+        self.law.update(std::slice::from_ref(motion), &mut stress, block).map_err(|e| e.to_string())?;
         new.stress = stress[0];
         new.density = motion.density;
-        Some(new)
+        Ok(new)
     }
 
     fn yield_value(&self, walker: &Walker) -> f64 {
@@ -63,9 +91,19 @@ impl Subject {
         })
     }
 
+    /// Stress that a step handles: where it starts and its elastic trial.
+    fn handled(&self, walker: &Walker, motion: &Motion) -> f64 {
+        let modulus = one(walker, |stress, block, out| self.law.wave_moduli(stress, block, out));
+        walker.stress.norm() + modulus * motion.gradient.sym().norm()
+    }
+
     /// Fluids have no memory of shear, so some of what holds for solids does not for them.
     fn is_solid(&self) -> bool {
-        one(&self.walker(), |stress, block, out| self.law.viscosities(stress, block, out)) == 0.0
+        !self.spec.is_fluid()
+    }
+
+    fn tangent(&self, motion: &Motion, walker: &Walker) -> Tangent {
+        self.law.tangent(motion, &walker.stress, &walker.states.blocks()[0], 0).expect("a tangent")
     }
 }
 
@@ -76,10 +114,10 @@ fn one(walker: &Walker, read: impl Fn(&[SymTensor], &StateBlock, &mut [f64])) ->
 }
 
 /// Motion with mid-step gradient `a`, density following the volume.
-fn motion(a: &Mat3, dt: f64, density: f64) -> Option<Motion> {
-    let mut motion = Motion::from_velocity_gradient(&(*a * (1.0 / dt)), dt, density, 0.1)?;
+fn motion(a: &Mat3, dt: f64, density: f64) -> Motion {
+    let mut motion = Motion::from_velocity_gradient(&(*a * (1.0 / dt)), dt, density, 0.1).expect("moderate");
     motion.density = density / motion.deformation.determinant();
-    Some(motion)
+    motion
 }
 
 /// The same motion seen by an observer turned by `q`.
@@ -102,8 +140,14 @@ fn rotation() -> impl Strategy<Value = Mat3> {
     })
 }
 
-/// Scale of stress below which differences mean nothing (Pa).
-const SCALE: f64 = 1e4;
+/// Turns of the axes into each other, reflections left out.
+fn permutations() -> [Mat3; 3] {
+    [
+        Mat3([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
+        Mat3([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+        Mat3([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+    ]
+}
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
@@ -111,18 +155,17 @@ proptest! {
     #[test]
     fn no_motion_changes_nothing(path in gradients(3, 0.05)) {
         for subject in subjects() {
-            let mut walker = subject.walker();
-            for a in &path {
-                let Some(next) = subject.step(&walker, a, 1e-3) else { break };
-                walker = next;
-            }
-            let still = subject.step(&walker, &Mat3::ZERO, 1e-3).expect("standing still is always possible");
+            let walker = subject.walk(&path, 1e-3);
+            let still = subject.step(&walker, &Mat3::ZERO, 1e-3);
             if subject.is_solid() {
                 let change = (still.stress - walker.stress).norm();
-                // A return ends within round-off of the surface, and is returned again from there.
-                prop_assert!(change <= 1e-11 * walker.stress.norm().max(SCALE), "{}: {change}", subject.law.name());
+                prop_assert!(change <= 1e-14 * walker.stress.norm(), "{}: {change}", subject.name());
+            } else if subject.yield_value(&still) == f64::NEG_INFINITY {
+                let shear = still.stress.deviator().norm();
+                prop_assert!(shear <= 1e-14 * still.stress.norm(), "a resting fluid carries no shear");
             } else {
-                prop_assert!(still.stress.deviator().norm() <= 1e-9 * SCALE, "a resting fluid carries no shear");
+                let limit = walker.stress.deviator().norm() * (1.0 + 1e-14);
+                prop_assert!(still.stress.deviator().norm() <= limit, "{}: shear grew at rest", subject.name());
             }
         }
     }
@@ -130,32 +173,49 @@ proptest! {
     #[test]
     fn a_turned_observer_sees_the_turned_stress(path in gradients(4, 0.1), q in rotation()) {
         for subject in subjects() {
-            let (mut here, mut there) = (subject.walker(), subject.walker());
+            let (mut here, mut there) = (subject.walker(), subject.walker_at(subject.start.rotated(&q)));
+            let mut allowed = 0.0;
             for a in &path {
-                let Some(motion) = motion(a, 1e-2, here.density) else { break };
-                let (Some(next), Some(seen)) = (subject.apply(&here, &motion), subject.apply(&there, &turned(&motion, &q))) else { break };
-                (here, there) = (next, seen);
+                let motion = motion(a, 1e-2, here.density);
+                allowed += 1e-12 * subject.handled(&here, &motion);
+                (here, there) = (subject.apply(&here, &motion), subject.apply(&there, &turned(&motion, &q)));
                 let difference = (there.stress - here.stress.rotated(&q)).norm();
-                prop_assert!(difference <= 1e-8 * here.stress.norm().max(SCALE), "{}: {difference}", subject.law.name());
+                prop_assert!(difference <= allowed, "{}: {difference} of {allowed}", subject.name());
             }
         }
     }
 
     #[test]
-    fn a_rigid_turn_turns_the_stress(path in gradients(3, 0.05), q in rotation()) {
-        for subject in subjects().iter().filter(|s| s.is_solid()) {
-            let mut walker = subject.walker();
-            for a in &path {
-                let Some(next) = subject.step(&walker, a, 1e-3) else { break };
-                walker = next;
+    fn no_axis_is_special(path in gradients(3, 0.1)) {
+        for subject in subjects() {
+            for q in permutations() {
+                let (mut here, mut there) = (subject.walker(), subject.walker_at(subject.start.rotated(&q)));
+                let mut allowed = 0.0;
+                for a in &path {
+                    let motion = motion(a, 1e-2, here.density);
+                    allowed += 1e-12 * subject.handled(&here, &motion);
+                    (here, there) = (subject.apply(&here, &motion), subject.apply(&there, &turned(&motion, &q)));
+                    let difference = (there.stress - here.stress.rotated(&q)).norm();
+                    prop_assert!(difference <= allowed, "{}: {difference} of {allowed}", subject.name());
+                }
             }
-            let Some(motion) = Motion::from_deformation(&q, 1e-3, walker.density, 0.1) else { continue };
-            if motion.gradient.0.as_flattened().iter().any(|g| g.abs() > 1e3) {
-                continue; // Half a turn in one step has no spin of finite size.
-            }
-            let Some(after) = subject.apply(&walker, &motion) else { continue };
+        }
+    }
+
+    #[test]
+    fn a_rigid_turn_turns_the_stress(path in gradients(3, 0.05), axis in rotation(), angle in -3.0..3.0f64) {
+        let q = axis * Mat3::rotation_z(angle) * axis.transpose();
+        for subject in solids() {
+            let walker = subject.walk(&path, 1e-3);
+            // The deformation alone: the spin that belongs to it is found by the step itself.
+            let motion = Motion::from_deformation(&q, 1e-3, walker.density, 0.1).expect("less than half a turn");
+            let after = subject.apply(&walker, &motion);
             let difference = (after.stress - walker.stress.rotated(&q)).norm();
-            prop_assert!(difference <= 1e-7 * walker.stress.norm().max(SCALE), "{}: {difference}", subject.law.name());
+            // A rotation is given to the last digit of its entries, which the stiffness turns into stress; a
+            // turn by nearly 180° is known no better than the tangent of its half.
+            let modulus = one(&walker, |stress, block, out| subject.law.wave_moduli(stress, block, out));
+            let given = 32.0 * f64::EPSILON * modulus / (0.5 * angle).cos().powi(2);
+            prop_assert!(difference <= 1e-12 * walker.stress.norm() + given, "{}: {difference}", subject.name());
         }
     }
 
@@ -164,11 +224,12 @@ proptest! {
         for subject in subjects() {
             let mut walker = subject.walker();
             for a in &path {
-                let Some(next) = subject.step(&walker, a, 1e-3) else { break };
-                prop_assert!(next.stress.is_finite(), "{}", subject.law.name());
+                let next = subject.step(&walker, a, 1e-3);
+                prop_assert!(next.stress.is_finite(), "{}", subject.name());
                 let excess = subject.yield_value(&next);
-                let scale = next.stress.norm().max(SCALE);
-                prop_assert!(excess <= 1e-9 * scale * 10.0, "{}: f = {excess} Pa at {scale} Pa", subject.law.name());
+                // p_ref = 1 kPa.
+                let scale = next.stress.pressure().abs() + 1e3;
+                prop_assert!(excess <= 1e-9 * scale, "{}: f = {excess} Pa at {scale} Pa", subject.name());
                 walker = next;
             }
         }
@@ -189,69 +250,138 @@ proptest! {
                 size: 0.1,
                 pore: Default::default(),
             };
-            if !gradient.is_finite() {
-                prop_assert!(subject.apply(&walker, &motion).is_none(), "{} took a motion that is not finite", subject.law.name());
-            } else {
-                let _ = subject.apply(&walker, &motion);
-            }
-        }
-    }
-
-    #[test]
-    fn plastic_flow_dissipates(path in gradients(5, 0.02)) {
-        for subject in subjects().iter().filter(|s| s.is_solid()) {
-            let mut walker = subject.walker();
-            let mut plastic = 0.0;
-            for a in &path {
-                // Many small steps: the work integral is then exact enough to see a sign.
-                for _ in 0..20 {
-                    let share = *a * 0.05;
-                    let Some(next) = subject.step(&walker, &share, 1e-3) else { break };
-                    let volume = |w: &Walker| subject.spec.density() / w.density;
-                    let middle = 0.5 * (volume(&walker) + volume(&next));
-                    let work = 0.5 * (walker.stress + next.stress).dot(&share.sym()) * middle;
-                    plastic += work - (subject.energy(&next) * volume(&next) - subject.energy(&walker) * volume(&walker));
-                    walker = next;
+            match subject.try_apply(&walker, &motion) {
+                Ok(_) if !gradient.is_finite() => {
+                    prop_assert!(false, "{} took a motion that is not finite", subject.name());
                 }
+                Ok(new) => prop_assert!(new.stress.is_finite(), "{}: {:?}", subject.name(), new.stress),
+                Err(_) => {}
             }
-            // The rate form is not exactly hyperelastic: strains of some per cent leave a share of the energy.
-            let scale = subject.energy(&walker).max(SCALE * 1e-2);
-            prop_assert!(plastic >= -0.15 * scale, "{}: {plastic} J/m³ of {scale}", subject.law.name());
         }
     }
 
     #[test]
-    fn the_same_input_gives_the_same_bits(path in gradients(4, 0.1)) {
+    fn plastic_flow_dissipates(path in gradients(5, 0.1)) {
+        for subject in subjects() {
+            let mut walker = subject.walker();
+            for a in &path {
+                let motion = motion(a, 1e-3, walker.density);
+                let next = subject.apply(&walker, &motion);
+                let old = (&walker.stress, &walker.states.blocks()[0]);
+                let new = (&next.stress, &next.states.blocks()[0]);
+                if let Some(dissipated) = subject.law.dissipation(&motion, old, new) {
+                    // Energy that the step handles.
+                    let strain = motion.gradient.sym().norm();
+                    let scale = subject.handled(&walker, &motion) * strain + subject.energy(&walker);
+                    prop_assert!(dissipated >= -1e-12 * scale, "{}: {dissipated} J/m³ of {scale}", subject.name());
+                }
+                walker = next;
+            }
+        }
+    }
+
+    #[test]
+    fn the_same_input_gives_the_same_bits_on_any_thread(path in gradients(4, 0.1)) {
         for subject in subjects() {
             let walk = || {
-                let mut walker = subject.walker();
-                for a in &path {
-                    let Some(next) = subject.step(&walker, a, 1e-3) else { break };
-                    walker = next;
-                }
+                let walker = subject.walk(&path, 1e-3);
                 (walker.stress.0.map(f64::to_bits), subject.law.save(&walker.states))
             };
-            prop_assert!(walk() == walk(), "{}", subject.law.name());
+            let here = walk();
+            let there = std::thread::scope(|scope| {
+                let threads = [scope.spawn(walk), scope.spawn(walk)];
+                threads.map(|thread| thread.join().expect("no panic"))
+            });
+            prop_assert!(there.iter().all(|result| *result == here), "{}", subject.name());
+        }
+    }
+
+    #[test]
+    fn tangents_are_the_slopes_of_the_update(
+        before in gradients(1, 2e-3),
+        direction in proptest::array::uniform6(-1.0..1.0f64),
+        size in prop_oneof![Just(1e-5), Just(1e-3), Just(2e-2)],
+    ) {
+        let gradient = SymTensor(direction).to_matrix() * size;
+        for subject in solids() {
+            let walker = subject.walk(&before, 1e-3);
+            let at = motion(&gradient, 1e-3, walker.density);
+            let tangent = subject.tangent(&at, &walker);
+            let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
+            let stiffest = one(&walker, |stress, block, out| subject.law.wave_moduli(stress, block, out));
+            let slopes = |step: f64| {
+                let stress = |column: usize, amount: f64| {
+                    let (i, j): (usize, usize) = pairs[column];
+                    let mut a = gradient;
+                    a.0[i][j] += 0.5 * amount;
+                    a.0[j][i] += 0.5 * amount;
+                    let mut moved = motion(&a, 1e-3, walker.density);
+                    moved.density = at.density * at.deformation.determinant() / moved.deformation.determinant();
+                    subject.apply(&walker, &moved).stress
+                };
+                std::array::from_fn::<_, 6, _>(|column| (stress(column, step) - stress(column, -step)) * (0.5 / step))
+            };
+            let step = 1e-4 * size.max(1e-4);
+            let (coarse, fine) = (slopes(2.0 * step), slopes(step));
+            for column in 0..6 {
+                for row in 0..6 {
+                    // Where two steps of the difference disagree there is a switch of region between.
+                    let (wide, near) = (coarse[column][row], fine[column][row]);
+                    if (wide - near).abs() > 1e-6 * stiffest {
+                        continue;
+                    }
+                    let slope = near + (near - wide) / 3.0;
+                    let error = (tangent.0[row][column] - slope).abs();
+                    prop_assert!(error <= 1e-6 * stiffest, "{} [{row}][{column}]: {error} of {stiffest}", subject.name());
+                }
+            }
         }
     }
 }
 
 #[test]
-fn halving_the_step_quarters_the_error() {
-    let gradient = Mat3([[0.02, 0.05, 0.0], [-0.03, -0.04, 0.01], [0.0, 0.02, 0.01]]);
-    for subject in subjects().iter().filter(|s| s.is_solid()) {
-        let end = |steps: usize| {
-            let share = gradient * (1.0 / steps as f64);
-            (0..steps)
-                .fold(subject.walker(), |w, _| subject.step(&w, &share, 1e-3).expect("a mild step"))
-                .stress
+fn two_half_steps_differ_from_one_by_the_square_of_the_step() {
+    // From a state on the yield surface, in a direction that goes on loading and turns.
+    let before = Mat3([[0.002, 0.002, 0.0], [0.001, -0.004, 0.0005], [0.0, 0.001, 0.001]]);
+    let direction = Mat3([[0.2, 0.5, 0.0], [-0.1, -0.6, 0.1], [0.0, 0.2, 0.25]]);
+    for subject in subjects() {
+        let walker = subject.walk(&[before, before * 0.5], 1e-3);
+        let difference = |size: f64| {
+            let a = direction * size;
+            let whole = subject.step(&walker, &a, 1e-3 * size / 4e-4);
+            // Half of the logarithm of the motion, so that both ways end at the same deformation.
+            let root = square_root(&motion(&a, 1.0, 1.0).deformation);
+            let half = |density: f64| {
+                let mut m =
+                    Motion::from_deformation(&root, 0.5e-3 * size / 4e-4, density, 0.1).expect("small");
+                m.density = density / root.determinant();
+                m
+            };
+            let middle = subject.apply(&walker, &half(walker.density));
+            let end = subject.apply(&middle, &half(middle.density));
+            // A strain is given to the last digit of the deformation, which the stiffness turns into stress.
+            let modulus = one(&walker, |stress, block, out| subject.law.wave_moduli(stress, block, out));
+            ((end.stress - whole.stress).norm(), 64.0 * f64::EPSILON * modulus + 1e-12 * walker.stress.norm())
         };
-        let reference = end(512);
-        let error = |steps: usize| (end(steps) - reference).norm() / reference.norm();
-        let (coarse, fine) = (error(4), error(16));
-        // At least first order; round-off where a law is exact.
-        assert!(fine <= 0.3 * coarse + 1e-10, "{}: {coarse} to {fine}", subject.law.name());
+        let mut size = 1e-5;
+        let mut last = difference(size).0;
+        for _ in 0..3 {
+            size *= 0.5;
+            let (now, floor) = difference(size);
+            assert!(now <= 0.27 * last + floor, "{}: {last} to {now} at {size}", subject.name());
+            last = now;
+        }
     }
+}
+
+/// Square root of a matrix near the unit matrix (Denman–Beavers).
+fn square_root(m: &Mat3) -> Mat3 {
+    let (mut y, mut z) = (*m, Mat3::IDENTITY);
+    for _ in 0..20 {
+        let (a, b) = (z.inverse().expect("regular"), y.inverse().expect("regular"));
+        (y, z) = ((y + a) * 0.5, (z + b) * 0.5);
+    }
+    y
 }
 
 #[test]
@@ -271,39 +401,6 @@ fn states_survive_saving_and_reordering() {
         assert!(subject.law.load(&bytes[..bytes.len() / 3]).is_none() || bytes.len() < 6);
         let order: Vec<u32> = (0..count as u32).rev().collect();
         let twice = states.permuted(&order).permuted(&order);
-        assert_eq!(subject.law.save(&twice), bytes, "{}", subject.law.name());
-    }
-}
-
-#[test]
-fn analytic_tangents_are_the_slopes_of_the_update() {
-    for subject in subjects().iter().filter(|s| s.is_solid()) {
-        for size in [1e-5, 4e-3] {
-            let walker = subject.walker();
-            let gradient = Mat3([[0.5, 0.3, 0.1], [0.3, -1.0, 0.2], [0.1, 0.2, 0.2]]) * size;
-            let at = motion(&gradient, 1e-3, walker.density).expect("a mild step");
-            let tangent =
-                subject.law.tangent(&at, &walker.stress, &walker.states.blocks()[0], 0).expect("a tangent");
-            let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];
-            let stiffest = tangent.0.iter().flatten().fold(0.0, |a: f64, c| a.max(c.abs()));
-            for (column, (i, j)) in pairs.into_iter().enumerate() {
-                let step = 1e-7 * size.max(1e-3);
-                let stress = |sign: f64| {
-                    let mut a = gradient;
-                    a.0[i][j] += 0.5 * sign * step;
-                    a.0[j][i] += 0.5 * sign * step;
-                    subject.step(&walker, &a, 1e-3).expect("a mild step").stress
-                };
-                let slope = (stress(1.0) - stress(-1.0)) * (0.5 / step);
-                for row in 0..6 {
-                    let error = (tangent.0[row][column] - slope[row]).abs();
-                    assert!(
-                        error <= 1e-5 * stiffest,
-                        "{} [{row}][{column}]: {error} of {stiffest}",
-                        subject.law.name()
-                    );
-                }
-            }
-        }
+        assert_eq!(subject.law.save(&twice), bytes, "{}", subject.name());
     }
 }

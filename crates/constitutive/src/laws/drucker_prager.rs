@@ -222,8 +222,15 @@ pub struct PlasticStrain {
 /// Where the return of a trial ends.
 enum Return {
     Elastic,
-    Cone { multiplier: f64, dilatancy: f64 },
-    Apex { mean: f64, plastic: f64 },
+    /// Multiplier and the cone at the end of the step.
+    Cone {
+        multiplier: f64,
+        cone: Cone,
+    },
+    Apex {
+        mean: f64,
+        plastic: f64,
+    },
 }
 
 impl DruckerPrager {
@@ -251,7 +258,8 @@ impl DruckerPrager {
     fn return_map(&self, root_j2: f64, i1: f64, kappa: f64) -> Result<Return, MaterialError> {
         let cone = self.cone_at(kappa);
         let excess = cone.yield_value(root_j2, i1);
-        if excess <= 0.0 {
+        // Round-off of an earlier return is not flow.
+        if excess <= 8.0 * f64::EPSILON * (root_j2 + cone.friction * i1.abs() + cone.strength) {
             return Ok(Return::Elastic);
         }
         if !excess.is_finite() {
@@ -259,17 +267,16 @@ impl DruckerPrager {
         }
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let mut multiplier = excess / (g + 9.0 * k * cone.friction * cone.dilatancy);
-        let mut dilatancy = cone.dilatancy;
+        let mut end = cone;
         if !self.constant {
             let at = |x: f64| {
                 let cone = self.cone_at(kappa + x / 3f64.sqrt());
-                let value = cone.yield_value(root_j2 - g * x, i1 - 9.0 * k * cone.dilatancy * x);
-                (value, cone.dilatancy)
+                (cone.yield_value(root_j2 - g * x, i1 - 9.0 * k * cone.dilatancy * x), cone)
             };
-            (multiplier, dilatancy) = solve_softening(at, multiplier, excess, root_j2 / g)?;
+            (multiplier, end) = solve_softening(at, multiplier, excess, root_j2 / g, root_j2)?;
         }
         if root_j2 - g * multiplier >= 0.0 {
-            return Ok(Return::Cone { multiplier, dilatancy });
+            return Ok(Return::Cone { multiplier, cone: end });
         }
         // The deviatoric strain of the trial becomes plastic.
         let plastic = root_j2 / (g * 3f64.sqrt());
@@ -279,23 +286,24 @@ impl DruckerPrager {
 }
 
 /// Root of `at` between 0, where it is `excess > 0`, and `end`, by secants kept inside a shrinking
-/// bracket; beyond `end` (apex) when there is none. Returns the root and the dilatancy there.
+/// bracket; beyond `end` (apex) when there is none. Returns the root and the cone there.
 fn solve_softening(
-    at: impl Fn(f64) -> (f64, f64),
+    at: impl Fn(f64) -> (f64, Cone),
     start: f64,
     excess: f64,
     end: f64,
-) -> Result<(f64, f64), MaterialError> {
-    let (at_end, dilatancy) = at(end);
+    scale: f64,
+) -> Result<(f64, Cone), MaterialError> {
+    let (at_end, cone) = at(end);
     if at_end > 0.0 {
-        return Ok((end * (1.0 + 1e-9) + f64::MIN_POSITIVE, dilatancy));
+        return Ok((end * (1.0 + 1e-9) + f64::MIN_POSITIVE, cone));
     }
     let (mut low, mut high) = ((0.0, excess), (end, at_end));
     let mut x = start.clamp(0.0, end);
     for _ in 0..100 {
-        let (value, dilatancy) = at(x);
-        if value.abs() <= 1e-13 * excess || high.0 - low.0 <= 1e-15 * end {
-            return Ok((x, dilatancy));
+        let (value, cone) = at(x);
+        if value.abs() <= 2.0 * f64::EPSILON * scale || high.0 - low.0 <= f64::EPSILON * end {
+            return Ok((x, cone));
         }
         if value > 0.0 {
             low = (x, value);
@@ -337,12 +345,14 @@ impl SmallStrain for DruckerPrager {
         let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
         let i1 = trial.trace();
         let kappa = old.state.deviatoric;
-        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let k = self.elasticity.bulk_modulus;
         Ok(match self.return_map(root_j2, i1, kappa)? {
             Return::Elastic => Point { stress: trial, state: old.state },
-            Return::Cone { multiplier, dilatancy } => {
-                let keep = if root_j2 > 0.0 { 1.0 - g * multiplier / root_j2 } else { 0.0 };
-                let mean = i1 / 3.0 - 3.0 * k * dilatancy * multiplier;
+            Return::Cone { multiplier, cone } => {
+                let mean = i1 / 3.0 - 3.0 * k * cone.dilatancy * multiplier;
+                // `r - G Δλ`, from the yield condition: it then holds to the last digit of the result.
+                let kept = (cone.strength - 3.0 * cone.friction * mean).max(0.0);
+                let keep = if root_j2 > 0.0 { kept / root_j2 } else { 0.0 };
                 let state = PlasticStrain { deviatoric: kappa + multiplier / 3f64.sqrt() };
                 Point { stress: deviator * keep + SymTensor::isotropic(mean), state }
             }
@@ -357,18 +367,18 @@ impl SmallStrain for DruckerPrager {
         self.elasticity.p_wave_modulus()
     }
 
-    /// Consistent tangent (sheet §3.10) where strength does not change with plastic strain.
+    /// Consistent tangent (sheet §3.10).
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
-        if !self.constant {
-            return None;
-        }
+        let kappa = old.state.deviatoric;
         let trial = old.stress + self.elasticity.stress(strain);
         let deviator = trial.deviator();
         let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
-        match self.return_map(root_j2, trial.trace(), old.state.deviatoric).ok()? {
+        match self.return_map(root_j2, trial.trace(), kappa).ok()? {
             Return::Elastic => Some(self.elasticity.tangent()),
-            Return::Apex { .. } => Some(Tangent([[0.0; 6]; 6])),
-            Return::Cone { multiplier, .. } => Some(self.cone_tangent(&deviator, root_j2, multiplier)),
+            Return::Apex { plastic, .. } => Some(self.apex_tangent(&deviator, root_j2, kappa + plastic)),
+            Return::Cone { multiplier, .. } => {
+                Some(self.cone_tangent(&deviator, root_j2, trial.trace(), multiplier, kappa))
+            }
         }
     }
 
@@ -381,6 +391,17 @@ impl SmallStrain for DruckerPrager {
         Some(self.elasticity.energy(&point.stress))
     }
 
+    fn dissipation(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<PlasticStrain>,
+        new: &Point<PlasticStrain>,
+    ) -> Option<f64> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        Some(self.elasticity.dissipation(&trial, &new.stress))
+    }
+
     fn output_names(&self) -> &'static [&'static str] {
         &["plastic_strain"]
     }
@@ -391,35 +412,61 @@ impl SmallStrain for DruckerPrager {
 }
 
 impl DruckerPrager {
-    fn cone_tangent(&self, deviator: &SymTensor, root_j2: f64, multiplier: f64) -> Tangent {
+    /// Rate of change of the cone with plastic strain.
+    fn cone_rate(&self, kappa: f64) -> Cone {
+        if self.constant {
+            return Cone::default();
+        }
+        let fastest = self.spec.softening.map_or(0.0, |s| s.friction_rate.max(s.cohesion_rate));
+        let step = 1e-5 / fastest.max(self.spec.dilatancy_decay).max(1e-3);
+        let (plus, minus) = (self.softened_cone(kappa + step), self.softened_cone(kappa - step));
+        let rate = |plus: f64, minus: f64| (plus - minus) / (2.0 * step);
+        Cone {
+            friction: rate(plus.friction, minus.friction),
+            strength: rate(plus.strength, minus.strength),
+            dilatancy: rate(plus.dilatancy, minus.dilatancy),
+        }
+    }
+
+    fn cone_tangent(
+        &self,
+        deviator: &SymTensor,
+        root_j2: f64,
+        i1: f64,
+        multiplier: f64,
+        kappa: f64,
+    ) -> Tangent {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
-        let (alpha, psi) = (self.peak.friction, self.peak.dilatancy);
-        let modulus = g + 9.0 * k * alpha * psi;
+        let kappa = kappa + multiplier / 3f64.sqrt();
+        let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
+        let alpha = cone.friction;
+        // Flow of the mean stress with the multiplier, the decay of dilatancy included.
+        let psi = cone.dilatancy + rate.dilatancy * multiplier / 3f64.sqrt();
+        let hardening =
+            (rate.friction * (i1 - 9.0 * k * cone.dilatancy * multiplier) - rate.strength) / 3f64.sqrt();
+        let modulus = g + 9.0 * k * alpha * psi - hardening;
         let theta = 1.0 - g * multiplier / root_j2;
         let n = *deviator * (1.0 / (root_j2 * 2f64.sqrt()));
         let unit = SymTensor::IDENTITY;
-        let both = 2.0 * g * g * (multiplier / root_j2 - 1.0 / modulus);
-        let (side_f, side_g) =
-            (3.0 * 2f64.sqrt() * k * g * alpha / modulus, 3.0 * 2f64.sqrt() * k * g * psi / modulus);
-        let bulk = k * (1.0 - 9.0 * k * alpha * psi / modulus);
-        let mut c = [[0.0; 6]; 6];
-        for i in 0..6 {
-            for j in 0..6 {
-                let identity = if i != j {
-                    0.0
-                } else if i < 3 {
-                    1.0
-                } else {
-                    0.5
-                };
-                let deviatoric = identity - unit[i] * unit[j] / 3.0;
-                c[i][j] = 2.0 * g * theta * deviatoric + both * n[i] * n[j]
-                    - side_f * n[i] * unit[j]
-                    - side_g * unit[i] * n[j]
-                    + bulk * unit[i] * unit[j];
-            }
+        let mut tangent = self.elasticity.deviatoric_tangent(theta);
+        tangent.add_dyad(2.0 * g * g * (multiplier / root_j2 - 1.0 / modulus), &n, &n);
+        tangent.add_dyad(-3.0 * 2f64.sqrt() * k * g * alpha / modulus, &n, &unit);
+        tangent.add_dyad(-3.0 * 2f64.sqrt() * k * g * psi / modulus, &unit, &n);
+        tangent.add_dyad(k * (1.0 - 9.0 * k * alpha * psi / modulus), &unit, &unit);
+        tangent
+    }
+
+    /// At the apex only softening moves the stress.
+    fn apex_tangent(&self, deviator: &SymTensor, root_j2: f64, kappa: f64) -> Tangent {
+        let mut tangent = Tangent::ZERO;
+        if !self.constant && root_j2 > 0.0 {
+            let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
+            let slope =
+                (rate.strength - cone.strength / cone.friction * rate.friction) / (3.0 * cone.friction);
+            let n = *deviator * (1.0 / (root_j2 * 2f64.sqrt()));
+            tangent.add_dyad(slope * (2.0 / 3.0f64).sqrt(), &SymTensor::IDENTITY, &n);
         }
-        Tangent(c)
+        tangent
     }
 }
 
@@ -435,15 +482,13 @@ impl PrincipalReturn for DruckerPrager {
     ) -> Result<([f64; 3], PlasticStrain), MaterialError> {
         let [a, b, c] = trial;
         let old = Point { stress: SymTensor::diagonal(a, b, c), state: *state };
-        let still = Motion {
-            deformation: crate::Mat3::IDENTITY,
-            gradient: crate::Mat3::ZERO,
-            dt: 1.0,
-            density: 1.0,
-            size: 1.0,
-            pore: crate::Pore::default(),
-        };
-        let new = self.update(&SymTensor::ZERO, &still, &old)?;
+        let new = self.update(&SymTensor::ZERO, &Motion::STILL, &old)?;
         Ok(([new.stress[0], new.stress[1], new.stress[2]], new.state))
+    }
+    fn principal_tangent(&self, trial: [f64; 3], state: &PlasticStrain) -> Option<[[f64; 3]; 3]> {
+        let [a, b, c] = trial;
+        let old = Point { stress: SymTensor::diagonal(a, b, c), state: *state };
+        let Tangent(full) = self.tangent(&SymTensor::ZERO, &Motion::STILL, &old)?;
+        Some(std::array::from_fn(|a| std::array::from_fn(|b| full[a][b])))
     }
 }

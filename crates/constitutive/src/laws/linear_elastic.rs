@@ -115,6 +115,31 @@ impl Elasticity {
         0.5 * stress.dot(&self.strain(stress))
     }
 
+    /// Work dissipated by a return from `trial` to `stress` (J/m³).
+    pub fn dissipation(&self, trial: &SymTensor, stress: &SymTensor) -> f64 {
+        stress.dot(&self.strain(&(*trial - *stress)))
+    }
+
+    /// `2G θ` times the deviatoric projection.
+    pub(crate) fn deviatoric_tangent(&self, theta: f64) -> Tangent {
+        let two_g = 2.0 * self.shear_modulus * theta;
+        let mut tangent = Tangent::ZERO;
+        for i in 0..3 {
+            tangent.0[i][i] = two_g;
+            tangent.0[i + 3][i + 3] = 0.5 * two_g;
+        }
+        tangent.add_dyad(-two_g / 3.0, &SymTensor::IDENTITY, &SymTensor::IDENTITY);
+        tangent
+    }
+
+    /// The elasticity matrix of principal values.
+    pub fn principal(&self) -> [[f64; 3]; 3] {
+        let lame = self.lame();
+        std::array::from_fn(|a| {
+            std::array::from_fn(|b| if a == b { lame + 2.0 * self.shear_modulus } else { lame })
+        })
+    }
+
     /// The elasticity matrix, engineering shear on the strain side.
     pub fn tangent(&self) -> Tangent {
         let mut c = [[0.0; 6]; 6];
@@ -168,6 +193,10 @@ impl SmallStrain for LinearElastic {
     fn stored_energy(&self, point: &Point<()>) -> Option<f64> {
         Some(self.elasticity.energy(&point.stress))
     }
+
+    fn dissipation(&self, _: &SymTensor, _: &Motion, _: &Point<()>, _: &Point<()>) -> Option<f64> {
+        Some(0.0)
+    }
 }
 
 impl PrincipalReturn for LinearElastic {
@@ -177,5 +206,9 @@ impl PrincipalReturn for LinearElastic {
 
     fn return_principal(&self, trial: [f64; 3], _state: &()) -> Result<([f64; 3], ()), MaterialError> {
         Ok((trial, ()))
+    }
+
+    fn principal_tangent(&self, _trial: [f64; 3], _state: &()) -> Option<[[f64; 3]; 3]> {
+        Some(self.elasticity.principal())
     }
 }

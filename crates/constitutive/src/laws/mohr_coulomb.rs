@@ -11,9 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use super::drucker_prager::{PlasticStrain, Softening};
 use super::{Elasticity, StrainMeasure, check, finite_strain};
+use crate::tangent::shear_moduli;
 use crate::{
     Corotational, Hencky, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn,
-    SmallStrain, SymTensor,
+    SmallStrain, SymTensor, Tangent,
 };
 
 const NAME: &str = "mohr-coulomb";
@@ -147,50 +148,129 @@ impl Pyramid {
 
     /// Return map in principal stresses (sheet §3.7.2, steps 1–5).
     pub fn return_map(&self, elasticity: &Elasticity, trial: [f64; 3]) -> ([f64; 3], Region) {
+        let region = self.region(elasticity, trial);
+        (self.return_to(region, elasticity, trial), region)
+    }
+
+    /// The part of the surface that the return of `trial` ends on.
+    pub fn region(&self, elasticity: &Elasticity, trial: [f64; 3]) -> Region {
         let excess = self.yield_value(trial);
-        if excess <= 0.0 {
-            return (trial, Region::Elastic);
+        // Round-off of an earlier return is not flow.
+        let scale = self.friction * trial[0].abs() + trial[2].abs() + self.strength;
+        if excess <= 8.0 * f64::EPSILON * scale {
+            return Region::Elastic;
         }
-        let (k, m) = (self.friction, self.dilatancy);
-        let (lame, two_g) = (elasticity.lame(), 2.0 * elasticity.shear_modulus);
-        let stiffness = |v: [f64; 3]| v.map(|c| lame * (v[0] + v[1] + v[2]) + two_g * c);
-        let (a, b) = ([k, 0.0, -1.0], [m, 0.0, -1.0]);
-        let db = stiffness(b);
-        let scale = 1.0 / dot(a, db);
-        let direction = db.map(|c| c * scale);
-        let plane = || std::array::from_fn(|i| trial[i] - excess * direction[i]);
-        if k == 1.0 {
-            return self.cohesive_return(trial, plane());
+        if self.friction == 1.0 {
+            // Without friction there is no apex: the prism of Tresca (sheet §3.7.4).
+            let plane = self.return_to(Region::Plane, elasticity, trial);
+            return if trial[1] > plane[0] {
+                Region::CompressionEdge
+            } else if trial[1] < plane[2] {
+                Region::ExtensionEdge
+            } else {
+                Region::Plane
+            };
         }
-        let apex = [self.strength / (k - 1.0); 3];
-        let from_apex: [f64; 3] = std::array::from_fn(|i| trial[i] - apex[i]);
-        let edges = [([1.0, 1.0, k], [1.0, 1.0, m]), ([1.0, k, k], [1.0, m, m])];
-        let compliance = |v: [f64; 3]| elastic_strain(elasticity, v);
-        let [t1, t2] = edges.map(|(r, g)| dot(g, compliance(from_apex)) / dot(g, compliance(r)));
-        let [p1, p2] = edges.map(|(r, _)| dot(cross(direction, r), from_apex));
-        let on_edge = |t: f64, r: [f64; 3]| std::array::from_fn(|i| apex[i] + t * r[i]);
-        if t1 > 0.0 && t2 > 0.0 {
-            (apex, Region::Apex)
-        } else if p1 < 0.0 {
-            (on_edge(t1, edges[0].0), Region::CompressionEdge)
-        } else if p2 > 0.0 {
-            (on_edge(t2, edges[1].0), Region::ExtensionEdge)
+        let from_apex = self.from_apex(trial);
+        let direction = self.return_direction(elasticity);
+        let [along_1, along_2] = self.edges().map(|edge| edge.position(elasticity, from_apex));
+        let [beside_1, beside_2] = self.edges().map(|edge| dot(cross(direction, edge.direction), from_apex));
+        if along_1 > 0.0 && along_2 > 0.0 {
+            Region::Apex
+        } else if beside_1 < 0.0 {
+            Region::CompressionEdge
+        } else if beside_2 > 0.0 {
+            Region::ExtensionEdge
         } else {
-            (plane(), Region::Plane)
+            Region::Plane
         }
     }
 
-    /// Without friction there is no apex: the prism of Tresca (sheet §3.7.4).
-    fn cohesive_return(&self, trial: [f64; 3], plane: [f64; 3]) -> ([f64; 3], Region) {
-        let mean = (trial[0] + trial[1] + trial[2]) / 3.0;
-        let third = self.strength / 3.0;
-        if trial[1] > plane[0] {
-            ([mean + third, mean + third, mean - 2.0 * third], Region::CompressionEdge)
-        } else if trial[1] < plane[2] {
-            ([mean + 2.0 * third, mean - third, mean - third], Region::ExtensionEdge)
-        } else {
-            (plane, Region::Plane)
+    /// Principal stresses of the return of `trial` to the given part of the surface.
+    pub fn return_to(&self, region: Region, elasticity: &Elasticity, trial: [f64; 3]) -> [f64; 3] {
+        match region {
+            Region::Elastic => trial,
+            Region::Plane => {
+                let (direction, excess) = (self.return_direction(elasticity), self.yield_value(trial));
+                std::array::from_fn(|i| trial[i] - excess * direction[i])
+            }
+            Region::Apex => [self.strength / (self.friction - 1.0); 3],
+            _ if self.friction == 1.0 => {
+                let mean = (trial[0] + trial[1] + trial[2]) / 3.0;
+                let third = self.strength / 3.0;
+                if region == Region::CompressionEdge {
+                    [mean + third, mean + third, mean - 2.0 * third]
+                } else {
+                    [mean + 2.0 * third, mean - third, mean - third]
+                }
+            }
+            Region::CompressionEdge | Region::ExtensionEdge => {
+                let edge = self.edges()[usize::from(region == Region::ExtensionEdge)];
+                let apex = self.strength / (self.friction - 1.0);
+                let position = edge.position(elasticity, self.from_apex(trial));
+                edge.direction.map(|r| apex + position * r)
+            }
         }
+    }
+
+    fn from_apex(&self, trial: [f64; 3]) -> [f64; 3] {
+        trial.map(|s| s - self.strength / (self.friction - 1.0))
+    }
+
+    /// `D b / (aᵀ D b)`: change of stress of a return to the plane, per unit of the yield function.
+    fn return_direction(&self, elasticity: &Elasticity) -> [f64; 3] {
+        let (k, m) = (self.friction, self.dilatancy);
+        let (lame, two_g) = (elasticity.lame(), 2.0 * elasticity.shear_modulus);
+        let db = [m, 0.0, -1.0].map(|b| lame * (m - 1.0) + two_g * b);
+        let scale = 1.0 / (k * db[0] - db[2]);
+        db.map(|c| c * scale)
+    }
+
+    fn edges(&self) -> [Edge; 2] {
+        let (k, m) = (self.friction, self.dilatancy);
+        [
+            Edge { direction: [1.0, 1.0, k], flow: [1.0, 1.0, m] },
+            Edge { direction: [1.0, k, k], flow: [1.0, m, m] },
+        ]
+    }
+
+    /// `∂σ_A/∂ε_B` of a return that ends in `region` (sheet §3.10), of constant strength.
+    pub fn tangent(&self, elasticity: &Elasticity, region: Region) -> [[f64; 3]; 3] {
+        let (k, m) = (self.friction, self.dilatancy);
+        let d = elasticity.principal();
+        let apply = |v: [f64; 3]| d.map(|row| dot(row, v));
+        match region {
+            Region::Elastic => d,
+            Region::Plane => {
+                let (da, db) = (apply([k, 0.0, -1.0]), apply([m, 0.0, -1.0]));
+                let scale = 1.0 / dot([k, 0.0, -1.0], db);
+                std::array::from_fn(|a| std::array::from_fn(|b| d[a][b] - scale * db[a] * da[b]))
+            }
+            Region::CompressionEdge | Region::ExtensionEdge => {
+                let compression = region == Region::CompressionEdge;
+                let along = |x: f64| if compression { [1.0, 1.0, x] } else { [1.0, x, x] };
+                let (r, g) = (along(k), along(m));
+                let scale = 1.0 / dot(g, elastic_strain(elasticity, r));
+                r.map(|r| g.map(|g| scale * r * g))
+            }
+            Region::Apex => [[0.0; 3]; 3],
+        }
+    }
+}
+
+/// An edge of the pyramid.
+#[derive(Clone, Copy)]
+struct Edge {
+    direction: [f64; 3],
+    /// Direction of the edge of the potential: elastic strain along it is not relaxed by the flow.
+    flow: [f64; 3],
+}
+
+impl Edge {
+    /// Position along the edge that the return of a trial ends at, both measured from the apex.
+    fn position(&self, elasticity: &Elasticity, from_apex: [f64; 3]) -> f64 {
+        dot(self.flow, elastic_strain(elasticity, from_apex))
+            / dot(self.flow, elastic_strain(elasticity, self.direction))
     }
 }
 
@@ -292,12 +372,33 @@ impl SmallStrain for MohrCoulomb {
         self.elasticity.p_wave_modulus()
     }
 
+    /// Consistent tangent (sheet §3.10).
+    fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        let spectrum = trial.spectrum();
+        let block = self.principal_tangent(spectrum.values, &old.state)?;
+        let (stress, _) = self.return_principal(spectrum.values, &old.state).ok()?;
+        let strains = spectrum.values.map(|s| s / (2.0 * self.elasticity.shear_modulus));
+        Some(Tangent::spectral(&spectrum, &block, shear_moduli(stress, strains, &block)))
+    }
+
     fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {
         Some(self.pyramid_at(point.state.deviatoric).yield_value(point.stress.spectrum().values))
     }
 
     fn stored_energy(&self, point: &Point<PlasticStrain>) -> Option<f64> {
         Some(self.elasticity.energy(&point.stress))
+    }
+
+    fn dissipation(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<PlasticStrain>,
+        new: &Point<PlasticStrain>,
+    ) -> Option<f64> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        Some(self.elasticity.dissipation(&trial, &new.stress))
     }
 
     fn output_names(&self) -> &'static [&'static str] {
@@ -331,9 +432,46 @@ impl PrincipalReturn for MohrCoulomb {
         }
         Ok((stress, PlasticStrain { deviatoric: kappa + increment }))
     }
+
+    fn principal_tangent(&self, trial: [f64; 3], state: &PlasticStrain) -> Option<[[f64; 3]; 3]> {
+        let pyramid = self.pyramid_at(state.deviatoric);
+        let (_, region) = pyramid.return_map(&self.elasticity, trial);
+        if region == Region::Elastic || self.constant {
+            return Some(pyramid.tangent(&self.elasticity, region));
+        }
+        self.softening_tangent(trial, state)
+    }
 }
 
 impl MohrCoulomb {
+    /// As [`Pyramid::tangent`], with strength at the end of the step: from `dσ = D dε + σ' dκ` and
+    /// `dκ = w · (dε - C dσ)`, `w` the direction of the deviatoric plastic strain.
+    fn softening_tangent(&self, trial: [f64; 3], state: &PlasticStrain) -> Option<[[f64; 3]; 3]> {
+        let (stress, new) = self.return_principal(trial, state).ok()?;
+        let kappa = new.deviatoric;
+        let pyramid = self.pyramid_at(kappa);
+        let region = pyramid.region(&self.elasticity, trial);
+        let fixed = pyramid.tangent(&self.elasticity, region);
+        let increment = kappa - state.deviatoric;
+        if increment <= 0.0 {
+            return Some(fixed);
+        }
+        let fastest = self.spec.softening.map_or(0.0, |s| s.friction_rate.max(s.cohesion_rate));
+        let step = 1e-5 / fastest.max(self.spec.dilatancy_decay).max(1e-3);
+        let at = |kappa: f64| self.pyramid_at(kappa).return_to(region, &self.elasticity, trial);
+        let (plus, minus) = (at(kappa + step), at(kappa - step));
+        let slope: [f64; 3] = std::array::from_fn(|a| (plus[a] - minus[a]) / (2.0 * step));
+        let plastic = elastic_strain(&self.elasticity, std::array::from_fn(|a| trial[a] - stress[a]));
+        let mean = (plastic[0] + plastic[1] + plastic[2]) / 3.0;
+        let w = plastic.map(|e| 2.0 / 3.0 * (e - mean) / increment);
+        let modulus = 1.0 + dot(w, elastic_strain(&self.elasticity, slope));
+        let driven: [f64; 3] = std::array::from_fn(|b| {
+            let column = std::array::from_fn(|a| fixed[a][b]);
+            (w[b] - dot(w, elastic_strain(&self.elasticity, column))) / modulus
+        });
+        Some(std::array::from_fn(|a| std::array::from_fn(|b| fixed[a][b] + slope[a] * driven[b])))
+    }
+
     /// The plastic increment that reproduces itself when strength is taken at its end: it lies between
     /// nothing and the increment that takes all of the deviator.
     fn softening_return(

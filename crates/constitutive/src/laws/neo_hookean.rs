@@ -8,7 +8,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Elasticity, check};
-use crate::{InitialCondition, MaterialError, Motion, Point, StressUpdate, SymTensor};
+use crate::hencky::carried;
+use crate::tangent::from_spatial;
+use crate::{InitialCondition, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
 
 const NAME: &str = "neo-hookean";
 
@@ -47,28 +49,38 @@ pub struct NeoHookean {
     pub elasticity: Elasticity,
 }
 
-/// Left Cauchy–Green tensor of a point.
+/// Left Cauchy–Green tensor of a point less the unit tensor, `b - 1`: small strains keep their digits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeftCauchyGreen(pub SymTensor);
 
+/// `ln J` of `b - 1`, from `J² - 1 = I1 + I2 + I3` of that tensor.
+fn log_jacobian(b: &SymTensor) -> f64 {
+    let i1 = b.trace();
+    let i2 = 0.5 * (i1 * i1 - b.dot(b));
+    0.5 * (i1 + i2 + b.determinant()).ln_1p()
+}
+
 impl NeoHookean {
-    /// Cauchy stress of the left Cauchy–Green tensor `b` (Pa).
+    /// Cauchy stress (Pa) of the left Cauchy–Green tensor less the unit tensor.
     #[inline]
     pub fn stress(&self, b: &SymTensor) -> SymTensor {
-        let jacobian = b.determinant().sqrt();
+        let log = log_jacobian(b);
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
-        let volumetric = SymTensor::isotropic(lame * jacobian.ln() - mu);
-        (*b * mu + volumetric) * (1.0 / jacobian)
+        (*b * mu + SymTensor::isotropic(lame * log)) * (-log).exp()
     }
 
-    /// The tensor `b` whose Cauchy stress is `stress`: its volume ratio by bisection in the logarithm.
+    /// The tensor `b - 1` whose Cauchy stress is `stress`: its volume ratio by bisection in the logarithm.
     fn deformation_of(&self, stress: &SymTensor) -> Option<SymTensor> {
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
         let spectrum = stress.spectrum();
-        let squares = |log: f64| spectrum.values.map(|s| 1.0 + (log.exp() * s - lame * log) / mu);
+        let changes = |log: f64| spectrum.values.map(|s| (log.exp() * s - lame * log) / mu);
         let residual = |log: f64| {
-            let [a, b, c] = squares(log);
-            if a > 0.0 && b > 0.0 && c > 0.0 { (a * b * c).ln() - 2.0 * log } else { f64::NEG_INFINITY }
+            let changes = changes(log);
+            if changes.iter().all(|c| *c > -1.0) {
+                changes.iter().map(|c| c.ln_1p()).sum::<f64>() - 2.0 * log
+            } else {
+                f64::NEG_INFINITY
+            }
         };
         let (mut low, mut high) = (-2.0, 2.0);
         if !(residual(low) > 0.0 && residual(high) < 0.0) {
@@ -78,7 +90,7 @@ impl NeoHookean {
             let middle = 0.5 * (low + high);
             if residual(middle) > 0.0 { low = middle } else { high = middle }
         }
-        Some(spectrum.compose(squares(0.5 * (low + high))))
+        Some(spectrum.compose(changes(0.5 * (low + high))))
     }
 }
 
@@ -91,7 +103,7 @@ impl StressUpdate for NeoHookean {
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<LeftCauchyGreen>, MaterialError> {
         if initial.stress == SymTensor::ZERO {
-            return Ok(Point { stress: SymTensor::ZERO, state: LeftCauchyGreen(SymTensor::IDENTITY) });
+            return Ok(Point { stress: SymTensor::ZERO, state: LeftCauchyGreen(SymTensor::ZERO) });
         }
         let reason = "no deformation of moderate size carries this stress".to_owned();
         let b = self.deformation_of(&initial.stress).ok_or(MaterialError::Initial { model: NAME, reason })?;
@@ -104,7 +116,7 @@ impl StressUpdate for NeoHookean {
         motion: &Motion,
         old: &Point<LeftCauchyGreen>,
     ) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        let b = old.state.0.rotated(&motion.deformation);
+        let b = carried(&old.state.0, &motion.deformation);
         let stretch = motion.deformation.determinant();
         if !(stretch > 0.0 && b.is_finite()) {
             return Err(MaterialError::Motion { model: NAME, reason: "the step inverts the point" });
@@ -116,20 +128,42 @@ impl StressUpdate for NeoHookean {
         Ok(Point { stress, state: LeftCauchyGreen(b) })
     }
 
+    fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
+        let new = self.update(motion, old)?;
+        let log = log_jacobian(&new.state.0);
+        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
+        // c = λ 1⊗1 + 2 (μ - λ ln J) I
+        let mut c = Tangent::ZERO;
+        c.add_dyad(lame, &SymTensor::IDENTITY, &SymTensor::IDENTITY);
+        for i in 0..3 {
+            c.0[i][i] += 2.0 * (mu - lame * log);
+            c.0[i + 3][i + 3] += mu - lame * log;
+        }
+        let singular = MaterialError::Motion { model: NAME, reason: "the step inverts the point" };
+        from_spatial(&c, motion, log.exp(), &new.stress).ok_or(singular)
+    }
+
     fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
         let b = &point.state.0;
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
-        let jacobian = b.determinant().sqrt();
+        let log = log_jacobian(b);
         // max (c_AAAA + τ_A) / J of §3.9.
-        let log = lame * jacobian.ln();
-        (lame + mu - log + mu * b.principal_values()[0]) / jacobian
+        (lame + 2.0 * mu - lame * log + mu * b.principal_values()[0]) * (-log).exp()
     }
 
     fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
         let b = &point.state.0;
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
-        let jacobian = b.determinant().sqrt();
-        let log = jacobian.ln();
-        Some((0.5 * mu * (b.trace() - 3.0) - mu * log + 0.5 * lame * log * log) / jacobian)
+        let log = log_jacobian(b);
+        Some((0.5 * mu * b.trace() - mu * log + 0.5 * lame * log * log) * (-log).exp())
+    }
+
+    fn dissipation(
+        &self,
+        _motion: &Motion,
+        _old: &Point<LeftCauchyGreen>,
+        _new: &Point<LeftCauchyGreen>,
+    ) -> Option<f64> {
+        Some(0.0)
     }
 }
