@@ -281,7 +281,8 @@ fn hencky_mohr_coulomb_step_of_the_sheet() {
     }
     for (c, exact) in [(0, 0.978_679_707_4), (1, 0.997_531_190_2), (2, 0.996_007_989_3), (3, 0.014_824_601_0)]
     {
-        assert!((new.state.elastic[c] - exact).abs() < 1e-9);
+        let unit = if c < 3 { 1.0 } else { 0.0 };
+        assert!((unit + new.state.elastic[c] - exact).abs() < 1e-9);
     }
 }
 

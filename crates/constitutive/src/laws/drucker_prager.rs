@@ -6,13 +6,17 @@
 //! cohesion the apex is the stress-free state. How the cone is matched to Mohr–Coulomb decides the
 //! strength: see [`Matching`]. Limits: softening has no length of its own (mesh-dependent bands).
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Elasticity, StrainMeasure, check, finite_strain};
+use super::Elasticity;
+use super::linear_elastic::stiff_warnings;
+use crate::model::{Facts, Kind, Model, StrainMeasure, check, not_negative};
 use crate::{
-    Corotational, Hencky, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn,
-    SmallStrain, SymTensor, Tangent,
+    InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
+    Tangent,
 };
 
 const NAME: &str = "drucker-prager";
@@ -79,6 +83,14 @@ pub struct Softening {
 }
 
 impl Softening {
+    /// For the samples of the models that soften.
+    pub(super) const EXAMPLE: Self = Self {
+        residual_friction_angle: 20.0,
+        residual_cohesion: 2e3,
+        friction_rate: 3.0,
+        cohesion_rate: 5.0,
+    };
+
     pub(super) fn validate(&self, friction_angle: f64, cohesion: f64) -> Result<(), MaterialError> {
         let residual = self.residual_friction_angle;
         let rule = format!("is not between 0 and the peak, {friction_angle} degrees");
@@ -106,20 +118,14 @@ impl DruckerPragerSpec {
     /// # Errors
     /// The first parameter out of range.
     pub fn law(&self) -> Result<DruckerPrager, MaterialError> {
-        check(
-            "density",
-            self.density,
-            self.density.is_finite() && self.density > 0.0,
-            "must be positive (kg/m³)",
-        )?;
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
         super::check_angles(self.friction_angle, self.dilatancy_angle)?;
         let cohesion = self.cohesion;
-        check("cohesion", cohesion, cohesion.is_finite() && cohesion >= 0.0, "must not be negative (Pa)")?;
+        not_negative("cohesion", cohesion, "Pa")?;
         let strong = self.friction_angle > 0.0 || cohesion > 0.0;
         check("cohesion", cohesion, strong, "must be positive when the friction angle is 0")?;
         let decay = self.dilatancy_decay;
-        check("dilatancy_decay", decay, decay.is_finite() && decay >= 0.0, "must not be negative")?;
+        not_negative("dilatancy_decay", decay, "")?;
         if let Some(softening) = &self.softening {
             softening.validate(self.friction_angle, cohesion)?;
         }
@@ -132,17 +138,27 @@ impl DruckerPragerSpec {
         check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
         Ok(DruckerPrager { peak, ..law })
     }
+}
 
-    pub(crate) fn build(&self) -> Result<std::sync::Arc<dyn Material>, MaterialError> {
-        let law = self.law()?;
-        Ok(match self.strain_measure {
-            StrainMeasure::Rate => std::sync::Arc::new(Corotational(law)),
-            StrainMeasure::Hencky => finite_strain(Hencky(law)),
-        })
+impl Model for DruckerPragerSpec {
+    const FACTS: Facts = Facts {
+        source: "Bui & Nguyen 2021, eqs. 74–80",
+        kind: Kind::Solid,
+        strain: "rate or Hencky",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
     }
 
-    pub(crate) fn warnings(&self) -> Vec<String> {
-        let mut warnings = super::angle_warnings(self.friction_angle, self.dilatancy_angle);
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(self.strain_measure.wrap(self.law()?))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = stiff_warnings(self.poissons_ratio);
+        warnings.extend(super::angle_warnings(self.friction_angle, self.dilatancy_angle));
         if self.matching == Matching::Compression && self.friction_angle >= 36.87 {
             warnings.push(
                 "matching: above 36.87 degrees the compression cone admits tension in extension".to_owned(),
@@ -152,6 +168,33 @@ impl DruckerPragerSpec {
             warnings.push("matching: plane-strain-associated is exact only for associated flow".to_owned());
         }
         warnings
+    }
+
+    fn examples() -> Vec<Self> {
+        let mut all = Vec::new();
+        for strain_measure in [StrainMeasure::Rate, StrainMeasure::Hencky] {
+            for softening in [None, Some(Softening::EXAMPLE)] {
+                let matchings = [
+                    Matching::Compression,
+                    Matching::Extension,
+                    Matching::PlaneStrain,
+                    Matching::PlaneStrainAssociated,
+                ];
+                all.extend(matchings.map(|matching| Self {
+                    density: 2000.0,
+                    youngs_modulus: 20e6,
+                    poissons_ratio: 0.3,
+                    friction_angle: 30.0,
+                    cohesion: 10e3,
+                    dilatancy_angle: 10.0,
+                    matching,
+                    softening,
+                    dilatancy_decay: if softening.is_some() { 2.0 } else { 0.0 },
+                    strain_measure,
+                }));
+            }
+        }
+        all
     }
 }
 

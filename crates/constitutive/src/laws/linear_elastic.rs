@@ -8,10 +8,10 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{StrainMeasure, check, finite_strain};
+use crate::model::{Facts, Kind, Model, StrainMeasure};
 use crate::{
-    Corotational, Hencky, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn,
-    SmallStrain, SymTensor, Tangent,
+    InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
+    Tangent,
 };
 
 /// Parameters of `linear-elastic`.
@@ -29,19 +29,44 @@ pub struct LinearElasticSpec {
     pub strain_measure: StrainMeasure,
 }
 
-impl LinearElasticSpec {
-    pub(crate) fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        check(
-            "density",
-            self.density,
-            self.density.is_finite() && self.density > 0.0,
-            "must be positive (kg/m³)",
-        )?;
+impl Model for LinearElasticSpec {
+    const FACTS: Facts = Facts {
+        source: "Hooke; Gaume et al. 2020, eqs. 17–19",
+        kind: Kind::Solid,
+        strain: "rate or Hencky",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         let law = LinearElastic { elasticity: Elasticity::new(self.youngs_modulus, self.poissons_ratio)? };
-        Ok(match self.strain_measure {
-            StrainMeasure::Rate => Arc::new(Corotational(law)),
-            StrainMeasure::Hencky => finite_strain(Hencky(law)),
-        })
+        Ok(self.strain_measure.wrap(law))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        stiff_warnings(self.poissons_ratio)
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |strain_measure| Self {
+            density: 2000.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            strain_measure,
+        };
+        [StrainMeasure::Rate, StrainMeasure::Hencky].map(with).into()
+    }
+}
+
+/// A word on nearly incompressible solids.
+pub(crate) fn stiff_warnings(poissons_ratio: f64) -> Vec<String> {
+    if poissons_ratio > 0.495 {
+        vec![format!("poissons_ratio: {poissons_ratio} makes explicit steps short and low-order grids lock")]
+    } else {
+        Vec::new()
     }
 }
 

@@ -6,38 +6,15 @@ pub mod mohr_coulomb;
 mod neo_hookean;
 mod newtonian_fluid;
 
-use std::sync::Arc;
-
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, PlasticStrain, Softening};
 pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
 pub use mohr_coulomb::{MohrCoulomb, MohrCoulombSpec};
 pub use neo_hookean::{LeftCauchyGreen, NeoHookean, NeoHookeanSpec};
 pub use newtonian_fluid::{EquationOfState, FluidState, NewtonianFluid, NewtonianFluidSpec};
 
-use crate::{Hencky, Material, MaterialError, PrincipalReturn, SymTensor};
-
-/// How a law with linear elasticity measures strain.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum StrainMeasure {
-    /// Small-strain increments in a co-rotating frame (Jaumann rate).
-    #[default]
-    Rate,
-    /// Logarithmic (Hencky) strain of the elastic deformation: finite strain, path-independent elasticity.
-    Hencky,
-}
-
-fn finite_strain<L: PrincipalReturn>(law: Hencky<L>) -> Arc<dyn Material> {
-    Arc::new(law)
-}
-
-/// An error naming `field` unless `holds`.
-fn check(field: &'static str, value: f64, holds: bool, rule: &str) -> Result<(), MaterialError> {
-    if holds { Ok(()) } else { Err(MaterialError::Parameter { field, value, rule: rule.to_owned() }) }
-}
+pub use crate::model::StrainMeasure;
+use crate::model::check;
+use crate::{MaterialError, SymTensor};
 
 /// Ranges of friction and dilatancy angle (degrees), constitutive sheet §7.
 fn check_angles(friction: f64, dilatancy: f64) -> Result<(), MaterialError> {
@@ -51,7 +28,7 @@ fn check_angles(friction: f64, dilatancy: f64) -> Result<(), MaterialError> {
     check("dilatancy_angle", dilatancy, (-friction..=friction).contains(&dilatancy), &rule)
 }
 
-pub(crate) fn angle_warnings(friction: f64, dilatancy: f64) -> Vec<String> {
+fn angle_warnings(friction: f64, dilatancy: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if friction > 60.0 {
         warnings.push(format!("friction_angle: {friction} degrees is more than any soil has"));

@@ -6,15 +6,19 @@
 //! may soften, dilatancy may decay with the accumulated deviatoric plastic strain. Limits: as all
 //! softening laws, no length of its own.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Elasticity;
 use super::drucker_prager::{PlasticStrain, Softening};
-use super::{Elasticity, StrainMeasure, check, finite_strain};
+use super::linear_elastic::stiff_warnings;
+use crate::model::{Facts, Kind, Model, StrainMeasure, check, not_negative};
 use crate::tangent::shear_moduli;
 use crate::{
-    Corotational, Hencky, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn,
-    SmallStrain, SymTensor, Tangent,
+    InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
+    Tangent,
 };
 
 const NAME: &str = "mohr-coulomb";
@@ -61,20 +65,14 @@ impl MohrCoulombSpec {
     /// # Errors
     /// The first parameter out of range.
     pub fn law(&self) -> Result<MohrCoulomb, MaterialError> {
-        check(
-            "density",
-            self.density,
-            self.density.is_finite() && self.density > 0.0,
-            "must be positive (kg/m³)",
-        )?;
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
         super::check_angles(self.friction_angle, self.dilatancy_angle)?;
         let cohesion = self.cohesion;
-        check("cohesion", cohesion, cohesion.is_finite() && cohesion >= 0.0, "must not be negative (Pa)")?;
+        not_negative("cohesion", cohesion, "Pa")?;
         let strong = self.friction_angle > 0.0 || cohesion > 0.0;
         check("cohesion", cohesion, strong, "must be positive when the friction angle is 0")?;
         let decay = self.dilatancy_decay;
-        check("dilatancy_decay", decay, decay.is_finite() && decay >= 0.0, "must not be negative")?;
+        not_negative("dilatancy_decay", decay, "")?;
         if let Some(softening) = &self.softening {
             softening.validate(self.friction_angle, cohesion)?;
         }
@@ -88,13 +86,46 @@ impl MohrCoulombSpec {
         check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
         Ok(MohrCoulomb { elasticity, spec: self.clone(), constant, peak })
     }
+}
 
-    pub(crate) fn build(&self) -> Result<std::sync::Arc<dyn Material>, MaterialError> {
-        let law = self.law()?;
-        Ok(match self.strain_measure {
-            StrainMeasure::Rate => std::sync::Arc::new(Corotational(law)),
-            StrainMeasure::Hencky => finite_strain(Hencky(law)),
-        })
+impl Model for MohrCoulombSpec {
+    const FACTS: Facts = Facts {
+        source: "Anura3D manual 2021, eqs. 7.25–7.28; Clausen et al. 2006 (return)",
+        kind: Kind::Solid,
+        strain: "rate or Hencky",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(self.strain_measure.wrap(self.law()?))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = stiff_warnings(self.poissons_ratio);
+        warnings.extend(super::angle_warnings(self.friction_angle, self.dilatancy_angle));
+        warnings
+    }
+
+    fn examples() -> Vec<Self> {
+        let mut all = Vec::new();
+        for strain_measure in [StrainMeasure::Rate, StrainMeasure::Hencky] {
+            all.extend([None, Some(Softening::EXAMPLE)].map(|softening| Self {
+                density: 2000.0,
+                youngs_modulus: 20e6,
+                poissons_ratio: 0.3,
+                friction_angle: 30.0,
+                cohesion: 10e3,
+                dilatancy_angle: 10.0,
+                softening,
+                dilatancy_decay: if softening.is_some() { 2.0 } else { 0.0 },
+                strain_measure,
+            }));
+        }
+        all
     }
 }
 
@@ -171,7 +202,7 @@ impl Pyramid {
                 Region::Plane
             };
         }
-        let from_apex = self.from_apex(trial);
+        let from_apex = self.relative_to_apex(trial);
         let direction = self.return_direction(elasticity);
         let [along_1, along_2] = self.edges().map(|edge| edge.position(elasticity, from_apex));
         let [beside_1, beside_2] = self.edges().map(|edge| dot(cross(direction, edge.direction), from_apex));
@@ -207,13 +238,13 @@ impl Pyramid {
             Region::CompressionEdge | Region::ExtensionEdge => {
                 let edge = self.edges()[usize::from(region == Region::ExtensionEdge)];
                 let apex = self.strength / (self.friction - 1.0);
-                let position = edge.position(elasticity, self.from_apex(trial));
+                let position = edge.position(elasticity, self.relative_to_apex(trial));
                 edge.direction.map(|r| apex + position * r)
             }
         }
     }
 
-    fn from_apex(&self, trial: [f64; 3]) -> [f64; 3] {
+    fn relative_to_apex(&self, trial: [f64; 3]) -> [f64; 3] {
         trial.map(|s| s - self.strength / (self.friction - 1.0))
     }
 

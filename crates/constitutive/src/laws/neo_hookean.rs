@@ -4,13 +4,17 @@
 //! `Ψ = μ/2 (tr b - 3) - μ ln J + λ/2 (ln J)²` per initial volume. Path-independent at any strain.
 //! Limit: under extreme compression the logarithmic volumetric term softens.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Elasticity, check};
+use super::Elasticity;
+use super::linear_elastic::stiff_warnings;
 use crate::hencky::carried;
+use crate::model::{Facts, Kind, Model};
 use crate::tangent::from_spatial;
-use crate::{InitialCondition, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
+use crate::{InitialCondition, Material, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
 
 const NAME: &str = "neo-hookean";
 
@@ -26,19 +30,28 @@ pub struct NeoHookeanSpec {
     pub poissons_ratio: f64,
 }
 
-impl NeoHookeanSpec {
-    /// Checks the ranges and builds the law.
-    ///
-    /// # Errors
-    /// The first parameter out of range.
-    pub fn law(&self) -> Result<NeoHookean, MaterialError> {
-        check(
-            "density",
-            self.density,
-            self.density.is_finite() && self.density > 0.0,
-            "must be positive (kg/m³)",
-        )?;
-        Ok(NeoHookean { elasticity: Elasticity::new(self.youngs_modulus, self.poissons_ratio)? })
+impl Model for NeoHookeanSpec {
+    const FACTS: Facts = Facts {
+        source: "Larese et al. 2020, 4.3.1; Bonet & Wood 2008",
+        kind: Kind::Solid,
+        strain: "finite",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(Arc::new(NeoHookean { elasticity: Elasticity::new(self.youngs_modulus, self.poissons_ratio)? }))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        stiff_warnings(self.poissons_ratio)
+    }
+
+    fn examples() -> Vec<Self> {
+        vec![Self { density: 2000.0, youngs_modulus: 20e6, poissons_ratio: 0.3 }]
     }
 }
 
@@ -129,7 +142,7 @@ impl StressUpdate for NeoHookean {
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
-        let new = self.update(motion, old)?;
+        let new = StressUpdate::update(self, motion, old)?;
         let log = log_jacobian(&new.state.0);
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
         // c = λ 1⊗1 + 2 (μ - λ ln J) I

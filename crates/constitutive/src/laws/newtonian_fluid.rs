@@ -4,11 +4,13 @@
 //! Tait's `p = ρ₀ c²/7 [(ρ/ρ₀)⁷ - 1]`. Where pressure would fall below minus the cavitation
 //! strength it stays there, and the fluid carries no shear. Limit: explicit viscosity bounds the step.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::check;
-use crate::{InitialCondition, MaterialError, Motion, Point, StressUpdate, SymTensor};
+use crate::model::{Facts, Kind, Model, not_negative, positive};
+use crate::{InitialCondition, Material, MaterialError, Motion, Point, StressUpdate, SymTensor};
 
 const NAME: &str = "newtonian-fluid";
 
@@ -51,14 +53,39 @@ impl NewtonianFluidSpec {
     /// # Errors
     /// The first parameter out of range.
     pub fn law(&self) -> Result<NewtonianFluid, MaterialError> {
-        let positive = |value: f64| value.is_finite() && value > 0.0;
-        let not_negative = |value: f64| value.is_finite() && value >= 0.0;
-        check("density", self.density, positive(self.density), "must be positive (kg/m³)")?;
-        check("bulk_modulus", self.bulk_modulus, positive(self.bulk_modulus), "must be positive (Pa)")?;
-        check("viscosity", self.viscosity, not_negative(self.viscosity), "must not be negative (Pa s)")?;
-        let strength = self.cavitation_strength;
-        check("cavitation_strength", strength, not_negative(strength), "must not be negative (Pa)")?;
+        positive("density", self.density, "kg/m³")?;
+        positive("bulk_modulus", self.bulk_modulus, "Pa")?;
+        not_negative("viscosity", self.viscosity, "Pa s")?;
+        not_negative("cavitation_strength", self.cavitation_strength, "Pa")?;
         Ok(NewtonianFluid { spec: self.clone() })
+    }
+}
+
+impl Model for NewtonianFluidSpec {
+    const FACTS: Facts = Facts {
+        source: "Anura3D manual 2021, eqs. 7.29–7.36; Cole 1948 (Tait)",
+        kind: Kind::Fluid,
+        strain: "rate",
+        tangent: "numerical",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(Arc::new(self.law()?))
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |equation_of_state| Self {
+            density: 2000.0,
+            bulk_modulus: 2e7,
+            viscosity: 100.0,
+            cavitation_strength: 1e4,
+            equation_of_state,
+        };
+        [EquationOfState::Linear, EquationOfState::Tait].map(with).into()
     }
 }
 

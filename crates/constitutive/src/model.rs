@@ -1,0 +1,104 @@
+//! What the list of models asks of each: its parameters as a case file gives them.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::{Corotational, Hencky, Material, MaterialError, PrincipalReturn, SmallStrain};
+
+/// Parameters of one model as a case file gives them, angles in degrees.
+pub trait Model: Sized {
+    /// What a reader of the table of models should know.
+    const FACTS: Facts;
+
+    /// Initial density (kg/m³).
+    fn density(&self) -> f64;
+
+    /// The law, parameters checked and angles converted.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError>;
+
+    /// What is allowed but worth a word, each starting with the parameter's name.
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Samples of every way to run the model: what the contract tests run over.
+    fn examples() -> Vec<Self>;
+}
+
+/// What a reader of the table of models should know about one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Facts {
+    /// Where it comes from.
+    pub source: &'static str,
+    /// What it is for.
+    pub kind: Kind,
+    /// How it measures strain.
+    pub strain: &'static str,
+    /// How it gets its consistent tangent.
+    pub tangent: &'static str,
+}
+
+/// Families of models.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Keeps shear stress at rest.
+    Solid,
+    /// Forgets shear: at rest it carries none, or no more than its yield stress.
+    Fluid,
+    /// Acts on another material.
+    Wrapper,
+}
+
+/// How a law with linear elasticity measures strain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StrainMeasure {
+    /// Small-strain increments in a co-rotating frame (Jaumann rate).
+    #[default]
+    Rate,
+    /// Logarithmic (Hencky) strain of the elastic deformation: finite strain, path-independent elasticity.
+    Hencky,
+}
+
+impl StrainMeasure {
+    /// The law under this measure.
+    pub(crate) fn wrap<L: SmallStrain + PrincipalReturn>(self, law: L) -> Arc<dyn Material> {
+        match self {
+            Self::Rate => Arc::new(Corotational(law)),
+            Self::Hencky => Arc::new(Hencky(law)),
+        }
+    }
+}
+
+/// An error naming `field` unless `holds`.
+pub(crate) fn check(field: &'static str, value: f64, holds: bool, rule: &str) -> Result<(), MaterialError> {
+    if holds { Ok(()) } else { Err(MaterialError::Parameter { field, value, rule: rule.to_owned() }) }
+}
+
+/// `value` must be finite and positive; `unit` is named in the error.
+pub(crate) fn positive(field: &'static str, value: f64, unit: &str) -> Result<(), MaterialError> {
+    let rule =
+        if unit.is_empty() { "must be positive".to_owned() } else { format!("must be positive ({unit})") };
+    check(field, value, value.is_finite() && value > 0.0, &rule)
+}
+
+/// `value` must be finite and not negative; `unit` is named in the error.
+pub(crate) fn not_negative(field: &'static str, value: f64, unit: &str) -> Result<(), MaterialError> {
+    let rule = if unit.is_empty() {
+        "must not be negative".to_owned()
+    } else {
+        format!("must not be negative ({unit})")
+    };
+    check(field, value, value.is_finite() && value >= 0.0, &rule)
+}
+
+#[expect(dead_code, reason = "the first law that needs it is on its way")]
+/// `value` must lie between `low` and `high`, both allowed.
+pub(crate) fn between(field: &'static str, value: f64, low: f64, high: f64) -> Result<(), MaterialError> {
+    check(field, value, (low..=high).contains(&value), &format!("is not between {low} and {high}"))
+}
