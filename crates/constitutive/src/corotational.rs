@@ -64,6 +64,12 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         if !((motion.gradient.0.as_flattened().iter().sum::<f64>() * 0.0) == 0.0) {
             return Err(MaterialError::Motion { model: self.0.name(), reason: "the motion is not finite" });
         }
+        if strain.dot(&strain) >= 1.0 {
+            return Err(MaterialError::Motion {
+                model: self.0.name(),
+                reason: "a strain of more than 1 in one step",
+            });
+        }
         let Some(half) = half_rotation(&motion.gradient) else {
             return self.finite(self.0.update(&strain, motion, old)?);
         };
@@ -119,5 +125,34 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
 
     fn outputs(&self, point: &Point<L::State>, out: &mut [f64]) {
         self.0.outputs(point, out);
+    }
+}
+
+/// The one-term spin update of Algorithms 1 and 2 of Bui & Nguyen 2021, with the sign mended (sheet
+/// §3.2): `σ + ΔW σ - σ ΔW`, then the small-strain law. For comparison only: a full turn in steps of ten
+/// degrees ends at twice the stress, and the yield condition is not kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstOrderSpin<L>(pub L);
+
+impl<L: SmallStrain> StressUpdate for FirstOrderSpin<L> {
+    type State = L::State;
+
+    fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<L::State>, MaterialError> {
+        self.0.initial(initial)
+    }
+
+    fn update(&self, motion: &Motion, old: &Point<L::State>) -> Result<Point<L::State>, MaterialError> {
+        let (spin, stress) = (motion.gradient.skew(), old.stress.to_matrix());
+        // W σ - σ W is symmetric, and twice the symmetric part of W σ.
+        let turned = Point { stress: old.stress + (spin * stress).sym() * 2.0, state: old.state.clone() };
+        self.0.update(&motion.strain_increment(), motion, &turned)
+    }
+
+    fn wave_modulus(&self, point: &Point<L::State>) -> f64 {
+        self.0.wave_modulus(point)
     }
 }

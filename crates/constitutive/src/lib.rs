@@ -24,7 +24,7 @@ mod tangent;
 mod tensor;
 mod update;
 
-pub use corotational::Corotational;
+pub use corotational::{Corotational, FirstOrderSpin};
 pub use error::{BatchError, MaterialError};
 pub use hencky::{Hencky, HenckyState, PrincipalReturn};
 pub use material::{BLOCK, Material, StateBlock, States};

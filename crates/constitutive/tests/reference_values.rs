@@ -6,7 +6,8 @@ use colluvium_constitutive::laws::{
     DruckerPragerSpec, Elasticity, Matching, MohrCoulombSpec, Softening, StrainMeasure, drucker_prager::Cone,
 };
 use colluvium_constitutive::{
-    Corotational, Hencky, InitialCondition, Mat3, Motion, Point, SmallStrain, StressUpdate, SymTensor,
+    Corotational, FirstOrderSpin, Hencky, InitialCondition, Mat3, Motion, Point, SmallStrain, StressUpdate,
+    SymTensor,
 };
 
 /// Set R1 in kPa.
@@ -284,6 +285,105 @@ fn hencky_mohr_coulomb_step_of_the_sheet() {
         let unit = if c < 3 { 1.0 } else { 0.0 };
         assert!((unit + new.state.elastic[c] - exact).abs() < 1e-9);
     }
+}
+
+#[test]
+fn tangent_blocks_of_the_mohr_coulomb_returns() {
+    let pyramid = Pyramid::new(30f64.to_radians(), 10.0, 10f64.to_radians());
+    let edge_1 = [6647.469, 6647.469, 9441.245];
+    let edge_2 = [13_911.444, 19_758.099, 19_758.099];
+    let table = [
+        (
+            [-50.0, -120.0, -400.0],
+            [
+                [6528.593, 4740.300, 9272.408],
+                [7834.311, 25_688.360, 11_126.889],
+                [19_585.778, 14_220.900, 27_817.223],
+            ],
+        ),
+        ([-40.0, -45.0, -400.0], [edge_1, edge_1, [19_942.407, 19_942.407, 28_323.734]]),
+        ([-20.0, -300.0, -310.0], [[4637.148, 6586.033, 6586.033], edge_2, edge_2]),
+    ];
+    for (trial, exact) in table {
+        let block = pyramid.tangent(&r1(), pyramid.region(&r1(), trial));
+        for (row, exact) in block.iter().zip(exact) {
+            for (found, exact) in row.iter().zip(exact) {
+                assert!((found - exact).abs() < 6e-4, "{trial:?}: {found} for {exact}");
+            }
+        }
+    }
+}
+
+#[test]
+fn tangent_of_the_drucker_prager_cone() {
+    // §3.10: θ and H of the reference cone step, read off the tangent.
+    let law = drucker_prager(Matching::Compression, 10.0).law().unwrap();
+    let trial = SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]);
+    let old = Point { stress: trial, state: Default::default() };
+    let tangent = SmallStrain::tangent(&law, &SymTensor::ZERO, &still(), &old).unwrap();
+    let (k, g) = (r1().bulk_modulus, r1().shear_modulus);
+    let n = trial.deviator() * (1.0 / trial.deviator().norm());
+    // A deviator across n keeps 2 G θ of itself.
+    let other = SymTensor([1.0, 1.0, -2.0, 0.0, 0.0, 3.0]);
+    let across = other - n * n.dot(&other);
+    close(tangent.apply(&across).dot(&across) / across.dot(&across) / (2.0 * g), 0.821_518_351_0, 1e-10);
+    // A volume change v moves the mean stress by K (1 - 9 K α α_ψ / H) v.
+    let cone = Cone::new(Matching::Compression, 30f64.to_radians(), 10.0, 10f64.to_radians());
+    let (alpha, psi) = (cone.friction, cone.dilatancy);
+    let mean = tangent.apply(&SymTensor::IDENTITY).trace() / 9.0;
+    close(9.0 * k * alpha * psi / (1.0 - mean / k), 10_149.866_957_15, 1e-8);
+}
+
+#[test]
+fn hypoelastic_simple_shear_converges_to_the_sine() {
+    // §3.2: with half rotations, and with the one-term spin update of the source.
+    let law = colluvium_constitutive::laws::LinearElastic { elasticity: r1() };
+    let end = |law: &dyn Fn(&Motion, &Point<()>) -> Point<()>, steps: usize| {
+        let l = Mat3([[0.0, 2.0 / steps as f64, 0.0], [0.0; 3], [0.0; 3]]);
+        let motion = Motion::from_velocity_gradient(&l, 1.0, 2.0, 1.0).unwrap();
+        let start = Point { stress: SymTensor::ZERO, state: () };
+        let stress = (0..steps).fold(start, |p, _| law(&motion, &p)).stress;
+        (stress[3] / r1().shear_modulus, stress[0] / r1().shear_modulus)
+    };
+    let halves = Corotational(law);
+    let second = |m: &Motion, p: &Point<()>| StressUpdate::update(&halves, m, p).unwrap();
+    let table = [
+        (5, 0.921_155_58, 1.424_212_99),
+        (10, 0.912_263_68, 1.418_169_62),
+        (20, 0.910_039_10, 1.416_652_92),
+        (100, 0.909_327_09, 1.416_167_09),
+    ];
+    for (steps, shear, normal) in table {
+        let (found_shear, found_normal) = end(&second, steps);
+        assert!((found_shear - shear).abs() < 1e-8 && (found_normal - normal).abs() < 1e-8, "{steps} steps");
+    }
+    let one_term = FirstOrderSpin(law);
+    let first = |m: &Motion, p: &Point<()>| StressUpdate::update(&one_term, m, p).unwrap();
+    let (shear, normal) = end(&first, 10);
+    assert!((shear - 1.1191).abs() < 1e-4 && (normal - 1.4773).abs() < 1e-4, "{shear} {normal}");
+    // A full turn in 36 steps ends far off.
+    let spin = Mat3([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]]) * 10f64.to_radians();
+    let motion = Motion::from_velocity_gradient(&spin, 1.0, 2.0, 1.0).unwrap();
+    let start = Point { stress: SymTensor([-100.0, -50.0, 0.0, 20.0, 0.0, 0.0]), state: () };
+    let turned = (0..36).fold(start, |p, _| first(&motion, &p)).stress;
+    assert!((turned[0] + 178.4).abs() < 0.1 && (turned[3] - 231.6).abs() < 0.1, "{turned:?}");
+}
+
+#[test]
+fn contracting_flow_that_the_stiffness_cannot_follow_is_refused() {
+    // aᵀ D b = λ (k - 1)(m - 1) + 2 G (k m + 1) turns negative for soft shear and steep contraction.
+    let law = |psi: f64, nu: f64| {
+        MohrCoulombSpec {
+            dilatancy_angle: psi,
+            poissons_ratio: nu,
+            friction_angle: 45.0,
+            ..mohr_coulomb(0.0)
+        }
+        .law()
+    };
+    assert!(law(-40.0, 0.2).is_ok());
+    let error = law(-40.0, 0.49).unwrap_err().to_string();
+    assert!(error.starts_with("dilatancy_angle: -40"), "{error}");
 }
 
 #[test]
