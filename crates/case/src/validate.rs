@@ -64,7 +64,7 @@ impl Findings<'_> {
     fn side(&mut self, path: &str, side: Side) {
         let dimension = self.case.dimension();
         let problem =
-            format!("{side:?} is normal to an axis that a space of {dimension} dimensions does not have");
+            format!("{side} is normal to an axis that a space of {dimension} dimensions does not have");
         self.require(side.axis() < dimension, path, problem);
     }
 

@@ -109,7 +109,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "1 entries",
         ),
         ("/bodies", json!([]), "bodies", "at least one body"),
-        ("/boundaries/0/side", json!("z-min"), "boundaries[0].side", "normal to an axis"),
+        ("/boundaries/0/side", json!("z-min"), "boundaries[0].side", "z-min is normal to an axis"),
         (
             "/boundaries/0/wall/kind",
             json!("ruff"),
@@ -153,6 +153,13 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         assert!(found, "{pointer}: wanted `{path}: …{words}…`, found\n{errors}");
         assert!(errors.to_string().lines().all(|line| line.contains(": ")));
     }
+}
+
+#[test]
+fn walls_that_a_stage_removed_stay_away_beyond_the_last_stage() {
+    let case = Case::from_json(&with("/stages/1/remove_boundaries", json!(["y-min"])).to_string()).unwrap();
+    let standing = |stage| case.active_boundaries(stage).len();
+    assert_eq!([standing(0), standing(1), standing(2), standing(usize::MAX)], [1, 0, 0, 0]);
 }
 
 #[test]
