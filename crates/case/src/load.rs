@@ -17,8 +17,16 @@ impl Case {
     /// Everything that is wrong, each with its JSON path.
     pub fn from_json(text: &str) -> Result<Self, CaseErrors> {
         let case: Self = json::read(text)?;
-        validate::validate(&case)?;
+        case.validate()?;
         Ok(case)
+    }
+
+    /// Checks everything that the schema cannot say: for cases that are made in code.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with its JSON path.
+    pub fn validate(&self) -> Result<(), CaseErrors> {
+        validate::validate(self)
     }
 
     /// Reads and checks a case file.
