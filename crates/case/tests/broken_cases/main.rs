@@ -1,7 +1,8 @@
 //! Broken case files: each gives an error that says where and what.
 
+mod mutations;
+
 use colluvium_case::Case;
-use proptest::prelude::*;
 use serde_json::{Value, json};
 
 fn sound() -> Value {
@@ -376,92 +377,5 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
             let errors = case.validate().expect_err(path);
             assert!(errors.0.iter().any(|error| error.path == path), "{path} = {bad}, found\n{errors}");
         }
-    }
-}
-
-/// All pointers into a value.
-fn pointers(value: &Value, at: &str, all: &mut Vec<String>) {
-    match value {
-        Value::Object(map) => map.iter().for_each(|(key, child)| {
-            all.push(format!("{at}/{key}"));
-            pointers(child, &format!("{at}/{key}"), all);
-        }),
-        Value::Array(items) => items.iter().enumerate().for_each(|(i, child)| {
-            all.push(format!("{at}/{i}"));
-            pointers(child, &format!("{at}/{i}"), all);
-        }),
-        _ => {}
-    }
-}
-
-fn anything() -> impl Strategy<Value = Value> {
-    let leaf = prop_oneof![
-        Just(Value::Null),
-        any::<bool>().prop_map(Value::from),
-        any::<f64>()
-            .prop_filter_map("JSON has no NaN", |x| serde_json::Number::from_f64(x).map(Value::Number)),
-        any::<i64>().prop_map(Value::from),
-        "[a-z-]{0,8}".prop_map(Value::from),
-    ];
-    leaf.prop_recursive(3, 16, 4, |inner| {
-        prop_oneof![
-            proptest::collection::vec(inner.clone(), 0..4).prop_map(Value::from),
-            proptest::collection::hash_map("[a-z_]{1,8}", inner, 0..4)
-                .prop_map(|map| Value::Object(map.into_iter().collect())),
-        ]
-    })
-}
-
-fn survives(text: &str) {
-    match Case::from_json(text) {
-        Ok(case) => {
-            let _ = case.warnings();
-            assert_eq!(Case::from_json(&case.to_json()).expect("what it wrote itself"), case);
-        }
-        Err(errors) => {
-            assert!(!errors.0.is_empty());
-            assert!(errors.0.iter().all(|error| !error.path.is_empty() && !error.problem.is_empty()));
-        }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
-
-    #[test]
-    fn mutated_cases_never_panic(changes in proptest::collection::vec((any::<prop::sample::Index>(), anything()), 1..4)) {
-        let mut case = sound();
-        for (place, value) in changes {
-            let mut all = Vec::new();
-            pointers(&case, "", &mut all);
-            if all.is_empty() {
-                break;
-            }
-            let pointer = &all[place.index(all.len())];
-            if let Some(slot) = case.pointer_mut(pointer) {
-                *slot = value;
-            }
-        }
-        survives(&case.to_string());
-    }
-
-    #[test]
-    fn any_json_never_panics(value in anything()) {
-        survives(&value.to_string());
-    }
-
-    #[test]
-    fn any_text_never_panics(text in "\\PC{0,200}") {
-        survives(&text);
-    }
-
-    #[test]
-    fn torn_files_never_panic(cut in any::<prop::sample::Index>()) {
-        let text = sound().to_string();
-        let mut end = cut.index(text.len());
-        while !text.is_char_boundary(end) {
-            end -= 1;
-        }
-        survives(&text[..end]);
     }
 }
