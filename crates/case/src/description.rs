@@ -1,6 +1,7 @@
 //! What a case file says: plain data, SI units, angles in degrees (converted once, on load).
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
@@ -189,6 +190,24 @@ impl Side {
     /// True for the upper sides.
     pub fn is_max(self) -> bool {
         matches!(self, Self::XMax | Self::YMax | Self::ZMax)
+    }
+
+    /// Its name in a case file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::XMin => "x-min",
+            Self::XMax => "x-max",
+            Self::YMin => "y-min",
+            Self::YMax => "y-max",
+            Self::ZMin => "z-min",
+            Self::ZMax => "z-max",
+        }
+    }
+}
+
+impl fmt::Display for Side {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
     }
 }
 

@@ -34,10 +34,12 @@ pub fn from_value<T: DeserializeOwned + JsonSchema>(value: &Value, path: &str) -
     })
 }
 
+/// `path` and what stands below it: a key, after a dot, or an index.
 fn join(path: &str, key: &str) -> String {
     match (path.is_empty(), key.is_empty() || key == ".") {
         (true, _) => key.to_owned(),
         (false, true) => path.to_owned(),
+        (false, false) if key.starts_with('[') => format!("{path}{key}"),
         (false, false) => format!("{path}.{key}"),
     }
 }
@@ -330,4 +332,19 @@ pub(crate) fn closest<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
     let likeness = |name: &&str| strsim::damerau_levenshtein(word, name);
     let best = names.iter().min_by_key(|name| likeness(name))?;
     (likeness(best) <= 1 + word.len() / 4).then_some(*best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_index_follows_its_path_without_a_dot() {
+        let value = serde_json::json!([1, 300]);
+        let errors = from_value::<Vec<u8>>(&value, "methods.mpm.layers").unwrap_err();
+        assert_eq!(errors.first().path, "methods.mpm.layers[1]");
+        assert_eq!(join("a", "b"), "a.b");
+        assert_eq!(join("", "[0].b"), "[0].b");
+        assert_eq!(join("a", "."), "a");
+    }
 }

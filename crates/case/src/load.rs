@@ -7,7 +7,7 @@ use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::description::{Boundary, Domain, InitialStress, Side, Velocity};
+use crate::description::{Boundary, Domain, InitialStress, Velocity};
 use crate::{Case, CaseError, CaseErrors, json, validate};
 
 impl Case {
@@ -17,8 +17,16 @@ impl Case {
     /// Everything that is wrong, each with its JSON path.
     pub fn from_json(text: &str) -> Result<Self, CaseErrors> {
         let case: Self = json::read(text)?;
-        validate::validate(&case)?;
+        case.validate()?;
         Ok(case)
+    }
+
+    /// Checks everything that the schema cannot say: for cases that are made in code.
+    ///
+    /// # Errors
+    /// Everything that is wrong, each with its JSON path.
+    pub fn validate(&self) -> Result<(), CaseErrors> {
+        validate::validate(self)
     }
 
     /// Reads and checks a case file.
@@ -84,11 +92,13 @@ impl Case {
         self.stages.iter().map(|stage| stage.duration).sum()
     }
 
-    /// The walls that stand during stage number `stage`, with their number in `boundaries`.
+    /// The walls that stand during stage number `stage`, with their number in `boundaries`; beyond the
+    /// last stage, those that stood at its end.
     pub fn active_boundaries(&self, stage: usize) -> Vec<(usize, &Boundary)> {
         let removed = |boundary: &Boundary| {
-            self.stages[..=stage]
+            self.stages
                 .iter()
+                .take(stage.saturating_add(1))
                 .any(|s| s.remove_boundaries.iter().any(|name| name == boundary.name()))
         };
         self.boundaries.iter().enumerate().filter(|(_, boundary)| !removed(boundary)).collect()
@@ -172,14 +182,7 @@ impl InitialStress {
 impl Boundary {
     /// Its name, or that of its side.
     pub fn name(&self) -> &str {
-        self.name.as_deref().unwrap_or(match self.side {
-            Side::XMin => "x-min",
-            Side::XMax => "x-max",
-            Side::YMin => "y-min",
-            Side::YMax => "y-max",
-            Side::ZMin => "z-min",
-            Side::ZMax => "z-max",
-        })
+        self.name.as_deref().unwrap_or(self.side.name())
     }
 
     /// Coordinate of the wall's face (m).

@@ -28,16 +28,14 @@ struct Findings<'a> {
 pub fn validate(case: &Case) -> Result<(), CaseErrors> {
     let mut findings = Findings { case, errors: Vec::new() };
     findings.space();
-    if findings.errors.is_empty() {
-        findings.materials();
-        findings.bodies();
-        findings.boundaries();
-        findings.loads();
-        findings.stages();
-        findings.output();
-        findings.measures();
-        findings.methods();
-    }
+    findings.materials();
+    findings.bodies();
+    findings.boundaries();
+    findings.loads();
+    findings.stages();
+    findings.output();
+    findings.measures();
+    findings.methods();
     if findings.errors.is_empty() { Ok(()) } else { Err(CaseErrors(findings.errors)) }
 }
 
@@ -52,19 +50,49 @@ impl Findings<'_> {
         }
     }
 
+    fn finite(&mut self, path: impl Into<String>, value: f64) {
+        self.require(value.is_finite(), path, format!("{value} must be finite"));
+    }
+
+    fn positive(&mut self, path: impl Into<String>, value: f64, unit: &str) {
+        let holds = value.is_finite() && value > 0.0;
+        self.require(holds, path, format!("{value} must be positive ({unit})"));
+    }
+
+    fn not_negative(&mut self, path: impl Into<String>, value: f64, unit: &str) {
+        let holds = value.is_finite() && value >= 0.0;
+        self.require(holds, path, format!("{value} must not be negative{unit}"));
+    }
+
     fn vector(&mut self, path: &str, vector: &[f64]) {
         let dimension = self.case.dimension();
         let problem = format!("has {} entries, the space has {dimension} dimensions", vector.len());
         self.require(vector.len() == dimension, path, problem);
         for (number, value) in vector.iter().enumerate() {
-            self.require(value.is_finite(), format!("{path}[{number}]"), format!("{value} must be finite"));
+            self.finite(format!("{path}[{number}]"), *value);
+        }
+    }
+
+    /// Ends of the domain along an axis (m); `None` where the case does not say or they make no sense,
+    /// which [`Findings::space`] reports.
+    fn extent(&self, axis: usize) -> Option<(f64, f64)> {
+        let domain = &self.case.domain;
+        let (min, max) = (*domain.min.get(axis)?, *domain.max.get(axis)?);
+        (min.is_finite() && max.is_finite() && min < max).then_some((min, max))
+    }
+
+    /// A place at coordinate `value` along an axis must lie in the domain.
+    fn inside(&mut self, path: String, axis: usize, value: f64) {
+        if let Some((min, max)) = self.extent(axis) {
+            let problem = format!("{value} is outside the domain, {min} to {max} m");
+            self.require((min..=max).contains(&value), path, problem);
         }
     }
 
     fn side(&mut self, path: &str, side: Side) {
         let dimension = self.case.dimension();
         let problem =
-            format!("{side:?} is normal to an axis that a space of {dimension} dimensions does not have");
+            format!("{side} is normal to an axis that a space of {dimension} dimensions does not have");
         self.require(side.axis() < dimension, path, problem);
     }
 
@@ -105,8 +133,7 @@ impl Findings<'_> {
                 }
                 Err(error) => self.report(&path, error.to_string()),
             }
-            let planar = matches!(case.space, Space::PlaneStrain | Space::OneD);
-            if spec.assumes_plane_strain() && !planar {
+            if spec.assumes_plane_strain() && case.space != Space::PlaneStrain {
                 let problem =
                     "plane-strain matchings hold in plane strain only; use compression or extension";
                 self.report(format!("{path}.matching"), problem);
@@ -133,7 +160,7 @@ impl Findings<'_> {
                     sound[number] = true;
                     let (low, high) = body.shape.bounds(dimension);
                     for axis in 0..dimension {
-                        let (min, max) = (case.domain.min[axis], case.domain.max[axis]);
+                        let Some((min, max)) = self.extent(axis) else { continue };
                         let slack = 1e-9 * (max - min);
                         if low[axis] < min - slack || high[axis] > max + slack {
                             let problem = format!(
@@ -176,17 +203,25 @@ impl Findings<'_> {
             Velocity::Sine { amplitude, wave_vector, phase } => {
                 self.vector(&format!("{path}.amplitude"), amplitude);
                 self.vector(&format!("{path}.wave_vector"), wave_vector);
-                self.require(phase.is_finite(), format!("{path}.phase"), "must be finite (degrees)");
+                self.finite(format!("{path}.phase"), *phase);
             }
         }
     }
 
     fn initial_stress(&mut self, path: &str, stress: &InitialStress) {
-        if let InitialStress::K0 { coefficient, .. } = stress {
-            let problem = format!("{coefficient} must not be negative");
-            self.require(*coefficient >= 0.0, format!("{path}.coefficient"), problem);
-            let along = self.case.gravity.iter().filter(|g| **g != 0.0).count();
-            self.require(along == 1, path, "a K0 stress needs gravity along one axis");
+        match stress {
+            InitialStress::None => {}
+            InitialStress::Uniform { value } => {
+                for (number, component) in value.iter().enumerate() {
+                    self.finite(format!("{path}.value[{number}]"), *component);
+                }
+            }
+            InitialStress::K0 { surface, coefficient } => {
+                self.finite(format!("{path}.surface"), *surface);
+                self.not_negative(format!("{path}.coefficient"), *coefficient, "");
+                let along = self.case.gravity.iter().filter(|g| **g != 0.0).count();
+                self.require(along == 1, path, "a K0 stress needs gravity along one axis");
+            }
         }
     }
 
@@ -200,23 +235,24 @@ impl Findings<'_> {
             if !names.insert(boundary.name()) {
                 self.report(format!("{path}.name"), format!("{:?} names two boundaries", boundary.name()));
             }
-            if boundary.side.axis() < case.dimension() {
-                let (axis, position) = (boundary.side.axis(), boundary.position(&case.domain));
-                let (min, max) = (case.domain.min[axis], case.domain.max[axis]);
-                let problem = format!("{position} is outside the domain, {min} to {max} m");
-                self.require((min..=max).contains(&position), format!("{path}.position"), problem);
+            if self.extent(boundary.side.axis()).is_some() {
+                let position = boundary.position(&case.domain);
+                self.inside(format!("{path}.position"), boundary.side.axis(), position);
+                if case.space == Space::Axisymmetric
+                    && (boundary.side, position) == (Side::XMin, 0.0)
+                    && boundary.wall != Wall::Smooth
+                {
+                    let problem =
+                        "x = 0 is the axis of symmetry, which is smooth: make it smooth or leave it out";
+                    self.report(format!("{path}.wall.kind"), problem);
+                }
                 if seen.contains(&(boundary.side, position)) {
                     self.report(format!("{path}.side"), "a wall stands there already");
                 }
                 seen.push((boundary.side, position));
             }
             if let Wall::Frictional { friction_coefficient: value } = boundary.wall {
-                let path = format!("{path}.wall.friction_coefficient");
-                self.require(
-                    value.is_finite() && value >= 0.0,
-                    path,
-                    format!("{value} must not be negative"),
-                );
+                self.not_negative(format!("{path}.wall.friction_coefficient"), value, "");
             }
             if let Some(velocity) = &boundary.velocity {
                 self.vector(&format!("{path}.velocity"), velocity);
@@ -233,7 +269,7 @@ impl Findings<'_> {
             self.name(&format!("{path}.body"), body, &bodies, "the name of a body");
             self.side(&format!("{path}.side"), *side);
             self.vector(&format!("{path}.value"), value);
-            self.require(*ramp >= 0.0, format!("{path}.ramp"), format!("{ramp} must not be negative (s)"));
+            self.not_negative(format!("{path}.ramp"), *ramp, " (s)");
         }
     }
 
@@ -253,8 +289,7 @@ impl Findings<'_> {
     fn stage(&mut self, path: &str, stage: &Stage) {
         let case = self.case;
         let (duration, damping, ramp) = (stage.duration, stage.damping, stage.gravity_ramp);
-        let positive = duration.is_finite() && duration > 0.0;
-        self.require(positive, format!("{path}.duration"), format!("{duration} must be positive (s)"));
+        self.positive(format!("{path}.duration"), duration, "s");
         let problem = format!("{damping} is not in 0..1 (1 excluded)");
         self.require((0.0..1.0).contains(&damping), format!("{path}.damping"), problem);
         let problem = format!("{ramp} is not between 0 and the stage's duration, {duration} s");
@@ -287,14 +322,12 @@ impl Findings<'_> {
         for (key, interval) in [("frames", output.frames), ("measures", output.measures)] {
             let Some(interval) = interval else { continue };
             let path = format!("output.{key}");
-            if !(interval.is_finite() && interval > 0.0) {
-                self.report(path, format!("{interval} must be positive (s)"));
-            } else if end / interval > MOST_FRAMES {
-                self.report(path, format!("{interval} s would give {:.1e} outputs", end / interval));
-            }
+            let count = end / interval;
+            let fits = !(count.is_finite() && count > MOST_FRAMES);
+            self.positive(path.clone(), interval, "s");
+            self.require(fits, path, format!("{interval} s would give {count:.1e} outputs"));
         }
-        let checkpoint = output.checkpoint;
-        self.require(checkpoint > 0.0, "output.checkpoint", format!("{checkpoint} must be positive (s)"));
+        self.positive("output.checkpoint", output.checkpoint, "s");
     }
 
     fn measures(&mut self) {
@@ -310,9 +343,9 @@ impl Findings<'_> {
                     self.side(&format!("{path}.side"), *side);
                     let problem = format!("{quantile} is not in 0..=1 (0 excluded)");
                     self.require(*quantile > 0.0 && *quantile <= 1.0, format!("{path}.quantile"), problem);
-                    if let Measure::RunOut { initial_length, .. } = measure {
-                        let problem = format!("{initial_length} must be positive (m)");
-                        self.require(*initial_length > 0.0, format!("{path}.initial_length"), problem);
+                    if let Measure::RunOut { origin, initial_length, .. } = measure {
+                        self.finite(format!("{path}.origin"), *origin);
+                        self.positive(format!("{path}.initial_length"), *initial_length, "m");
                     }
                 }
                 Measure::Profile { axis, height, bin } => {
@@ -320,12 +353,14 @@ impl Findings<'_> {
                     let problem =
                         format!("{axis} and height {height} must be two different axes of the space");
                     self.require(fits, format!("{path}.axis"), problem);
-                    self.require(*bin > 0.0, format!("{path}.bin"), format!("{bin} must be positive (m)"));
+                    self.positive(format!("{path}.bin"), *bin, "m");
                 }
                 Measure::Probe { position, radius, fields } => {
                     self.vector(&format!("{path}.position"), position);
-                    let problem = format!("{radius} must be positive (m)");
-                    self.require(*radius > 0.0, format!("{path}.radius"), problem);
+                    for (axis, place) in position.iter().enumerate().filter(|(_, place)| place.is_finite()) {
+                        self.inside(format!("{path}.position[{axis}]"), axis, *place);
+                    }
+                    self.positive(format!("{path}.radius"), *radius, "m");
                     self.require(!fields.is_empty(), format!("{path}.fields"), "name at least one field");
                 }
             }

@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use crate::description::Stage;
 use crate::output::{OutputError, Table};
-use crate::{Budget, Case, Snapshot, Solver, SolverError};
+use crate::{Budget, Case, CaseErrors, Snapshot, Solver, SolverError};
 use record::{Progress, Recorder};
 
 /// Steps between checks of a stage's equilibrium.
@@ -72,6 +72,9 @@ pub struct RunReport {
 /// Why a run failed.
 #[derive(Debug, Error)]
 pub enum RunError {
+    /// The case is wrong.
+    #[error(transparent)]
+    Case(#[from] CaseErrors),
     /// The solver could not go on.
     #[error(transparent)]
     Solver(#[from] SolverError),
@@ -116,9 +119,10 @@ pub enum RunError {
 /// Runs a case from its start, or from its checkpoint, to the end.
 ///
 /// # Errors
-/// When the solver, the disk or an equilibrium fails. What was written until then stays, marked as
-/// failed, with the last good frame.
+/// When the case is wrong, before anything is written; when the solver, the disk or an equilibrium
+/// fails. What was written until then stays, marked as failed, with the last good frame.
 pub fn run(case: &Case, solver: Box<dyn Solver>, options: &RunOptions) -> Result<RunReport, RunError> {
+    case.validate()?;
     let recorder = Recorder::open(case, options)?;
     let mut run = Run {
         case,

@@ -210,6 +210,16 @@ fn a_resumed_run_leaves_the_same_files_to_the_last_bit() {
 }
 
 #[test]
+fn a_wrong_case_made_in_code_is_refused_before_anything_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    case.stages[0].duration = f64::NAN;
+    let error = run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap_err();
+    assert!(error.to_string().starts_with("stages[0].duration: NaN"), "{error}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
 fn a_folder_with_a_run_is_not_overwritten_unasked() {
     let folder = tempfile::tempdir().unwrap();
     let case = case(r#"[ { "name": "all", "duration": 0.2 } ]"#);

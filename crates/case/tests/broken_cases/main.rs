@@ -1,7 +1,8 @@
 //! Broken case files: each gives an error that says where and what.
 
+mod mutations;
+
 use colluvium_case::Case;
-use proptest::prelude::*;
 use serde_json::{Value, json};
 
 fn sound() -> Value {
@@ -109,7 +110,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "1 entries",
         ),
         ("/bodies", json!([]), "bodies", "at least one body"),
-        ("/boundaries/0/side", json!("z-min"), "boundaries[0].side", "normal to an axis"),
+        ("/boundaries/0/side", json!("z-min"), "boundaries[0].side", "z-min is normal to an axis"),
         (
             "/boundaries/0/wall/kind",
             json!("ruff"),
@@ -141,6 +142,18 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/measures/front/quantile", json!(1.5), "measures.front.quantile", "1.5 is not in 0..=1"),
         ("/measures/a,b", json!({ "kind": "front", "side": "x-max" }), "measures.a,b", "letters, digits"),
         ("/measures/eye/radius", json!(0), "measures.eye.radius", "must be positive"),
+        (
+            "/measures/eye/position",
+            json!([0.2, 1.5]),
+            "measures.eye.position[1]",
+            "1.5 is outside the domain, 0 to 1 m",
+        ),
+        (
+            "/measures/eye/position",
+            json!([-0.1, 0.2]),
+            "measures.eye.position[0]",
+            "-0.1 is outside the domain",
+        ),
         ("/measures/eye/fields", json!([]), "measures.eye.fields", "at least one field"),
         ("/output/frames", json!(-1), "output.frames", "must be positive"),
         ("/output/frames", json!(1e-9), "output.frames", "would give"),
@@ -153,6 +166,13 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         assert!(found, "{pointer}: wanted `{path}: …{words}…`, found\n{errors}");
         assert!(errors.to_string().lines().all(|line| line.contains(": ")));
     }
+}
+
+#[test]
+fn walls_that_a_stage_removed_stay_away_beyond_the_last_stage() {
+    let case = Case::from_json(&with("/stages/1/remove_boundaries", json!(["y-min"])).to_string()).unwrap();
+    let standing = |stage| case.active_boundaries(stage).len();
+    assert_eq!([standing(0), standing(1), standing(2), standing(usize::MAX)], [1, 0, 0, 0]);
 }
 
 #[test]
@@ -184,98 +204,178 @@ fn several_mistakes_are_all_reported() {
 }
 
 #[test]
+fn mistakes_in_the_space_hide_no_others() {
+    let mut case = with("/domain/max", json!([1]));
+    case["domain"]["min"] = json!([2, 0]);
+    case["gravity"] = json!([0, 0, -9.81]);
+    case["stages"][0]["damping"] = json!(2);
+    case["bodies"][0]["material"] = json!("clay");
+    case["bodies"][1]["shape"]["radius"] = json!(-1);
+    case["measures"]["eye"]["radius"] = json!(0);
+    case["measures"]["eye"]["position"] = json!([0.2, 9]);
+    let errors = Case::from_json(&case.to_string()).unwrap_err();
+    let paths: Vec<&str> = errors.0.iter().map(|error| error.path.as_str()).collect();
+    let expected = [
+        "domain.max",
+        "gravity",
+        "domain.max[0]",
+        "bodies[0].material",
+        "bodies[1].shape.radius",
+        "stages[0].damping",
+        "measures.eye.radius",
+    ];
+    assert_eq!(paths, expected, "{errors}");
+}
+
+#[test]
 fn plane_strain_cones_are_refused_where_they_mean_nothing() {
     let mut case = sound();
-    case["space"] = json!("axisymmetric");
     case["materials"]["sand"]["model"] = json!("drucker-prager");
     case["materials"]["sand"]["matching"] = json!("plane-strain");
+    assert!(Case::from_json(&case.to_string()).is_ok());
+    case["space"] = json!("axisymmetric");
     let errors = Case::from_json(&case.to_string()).unwrap_err();
     assert_eq!(errors.first().path, "materials.sand.matching");
-}
-
-/// All pointers into a value.
-fn pointers(value: &Value, at: &str, all: &mut Vec<String>) {
-    match value {
-        Value::Object(map) => map.iter().for_each(|(key, child)| {
-            all.push(format!("{at}/{key}"));
-            pointers(child, &format!("{at}/{key}"), all);
-        }),
-        Value::Array(items) => items.iter().enumerate().for_each(|(i, child)| {
-            all.push(format!("{at}/{i}"));
-            pointers(child, &format!("{at}/{i}"), all);
-        }),
-        _ => {}
+    for matching in ["plane-strain", "plane-strain-associated"] {
+        let column = json!({
+            "title": "column", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [-9.81],
+            "materials": { "sand": {
+                "model": "drucker-prager", "matching": matching, "density": 1600, "youngs_modulus": 1e7,
+                "poissons_ratio": 0.3, "friction_angle": 30, "dilatancy_angle": 30
+            } },
+            "bodies": [{ "name": "a", "material": "sand", "shape": { "kind": "box", "min": [0], "max": [1] } }],
+            "stages": [{ "name": "go", "duration": 1 }]
+        });
+        let errors = Case::from_json(&column.to_string()).unwrap_err();
+        assert_eq!(errors.first().path, "materials.sand.matching");
     }
 }
 
-fn anything() -> impl Strategy<Value = Value> {
-    let leaf = prop_oneof![
-        Just(Value::Null),
-        any::<bool>().prop_map(Value::from),
-        any::<f64>()
-            .prop_filter_map("JSON has no NaN", |x| serde_json::Number::from_f64(x).map(Value::Number)),
-        any::<i64>().prop_map(Value::from),
-        "[a-z-]{0,8}".prop_map(Value::from),
-    ];
-    leaf.prop_recursive(3, 16, 4, |inner| {
-        prop_oneof![
-            proptest::collection::vec(inner.clone(), 0..4).prop_map(Value::from),
-            proptest::collection::hash_map("[a-z_]{1,8}", inner, 0..4)
-                .prop_map(|map| Value::Object(map.into_iter().collect())),
-        ]
-    })
-}
-
-fn survives(text: &str) {
-    match Case::from_json(text) {
-        Ok(case) => {
-            let _ = case.warnings();
-            assert_eq!(Case::from_json(&case.to_json()).expect("what it wrote itself"), case);
-        }
-        Err(errors) => {
-            assert!(!errors.0.is_empty());
-            assert!(errors.0.iter().all(|error| !error.path.is_empty() && !error.problem.is_empty()));
-        }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
-
-    #[test]
-    fn mutated_cases_never_panic(changes in proptest::collection::vec((any::<prop::sample::Index>(), anything()), 1..4)) {
+#[test]
+fn the_axis_of_symmetry_is_smooth() {
+    let wall = |side: &str, position: f64, kind: &str| {
         let mut case = sound();
-        for (place, value) in changes {
-            let mut all = Vec::new();
-            pointers(&case, "", &mut all);
-            if all.is_empty() {
-                break;
-            }
-            let pointer = &all[place.index(all.len())];
-            if let Some(slot) = case.pointer_mut(pointer) {
-                *slot = value;
-            }
+        case["space"] = json!("axisymmetric");
+        case["boundaries"] = json!([{ "side": side, "position": position, "wall": { "kind": kind } }]);
+        if kind == "frictional" {
+            case["boundaries"][0]["wall"]["friction_coefficient"] = json!(0.3);
         }
-        survives(&case.to_string());
+        Case::from_json(&case.to_string())
+    };
+    for kind in ["rough", "frictional"] {
+        let errors = wall("x-min", 0.0, kind).unwrap_err();
+        assert_eq!(
+            (errors.0.len(), errors.first().path.as_str()),
+            (1, "boundaries[0].wall.kind"),
+            "{errors}"
+        );
+        assert!(wall("x-min", 0.5, kind).is_ok(), "a pile stands beside the axis");
+        assert!(wall("x-max", 1.0, kind).is_ok());
     }
+    assert!(wall("x-min", 0.0, "smooth").is_ok());
+}
 
-    #[test]
-    fn any_json_never_panics(value in anything()) {
-        survives(&value.to_string());
+/// The sound case with everything in it that is a number.
+fn numbers() -> Case {
+    let mut case = sound();
+    case["bodies"][0]["stress"] = json!({ "kind": "uniform", "value": [1, 2, 3, 4, 5, 6] });
+    case["bodies"][0]["velocity"] = json!({ "kind": "sine", "amplitude": [0, 1], "wave_vector": [1, 0] });
+    case["bodies"][1]["stress"] = json!({ "kind": "k0", "surface": 1, "coefficient": 0.5 });
+    case["bodies"][1]["velocity"] =
+        json!({ "kind": "linear", "value": [0, 1], "origin": [0, 0], "gradient": [[0, 1], [1, 0]] });
+    case["boundaries"][0]["position"] = json!(0);
+    case["boundaries"][0]["velocity"] = json!([0, 0]);
+    case["output"]["measures"] = json!(0.1);
+    case["measures"]["slide"] =
+        json!({ "kind": "run-out", "side": "x-max", "origin": 0, "initial_length": 1 });
+    case["measures"]["top"] = json!({ "kind": "profile", "axis": 0, "height": 1, "bin": 0.1 });
+    Case::from_json(&case.to_string()).unwrap()
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused_where_they_are() {
+    use colluvium_case::description::{InitialStress, Load, Measure, Velocity, Wall};
+    use colluvium_constitutive::MaterialSpec;
+    use colluvium_points::Shape;
+    type Spoil = fn(&mut Case, f64);
+    macro_rules! inside {
+        ($pattern:pat = $place:expr => $value:expr, $bad:expr) => {
+            if let $pattern = $place { *$value = $bad } else { panic!("the case has no such thing") }
+        };
     }
-
-    #[test]
-    fn any_text_never_panics(text in "\\PC{0,200}") {
-        survives(&text);
-    }
-
-    #[test]
-    fn torn_files_never_panic(cut in any::<prop::sample::Index>()) {
-        let text = sound().to_string();
-        let mut end = cut.index(text.len());
-        while !text.is_char_boundary(end) {
-            end -= 1;
+    let table: Vec<(&str, Spoil)> = vec![
+        ("domain.min[0]", |c, bad| c.domain.min[0] = bad),
+        ("domain.max[1]", |c, bad| c.domain.max[1] = bad),
+        ("gravity[1]", |c, bad| c.gravity[1] = bad),
+        ("materials.sand.cohesion", |c, bad| {
+            inside!(Some(MaterialSpec::MohrCoulomb(spec)) = c.materials.get_mut("sand") => &mut spec.cohesion, bad);
+        }),
+        ("bodies[0].shape.min[0]", |c, bad| {
+            inside!(Shape::Box { min, .. } = &mut c.bodies[0].shape => &mut min[0], bad);
+        }),
+        ("bodies[0].stress.value[3]", |c, bad| {
+            inside!(InitialStress::Uniform { value } = &mut c.bodies[0].stress => &mut value[3], bad);
+        }),
+        ("bodies[1].stress.surface", |c, bad| {
+            inside!(InitialStress::K0 { surface, .. } = &mut c.bodies[1].stress => surface, bad);
+        }),
+        ("bodies[1].stress.coefficient", |c, bad| {
+            inside!(InitialStress::K0 { coefficient, .. } = &mut c.bodies[1].stress => coefficient, bad);
+        }),
+        ("bodies[0].velocity.phase", |c, bad| {
+            inside!(Velocity::Sine { phase, .. } = &mut c.bodies[0].velocity => phase, bad);
+        }),
+        ("bodies[1].velocity.gradient[1][0]", |c, bad| {
+            inside!(Velocity::Linear { gradient, .. } = &mut c.bodies[1].velocity => &mut gradient[1][0], bad);
+        }),
+        ("boundaries[0].position", |c, bad| c.boundaries[0].position = Some(bad)),
+        ("boundaries[0].velocity[0]", |c, bad| c.boundaries[0].velocity = Some(vec![bad, 0.0])),
+        ("boundaries[0].wall.friction_coefficient", |c, bad| {
+            c.boundaries[0].wall = Wall::Frictional { friction_coefficient: bad };
+        }),
+        ("loads[0].value[1]", |c, bad| {
+            let Load::Traction { value, .. } = &mut c.loads[0];
+            value[1] = bad;
+        }),
+        ("loads[0].ramp", |c, bad| {
+            let Load::Traction { ramp, .. } = &mut c.loads[0];
+            *ramp = bad;
+        }),
+        ("stages[1].duration", |c, bad| c.stages[1].duration = bad),
+        ("stages[1].damping", |c, bad| c.stages[1].damping = bad),
+        ("stages[1].gravity_ramp", |c, bad| c.stages[1].gravity_ramp = bad),
+        ("stages[0].equilibrium.kinetic_energy", |c, bad| {
+            inside!(Some(criterion) = &mut c.stages[0].equilibrium => &mut criterion.kinetic_energy, bad);
+        }),
+        ("output.frames", |c, bad| c.output.frames = Some(bad)),
+        ("output.measures", |c, bad| c.output.measures = Some(bad)),
+        ("output.checkpoint", |c, bad| c.output.checkpoint = bad),
+        ("measures.front.quantile", |c, bad| {
+            inside!(Some(Measure::Front { quantile, .. }) = c.measures.get_mut("front") => quantile, bad);
+        }),
+        ("measures.slide.origin", |c, bad| {
+            inside!(Some(Measure::RunOut { origin, .. }) = c.measures.get_mut("slide") => origin, bad);
+        }),
+        ("measures.slide.initial_length", |c, bad| {
+            inside!(Some(Measure::RunOut { initial_length, .. }) = c.measures.get_mut("slide") => initial_length, bad);
+        }),
+        ("measures.top.bin", |c, bad| {
+            inside!(Some(Measure::Profile { bin, .. }) = c.measures.get_mut("top") => bin, bad);
+        }),
+        ("measures.eye.position[0]", |c, bad| {
+            inside!(Some(Measure::Probe { position, .. }) = c.measures.get_mut("eye") => &mut position[0], bad);
+        }),
+        ("measures.eye.radius", |c, bad| {
+            inside!(Some(Measure::Probe { radius, .. }) = c.measures.get_mut("eye") => radius, bad);
+        }),
+    ];
+    let whole = numbers();
+    for (path, spoil) in table {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let mut case = whole.clone();
+            spoil(&mut case, bad);
+            let errors = case.validate().expect_err(path);
+            assert!(errors.0.iter().any(|error| error.path == path), "{path} = {bad}, found\n{errors}");
         }
-        survives(&text[..end]);
     }
 }
