@@ -5,15 +5,24 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use colluvium::case::output::write_atomically;
 use colluvium::case::plot::{LineChart, Picture, Series, Style};
-use colluvium::case::{CaseError, CaseErrors};
-use colluvium::constitutive::driver::{ElementPath, StandardPlot, Trace, YieldLine};
+use colluvium::case::{CaseError, CaseErrors, json};
+use colluvium::constitutive::MaterialSpec;
+use colluvium::constitutive::driver::incremental::{self, IncrementalTest};
+use colluvium::constitutive::driver::{DriverError, ElementPath, Problem, StandardPlot, Trace, YieldLine};
 
 use super::Failure;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// The test file.
+    /// The test file, or a folder with the files of an incrementalDriver: initialconditions.inp,
+    /// test.inp and perhaps parameters.inp.
     file: PathBuf,
+    /// File with the material, for a folder: what stands under "material" in a test file.
+    #[arg(long)]
+    material: Option<PathBuf>,
+    /// The unit of stress in the files of a folder.
+    #[arg(long, default_value = "Pa", value_parser = ["Pa", "kPa", "MPa"])]
+    stress_unit: String,
     /// Folder for table and pictures; the name of the file by default.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -24,11 +33,26 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = &arguments.file;
-    let test = colluvium::element_test(&read(file)?)?;
-    let stem = || PathBuf::from(file.file_stem().unwrap_or_default());
+    let (test, incremental) = match (file.is_dir(), &arguments.material) {
+        (true, Some(material)) => {
+            let test = incremental(file, material, &arguments.stress_unit)?;
+            (test.test.clone(), Some(test))
+        }
+        (true, None) => {
+            return Err(Failure::Usage("a folder names no material law: give one with --material".into()));
+        }
+        (false, Some(_)) => {
+            return Err(Failure::Usage("--material goes with a folder; a test file has its own".into()));
+        }
+        (false, None) => (colluvium::element_test(&read(file)?)?, None),
+    };
+    let stem = || PathBuf::from(file.canonicalize().unwrap_or_default().file_stem().unwrap_or_default());
     let out = arguments.out.clone().unwrap_or_else(stem);
-    let trace =
-        test.trace().map_err(|error| CaseError::new(file.display().to_string(), error.to_string()))?;
+    let broken = |error: DriverError| CaseError::new(file.display().to_string(), error.to_string());
+    let mut trace = test.trace().map_err(broken)?;
+    if let Some(incremental) = &incremental {
+        incremental.thin(&mut trace.path);
+    }
     write(&test.title, &trace, &out, &arguments.format)?;
     let (p, q) = (trace.path.last("p"), trace.path.last("q"));
     println!(
@@ -37,6 +61,39 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         out.display()
     );
     trace.stopped.map_or(Ok(()), |error| Err(Failure::Other(error.to_string())))
+}
+
+/// Reads the files of an incrementalDriver.
+fn incremental(folder: &Path, material: &Path, unit: &str) -> Result<IncrementalTest, Failure> {
+    let parameters = folder.join(incremental::PARAMETERS);
+    let parameters = if parameters.exists() { Some(read(&parameters)?) } else { None };
+    let input = incremental::Input {
+        parameters: parameters.as_deref(),
+        initial: &read(&folder.join(incremental::INITIAL))?,
+        test: &read(&folder.join(incremental::TEST))?,
+        material: json::read::<MaterialSpec>(&read(material)?)?,
+        stress_unit: match unit {
+            "kPa" => 1e3,
+            "MPa" => 1e6,
+            _ => 1.0,
+        },
+    };
+    let test = IncrementalTest::read(&input).map_err(|problems| {
+        let located = problems.into_iter().map(|Problem { path, problem }| {
+            // What does not stand in one of the files stands in the material's.
+            let inner = path.strip_prefix("material.").map(|key| format!("{}: {key}", material.display()));
+            CaseError::new(inner.unwrap_or_else(|| folder.join(path).display().to_string()), problem)
+        });
+        CaseErrors(located.collect())
+    })?;
+    let unused = [
+        (test.parameters.values.len(), incremental::PARAMETERS, "properties"),
+        (test.state.iter().filter(|value| **value != 0.0).count(), incremental::INITIAL, "state variables"),
+    ];
+    for (count, file, what) in unused.into_iter().filter(|(count, ..)| *count > 0) {
+        eprintln!("warning: {file}: the law of --material does not use the {count} {what}");
+    }
+    Ok(test)
 }
 
 fn read(file: &Path) -> Result<String, CaseErrors> {

@@ -6,6 +6,7 @@
 //! Axis z is the axis of triaxial and oedometer tests, y that of biaxial tests; shear is xy.
 
 mod control;
+pub mod incremental;
 mod path;
 mod plots;
 mod record;

@@ -5,11 +5,11 @@ use crate::laws::{
 };
 
 /// Set R1 of the sheet (Pa).
-const YOUNG: f64 = 20e6;
+pub(super) const YOUNG: f64 = 20e6;
 const BULK: f64 = YOUNG / (3.0 * 0.4);
-const SHEAR: f64 = YOUNG / 2.6;
+pub(super) const SHEAR: f64 = YOUNG / 2.6;
 
-fn elastic() -> MaterialSpec {
+pub(super) fn elastic() -> MaterialSpec {
     MaterialSpec::LinearElastic(LinearElasticSpec {
         density: 2000.0,
         youngs_modulus: YOUNG,
@@ -67,7 +67,7 @@ fn unit(value: f64) -> [[f64; 6]; 6] {
     std::array::from_fn(|i| std::array::from_fn(|j| if i == j { value } else { 0.0 }))
 }
 
-fn close(found: f64, exact: f64, tolerance: f64) {
+pub(super) fn close(found: f64, exact: f64, tolerance: f64) {
     assert!((found - exact).abs() <= tolerance * exact.abs().max(1.0), "{found} for {exact}");
 }
 
