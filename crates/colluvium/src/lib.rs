@@ -28,7 +28,8 @@ mod reference;
 
 pub use reference::case_reference;
 
-use case::{Case, Method};
+use case::{Case, CaseError, CaseErrors, Method};
+use constitutive::driver::{DriverError, ElementTest};
 use serde_json::Value;
 
 /// All methods.
@@ -45,6 +46,35 @@ pub fn method(name: &str) -> Option<&'static dyn Method> {
 pub fn case_schema() -> Value {
     let options: Vec<_> = methods().iter().map(|method| (method.name(), method.options_schema())).collect();
     Case::schema(&options)
+}
+
+/// An element test from the text of its file.
+///
+/// ```
+/// let text = r#"{
+///     "title": "oedometer",
+///     "material": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 2e7, "poissons_ratio": 0.3 },
+///     "stages": [{ "path": { "kind": "oedometer", "axial_compression": 0.01 }, "steps": 10 }]
+/// }"#;
+/// let path = colluvium::element_test(text)?.run()?;
+/// assert!((path.last("stress_zz") / -269_230.769 - 1.0).abs() < 1e-8);
+///
+/// let error = colluvium::element_test(&text.replace("0.3", "0.7")).unwrap_err();
+/// assert!(error.to_string().starts_with("material.poissons_ratio: 0.7 "));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// Everything wrong in the file, each with its JSON path.
+pub fn element_test(text: &str) -> Result<ElementTest, CaseErrors> {
+    let test: ElementTest = case::json::read(text)?;
+    match test.validate() {
+        Ok(()) => Ok(test),
+        Err(DriverError::Invalid(problems)) => {
+            Err(CaseErrors(problems.into_iter().map(|p| CaseError::new(p.path, p.problem)).collect()))
+        }
+        Err(other) => Err(CaseErrors::one(CaseError::new("stages", other.to_string()))),
+    }
 }
 
 /// Starting cases: name and JSON text.

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::time::Duration;
+use std::time::{Duration, Instant, SystemTime};
 
 use serde_json::{Value, json};
 
@@ -122,7 +122,7 @@ fn broken_cases_end_with_code_3_and_one_clear_line() {
             let (code, _, errors) = output(&mut run);
             assert_eq!(code, 3, "{command} {pointer}: {errors}");
             let first = errors.lines().next().unwrap_or_default();
-            assert!(first.starts_with(&format!("error: {path}")), "{command} {pointer}: {first}");
+            assert!(first.starts_with(&format!("error: {path}: ")), "{command} {pointer}: {first}");
             assert!(!errors.contains("panicked"), "{errors}");
         }
         assert!(!out.exists(), "{pointer}: a broken case leaves nothing");
@@ -146,24 +146,42 @@ fn files_that_are_no_cases_are_refused() {
 #[test]
 fn threads_do_not_change_a_bit() {
     let folder = tempfile::tempdir().unwrap();
-    for (shape, scheme) in [("ugimp", "musl"), ("quadratic", "usl"), ("linear", "usf")] {
+    let shapes = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"];
+    let pairs = shapes.iter().flat_map(|shape| ["usf", "usl", "musl"].map(|scheme| (*shape, scheme)));
+    for (shape, scheme) in pairs {
         let mut case = column();
         case["methods"]["mpm"]["shape"] = json!(shape);
         case["methods"]["mpm"]["stress_update"] = json!(scheme);
-        case["stages"] = json!([{ "name": "go", "duration": 0.04 }]);
-        let file = write(folder.path(), &format!("{shape}.json"), &case);
+        case["stages"] = json!([{ "name": "go", "duration": 0.03 }]);
+        let name = format!("{shape}-{scheme}");
+        let file = write(folder.path(), &format!("{name}.json"), &case);
         let run = |threads: &str| {
-            let out = folder.path().join(format!("{shape}-{threads}"));
+            let out = folder.path().join(format!("{name}-{threads}"));
             let mut command = colluvium();
             command.args(["run", "--quiet", "--threads", threads, "--out"]).arg(&out).arg(&file);
             let (code, _, errors) = output(&mut command);
-            assert_eq!(code, 0, "{shape}: {errors}");
+            assert_eq!(code, 0, "{name}: {errors}");
             (summary(&out)["snapshot_hash"].clone(), results(&out))
         };
         let (one, two) = (run("1"), run("2"));
-        assert!(one.0.is_string() && one.0 == two.0, "{shape}: {} and {}", one.0, two.0);
-        assert!(one.1 == two.1, "{shape}: every file is the same");
+        assert!(one.0.is_string() && one.0 == two.0, "{name}: {} and {}", one.0, two.0);
+        assert!(one.1 == two.1, "{name}: every file is the same");
     }
+}
+
+fn modified(file: &Path) -> Option<SystemTime> {
+    fs::metadata(file).and_then(|data| data.modified()).ok()
+}
+
+/// The first frame after the start, once there is a checkpoint that was written after it.
+fn frame_before_checkpoint(out: &Path) -> Option<(PathBuf, SystemTime)> {
+    let entries = fs::read_dir(out.join("frames")).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+    let mut frames: Vec<PathBuf> =
+        entries.filter(|path| path.extension().is_some_and(|extension| extension == "vtu")).collect();
+    frames.sort();
+    let frame = frames.into_iter().nth(1)?;
+    let (written, saved) = (modified(&frame)?, modified(&out.join("checkpoint.bin"))?);
+    (saved > written).then_some((frame, written))
 }
 
 #[test]
@@ -176,6 +194,7 @@ fn a_killed_run_resumes_to_the_last_bit() {
     assert_eq!(summary(&whole)["status"], "completed");
     let killed = folder.path().join("killed");
     let mut kills = 0;
+    let mut kept = None;
     // Later and later, so that the run gets on between two kills whatever the speed of the machine.
     for attempt in 0..60u64 {
         let mut command = colluvium();
@@ -184,13 +203,20 @@ fn a_killed_run_resumes_to_the_last_bit() {
             command.arg("--resume");
         }
         let mut child = command.spawn().expect("the program starts");
-        std::thread::sleep(Duration::from_millis(30 + 37 * attempt));
-        if let Some(status) = child.try_wait().expect("a child") {
-            assert!(status.success());
+        let patience = Instant::now() + Duration::from_millis(30 + 37 * attempt);
+        // The first kill waits until there is something that only a run from the start would write again.
+        while kept.is_none() && child.try_wait().expect("a child").is_none() {
+            std::thread::sleep(Duration::from_millis(1));
+            kept = frame_before_checkpoint(&killed);
+        }
+        while child.try_wait().expect("a child").is_none() && Instant::now() < patience {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // The child may end by itself before the signal comes: its status tells.
+        let _ = child.kill();
+        if child.wait().expect("a dead child").success() {
             break;
         }
-        child.kill().expect("kill -9");
-        child.wait().expect("a dead child");
         kills += 1;
         if killed.join("summary.json").exists() {
             assert_ne!(summary(&killed)["status"], "completed", "a killed run does not look complete");
@@ -200,6 +226,8 @@ fn a_killed_run_resumes_to_the_last_bit() {
     assert_eq!(summary(&killed)["status"], "completed");
     assert_eq!(summary(&killed)["snapshot_hash"], summary(&whole)["snapshot_hash"]);
     assert!(results(&killed) == results(&whole), "every file is the same after {kills} kills");
+    let (frame, written) = kept.expect("a checkpoint after the first frame");
+    assert_eq!(modified(&frame), Some(written), "runs from the start write {} again", frame.display());
 }
 
 #[test]
@@ -221,6 +249,19 @@ fn a_folder_with_results_is_safe() {
     assert!(fs::read_to_string(out.join("frames.pvd")).unwrap().contains("timestep"));
 }
 
+/// What `plot --field pressure` draws of the disks, without extension.
+const PICTURES: [&str; 9] = [
+    "angular_momentum.z",
+    "elastic_energy",
+    "kinetic_energy",
+    "mass",
+    "momentum.x",
+    "momentum.y",
+    "momentum.z",
+    "potential_energy",
+    "pressure-00009",
+];
+
 #[test]
 fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
     let folder = tempfile::tempdir().unwrap();
@@ -241,10 +282,10 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
         let (code, _, errors) =
             output(colluvium().args(["plot", "--field", "pressure", "--format", format]).arg(&out));
         assert_eq!(code, 0, "{errors}");
-        let pictures = fs::read_dir(&out).unwrap().filter(|entry| {
-            entry.as_ref().is_ok_and(|entry| entry.path().extension().is_some_and(|e| e == format))
-        });
-        assert!(pictures.count() >= 5);
+        let ending = format!(".{format}");
+        let mut pictures = names_in(&out);
+        pictures.retain(|name| name.ends_with(&ending));
+        assert_eq!(pictures, PICTURES.map(|name| format!("{name}{ending}")), "{format}");
     }
     assert_eq!(output(colluvium().args(["plot", "--frame", "999"]).arg(&out)).0, 2);
     assert_eq!(output(colluvium().args(["plot", "--field", "colour"]).arg(&out)).0, 2);
@@ -263,29 +304,141 @@ fn the_schema_is_json_and_knows_the_methods() {
     assert!(code == 0 && text.starts_with("# Case file") && text.contains("`friction_angle`"));
 }
 
+/// Names in a folder, sorted.
+fn names_in(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+/// Last value of a column of `path.csv`.
+fn last(out: &Path, column: &str) -> f64 {
+    let table = fs::read_to_string(out.join("path.csv")).expect("a table");
+    let mut columns = table.lines().nth(1).expect("a head").split(',');
+    let index = columns.position(|c| c.split(" (").next() == Some(column)).expect("the column");
+    let row = table.lines().last().expect("a row");
+    row.split(',').nth(index).expect("a value").parse().expect("a number")
+}
+
+fn triaxial(path: Value) -> Value {
+    json!({
+        "title": "triaxial",
+        "material": { "model": "drucker-prager", "density": 1600, "youngs_modulus": 2e7, "poissons_ratio": 0.3, "friction_angle": 30 },
+        "initial_stress": [-1e5, -1e5, -1e5, 0, 0, 0],
+        "stages": [{ "path": path, "steps": 100 }]
+    })
+}
+
 #[test]
 fn an_element_test_leaves_a_table_and_four_pictures() {
     let folder = tempfile::tempdir().unwrap();
-    let test = json!({
-        "title": "drained triaxial",
-        "material": { "model": "drucker-prager", "density": 1600, "youngs_modulus": 2e7, "poissons_ratio": 0.3, "friction_angle": 30 },
-        "initial_stress": [-1e5, -1e5, -1e5, 0, 0, 0],
-        "stages": [{ "path": { "kind": "triaxial-drained", "axial_compression": 0.05 } }]
-    });
-    let file = write(folder.path(), "triaxial.json", &test);
+    let drained = triaxial(json!({ "kind": "triaxial-drained", "axial_compression": 0.05 }));
+    let file = write(folder.path(), "triaxial.json", &drained);
     let out = folder.path().join("out");
     let (code, _, errors) = output(colluvium().arg("element-test").arg(&file).arg("--out").arg(&out));
     assert_eq!(code, 0, "{errors}");
-    assert_eq!(fs::read_dir(&out).unwrap().count(), 5);
-    let table = fs::read_to_string(out.join("path.csv")).unwrap();
+    assert_eq!(
+        names_in(&out),
+        ["path.csv", "q-p.png", "q-strain.png", "volume-ln-p.png", "volume-strain.png"]
+    );
     // Cohesionless, matched in triaxial compression: q = σ₃ (k - 1) = 200 kPa.
-    let columns: Vec<&str> = table.lines().nth(1).unwrap().split(',').collect();
-    let q = columns.iter().position(|c| c.starts_with("q (")).unwrap();
-    let last: f64 = table.lines().last().unwrap().split(',').nth(q).unwrap().parse().unwrap();
-    assert!((last / 2e5 - 1.0).abs() < 1e-6, "{last}");
-    let mut wrong = test.clone();
-    wrong["stages"][0]["path"]["kind"] = json!("triaxal");
-    let file = write(folder.path(), "wrong.json", &wrong);
-    let (code, _, errors) = output(colluvium().arg("element-test").arg(&file));
-    assert!(code == 3 && errors.contains("stages[0].path.kind"), "{errors}");
+    assert!((last(&out, "q") / 2e5 - 1.0).abs() < 1e-6, "{}", last(&out, "q"));
+    let undrained = triaxial(json!({ "kind": "triaxial-undrained", "axial_compression": 0.05 }));
+    let file = write(folder.path(), "undrained.json", &undrained);
+    let out = folder.path().join("undrained");
+    let mut command = colluvium();
+    let (code, _, errors) =
+        output(command.arg("element-test").arg(&file).arg("--out").arg(&out).args(["--format", "svg"]));
+    assert_eq!(code, 0, "{errors}");
+    assert_eq!(
+        names_in(&out),
+        ["path.csv", "pore-pressure-strain.svg", "q-p.svg", "q-strain.svg", "volume-ln-p.svg"]
+    );
+    assert!(fs::read_to_string(out.join("q-p.svg")).unwrap().contains("yield surface"));
+}
+
+#[test]
+fn broken_element_tests_end_with_code_3_and_the_path_of_every_mistake() {
+    let folder = tempfile::tempdir().unwrap();
+    let breakages: Vec<(&str, &str, Value)> = vec![
+        ("/title", "title", json!(1)),
+        ("/initial_stress", "initial_stress", json!([1, 2, 3])),
+        ("/initial_stress/2", "initial_stress", json!(-9e9)),
+        ("/material/friction_angle", "material.friction_angle", json!(95)),
+        ("/material/friction", "material.friction", json!(95)),
+        ("/stages", "stages", json!([])),
+        ("/stages/0/steps", "stages[0].steps", json!(0)),
+        ("/stages/0/steps", "stages[0].steps", json!(-5)),
+        ("/stages/0/duration", "stages[0].duration", json!(0)),
+        ("/stages/0/path/kind", "stages[0].path.kind", json!("triaxal")),
+        ("/stages/0/path/b", "stages[0].path.b", json!(1.5)),
+        ("/stages/0/path/axial_compression", "stages[0].path", json!(1e3)),
+        ("/stages/0/path", "stages[0].path", json!({ "kind": "reversal" })),
+    ];
+    for (number, (pointer, path, value)) in breakages.into_iter().enumerate() {
+        let mut test = triaxial(json!({ "kind": "true-triaxial", "axial_compression": 0.05, "b": 0.2 }));
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        match test.pointer_mut(parent).unwrap() {
+            Value::Object(map) => {
+                map.insert(key.to_owned(), value);
+            }
+            other => other[key.parse::<usize>().unwrap()] = value,
+        }
+        let file = write(folder.path(), &format!("broken-{number}.json"), &test);
+        let out = folder.path().join(format!("out-{number}"));
+        let (code, _, errors) = output(colluvium().arg("element-test").arg(&file).arg("--out").arg(&out));
+        assert_eq!(code, 3, "{pointer}: {errors}");
+        let first = errors.lines().next().unwrap_or_default();
+        assert!(first.starts_with(&format!("error: {path}: ")), "{pointer}: {first}");
+        assert!(!out.exists(), "{pointer}: a broken test leaves nothing");
+    }
+}
+
+#[test]
+fn a_limit_load_leaves_what_came_before_and_ends_with_code_1() {
+    let folder = tempfile::tempdir().unwrap();
+    let push = triaxial(json!({ "kind": "stress", "increment": [0, 0, -3e5, 0, 0, 0] }));
+    let file = write(folder.path(), "push.json", &push);
+    let out = folder.path().join("out");
+    let (code, _, errors) = output(colluvium().arg("element-test").arg(&file).arg("--out").arg(&out));
+    assert_eq!(code, 1, "{errors}");
+    assert!(errors.starts_with("error: stages[0].path: limit load reached in step 66"), "{errors}");
+    assert!((last(&out, "q") / 2e5 - 1.0).abs() < 1e-4, "{}", last(&out, "q"));
+    assert_eq!(names_in(&out).len(), 5);
+}
+
+#[test]
+fn a_folder_of_an_incremental_driver_is_an_element_test() {
+    let folder = tempfile::tempdir().unwrap();
+    let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    put("parameters.inp", "Elastic\n2\n2.0d4\n0.3\n");
+    put("initialconditions.inp", "6\n-100\n-100\n-100\n0\n0\n0\n1\n0.0\n");
+    put("test.inp", "out.txt # triaxial\n*TriaxialE1\n100 10 1.0 : 10\n-0.01\n*End\n");
+    let material =
+        json!({ "model": "linear-elastic", "density": 1600, "youngs_modulus": 2e7, "poissons_ratio": 0.3 });
+    let law = write(folder.path(), "law.json", &material);
+    let out = folder.path().join("out");
+    let run = |law: &Path| {
+        let mut command = colluvium();
+        command.arg("element-test").arg(folder.path()).args(["--stress-unit", "kPa", "--material"]).arg(law);
+        output(command.arg("--out").arg(&out))
+    };
+    let (code, text, errors) = run(&law);
+    assert_eq!(code, 0, "{errors}");
+    assert!(text.starts_with("12 rows"), "{text}");
+    assert!(errors.starts_with("warning: parameters.inp: "), "{errors}");
+    assert!((last(&out, "q") / 2e5 - 1.0).abs() < 1e-9, "{}", last(&out, "q"));
+    put("test.inp", "out.txt\n*TriaxialE9\n100 10 1.0\n-0.01\n");
+    let (code, _, errors) = run(&law);
+    let place = folder.path().join("test.inp:2");
+    assert!(
+        code == 3 && errors.starts_with(&format!("error: {}: \"*TriaxialE9\" ", place.display())),
+        "{errors}"
+    );
+    let (code, ..) = output(colluvium().arg("element-test").arg(folder.path()));
+    assert_eq!(code, 2, "a folder needs a law");
+    let (code, ..) = output(colluvium().arg("element-test").arg(&law).arg("--material").arg(&law));
+    assert_eq!(code, 2, "a test file has its own law");
 }

@@ -1,19 +1,28 @@
 //! `colluvium element-test`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use colluvium::case::output::write_atomically;
 use colluvium::case::plot::{LineChart, Picture, Series, Style};
 use colluvium::case::{CaseError, CaseErrors, json};
-use colluvium::constitutive::driver::{ElementPath, ElementTest, STANDARD_PLOTS};
+use colluvium::constitutive::MaterialSpec;
+use colluvium::constitutive::driver::incremental::{self, IncrementalTest};
+use colluvium::constitutive::driver::{DriverError, ElementPath, Problem, StandardPlot, Trace, YieldLine};
 
 use super::Failure;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// The test file.
+    /// The test file, or a folder with the files of an incrementalDriver: initialconditions.inp,
+    /// test.inp and perhaps parameters.inp.
     file: PathBuf,
+    /// File with the material, for a folder: what stands under "material" in a test file.
+    #[arg(long)]
+    material: Option<PathBuf>,
+    /// The unit of stress in the files of a folder.
+    #[arg(long, default_value = "Pa", value_parser = ["Pa", "kPa", "MPa"])]
+    stress_unit: String,
     /// Folder for table and pictures; the name of the file by default.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -23,52 +32,101 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let unreadable = |error: std::io::Error| {
-        CaseErrors::one(CaseError::new(
-            arguments.file.display().to_string(),
-            format!("cannot be read: {error}"),
-        ))
-    };
-    let text = std::fs::read_to_string(&arguments.file).map_err(unreadable)?;
-    let test: ElementTest = json::read(&text)?;
-    let path = test.run().map_err(|error| {
-        use colluvium::constitutive::driver::DriverError;
-        match error {
-            DriverError::LimitLoad { .. } | DriverError::Law { .. } => Failure::Other(error.to_string()),
-            wrong => CaseError::new(arguments.file.display().to_string(), wrong.to_string()).into(),
+    let file = &arguments.file;
+    let (test, incremental) = match (file.is_dir(), &arguments.material) {
+        (true, Some(material)) => {
+            let test = incremental(file, material, &arguments.stress_unit)?;
+            (test.test.clone(), Some(test))
         }
-    })?;
-    let stem = || PathBuf::from(arguments.file.file_stem().unwrap_or_default());
+        (true, None) => {
+            return Err(Failure::Usage("a folder names no material law: give one with --material".into()));
+        }
+        (false, Some(_)) => {
+            return Err(Failure::Usage("--material goes with a folder; a test file has its own".into()));
+        }
+        (false, None) => (colluvium::element_test(&read(file)?)?, None),
+    };
+    let stem = || PathBuf::from(file.canonicalize().unwrap_or_default().file_stem().unwrap_or_default());
     let out = arguments.out.clone().unwrap_or_else(stem);
-    std::fs::create_dir_all(&out).map_err(|error| Failure::Other(format!("{}: {error}", out.display())))?;
-    let mut table = Vec::new();
-    path.write_csv(&mut table).map_err(|error| Failure::Other(error.to_string()))?;
-    write_atomically(&out.join("path.csv"), &table)?;
-    for chart in charts(&test.title, &path) {
-        chart.1.write(&out.join(format!("{}.{}", chart.0, arguments.format)))?;
+    let broken = |error: DriverError| CaseError::new(file.display().to_string(), error.to_string());
+    let mut trace = test.trace().map_err(broken)?;
+    if let Some(incremental) = &incremental {
+        incremental.thin(&mut trace.path);
     }
-    let (p, q) = (path.last("p"), path.last("q"));
+    write(&test.title, &trace, &out, &arguments.format)?;
+    let (p, q) = (trace.path.last("p"), trace.path.last("q"));
     println!(
         "{} rows; at the end p = {p:.6e} Pa, q = {q:.6e} Pa; results in {}",
-        path.rows.len(),
+        trace.path.rows.len(),
         out.display()
     );
+    trace.stopped.map_or(Ok(()), |error| Err(Failure::Other(error.to_string())))
+}
+
+/// Reads the files of an incrementalDriver.
+fn incremental(folder: &Path, material: &Path, unit: &str) -> Result<IncrementalTest, Failure> {
+    let parameters = folder.join(incremental::PARAMETERS);
+    let parameters = if parameters.exists() { Some(read(&parameters)?) } else { None };
+    let input = incremental::Input {
+        parameters: parameters.as_deref(),
+        initial: &read(&folder.join(incremental::INITIAL))?,
+        test: &read(&folder.join(incremental::TEST))?,
+        material: json::read::<MaterialSpec>(&read(material)?)?,
+        stress_unit: match unit {
+            "kPa" => 1e3,
+            "MPa" => 1e6,
+            _ => 1.0,
+        },
+    };
+    let test = IncrementalTest::read(&input).map_err(|problems| {
+        let located = problems.into_iter().map(|Problem { path, problem }| {
+            // What does not stand in one of the files stands in the material's.
+            let inner = path.strip_prefix("material.").map(|key| format!("{}: {key}", material.display()));
+            CaseError::new(inner.unwrap_or_else(|| folder.join(path).display().to_string()), problem)
+        });
+        CaseErrors(located.collect())
+    })?;
+    let unused = [
+        (test.parameters.values.len(), incremental::PARAMETERS, "properties"),
+        (test.state.iter().filter(|value| **value != 0.0).count(), incremental::INITIAL, "state variables"),
+    ];
+    for (count, file, what) in unused.into_iter().filter(|(count, ..)| *count > 0) {
+        eprintln!("warning: {file}: the law of --material does not use the {count} {what}");
+    }
+    Ok(test)
+}
+
+fn read(file: &Path) -> Result<String, CaseErrors> {
+    let unreadable = |error| {
+        CaseErrors::one(CaseError::new(file.display().to_string(), format!("cannot be read: {error}")))
+    };
+    std::fs::read_to_string(file).map_err(unreadable)
+}
+
+/// The table and the pictures.
+fn write(title: &str, trace: &Trace, out: &Path, format: &str) -> Result<(), Failure> {
+    std::fs::create_dir_all(out).map_err(|error| Failure::Other(format!("{}: {error}", out.display())))?;
+    let mut table = Vec::new();
+    trace.path.write_csv(&mut table).map_err(|error| Failure::Other(error.to_string()))?;
+    write_atomically(&out.join("path.csv"), &table)?;
+    for plot in trace.path.standard_plots() {
+        let yield_lines = if plot.name == "q-p" { trace.yield_lines() } else { Vec::new() };
+        chart(title, &plot, &trace.path, yield_lines).write(&out.join(format!("{}.{format}", plot.name)))?;
+    }
     Ok(())
 }
 
-fn charts(title: &str, path: &ElementPath) -> Vec<(&'static str, LineChart)> {
-    let chart = |plot: &colluvium::constitutive::driver::StandardPlot| {
-        let x = path.column(plot.x).unwrap_or_default();
-        let y = path.column(plot.y).unwrap_or_default();
-        let points = x.into_iter().zip(y).collect();
-        let chart = LineChart {
-            title: title.to_owned(),
-            x_label: plot.x_label.to_owned(),
-            y_label: plot.y_label.to_owned(),
-            log: false,
-            series: vec![Series::new("", points, Style::Line)],
-        };
-        (plot.name, chart)
-    };
-    STANDARD_PLOTS.iter().map(chart).collect()
+fn chart(title: &str, plot: &StandardPlot, path: &ElementPath, yield_lines: Vec<YieldLine>) -> LineChart {
+    let column = |name: &str| path.column(name).unwrap_or_default();
+    let points = column(plot.x).into_iter().zip(column(plot.y)).collect();
+    let label = if yield_lines.is_empty() { "" } else { "path" };
+    let mut series = vec![Series::new(label, points, Style::Line)];
+    series.extend(yield_lines.into_iter().map(|line| Series::new(line.label, line.points, Style::Dashed)));
+    LineChart {
+        title: title.to_owned(),
+        x_label: plot.x_label.to_owned(),
+        y_label: plot.y_label.to_owned(),
+        log: false,
+        series,
+    }
 }

@@ -1,9 +1,7 @@
-//! The built-in paths, as conditions on stress and strain increments.
+//! The built-in paths, as a case file gives them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use crate::Mat3;
 
 /// What a stage prescribes. Amounts are totals over the stage; keys named `compression` are positive
 /// when the specimen gets shorter.
@@ -67,7 +65,13 @@ pub enum Path {
         /// Components xx yy zz xy yz zx (Pa, tension-positive).
         increment: [f64; 6],
     },
-    /// General linear control `S Δσ + E Δε = ΔY`, six rows; strain with tensor shear.
+    /// Simple shear along x on planes normal to y by a given shear stress, normal stress kept.
+    SimpleShearStress {
+        /// Change of the shear stress (Pa).
+        shear_stress: f64,
+    },
+    /// General linear control `S Δσ + E Δε = ΔY`, six rows; strain with tensor shear. With an
+    /// amplitude the stage is one period: `ΔY(t) = total t/T + amplitude (sin(2πt/T + phase) - sin(phase))`.
     General {
         /// The matrix S, row by row.
         stress: [[f64; 6]; 6],
@@ -75,11 +79,46 @@ pub enum Path {
         strain: [[f64; 6]; 6],
         /// The right-hand side ΔY.
         total: [f64; 6],
+        /// Amplitude of each row.
+        #[serde(default)]
+        amplitude: [f64; 6],
+        /// Phase of each row (degrees).
+        #[serde(default)]
+        phase: [f64; 6],
+        /// Rotation that goes with it: angles about x, y, z (degrees, right-handed).
+        #[serde(default)]
+        spin: [f64; 3],
     },
-    /// Constant velocity gradient: creep, relaxation (zero gradient) and steady flow.
+    /// A list of increments one after another, each taken in the stage's number of steps and an equal
+    /// share of its duration. Every row prescribes either strain or stress.
+    Direct {
+        /// What each of the rows xx yy zz xy yz zx prescribes.
+        control: [Controlled; 6],
+        /// Increments: tensor strain, or stress (Pa), tension-positive, as `control` says.
+        increments: Vec<[f64; 6]>,
+        /// Rotation that goes with each increment: angles about x, y, z (degrees); none when empty.
+        #[serde(default)]
+        spins: Vec<[f64; 3]>,
+    },
+    /// Constant velocity gradient: creep of a fluid, steady flow.
     Flow {
         /// Velocity gradient `∂v_i/∂x_j` (1/s), row by row.
         velocity_gradient: [[f64; 3]; 3],
+    },
+    /// Deformation gradient that goes from the unit matrix to the given one, linearly in time.
+    DeformationGradient {
+        /// Deformation gradient at the end, relative to the beginning of the stage, row by row.
+        deformation: [[f64; 3]; 3],
+    },
+    /// Time passes, stress is kept.
+    Creep {},
+    /// Time passes, nothing moves.
+    Relaxation {},
+    /// The stage before, backwards: the same kind of control with all amounts turned round.
+    Reversal {
+        /// Share of the stage before that is taken back.
+        #[serde(default = "whole")]
+        fraction: f64,
     },
     /// Rigid rotation about z.
     Rotation {
@@ -88,111 +127,16 @@ pub enum Path {
     },
 }
 
-/// Conditions of one step: either six linear equations, or the whole motion.
-pub(super) enum Control {
-    /// `S Δσ + E Δε = ΔY`, with engineering shear in Δε, and the spin that goes with a unit of Δε_xy.
-    Mixed { stress: [[f64; 6]; 6], strain: [[f64; 6]; 6], total: [f64; 6], shear_turns: bool },
-    /// `dt L` of the step.
-    Given(Mat3),
-    /// A rigid rotation by this angle (rad) a step.
-    Rotation(f64),
+/// What a row of a direct path prescribes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Controlled {
+    /// The strain increment.
+    Strain,
+    /// The stress increment.
+    Stress,
 }
 
-/// Names of the components, for messages.
-pub(super) const NAMES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
-
-/// Collects rows of the control.
-struct Rows {
-    stress: [[f64; 6]; 6],
-    strain: [[f64; 6]; 6],
-    total: [f64; 6],
-    shear_turns: bool,
-}
-
-impl Rows {
-    /// All strain increments zero.
-    fn still() -> Self {
-        let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
-        let strain = std::array::from_fn(|i| std::array::from_fn(|j| unit(i, j)));
-        Self { stress: [[0.0; 6]; 6], strain, total: [0.0; 6], shear_turns: false }
-    }
-
-    fn strain(mut self, component: usize, total: f64) -> Self {
-        self.total[component] = total;
-        self
-    }
-
-    fn stress(mut self, component: usize, total: f64) -> Self {
-        self.strain[component][component] = 0.0;
-        self.stress[component][component] = 1.0;
-        self.total[component] = total;
-        self
-    }
-
-    fn done(self) -> Control {
-        let Self { stress, strain, total, shear_turns } = self;
-        Control::Mixed { stress, strain, total, shear_turns }
-    }
-}
-
-impl Path {
-    /// The conditions of one of `steps` steps, from a stage that starts at `stress`.
-    pub(super) fn control(&self, stress: &crate::SymTensor, steps: usize, dt: f64) -> Control {
-        let share = 1.0 / steps as f64;
-        let still = Rows::still;
-        match *self {
-            Self::Isotropic { pressure } => {
-                let to = |c: usize| (-pressure - stress[c]) * share;
-                still().stress(0, to(0)).stress(1, to(1)).stress(2, to(2)).done()
-            }
-            Self::Oedometer { axial_compression } => still().strain(2, -axial_compression * share).done(),
-            Self::TriaxialDrained { axial_compression: amount } => {
-                still().stress(0, 0.0).stress(1, 0.0).strain(2, -amount * share).done()
-            }
-            Self::TriaxialExtension { axial_extension: amount } => {
-                still().stress(0, 0.0).stress(1, 0.0).strain(2, amount * share).done()
-            }
-            Self::TriaxialUndrained { axial_compression } => {
-                let mut rows = still().strain(2, -axial_compression * share);
-                rows.strain[0] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
-                rows.strain[1] = [0.0; 6];
-                rows.stress[1] = [1.0, -1.0, 0.0, 0.0, 0.0, 0.0];
-                rows.done()
-            }
-            Self::TrueTriaxial { axial_compression, b } => {
-                let mut rows = still().stress(0, 0.0).stress(1, 0.0).strain(2, -axial_compression * share);
-                rows.stress[1] = [b - 1.0, 1.0, -b, 0.0, 0.0, 0.0];
-                rows.done()
-            }
-            Self::BiaxialPlaneStrain { axial_compression } => {
-                still().stress(0, 0.0).strain(1, -axial_compression * share).done()
-            }
-            Self::SimpleShearConstantVolume { shear } => {
-                let mut rows = still().strain(3, shear * share);
-                rows.shear_turns = true;
-                rows.done()
-            }
-            Self::SimpleShearConstantNormalStress { shear } => {
-                let mut rows = still().stress(1, 0.0).strain(3, shear * share);
-                rows.shear_turns = true;
-                rows.done()
-            }
-            Self::Strain { increment } => {
-                let engineering = |c: usize| if c < 3 { increment[c] } else { 2.0 * increment[c] };
-                let mut rows = still();
-                rows.total = std::array::from_fn(|c| engineering(c) * share);
-                rows.done()
-            }
-            Self::Stress { increment } => {
-                (0..6).fold(still(), |rows, c| rows.stress(c, increment[c] * share)).done()
-            }
-            Self::General { stress, mut strain, total } => {
-                // The file's strain has tensor shear, the solve engineering shear.
-                strain.iter_mut().for_each(|row| row[3..].iter_mut().for_each(|e| *e *= 0.5));
-                Control::Mixed { stress, strain, total: total.map(|t| t * share), shear_turns: false }
-            }
-            Self::Flow { velocity_gradient } => Control::Given(Mat3(velocity_gradient) * dt),
-            Self::Rotation { angle } => Control::Rotation(angle.to_radians() * share),
-        }
-    }
+fn whole() -> f64 {
+    1.0
 }

@@ -2,8 +2,9 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::path::{Control, NAMES};
-use super::{DriverError, Record, Specimen, TestStage};
+use super::control::{Control, NAMES, Program};
+use super::record::Record;
+use super::{DriverError, Specimen, TestStage};
 use crate::{Mat3, Motion};
 
 type Matrix = SMatrix<f64, 6, 6>;
@@ -18,63 +19,88 @@ const TOLERANCE: f64 = 1e-10;
 /// A step that fails is halved this many times, to 1/1024.
 const HALVINGS: u32 = 10;
 
-/// Runs one stage.
+/// How a stage stands in its test.
+pub(super) struct Place<'t> {
+    /// Number of the stage.
+    pub(super) number: usize,
+    /// The stage.
+    pub(super) stage: &'t TestStage,
+}
+
+/// Runs one stage; what was reached is recorded whether or not it ends well.
 pub(super) fn stage(
     specimen: &mut Specimen,
     record: &mut Record,
-    number: usize,
-    stage: &TestStage,
+    place: &Place<'_>,
+    program: &Program,
 ) -> Result<(), DriverError> {
-    let dt = stage.duration / stage.steps as f64;
-    let control = stage.path.control(&specimen.stress, stage.steps, dt);
-    if let Control::Mixed { stress, strain, .. } = &control {
-        check_rank(stress, strain).map_err(|problem| DriverError::Stage { stage: number, problem })?;
-    }
-    for step in 0..stage.steps {
-        let law = |source| DriverError::Law { stage: number, step, source };
-        let invalid =
-            || DriverError::Stage { stage: number, problem: "the motion of a step is singular".to_owned() };
-        match &control {
-            Control::Given(gradient) => {
-                let motion = specimen.motion(gradient, dt).ok_or_else(invalid)?;
-                apply(specimen, record, &motion).map_err(law)?;
-            }
-            Control::Rotation(angle) => {
-                let density = specimen.density;
-                let rotation = Mat3::rotation_z(*angle);
-                let motion = Motion::from_deformation(&rotation, dt, density, 1.0).ok_or_else(invalid)?;
-                apply(specimen, record, &motion).map_err(law)?;
-            }
-            Control::Mixed { stress, strain, total, shear_turns } => {
-                let mixed = Mixed {
-                    stress: Matrix::from_fn(|i, j| stress[i][j]),
-                    strain: Matrix::from_fn(|i, j| strain[i][j]),
-                    total: Vector::from_column_slice(total),
-                    shear_turns: *shear_turns,
-                };
-                mixed.advance(specimen, record, dt, HALVINGS).map_err(|trouble| match trouble {
-                    Trouble::Law(source) => law(source),
-                    Trouble::Row(row) => {
-                        let row = format!("condition on {}", NAMES[row]);
-                        DriverError::LimitLoad { stage: number, step, row }
-                    }
-                })?;
-            }
+    let steps = place.stage.steps;
+    let dt = place.stage.duration / (steps * program.parts.len().max(1)) as f64;
+    record.pore = program.pore;
+    for (part, control) in program.parts.iter().enumerate() {
+        for step in 0..steps {
+            let result = advance(specimen, record, control, dt, (step, steps));
+            record.push_if_moved(specimen);
+            let (stage, step) = (place.number, part * steps + step);
+            result.map_err(|trouble| match trouble {
+                Trouble::Law(source) => DriverError::Law { stage, step, source },
+                Trouble::Singular => {
+                    DriverError::Stage { stage, problem: "the motion of a step is singular".to_owned() }
+                }
+                Trouble::Row(row) => {
+                    DriverError::LimitLoad { stage, step, row: format!("condition on {}", NAMES[row]) }
+                }
+            })?;
         }
-        record.push(specimen);
     }
     Ok(())
 }
 
+/// One step of a part of a stage.
+fn advance(
+    specimen: &mut Specimen,
+    record: &mut Record,
+    control: &Control,
+    dt: f64,
+    (step, steps): (usize, usize),
+) -> Result<(), Trouble> {
+    let share = 1.0 / steps as f64;
+    let motion = match control {
+        Control::Mixed(conditions) => {
+            let mixed = Mixed {
+                stress: Matrix::from_fn(|i, j| conditions.stress[i][j]),
+                strain: Matrix::from_fn(|i, j| conditions.strain[i][j]),
+                total: Vector::from_column_slice(&conditions.amounts(step, steps)),
+                shear_turns: conditions.shear_turns,
+                spin: conditions.spin(steps),
+            };
+            return mixed.advance(specimen, record, dt, HALVINGS);
+        }
+        Control::Given(gradient) => specimen.motion(&(*gradient * share), dt),
+        Control::Rotation(angle) => {
+            let rotation = Mat3::rotation_z(*angle * share);
+            Motion::from_deformation(&rotation, dt, specimen.density, 1.0)
+        }
+        Control::Deformation { from, to } => {
+            let at = |step: usize| *from + (*to - *from) * (step as f64 * share);
+            let relative = at(step).inverse().map(|inverse| at(step + 1) * inverse);
+            relative
+                .filter(|f| f.determinant() > 0.0)
+                .and_then(|f| Motion::from_deformation(&f, dt, specimen.density / f.determinant(), 1.0))
+        }
+    };
+    apply(specimen, record, &motion.ok_or(Trouble::Singular)?).map_err(Trouble::Law)
+}
+
 fn apply(specimen: &mut Specimen, record: &mut Record, motion: &Motion) -> Result<(), crate::MaterialError> {
-    let new = specimen.tried(motion)?;
-    record.add(motion.dt, &motion.strain_increment(), &specimen.stress, &new.0);
-    specimen.accept(motion, new);
+    let before = specimen.clone();
+    specimen.accept(motion, specimen.tried(motion)?);
+    record.add(motion, &before, specimen);
     Ok(())
 }
 
 /// The six conditions must be independent for some elastic stiffness.
-fn check_rank(stress: &[[f64; 6]; 6], strain: &[[f64; 6]; 6]) -> Result<(), String> {
+pub(super) fn check_rank(stress: &[[f64; 6]; 6], strain: &[[f64; 6]; 6]) -> Result<(), String> {
     // A generic positive stiffness stands for the material's.
     let stiffness = Matrix::from_fn(|i, j| {
         let volumetric = if i < 3 && j < 3 { 0.7 } else { 0.0 };
@@ -82,8 +108,7 @@ fn check_rank(stress: &[[f64; 6]; 6], strain: &[[f64; 6]; 6]) -> Result<(), Stri
     });
     let s = Matrix::from_fn(|i, j| stress[i][j]);
     let e = Matrix::from_fn(|i, j| strain[i][j]);
-    let finite = s.iter().chain(e.iter()).all(|v| v.is_finite());
-    let rank = if finite { (s * stiffness + e).rank(1e-9) } else { 0 };
+    let rank = (s * stiffness + e).rank(1e-9);
     if rank == 6 {
         Ok(())
     } else {
@@ -98,6 +123,8 @@ const ROUND_OFF: f64 = 1e-12;
 enum Trouble {
     /// The condition that cannot be met.
     Row(usize),
+    /// The step turns the material inside out.
+    Singular,
     /// What the law says.
     Law(crate::MaterialError),
 }
@@ -107,6 +134,7 @@ struct Mixed {
     strain: Matrix,
     total: Vector,
     shear_turns: bool,
+    spin: Mat3,
 }
 
 impl Mixed {
@@ -121,7 +149,7 @@ impl Mixed {
             a.0[0][1] = e[3];
             a.0[1][0] = 0.0;
         }
-        a
+        a + self.spin
     }
 
     /// One step, in halves where it does not converge.
@@ -136,8 +164,7 @@ impl Mixed {
             Ok(motion) => apply(specimen, record, &motion).map_err(Trouble::Law),
             Err(trouble) if halvings == 0 => Err(trouble),
             Err(_) => {
-                let half =
-                    Self { total: self.total * 0.5, stress: self.stress, strain: self.strain, ..*self };
+                let half = Self { total: self.total * 0.5, spin: self.spin * 0.5, ..*self };
                 half.advance(specimen, record, 0.5 * dt, halvings - 1)?;
                 half.advance(specimen, record, 0.5 * dt, halvings - 1)
             }
@@ -145,7 +172,7 @@ impl Mixed {
     }
 
     fn solve(&self, specimen: &Specimen, dt: f64) -> Result<Motion, Trouble> {
-        let still = specimen.motion(&Mat3::ZERO, dt).ok_or(Trouble::Row(0))?;
+        let still = specimen.motion(&Mat3::ZERO, dt).ok_or(Trouble::Singular)?;
         let initial = specimen.tangent(&still).map_err(Trouble::Law)?;
         let stiffness = (0..6).map(|i| initial.0[i][i].abs()).fold(1.0, f64::max);
         // Strain rows are brought to the size of stresses.
@@ -153,7 +180,7 @@ impl Mixed {
         let largest = (0..6).map(|i| (self.total[i] * scale[i]).abs()).fold(0.0, f64::max);
         let size = largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * stiffness);
         let residual = |e: &Vector| -> Result<(Vector, Motion), Trouble> {
-            let motion = specimen.motion(&self.gradient(e), dt).ok_or(Trouble::Row(0))?;
+            let motion = specimen.motion(&self.gradient(e), dt).ok_or(Trouble::Singular)?;
             let (stress, _) = specimen.tried(&motion).map_err(Trouble::Law)?;
             let change = Vector::from_column_slice(&(stress - specimen.stress).0);
             Ok(((self.stress * change + self.strain * e - self.total).component_mul(&scale), motion))

@@ -1,0 +1,226 @@
+//! Input of A. Niemunis' incrementalDriver: `parameters.inp`, `initialconditions.inp`, `test.inp`.
+//!
+//! Stress and strain are tension-positive, components 11 22 33 12 13 23 with engineering shear; axis 1
+//! is x. A step of `test.inp` becomes a [`TestStage`] with the same equations; `maxiter` is read and
+//! not needed. The law is not one of the files': it is given beside them.
+
+mod steps;
+
+use super::{DriverError, ElementPath, ElementTest, Problem, TestStage};
+use crate::MaterialSpec;
+
+/// The texts of the three files and what does not stand in them.
+#[derive(Clone, Debug)]
+pub struct Input<'t> {
+    /// Text of `parameters.inp`, where there is one.
+    pub parameters: Option<&'t str>,
+    /// Text of `initialconditions.inp`.
+    pub initial: &'t str,
+    /// Text of `test.inp`.
+    pub test: &'t str,
+    /// The law.
+    pub material: MaterialSpec,
+    /// The unit of stress in the files (Pa): 1000 where they are in kPa.
+    pub stress_unit: f64,
+}
+
+/// Properties of a user material, as `parameters.inp` gives them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Parameters {
+    /// Name of the material.
+    pub name: String,
+    /// Its properties.
+    pub values: Vec<f64>,
+}
+
+/// A test as the files describe it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IncrementalTest {
+    /// The test.
+    pub test: ElementTest,
+    /// Of each stage, only every n-th row is wanted.
+    pub every: Vec<usize>,
+    /// State variables of `initialconditions.inp`, for laws that take them.
+    pub state: Vec<f64>,
+    /// Properties of `parameters.inp`, for laws that take them.
+    pub parameters: Parameters,
+}
+
+/// State variables: no user material has more.
+const MOST_STATE: usize = 100_000;
+
+/// Name of the file of properties.
+pub const PARAMETERS: &str = "parameters.inp";
+/// Name of the file of initial conditions.
+pub const INITIAL: &str = "initialconditions.inp";
+/// Name of the file of steps.
+pub const TEST: &str = "test.inp";
+
+impl IncrementalTest {
+    /// Reads the files.
+    ///
+    /// # Errors
+    /// What is wrong, each with file and line as its path.
+    pub fn read(input: &Input<'_>) -> Result<Self, Vec<Problem>> {
+        let parameters = input.parameters.map_or(Ok(Parameters::default()), parameters);
+        let initial = initial(input.initial, input.stress_unit);
+        let steps = steps::read(input.test, input.stress_unit);
+        let (parameters, (initial_stress, state), steps) = match (parameters, initial, steps) {
+            (Ok(parameters), Ok(initial), Ok(steps)) => (parameters, initial, steps),
+            (a, b, c) => return Err([a.err(), b.err(), c.err()].into_iter().flatten().collect()),
+        };
+        let test = ElementTest {
+            title: steps.title,
+            material: input.material.clone(),
+            initial_stress,
+            stages: steps.steps.iter().map(|step| step.stage.clone()).collect(),
+        };
+        if let Err(DriverError::Invalid(problems)) = test.validate() {
+            let lines: Vec<usize> = steps.steps.iter().map(|step| step.line).collect();
+            return Err(problems.into_iter().map(|problem| in_file(problem, &lines)).collect());
+        }
+        let every = steps.steps.iter().map(|step| step.every).collect();
+        Ok(Self { test, every, state, parameters })
+    }
+
+    /// Leaves out the rows that are not wanted. The last one of every stage stays.
+    pub fn thin(&self, path: &mut ElementPath) {
+        let mut wanted = vec![true];
+        for (TestStage { steps, .. }, every) in self.test.stages.iter().zip(&self.every) {
+            wanted.extend((0..*steps).map(|step| step % every == 0 || step + 1 == *steps));
+        }
+        let last = path.rows.len().wrapping_sub(1);
+        let mut row = 0..;
+        path.rows.retain(|_| {
+            let row = row.next().unwrap_or(last);
+            row == last || wanted.get(row).copied().unwrap_or(true)
+        });
+    }
+}
+
+/// A problem of the test at the line of the file that it comes from.
+fn in_file(problem: Problem, lines: &[usize]) -> Problem {
+    let Problem { path, problem } = problem;
+    let stage = path.strip_prefix("stages[").and_then(|rest| rest.split(']').next());
+    let line = stage.and_then(|number| number.parse().ok()).and_then(|number: usize| lines.get(number));
+    let path = match line {
+        Some(line) => format!("{TEST}:{line}"),
+        None if path.starts_with("stages") => TEST.to_owned(),
+        None if path.starts_with("initial_stress") => INITIAL.to_owned(),
+        None => path,
+    };
+    Problem { path, problem }
+}
+
+/// The lines of a file that hold something, numbered from 1.
+struct Lines<'t> {
+    file: &'static str,
+    lines: std::iter::Enumerate<std::str::Lines<'t>>,
+    /// Number of the line read last.
+    number: usize,
+}
+
+impl<'t> Lines<'t> {
+    fn new(file: &'static str, text: &'t str) -> Self {
+        Self { file, lines: text.lines().enumerate(), number: 0 }
+    }
+
+    /// The next line that is not blank.
+    fn next(&mut self) -> Option<&'t str> {
+        for (index, line) in self.lines.by_ref() {
+            self.number = index + 1;
+            if !line.trim().is_empty() {
+                return Some(line.trim());
+            }
+        }
+        None
+    }
+
+    fn wrong(&self, problem: impl Into<String>) -> Problem {
+        Problem { path: format!("{}:{}", self.file, self.number), problem: problem.into() }
+    }
+
+    fn expect(&mut self, what: &str) -> Result<&'t str, Problem> {
+        match self.next() {
+            Some(line) => Ok(line),
+            None => Err(self.wrong(format!("the file ends where {what} should stand"))),
+        }
+    }
+
+    /// The first `N` numbers of the next line; what follows them is a comment.
+    fn numbers<const N: usize>(&mut self, what: &str) -> Result<[f64; N], Problem> {
+        let line = self.expect(what)?;
+        self.numbers_of(line, what)
+    }
+
+    fn numbers_of<const N: usize>(&self, line: &str, what: &str) -> Result<[f64; N], Problem> {
+        let mut words = line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
+        let mut values = [0.0; N];
+        for value in &mut values {
+            let word = words.next().unwrap_or_default();
+            *value = number(word).ok_or_else(|| self.wrong(format!("{line:?} is not {what}")))?;
+        }
+        Ok(values)
+    }
+
+    fn count(&mut self, what: &str) -> Result<usize, Problem> {
+        let [value] = self.numbers(what)?;
+        self.whole(value, what)
+    }
+
+    fn whole(&self, value: f64, what: &str) -> Result<usize, Problem> {
+        if value >= 0.0 && value.fract() == 0.0 && value <= f64::from(u32::MAX) {
+            Ok(value as usize)
+        } else {
+            Err(self.wrong(format!("{value} is not a count in {what}")))
+        }
+    }
+}
+
+/// A finite number as Fortran writes it, `1.5d-3` included.
+fn number(word: &str) -> Option<f64> {
+    let value: f64 = word.replace(['d', 'D'], "e").parse().ok()?;
+    value.is_finite().then_some(value)
+}
+
+fn parameters(text: &str) -> Result<Parameters, Problem> {
+    let mut lines = Lines::new(PARAMETERS, text);
+    let name = lines.expect("the material's name")?;
+    let name = name.split('#').next().unwrap_or_default().trim().to_owned();
+    let count = lines.count("the number of properties")?;
+    let value = |_| lines.numbers("a property").map(|[value]| value);
+    Ok(Parameters { name, values: (0..count).map(value).collect::<Result<_, _>>()? })
+}
+
+/// Initial stress in the order of this crate (Pa), and state variables.
+fn initial(text: &str, unit: f64) -> Result<([f64; 6], Vec<f64>), Problem> {
+    let mut lines = Lines::new(INITIAL, text);
+    let count = lines.count("the number of stress components")?;
+    if count > 6 {
+        return Err(lines.wrong(format!("{count} stress components: there are at most 6")));
+    }
+    let mut stress = [0.0; 6];
+    for component in stress.iter_mut().take(count) {
+        let [value] = lines.numbers("a stress component")?;
+        *component = value * unit;
+    }
+    let [t11, t22, t33, t12, t13, t23] = stress;
+    let stress = [t11, t22, t33, t12, t23, t13];
+    let count = lines.count("the number of state variables")?;
+    if count > MOST_STATE {
+        return Err(lines.wrong(format!("{count} state variables are more than {MOST_STATE}")));
+    }
+    let mut state = Vec::new();
+    // The file may end early: the rest is zero.
+    while state.len() < count
+        && let Some(line) = lines.next()
+    {
+        let [value] = lines.numbers_of(line, "a state variable")?;
+        state.push(value);
+    }
+    state.resize(count, 0.0);
+    Ok((stress, state))
+}
+
+#[cfg(test)]
+mod tests;
