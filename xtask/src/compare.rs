@@ -1,11 +1,14 @@
 //! `cargo xtask compare`.
 
 use std::fmt::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::case::plot::{LineChart, Picture, PointCloud, Series, Style};
-use colluvium::case::{Case, RunOptions, RunReport};
+use colluvium::case::{Case, Method, RunOptions, RunReport};
+
+use crate::html::{embedded_png, escape};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -13,58 +16,155 @@ pub struct Arguments {
     case: PathBuf,
 }
 
-/// Runs the case with every method that supports it and overlays the measures.
+/// What came of a method.
+enum End {
+    /// It cannot honour the case; the text says why.
+    Refused(String),
+    /// It began and did not finish; the text says why.
+    Failed(String),
+    /// It ran.
+    Done(Box<RunReport>),
+}
+
+/// Runs the case with every method that supports it and overlays the measures; true when all that began
+/// have finished.
 pub fn run(arguments: &Arguments) -> Result<bool, String> {
     let case = Case::load(&arguments.case).map_err(|errors| errors.to_string())?;
-    let mut runs: Vec<(&str, RunReport)> = Vec::new();
-    for method in colluvium::methods() {
-        match method.build(&case) {
-            Err(refusal) => println!("{}: not for this case ({refusal})", method.name()),
-            Ok(solver) => {
-                let options = RunOptions { method: method.name().to_owned(), ..RunOptions::default() };
-                let report =
-                    colluvium::case::run(&case, solver, &options).map_err(|error| error.to_string())?;
-                println!("{}: {} steps in {:.1} s", method.name(), report.steps, report.wall);
-                runs.push((method.name(), report));
-            }
-        }
-    }
-    if runs.is_empty() {
+    let methods = colluvium::methods();
+    let ends: Vec<(&str, End)> = methods.iter().map(|method| (method.name(), end(*method, &case))).collect();
+    if ends.iter().all(|(_, end)| matches!(end, End::Refused(_))) {
         return Err("no method supports this case".to_owned());
     }
     let stem = arguments.case.file_stem().unwrap_or_default();
     let folder = crate::root().join("target/compare").join(stem);
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let file = folder.join("index.html");
+    colluvium::case::output::write_atomically(&file, page(&case, &ends)?.as_bytes())
+        .map_err(|error| error.to_string())?;
+    println!("comparison: {}", file.display());
+    Ok(!ends.iter().any(|(_, end)| matches!(end, End::Failed(_))))
+}
+
+/// Runs the case with one method. Whatever goes wrong there, the others still run.
+fn end(method: &dyn Method, case: &Case) -> End {
+    let attempt = || match method.build(case) {
+        Err(refusal) => End::Refused(refusal.to_string()),
+        Ok(solver) => {
+            let options = RunOptions { method: method.name().to_owned(), ..RunOptions::default() };
+            match colluvium::case::run(case, solver, &options) {
+                Ok(report) => End::Done(Box::new(report)),
+                Err(error) => End::Failed(error.to_string()),
+            }
+        }
+    };
+    let end =
+        catch_unwind(AssertUnwindSafe(attempt)).unwrap_or_else(|_| End::Failed("it panicked".to_owned()));
+    match &end {
+        End::Refused(why) => println!("{}: not for this case ({why})", method.name()),
+        End::Failed(why) => println!("{}: FAILED, {why}", method.name()),
+        End::Done(report) => println!("{}: {} steps in {:.1} s", method.name(), report.steps, report.wall),
+    }
+    end
+}
+
+const STYLE: &str = "body { font: 15px/1.5 system-ui, sans-serif; max-width: 960px; margin: 2em auto; padding: 0 1em; } \
+                     table { border-collapse: collapse; } th, td { text-align: left; padding: 4px 12px 4px 0; \
+                     border-bottom: 1px solid #dde3e9; vertical-align: top; } .failed { color: #c0392b; } \
+                     svg, img { max-width: 100%; height: auto; }";
+
+/// The page; it needs no other file.
+fn page(case: &Case, ends: &[(&str, End)]) -> Result<String, String> {
+    let title = escape(&case.title);
     let mut html = format!(
-        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>body {{ font: 15px/1.5 \
-         system-ui, sans-serif; max-width: 960px; margin: 2em auto; }}</style></head><body><h1>{0}</h1>",
-        case.title
+        "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>{STYLE}</style>\
+         </head><body><h1>{title}</h1><table><tr><th>Method</th><th>Result</th><th>Steps</th><th>Time</th></tr>"
     );
-    let columns: Vec<(String, String)> = runs[0].1.table.columns.clone();
-    for (name, unit) in columns.iter().filter(|(name, _)| name != "time" && name != "step") {
-        let series = |(method, report): &(&str, RunReport)| {
-            Series::new(*method, report.table.pairs("time", name).unwrap_or_default(), Style::Line)
+    for (method, end) in ends {
+        // Writing to a string cannot fail.
+        let _ = match end {
+            End::Refused(why) => {
+                write!(
+                    html,
+                    "<tr><td>{method}</td><td colspan=\"3\">not for this case: {}</td></tr>",
+                    escape(why)
+                )
+            }
+            End::Failed(why) => write!(
+                html,
+                "<tr class=\"failed\"><td>{method}</td><td colspan=\"3\">failed: {}</td></tr>",
+                escape(why)
+            ),
+            End::Done(report) => write!(
+                html,
+                "<tr><td>{method}</td><td>completed</td><td>{}</td><td>{:.1} s</td></tr>",
+                report.steps, report.wall
+            ),
         };
-        let chart = LineChart {
-            title: name.replace('_', " "),
-            x_label: "time (s)".into(),
-            y_label: if unit.is_empty() { name.clone() } else { format!("{name} ({unit})") },
-            log: false,
-            series: runs.iter().map(series).collect(),
-        };
+    }
+    html.push_str("</table>");
+    let runs: Vec<(&str, &RunReport)> = ends
+        .iter()
+        .filter_map(|(method, end)| match end {
+            End::Done(report) => Some((*method, &**report)),
+            _ => None,
+        })
+        .collect();
+    for chart in charts(&runs) {
         html.push_str(&chart.to_svg()?);
     }
     for (method, report) in &runs {
         if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
-            let file = format!("{method}.png");
-            cloud.write(&folder.join(&file)).map_err(|error| error.to_string())?;
-            // Writing to a string cannot fail.
-            let _ = write!(html, "<h2>{method}</h2><img src=\"{file}\" alt=\"{method}\">");
+            let _ = write!(html, "<h2>{method}</h2>{}", embedded_png(&cloud, method)?);
         }
     }
     html.push_str("</body></html>\n");
-    let page = folder.join("index.html");
-    std::fs::write(&page, html).map_err(|error| format!("{}: {error}", page.display()))?;
-    println!("comparison: {}", page.display());
-    Ok(true)
+    Ok(html)
+}
+
+/// One chart per measure, every method that has it in it.
+fn charts(runs: &[(&str, &RunReport)]) -> Vec<LineChart> {
+    let mut columns: Vec<&(String, String)> = Vec::new();
+    for column in runs.iter().flat_map(|(_, report)| &report.table.columns) {
+        if column.0 != "time" && column.0 != "step" && !columns.contains(&column) {
+            columns.push(column);
+        }
+    }
+    let chart = |(name, unit): &(String, String)| LineChart {
+        title: name.replace('_', " "),
+        x_label: "time (s)".into(),
+        y_label: if unit.is_empty() { name.clone() } else { format!("{name} ({unit})") },
+        log: false,
+        series: runs
+            .iter()
+            .filter_map(|(method, report)| {
+                Some(Series::new(*method, report.table.pairs("time", name)?, Style::Line))
+            })
+            .collect(),
+    };
+    columns.into_iter().map(chart).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failed_run_stands_in_the_table_beside_the_others_and_the_page_needs_no_other_file() {
+        let text = colluvium::template("column-collapse").expect("a template");
+        let mut case = Case::from_json(text).expect("a case");
+        case.stages[0].duration = 0.002;
+        let method = colluvium::method("mpm").expect("the method");
+        let ends = [
+            ("broken", End::Failed("step 3: <inside out>".to_owned())),
+            ("other", End::Refused("gravity: not here".to_owned())),
+            ("mpm", end(method, &case)),
+        ];
+        let html = page(&case, &ends).expect("a page");
+        for words in ["failed: step 3: &lt;inside out&gt;", "not for this case: gravity", "completed", "<svg"]
+        {
+            assert!(html.contains(words), "{words}");
+        }
+        assert_eq!(html.matches("src=\"").count(), html.matches("src=\"data:image/png;base64,").count());
+        assert!(html.contains("src=\"data:"));
+    }
 }

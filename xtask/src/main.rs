@@ -3,6 +3,7 @@
 mod bench;
 mod benchmarks;
 mod compare;
+mod html;
 mod report;
 mod validate;
 
@@ -19,7 +20,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Runs the benchmarks and writes target/validation/index.html and report.json.
+    /// Runs the benchmarks and writes index.html and report.json under target/validation.
     Validate(validate::Arguments),
     /// Runs a case with every method that supports it and lays the results side by side.
     Compare(compare::Arguments),

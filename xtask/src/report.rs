@@ -1,12 +1,13 @@
 //! The validation report: one self-contained page, and the same as JSON.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::json;
 
-use crate::benchmarks::{Benchmark, Check, Outcome};
+use crate::benchmarks::{Benchmark, Check, Outcome, Verdict};
+use crate::html::escape;
 
 /// A benchmark and what came of it.
 pub struct Entry {
@@ -21,11 +22,46 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// True when it finished and every check holds.
+    /// True when it finished, judged something, and no check failed.
     pub fn passes(&self) -> bool {
-        self.error.is_none()
-            && !self.outcome.checks.is_empty()
-            && self.outcome.checks.iter().all(Check::passes)
+        self.error.is_none() && self.count(Verdict::Pass) > 0 && self.count(Verdict::Fail) == 0
+    }
+
+    /// Number of checks with a verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.outcome.checks.iter().filter(|check| check.verdict() == verdict).count()
+    }
+
+    /// Number of checks that were judged.
+    pub fn judged(&self) -> usize {
+        self.count(Verdict::Pass) + self.count(Verdict::Fail)
+    }
+}
+
+/// What part of the benchmarks a report covers.
+pub struct Scope<'a> {
+    /// Text that the names had to contain; all benchmarks where there is none.
+    pub filter: Option<&'a str>,
+    /// Whether the short forms were run.
+    pub quick: bool,
+}
+
+impl Scope<'_> {
+    /// Where the report goes: a report of a part never takes the place of one of the whole.
+    pub fn folder(&self) -> PathBuf {
+        let folder = crate::root().join("target/validation");
+        let Some(filter) = self.filter else { return folder };
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+        let name: String = filter.chars().map(plain).collect();
+        folder.join("filtered").join(if self.quick { format!("{name}.quick") } else { name })
+    }
+
+    fn words(&self) -> String {
+        let form = if self.quick { "quick form" } else { "full form" };
+        match self.filter {
+            Some(filter) => format!("{form}, only benchmarks with “{filter}” in their name"),
+            None => format!("{form}, all benchmarks"),
+        }
     }
 }
 
@@ -60,25 +96,27 @@ fn provenance() -> Provenance {
 }
 
 /// Writes `index.html` and `report.json` to `folder`.
-pub fn write(folder: &Path, entries: &[Entry], quick: bool) -> Result<(), String> {
+pub fn write(folder: &Path, entries: &[Entry], scope: &Scope) -> Result<(), String> {
     let about = provenance();
     std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let save = |name: &str, text: String| {
         colluvium::case::output::write_atomically(&folder.join(name), text.as_bytes())
             .map_err(|e| e.to_string())
     };
-    save("index.html", page(entries, &about, quick))?;
+    save("index.html", page(entries, &about, scope))?;
     let text =
-        serde_json::to_string_pretty(&to_json(entries, &about, quick)).map_err(|error| error.to_string())?;
+        serde_json::to_string_pretty(&to_json(entries, &about, scope)).map_err(|error| error.to_string())?;
     save("report.json", text)
 }
 
-fn to_json(entries: &[Entry], about: &Provenance, quick: bool) -> serde_json::Value {
+fn to_json(entries: &[Entry], about: &Provenance, scope: &Scope) -> serde_json::Value {
     let check = |c: &Check| {
         json!({
-            "name": c.name, "claim": c.claim, "measured": c.measured, "pass": c.passes(),
-            "lower": c.range.0.is_finite().then_some(c.range.0),
-            "upper": c.range.1.is_finite().then_some(c.range.1),
+            "name": c.name, "claim": c.claim, "measured": c.measured,
+            "verdict": c.verdict().name(),
+            "pass": c.range.map(|_| c.verdict() == Verdict::Pass),
+            "lower": c.range.map(|r| r.0).filter(|bound| bound.is_finite()),
+            "upper": c.range.map(|r| r.1).filter(|bound| bound.is_finite()),
             "reason": c.reason,
         })
     };
@@ -91,7 +129,7 @@ fn to_json(entries: &[Entry], about: &Provenance, quick: bool) -> serde_json::Va
     };
     json!({
         "machine": about.machine, "rustc": about.rustc, "commit": about.commit, "date": about.date,
-        "quick": quick,
+        "filter": scope.filter, "quick": scope.quick,
         "pass": entries.iter().all(Entry::passes),
         "benchmarks": entries.iter().map(entry).collect::<Vec<_>>(),
     })
@@ -106,7 +144,7 @@ h1 { margin: 0 0 4px; font-size: 28px; } h2 { margin: 0; font-size: 20px; }
 .meta, .source { color: var(--soft); font-size: 13.5px; }
 .card { background: var(--paper); border: 1px solid var(--line); border-radius: 8px; padding: 20px 24px; margin: 22px 0; }
 .badge { display: inline-block; padding: 1px 9px; border-radius: 10px; color: #fff; font-size: 12.5px; font-weight: 600; vertical-align: 2px; }
-.pass { background: var(--good); } .fail { background: var(--bad); }
+.pass { background: var(--good); } .fail { background: var(--bad); } .shown { background: var(--soft); white-space: nowrap; }
 table { border-collapse: collapse; width: 100%; margin: 14px 0; font-size: 13.5px; }
 th { text-align: left; color: var(--soft); font-weight: 600; border-bottom: 2px solid var(--line); padding: 5px 8px; }
 td { border-bottom: 1px solid var(--line); padding: 5px 8px; vertical-align: top; }
@@ -116,12 +154,15 @@ figcaption { color: var(--soft); font-size: 13.5px; } a { color: #0b62a4; }
 @media (max-width: 720px) { .card { padding: 14px; overflow-x: auto; } }
 ";
 
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 fn badge(pass: bool) -> &'static str {
     if pass { "<span class=\"badge pass\">pass</span>" } else { "<span class=\"badge fail\">fail</span>" }
+}
+
+fn verdict(check: &Check) -> &'static str {
+    match check.verdict() {
+        Verdict::NotJudged => "<span class=\"badge shown\">not judged</span>",
+        other => badge(other == Verdict::Pass),
+    }
 }
 
 fn number(value: f64) -> String {
@@ -136,7 +177,8 @@ fn number(value: f64) -> String {
     }
 }
 
-fn bounds((low, high): (f64, f64)) -> String {
+fn bounds(range: Option<(f64, f64)>) -> String {
+    let Some((low, high)) = range else { return "–".to_owned() };
     match (low.is_finite(), high.is_finite()) {
         (true, true) => format!("{} … {}", number(low), number(high)),
         (true, false) => format!("≥ {}", number(low)),
@@ -145,19 +187,21 @@ fn bounds((low, high): (f64, f64)) -> String {
     }
 }
 
-fn page(entries: &[Entry], about: &Provenance, quick: bool) -> String {
+fn page(entries: &[Entry], about: &Provenance, scope: &Scope) -> String {
     let mut html = String::new();
     let all = entries.iter().all(Entry::passes);
-    let checks: usize = entries.iter().map(|e| e.outcome.checks.len()).sum();
+    let judged: usize = entries.iter().map(Entry::judged).sum();
+    let shown: usize = entries.iter().map(|e| e.count(Verdict::NotJudged)).sum();
     let seconds: f64 = entries.iter().map(|e| e.seconds).sum();
-    let form = if quick { "quick form" } else { "full form" };
     // Writing to a string cannot fail.
     let _ = write!(
         html,
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
          content=\"width=device-width\"><title>Colluvium: validation</title><style>{STYLE}</style></head><body><main>\
-         <h1>Validation {}</h1><p class=\"meta\">{checks} checks in {} benchmarks, {form}, {seconds:.0} s · commit {} · {} · {} · {}</p>",
+         <h1>Validation {}</h1><p class=\"meta\"><strong>{}</strong>. {judged} checks in {} benchmarks and \
+         {shown} values shown without judgement, {seconds:.0} s · commit {} · {} · {} · {}</p>",
         badge(all),
+        escape(&scope.words()),
         entries.len(),
         escape(&about.commit),
         escape(&about.date),
@@ -173,7 +217,7 @@ fn page(entries: &[Entry], about: &Provenance, quick: bool) -> String {
             html,
             "<tr><td><a href=\"#{id}\">{id}</a> — {}</td><td>{}</td><td>{:.1} s</td><td>{}</td></tr>",
             escape(entry.benchmark.title),
-            entry.outcome.checks.len(),
+            entry.judged(),
             entry.seconds,
             badge(entry.passes()),
         );
@@ -209,7 +253,7 @@ fn section(html: &mut String, entry: &Entry) {
         );
     }
     html.push_str(
-        "<table><tr><th>What</th><th>The source says</th><th>We find</th><th>Passes</th><th>Why these bounds</th><th></th></tr>",
+        "<table><tr><th>What</th><th>The source says</th><th>We find</th><th>Passes</th><th>Why these bounds, or none</th><th></th></tr>",
     );
     for check in &entry.outcome.checks {
         let _ = write!(
@@ -220,7 +264,7 @@ fn section(html: &mut String, entry: &Entry) {
             number(check.measured),
             bounds(check.range),
             escape(&check.reason),
-            badge(check.passes()),
+            verdict(check),
         );
     }
     html.push_str("</table></section>");

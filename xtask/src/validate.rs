@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use clap::Args;
 
-use crate::benchmarks::{ALL, Benchmark, Outcome};
-use crate::report::{self, Entry};
+use crate::benchmarks::{ALL, Benchmark, Listed, Outcome, Verdict};
+use crate::report::{self, Entry, Scope};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -15,33 +15,51 @@ pub struct Arguments {
     /// The short form of each benchmark.
     #[arg(long)]
     quick: bool,
-    /// List the benchmarks.
+    /// List the benchmarks and the seconds to expect of each on two cores.
     #[arg(long)]
     list: bool,
 }
 
 /// Runs the benchmarks; true when everything holds.
 pub fn run(arguments: &Arguments) -> Result<bool, String> {
-    let wanted =
-        |benchmark: &&Benchmark| arguments.filter.as_deref().is_none_or(|f| benchmark.id.contains(f));
-    let chosen: Vec<&Benchmark> = ALL.iter().filter(wanted).collect();
+    let wanted = |listed: &&Listed| {
+        arguments.filter.as_deref().is_none_or(|f| listed.benchmark.id.contains(f))
+            && (!arguments.quick || listed.quick.is_some())
+    };
+    let chosen: Vec<&Listed> = ALL.iter().filter(wanted).collect();
     if chosen.is_empty() {
         return Err(format!("no benchmark's name contains {:?}; see --list", arguments.filter));
     }
     if arguments.list {
-        for benchmark in chosen {
-            println!("{:28} {}", benchmark.id, benchmark.title);
-        }
+        list(&chosen);
         return Ok(true);
     }
-    let entries: Vec<Entry> = chosen.into_iter().map(|benchmark| entry(benchmark, arguments.quick)).collect();
-    let folder = crate::root().join("target/validation");
-    report::write(&folder, &entries, arguments.quick)?;
+    let entries: Vec<Entry> =
+        chosen.into_iter().map(|listed| entry(listed.benchmark, arguments.quick)).collect();
+    let scope = Scope { filter: arguments.filter.as_deref(), quick: arguments.quick };
+    let folder = scope.folder();
+    report::write(&folder, &entries, &scope)?;
     let failed = entries.iter().filter(|entry| !entry.passes()).count();
-    let checks: usize = entries.iter().map(|entry| entry.outcome.checks.len()).sum();
-    println!("\n{checks} checks in {} benchmarks, {failed} benchmarks failed", entries.len());
+    let checks: usize = entries.iter().map(Entry::judged).sum();
+    let shown: usize = entries.iter().map(|entry| entry.count(Verdict::NotJudged)).sum();
+    println!(
+        "\n{checks} checks in {} benchmarks, {failed} benchmarks failed; {shown} values shown without judgement",
+        entries.len()
+    );
     println!("report: {}", folder.join("index.html").display());
     Ok(failed == 0)
+}
+
+/// Prints what there is and what it costs.
+fn list(chosen: &[&Listed]) {
+    println!("{:28} {:>8} {:>8}  seconds to expect on two cores", "name", "--quick", "full");
+    for Listed { benchmark, quick, full } in chosen {
+        let quick = quick.map_or("left out".to_owned(), |seconds| format!("{seconds} s"));
+        println!("{:28} {quick:>8} {:>8}  {}", benchmark.id, format!("{full} s"), benchmark.title);
+    }
+    let quick: u32 = chosen.iter().filter_map(|listed| listed.quick).sum();
+    let full: u32 = chosen.iter().map(|listed| listed.full).sum();
+    println!("{:28} {:>8} {:>8}", "together", format!("{quick} s"), format!("{full} s"));
 }
 
 fn entry(benchmark: &'static Benchmark, quick: bool) -> Entry {
@@ -56,11 +74,16 @@ fn entry(benchmark: &'static Benchmark, quick: bool) -> Entry {
         Err(_) => (Outcome::default(), Some("the benchmark panicked".to_owned())),
     };
     for check in &outcome.checks {
-        let verdict = if check.passes() { "pass" } else { "FAIL" };
-        println!("  {verdict}  {:<72} {:>16.9e}   source: {}", check.name, check.measured, check.claim);
+        println!(
+            "  {:<10}  {:<72} {:>16.9e}   source: {}",
+            check.verdict().name(),
+            check.name,
+            check.measured,
+            check.claim
+        );
     }
     if let Some(error) = &error {
-        println!("  FAIL  {error}");
+        println!("  FAIL        {error}");
     }
     println!("  {seconds:.1} s");
     Entry { benchmark, outcome, error, seconds }

@@ -22,14 +22,30 @@ pub struct Benchmark {
     pub run: fn(quick: bool) -> Result<Outcome, String>,
 }
 
+/// A benchmark in the list, with what it costs.
+pub struct Listed {
+    /// The benchmark.
+    pub benchmark: &'static Benchmark,
+    /// Seconds to expect of the short form, on two cores; `None` where `--quick` leaves it out.
+    pub quick: Option<u32>,
+    /// Seconds to expect of the full form, on two cores.
+    pub full: u32,
+}
+
+impl Listed {
+    const fn new(benchmark: &'static Benchmark, quick: Option<u32>, full: u32) -> Self {
+        Self { benchmark, quick, full }
+    }
+}
+
 /// All benchmarks.
-pub const ALL: [Benchmark; 6] = [
-    element_tests::BENCHMARK,
-    rigid_motion::BENCHMARK,
-    bar::BENCHMARK,
-    self_weight::BENCHMARK,
-    two_disks::BENCHMARK,
-    column_collapse::BENCHMARK,
+pub const ALL: [Listed; 6] = [
+    Listed::new(&element_tests::BENCHMARK, Some(1), 1),
+    Listed::new(&rigid_motion::BENCHMARK, Some(10), 10),
+    Listed::new(&bar::BENCHMARK, Some(7), 7),
+    Listed::new(&self_weight::BENCHMARK, Some(12), 12),
+    Listed::new(&two_disks::BENCHMARK, Some(1), 1),
+    Listed::new(&column_collapse::BENCHMARK, Some(65), 120),
 ];
 
 /// What a benchmark found.
@@ -41,7 +57,7 @@ pub struct Outcome {
     pub figures: Vec<Figure>,
 }
 
-/// One thing that must hold.
+/// One thing that must hold, or that is shown without a judgement.
 pub struct Check {
     /// What is checked.
     pub name: String,
@@ -49,16 +65,42 @@ pub struct Check {
     pub claim: String,
     /// What we found.
     pub measured: f64,
-    /// Lower and upper bound of what passes.
-    pub range: (f64, f64),
-    /// Why these bounds.
+    /// Lower and upper bound of what passes; `None` where the value is shown and not judged.
+    pub range: Option<(f64, f64)>,
+    /// Why these bounds, or why none.
     pub reason: String,
 }
 
+/// What a check says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The value lies within its bounds.
+    Pass,
+    /// It does not.
+    Fail,
+    /// It has no bounds.
+    NotJudged,
+}
+
+impl Verdict {
+    /// The verdict in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "FAIL",
+            Self::NotJudged => "not judged",
+        }
+    }
+}
+
 impl Check {
-    /// True when the measured value lies within the bounds; NaN never does.
-    pub fn passes(&self) -> bool {
-        self.measured >= self.range.0 && self.measured <= self.range.1
+    /// Whether the measured value lies within the bounds; NaN never does.
+    pub fn verdict(&self) -> Verdict {
+        match self.range {
+            None => Verdict::NotJudged,
+            Some((low, high)) if self.measured >= low && self.measured <= high => Verdict::Pass,
+            Some(_) => Verdict::Fail,
+        }
     }
 }
 
@@ -80,7 +122,13 @@ impl Outcome {
         reason: &str,
     ) {
         let (name, claim, reason) = (name.into(), claim.to_owned(), reason.to_owned());
-        self.checks.push(Check { name, claim, measured, range, reason });
+        self.checks.push(Check { name, claim, measured, range: Some(range), reason });
+    }
+
+    /// A value that is shown and not judged; the reason says why.
+    fn show(&mut self, name: impl Into<String>, claim: &str, measured: f64, reason: &str) {
+        let (name, claim, reason) = (name.into(), claim.to_owned(), reason.to_owned());
+        self.checks.push(Check { name, claim, measured, range: None, reason });
     }
 
     /// Within a relative distance of the source's value (absolute for a value of zero).
@@ -99,13 +147,7 @@ impl Outcome {
     }
 
     fn png(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
-        use base64::Engine;
-        let file = std::env::temp_dir().join(format!("colluvium-figure-{}.png", std::process::id()));
-        picture.write(&file).map_err(|error| error.to_string())?;
-        let bytes = std::fs::read(&file).map_err(|error| error.to_string())?;
-        let _ = std::fs::remove_file(&file);
-        let text = base64::engine::general_purpose::STANDARD.encode(bytes);
-        let html = format!("<img alt=\"{caption}\" src=\"data:image/png;base64,{text}\">");
+        let html = crate::html::embedded_png(picture, caption)?;
         self.figures.push(Figure { caption: caption.to_owned(), html });
         Ok(())
     }
