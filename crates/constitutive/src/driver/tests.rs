@@ -440,6 +440,15 @@ fn the_pore_pressure_of_an_undrained_test_is_minus_the_change_of_effective_press
 }
 
 #[test]
+fn a_void_ratio_is_drawn_where_the_law_has_one() {
+    let mut run = test(elastic(), 100e3, &[(Path::Oedometer { axial_compression: 0.01 }, 2)]).run().unwrap();
+    run.columns.push(("void_ratio", ""));
+    run.rows.iter_mut().for_each(|row| row.push(0.7));
+    let plot = run.standard_plots()[3];
+    assert_eq!((plot.name, plot.x, plot.y), ("void-ratio-ln-p", "ln_p", "void_ratio"));
+}
+
+#[test]
 fn the_yield_line_is_the_strength_in_triaxial_compression() {
     let path = Path::TriaxialDrained { axial_compression: 0.05 };
     let spec = MaterialSpec::MohrCoulomb(mohr_coulomb(0.0));
