@@ -322,7 +322,7 @@ fn last(out: &Path, column: &str) -> f64 {
     row.split(',').nth(index).expect("a value").parse().expect("a number")
 }
 
-fn triaxial(path: Value) -> Value {
+fn triaxial(path: &Value) -> Value {
     json!({
         "title": "triaxial",
         "material": { "model": "drucker-prager", "density": 1600, "youngs_modulus": 2e7, "poissons_ratio": 0.3, "friction_angle": 30 },
@@ -334,7 +334,7 @@ fn triaxial(path: Value) -> Value {
 #[test]
 fn an_element_test_leaves_a_table_and_four_pictures() {
     let folder = tempfile::tempdir().unwrap();
-    let drained = triaxial(json!({ "kind": "triaxial-drained", "axial_compression": 0.05 }));
+    let drained = triaxial(&json!({ "kind": "triaxial-drained", "axial_compression": 0.05 }));
     let file = write(folder.path(), "triaxial.json", &drained);
     let out = folder.path().join("out");
     let (code, _, errors) = output(colluvium().arg("element-test").arg(&file).arg("--out").arg(&out));
@@ -345,7 +345,7 @@ fn an_element_test_leaves_a_table_and_four_pictures() {
     );
     // Cohesionless, matched in triaxial compression: q = σ₃ (k - 1) = 200 kPa.
     assert!((last(&out, "q") / 2e5 - 1.0).abs() < 1e-6, "{}", last(&out, "q"));
-    let undrained = triaxial(json!({ "kind": "triaxial-undrained", "axial_compression": 0.05 }));
+    let undrained = triaxial(&json!({ "kind": "triaxial-undrained", "axial_compression": 0.05 }));
     let file = write(folder.path(), "undrained.json", &undrained);
     let out = folder.path().join("undrained");
     let mut command = colluvium();
@@ -378,7 +378,7 @@ fn broken_element_tests_end_with_code_3_and_the_path_of_every_mistake() {
         ("/stages/0/path", "stages[0].path", json!({ "kind": "reversal" })),
     ];
     for (number, (pointer, path, value)) in breakages.into_iter().enumerate() {
-        let mut test = triaxial(json!({ "kind": "true-triaxial", "axial_compression": 0.05, "b": 0.2 }));
+        let mut test = triaxial(&json!({ "kind": "true-triaxial", "axial_compression": 0.05, "b": 0.2 }));
         let (parent, key) = pointer.rsplit_once('/').unwrap();
         match test.pointer_mut(parent).unwrap() {
             Value::Object(map) => {
@@ -399,7 +399,7 @@ fn broken_element_tests_end_with_code_3_and_the_path_of_every_mistake() {
 #[test]
 fn a_limit_load_leaves_what_came_before_and_ends_with_code_1() {
     let folder = tempfile::tempdir().unwrap();
-    let push = triaxial(json!({ "kind": "stress", "increment": [0, 0, -3e5, 0, 0, 0] }));
+    let push = triaxial(&json!({ "kind": "stress", "increment": [0, 0, -3e5, 0, 0, 0] }));
     let file = write(folder.path(), "push.json", &push);
     let out = folder.path().join("out");
     let (code, _, errors) = output(colluvium().arg("element-test").arg(&file).arg("--out").arg(&out));
@@ -437,6 +437,17 @@ fn a_folder_of_an_incremental_driver_is_an_element_test() {
         code == 3 && errors.starts_with(&format!("error: {}: \"*TriaxialE9\" ", place.display())),
         "{errors}"
     );
+    for (key, value) in
+        [("youngs_modulus", json!(-1)), ("youngs_modulus", json!("soft")), ("stiffness", json!(1))]
+    {
+        let mut wrong = material.clone();
+        wrong[key] = value;
+        put("test.inp", "out.txt\n*TriaxialE1\n100 10 1.0\n-0.01\n");
+        let wrong = write(folder.path(), "wrong.json", &wrong);
+        let (code, _, errors) = run(&wrong);
+        let place = format!("error: {}: {key}: ", wrong.display());
+        assert!(code == 3 && errors.starts_with(&place), "{errors}");
+    }
     let (code, ..) = output(colluvium().arg("element-test").arg(folder.path()));
     assert_eq!(code, 2, "a folder needs a law");
     let (code, ..) = output(colluvium().arg("element-test").arg(&law).arg("--material").arg(&law));

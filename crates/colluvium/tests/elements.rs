@@ -102,3 +102,19 @@ fn every_model_has_element_tests() {
         assert!(texts.iter().any(|text| text.contains(&name)), "no element test of {name}");
     }
 }
+
+#[test]
+fn the_tests_in_the_documentation_run() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+    let mut count = 0;
+    for page in ["element-tests.md", "cli.md", "theory/constitutive.md"] {
+        let text = fs::read_to_string(docs.join(page)).unwrap();
+        let blocks = text.split("```json\n").skip(1).filter_map(|rest| rest.split("```").next());
+        for block in blocks.filter(|block| block.contains("\"stages\"")) {
+            let test = colluvium::element_test(block).unwrap_or_else(|error| panic!("{page}: {error}"));
+            test.run().unwrap_or_else(|error| panic!("{page}: {error}"));
+            count += 1;
+        }
+    }
+    assert!(count >= 3, "{count} tests");
+}

@@ -20,9 +20,9 @@ pub struct Arguments {
     /// File with the material, for a folder: what stands under "material" in a test file.
     #[arg(long)]
     material: Option<PathBuf>,
-    /// The unit of stress in the files of a folder.
-    #[arg(long, default_value = "Pa", value_parser = ["Pa", "kPa", "MPa"])]
-    stress_unit: String,
+    /// The unit of stress in the files of a folder: Pa (the default), kPa or MPa.
+    #[arg(long, requires = "material", value_parser = ["Pa", "kPa", "MPa"])]
+    stress_unit: Option<String>,
     /// Folder for table and pictures; the name of the file by default.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -35,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let file = &arguments.file;
     let (test, incremental) = match (file.is_dir(), &arguments.material) {
         (true, Some(material)) => {
-            let test = incremental(file, material, &arguments.stress_unit)?;
+            let test = incremental(file, material, arguments.stress_unit.as_deref())?;
             (test.test.clone(), Some(test))
         }
         (true, None) => {
@@ -64,24 +64,28 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Reads the files of an incrementalDriver.
-fn incremental(folder: &Path, material: &Path, unit: &str) -> Result<IncrementalTest, Failure> {
+fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<IncrementalTest, Failure> {
+    let beside = |key: &str| format!("{}: {key}", material.display());
+    let in_material = |errors: CaseErrors| {
+        CaseErrors(errors.0.into_iter().map(|e| CaseError::new(beside(&e.path), e.problem)).collect())
+    };
     let parameters = folder.join(incremental::PARAMETERS);
     let parameters = if parameters.exists() { Some(read(&parameters)?) } else { None };
     let input = incremental::Input {
         parameters: parameters.as_deref(),
         initial: &read(&folder.join(incremental::INITIAL))?,
         test: &read(&folder.join(incremental::TEST))?,
-        material: json::read::<MaterialSpec>(&read(material)?)?,
+        material: json::read::<MaterialSpec>(&read(material)?).map_err(in_material)?,
         stress_unit: match unit {
-            "kPa" => 1e3,
-            "MPa" => 1e6,
+            Some("kPa") => 1e3,
+            Some("MPa") => 1e6,
             _ => 1.0,
         },
     };
     let test = IncrementalTest::read(&input).map_err(|problems| {
         let located = problems.into_iter().map(|Problem { path, problem }| {
             // What does not stand in one of the files stands in the material's.
-            let inner = path.strip_prefix("material.").map(|key| format!("{}: {key}", material.display()));
+            let inner = path.strip_prefix("material.").map(beside);
             CaseError::new(inner.unwrap_or_else(|| folder.join(path).display().to_string()), problem)
         });
         CaseErrors(located.collect())

@@ -47,6 +47,16 @@ fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
     }
 }
 
+fn fluid() -> MaterialSpec {
+    MaterialSpec::NewtonianFluid(NewtonianFluidSpec {
+        density: 1000.0,
+        bulk_modulus: 2e6,
+        viscosity: 50.0,
+        cavitation_strength: 0.0,
+        equation_of_state: Default::default(),
+    })
+}
+
 fn test(material: MaterialSpec, pressure: f64, paths: &[(Path, usize)]) -> ElementTest {
     let stage =
         |(path, steps): &(Path, usize)| TestStage { path: path.clone(), steps: *steps, duration: 1.0 };
@@ -174,16 +184,9 @@ fn unloading_and_reloading_closes_the_loop() {
 
 #[test]
 fn a_newtonian_fluid_relaxes_at_once_and_flows_at_its_viscosity() {
-    let fluid = MaterialSpec::NewtonianFluid(NewtonianFluidSpec {
-        density: 1000.0,
-        bulk_modulus: 2e6,
-        viscosity: 50.0,
-        cavitation_strength: 0.0,
-        equation_of_state: Default::default(),
-    });
     let shear = [[0.0, 3.0, 0.0], [0.0; 3], [0.0; 3]];
     let flow = |velocity_gradient| (Path::Flow { velocity_gradient }, 10);
-    let run = test(fluid, 0.0, &[flow(shear), flow([[0.0; 3]; 3])]).run().unwrap();
+    let run = test(fluid(), 0.0, &[flow(shear), flow([[0.0; 3]; 3])]).run().unwrap();
     close(run.rows[10][10], 150.0, 1e-9);
     assert_eq!(run.last("q"), 0.0);
 }
@@ -295,15 +298,8 @@ fn creep_and_relaxation_keep_stress_and_strain_while_time_passes() {
         let values = run.column(column).unwrap();
         close(values[20], values[10], 1e-9);
     }
-    let fluid = MaterialSpec::NewtonianFluid(NewtonianFluidSpec {
-        density: 1000.0,
-        bulk_modulus: 2e6,
-        viscosity: 50.0,
-        cavitation_strength: 0.0,
-        equation_of_state: Default::default(),
-    });
     let flow = Path::Flow { velocity_gradient: [[0.0, 3.0, 0.0], [0.0; 3], [0.0; 3]] };
-    let run = test(fluid, 0.0, &[(flow, 10), (Path::Relaxation {}, 1)]).run().unwrap();
+    let run = test(fluid(), 0.0, &[(flow, 10), (Path::Relaxation {}, 1)]).run().unwrap();
     close(run.rows[10][10], 150.0, 1e-9);
     assert_eq!(run.last("q"), 0.0);
     // All of the work of the flow is lost: μ γ̇² t.
@@ -437,6 +433,15 @@ fn the_pore_pressure_of_an_undrained_test_is_minus_the_change_of_effective_press
     let drained = Path::TriaxialDrained { axial_compression: 0.01 };
     let run = test(elastic(), 100e3, &[(drained, 20)]).run().unwrap();
     assert_eq!(run.standard_plots().map(|p| p.name), ["q-strain", "volume-strain", "q-p", "volume-ln-p"]);
+}
+
+#[test]
+fn a_void_ratio_is_drawn_where_the_law_has_one() {
+    let mut run = test(elastic(), 100e3, &[(Path::Oedometer { axial_compression: 0.01 }, 2)]).run().unwrap();
+    run.columns.push(("void_ratio", ""));
+    run.rows.iter_mut().for_each(|row| row.push(0.7));
+    let plot = run.standard_plots()[3];
+    assert_eq!((plot.name, plot.x, plot.y), ("void-ratio-ln-p", "ln_p", "void_ratio"));
 }
 
 #[test]
