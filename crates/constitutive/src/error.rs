@@ -15,6 +15,14 @@ pub enum MaterialError {
         /// The rule it breaks, e.g. `is not in 0..=60 degrees`.
         rule: String,
     },
+    /// Options that do not go together, or a part that is missing.
+    #[error("{field}: {rule}")]
+    Choice {
+        /// Name of the option as it stands in a case file.
+        field: &'static str,
+        /// The rule it breaks.
+        rule: String,
+    },
     /// The initial stress or state is not admissible.
     #[error("initial state of {model}: {reason}")]
     Initial {

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::laws::{
     DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
+    TrescaSpec, VonMisesSpec,
 };
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
@@ -73,6 +74,10 @@ models! {
     "drucker-prager" => DruckerPrager(DruckerPragerSpec),
     /// Mohr–Coulomb plasticity.
     "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),
+    /// Tresca plasticity.
+    "tresca" => Tresca(TrescaSpec),
+    /// Von Mises plasticity.
+    "von-mises" => VonMises(VonMisesSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
 }

@@ -3,7 +3,8 @@
 
 use colluvium_constitutive::laws::mohr_coulomb::{Pyramid, Region};
 use colluvium_constitutive::laws::{
-    DruckerPragerSpec, Elasticity, Matching, MohrCoulombSpec, Softening, StrainMeasure, drucker_prager::Cone,
+    DruckerPragerSpec, Elasticity, ExactIn, Integration, Matching, MohrCoulombSpec, Softening, StrainMeasure,
+    VonMisesSpec, drucker_prager::Cone, multi_surface,
 };
 use colluvium_constitutive::{
     Corotational, FirstOrderSpin, Hencky, InitialCondition, Mat3, Motion, Point, SmallStrain, StressUpdate,
@@ -30,6 +31,7 @@ fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec
         matching,
         softening: None,
         dilatancy_decay: 0.0,
+        integration: Default::default(),
         strain_measure: StrainMeasure::Rate,
     }
 }
@@ -44,6 +46,7 @@ fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
         dilatancy_angle,
         softening: None,
         dilatancy_decay: 0.0,
+        tensile_strength: None,
         strain_measure: StrainMeasure::Rate,
     }
 }
@@ -312,6 +315,149 @@ fn tangent_blocks_of_the_mohr_coulomb_returns() {
             }
         }
     }
+}
+
+#[test]
+fn both_algorithms_of_the_source_take_the_step_of_the_sheet() {
+    // §3.6: from the cone result of §3.7.1.
+    let law = drucker_prager(Matching::Compression, 10.0).law().unwrap();
+    let start = returned(&law, [-100.0, -350.0, -120.0, 120.0, 40.0, 0.0], Default::default()).stress;
+    let strain = SymTensor([1e-4, -2e-4, 0.0, 5e-5, 0.0, 0.0]);
+    let kappa = 0.0;
+    let near = |found: SymTensor, exact: [f64; 5]| {
+        for (found, exact) in found.0.into_iter().zip(exact) {
+            assert!((found - exact).abs() < 1.5e-6, "{found} for {exact}");
+        }
+    };
+    let (explicit, multiplier) = law.forward(&start, &strain, kappa);
+    near(explicit, [-131.865_595, -340.836_775, -149.752_520, 98.860_012, 32.696_927]);
+    close(multiplier * 1e4, 1.000_236_43, 1e-8);
+    let drift = law.cone_at(0.0).yield_value(explicit.j2().sqrt(), explicit.trace());
+    assert!((drift - 4.513e-3).abs() < 1e-6, "{drift}");
+    let (semi_implicit, multiplier) = law.corrected(&(start + r1().stress(&strain)), kappa);
+    near(semi_implicit, [-131.873_780, -340.831_929, -149.753_890, 98.860_898, 32.698_488]);
+    close(multiplier * 1e4, 1.004_660_92, 1e-8);
+    // What drifts comes back to the cone at the same pressure.
+    let mended = law.without_drift(explicit, 0.0);
+    assert!(law.cone_at(0.0).yield_value(mended.j2().sqrt(), mended.trace()).abs() < 1e-10);
+    close(mended.trace(), explicit.trace(), 1e-14);
+    // Tension cracking ends at the apex.
+    close(law.without_drift(SymTensor::isotropic(40.0), 0.0)[0], 17.320_508_08, 1e-9);
+}
+
+#[test]
+fn explicit_steps_converge_to_the_return() {
+    let end = |integration: Integration, steps: usize| {
+        let spec = DruckerPragerSpec { integration, ..drucker_prager(Matching::Compression, 10.0) };
+        let law = Corotational(spec.law().unwrap());
+        let a = Mat3([[0.01, 0.004, 0.0], [0.0, -0.02, 0.002], [0.0, 0.0, 0.004]]) * (1.0 / steps as f64);
+        let motion = Motion::from_velocity_gradient(&a, 1.0, 2.0, 1.0).unwrap();
+        let start = Point { stress: SymTensor::isotropic(-100.0), state: Default::default() };
+        (0..steps).fold(start, |p, _| StressUpdate::update(&law, &motion, &p).unwrap()).stress
+    };
+    let exact = end(Integration::ClosestPoint, 4000);
+    let error = |steps: usize| (end(Integration::Explicit, steps) - exact).norm() / exact.norm();
+    let (coarse, fine) = (error(100), error(400));
+    assert!(fine < 0.3 * coarse && fine < 1e-3, "{coarse} to {fine}");
+}
+
+#[test]
+fn tension_cut_off_returns_of_the_sheet() {
+    let pyramid =
+        |cut_off: f64| Pyramid::new(30f64.to_radians(), 10.0, 10f64.to_radians()).with_cut_off(Some(cut_off));
+    let table = [
+        (2.0, [20.0, -15.0, -20.0], [2.0, -22.714_286, -27.714_286]),
+        (2.0, [25.0, -5.0, -20.0], [2.0, -14.492_305, -28.641_016]),
+        (2.0, [12.0, 10.0, -10.0], [2.0, 2.0, -15.4]),
+        (2.0, [60.0, -30.0, -60.0], [-1.278_054, -38.475_177, -38.475_177]),
+        (0.0, [30.0, 20.0, 10.0], [0.0, 0.0, -5.0]),
+    ];
+    for (cut_off, trial, exact) in table {
+        let (found, region) = pyramid(cut_off).return_map(&r1(), trial);
+        for (found, exact) in found.into_iter().zip(exact) {
+            assert!((found - exact).abs() < 1e-6, "{trial:?} to {region:?}: {found} for {exact}");
+        }
+    }
+}
+
+#[test]
+fn tresca_returns_of_the_sheet() {
+    let prism = Pyramid::new(0.0, 20.0, 0.0);
+    let third = 1.0 / 3.0;
+    let table = [
+        ([30.0, -20.0, -60.0], [5.0, -20.0, -35.0]),
+        ([50.0, 45.0, -100.0], [35.0 * third, 35.0 * third, -85.0 * third]),
+        ([50.0, -90.0, -100.0], [-20.0, -60.0, -60.0]),
+    ];
+    for (trial, exact) in table {
+        let (found, _) = prism.return_map(&r1(), trial);
+        for (found, exact) in found.into_iter().zip(exact) {
+            assert!((found - exact).abs() < 1e-12, "{trial:?}: {found} for {exact}");
+        }
+    }
+}
+
+#[test]
+fn region_returns_agree_with_the_general_one() {
+    // V-08 and §3.7.4: the region form against planes tried one set after the other.
+    let mut seed = 7_u64;
+    let mut random = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    for (friction, cohesion, dilatancy) in [(30.0f64, 10.0, 10.0f64), (30.0, 10.0, 30.0), (0.0, 20.0, 0.0)] {
+        let pyramid = Pyramid::new(friction.to_radians(), cohesion, dilatancy.to_radians());
+        // All six, since at the apex planes of the reversed order carry too.
+        let mut planes = pyramid.planes();
+        for (plane, [i, j]) in planes[3..].iter_mut().zip([[1, 0], [2, 1], [2, 0]]) {
+            let along = |x: f64| {
+                std::array::from_fn(|c| {
+                    if c == i {
+                        x
+                    } else if c == j {
+                        -1.0
+                    } else {
+                        0.0
+                    }
+                })
+            };
+            let (normal, flow) = (along(pyramid.friction), along(pyramid.dilatancy));
+            *plane = multi_surface::Plane { normal, offset: pyramid.strength, flow };
+        }
+        for _ in 0..10_000 {
+            let mut trial: [f64; 3] = std::array::from_fn(|_| 600.0 * random() - 500.0);
+            trial.sort_by(|a, b| b.total_cmp(a));
+            let (stress, region) = pyramid.return_map(&r1(), trial);
+            if region == Region::Elastic {
+                continue;
+            }
+            let set = multi_surface::active_set(&planes, &r1(), trial).expect("some set carries it");
+            let other = multi_surface::return_to(&planes, set, &r1(), trial);
+            for (one, other) in stress.into_iter().zip(other) {
+                assert!((one - other).abs() < 1e-9, "{trial:?} {region:?} {set:?}: {one} and {other}");
+            }
+        }
+    }
+}
+
+#[test]
+fn von_mises_is_matched_to_shear_or_to_compression() {
+    let spec = |exact_in| VonMisesSpec {
+        density: 2.0,
+        youngs_modulus: 20_000.0,
+        poissons_ratio: 0.3,
+        cohesion: 25.0,
+        exact_in,
+        residual_cohesion: None,
+        softening_rate: 0.0,
+        strain_measure: StrainMeasure::Rate,
+    };
+    let root_j2 = |exact_in| {
+        let law = spec(exact_in).law().unwrap();
+        returned(&law, [0.0, 0.0, 0.0, 300.0, 0.0, 0.0], Default::default()).stress.j2().sqrt()
+    };
+    close(root_j2(ExactIn::PlaneStrain), 25.0, 1e-12);
+    close(root_j2(ExactIn::Triaxial), 28.867_513_459, 1e-9);
 }
 
 #[test]

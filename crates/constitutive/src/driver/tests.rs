@@ -29,6 +29,7 @@ fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> MaterialSpec {
         matching,
         softening: None,
         dilatancy_decay: 0.0,
+        integration: Default::default(),
         strain_measure: StrainMeasure::Rate,
     })
 }
@@ -43,6 +44,7 @@ fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
         dilatancy_angle,
         softening: None,
         dilatancy_decay: 0.0,
+        tensile_strength: None,
         strain_measure: StrainMeasure::Rate,
     }
 }

@@ -63,6 +63,9 @@ pub struct DruckerPragerSpec {
     /// Rate at which the dilatancy angle decays with plastic strain.
     #[serde(default)]
     pub dilatancy_decay: f64,
+    /// How the step is integrated.
+    #[serde(default)]
+    pub integration: Integration,
     /// Small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
@@ -112,6 +115,23 @@ impl Softening {
     }
 }
 
+/// How a plastic step is integrated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integration {
+    /// Fully implicit return to the cone or its apex.
+    #[default]
+    ClosestPoint,
+    /// Algorithm 2 of Bui & Nguyen: one corrector with the slopes at the trial. The same as the return
+    /// where strength is constant; otherwise what drifts outside is scaled back.
+    SemiImplicit,
+    /// Algorithm 1 of Bui & Nguyen: forward step with the elastoplastic stiffness from where the elastic
+    /// part meets the cone; drift is taken back by tension cracking and stress scaling. For steps well
+    /// below the yield strain only: where a step turns the deviator around, the slope at its start says
+    /// nothing about its end.
+    Explicit,
+}
+
 impl DruckerPragerSpec {
     /// Checks the ranges and builds the law.
     ///
@@ -129,14 +149,38 @@ impl DruckerPragerSpec {
         if let Some(softening) = &self.softening {
             softening.validate(self.friction_angle, cohesion)?;
         }
+        if self.integration != Integration::ClosestPoint && self.strain_measure == StrainMeasure::Hencky {
+            let rule = "only closest-point goes with strain_measure hencky".to_owned();
+            return Err(MaterialError::Choice { field: "integration", rule });
+        }
         let constant = self.softening.is_none() && decay == 0.0;
-        let law = DruckerPrager { elasticity, spec: self.clone(), constant, peak: Cone::default() };
+        let law =
+            DruckerPrager { name: NAME, elasticity, spec: self.clone(), constant, peak: Cone::default() };
         let peak = law.softened_cone(0.0);
         let modulus =
             elasticity.shear_modulus + 9.0 * elasticity.bulk_modulus * peak.friction * peak.dilatancy;
         let rule = "contracts faster than this stiffness can follow (G + 9 K α α_ψ must be positive)";
         check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
         Ok(DruckerPrager { peak, ..law })
+    }
+}
+
+impl DruckerPragerSpec {
+    /// What the samples have in common.
+    fn example(matching: Matching) -> Self {
+        Self {
+            density: 2000.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            friction_angle: 30.0,
+            cohesion: 10e3,
+            dilatancy_angle: 10.0,
+            matching,
+            softening: None,
+            dilatancy_decay: 0.0,
+            integration: Integration::default(),
+            strain_measure: StrainMeasure::Rate,
+        }
     }
 }
 
@@ -174,6 +218,10 @@ impl Model for DruckerPragerSpec {
         let mut all = Vec::new();
         for strain_measure in [StrainMeasure::Rate, StrainMeasure::Hencky] {
             for softening in [None, Some(Softening::EXAMPLE)] {
+                if strain_measure == StrainMeasure::Rate {
+                    let integration = Integration::SemiImplicit;
+                    all.push(Self { integration, softening, ..Self::example(Matching::Compression) });
+                }
                 let matchings = [
                     Matching::Compression,
                     Matching::Extension,
@@ -181,16 +229,10 @@ impl Model for DruckerPragerSpec {
                     Matching::PlaneStrainAssociated,
                 ];
                 all.extend(matchings.map(|matching| Self {
-                    density: 2000.0,
-                    youngs_modulus: 20e6,
-                    poissons_ratio: 0.3,
-                    friction_angle: 30.0,
-                    cohesion: 10e3,
-                    dilatancy_angle: 10.0,
-                    matching,
                     softening,
                     dilatancy_decay: if softening.is_some() { 2.0 } else { 0.0 },
                     strain_measure,
+                    ..Self::example(matching)
                 }));
             }
         }
@@ -249,6 +291,7 @@ impl Cone {
 /// The law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DruckerPrager {
+    name: &'static str,
     elasticity: Elasticity,
     spec: DruckerPragerSpec,
     constant: bool,
@@ -277,6 +320,75 @@ enum Return {
 }
 
 impl DruckerPrager {
+    /// The same law under another name, for models that are a special case of it.
+    pub(super) fn named(self, name: &'static str) -> Self {
+        Self { name, ..self }
+    }
+
+    /// Algorithm 2 of Bui & Nguyen 2021 (sheet §3.6) before its drift is taken back: the stress after one
+    /// corrector with the slopes at the trial, and the multiplier.
+    pub fn corrected(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
+        let (deviator, i1) = (trial.deviator(), trial.trace());
+        let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
+        let hardening = (rate.friction * i1 - rate.strength) / 3f64.sqrt();
+        let modulus = g + 9.0 * k * cone.friction * cone.dilatancy - hardening;
+        let multiplier = cone.yield_value(root_j2, i1).max(0.0) / modulus;
+        let keep = if root_j2 > 0.0 { 1.0 - g * multiplier / root_j2 } else { 0.0 };
+        let mean = i1 / 3.0 - 3.0 * k * cone.dilatancy * multiplier;
+        (deviator * keep + SymTensor::isotropic(mean), multiplier)
+    }
+
+    /// Algorithm 1 of Bui & Nguyen 2021 (sheet §3.6) before its drift is taken back: from `stress` inside
+    /// or on the cone by the strain increment `strain`, elastic up to the cone, then with the continuum
+    /// elastoplastic stiffness (eq. 2.4) there. Returns the stress and the multiplier.
+    pub fn forward(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> (SymTensor, f64) {
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
+        let value = |s: &SymTensor| cone.yield_value(s.j2().sqrt(), s.trace());
+        let elastic = self.elasticity.stress(strain);
+        let trial = *stress + elastic;
+        if value(&trial) <= 0.0 {
+            return (trial, 0.0);
+        }
+        // The share of the step up to the cone, where the trial leaves it for good: f is convex.
+        let scale = 1e-12 * (cone.strength + stress.norm());
+        let (mut low, mut high) = (0.0, 1.0);
+        if value(stress) < -scale {
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if value(&(*stress + elastic * middle)) <= 0.0 { low = middle } else { high = middle }
+            }
+        }
+        let meeting = *stress + elastic * low;
+        let (deviator, root_j2) = (meeting.deviator(), meeting.j2().sqrt());
+        let rest = *strain * (1.0 - low);
+        let shear = if root_j2 > 0.0 { g / root_j2 * deviator.dot(&rest) } else { 0.0 };
+        let loading = shear + 3.0 * k * cone.friction * rest.trace();
+        if loading <= 0.0 {
+            return (trial, 0.0);
+        }
+        let hardening = (rate.friction * meeting.trace() - rate.strength) / 3f64.sqrt();
+        let multiplier = loading / (g + 9.0 * k * cone.friction * cone.dilatancy - hardening);
+        let back = if root_j2 > 0.0 { deviator * (g * multiplier / root_j2) } else { SymTensor::ZERO };
+        (trial - back - SymTensor::isotropic(3.0 * k * cone.dilatancy * multiplier), multiplier)
+    }
+
+    /// Takes back drift out of the cone (sheet §2.4, Bui & Nguyen section 3.4): tension cracking moves the
+    /// mean stress to the apex at most, stress scaling the deviator onto the cone.
+    pub fn without_drift(&self, stress: SymTensor, kappa: f64) -> SymTensor {
+        let cone = self.cone_at(kappa);
+        let (deviator, mut i1) = (stress.deviator(), stress.trace());
+        if cone.friction > 0.0 {
+            i1 = i1.min(cone.strength / cone.friction);
+        }
+        let (root_j2, limit) =
+            ((0.5 * deviator.dot(&deviator)).sqrt(), (cone.strength - cone.friction * i1).max(0.0));
+        let keep = if root_j2 > limit { limit / root_j2 } else { 1.0 };
+        deviator * keep + SymTensor::isotropic(i1 / 3.0)
+    }
+
     /// The cone at plastic strain `kappa`.
     #[inline]
     pub fn cone_at(&self, kappa: f64) -> Cone {
@@ -306,7 +418,7 @@ impl DruckerPrager {
             return Ok(Return::Elastic);
         }
         if !excess.is_finite() {
-            return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
+            return Err(MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" });
         }
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let mut multiplier = excess / (g + 9.0 * k * cone.friction * cone.dilatancy);
@@ -365,14 +477,14 @@ impl SmallStrain for DruckerPrager {
     type State = PlasticStrain;
 
     fn name(&self) -> &'static str {
-        NAME
+        self.name
     }
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
         let stress = initial.stress;
         let excess = self.peak.yield_value(stress.j2().sqrt(), stress.trace());
         let scale = self.peak.strength + self.peak.friction * stress.trace().abs();
-        super::check_initial(NAME, &stress, excess, scale)?;
+        super::check_initial(self.name, &stress, excess, scale)?;
         Ok(Point { stress, state: PlasticStrain::default() })
     }
 
@@ -384,10 +496,13 @@ impl SmallStrain for DruckerPrager {
         old: &Point<PlasticStrain>,
     ) -> Result<Point<PlasticStrain>, MaterialError> {
         let trial = old.stress + self.elasticity.stress(strain);
+        let kappa = old.state.deviatoric;
+        if self.spec.integration != Integration::ClosestPoint {
+            return self.step_of_source(strain, &trial, old);
+        }
         let deviator = trial.deviator();
         let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
         let i1 = trial.trace();
-        let kappa = old.state.deviatoric;
         let k = self.elasticity.bulk_modulus;
         Ok(match self.return_map(root_j2, i1, kappa)? {
             Return::Elastic => Point { stress: trial, state: old.state },
@@ -412,6 +527,9 @@ impl SmallStrain for DruckerPrager {
 
     /// Consistent tangent (sheet §3.10).
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
+        if self.spec.integration != Integration::ClosestPoint {
+            return None;
+        }
         let kappa = old.state.deviatoric;
         let trial = old.stress + self.elasticity.stress(strain);
         let deviator = trial.deviator();
@@ -455,6 +573,31 @@ impl SmallStrain for DruckerPrager {
 }
 
 impl DruckerPrager {
+    /// One step by an algorithm of the source. Plastic strain follows the multiplier, at most what the
+    /// trial has to give.
+    fn step_of_source(
+        &self,
+        strain: &SymTensor,
+        trial: &SymTensor,
+        old: &Point<PlasticStrain>,
+    ) -> Result<Point<PlasticStrain>, MaterialError> {
+        let kappa = old.state.deviatoric;
+        let root_j2 = trial.j2().sqrt();
+        if !root_j2.is_finite() {
+            return Err(MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" });
+        }
+        let (stress, multiplier) = match self.spec.integration {
+            Integration::Explicit => self.forward(&old.stress, strain, kappa),
+            _ => self.corrected(trial, kappa),
+        };
+        // Past the apex the deviator does not turn over.
+        let most = root_j2 / self.elasticity.shear_modulus;
+        let flipped = stress.deviator().dot(&trial.deviator()) < 0.0;
+        let stress = if flipped { SymTensor::isotropic(stress.trace() / 3.0) } else { stress };
+        let state = PlasticStrain { deviatoric: kappa + multiplier.min(most) / 3f64.sqrt() };
+        Ok(Point { stress: self.without_drift(stress, state.deviatoric), state })
+    }
+
     /// Rate of change of the cone with plastic strain.
     fn cone_rate(&self, kappa: f64) -> Cone {
         if self.constant {

@@ -3,14 +3,20 @@
 pub mod drucker_prager;
 mod linear_elastic;
 pub mod mohr_coulomb;
+pub mod multi_surface;
 mod neo_hookean;
 mod newtonian_fluid;
+mod tresca;
+mod von_mises;
 
-pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, PlasticStrain, Softening};
+pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Integration, Matching, PlasticStrain, Softening};
 pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
 pub use mohr_coulomb::{MohrCoulomb, MohrCoulombSpec};
 pub use neo_hookean::{LeftCauchyGreen, NeoHookean, NeoHookeanSpec};
 pub use newtonian_fluid::{EquationOfState, FluidState, NewtonianFluid, NewtonianFluidSpec};
+
+pub use tresca::TrescaSpec;
+pub use von_mises::{ExactIn, VonMisesSpec};
 
 pub use crate::model::StrainMeasure;
 use crate::model::check;

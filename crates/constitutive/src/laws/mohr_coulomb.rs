@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::drucker_prager::{PlasticStrain, Softening};
 use super::linear_elastic::stiff_warnings;
+use super::multi_surface::{self, ActiveSet, Plane, active_set};
 use crate::model::{Facts, Kind, Model, StrainMeasure, check, not_negative};
 use crate::tangent::shear_moduli;
 use crate::{
@@ -47,6 +48,9 @@ pub struct MohrCoulombSpec {
     /// Rate at which the dilatancy angle decays with plastic strain.
     #[serde(default)]
     pub dilatancy_decay: f64,
+    /// Largest principal tension (Pa, Rankine cut-off, associated), 0 to the apex `c / tan φ`; none when absent.
+    #[serde(default)]
+    pub tensile_strength: Option<f64>,
     /// Small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
@@ -76,15 +80,21 @@ impl MohrCoulombSpec {
         if let Some(softening) = &self.softening {
             softening.validate(self.friction_angle, cohesion)?;
         }
+        let friction_angle = self.friction_angle.to_radians();
+        if let Some(strength) = self.tensile_strength {
+            let apex = cohesion / friction_angle.tan();
+            let rule = format!("is not between 0 and the apex c / tan φ, {apex:.6} Pa");
+            check("tensile_strength", strength, strength >= 0.0 && strength <= apex, &rule)?;
+        }
         let constant = self.softening.is_none() && decay == 0.0;
-        let peak =
-            Pyramid::new(self.friction_angle.to_radians(), cohesion, self.dilatancy_angle.to_radians());
+        let peak = Pyramid::new(friction_angle, cohesion, self.dilatancy_angle.to_radians())
+            .with_cut_off(self.tensile_strength);
         let (k, m) = (peak.friction, peak.dilatancy);
         let modulus =
             elasticity.lame() * (k - 1.0) * (m - 1.0) + 2.0 * elasticity.shear_modulus * (k * m + 1.0);
         let rule = "contracts faster than this stiffness can follow (aᵀ D b must be positive)";
         check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
-        Ok(MohrCoulomb { elasticity, spec: self.clone(), constant, peak })
+        Ok(MohrCoulomb { name: NAME, elasticity, spec: self.clone(), constant, peak })
     }
 }
 
@@ -113,7 +123,13 @@ impl Model for MohrCoulombSpec {
     fn examples() -> Vec<Self> {
         let mut all = Vec::new();
         for strain_measure in [StrainMeasure::Rate, StrainMeasure::Hencky] {
-            all.extend([None, Some(Softening::EXAMPLE)].map(|softening| Self {
+            let ways = [
+                (None, None),
+                (Some(Softening::EXAMPLE), None),
+                (None, Some(2e3)),
+                (Some(Softening::EXAMPLE), Some(2e3)),
+            ];
+            all.extend(ways.map(|(softening, tensile_strength)| Self {
                 density: 2000.0,
                 youngs_modulus: 20e6,
                 poissons_ratio: 0.3,
@@ -122,6 +138,7 @@ impl Model for MohrCoulombSpec {
                 dilatancy_angle: 10.0,
                 softening,
                 dilatancy_decay: if softening.is_some() { 2.0 } else { 0.0 },
+                tensile_strength,
                 strain_measure,
             }));
         }
@@ -138,6 +155,8 @@ pub struct Pyramid {
     pub dilatancy: f64,
     /// Uniaxial compressive strength `2 c √k` (Pa).
     pub strength: f64,
+    /// Largest principal tension (Pa); infinite without a cut-off.
+    pub cut_off: f64,
 }
 
 /// The part of the surface a return ends on.
@@ -153,6 +172,8 @@ pub enum Region {
     ExtensionEdge,
     /// The apex.
     Apex,
+    /// Planes that the tension cut-off has part in, see [`Pyramid::planes`].
+    CutOff(ActiveSet),
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -168,13 +189,41 @@ impl Pyramid {
     pub fn new(friction_angle: f64, cohesion: f64, dilatancy_angle: f64) -> Self {
         let ratio = |angle: f64| (1.0 + angle.sin()) / (1.0 - angle.sin());
         let friction = ratio(friction_angle);
-        Self { friction, dilatancy: ratio(dilatancy_angle), strength: 2.0 * cohesion * friction.sqrt() }
+        let strength = 2.0 * cohesion * friction.sqrt();
+        Self { friction, dilatancy: ratio(dilatancy_angle), strength, cut_off: f64::INFINITY }
     }
 
-    /// `k σ1 - σ3 - 2 c √k` (Pa).
+    /// The pyramid cut off at a principal tension (Pa).
+    #[must_use]
+    pub fn with_cut_off(self, tensile_strength: Option<f64>) -> Self {
+        Self { cut_off: tensile_strength.unwrap_or(f64::INFINITY), ..self }
+    }
+
+    /// `k σ1 - σ3 - 2 c √k` (Pa), or `σ1 - σ_t` where that is larger.
     #[inline]
     pub fn yield_value(&self, principal: [f64; 3]) -> f64 {
+        self.shear_excess(principal).max(principal[0] - self.cut_off)
+    }
+
+    #[inline]
+    fn shear_excess(&self, principal: [f64; 3]) -> f64 {
         self.friction * principal[0] - principal[2] - self.strength
+    }
+
+    /// The planes that sorted stresses can meet: shear across 1–3, 1–2 and 2–3, then the cut-offs of the
+    /// three principal stresses.
+    pub fn planes(&self) -> [Plane; 6] {
+        let (k, m) = (self.friction, self.dilatancy);
+        let shear = |normal, flow| Plane { normal, offset: self.strength, flow };
+        let tension = |normal| Plane { normal, offset: self.cut_off, flow: normal };
+        [
+            shear([k, 0.0, -1.0], [m, 0.0, -1.0]),
+            shear([k, -1.0, 0.0], [m, -1.0, 0.0]),
+            shear([0.0, k, -1.0], [0.0, m, -1.0]),
+            tension([1.0, 0.0, 0.0]),
+            tension([0.0, 1.0, 0.0]),
+            tension([0.0, 0.0, 1.0]),
+        ]
     }
 
     /// Return map in principal stresses (sheet §3.7.2, steps 1–5).
@@ -185,7 +234,17 @@ impl Pyramid {
 
     /// The part of the surface that the return of `trial` ends on.
     pub fn region(&self, elasticity: &Elasticity, trial: [f64; 3]) -> Region {
-        let excess = self.yield_value(trial);
+        let region = self.shear_region(elasticity, trial);
+        let slack = 8.0 * f64::EPSILON * (trial[0].abs() + self.strength);
+        if self.return_to(region, elasticity, trial)[0] <= self.cut_off + slack {
+            return region;
+        }
+        active_set(&self.planes(), elasticity, trial).map_or(Region::Apex, Region::CutOff)
+    }
+
+    /// As [`Pyramid::region`], without the cut-off.
+    fn shear_region(&self, elasticity: &Elasticity, trial: [f64; 3]) -> Region {
+        let excess = self.shear_excess(trial);
         // Round-off of an earlier return is not flow.
         let scale = self.friction * trial[0].abs() + trial[2].abs() + self.strength;
         if excess <= 8.0 * f64::EPSILON * scale {
@@ -222,10 +281,19 @@ impl Pyramid {
         match region {
             Region::Elastic => trial,
             Region::Plane => {
-                let (direction, excess) = (self.return_direction(elasticity), self.yield_value(trial));
-                std::array::from_fn(|i| trial[i] - excess * direction[i])
+                let direction = self.return_direction(elasticity);
+                let onto = |s: [f64; 3]| {
+                    let excess = self.shear_excess(s);
+                    std::array::from_fn(|i| s[i] - excess * direction[i])
+                };
+                // Twice: round-off is then that of the result, not of the trial.
+                onto(onto(trial))
             }
-            Region::Apex => [self.strength / (self.friction - 1.0); 3],
+            Region::Apex => [self.cut_off.min(self.strength / (self.friction - 1.0)); 3],
+            Region::CutOff(set) => {
+                let (planes, onto) = (self.planes(), multi_surface::return_to);
+                onto(&planes, set, elasticity, onto(&planes, set, elasticity, trial))
+            }
             _ if self.friction == 1.0 => {
                 let mean = (trial[0] + trial[1] + trial[2]) / 3.0;
                 let third = self.strength / 3.0;
@@ -285,6 +353,7 @@ impl Pyramid {
                 r.map(|r| g.map(|g| scale * r * g))
             }
             Region::Apex => [[0.0; 3]; 3],
+            Region::CutOff(set) => multi_surface::tangent(&self.planes(), set, elasticity),
         }
     }
 }
@@ -313,6 +382,7 @@ fn elastic_strain(elasticity: &Elasticity, v: [f64; 3]) -> [f64; 3] {
 /// The law. See the module's head for source and limits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MohrCoulomb {
+    name: &'static str,
     elasticity: Elasticity,
     spec: MohrCoulombSpec,
     constant: bool,
@@ -320,6 +390,11 @@ pub struct MohrCoulomb {
 }
 
 impl MohrCoulomb {
+    /// The same law under another name, for models that are a special case of it.
+    pub(super) fn named(self, name: &'static str) -> Self {
+        Self { name, ..self }
+    }
+
     /// The pyramid at plastic strain `kappa`.
     pub fn pyramid_at(&self, kappa: f64) -> Pyramid {
         if self.constant {
@@ -334,7 +409,7 @@ impl MohrCoulomb {
                 s.residual_cohesion + (cohesion - s.residual_cohesion) * (-s.cohesion_rate * kappa).exp();
         }
         let dilatancy = spec.dilatancy_angle.to_radians() * (-spec.dilatancy_decay * kappa).exp();
-        Pyramid::new(friction, cohesion, dilatancy)
+        Pyramid::new(friction, cohesion, dilatancy).with_cut_off(spec.tensile_strength)
     }
 
     /// Deviatoric plastic strain of a return from `trial` to `stress`.
@@ -353,6 +428,7 @@ impl MohrCoulomb {
         // |σ_i - mean| ≤ 2 √(J2/3)
         let radius = (2.0 / 3.0 * s.dot(&s)).sqrt();
         (pyramid.friction - 1.0) * mean + (pyramid.friction + 1.0) * radius <= pyramid.strength
+            && mean + radius <= pyramid.cut_off
     }
 }
 
@@ -360,13 +436,13 @@ impl SmallStrain for MohrCoulomb {
     type State = PlasticStrain;
 
     fn name(&self) -> &'static str {
-        NAME
+        self.name
     }
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
         let principal = initial.stress.principal_values();
         let scale = self.peak.strength + self.peak.friction * principal[0].abs() + principal[2].abs();
-        super::check_initial(NAME, &initial.stress, self.peak.yield_value(principal), scale)?;
+        super::check_initial(self.name, &initial.stress, self.peak.yield_value(principal), scale)?;
         Ok(Point { stress: initial.stress, state: PlasticStrain::default() })
     }
 
@@ -383,7 +459,7 @@ impl SmallStrain for MohrCoulomb {
             return Ok(Point { stress: trial, state: old.state });
         }
         if !trial.is_finite() {
-            return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
+            return Err(MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" });
         }
         // The closed form of the principal values is good to half the digits where two of them meet.
         let rough = trial.principal_values();
@@ -528,6 +604,6 @@ impl MohrCoulomb {
             }
             increment = if mapped > low && mapped < high { mapped } else { 0.5 * (low + high) };
         }
-        Err(MaterialError::NotConverged { model: NAME, reason: "softening return" })
+        Err(MaterialError::NotConverged { model: self.name, reason: "softening return" })
     }
 }

@@ -1,0 +1,86 @@
+//! Tresca plasticity (constitutive sheet §2.5, §3.7.4; Anura3D manual eq. 7.24).
+//!
+//! `f = σ1 - σ3 - 2 s_u ≤ 0`, associated, perfectly plastic: Mohr–Coulomb without friction and with the
+//! undrained shear strength as cohesion. For the short-term strength of clays in total stresses.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::linear_elastic::stiff_warnings;
+use super::{MohrCoulomb, MohrCoulombSpec};
+use crate::model::{Facts, Kind, Model, StrainMeasure, positive};
+use crate::{Material, MaterialError};
+
+/// Parameters of `tresca`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TrescaSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Undrained shear strength `s_u` (Pa), > 0.
+    pub undrained_strength: f64,
+    /// Small strain in rate form, or logarithmic finite strain.
+    #[serde(default)]
+    pub strain_measure: StrainMeasure,
+}
+
+impl TrescaSpec {
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<MohrCoulomb, MaterialError> {
+        positive("undrained_strength", self.undrained_strength, "Pa")?;
+        let law = MohrCoulombSpec {
+            density: self.density,
+            youngs_modulus: self.youngs_modulus,
+            poissons_ratio: self.poissons_ratio,
+            friction_angle: 0.0,
+            cohesion: self.undrained_strength,
+            dilatancy_angle: 0.0,
+            softening: None,
+            dilatancy_decay: 0.0,
+            tensile_strength: None,
+            strain_measure: self.strain_measure,
+        };
+        Ok(law.law()?.named("tresca"))
+    }
+}
+
+impl Model for TrescaSpec {
+    const FACTS: Facts = Facts {
+        source: "Anura3D manual 2021, eq. 7.24",
+        kind: Kind::Solid,
+        strain: "rate or Hencky",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(self.strain_measure.wrap(self.law()?))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        stiff_warnings(self.poissons_ratio)
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |strain_measure| Self {
+            density: 2000.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            undrained_strength: 20e3,
+            strain_measure,
+        };
+        [StrainMeasure::Rate, StrainMeasure::Hencky].map(with).into()
+    }
+}

@@ -1,0 +1,122 @@
+//! Von Mises plasticity (constitutive sheet §2.4; Bui & Nguyen 2021, section 4.3).
+//!
+//! `f = √J2 - k ≤ 0`, associated: Drucker–Prager without friction. Which cohesion `k` stands for is a
+//! matter of matching: `k = c` is exact in plane strain and simple shear (default), `k = 2c/√3` in
+//! triaxial compression (the source's, 15.47 % too strong in plane strain). Cohesion may soften
+//! exponentially with the accumulated deviatoric plastic strain.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::linear_elastic::stiff_warnings;
+use super::{DruckerPrager, DruckerPragerSpec, Integration, Matching, Softening};
+use crate::model::{Facts, Kind, Model, StrainMeasure, positive};
+use crate::{Material, MaterialError};
+
+/// Parameters of `von-mises`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VonMisesSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Cohesion (Pa), > 0.
+    pub cohesion: f64,
+    /// Stress state in which the strength is that of the cohesion.
+    #[serde(default)]
+    pub exact_in: ExactIn,
+    /// Cohesion after large plastic strain (Pa), 0 to the peak; no softening when absent.
+    #[serde(default)]
+    pub residual_cohesion: Option<f64>,
+    /// Rate of decay of the cohesion with plastic strain.
+    #[serde(default)]
+    pub softening_rate: f64,
+    /// Small strain in rate form, or logarithmic finite strain.
+    #[serde(default)]
+    pub strain_measure: StrainMeasure,
+}
+
+/// Stress states in which the circle of von Mises meets the hexagon of Tresca.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ExactIn {
+    /// Pure shear, plane strain: `k = c`.
+    #[default]
+    PlaneStrain,
+    /// Triaxial compression and extension: `k = 2c/√3`.
+    Triaxial,
+}
+
+impl VonMisesSpec {
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<DruckerPrager, MaterialError> {
+        positive("cohesion", self.cohesion, "Pa")?;
+        let softening = self.residual_cohesion.map(|residual_cohesion| Softening {
+            residual_friction_angle: 0.0,
+            residual_cohesion,
+            friction_rate: 0.0,
+            cohesion_rate: self.softening_rate,
+        });
+        let law = DruckerPragerSpec {
+            density: self.density,
+            youngs_modulus: self.youngs_modulus,
+            poissons_ratio: self.poissons_ratio,
+            friction_angle: 0.0,
+            cohesion: self.cohesion,
+            dilatancy_angle: 0.0,
+            matching: match self.exact_in {
+                ExactIn::PlaneStrain => Matching::PlaneStrain,
+                ExactIn::Triaxial => Matching::Compression,
+            },
+            softening,
+            dilatancy_decay: 0.0,
+            integration: Integration::default(),
+            strain_measure: self.strain_measure,
+        };
+        Ok(law.law()?.named("von-mises"))
+    }
+}
+
+impl Model for VonMisesSpec {
+    const FACTS: Facts = Facts {
+        source: "Bui & Nguyen 2021, section 4.3",
+        kind: Kind::Solid,
+        strain: "rate or Hencky",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(self.strain_measure.wrap(self.law()?))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        stiff_warnings(self.poissons_ratio)
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |exact_in, residual_cohesion| Self {
+            density: 2000.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            cohesion: 20e3,
+            exact_in,
+            residual_cohesion,
+            softening_rate: 5.0,
+            strain_measure: StrainMeasure::Rate,
+        };
+        let hencky = Self { strain_measure: StrainMeasure::Hencky, ..with(ExactIn::PlaneStrain, None) };
+        vec![with(ExactIn::PlaneStrain, None), with(ExactIn::Triaxial, Some(5e3)), hencky]
+    }
+}
