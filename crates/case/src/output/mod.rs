@@ -6,4 +6,4 @@ mod table;
 
 pub use files::{OutputError, write_atomically};
 pub use frame::{Collection, read_frame, write_frame};
-pub use table::Table;
+pub use table::{Table, TableFile};

@@ -154,6 +154,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "measures.eye.position[0]",
             "-0.1 is outside the domain",
         ),
+        ("/measures/eye/fields", json!(["stress", "a,b"]), "measures.eye.fields[1]", "letters, digits"),
         ("/measures/eye/fields", json!([]), "measures.eye.fields", "at least one field"),
         ("/output/frames", json!(-1), "output.frames", "must be positive"),
         ("/output/frames", json!(1e-9), "output.frames", "would give"),
