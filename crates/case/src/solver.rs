@@ -193,6 +193,11 @@ pub trait Solver: Send {
     /// When the stage cannot be ended.
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError>;
 
+    /// Width of the cells of its grid (m); `None` for methods without a grid.
+    fn cell_size(&self) -> Option<f64> {
+        None
+    }
+
     /// Distance from equilibrium after the last step; `None` where the method has no measure of it.
     fn equilibrium(&self) -> Option<Equilibrium>;
 

@@ -338,10 +338,15 @@ impl Findings<'_> {
             let problem = "a name is made of letters, digits, _ and -: it becomes a column and a file";
             self.require(is_plain(name), path.clone(), problem);
             match measure {
-                Measure::Front { side, quantile } | Measure::RunOut { side, quantile, .. } => {
+                Measure::Front { side, quantile, cell } | Measure::RunOut { side, quantile, cell, .. } => {
                     self.side(&format!("{path}.side"), *side);
                     let problem = format!("{quantile} is not in 0..=1 (0 excluded)");
                     self.require(*quantile > 0.0 && *quantile <= 1.0, format!("{path}.quantile"), problem);
+                    if let Some(cell) = cell {
+                        self.positive(format!("{path}.cell"), *cell, "m");
+                        let problem = "a quantile below 1 looks at no cells";
+                        self.require(*quantile == 1.0, format!("{path}.cell"), problem);
+                    }
                     if let Measure::RunOut { origin, initial_length, .. } = measure {
                         self.finite(format!("{path}.origin"), *origin);
                         self.positive(format!("{path}.initial_length"), *initial_length, "m");

@@ -204,7 +204,7 @@ impl<'a> Recorder<'a> {
         push("potential_energy", "J", budget.potential);
         let equilibrium = solver.equilibrium();
         push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
-        readings.extend(measure::read(self.case, snapshot));
+        readings.extend(measure::read(self.case, snapshot, solver.cell_size()));
         if self.table.columns.is_empty() {
             self.table.columns =
                 readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
