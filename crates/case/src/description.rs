@@ -350,8 +350,11 @@ impl Default for Output {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Measure {
-    /// The end of the farthest point's domain along an axis (m). Points that are ahead of all others by more
-    /// than four point widths are taken as detached and do not count. With a quantile below 1, the place
+    /// Where the mass ends along an axis (m). The base is divided into columns of cells; those whose lowest
+    /// cell holds a point, counted without a gap from the wall behind the mass, are the connected region, and
+    /// the front is the farthest end of a point's domain in it. Points beyond a gap are detached and do not
+    /// count. Where no column at the wall is occupied, counting begins at the rearmost that is; where nothing
+    /// lies on the base, a column is occupied by points at any height. With a quantile below 1, the place
     /// behind which that fraction of the mass lies, which stray points do not move.
     Front {
         /// Direction in which the front moves.
@@ -359,8 +362,12 @@ pub enum Measure {
         /// Fraction of the mass behind the front.
         #[serde(default = "whole")]
         quantile: f64,
+        /// Width of the columns (m), for a quantile of 1; by default the cells of the method's grid, or two
+        /// point widths for a method that tells of none.
+        #[serde(default)]
+        cell: Option<f64>,
     },
-    /// `(front - initial) / initial`, both counted from `origin`.
+    /// `(front - initial) / initial`, both counted from `origin`; the front is that of the measure `front`.
     RunOut {
         /// Direction in which the front moves.
         side: Side,
@@ -371,6 +378,9 @@ pub enum Measure {
         /// Fraction of the mass behind the front.
         #[serde(default = "whole")]
         quantile: f64,
+        /// Width of the columns (m), as in `front`.
+        #[serde(default)]
+        cell: Option<f64>,
     },
     /// Height of the surface in bins along an axis, written at each frame.
     Profile {

@@ -193,6 +193,11 @@ pub trait Solver: Send {
     /// When the stage cannot be ended.
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError>;
 
+    /// Width of the cells of its grid (m); `None` for methods without a grid.
+    fn cell_size(&self) -> Option<f64> {
+        None
+    }
+
     /// Distance from equilibrium after the last step; `None` where the method has no measure of it.
     fn equilibrium(&self) -> Option<Equilibrium>;
 
@@ -213,21 +218,71 @@ pub trait Solver: Send {
 }
 
 impl Snapshot {
-    /// A number that is the same only for snapshots equal to the last bit.
+    /// A number that is the same only for snapshots equal to the last bit: time, step, ids, bodies,
+    /// places and fields with their names.
     pub fn hash(&self) -> u64 {
         let mut bytes: Vec<u8> = Vec::new();
         bytes.extend(self.time.to_bits().to_le_bytes());
+        bytes.extend(self.step.to_le_bytes());
+        // Counts keep apart what would run together.
+        bytes.extend((self.ids.len() as u64).to_le_bytes());
         bytes.extend(self.ids.iter().flat_map(|id| id.to_le_bytes()));
-        let mut add = |values: &[f64]| bytes.extend(values.iter().flat_map(|v| v.to_bits().to_le_bytes()));
-        add(self.positions.as_flattened());
-        add(self.extents.as_flattened());
+        bytes.extend(self.bodies.iter().flat_map(|body| body.to_le_bytes()));
+        let add = |bytes: &mut Vec<u8>, values: &[f64]| {
+            bytes.extend(values.iter().flat_map(|v| v.to_bits().to_le_bytes()));
+        };
+        add(&mut bytes, self.positions.as_flattened());
+        add(&mut bytes, self.extents.as_flattened());
         for field in &self.fields {
+            bytes.extend((field.name.len() as u64).to_le_bytes());
+            bytes.extend(field.name.as_bytes());
             match &field.data {
-                FieldData::Scalar(values) => add(values),
-                FieldData::Vector(values) => add(values.as_flattened()),
-                FieldData::Tensor(values) => values.iter().for_each(|tensor| add(&tensor.0)),
+                FieldData::Scalar(values) => add(&mut bytes, values),
+                FieldData::Vector(values) => add(&mut bytes, values.as_flattened()),
+                FieldData::Tensor(values) => values.iter().for_each(|tensor| add(&mut bytes, &tensor.0)),
             }
         }
         crate::load::fnv1a(&bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hash_tells_apart_snapshots_that_differ_anywhere() {
+        let whole = Snapshot {
+            time: 1.0,
+            step: 7,
+            ids: vec![0, 1],
+            bodies: vec![0, 1],
+            positions: vec![[0.0; 3], [1.0; 3]],
+            extents: vec![[0.1; 3]; 2],
+            fields: vec![Field { name: "mass".into(), unit: "kg", data: FieldData::Scalar(vec![1.0, 2.0]) }],
+        };
+        let changes: [fn(&mut Snapshot); 8] = [
+            |s| s.time = 1.5,
+            |s| s.step = 8,
+            |s| s.ids[1] = 2,
+            |s| s.bodies[1] = 0,
+            |s| s.positions[0][1] = -0.0,
+            |s| s.extents[0][0] = 0.2,
+            |s| s.fields[0].name = "heat".into(),
+            |s| s.fields[0].data = FieldData::Scalar(vec![1.0, 2.0 + 1e-15]),
+        ];
+        let hashes: Vec<u64> = changes
+            .iter()
+            .map(|change| {
+                let mut snapshot = whole.clone();
+                change(&mut snapshot);
+                snapshot.hash()
+            })
+            .chain([whole.hash()])
+            .collect();
+        for (i, hash) in hashes.iter().enumerate() {
+            assert!(!hashes[..i].contains(hash), "change {i} goes unseen");
+        }
+        assert_eq!(whole.hash(), whole.clone().hash());
     }
 }

@@ -335,14 +335,18 @@ impl Findings<'_> {
         let dimension = case.dimension();
         for (name, measure) in &case.measures {
             let path = format!("measures.{name}");
-            let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             let problem = "a name is made of letters, digits, _ and -: it becomes a column and a file";
-            self.require(!name.is_empty() && name.chars().all(plain), path.clone(), problem);
+            self.require(is_plain(name), path.clone(), problem);
             match measure {
-                Measure::Front { side, quantile } | Measure::RunOut { side, quantile, .. } => {
+                Measure::Front { side, quantile, cell } | Measure::RunOut { side, quantile, cell, .. } => {
                     self.side(&format!("{path}.side"), *side);
                     let problem = format!("{quantile} is not in 0..=1 (0 excluded)");
                     self.require(*quantile > 0.0 && *quantile <= 1.0, format!("{path}.quantile"), problem);
+                    if let Some(cell) = cell {
+                        self.positive(format!("{path}.cell"), *cell, "m");
+                        let problem = "a quantile below 1 looks at no cells";
+                        self.require(*quantile == 1.0, format!("{path}.cell"), problem);
+                    }
                     if let Measure::RunOut { origin, initial_length, .. } = measure {
                         self.finite(format!("{path}.origin"), *origin);
                         self.positive(format!("{path}.initial_length"), *initial_length, "m");
@@ -362,6 +366,11 @@ impl Findings<'_> {
                     }
                     self.positive(format!("{path}.radius"), *radius, "m");
                     self.require(!fields.is_empty(), format!("{path}.fields"), "name at least one field");
+                    for (number, field) in fields.iter().enumerate() {
+                        let problem =
+                            format!("{field:?}: names of fields are made of letters, digits, _ and -");
+                        self.require(is_plain(field), format!("{path}.fields[{number}]"), problem);
+                    }
                 }
             }
         }
@@ -373,4 +382,9 @@ impl Findings<'_> {
             self.require(options.is_object(), format!("methods.{name}"), problem);
         }
     }
+}
+
+/// True for names that can stand in the head of a table.
+fn is_plain(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
 }

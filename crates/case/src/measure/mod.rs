@@ -1,24 +1,33 @@
 //! Measures: numbers read off a snapshot.
 
+mod front;
+
 use std::collections::BTreeMap;
 
 use crate::description::{Measure, Side};
 use crate::{Case, FieldData, Snapshot};
 
+pub use front::{Columns, front};
+
 /// Name, unit and value of a measured number.
 pub type Reading = (String, String, f64);
 
-/// Reads all scalar measures of the case off a snapshot, in the order of their names.
-pub fn read(case: &Case, snapshot: &Snapshot) -> Vec<Reading> {
+/// Reads all scalar measures of the case off a snapshot, in the order of their names; `cell` is the width
+/// of the cells of the method's grid (m), if it has one.
+pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading> {
     let mut readings = Vec::new();
     for (name, measure) in &case.measures {
+        let front = |side: Side, quantile: f64, own: Option<f64>| match quantile {
+            1.0 => Columns::of(case, side, own.or(cell), snapshot).front(snapshot),
+            _ => front(snapshot, side, quantile),
+        };
         match measure {
-            Measure::Front { side, quantile } => {
-                readings.push((name.clone(), "m".to_owned(), front(snapshot, *side, *quantile)));
+            Measure::Front { side, quantile, cell } => {
+                readings.push((name.clone(), "m".to_owned(), front(*side, *quantile, *cell)));
             }
-            Measure::RunOut { side, origin, initial_length, quantile } => {
+            Measure::RunOut { side, origin, initial_length, quantile, cell } => {
                 let sign = if side.is_max() { 1.0 } else { -1.0 };
-                let length = sign * (front(snapshot, *side, *quantile) - origin);
+                let length = sign * (front(*side, *quantile, *cell) - origin);
                 readings.push((name.clone(), String::new(), (length - initial_length) / initial_length));
             }
             Measure::Probe { position, radius, fields } => {
@@ -28,42 +37,6 @@ pub fn read(case: &Case, snapshot: &Snapshot) -> Vec<Reading> {
         }
     }
     readings
-}
-
-/// Position of the front towards `side` (m); NaN without points.
-///
-/// With `quantile` 1 it is the end of the farthest point's domain, counted from the rear up to the first
-/// gap of more than four point widths (a variant of MPM sheet §3.9, which looks at the columns of cells
-/// on the base); below 1, the place behind which that fraction of the mass lies.
-pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
-    let axis = side.axis();
-    let sign = if side.is_max() { 1.0 } else { -1.0 };
-    let mut order: Vec<usize> = (0..snapshot.positions.len()).collect();
-    let along = |i: usize| sign * snapshot.positions[i][axis];
-    order.sort_by(|&a, &b| along(a).total_cmp(&along(b)));
-    if order.is_empty() {
-        return f64::NAN;
-    }
-    let end = |i: usize| along(i) + 0.5 * snapshot.extents[i][axis];
-    if quantile < 1.0 {
-        let Some(FieldData::Scalar(mass)) = snapshot.field("mass").map(|f| &f.data) else { return f64::NAN };
-        let total: f64 = order.iter().map(|&i| mass[i]).sum();
-        let mut behind = 0.0;
-        for &i in &order {
-            behind += mass[i];
-            if behind >= quantile * total {
-                return sign * end(i);
-            }
-        }
-    }
-    let mut front = end(order[0]);
-    for &i in &order {
-        if along(i) - 0.5 * snapshot.extents[i][axis] > front + 4.0 * snapshot.extents[i][axis] {
-            break;
-        }
-        front = front.max(end(i));
-    }
-    sign * front
 }
 
 /// Height of the surface in bins of width `bin` (m) along `axis`: pairs of bin centre and height.
@@ -135,16 +108,6 @@ mod tests {
                 data: FieldData::Scalar(vec![1.0; count]),
             }],
         }
-    }
-
-    #[test]
-    fn the_front_stops_at_a_gap_and_the_quantile_ignores_stray_points() {
-        let mut positions: Vec<f64> = (0..100).map(|i| 0.05 + 0.1 * f64::from(i)).collect();
-        positions.push(30.0);
-        let snapshot = line(&positions);
-        assert!((front(&snapshot, Side::XMax, 1.0) - 10.0).abs() < 1e-12);
-        assert!((front(&snapshot, Side::XMax, 0.98) - 9.9).abs() < 1e-9);
-        assert!((front(&snapshot, Side::XMin, 1.0) - 29.95).abs() < 1e-12, "from the stray point's side");
     }
 
     #[test]

@@ -4,6 +4,7 @@ mod files;
 mod frame;
 mod table;
 
+pub(crate) use files::make_atomically;
 pub use files::{OutputError, write_atomically};
 pub use frame::{Collection, read_frame, write_frame};
-pub use table::Table;
+pub use table::{Table, TableFile};

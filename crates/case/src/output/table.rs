@@ -1,6 +1,8 @@
 //! Tables of numbers: the measures of a run in time.
 
-use std::path::Path;
+use std::fs::{File, OpenOptions};
+use std::io::{Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -35,23 +37,7 @@ impl Table {
     /// The table as CSV; lines that start with `#` say what it is. Numbers are written so that they
     /// read back to the last bit.
     pub fn to_csv(&self, about: &str) -> String {
-        let mut text = String::new();
-        for line in about.lines() {
-            text.push_str(&format!("# {line}\n"));
-        }
-        let head: Vec<String> = self
-            .columns
-            .iter()
-            .map(|(name, unit)| if unit.is_empty() { name.clone() } else { format!("{name} ({unit})") })
-            .collect();
-        text.push_str(&head.join(","));
-        text.push('\n');
-        for row in &self.rows {
-            let values: Vec<String> = row.iter().map(|value| format!("{value:e}")).collect();
-            text.push_str(&values.join(","));
-            text.push('\n');
-        }
-        text
+        head(about, &self.columns) + &lines(&self.rows)
     }
 
     /// Writes the table as CSV.
@@ -62,19 +48,19 @@ impl Table {
         write_atomically(path, self.to_csv(about).as_bytes())
     }
 
-    /// Reads a table that [`Table::write`] wrote.
+    /// Reads a table that [`Table::write`] or a [`TableFile`] wrote. A last line without an end, which a
+    /// run that was killed may leave, does not count.
     ///
     /// # Errors
     /// When the file cannot be read or is not such a table.
     pub fn read(path: &Path) -> Result<Self, OutputError> {
         let fail = |problem: String| OutputError::new(path, problem);
-        let mut reader = csv::ReaderBuilder::new()
-            .comment(Some(b'#'))
-            .from_path(path)
-            .map_err(|error| fail(error.to_string()))?;
+        let text = std::fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
+        let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(whole.as_bytes());
         let heads = reader.headers().map_err(|error| fail(error.to_string()))?.clone();
         let column = |head: &str| match head.split_once(" (") {
-            Some((name, unit)) => (name.to_owned(), unit.trim_end_matches(')').to_owned()),
+            Some((name, unit)) => (name.to_owned(), unit.strip_suffix(')').unwrap_or(unit).to_owned()),
             None => (head.to_owned(), String::new()),
         };
         let mut table = Self { columns: heads.iter().map(column).collect(), rows: Vec::new() };
@@ -84,6 +70,92 @@ impl Table {
             table.rows.push(row.map_err(|_| fail(format!("row {} is not numbers", table.rows.len() + 1)))?);
         }
         Ok(table)
+    }
+}
+
+fn head(about: &str, columns: &[(String, String)]) -> String {
+    let about: String = about.lines().map(|line| format!("# {line}\n")).collect();
+    let name = |(name, unit): &(String, String)| match unit.as_str() {
+        "" => name.clone(),
+        unit => format!("{name} ({unit})"),
+    };
+    let names: Vec<String> = columns.iter().map(name).collect();
+    format!("{about}{}\n", names.join(","))
+}
+
+fn lines(rows: &[Vec<f64>]) -> String {
+    let line = |row: &Vec<f64>| {
+        let values: Vec<String> = row.iter().map(|value| format!("{value:e}")).collect();
+        values.join(",") + "\n"
+    };
+    rows.iter().map(line).collect()
+}
+
+/// A table on disk that grows row by row, in the form of [`Table::to_csv`]. What a killed run leaves may
+/// end in a torn row: its length at a checkpoint says how much of it counts.
+#[derive(Debug)]
+pub struct TableFile {
+    path: PathBuf,
+    file: File,
+    length: u64,
+}
+
+impl TableFile {
+    /// Begins a table anew: its head, no rows.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn create(path: &Path, about: &str, columns: &[(String, String)]) -> Result<Self, OutputError> {
+        let file = File::create(path).map_err(|error| OutputError::new(path, error))?;
+        let mut table = Self { path: path.to_owned(), file, length: 0 };
+        table.write(&head(about, columns))?;
+        Ok(table)
+    }
+
+    /// Opens a table of which the first `length` bytes count; nothing changes before [`TableFile::cut`].
+    ///
+    /// # Errors
+    /// When the file cannot be opened or is shorter than that.
+    pub fn open(path: &Path, length: u64) -> Result<Self, OutputError> {
+        let fail = |problem: &dyn std::fmt::Display| OutputError::new(path, problem);
+        let file = OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?;
+        let found = file.metadata().map_err(|error| fail(&error))?.len();
+        if found < length {
+            return Err(fail(&format!("has {found} bytes, the checkpoint was written when it had {length}")));
+        }
+        Ok(Self { path: path.to_owned(), file, length })
+    }
+
+    /// Cuts off what does not count.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn cut(&mut self) -> Result<(), OutputError> {
+        let cut = self.file.set_len(self.length).and_then(|()| self.file.seek(SeekFrom::Start(self.length)));
+        cut.map(|_| ()).map_err(|error| OutputError::new(&self.path, error))
+    }
+
+    /// Adds rows.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn append(&mut self, rows: &[Vec<f64>]) -> Result<(), OutputError> {
+        self.write(&lines(rows))
+    }
+
+    fn write(&mut self, text: &str) -> Result<(), OutputError> {
+        self.file.write_all(text.as_bytes()).map_err(|error| OutputError::new(&self.path, error))?;
+        self.length += text.len() as u64;
+        Ok(())
+    }
+
+    /// Brings all rows safely to the disk; the length of the file (bytes).
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn sync(&self) -> Result<u64, OutputError> {
+        self.file.sync_all().map_err(|error| OutputError::new(&self.path, error))?;
+        Ok(self.length)
     }
 }
 
@@ -104,5 +176,27 @@ mod tests {
         let bits = |t: &Table| -> Vec<u64> { t.rows.iter().flatten().map(|v| v.to_bits()).collect() };
         assert_eq!(bits(&back), bits(&table));
         assert_eq!(back.last("time"), Some(2e22));
+    }
+
+    #[test]
+    fn a_table_grows_by_rows_and_goes_on_where_it_counted() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("t.csv");
+        let columns = vec![("time".to_owned(), "s".to_owned()), ("front".to_owned(), "m".to_owned())];
+        let rows: Vec<Vec<f64>> = (0..5).map(|i| vec![f64::from(i), 1.0 / f64::from(i + 1)]).collect();
+        let mut file = TableFile::create(&path, "about", &columns).unwrap();
+        file.append(&rows[..2]).unwrap();
+        let length = file.sync().unwrap();
+        file.append(&rows[3..]).unwrap();
+        drop(file);
+        OpenOptions::new().append(true).open(&path).unwrap().write_all(b"7e0,1.2").unwrap();
+        assert_eq!(Table::read(&path).unwrap().rows.len(), 4, "a torn row does not count");
+        let mut file = TableFile::open(&path, length).unwrap();
+        file.cut().unwrap();
+        file.append(&rows[2..3]).unwrap();
+        file.append(&rows[3..]).unwrap();
+        let table = Table { columns, rows };
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), table.to_csv("about"));
+        assert!(TableFile::open(&path, 1_000_000).is_err(), "rows are missing");
     }
 }

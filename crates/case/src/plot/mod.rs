@@ -73,9 +73,11 @@ pub trait Picture {
             Some("svg") => crate::output::write_atomically(path, self.to_svg().map_err(fail)?.as_bytes()),
             Some("png") => {
                 load_font();
-                let area = BitMapBackend::new(path, self.size()).into_drawing_area();
-                self.draw(&area).map_err(fail)?;
-                area.present().map_err(|error| fail(error.to_string()))
+                crate::output::make_atomically(path, |temporary| {
+                    let area = BitMapBackend::new(temporary, self.size()).into_drawing_area();
+                    self.draw(&area).map_err(fail)?;
+                    area.present().map_err(|error| fail(error.to_string()))
+                })
             }
             _ => Err(fail("pictures are written as png or svg".to_owned())),
         }
@@ -149,5 +151,41 @@ mod tests {
             assert!(std::fs::metadata(dir.path().join(name)).unwrap().len() > 500);
         }
         assert!(cloud.write(&dir.path().join("a.gif")).is_err());
+    }
+
+    /// Draws a little, and then fails.
+    struct Broken;
+
+    impl Picture for Broken {
+        fn size(&self) -> (u32, u32) {
+            (40, 30)
+        }
+        fn draw<B: DrawingBackend>(
+            &self,
+            area: &DrawingArea<B, plotters::coord::Shift>,
+        ) -> Result<(), String> {
+            area.fill(&WHITE).map_err(|error| error.to_string())?;
+            Err("out of ink".to_owned())
+        }
+    }
+
+    #[test]
+    fn a_picture_is_replaced_as_a_whole_or_not_at_all() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in ["a.png", "a.svg"] {
+            let path = dir.path().join(name);
+            std::fs::write(&path, "old").unwrap();
+            // A reader that has the old file open keeps it, whole.
+            let reader = dir.path().join("reader");
+            std::fs::hard_link(&path, &reader).unwrap();
+            assert!(Broken.write(&path).unwrap_err().to_string().contains("out of ink"));
+            assert_eq!(std::fs::read(&path).unwrap(), b"old");
+            LineChart::default().write(&path).unwrap();
+            assert!(std::fs::metadata(&path).unwrap().len() > 500);
+            assert_eq!(std::fs::read(&reader).unwrap(), b"old");
+            std::fs::remove_file(&reader).unwrap();
+        }
+        let left = std::fs::read_dir(dir.path()).unwrap().count();
+        assert_eq!(left, 2, "nothing but the pictures");
     }
 }

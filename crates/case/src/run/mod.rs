@@ -1,5 +1,6 @@
 //! The run: stages, steps, measures, frames, checkpoints.
 
+mod folder;
 mod record;
 
 use std::path::PathBuf;
@@ -31,7 +32,8 @@ pub struct RunOptions {
     pub overwrite: bool,
     /// Show a progress bar.
     pub progress: bool,
-    /// Keep the frames in memory, in [`RunReport::frames`].
+    /// Keep the frames in memory, in [`RunReport::frames`]. After a resume, those before the checkpoint
+    /// are read from their files and hold the fields that `output.fields` names.
     pub keep_frames: bool,
     /// Set from elsewhere to stop at the next step, with a checkpoint.
     pub stop: Option<Arc<AtomicBool>>,
@@ -298,7 +300,7 @@ impl Run<'_> {
         RunReport {
             ending,
             snapshot: self.solver.snapshot(),
-            table: std::mem::take(&mut self.progress.table),
+            table: std::mem::take(&mut self.recorder.table),
             frames: std::mem::take(&mut self.recorder.kept),
             start: self.progress.start.into(),
             end: self.solver.budget(),

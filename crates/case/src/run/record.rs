@@ -1,24 +1,16 @@
 //! What a run writes down, and how it picks up where it was.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use super::folder::{self, CASE, CHECKPOINT, COLLECTION, FRAMES, MEASURES, SUMMARY, Tables};
 use super::{RunError, RunOptions};
 use crate::description::Measure;
-use crate::output::{Collection, Table, write_atomically, write_frame};
+use crate::output::{Collection, OutputError, Table, read_frame, write_atomically, write_frame};
 use crate::{Budget, Case, Snapshot, Solver, SolverError, measure};
-
-const CHECKPOINT: &str = "checkpoint.bin";
-const SUMMARY: &str = "summary.json";
-const MEASURES: &str = "measures.csv";
-const COLLECTION: &str = "frames.pvd";
-
-/// What the columns mean, at the head of the table.
-const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
-                     plane strain, per radian in axisymmetry";
 
 /// Where a run stands: everything but the solver that a restart needs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -29,9 +21,9 @@ pub(super) struct Progress {
     pub(super) held: u32,
     pub(super) frames: u64,
     pub(super) rows: u64,
-    pub(super) table: Table,
-    pub(super) profiles: Vec<(String, Table)>,
     pub(super) collection: Collection,
+    /// Steps done at each frame of the collection.
+    pub(super) frame_steps: Vec<u64>,
     pub(super) start: SavedBudget,
 }
 
@@ -65,6 +57,8 @@ struct Checkpoint {
     fingerprint: u64,
     method: String,
     progress: Progress,
+    /// Lengths of the tables on disk (bytes): what stands beyond is written again.
+    tables: Vec<(String, u64)>,
     solver: Vec<u8>,
 }
 
@@ -74,6 +68,8 @@ pub(super) struct Recorder<'a> {
     options: &'a RunOptions,
     frame_interval: Option<f64>,
     row_interval: f64,
+    tables: Tables,
+    pub(super) table: Table,
     pub(super) kept: Vec<Snapshot>,
 }
 
@@ -85,6 +81,8 @@ impl<'a> Recorder<'a> {
             options,
             frame_interval: case.output.frames,
             row_interval: case.output.measures.unwrap_or(case.end_time() / 100.0),
+            tables: Tables::new(options.out.clone()),
+            table: Table::default(),
             kept: Vec::new(),
         };
         if let Some(out) = &options.out {
@@ -95,37 +93,26 @@ impl<'a> Recorder<'a> {
 
     fn prepare(&self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
+        let running = json!({ "status": "running", "title": self.case.title, "method": self.options.method });
         let used = out.join(SUMMARY).exists() || out.join(CHECKPOINT).exists();
         if self.options.resume {
             if !used {
                 return Err(folder("holds no run to resume".to_owned()));
             }
-            self.check_resumable(out)?;
-            fs::create_dir_all(out.join("frames"))
-                .map_err(|error| folder(format!("cannot be made: {error}")))?;
-            return Ok(());
+            return self.check_resumable(out);
         } else if used {
             if !self.options.overwrite {
                 return Err(folder(
                     "holds an earlier run already (resume it, overwrite it or choose another)".to_owned(),
                 ));
             }
-            for name in [CHECKPOINT, SUMMARY, MEASURES, COLLECTION] {
-                let file = out.join(name);
-                if file.exists() {
-                    fs::remove_file(&file).map_err(|error| folder(format!("{name}: {error}")))?;
-                }
-            }
-            let frames = out.join("frames");
-            if frames.is_dir() {
-                fs::remove_dir_all(&frames).map_err(|error| folder(format!("frames: {error}")))?;
-            }
+            // First of all, so that what is left of the old run never looks complete.
+            self.write_summary(&running)?;
+            folder::clear(out)?;
         }
-        fs::create_dir_all(out.join("frames")).map_err(|error| folder(format!("cannot be made: {error}")))?;
-        write_atomically(&out.join("case.json"), self.case.to_json().as_bytes())?;
-        self.write_summary(
-            &json!({ "status": "running", "title": self.case.title, "method": self.options.method }),
-        )
+        folder::make(out)?;
+        write_atomically(&out.join(CASE), self.case.to_json().as_bytes())?;
+        self.write_summary(&running)
     }
 
     /// Refuses, before anything is written, to resume a complete run or one of another case.
@@ -136,7 +123,7 @@ impl<'a> Recorder<'a> {
         if summary["status"] == "completed" {
             return Err(folder("holds a complete run: there is nothing to resume"));
         }
-        let text = fs::read_to_string(out.join("case.json")).unwrap_or_default();
+        let text = fs::read_to_string(out.join(CASE)).unwrap_or_default();
         match Case::from_json(&text) {
             Ok(case) if case.fingerprint() != self.case.fingerprint() => {
                 Err(folder("holds a run of another case"))
@@ -171,7 +158,7 @@ impl<'a> Recorder<'a> {
         }
         let snapshot = solver.snapshot();
         if row {
-            self.row(solver, &snapshot, progress)?;
+            self.row(solver, &snapshot)?;
             progress.rows += 1;
         }
         if frame {
@@ -189,8 +176,8 @@ impl<'a> Recorder<'a> {
     ) -> Result<(), RunError> {
         let time = solver.time();
         let snapshot = solver.snapshot();
-        if progress.table.last("time") != Some(time) {
-            self.row(solver, &snapshot, progress)?;
+        if self.table.last("time") != Some(time) {
+            self.row(solver, &snapshot)?;
         }
         if progress.collection.frames.last().map(|(at, _)| *at) != Some(time) {
             self.frame(snapshot, progress)?;
@@ -198,7 +185,7 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    fn row(&self, solver: &dyn Solver, snapshot: &Snapshot, progress: &mut Progress) -> Result<(), RunError> {
+    fn row(&mut self, solver: &dyn Solver, snapshot: &Snapshot) -> Result<(), RunError> {
         let mut readings = vec![
             ("time".to_owned(), "s".to_owned(), solver.time()),
             ("step".to_owned(), String::new(), solver.step_count() as f64),
@@ -217,22 +204,22 @@ impl<'a> Recorder<'a> {
         push("potential_energy", "J", budget.potential);
         let equilibrium = solver.equilibrium();
         push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
-        readings.extend(measure::read(self.case, snapshot));
-        let table = &mut progress.table;
-        if table.columns.is_empty() {
-            table.columns = readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
+        readings.extend(measure::read(self.case, snapshot, solver.cell_size()));
+        if self.table.columns.is_empty() {
+            self.table.columns =
+                readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
         }
-        table.rows.push(readings.into_iter().map(|(.., value)| value).collect());
-        match &self.options.out {
-            Some(out) => Ok(table.write(&out.join(MEASURES), ABOUT)?),
-            None => Ok(()),
-        }
+        let row = vec![readings.into_iter().map(|(.., value)| value).collect()];
+        self.tables.append(MEASURES, &self.table.columns, &row)?;
+        self.table.rows.extend(row);
+        Ok(())
     }
 
     fn frame(&mut self, snapshot: Snapshot, progress: &mut Progress) -> Result<(), RunError> {
-        self.profiles(&snapshot, progress)?;
-        let name = format!("frames/frame-{:05}.vtu", progress.collection.frames.len());
+        self.profiles(&snapshot)?;
+        let name = format!("{FRAMES}/frame-{:05}.vtu", progress.collection.frames.len());
         progress.collection.frames.push((snapshot.time, name.clone()));
+        progress.frame_steps.push(snapshot.step);
         if let Some(out) = &self.options.out {
             write_frame(&out.join(name), &snapshot, self.case.output.fields.as_deref())?;
             progress.collection.write(&out.join(COLLECTION))?;
@@ -243,26 +230,20 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    fn profiles(&self, snapshot: &Snapshot, progress: &mut Progress) -> Result<(), RunError> {
+    fn profiles(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
+        let columns = [("time", "s"), ("position", "m"), ("height", "m")];
+        let columns = columns.map(|(name, unit)| (name.to_owned(), unit.to_owned()));
         for (name, measure) in &self.case.measures {
             let Measure::Profile { axis, height, bin } = measure else { continue };
-            let index = progress.profiles.iter().position(|(known, _)| known == name).unwrap_or_else(|| {
-                let unit = |name: &str, unit: &str| (name.to_owned(), unit.to_owned());
-                let columns = vec![unit("time", "s"), unit("position", "m"), unit("height", "m")];
-                progress.profiles.push((name.clone(), Table { columns, rows: Vec::new() }));
-                progress.profiles.len() - 1
-            });
-            let table = &mut progress.profiles[index].1;
             let heights = measure::profile(snapshot, *axis, *height, *bin);
-            table.rows.extend(heights.into_iter().map(|(x, top)| vec![snapshot.time, x, top]));
-            if let Some(out) = &self.options.out {
-                table.write(&out.join(format!("profile-{name}.csv")), ABOUT)?;
-            }
+            let rows: Vec<Vec<f64>> =
+                heights.into_iter().map(|(x, top)| vec![snapshot.time, x, top]).collect();
+            self.tables.append(&folder::profile(name), &columns, &rows)?;
         }
         Ok(())
     }
 
-    /// Writes the checkpoint.
+    /// Writes the checkpoint, once the rows before it are safely on the disk.
     pub(super) fn save(&self, solver: &dyn Solver, progress: &Progress) -> Result<(), RunError> {
         let Some(out) = &self.options.out else { return Ok(()) };
         let checkpoint = Checkpoint {
@@ -270,6 +251,7 @@ impl<'a> Recorder<'a> {
             fingerprint: self.case.fingerprint(),
             method: self.options.method.clone(),
             progress: progress.clone(),
+            tables: self.tables.sync()?,
             solver: solver.save(),
         };
         let bytes = postcard::to_stdvec(&checkpoint).map_err(|error| self.refuse(out, error.to_string()))?;
@@ -282,9 +264,32 @@ impl<'a> Recorder<'a> {
 
     /// Takes solver and progress from the checkpoint; `None` where the run died before its first, and
     /// starts anew. Tables and collection are set back to what they were at the checkpoint.
-    pub(super) fn resume(&self, solver: &mut dyn Solver) -> Result<Option<Progress>, RunError> {
+    pub(super) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<Progress>, RunError> {
         let Some(out) = &self.options.out else { return Ok(None) };
-        let path: PathBuf = out.join(CHECKPOINT);
+        let Some(checkpoint) = self.read_checkpoint(out)? else {
+            folder::clear(out)?;
+            folder::make(out)?;
+            return Ok(None);
+        };
+        solver
+            .restore(&checkpoint.solver)
+            .map_err(|error: SolverError| self.refuse(out, error.to_string()))?;
+        let progress = checkpoint.progress;
+        if self.options.keep_frames {
+            self.kept = read_frames(out, &progress)?;
+        }
+        self.tables.resume(&checkpoint.tables)?;
+        let kept: Vec<&str> = checkpoint.tables.iter().map(|(name, _)| name.as_str()).collect();
+        folder::keep_profiles(out, &kept)?;
+        folder::remove_torn(out)?;
+        folder::make(out)?;
+        self.table = Table::read(&out.join(MEASURES))?;
+        progress.collection.write(&out.join(COLLECTION))?;
+        Ok(Some(progress))
+    }
+
+    fn read_checkpoint(&self, out: &Path) -> Result<Option<Checkpoint>, RunError> {
+        let path = out.join(CHECKPOINT);
         if !path.exists() {
             return Ok(None);
         }
@@ -298,13 +303,7 @@ impl<'a> Recorder<'a> {
             let problem = format!("was written by {} of version {}", checkpoint.method, checkpoint.version);
             return Err(self.refuse(out, problem));
         }
-        solver
-            .restore(&checkpoint.solver)
-            .map_err(|error: SolverError| self.refuse(out, error.to_string()))?;
-        let progress = checkpoint.progress;
-        progress.table.write(&out.join(MEASURES), ABOUT)?;
-        progress.collection.write(&out.join(COLLECTION))?;
-        Ok(Some(progress))
+        Ok(Some(checkpoint))
     }
 
     /// Writes the summary.
@@ -322,8 +321,9 @@ impl<'a> Recorder<'a> {
                 "kinetic_energy": b.kinetic, "elastic_energy": b.elastic, "potential_energy": b.potential,
             })
         };
-        let names = progress.table.columns.iter().map(|(name, _)| name.clone());
-        let last = progress.table.rows.last().cloned().unwrap_or_default();
+        self.tables.sync()?;
+        let names = self.table.columns.iter().map(|(name, _)| name.clone());
+        let last = self.table.rows.last().cloned().unwrap_or_default();
         let measures: serde_json::Map<String, serde_json::Value> =
             names.zip(last).map(|(name, value)| (name, json!(value))).collect();
         let completed = status == "completed";
@@ -361,4 +361,13 @@ impl<'a> Recorder<'a> {
             serde_json::to_string_pretty(summary).map_err(|error| self.refuse(out, error.to_string()))?;
         Ok(write_atomically(&out.join(SUMMARY), text.as_bytes())?)
     }
+}
+
+/// The frames of a run so far, from their files.
+fn read_frames(out: &Path, progress: &Progress) -> Result<Vec<Snapshot>, OutputError> {
+    let frames = progress.collection.frames.iter().zip(&progress.frame_steps);
+    let read = |((time, name), step): (&(f64, String), &u64)| {
+        Ok(Snapshot { step: *step, ..read_frame(&out.join(name), *time)? })
+    };
+    frames.map(read).collect()
 }

@@ -99,12 +99,15 @@ impl Solver for Oscillators {
 fn case(stages: &str) -> Case {
     let text = format!(
         r#"{{
-        "title": "oscillators", "space": "1d",
-        "domain": {{ "min": [-10], "max": [10] }}, "gravity": [0],
+        "title": "oscillators", "space": "plane-strain",
+        "domain": {{ "min": [-10, -1], "max": [10, 1] }}, "gravity": [0, 0],
         "materials": {{ "m": {{ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 }} }},
-        "bodies": [ {{ "name": "b", "material": "m", "shape": {{ "kind": "box", "min": [0], "max": [1] }} }} ],
+        "bodies": [ {{ "name": "b", "material": "m", "shape": {{ "kind": "box", "min": [0, 0], "max": [1, 1] }} }} ],
         "stages": {stages},
-        "measures": {{ "head": {{ "kind": "front", "side": "x-max", "quantile": 0.9 }} }},
+        "measures": {{
+            "head": {{ "kind": "front", "side": "x-max", "quantile": 0.9 }},
+            "top": {{ "kind": "profile", "axis": 0, "height": 1, "bin": 0.5 }}
+        }},
         "output": {{ "frames": 0.5, "measures": 0.1, "checkpoint": 1e-9 }}
     }}"#
     );
@@ -200,13 +203,94 @@ fn a_resumed_run_leaves_the_same_files_to_the_last_bit() {
         let folder = tempfile::tempdir().unwrap();
         run(&case, Oscillators::boxed(0.1, Some(fail_at)), &options(folder.path())).unwrap_err();
         // What a crash may leave after the checkpoint: rows and frames that will be written again.
-        let measures = folder.path().join("measures.csv");
-        let garbage = std::fs::read_to_string(&measures).unwrap() + "1e9,torn ro";
-        std::fs::write(&measures, garbage).unwrap();
+        for table in ["measures.csv", "profile-top.csv"] {
+            let table = folder.path().join(table);
+            let garbage = std::fs::read_to_string(&table).unwrap() + "1e9,torn ro";
+            std::fs::write(&table, garbage).unwrap();
+        }
+        for torn in ["checkpoint.bin.tmp", "frames/frame-00099.vtu.tmp", "profile-old.csv"] {
+            std::fs::write(folder.path().join(torn), "torn").unwrap();
+        }
         let again = RunOptions { resume: true, ..options(folder.path()) };
-        run(&case, Oscillators::boxed(0.1, None), &again).unwrap();
+        let report = run(&case, Oscillators::boxed(0.1, None), &again).unwrap();
+        let table = Table::read(&folder.path().join("measures.csv")).unwrap();
+        assert_eq!((report.table.columns, report.table.rows.len()), (table.columns, table.rows.len()));
         assert!(left(folder.path()) == left(whole.path()), "crash at {fail_at} s");
     }
+}
+
+#[test]
+fn a_run_that_died_before_its_first_checkpoint_starts_anew() {
+    let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    let whole = tempfile::tempdir().unwrap();
+    run(&case, Oscillators::boxed(0.1, None), &options(whole.path())).unwrap();
+    case.output.checkpoint = 1e6;
+    let folder = tempfile::tempdir().unwrap();
+    run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
+    for stale in ["profile-old.csv", "frames/frame-00099.vtu"] {
+        std::fs::write(folder.path().join(stale), "stale").unwrap();
+    }
+    run(&case, Oscillators::boxed(0.1, None), &RunOptions { resume: true, ..options(folder.path()) })
+        .unwrap();
+    let results = |folder| left(folder).into_iter().filter(|(name, _)| name != "case.json");
+    assert!(results(folder.path()).eq(results(whole.path())));
+}
+
+#[test]
+fn resuming_with_rows_missing_is_refused() {
+    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    let folder = tempfile::tempdir().unwrap();
+    run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
+    let measures = folder.path().join("measures.csv");
+    std::fs::write(&measures, "# nothing left\n").unwrap();
+    let before = left(folder.path());
+    let again = RunOptions { resume: true, ..options(folder.path()) };
+    let error = run(&case, Oscillators::boxed(0.1, None), &again).unwrap_err();
+    assert!(error.to_string().contains("measures.csv: has 15 bytes"), "{error}");
+    assert!(left(folder.path()) == before);
+}
+
+#[test]
+fn a_checkpoint_does_not_grow_with_the_rows_before_it() {
+    let size = |fail_at| {
+        let mut case = case(r#"[ { "name": "all", "duration": 12.0 } ]"#);
+        case.output.frames = None;
+        let folder = tempfile::tempdir().unwrap();
+        run(&case, Oscillators::boxed(0.1, Some(fail_at)), &options(folder.path())).unwrap_err();
+        let rows = Table::read(&folder.path().join("measures.csv")).unwrap().rows.len();
+        (rows, std::fs::metadata(folder.path().join("checkpoint.bin")).unwrap().len())
+    };
+    let ((few, small), (many, large)) = (size(1.0), size(11.5));
+    assert!(few < 15 && many > 110);
+    // Counters take up to a few bytes more.
+    assert!(large < small + 16, "{small} bytes after {few} rows, {large} after {many}");
+}
+
+#[test]
+fn kept_frames_of_a_resumed_run_begin_at_its_start() {
+    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    let keep = RunOptions { keep_frames: true, ..RunOptions::default() };
+    let whole = run(&case, Oscillators::boxed(0.1, None), &keep).unwrap().frames;
+    let folder = tempfile::tempdir().unwrap();
+    run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
+    let again = RunOptions { resume: true, keep_frames: true, ..options(folder.path()) };
+    let resumed = run(&case, Oscillators::boxed(0.1, None), &again).unwrap().frames;
+    assert_eq!(resumed.len(), 5);
+    assert_eq!(resumed, whole);
+}
+
+#[test]
+fn overwriting_removes_what_the_earlier_run_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = case(r#"[ { "name": "all", "duration": 0.2 } ]"#);
+    run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap();
+    assert!(folder.path().join("profile-top.csv").exists());
+    std::fs::write(folder.path().join("notes.txt"), "kept").unwrap();
+    case.measures.remove("top");
+    run(&case, Oscillators::boxed(0.0, None), &RunOptions { overwrite: true, ..options(folder.path()) })
+        .unwrap();
+    assert!(!folder.path().join("profile-top.csv").exists());
+    assert!(folder.path().join("notes.txt").exists(), "what is not of a run stays");
 }
 
 #[test]

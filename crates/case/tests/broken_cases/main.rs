@@ -140,6 +140,13 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/stages/1/name", json!("settle"), "stages[1].name", "names two stages"),
         ("/measures/front/side", json!("up"), "measures.front.side", "is not one of"),
         ("/measures/front/quantile", json!(1.5), "measures.front.quantile", "1.5 is not in 0..=1"),
+        ("/measures/front/cell", json!(0), "measures.front.cell", "0 must be positive (m)"),
+        (
+            "/measures/front",
+            json!({ "kind": "front", "side": "x-max", "quantile": 0.9, "cell": 0.1 }),
+            "measures.front.cell",
+            "looks at no cells",
+        ),
         ("/measures/a,b", json!({ "kind": "front", "side": "x-max" }), "measures.a,b", "letters, digits"),
         ("/measures/eye/radius", json!(0), "measures.eye.radius", "must be positive"),
         (
@@ -154,6 +161,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "measures.eye.position[0]",
             "-0.1 is outside the domain",
         ),
+        ("/measures/eye/fields", json!(["stress", "a,b"]), "measures.eye.fields[1]", "letters, digits"),
         ("/measures/eye/fields", json!([]), "measures.eye.fields", "at least one field"),
         ("/output/frames", json!(-1), "output.frames", "must be positive"),
         ("/output/frames", json!(1e-9), "output.frames", "would give"),
@@ -352,6 +360,9 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
         ("output.checkpoint", |c, bad| c.output.checkpoint = bad),
         ("measures.front.quantile", |c, bad| {
             inside!(Some(Measure::Front { quantile, .. }) = c.measures.get_mut("front") => quantile, bad);
+        }),
+        ("measures.front.cell", |c, bad| {
+            inside!(Some(Measure::Front { cell, .. }) = c.measures.get_mut("front") => cell, Some(bad));
         }),
         ("measures.slide.origin", |c, bad| {
             inside!(Some(Measure::RunOut { origin, .. }) = c.measures.get_mut("slide") => origin, bad);

@@ -1,0 +1,283 @@
+//! How far the mass reaches.
+
+use std::collections::HashSet;
+
+use crate::description::Side;
+use crate::{Case, FieldData, Snapshot};
+
+/// Width of a column in point widths, where the method tells of no cells: two points per cell and
+/// direction are the usual.
+const POINT_WIDTHS_PER_COLUMN: f64 = 2.0;
+
+/// Place towards `side` behind which the fraction `quantile` of the mass lies (m): the end of the domain
+/// of the point there. NaN without points or their `mass`.
+pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
+    let (axis, sign) = (side.axis(), sign(side));
+    let mut order: Vec<usize> = (0..snapshot.positions.len()).collect();
+    let along = |i: usize| sign * snapshot.positions[i][axis];
+    order.sort_by(|&a, &b| along(a).total_cmp(&along(b)));
+    let Some(FieldData::Scalar(mass)) = snapshot.field("mass").map(|f| &f.data) else { return f64::NAN };
+    let total: f64 = order.iter().map(|&i| mass[i]).sum();
+    let mut behind = 0.0;
+    let reached = order.iter().find(|&&i| {
+        behind += mass[i];
+        behind >= quantile * total
+    });
+    let last = reached.or(order.last());
+    last.map_or(f64::NAN, |&i| sign * (along(i) + 0.5 * snapshot.extents[i][axis]))
+}
+
+fn sign(side: Side) -> f64 {
+    if side.is_max() { 1.0 } else { -1.0 }
+}
+
+/// The columns of cells on the base, in which the front of MPM sheet §3.9 is looked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Columns {
+    /// Where the front moves.
+    pub side: Side,
+    /// Coordinate of the wall behind the mass (m); the columns are counted from it.
+    pub wall: f64,
+    /// Side that gravity pulls away from and coordinate of the base below; `None` where gravity pulls
+    /// along the front's axis or not at all.
+    pub base: Option<(Side, f64)>,
+    /// Third axis, across which columns stand side by side, in three dimensions.
+    pub across: Option<usize>,
+    /// Width of a column and height of its lowest cell (m).
+    pub cell: f64,
+}
+
+/// A column: its number along the front's axis, counted from the wall, and across.
+type Column = (i64, i64);
+
+impl Columns {
+    /// The columns of a case. `cell` is their width (m); without one it follows from the points' widths.
+    pub fn of(case: &Case, side: Side, cell: Option<f64>, snapshot: &Snapshot) -> Self {
+        let axis = side.axis();
+        let g = case.gravity3();
+        let vertical = (0..case.dimension())
+            .filter(|&c| g[c] != 0.0)
+            .max_by(|&a, &b| g[a].abs().total_cmp(&g[b].abs()))
+            .filter(|c| *c != axis);
+        let base = vertical.map(|c| {
+            let ground = side_of(c, g[c] > 0.0);
+            (side_of(c, g[c] <= 0.0), innermost(case, ground))
+        });
+        let level = |c: &usize| Some(*c) != vertical && *c != axis;
+        Self {
+            side,
+            wall: innermost(case, side_of(axis, !side.is_max())),
+            base,
+            across: (0..case.dimension()).find(level).filter(|_| case.dimension() == 3 && base.is_some()),
+            cell: cell.unwrap_or_else(|| POINT_WIDTHS_PER_COLUMN * median_width(snapshot, axis)),
+        }
+    }
+
+    /// The front (m): the farthest end of a point's domain in the columns that are occupied without a gap
+    /// from the wall. NaN without points.
+    pub fn front(&self, snapshot: &Snapshot) -> f64 {
+        if !(self.cell.is_finite() && self.cell > 0.0) {
+            // Points without width form no columns.
+            return front(snapshot, self.side, 1.0);
+        }
+        let columns: Vec<Column> = snapshot.positions.iter().map(|x| self.column(x)).collect();
+        let on_base: HashSet<Column> = (0..columns.len())
+            .filter(|&i| self.on_base(&snapshot.positions[i]))
+            .map(|i| columns[i])
+            .collect();
+        let occupied = if on_base.is_empty() { columns.iter().copied().collect() } else { on_base };
+        let region = connected(&occupied);
+        let (axis, sign) = (self.side.axis(), sign(self.side));
+        let end = |i: usize| sign * snapshot.positions[i][axis] + 0.5 * snapshot.extents[i][axis];
+        let ends = (0..columns.len()).filter(|&i| region.contains(&columns[i])).map(end);
+        sign * ends.fold(f64::NAN, f64::max)
+    }
+
+    fn column(&self, x: &[f64; 3]) -> Column {
+        let along = sign(self.side) * (x[self.side.axis()] - self.wall) / self.cell;
+        let across = self.across.map_or(0.0, |axis| x[axis] / self.cell);
+        // What has sunk into the wall by round-off stands at the wall.
+        (along.floor().max(0.0) as i64, across.floor() as i64)
+    }
+
+    fn on_base(&self, x: &[f64; 3]) -> bool {
+        self.base.is_none_or(|(up, ground)| sign(up) * (x[up.axis()] - ground) < self.cell)
+    }
+}
+
+/// The occupied columns that hang together, by shared faces, with the rearmost.
+fn connected(occupied: &HashSet<Column>) -> HashSet<Column> {
+    let Some(rear) = occupied.iter().map(|(along, _)| *along).min() else { return HashSet::new() };
+    let mut open: Vec<Column> = occupied.iter().filter(|(along, _)| *along == rear).copied().collect();
+    let mut region: HashSet<Column> = open.iter().copied().collect();
+    while let Some((along, across)) = open.pop() {
+        let beside = [(along + 1, across), (along - 1, across), (along, across + 1), (along, across - 1)];
+        for column in beside {
+            if occupied.contains(&column) && region.insert(column) {
+                open.push(column);
+            }
+        }
+    }
+    region
+}
+
+fn side_of(axis: usize, max: bool) -> Side {
+    match (axis, max) {
+        (0, false) => Side::XMin,
+        (0, true) => Side::XMax,
+        (1, false) => Side::YMin,
+        (1, true) => Side::YMax,
+        (_, false) => Side::ZMin,
+        (_, true) => Side::ZMax,
+    }
+}
+
+/// Coordinate of the side of the domain (m), or of the innermost wall on it that stays for the whole run.
+fn innermost(case: &Case, side: Side) -> f64 {
+    let axis = side.axis();
+    let end = if side.is_max() { case.domain.max[axis] } else { case.domain.min[axis] };
+    let walls = case.active_boundaries(usize::MAX);
+    let faces =
+        walls.iter().filter(|(_, wall)| wall.side == side).map(|(_, wall)| wall.position(&case.domain));
+    if side.is_max() { faces.fold(end, f64::min) } else { faces.fold(end, f64::max) }
+}
+
+fn median_width(snapshot: &Snapshot, axis: usize) -> f64 {
+    let mut widths: Vec<f64> = snapshot.extents.iter().map(|extent| extent[axis]).collect();
+    let middle = widths.len() / 2;
+    if widths.is_empty() { f64::NAN } else { *widths.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Field;
+
+    fn points(positions: Vec<[f64; 3]>, extent: f64) -> Snapshot {
+        let count = positions.len();
+        Snapshot {
+            time: 0.0,
+            step: 0,
+            ids: (0..count as u64).collect(),
+            bodies: vec![0; count],
+            positions,
+            extents: vec![[extent; 3]; count],
+            fields: vec![Field {
+                name: "mass".into(),
+                unit: "kg",
+                data: FieldData::Scalar(vec![1.0; count]),
+            }],
+        }
+    }
+
+    /// A layer of points 0.05 m above the base, 0.1 m wide, at these places.
+    fn layer(places: &[f64]) -> Snapshot {
+        points(places.iter().map(|&x| [x, 0.05, 0.0]).collect(), 0.1)
+    }
+
+    fn columns(cell: f64) -> Columns {
+        let base = Some((Side::YMax, 0.0));
+        Columns { side: Side::XMax, wall: 0.0, base, across: None, cell }
+    }
+
+    fn close(found: f64, exact: f64) {
+        assert!((found - exact).abs() < 1e-12, "{found} is not {exact}");
+    }
+
+    #[test]
+    fn the_quantile_ignores_stray_points() {
+        let mut places: Vec<f64> = (0..100).map(|i| 0.05 + 0.1 * f64::from(i)).collect();
+        places.push(30.0);
+        let snapshot = layer(&places);
+        close(front(&snapshot, Side::XMax, 0.98), 9.9);
+        close(front(&snapshot, Side::XMax, 1.0), 30.05);
+        assert!(front(&layer(&[]), Side::XMax, 1.0).is_nan());
+    }
+
+    #[test]
+    fn the_front_stops_at_the_first_empty_column() {
+        let places = [0.05, 0.15, 0.25, 0.35, 0.75, 0.85];
+        // Columns of 0.2 m: the third, from 0.4 to 0.6 m, is empty, though four widths would bridge the gap.
+        close(columns(0.2).front(&layer(&places)), 0.4);
+        // Columns of 0.3 m: none is.
+        close(columns(0.3).front(&layer(&places)), 0.9);
+        assert!(columns(0.2).front(&layer(&[])).is_nan());
+    }
+
+    #[test]
+    fn a_front_that_moves_down_the_axis_is_counted_from_the_upper_wall() {
+        let towards = Columns { side: Side::XMin, wall: 1.0, ..columns(0.2) };
+        close(towards.front(&layer(&[0.95, 0.75, 0.7, 0.3, 0.1])), 0.65);
+    }
+
+    #[test]
+    fn columns_are_occupied_where_something_lies_on_the_base() {
+        let mut positions: Vec<[f64; 3]> = [0.1, 0.3, 0.9].map(|x| [x, 0.05, 0.0]).to_vec();
+        // Thrown up above the gap; above the last column of the region, and nearer to its end.
+        positions.extend([[0.5, 0.6, 0.0], [0.7, 0.6, 0.0], [0.36, 0.5, 0.0]]);
+        close(columns(0.2).front(&points(positions.clone(), 0.04)), 0.38);
+        // In the air as a whole: any height counts.
+        positions.iter_mut().for_each(|x| x[1] += 5.0);
+        close(columns(0.2).front(&points(positions, 0.04)), 0.92);
+    }
+
+    #[test]
+    fn columns_hang_together_across_in_three_dimensions() {
+        // A bow around an empty column, and a detached point beside it.
+        let places = [[0.1, 0.1], [0.1, 0.3], [0.3, 0.3], [0.5, 0.3], [0.5, 0.1], [0.9, 0.1]];
+        let positions = places.map(|[x, y]| [x, y, 0.05]).to_vec();
+        let base = Some((Side::ZMax, 0.0));
+        let flat = Columns { base, across: Some(1), ..columns(0.2) };
+        close(flat.front(&points(positions, 0.1)), 0.55);
+    }
+
+    #[test]
+    fn points_sunk_into_the_wall_stand_at_it() {
+        close(columns(0.2).front(&layer(&[-0.01, 0.1, 0.3])), 0.35);
+    }
+
+    fn case(more: &str) -> Case {
+        let text = format!(
+            r#"{{
+            "title": "front", "space": "plane-strain",
+            "domain": {{ "min": [-1, -2], "max": [4, 2] }}, "gravity": [0, -10],
+            "materials": {{ "m": {{ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 }} }},
+            "bodies": [ {{ "name": "b", "material": "m", "shape": {{ "kind": "box", "min": [0, 0], "max": [1, 1] }} }} ],
+            "stages": [ {{ "name": "go", "duration": 1, "remove_boundaries": ["gate"] }} ],
+            "boundaries": [
+                {{ "side": "y-min", "position": 0, "wall": {{ "kind": "rough" }} }},
+                {{ "side": "x-min", "position": -0.5, "wall": {{ "kind": "smooth" }} }},
+                {{ "name": "gate", "side": "x-min", "position": 0, "wall": {{ "kind": "smooth" }} }}
+            ]
+            {more} }}"#
+        );
+        Case::from_json(&text).unwrap()
+    }
+
+    #[test]
+    fn wall_and_base_are_those_of_the_case() {
+        let snapshot = layer(&[0.05, 0.15]);
+        let found = Columns::of(&case(""), Side::XMax, None, &snapshot);
+        assert_eq!(found, Columns { wall: -0.5, ..columns(0.2) });
+        let found = Columns::of(&case(""), Side::XMin, Some(0.5), &snapshot);
+        assert_eq!(found, Columns { side: Side::XMin, wall: 4.0, ..columns(0.5) });
+        let falling = Columns::of(&case(""), Side::YMin, Some(0.5), &snapshot);
+        assert_eq!((falling.base, falling.wall), (None, 2.0), "gravity along the front's axis");
+    }
+
+    #[test]
+    fn the_measure_takes_its_own_cell_or_that_of_the_method() {
+        let more = r#", "measures": {
+            "own": { "kind": "front", "side": "x-max", "cell": 0.1 },
+            "method": { "kind": "front", "side": "x-max" },
+            "mass": { "kind": "front", "side": "x-max", "quantile": 0.999 },
+            "run": { "kind": "run-out", "side": "x-max", "origin": 0, "initial_length": 0.1, "cell": 0.1 }
+        }"#;
+        let readings = super::super::read(&case(more), &layer(&[0.05, 0.35, 0.55, 0.9, 1.6]), Some(0.4));
+        let found = |name: &str| readings.iter().find(|(n, ..)| n == name).map_or(f64::NAN, |r| r.2);
+        close(found("own"), 0.1);
+        close(found("method"), 0.95);
+        close(found("mass"), 1.65);
+        close(found("run"), 0.0);
+    }
+}

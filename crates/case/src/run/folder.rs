@@ -1,0 +1,124 @@
+//! The folder of a run: what its files are called, and how what an earlier run left goes away.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::output::{OutputError, TableFile};
+
+pub(super) const CASE: &str = "case.json";
+pub(super) const CHECKPOINT: &str = "checkpoint.bin";
+pub(super) const SUMMARY: &str = "summary.json";
+pub(super) const MEASURES: &str = "measures.csv";
+pub(super) const COLLECTION: &str = "frames.pvd";
+pub(super) const FRAMES: &str = "frames";
+
+/// What the columns mean, at the head of each table.
+const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
+                     plane strain, per radian in axisymmetry";
+
+/// Name of the file of a profile.
+pub(super) fn profile(name: &str) -> String {
+    format!("profile-{name}.csv")
+}
+
+fn is_profile(name: &str) -> bool {
+    name.starts_with("profile-") && name.ends_with(".csv")
+}
+
+fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let fail = |error| OutputError::new(folder, error);
+    let entries: Result<Vec<_>, _> = fs::read_dir(folder).map_err(fail)?.collect();
+    Ok(entries.map_err(fail)?.iter().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
+}
+
+fn remove(file: &Path) -> Result<(), OutputError> {
+    match fs::remove_file(file) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(OutputError::new(file, error)),
+        _ => Ok(()),
+    }
+}
+
+/// Makes the folder, with its folder of frames.
+pub(super) fn make(out: &Path) -> Result<(), OutputError> {
+    let frames = out.join(FRAMES);
+    fs::create_dir_all(&frames).map_err(|error| OutputError::new(&frames, error))
+}
+
+/// Removes everything that a run writes but its case and its summary.
+pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
+    for name in [CHECKPOINT, MEASURES, COLLECTION] {
+        remove(&out.join(name))?;
+    }
+    keep_profiles(out, &[])?;
+    remove_torn(out)?;
+    let frames = out.join(FRAMES);
+    if frames.is_dir() {
+        fs::remove_dir_all(&frames).map_err(|error| OutputError::new(&frames, error))?;
+    }
+    Ok(())
+}
+
+/// Removes the profiles but those named.
+pub(super) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError> {
+    let stale = |name: &&String| is_profile(name) && !kept.contains(&name.as_str());
+    names(out)?.iter().filter(stale).try_for_each(|name| remove(&out.join(name)))
+}
+
+/// Removes files that a killed run was in the middle of writing.
+pub(super) fn remove_torn(out: &Path) -> Result<(), OutputError> {
+    for name in [CASE, CHECKPOINT, SUMMARY, COLLECTION] {
+        remove(&out.join(format!("{name}.tmp")))?;
+    }
+    let frames = out.join(FRAMES);
+    let torn = |name: &&String| name.ends_with(".vtu.tmp");
+    names(&frames)?.iter().filter(torn).try_for_each(|name| remove(&frames.join(name)))
+}
+
+/// The tables of a run on disk, by file name; none without a folder.
+#[derive(Debug, Default)]
+pub(super) struct Tables {
+    out: Option<PathBuf>,
+    files: BTreeMap<String, TableFile>,
+}
+
+impl Tables {
+    /// No tables yet, in a folder.
+    pub(super) fn new(out: Option<PathBuf>) -> Self {
+        Self { out, files: BTreeMap::new() }
+    }
+
+    /// Adds rows to a table, which begins with its first.
+    pub(super) fn append(
+        &mut self,
+        name: &str,
+        columns: &[(String, String)],
+        rows: &[Vec<f64>],
+    ) -> Result<(), OutputError> {
+        let Some(out) = &self.out else { return Ok(()) };
+        if !self.files.contains_key(name) {
+            self.files.insert(name.to_owned(), TableFile::create(&out.join(name), ABOUT, columns)?);
+        }
+        self.files.get_mut(name).map_or(Ok(()), |file| file.append(rows))
+    }
+
+    /// Brings all rows safely to the disk; name and length (bytes) of each table.
+    pub(super) fn sync(&self) -> Result<Vec<(String, u64)>, OutputError> {
+        self.files.iter().map(|(name, file)| Ok((name.clone(), file.sync()?))).collect()
+    }
+
+    /// Takes the tables up again where they had the given lengths: all of them, or none is touched.
+    pub(super) fn resume(&mut self, lengths: &[(String, u64)]) -> Result<(), OutputError> {
+        let Some(out) = &self.out else { return Ok(()) };
+        let mut files = BTreeMap::new();
+        for (name, length) in lengths {
+            files.insert(name.clone(), TableFile::open(&out.join(name), *length)?);
+        }
+        files.values_mut().try_for_each(TableFile::cut)?;
+        self.files = files;
+        Ok(())
+    }
+}
