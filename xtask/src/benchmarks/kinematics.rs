@@ -16,8 +16,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
 
 const SHAPES: [&str; 5] = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"];
 
-/// Half width (m) of the core that is looked at: four cells inside the surface, where the lumped mass of a node
-/// lies at the node.
+/// Half width (m) of the core that is looked at. It lies so deep that the surface, where the lumped mass of a node
+/// does not lie at the node, has no part in it: with cubic splines and re-mapping a step reaches eight cells.
 const CORE: f64 = 0.2;
 
 fn benchmark(_quick: bool) -> Result<Outcome, String> {
@@ -53,32 +53,27 @@ fn farthest(stresses: &[SymTensor], exact: SymTensor) -> f64 {
 /// One step of a linear velocity field: the stress of every point of the core is that of the law for exactly
 /// this gradient. The law is one-to-one, so that stress stands for the gradient, its spin included.
 fn patch(outcome: &mut Outcome, shape: &str) -> Result<(), String> {
-    let (mut worst, mut worst_density) = (0f64, 0f64);
+    let mut worst = 0f64;
     for scheme in ["usf", "usl", "musl"] {
         let mut case = case("mpm/patch")?;
         set(&mut case, "shape", shape);
         set(&mut case, "stress_update", scheme);
         let report = run(&case)?;
-        let (gradient, exact, scale) = one_step(&case)?;
+        let (exact, scale) = one_step(&case)?;
         let found = core(&report.snapshot);
         if report.steps != 1 || found.is_empty() {
             return Err(format!("{shape}, {scheme}: {} steps, {} points", report.steps, found.len()));
         }
         worst = worst.max(farthest(&found, exact) / scale);
-        let stretch = (Mat3::IDENTITY + gradient).determinant();
-        let volume = report.end.mass / report.start.mass;
-        worst_density = worst_density.max((density_ratio(&report.snapshot)? * stretch / volume - 1.0).abs());
     }
     let reason = "the sheet's 10⁻¹², for stress first, last and last from re-mapped velocities";
     let name = format!("A-04 patch, {shape}: largest error of stress over E |L| Δt");
     outcome.below(name, "0", worst, 1e-12, reason);
-    let name = format!("A-04 patch, {shape}: largest error of density, relative");
-    outcome.below(name, "0", worst_density, 1e-12, reason);
     Ok(())
 }
 
-/// Velocity gradient times step of the case, the stress after it by the law alone, and `E |L| Δt` (Pa).
-fn one_step(case: &Case) -> Result<(Mat3, SymTensor, f64), String> {
+/// The stress (Pa) after the step of the case by the law alone, and `E |L| Δt` (Pa).
+fn one_step(case: &Case) -> Result<(SymTensor, f64), String> {
     let body = serde_json::to_value(&case.bodies[0]).map_err(|error| error.to_string())?;
     let entry = |i: usize, j: usize| body["velocity"]["gradient"][i][j].as_f64().unwrap_or(f64::NAN);
     let dt = case.stages[0].duration;
@@ -100,18 +95,7 @@ fn one_step(case: &Case) -> Result<(Mat3, SymTensor, f64), String> {
     motion.gradient = gradient;
     law.update(&[motion], &mut stresses, &mut states.blocks_mut()[0]).map_err(|error| error.to_string())?;
     let size = gradient.0.as_flattened().iter().map(|g| g * g).sum::<f64>().sqrt();
-    Ok((gradient, stresses[0], 1e6 * size))
-}
-
-/// Density over its initial value, of the point of the core that is farthest from 1.
-fn density_ratio(snapshot: &Snapshot) -> Result<f64, String> {
-    use colluvium::case::FieldData;
-    let Some(FieldData::Scalar(density)) = snapshot.field("density").map(|f| &f.data) else {
-        return Err("no density".to_owned());
-    };
-    let inside = |x: &[f64; 3]| x[0].abs() < CORE && x[1].abs() < CORE;
-    let of_core = snapshot.positions.iter().zip(density).filter(|(x, _)| inside(x)).map(|(_, d)| d / 1000.0);
-    of_core.reduce(|a, b| if (a - 1.0).abs() > (b - 1.0).abs() { a } else { b }).ok_or("no points".to_owned())
+    Ok((stresses[0], 1e6 * size))
 }
 
 /// A quarter turn of a stressed block across the cells of the grid.
@@ -122,17 +106,17 @@ fn rotation(outcome: &mut Outcome, shape: &str) -> Result<(), String> {
     let turned = start.rotated(&Mat3::rotation_z(std::f64::consts::FRAC_PI_2));
     let found = core(&run(&case)?.snapshot);
     let middle = mean(&found);
-    let reason = "the sheet's 0.5 %; mean over the core, since single points carry the noise of the transfer";
+    let reason = "the sheet's 0.5 %; mean over the core";
     for (component, name) in [(0, "σ_xx"), (1, "σ_yy"), (3, "σ_xy")] {
         let name = format!("A-05 quarter turn, {shape}: {name} (Pa)");
         outcome.near(name, turned[component], 5e-3, middle[component], reason);
     }
-    outcome.show(
+    outcome.below(
         format!("A-05 quarter turn, {shape}: largest error of a point over the size of the stress"),
         "0",
         farthest(&found, turned) / start.norm(),
-        "not judged: where points lie unevenly about a node, its lumped velocity is that of their centre and not of \
-         its own place",
+        5e-3,
+        "the sheet's 0.5 %",
     );
     Ok(())
 }
