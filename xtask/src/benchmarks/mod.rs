@@ -1,12 +1,16 @@
 //! The benchmarks, one module each.
 
+mod aluminium_bars;
 mod bar;
+mod column_a04;
 mod column_collapse;
 mod element_tests;
+mod kinematics;
 mod rigid_motion;
 mod self_weight;
 mod two_disks;
 
+use colluvium::case::output::Table;
 use colluvium::case::plot::Picture;
 use colluvium::case::{Case, FieldData, RunOptions, RunReport, Snapshot};
 
@@ -39,13 +43,16 @@ impl Listed {
 }
 
 /// All benchmarks.
-pub const ALL: [Listed; 6] = [
+pub const ALL: [Listed; 9] = [
     Listed::new(&element_tests::BENCHMARK, Some(1), 1),
+    Listed::new(&kinematics::BENCHMARK, Some(10), 10),
     Listed::new(&rigid_motion::BENCHMARK, Some(10), 10),
     Listed::new(&bar::BENCHMARK, Some(7), 7),
     Listed::new(&self_weight::BENCHMARK, Some(12), 12),
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
     Listed::new(&column_collapse::BENCHMARK, Some(65), 120),
+    Listed::new(&column_a04::BENCHMARK, Some(60), 600),
+    Listed::new(&aluminium_bars::BENCHMARK, Some(60), 60),
 ];
 
 /// What a benchmark found.
@@ -159,6 +166,17 @@ fn case(folder: &str) -> Result<Case, String> {
     Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 
+/// Reference data, a CSV file under `validation/` whose first lines say where the numbers are from.
+fn reference(file: &str) -> Result<Table, String> {
+    Table::read(&crate::root().join("validation").join(file)).map_err(|error| error.to_string())
+}
+
+/// Two columns of reference data, without the rows that lack one of them.
+fn curve(table: &Table, x: &str, y: &str) -> Result<Vec<(f64, f64)>, String> {
+    let pairs = table.pairs(x, y).ok_or_else(|| format!("the reference data lack {x} or {y}"))?;
+    Ok(pairs.into_iter().filter(|(x, y)| x.is_finite() && y.is_finite()).collect())
+}
+
 /// Sets an option of the material point method.
 fn set(case: &mut Case, option: &str, value: impl Into<serde_json::Value>) {
     if let Some(serde_json::Value::Object(options)) = case.methods.get_mut("mpm") {
@@ -193,4 +211,10 @@ fn stresses(snapshot: &Snapshot) -> Vec<colluvium::constitutive::SymTensor> {
 /// A column of the measures; empty where there is none.
 fn series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
     report.table.pairs("time", name).unwrap_or_default()
+}
+
+/// Height of the highest point before `x` (m).
+fn crest(snapshot: &Snapshot, x: f64) -> f64 {
+    let near = snapshot.positions.iter().zip(&snapshot.extents).filter(|(p, _)| p[0] < x);
+    near.map(|(p, e)| p[1] + 0.5 * e[1]).fold(0.0, f64::max)
 }

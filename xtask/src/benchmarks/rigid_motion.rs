@@ -1,4 +1,4 @@
-//! Rigid translation and rotation without stress (MPM sheet ).
+//! Rigid translation and rotation without stress (MPM sheet A-04). What a stress does in a rotation: `kinematics`.
 
 use colluvium::case::plot::{LineChart, Series, Style};
 
@@ -10,7 +10,7 @@ use super::{Benchmark, Outcome, case, run, series, set, stresses, vectors};
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/rigid-motion",
     title: "Rigid translation and rotation make no stress",
-    source: "MPM sheet A-04; objectivity",
+    source: "MPM sheet A-04 (translation); objectivity",
     run: benchmark,
 };
 

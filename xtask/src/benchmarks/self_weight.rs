@@ -2,7 +2,7 @@
 
 use colluvium::case::plot::{LineChart, Series, Style};
 
-use super::{Benchmark, Outcome, case, run, set, stresses, vectors};
+use super::{Benchmark, Outcome, case, curve, reference, run, set, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -26,16 +26,12 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         log: true,
         ..LineChart::default()
     };
-    let exact = (0..=50).map(|i| HEIGHT * f64::from(i) / 50.0);
+    let exact = curve(&reference("mpm/self-weight/reference.csv")?, "place", "stress")?;
     let mut profile = LineChart {
         title: "Stress over height, 32 cells".into(),
         x_label: "height in the deformed column (m)".into(),
         y_label: "vertical stress (Pa)".into(),
-        series: vec![Series::new(
-            "closed form",
-            exact.map(|x| (place(x), stress(x))).collect(),
-            Style::Dashed,
-        )],
+        series: vec![Series::new("closed form", exact, Style::Dashed)],
         ..LineChart::default()
     };
     let bands =
