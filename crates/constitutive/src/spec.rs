@@ -6,7 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::{
-    DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
+    CamClaySpec, DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec,
+    NewtonianFluidSpec, OriginalCamClaySpec, PressureElasticSpec,
 };
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
@@ -73,6 +74,12 @@ models! {
     "drucker-prager" => DruckerPrager(DruckerPragerSpec),
     /// Mohr–Coulomb plasticity.
     "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),
+    /// Isotropic elasticity whose stiffness grows with pressure.
+    "pressure-dependent-elastic" => PressureElastic(PressureElasticSpec),
+    /// Modified Cam-clay.
+    "modified-cam-clay" => CamClay(CamClaySpec),
+    /// Original Cam-clay.
+    "original-cam-clay" => OriginalCamClay(OriginalCamClaySpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
 }
