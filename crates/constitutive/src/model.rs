@@ -97,7 +97,6 @@ pub(crate) fn not_negative(field: &'static str, value: f64, unit: &str) -> Resul
     check(field, value, value.is_finite() && value >= 0.0, &rule)
 }
 
-#[expect(dead_code, reason = "the first law that needs it is on its way")]
 /// `value` must lie between `low` and `high`, both allowed.
 pub(crate) fn between(field: &'static str, value: f64, low: f64, high: f64) -> Result<(), MaterialError> {
     check(field, value, (low..=high).contains(&value), &format!("is not between {low} and {high}"))

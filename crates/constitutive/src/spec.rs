@@ -5,10 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::laws::{
-    DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
-    TrescaSpec, VonMisesSpec,
-};
+use crate::laws::*;
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
 
@@ -78,6 +75,12 @@ models! {
     "tresca" => Tresca(TrescaSpec),
     /// Von Mises plasticity.
     "von-mises" => VonMises(VonMisesSpec),
+    /// Isotropic elasticity whose stiffness grows with pressure.
+    "pressure-dependent-elastic" => PressureElastic(PressureElasticSpec),
+    /// Modified Cam-clay.
+    "modified-cam-clay" => CamClay(CamClaySpec),
+    /// Original Cam-clay.
+    "original-cam-clay" => OriginalCamClay(OriginalCamClaySpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
 }

@@ -1,5 +1,6 @@
 //! The laws, one file each.
 
+pub mod cam_clay;
 pub mod drucker_prager;
 mod linear_elastic;
 pub mod mohr_coulomb;
@@ -10,10 +11,18 @@ mod tresca;
 mod von_mises;
 
 pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Integration, Matching, PlasticStrain, Softening};
+pub mod original_cam_clay;
+pub mod pressure_elastic;
+mod radial;
+mod root;
+mod substep;
+pub use cam_clay::{CamClay, CamClayReturn, CamClaySpec, CamClayState};
 pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
 pub use mohr_coulomb::{MohrCoulomb, MohrCoulombSpec};
 pub use neo_hookean::{LeftCauchyGreen, NeoHookean, NeoHookeanSpec};
 pub use newtonian_fluid::{EquationOfState, FluidState, NewtonianFluid, NewtonianFluidSpec};
+pub use original_cam_clay::{OriginalCamClay, OriginalCamClaySpec};
+pub use pressure_elastic::{PressureElastic, PressureElasticSpec, PressureStiffness, VoidRatio};
 
 pub use tresca::TrescaSpec;
 pub use von_mises::{ExactIn, VonMisesSpec};
@@ -57,5 +66,14 @@ fn check_initial(
     }
     let reason =
         format!("the stress lies outside the yield surface by {excess:.4e} Pa (stress {:?} Pa)", stress.0);
+    Err(MaterialError::Initial { model, reason })
+}
+
+/// Refuses an initial stress without compressive mean.
+fn check_compressive(model: &'static str, stress: &SymTensor) -> Result<(), MaterialError> {
+    if stress.is_finite() && stress.pressure() > 0.0 {
+        return Ok(());
+    }
+    let reason = format!("the mean stress must be compressive (stress {:?} Pa)", stress.0);
     Err(MaterialError::Initial { model, reason })
 }

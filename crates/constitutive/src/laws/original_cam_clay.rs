@@ -1,0 +1,265 @@
+//! Original Cam-clay (constitutive sheet §2.6; Anura3D manual eqs. 7.14–7.17; Schofield & Wroth 1968).
+//!
+//! `F = η - M ln(p_c/p) ≤ 0` with `η = q/p`, associated: plastic dilatancy `dε_v/dε_q = M - η` from Taylor's
+//! work equation, so that the step dissipates `M p dε_q`. Hardening and elasticity are those of
+//! [`super::cam_clay`]. With `L = ln(p_c/p)` the yield condition at the end of a step of plastic shear `Δ`
+//! reads `L = (L_tr + a)/(1 + a)`, `a = (θ + χ) M Δ`, which leaves one falling function of `Δ`.
+//! The tip `(p_c, 0)` of the bullet is a corner: trials between its two limiting normals return to it.
+//! Limits: as modified Cam-clay; the surface carries tension where `η > 3`.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::cam_clay::{CamClayConstants, CamClaySpec, CamClayState, CamClayTrial, LARGEST_STEP, OUTPUTS};
+use super::root::falling_root;
+use super::substep::{self, Advance, substepped};
+use crate::model::{Facts, Kind, Model};
+use crate::{
+    Corotational, InitialCondition, Material, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent,
+};
+
+const NAME: &str = "original-cam-clay";
+
+/// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.
+const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
+
+/// Parameters of `original-cam-clay`: those of `modified-cam-clay`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct OriginalCamClaySpec(pub CamClaySpec);
+
+impl OriginalCamClaySpec {
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<OriginalCamClay, MaterialError> {
+        Ok(OriginalCamClay { constants: self.0.constants()? })
+    }
+}
+
+impl Model for OriginalCamClaySpec {
+    const FACTS: Facts = Facts {
+        source: "Schofield & Wroth 1968; Anura3D manual 2021, eqs. 7.14–7.17",
+        kind: Kind::Solid,
+        strain: "rate",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.0.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(Arc::new(Corotational(self.law()?)))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.0.stiffness_warnings()
+    }
+
+    fn examples() -> Vec<Self> {
+        CamClaySpec::samples().into_iter().map(Self).collect()
+    }
+}
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OriginalCamClay {
+    constants: CamClayConstants,
+}
+
+/// Where the return of a step ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Return {
+    Elastic,
+    /// On the smooth surface: pressure (Pa), `ln(p_c/p)` and plastic shear `Δε_q`.
+    Surface {
+        pressure: f64,
+        size_ratio: f64,
+        shear: f64,
+    },
+    /// At the tip: pressure `p = p_c` (Pa) and plastic shear, all of the trial's.
+    Tip {
+        pressure: f64,
+        shear: f64,
+    },
+}
+
+impl OriginalCamClay {
+    /// Deviatoric stress (Pa) on the yield surface at a pressure (Pa): `M p ln(p_c/p)`.
+    #[inline]
+    pub fn strength(&self, pressure: f64, preconsolidation_pressure: f64) -> f64 {
+        self.constants.critical * pressure * (preconsolidation_pressure / pressure).ln()
+    }
+
+    fn return_map(&self, trial: &CamClayTrial, size: f64) -> Result<Return, MaterialError> {
+        let m = self.constants.critical;
+        let (p_tr, q_tr) = (trial.pressure, trial.q);
+        let ratio = (size / p_tr).ln();
+        let excess = q_tr - m * p_tr * ratio;
+        if excess <= ON_SURFACE * (q_tr + m * p_tr * ratio.abs().max(1.0)) {
+            return Ok(Return::Elastic);
+        }
+        if !excess.is_finite() {
+            return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
+        }
+        let stiffness = trial.theta + trial.chi;
+        let most = q_tr / (3.0 * trial.shear);
+        // All of the trial's deviator becomes plastic inside the cone of the two limiting normals.
+        if ratio + stiffness * m * most <= 0.0 {
+            let pressure = p_tr * (trial.theta / stiffness * ratio).exp();
+            return Ok(Return::Tip { pressure, shear: most });
+        }
+        let at = |shear: f64| {
+            let a = stiffness * m * shear;
+            let gained = a * (1.0 - ratio) / (1.0 + a);
+            let pressure = p_tr * (-trial.theta / stiffness * gained).exp();
+            (pressure, ratio + gained, a)
+        };
+        let root = falling_root(0.0, most, 0.0, |shear| {
+            let (p, l, a) = at(shear);
+            let l_slope = stiffness * m * (1.0 - ratio) / (1.0 + a).powi(2);
+            let strength = m * l * p;
+            let slope = m * p * l_slope * (1.0 - l * trial.theta / stiffness);
+            (q_tr - 3.0 * trial.shear * shear - strength, -3.0 * trial.shear - slope)
+        });
+        let shear = root.ok_or(MaterialError::NotConverged { model: NAME, reason: "yield condition" })?;
+        let (pressure, size_ratio, _) = at(shear);
+        Ok(Return::Surface { pressure, size_ratio, shear })
+    }
+
+    fn step(
+        &self,
+        strain: &SymTensor,
+        old: &Point<CamClayState>,
+    ) -> Result<Advance<CamClayState>, MaterialError> {
+        let trial = self.constants.trial(strain, old);
+        let mut advance = self.constants.elastic(&trial, strain, old);
+        let (pressure, q, shear, p_c) = match self.return_map(&trial, old.state.preconsolidation_pressure)? {
+            Return::Elastic => return Ok(advance),
+            Return::Tip { pressure, shear } => (pressure, 0.0, shear, pressure),
+            Return::Surface { pressure, size_ratio, shear } => {
+                let q = (self.constants.critical * pressure * size_ratio).max(0.0);
+                (pressure, q, shear, pressure * size_ratio.exp())
+            }
+        };
+        let state = &mut advance.point.state;
+        // Plastic volume compression, from the hardening.
+        let volume = (p_c / state.preconsolidation_pressure).ln() / trial.chi;
+        state.preconsolidation_pressure = p_c;
+        state.plastic_strain += shear;
+        advance.dissipated = pressure * volume + q * shear;
+        advance.point.stress = trial.radial.stress(pressure, if q > 0.0 { q / trial.q } else { 0.0 });
+        Ok(advance)
+    }
+
+    fn advance(
+        &self,
+        strain: &SymTensor,
+        old: &Point<CamClayState>,
+    ) -> Result<Advance<CamClayState>, MaterialError> {
+        substepped(NAME, strain, LARGEST_STEP, old, |part, old| self.step(part, old))
+    }
+
+    /// Consistent tangent of an undivided step, by the implicit-function theorem on
+    /// `q_tr - 3 G Δ - M L p` with `L` and `p` as functions of `Δ` and the trial.
+    fn step_tangent(&self, strain: &SymTensor, old: &Point<CamClayState>) -> Option<Tangent> {
+        let trial = self.constants.trial(strain, old);
+        let m = self.constants.critical;
+        let unit = SymTensor::IDENTITY;
+        let stiffness = trial.theta + trial.chi;
+        // d ln p_tr/dΔ, and L_tr falls by as much.
+        let log_slope = trial.pressure_slope / trial.pressure;
+        match self.return_map(&trial, old.state.preconsolidation_pressure).ok()? {
+            Return::Elastic => {
+                Some(trial.radial.tangent(1.0, &(unit * -trial.pressure_slope), &SymTensor::ZERO))
+            }
+            Return::Tip { pressure, .. } => {
+                let slope = pressure * log_slope * trial.chi / stiffness;
+                Some(trial.radial.tangent(0.0, &(unit * -slope), &SymTensor::ZERO))
+            }
+            Return::Surface { pressure: p, size_ratio: l, shear } => {
+                let ratio = (old.state.preconsolidation_pressure / trial.pressure).ln();
+                let a = stiffness * m * shear;
+                let share = trial.theta / stiffness;
+                // Slopes of L and ln p by the plastic shear and by the volume compression.
+                let l_by_shear = stiffness * m * (1.0 - ratio) / (1.0 + a).powi(2);
+                let p_by_shear = -share * l_by_shear;
+                let l_by_volume = -log_slope / (1.0 + a);
+                let p_by_volume = log_slope - share * (l_by_volume + log_slope);
+                let strength = |l_slope: f64, p_slope: f64| m * p * (l_slope + l * p_slope);
+                let stiff = 3.0 * trial.shear + strength(l_by_shear, p_by_shear);
+                let by_volume =
+                    (-3.0 * trial.shear_slope * shear - strength(l_by_volume, p_by_volume)) / stiff;
+                let q_tr_slope = trial.radial.slope(&(trial.radial.deviator * (1.5 / trial.q)));
+                let shear_slope = unit * -by_volume + q_tr_slope * (1.0 / stiff);
+                let p_slope = (shear_slope * p_by_shear + unit * -p_by_volume) * p;
+                let q = m * l * p;
+                let q_slope = shear_slope * strength(l_by_shear, p_by_shear)
+                    + unit * -strength(l_by_volume, p_by_volume);
+                let keep_slope = q_slope * (1.0 / trial.q) + q_tr_slope * (-q / (trial.q * trial.q));
+                Some(trial.radial.tangent(q / trial.q, &p_slope, &keep_slope))
+            }
+        }
+    }
+}
+
+impl SmallStrain for OriginalCamClay {
+    type State = CamClayState;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<CamClayState>, MaterialError> {
+        let m = self.constants.critical;
+        self.constants.initial(NAME, &initial.stress, |p, q| p * (q / (m * p)).exp())
+    }
+
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<CamClayState>,
+    ) -> Result<Point<CamClayState>, MaterialError> {
+        self.advance(strain, old).map(|advance| advance.point)
+    }
+
+    fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
+        self.constants.wave_modulus(point)
+    }
+
+    fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<CamClayState>) -> Option<Tangent> {
+        if substep::count(strain, LARGEST_STEP) > 1 {
+            return None;
+        }
+        self.step_tangent(strain, old)
+    }
+
+    /// `F p`, so that it is a stress.
+    fn yield_value(&self, point: &Point<CamClayState>) -> Option<f64> {
+        let size = point.state.preconsolidation_pressure;
+        Some(point.stress.q() - self.strength(point.stress.pressure(), size))
+    }
+
+    fn dissipation(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<CamClayState>,
+        _new: &Point<CamClayState>,
+    ) -> Option<f64> {
+        self.advance(strain, old).ok().map(|advance| advance.dissipated)
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        OUTPUTS
+    }
+
+    fn outputs(&self, point: &Point<CamClayState>, out: &mut [f64]) {
+        point.state.outputs(out);
+    }
+}
