@@ -6,7 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::{
-    DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
+    DruckerPragerSpec, FixedCorotatedSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec,
+    NewtonianFluidSpec, StVenantKirchhoffSpec,
 };
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
@@ -69,6 +70,10 @@ models! {
     "linear-elastic" => LinearElastic(LinearElasticSpec),
     /// Compressible neo-Hookean elasticity, finite strain.
     "neo-hookean" => NeoHookean(NeoHookeanSpec),
+    /// St. Venant–Kirchhoff elasticity, finite strain.
+    "st-venant-kirchhoff" => StVenantKirchhoff(StVenantKirchhoffSpec),
+    /// Fixed-corotated elasticity, finite strain.
+    "fixed-corotated" => FixedCorotated(FixedCorotatedSpec),
     /// Drucker–Prager plasticity.
     "drucker-prager" => DruckerPrager(DruckerPragerSpec),
     /// Mohr–Coulomb plasticity.

@@ -1,16 +1,22 @@
 //! The laws, one file each.
 
 pub mod drucker_prager;
+pub mod finite_elastic;
+mod fixed_corotated;
 mod linear_elastic;
 pub mod mohr_coulomb;
 mod neo_hookean;
 mod newtonian_fluid;
+mod st_venant_kirchhoff;
 
 pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, PlasticStrain, Softening};
+pub use finite_elastic::LeftCauchyGreen;
+pub use fixed_corotated::{FixedCorotated, FixedCorotatedSpec};
 pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
 pub use mohr_coulomb::{MohrCoulomb, MohrCoulombSpec};
-pub use neo_hookean::{LeftCauchyGreen, NeoHookean, NeoHookeanSpec};
+pub use neo_hookean::{NeoHookean, NeoHookeanSpec, VolumetricLaw};
 pub use newtonian_fluid::{EquationOfState, FluidState, NewtonianFluid, NewtonianFluidSpec};
+pub use st_venant_kirchhoff::{StVenantKirchhoff, StVenantKirchhoffSpec};
 
 pub use crate::model::StrainMeasure;
 use crate::model::check;
