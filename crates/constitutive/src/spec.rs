@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::laws::{
     DruckerPragerSpec, FixedCorotatedSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec,
-    NewtonianFluidSpec, StVenantKirchhoffSpec,
+    NewtonianFluidSpec, SnowSpec, StVenantKirchhoffSpec,
 };
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
@@ -78,6 +78,8 @@ models! {
     "drucker-prager" => DruckerPrager(DruckerPragerSpec),
     /// Mohr–Coulomb plasticity.
     "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),
+    /// Snow that breaks and packs (Stomakhin), finite strain.
+    "snow" => Snow(SnowSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
 }

@@ -7,6 +7,7 @@ mod linear_elastic;
 pub mod mohr_coulomb;
 mod neo_hookean;
 mod newtonian_fluid;
+mod snow;
 mod st_venant_kirchhoff;
 
 pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, PlasticStrain, Softening};
@@ -16,6 +17,7 @@ pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
 pub use mohr_coulomb::{MohrCoulomb, MohrCoulombSpec};
 pub use neo_hookean::{NeoHookean, NeoHookeanSpec, VolumetricLaw};
 pub use newtonian_fluid::{EquationOfState, FluidState, NewtonianFluid, NewtonianFluidSpec};
+pub use snow::{Snow, SnowElasticity, SnowSpec, SnowState};
 pub use st_venant_kirchhoff::{StVenantKirchhoff, StVenantKirchhoffSpec};
 
 pub use crate::model::StrainMeasure;
