@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::{
-    DruckerPragerSpec, FixedCorotatedSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec,
-    NewtonianFluidSpec, SnowSpec, StVenantKirchhoffSpec,
+    CohesiveCamClaySpec, DruckerPragerSpec, FixedCorotatedSpec, LinearElasticSpec, Matching, MohrCoulombSpec,
+    NeoHookeanSpec, NewtonianFluidSpec, SnowSpec, StVenantKirchhoffSpec,
 };
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
@@ -80,6 +80,8 @@ models! {
     "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),
     /// Snow that breaks and packs (Stomakhin), finite strain.
     "snow" => Snow(SnowSpec),
+    /// Cohesive Cam Clay: snow slabs and weak layers, finite strain.
+    "cohesive-cam-clay" => CohesiveCamClay(CohesiveCamClaySpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
 }

@@ -1,5 +1,6 @@
 //! The laws, one file each.
 
+pub mod cohesive_cam_clay;
 pub mod drucker_prager;
 pub mod finite_elastic;
 mod fixed_corotated;
@@ -10,6 +11,7 @@ mod newtonian_fluid;
 mod snow;
 mod st_venant_kirchhoff;
 
+pub use cohesive_cam_clay::{CamClayHardening, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState};
 pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, PlasticStrain, Softening};
 pub use finite_elastic::LeftCauchyGreen;
 pub use fixed_corotated::{FixedCorotated, FixedCorotatedSpec};
