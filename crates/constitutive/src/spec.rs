@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::*;
+use crate::laws::*;
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
 
@@ -67,6 +68,10 @@ models! {
     "linear-elastic" => LinearElastic(LinearElasticSpec),
     /// Compressible neo-Hookean elasticity, finite strain.
     "neo-hookean" => NeoHookean(NeoHookeanSpec),
+    /// St. Venant–Kirchhoff elasticity, finite strain.
+    "st-venant-kirchhoff" => StVenantKirchhoff(StVenantKirchhoffSpec),
+    /// Fixed-corotated elasticity, finite strain.
+    "fixed-corotated" => FixedCorotated(FixedCorotatedSpec),
     /// Drucker–Prager plasticity.
     "drucker-prager" => DruckerPrager(DruckerPragerSpec),
     /// Mohr–Coulomb plasticity.
@@ -81,6 +86,10 @@ models! {
     "modified-cam-clay" => CamClay(CamClaySpec),
     /// Original Cam-clay.
     "original-cam-clay" => OriginalCamClay(OriginalCamClaySpec),
+    /// Snow that breaks and packs (Stomakhin), finite strain.
+    "snow" => Snow(SnowSpec),
+    /// Cohesive Cam Clay: snow slabs and weak layers, finite strain.
+    "cohesive-cam-clay" => CohesiveCamClay(CohesiveCamClaySpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
 }

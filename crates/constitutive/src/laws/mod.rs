@@ -1,7 +1,10 @@
 //! The laws, one file each.
 
 pub mod cam_clay;
+pub mod cohesive_cam_clay;
 pub mod drucker_prager;
+pub mod finite_elastic;
+mod fixed_corotated;
 mod linear_elastic;
 pub mod mohr_coulomb;
 pub mod multi_surface;
@@ -17,15 +20,22 @@ mod radial;
 mod root;
 mod substep;
 pub use cam_clay::{CamClay, CamClayReturn, CamClaySpec, CamClayState};
+mod snow;
+mod st_venant_kirchhoff;
+pub use cohesive_cam_clay::{CamClayHardening, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState};
+pub use finite_elastic::LeftCauchyGreen;
+pub use fixed_corotated::{FixedCorotated, FixedCorotatedSpec};
 pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
 pub use mohr_coulomb::{MohrCoulomb, MohrCoulombSpec};
-pub use neo_hookean::{LeftCauchyGreen, NeoHookean, NeoHookeanSpec};
+pub use neo_hookean::{NeoHookean, NeoHookeanSpec, VolumetricLaw};
 pub use newtonian_fluid::{EquationOfState, FluidState, NewtonianFluid, NewtonianFluidSpec};
 pub use original_cam_clay::{OriginalCamClay, OriginalCamClaySpec};
 pub use pressure_elastic::{PressureElastic, PressureElasticSpec, PressureStiffness, VoidRatio};
 
 pub use tresca::TrescaSpec;
 pub use von_mises::{ExactIn, VonMisesSpec};
+pub use snow::{Snow, SnowElasticity, SnowSpec, SnowState};
+pub use st_venant_kirchhoff::{StVenantKirchhoff, StVenantKirchhoffSpec};
 
 pub use crate::model::StrainMeasure;
 use crate::model::check;

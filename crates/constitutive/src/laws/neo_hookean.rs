@@ -1,8 +1,10 @@
 //! Compressible neo-Hookean elasticity (constitutive sheet §2.13).
 //!
-//! Kirchhoff stress `τ = μ (b - 1) + λ ln J 1` with the left Cauchy–Green tensor `b`; energy
-//! `Ψ = μ/2 (tr b - 3) - μ ln J + λ/2 (ln J)²` per initial volume. Path-independent at any strain.
-//! Limit: under extreme compression the logarithmic volumetric term softens.
+//! Kirchhoff stress `τ = μ (b - 1) + U 1` with the left Cauchy–Green tensor `b`. Volumetric term, by
+//! choice: `U = λ ln J` with energy `Ψ = μ/2 (tr b - 3) - μ ln J + λ/2 (ln J)²` per initial volume, or
+//! `U = λ/2 (J² - 1)` with `λ/4 (J² - 1) - λ/2 ln J` in place of its last term. Path-independent at any
+//! strain. Limits: under extreme compression the logarithmic term softens; the quadratic one is softer
+//! in compression and stiffer in extension throughout.
 
 use std::sync::Arc;
 
@@ -10,8 +12,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
+use super::finite_elastic::{LeftCauchyGreen, finite, log_jacobian, stepped};
 use super::linear_elastic::stiff_warnings;
-use crate::hencky::carried;
 use crate::model::{Facts, Kind, Model};
 use crate::tangent::from_spatial;
 use crate::{InitialCondition, Material, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
@@ -28,6 +30,20 @@ pub struct NeoHookeanSpec {
     pub youngs_modulus: f64,
     /// Poisson's ratio at small strain, between -1 and 0.5.
     pub poissons_ratio: f64,
+    /// How pressure follows the volume.
+    #[serde(default)]
+    pub volumetric_law: VolumetricLaw,
+}
+
+/// Volumetric term `U` of the Kirchhoff stress.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum VolumetricLaw {
+    /// `λ ln J`.
+    #[default]
+    Logarithmic,
+    /// `λ/2 (J² - 1)`.
+    Quadratic,
 }
 
 impl Model for NeoHookeanSpec {
@@ -43,7 +59,8 @@ impl Model for NeoHookeanSpec {
     }
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        Ok(Arc::new(NeoHookean { elasticity: Elasticity::new(self.youngs_modulus, self.poissons_ratio)? }))
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        Ok(Arc::new(NeoHookean { elasticity, volumetric_law: self.volumetric_law }))
     }
 
     fn warnings(&self) -> Vec<String> {
@@ -51,7 +68,13 @@ impl Model for NeoHookeanSpec {
     }
 
     fn examples() -> Vec<Self> {
-        vec![Self { density: 2000.0, youngs_modulus: 20e6, poissons_ratio: 0.3 }]
+        let with = |volumetric_law| Self {
+            density: 2000.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            volumetric_law,
+        };
+        [VolumetricLaw::Logarithmic, VolumetricLaw::Quadratic].map(with).into()
     }
 }
 
@@ -60,33 +83,51 @@ impl Model for NeoHookeanSpec {
 pub struct NeoHookean {
     /// Elastic constants at small strain.
     pub elasticity: Elasticity,
+    /// How pressure follows the volume.
+    pub volumetric_law: VolumetricLaw,
 }
 
-/// Left Cauchy–Green tensor of a point less the unit tensor, `b - 1`: small strains keep their digits.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LeftCauchyGreen(pub SymTensor);
-
-/// `ln J` of `b - 1`, from `J² - 1 = I1 + I2 + I3` of that tensor.
-fn log_jacobian(b: &SymTensor) -> f64 {
-    let i1 = b.trace();
-    let i2 = 0.5 * (i1 * i1 - b.dot(b));
-    0.5 * (i1 + i2 + b.determinant()).ln_1p()
+/// The volumetric term at some volume.
+struct Volumetric {
+    /// `U` (Pa).
+    stress: f64,
+    /// `dU/d ln J` (Pa).
+    slope: f64,
+    /// Energy per unit initial volume (J/m³).
+    energy: f64,
 }
 
 impl NeoHookean {
+    fn volumetric(&self, log: f64) -> Volumetric {
+        let lame = self.elasticity.lame();
+        match self.volumetric_law {
+            VolumetricLaw::Logarithmic => {
+                Volumetric { stress: lame * log, slope: lame, energy: 0.5 * lame * log * log }
+            }
+            VolumetricLaw::Quadratic => {
+                let change = (2.0 * log).exp_m1();
+                Volumetric {
+                    stress: 0.5 * lame * change,
+                    slope: lame * (1.0 + change),
+                    energy: 0.25 * lame * change - 0.5 * lame * log,
+                }
+            }
+        }
+    }
+
     /// Cauchy stress (Pa) of the left Cauchy–Green tensor less the unit tensor.
     #[inline]
     pub fn stress(&self, b: &SymTensor) -> SymTensor {
         let log = log_jacobian(b);
-        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
-        (*b * mu + SymTensor::isotropic(lame * log)) * (-log).exp()
+        (*b * self.elasticity.shear_modulus + SymTensor::isotropic(self.volumetric(log).stress))
+            * (-log).exp()
     }
 
     /// The tensor `b - 1` whose Cauchy stress is `stress`: its volume ratio by bisection in the logarithm.
     fn deformation_of(&self, stress: &SymTensor) -> Option<SymTensor> {
-        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
+        let mu = self.elasticity.shear_modulus;
         let spectrum = stress.spectrum();
-        let changes = |log: f64| spectrum.values.map(|s| (log.exp() * s - lame * log) / mu);
+        let changes = |log: f64| spectrum.values.map(|s| (log.exp() * s - self.volumetric(log).stress) / mu);
         let residual = |log: f64| {
             let changes = changes(log);
             if changes.iter().all(|c| *c > -1.0) {
@@ -129,28 +170,21 @@ impl StressUpdate for NeoHookean {
         motion: &Motion,
         old: &Point<LeftCauchyGreen>,
     ) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        let b = carried(&old.state.0, &motion.deformation);
-        let stretch = motion.deformation.determinant();
-        if !(stretch > 0.0 && b.is_finite()) {
-            return Err(MaterialError::Motion { model: NAME, reason: "the step inverts the point" });
-        }
-        let stress = self.stress(&b);
-        if !stress.is_finite() {
-            return Err(MaterialError::Motion { model: NAME, reason: "the stress is not finite" });
-        }
-        Ok(Point { stress, state: LeftCauchyGreen(b) })
+        let b = stepped(NAME, &old.state.0, motion)?;
+        Ok(Point { stress: finite(NAME, self.stress(&b))?, state: LeftCauchyGreen(b) })
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
         let new = StressUpdate::update(self, motion, old)?;
         let log = log_jacobian(&new.state.0);
-        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
-        // c = λ 1⊗1 + 2 (μ - λ ln J) I
+        let Volumetric { stress, slope, .. } = self.volumetric(log);
+        let shear = self.elasticity.shear_modulus - stress;
+        // c = dU/d ln J 1⊗1 + 2 (μ - U) I
         let mut c = Tangent::ZERO;
-        c.add_dyad(lame, &SymTensor::IDENTITY, &SymTensor::IDENTITY);
+        c.add_dyad(slope, &SymTensor::IDENTITY, &SymTensor::IDENTITY);
         for i in 0..3 {
-            c.0[i][i] += 2.0 * (mu - lame * log);
-            c.0[i + 3][i + 3] += mu - lame * log;
+            c.0[i][i] += 2.0 * shear;
+            c.0[i + 3][i + 3] += shear;
         }
         let singular = MaterialError::Motion { model: NAME, reason: "the step inverts the point" };
         from_spatial(&c, motion, log.exp(), &new.stress).ok_or(singular)
@@ -158,17 +192,18 @@ impl StressUpdate for NeoHookean {
 
     fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
         let b = &point.state.0;
-        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
+        let mu = self.elasticity.shear_modulus;
         let log = log_jacobian(b);
+        let Volumetric { stress, slope, .. } = self.volumetric(log);
         // max (c_AAAA + τ_A) / J of §3.9.
-        (lame + 2.0 * mu - lame * log + mu * b.principal_values()[0]) * (-log).exp()
+        (slope + 2.0 * mu - stress + mu * b.principal_values()[0]) * (-log).exp()
     }
 
     fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
         let b = &point.state.0;
-        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
+        let mu = self.elasticity.shear_modulus;
         let log = log_jacobian(b);
-        Some((0.5 * mu * b.trace() - mu * log + 0.5 * lame * log * log) * (-log).exp())
+        Some((0.5 * mu * b.trace() - mu * log + self.volumetric(log).energy) * (-log).exp())
     }
 
     fn dissipation(

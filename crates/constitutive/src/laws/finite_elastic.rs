@@ -1,0 +1,112 @@
+//! What the finite-strain elastic laws share (constitutive sheet §2.13): the left Cauchy–Green tensor as
+//! state, its step, and the inverse from a stress to the stretches that carry it.
+
+use serde::{Deserialize, Serialize};
+
+use super::Elasticity;
+use crate::hencky::carried;
+use crate::{Mat3, MaterialError, Motion, SymTensor};
+
+/// Left Cauchy–Green tensor of a point less the unit tensor, `b - 1`: small strains keep their digits.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeftCauchyGreen(pub SymTensor);
+
+/// Kirchhoff stresses of principal stretches, and their slopes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipalStress {
+    /// Principal Kirchhoff stresses `τ_A` (Pa).
+    pub stress: [f64; 3],
+    /// `∂τ_A/∂ε_B` with respect to the principal logarithmic strains (Pa).
+    pub slope: [[f64; 3]; 3],
+}
+
+/// `ln J` of `b - 1`, from `J² - 1 = I1 + I2 + I3` of that tensor.
+pub(super) fn log_jacobian(b: &SymTensor) -> f64 {
+    let i1 = b.trace();
+    let i2 = 0.5 * (i1 * i1 - b.dot(b));
+    0.5 * (i1 + i2 + b.determinant()).ln_1p()
+}
+
+/// `J - 1` of the principal stretches less one.
+pub(super) fn volume_change(elongations: [f64; 3]) -> f64 {
+    let [a, b, c] = elongations;
+    a + b + c + a * b + b * c + c * a + a * b * c
+}
+
+/// Principal stretches less one of the principal values of `b - 1`.
+pub(super) fn elongations(changes: [f64; 3]) -> [f64; 3] {
+    changes.map(|b| b / (1.0 + (1.0 + b).sqrt()))
+}
+
+/// `b - 1` after a step.
+///
+/// # Errors
+/// When the motion inverts the point or is not finite.
+pub(super) fn stepped(
+    model: &'static str,
+    b: &SymTensor,
+    motion: &Motion,
+) -> Result<SymTensor, MaterialError> {
+    let new = carried(b, &motion.deformation);
+    // Written so that NaN is refused.
+    if motion.deformation.determinant() > 0.0 && new.is_finite() {
+        Ok(new)
+    } else {
+        Err(MaterialError::Motion { model, reason: "the step inverts the point" })
+    }
+}
+
+/// `stress`, or an error where it is not finite.
+pub(super) fn finite(model: &'static str, stress: SymTensor) -> Result<SymTensor, MaterialError> {
+    if stress.is_finite() {
+        Ok(stress)
+    } else {
+        Err(MaterialError::Motion { model, reason: "the stress is not finite" })
+    }
+}
+
+/// The tensor `b - 1` whose Cauchy stress is `stress`, of an isotropic law `principal` from elongations
+/// (stretches less one) to Kirchhoff stresses: Newton's method from small strain, on the logarithms.
+///
+/// # Errors
+/// When no deformation of moderate size carries the stress.
+pub(super) fn deformation_of(
+    model: &'static str,
+    stress: &SymTensor,
+    elasticity: &Elasticity,
+    principal: impl Fn([f64; 3]) -> PrincipalStress,
+) -> Result<SymTensor, MaterialError> {
+    let refuse = || {
+        let reason = "no deformation of moderate size carries this stress".to_owned();
+        MaterialError::Initial { model, reason }
+    };
+    if !stress.is_finite() {
+        return Err(refuse());
+    }
+    let spectrum = stress.spectrum();
+    let small =
+        elasticity.strain(&SymTensor::diagonal(spectrum.values[0], spectrum.values[1], spectrum.values[2]));
+    let mut strains = [small[0], small[1], small[2]];
+    let mut last = f64::INFINITY;
+    for _ in 0..50 {
+        let at = principal(strains.map(f64::exp_m1));
+        let jacobian = strains.iter().sum::<f64>().exp();
+        let residual: [f64; 3] = std::array::from_fn(|a| at.stress[a] - jacobian * spectrum.values[a]);
+        let size = residual.iter().fold(0.0, |m: f64, r| m.max(r.abs()));
+        if size == 0.0 || (size >= last && size <= 1e-12 * stress.norm()) {
+            return Ok(spectrum.compose(strains.map(|e| (2.0 * e).exp_m1())));
+        }
+        last = size;
+        let slope = Mat3(std::array::from_fn(|a| {
+            std::array::from_fn(|b| at.slope[a][b] - jacobian * spectrum.values[a])
+        }));
+        let step = slope.inverse().ok_or_else(refuse)?.apply(residual);
+        let largest = step.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
+        let factor = if largest > 0.2 { 0.2 / largest } else { 1.0 };
+        strains = std::array::from_fn(|a| strains[a] - factor * step[a]);
+        if !strains.iter().all(|e| e.abs() < 2.0) {
+            return Err(refuse());
+        }
+    }
+    Err(refuse())
+}

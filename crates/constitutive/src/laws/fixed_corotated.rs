@@ -1,0 +1,153 @@
+//! Fixed-corotated elasticity (constitutive sheet §2.13; Stomakhin et al. 2012, 2013).
+//!
+//! Energy `Ψ = μ Σ (s_A - 1)² + λ/2 (J - 1)²` per initial volume of the principal stretches `s_A`; Kirchhoff
+//! stress `τ = 2μ (F - R) Fᵀ + λ (J - 1) J 1`, in principal values `τ_A = 2μ s_A (s_A - 1) + λ J (J - 1)`.
+//! Path-independent. Parameters: Young's modulus (Pa) and Poisson's ratio at small strain. Limits: it
+//! carries a finite stress however far the point is flattened, so it does not keep points from inverting.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Elasticity;
+use super::finite_elastic::{
+    LeftCauchyGreen, PrincipalStress, deformation_of, elongations, finite, stepped, volume_change,
+};
+use super::linear_elastic::stiff_warnings;
+use crate::model::{Facts, Kind, Model};
+use crate::tangent::{from_spatial, kirchhoff_tangent};
+use crate::{InitialCondition, Material, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
+
+const NAME: &str = "fixed-corotated";
+
+/// Parameters of `fixed-corotated`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FixedCorotatedSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus at small strain (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio at small strain, between -1 and 0.5.
+    pub poissons_ratio: f64,
+}
+
+impl Model for FixedCorotatedSpec {
+    const FACTS: Facts = Facts {
+        source: "Stomakhin et al. 2013; Gaume et al. 2020, 4.1",
+        kind: Kind::Solid,
+        strain: "finite",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        Ok(Arc::new(FixedCorotated { elasticity }))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        stiff_warnings(self.poissons_ratio)
+    }
+
+    fn examples() -> Vec<Self> {
+        vec![Self { density: 2000.0, youngs_modulus: 20e6, poissons_ratio: 0.3 }]
+    }
+}
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FixedCorotated {
+    /// Elastic constants at small strain.
+    pub elasticity: Elasticity,
+}
+
+impl FixedCorotated {
+    /// Kirchhoff stresses of principal stretches less one.
+    #[inline]
+    pub fn principal(&self, elongations: [f64; 3]) -> PrincipalStress {
+        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
+        let change = volume_change(elongations);
+        let jacobian = 1.0 + change;
+        let volumetric = lame * jacobian * change;
+        let stress = elongations.map(|e| 2.0 * mu * (1.0 + e) * e + volumetric);
+        let mut slope = [[lame * jacobian * (jacobian + change); 3]; 3];
+        for (a, e) in elongations.into_iter().enumerate() {
+            slope[a][a] += 2.0 * mu * (1.0 + e) * (1.0 + 2.0 * e);
+        }
+        PrincipalStress { stress, slope }
+    }
+
+    /// Elastic energy per unit initial volume (J/m³) of principal stretches less one.
+    pub fn energy(&self, elongations: [f64; 3]) -> f64 {
+        let change = volume_change(elongations);
+        self.elasticity.shear_modulus * elongations.iter().map(|e| e * e).sum::<f64>()
+            + 0.5 * self.elasticity.lame() * change * change
+    }
+
+    fn stress(&self, b: &SymTensor) -> SymTensor {
+        let spectrum = b.spectrum();
+        let elongations = elongations(spectrum.values);
+        spectrum.compose(self.principal(elongations).stress) * (1.0 / (1.0 + volume_change(elongations)))
+    }
+}
+
+impl StressUpdate for FixedCorotated {
+    type State = LeftCauchyGreen;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<LeftCauchyGreen>, MaterialError> {
+        let b = deformation_of(NAME, &initial.stress, &self.elasticity, |e| self.principal(e))?;
+        Ok(Point { stress: self.stress(&b), state: LeftCauchyGreen(b) })
+    }
+
+    #[inline]
+    fn update(
+        &self,
+        motion: &Motion,
+        old: &Point<LeftCauchyGreen>,
+    ) -> Result<Point<LeftCauchyGreen>, MaterialError> {
+        let b = stepped(NAME, &old.state.0, motion)?;
+        Ok(Point { stress: finite(NAME, self.stress(&b))?, state: LeftCauchyGreen(b) })
+    }
+
+    fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
+        let b = stepped(NAME, &old.state.0, motion)?;
+        let spectrum = b.spectrum();
+        let elongations = elongations(spectrum.values);
+        let PrincipalStress { stress, slope } = self.principal(elongations);
+        let c = kirchhoff_tangent(&spectrum, stress, spectrum.values.map(|b| 1.0 + b), &slope);
+        let jacobian = 1.0 + volume_change(elongations);
+        let singular = MaterialError::Motion { model: NAME, reason: "the step inverts the point" };
+        from_spatial(&c, motion, jacobian, &(spectrum.compose(stress) * (1.0 / jacobian))).ok_or(singular)
+    }
+
+    fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
+        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
+        let values = point.state.0.spectrum().values;
+        let jacobian = 1.0 + volume_change(elongations(values));
+        // max (c_AAAA + τ_A) / J of §3.9, which is 2 μ s² + λ J² in the direction stretched most.
+        2.0 * mu * (1.0 + values[0]) / jacobian + lame * jacobian
+    }
+
+    fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
+        let elongations = elongations(point.state.0.spectrum().values);
+        Some(self.energy(elongations) / (1.0 + volume_change(elongations)))
+    }
+
+    fn dissipation(
+        &self,
+        _motion: &Motion,
+        _old: &Point<LeftCauchyGreen>,
+        _new: &Point<LeftCauchyGreen>,
+    ) -> Option<f64> {
+        Some(0.0)
+    }
+}

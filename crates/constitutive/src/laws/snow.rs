@@ -1,0 +1,354 @@
+//! Snow that breaks and packs (constitutive sheet §2.14, §3.7.7; Stomakhin et al. 2013; Gaume et al.
+//! 2020, eqs. 46–53).
+//!
+//! Elasticity `fixed-corotated` (or Hencky's) in the elastic part of `F = F_E F_P`, whose principal
+//! stretches are clamped to `1 - θ_c … 1 + θ_s`; what is cut off becomes plastic and changes
+//! `J_P = det F_P`. Moduli follow it, `μ = μ0 h`, `λ = λ0 h`, `h = exp(ξ (1 - J_P))`: packed snow gets
+//! stiffer, torn snow softer. `J_P` enters `h` between `least_plastic_volume` and
+//! `largest_plastic_volume`.
+//!
+//! State: `b_E - 1` and `J_P`; only these matter to an isotropic law, and `J = J_P √det b_E`. Limits: the
+//! clamp is a rule on stretches, not a flow rule: it follows no potential, and with stiffening the elastic
+//! energy may grow by plastic flow, so no dissipation is given. Stress at the clamp depends on the
+//! stiffness alone: there is no friction angle.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::finite_elastic::{PrincipalStress, deformation_of, elongations, finite, stepped, volume_change};
+use super::linear_elastic::stiff_warnings;
+use super::{Elasticity, FixedCorotated};
+use crate::model::{Facts, Kind, Model, check, not_negative, positive};
+use crate::tangent::{from_spatial, kirchhoff_tangent};
+use crate::{
+    InitialCondition, Mat3, Material, MaterialError, Motion, Point, Spectrum, StressUpdate, SymTensor,
+    Tangent,
+};
+
+const NAME: &str = "snow";
+
+/// Parameters of `snow`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SnowSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus before any plastic flow (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Largest elastic compression of a direction θ_c, between 0 and 1 (exclusive).
+    #[serde(default = "critical_compression")]
+    pub critical_compression: f64,
+    /// Largest elastic extension of a direction θ_s, > 0.
+    #[serde(default = "critical_stretch")]
+    pub critical_stretch: f64,
+    /// How fast moduli follow the plastic volume, ξ, not negative.
+    #[serde(default = "hardening_factor")]
+    pub hardening_factor: f64,
+    /// Stress of the elastic stretches.
+    #[serde(default)]
+    pub elastic_law: SnowElasticity,
+    /// Packing below this plastic volume `J_P` stiffens no more; in 0..=1 (0 excluded).
+    #[serde(default = "least_plastic_volume")]
+    pub least_plastic_volume: f64,
+    /// Tearing above this plastic volume `J_P` softens no more; at least 1.
+    #[serde(default = "largest_plastic_volume")]
+    pub largest_plastic_volume: f64,
+}
+
+// Published defaults (sheet §2.14).
+fn critical_compression() -> f64 {
+    0.025
+}
+
+fn critical_stretch() -> f64 {
+    0.0075
+}
+
+fn hardening_factor() -> f64 {
+    10.0
+}
+
+fn least_plastic_volume() -> f64 {
+    0.6
+}
+
+fn largest_plastic_volume() -> f64 {
+    20.0
+}
+
+/// Elastic law of the snow's stretches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SnowElasticity {
+    /// `τ_A = 2μ s_A (s_A - 1) + λ J_E (J_E - 1)`, as in the original.
+    #[default]
+    FixedCorotated,
+    /// `τ_A = 2μ ln s_A + λ ln J_E`.
+    Hencky,
+}
+
+impl SnowSpec {
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<Snow, MaterialError> {
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        let compression = self.critical_compression;
+        let inside = compression > 0.0 && compression < 1.0;
+        check("critical_compression", compression, inside, "is not between 0 and 1 (exclusive)")?;
+        positive("critical_stretch", self.critical_stretch, "")?;
+        not_negative("hardening_factor", self.hardening_factor, "")?;
+        let least = self.least_plastic_volume;
+        check("least_plastic_volume", least, least > 0.0 && least <= 1.0, "is not in 0..=1 (0 excluded)")?;
+        let largest = self.largest_plastic_volume;
+        check(
+            "largest_plastic_volume",
+            largest,
+            largest >= 1.0 && largest.is_finite(),
+            "must be at least 1",
+        )?;
+        Ok(Snow { elasticity, spec: self.clone() })
+    }
+}
+
+impl Model for SnowSpec {
+    const FACTS: Facts = Facts {
+        source: "Stomakhin et al. 2013; Gaume et al. 2020, eqs. 46–53",
+        kind: Kind::Solid,
+        strain: "finite",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(Arc::new(self.law()?))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        stiff_warnings(self.poissons_ratio)
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |elastic_law| Self {
+            density: 400.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.2,
+            critical_compression: critical_compression(),
+            critical_stretch: critical_stretch(),
+            hardening_factor: hardening_factor(),
+            elastic_law,
+            least_plastic_volume: least_plastic_volume(),
+            largest_plastic_volume: largest_plastic_volume(),
+        };
+        [SnowElasticity::FixedCorotated, SnowElasticity::Hencky].map(with).into()
+    }
+}
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Snow {
+    elasticity: Elasticity,
+    spec: SnowSpec,
+}
+
+/// State of a point of [`Snow`].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SnowState {
+    /// Elastic left Cauchy–Green tensor less the unit tensor, `b_E - 1`: small strains keep their digits.
+    pub elastic: SymTensor,
+    /// Plastic volume over initial volume, `J_P`.
+    pub plastic_volume: f64,
+}
+
+/// A step up to the clamp.
+struct Clamped {
+    trial: SymTensor,
+    spectrum: Spectrum,
+    /// Stretches less one after the clamp.
+    elongations: [f64; 3],
+    /// Directions that were clamped.
+    cut: [bool; 3],
+    plastic_volume: f64,
+}
+
+impl Clamped {
+    fn jacobian(&self) -> f64 {
+        self.plastic_volume * (1.0 + volume_change(self.elongations))
+    }
+}
+
+impl Snow {
+    /// Stiffness over that before plastic flow, `h = exp(ξ (1 - J_P))`.
+    #[inline]
+    pub fn hardening(&self, plastic_volume: f64) -> f64 {
+        let bounded = plastic_volume.clamp(self.spec.least_plastic_volume, self.spec.largest_plastic_volume);
+        (self.spec.hardening_factor * (1.0 - bounded)).exp()
+    }
+
+    /// `dh/d ln J_P`.
+    fn hardening_slope(&self, plastic_volume: f64) -> f64 {
+        let bounds = self.spec.least_plastic_volume..=self.spec.largest_plastic_volume;
+        if bounds.contains(&plastic_volume) {
+            -self.spec.hardening_factor * plastic_volume * self.hardening(plastic_volume)
+        } else {
+            0.0
+        }
+    }
+
+    /// Kirchhoff stresses of principal elastic stretches less one, before any hardening.
+    #[inline]
+    fn principal(&self, elongations: [f64; 3]) -> PrincipalStress {
+        match self.spec.elastic_law {
+            SnowElasticity::FixedCorotated => {
+                FixedCorotated { elasticity: self.elasticity }.principal(elongations)
+            }
+            SnowElasticity::Hencky => {
+                let strains = elongations.map(f64::ln_1p);
+                let volumetric = self.elasticity.lame() * strains.iter().sum::<f64>();
+                let stress = strains.map(|e| volumetric + 2.0 * self.elasticity.shear_modulus * e);
+                PrincipalStress { stress, slope: self.elasticity.principal() }
+            }
+        }
+    }
+
+    /// Cuts the principal stretches of `trial = b_E - 1` to what the snow can bear.
+    #[inline]
+    fn clamped(&self, trial: SymTensor, plastic_volume: f64) -> Clamped {
+        let (low, high) = (-self.spec.critical_compression, self.spec.critical_stretch);
+        let spectrum = trial.spectrum();
+        let stretched = elongations(spectrum.values);
+        // Round-off of an earlier clamp is not flow.
+        let fuzz = 4.0 * f64::EPSILON;
+        let cut = stretched.map(|e| e < low - fuzz || e > high + fuzz);
+        if !cut.contains(&true) {
+            return Clamped { trial, spectrum, elongations: stretched, cut, plastic_volume };
+        }
+        let elongations: [f64; 3] =
+            std::array::from_fn(|a| if cut[a] { stretched[a].clamp(low, high) } else { stretched[a] });
+        let taken = (1.0 + volume_change(stretched)) / (1.0 + volume_change(elongations));
+        Clamped { trial, spectrum, elongations, cut, plastic_volume: plastic_volume * taken }
+    }
+
+    fn step(&self, motion: &Motion, state: &SnowState) -> Result<Clamped, MaterialError> {
+        Ok(self.clamped(stepped(NAME, &state.elastic, motion)?, state.plastic_volume))
+    }
+
+    fn point(&self, clamped: &Clamped) -> Result<Point<SnowState>, MaterialError> {
+        let Clamped { spectrum, elongations, plastic_volume, .. } = clamped;
+        let elastic = if clamped.cut.contains(&true) {
+            spectrum.compose(elongations.map(|e| e * (2.0 + e)))
+        } else {
+            clamped.trial
+        };
+        let scale = self.hardening(*plastic_volume) / clamped.jacobian();
+        let stress = spectrum.compose(self.principal(*elongations).stress) * scale;
+        Ok(Point {
+            stress: finite(NAME, stress)?,
+            state: SnowState { elastic, plastic_volume: *plastic_volume },
+        })
+    }
+
+    fn elongations(&self, state: &SnowState) -> [f64; 3] {
+        elongations(state.elastic.spectrum().values)
+    }
+}
+
+impl StressUpdate for Snow {
+    type State = SnowState;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<SnowState>, MaterialError> {
+        let elastic = deformation_of(NAME, &initial.stress, &self.elasticity, |e| self.principal(e))?;
+        let clamped = self.clamped(elastic, 1.0);
+        if let Some(a) = clamped.cut.iter().position(|cut| *cut) {
+            let [low, high] = [-self.spec.critical_compression, self.spec.critical_stretch];
+            let reason = format!(
+                "the stress needs an elastic stretch of 1 + {:.4e}, outside 1 + {low} … 1 + {high} (stress {:?} Pa)",
+                elongations(clamped.spectrum.values)[a],
+                initial.stress.0
+            );
+            return Err(MaterialError::Initial { model: NAME, reason });
+        }
+        self.point(&clamped)
+    }
+
+    #[inline]
+    fn update(&self, motion: &Motion, old: &Point<SnowState>) -> Result<Point<SnowState>, MaterialError> {
+        if motion.deformation == Mat3::IDENTITY {
+            return Ok(*old);
+        }
+        self.point(&self.step(motion, &old.state)?)
+    }
+
+    /// Consistent tangent: a clamped stretch feeds the volume, and through it the moduli.
+    fn tangent(&self, motion: &Motion, old: &Point<SnowState>) -> Result<Tangent, MaterialError> {
+        let clamped = self.step(motion, &old.state)?;
+        let PrincipalStress { stress, slope } = self.principal(clamped.elongations);
+        let (h, rate) =
+            (self.hardening(clamped.plastic_volume), self.hardening_slope(clamped.plastic_volume));
+        let block = std::array::from_fn(|a| {
+            std::array::from_fn(|b| if clamped.cut[b] { rate * stress[a] } else { h * slope[a][b] })
+        });
+        let stress = stress.map(|s| h * s);
+        let squares = clamped.spectrum.values.map(|b| 1.0 + b);
+        let c = kirchhoff_tangent(&clamped.spectrum, stress, squares, &block);
+        let jacobian = clamped.jacobian();
+        let cauchy = clamped.spectrum.compose(stress) * (1.0 / jacobian);
+        let singular = MaterialError::Motion { model: NAME, reason: "the step inverts the point" };
+        from_spatial(&c, motion, jacobian, &cauchy).ok_or(singular)
+    }
+
+    fn wave_modulus(&self, point: &Point<SnowState>) -> f64 {
+        let elongations = self.elongations(&point.state);
+        let jacobian = point.state.plastic_volume * (1.0 + volume_change(elongations));
+        // max (c_AAAA + τ_A) of §3.9, no less than at rest, and ten per cent for packing in the step.
+        let PrincipalStress { stress, slope } = self.principal(elongations);
+        let at_rest = self.elasticity.p_wave_modulus();
+        let modulus = (0..3).map(|a| slope[a][a] - stress[a]).fold(at_rest, f64::max);
+        1.1 * modulus * self.hardening(point.state.plastic_volume) / jacobian
+    }
+
+    /// By how much a stretch exceeds its bound, times the P-wave modulus (Pa).
+    fn yield_value(&self, point: &Point<SnowState>) -> Option<f64> {
+        let (low, high) = (-self.spec.critical_compression, self.spec.critical_stretch);
+        let [largest, _, least] = self.elongations(&point.state);
+        let modulus = self.elasticity.p_wave_modulus() * self.hardening(point.state.plastic_volume);
+        Some(modulus * (largest - high).max(low - least))
+    }
+
+    fn stored_energy(&self, point: &Point<SnowState>) -> Option<f64> {
+        let elongations = self.elongations(&point.state);
+        let energy = match self.spec.elastic_law {
+            SnowElasticity::FixedCorotated => {
+                FixedCorotated { elasticity: self.elasticity }.energy(elongations)
+            }
+            SnowElasticity::Hencky => {
+                let strains = elongations.map(f64::ln_1p);
+                let stress = self.principal(elongations).stress;
+                0.5 * (0..3).map(|a| stress[a] * strains[a]).sum::<f64>()
+            }
+        };
+        let jacobian = point.state.plastic_volume * (1.0 + volume_change(elongations));
+        Some(energy * self.hardening(point.state.plastic_volume) / jacobian)
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        &["plastic_volume", "hardening"]
+    }
+
+    fn outputs(&self, point: &Point<SnowState>, out: &mut [f64]) {
+        out[0] = point.state.plastic_volume;
+        out[1] = self.hardening(point.state.plastic_volume);
+    }
+}

@@ -1,0 +1,161 @@
+//! St. Venant–Kirchhoff elasticity (constitutive sheet §2.13; Gaume et al. 2020, eqs. 15–16).
+//!
+//! Linear in the Green strain: energy `Ψ = λ/2 (tr E)² + μ tr E²` per initial volume, Kirchhoff stress
+//! `τ = λ/2 (tr b - 3) b + μ (b² - b)`. Path-independent. Parameters: Young's modulus (Pa) and Poisson's
+//! ratio at small strain. Limits: in compression the nominal stress passes a maximum (at a stretch of 0.58
+//! without lateral strain) and falls to nothing as the point is flattened; not for large compression.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Elasticity;
+use super::finite_elastic::{
+    LeftCauchyGreen, PrincipalStress, deformation_of, finite, log_jacobian, stepped,
+};
+use super::linear_elastic::stiff_warnings;
+use crate::model::{Facts, Kind, Model};
+use crate::tangent::from_spatial;
+use crate::tensor::PAIRS;
+use crate::{InitialCondition, Material, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
+
+const NAME: &str = "st-venant-kirchhoff";
+
+/// Parameters of `st-venant-kirchhoff`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StVenantKirchhoffSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus at small strain (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio at small strain, between -1 and 0.5.
+    pub poissons_ratio: f64,
+}
+
+impl Model for StVenantKirchhoffSpec {
+    const FACTS: Facts = Facts {
+        source: "Gaume et al. 2020, eqs. 15–16",
+        kind: Kind::Solid,
+        strain: "finite",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        Ok(Arc::new(StVenantKirchhoff { elasticity }))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        stiff_warnings(self.poissons_ratio)
+    }
+
+    fn examples() -> Vec<Self> {
+        vec![Self { density: 2000.0, youngs_modulus: 20e6, poissons_ratio: 0.3 }]
+    }
+}
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StVenantKirchhoff {
+    /// Elastic constants at small strain.
+    pub elasticity: Elasticity,
+}
+
+impl StVenantKirchhoff {
+    /// Kirchhoff stress (Pa) of the left Cauchy–Green tensor less the unit tensor.
+    #[inline]
+    pub fn kirchhoff_stress(&self, b: &SymTensor) -> SymTensor {
+        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
+        let square = SymTensor::IDENTITY.rotated(&b.to_matrix());
+        (*b + SymTensor::IDENTITY) * (0.5 * lame * b.trace()) + (*b + square) * mu
+    }
+
+    /// Kirchhoff stresses of principal stretches less one.
+    pub fn principal(&self, elongations: [f64; 3]) -> PrincipalStress {
+        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
+        let change = elongations.map(|e| e * (2.0 + e));
+        let trace: f64 = change.iter().sum();
+        let stress = change.map(|c| (0.5 * lame * trace + mu * c) * (1.0 + c));
+        let slope = std::array::from_fn(|a| {
+            let square = 1.0 + change[a];
+            let mut row = change.map(|c| lame * square * (1.0 + c));
+            row[a] += 2.0 * (mu * square * square + stress[a]);
+            row
+        });
+        PrincipalStress { stress, slope }
+    }
+
+    fn stress(&self, b: &SymTensor) -> SymTensor {
+        self.kirchhoff_stress(b) * (-log_jacobian(b)).exp()
+    }
+}
+
+impl StressUpdate for StVenantKirchhoff {
+    type State = LeftCauchyGreen;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<LeftCauchyGreen>, MaterialError> {
+        let b = deformation_of(NAME, &initial.stress, &self.elasticity, |e| self.principal(e))?;
+        Ok(Point { stress: self.stress(&b), state: LeftCauchyGreen(b) })
+    }
+
+    #[inline]
+    fn update(
+        &self,
+        motion: &Motion,
+        old: &Point<LeftCauchyGreen>,
+    ) -> Result<Point<LeftCauchyGreen>, MaterialError> {
+        let b = stepped(NAME, &old.state.0, motion)?;
+        Ok(Point { stress: finite(NAME, self.stress(&b))?, state: LeftCauchyGreen(b) })
+    }
+
+    fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
+        let new = StressUpdate::update(self, motion, old)?;
+        let b = new.state.0 + SymTensor::IDENTITY;
+        // c = λ b⊗b + μ (b_ik b_jl + b_il b_jk)
+        let mut c = Tangent::ZERO;
+        c.add_dyad(self.elasticity.lame(), &b, &b);
+        for (row, &(i, j)) in PAIRS.iter().enumerate() {
+            for (column, &(k, l)) in PAIRS.iter().enumerate() {
+                c.0[row][column] +=
+                    self.elasticity.shear_modulus * (b.at(i, k) * b.at(j, l) + b.at(i, l) * b.at(j, k));
+            }
+        }
+        let singular = MaterialError::Motion { model: NAME, reason: "the step inverts the point" };
+        from_spatial(&c, motion, log_jacobian(&new.state.0).exp(), &new.stress).ok_or(singular)
+    }
+
+    fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
+        let b = &point.state.0;
+        // max (c_AAAA + τ_A) / J of §3.9, without the relief that compression gives.
+        let largest = 1.0 + b.principal_values()[0];
+        let jacobian = log_jacobian(b).exp();
+        let tension = point.stress.principal_values()[0].max(0.0);
+        self.elasticity.p_wave_modulus() * largest * largest / jacobian + tension
+    }
+
+    fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
+        let b = &point.state.0;
+        let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
+        let trace = b.trace();
+        Some((0.125 * lame * trace * trace + 0.25 * mu * b.dot(b)) * (-log_jacobian(b)).exp())
+    }
+
+    fn dissipation(
+        &self,
+        _motion: &Motion,
+        _old: &Point<LeftCauchyGreen>,
+        _new: &Point<LeftCauchyGreen>,
+    ) -> Option<f64> {
+        Some(0.0)
+    }
+}

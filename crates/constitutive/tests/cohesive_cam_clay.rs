@@ -1,0 +1,352 @@
+//! Cohesive Cam Clay (constitutive sheet §2.15, V-13, V-14, bad input of §7).
+
+use colluvium_constitutive::laws::cohesive_cam_clay::Ellipse;
+use colluvium_constitutive::laws::{
+    CamClayHardening, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState, Elasticity,
+};
+use colluvium_constitutive::{
+    Hencky, HenckyState, InitialCondition, Mat3, Model, Motion, Point, PrincipalReturn, SmallStrain,
+    StressUpdate, SymTensor,
+};
+
+/// The reference set of §2.15.
+fn slab() -> CohesiveCamClaySpec {
+    CohesiveCamClaySpec {
+        density: 250.0,
+        youngs_modulus: 5e6,
+        poissons_ratio: 0.3,
+        critical_state_slope: 0.8,
+        cohesion_ratio: 0.1,
+        compressive_strength: 10e3,
+        hardening_factor: 10.0,
+        hardening: CamClayHardening::Slab,
+    }
+}
+
+/// The weak layer of V-14.
+fn weak_layer() -> CohesiveCamClaySpec {
+    CohesiveCamClaySpec {
+        youngs_modulus: 1e6,
+        compressive_strength: 2e3,
+        hardening_factor: 0.5,
+        hardening: CamClayHardening::WeakLayer { softening_factor: 1.0 },
+        ..slab()
+    }
+}
+
+fn stress(elasticity: &Elasticity, strain: [f64; 3]) -> SymTensor {
+    elasticity.stress(&SymTensor::diagonal(strain[0], strain[1], strain[2]))
+}
+
+fn fresh(law: &CohesiveCamClay) -> CohesiveCamClayState {
+    law.initial(&InitialCondition { stress: SymTensor::ZERO, density: 250.0 }).unwrap().state
+}
+
+/// Return of a principal trial strain: invariants and state.
+fn returned(
+    law: &CohesiveCamClay,
+    strain: [f64; 3],
+    state: &CohesiveCamClayState,
+) -> (SymTensor, CohesiveCamClayState) {
+    let trial = stress(law.elasticity(), strain);
+    let (found, state) = law.return_principal([trial[0], trial[1], trial[2]], state).unwrap();
+    (SymTensor::diagonal(found[0], found[1], found[2]), state)
+}
+
+fn close(found: f64, exact: f64, tolerance: f64) {
+    assert!((found - exact).abs() <= tolerance, "{found} for {exact}");
+}
+
+#[test]
+fn returns_at_fixed_strength() {
+    let elasticity = Elasticity::new(5e6, 0.3).unwrap();
+    close(elasticity.bulk_modulus, 4_166_666.7, 0.05);
+    close(elasticity.shear_modulus, 1_923_076.9, 0.05);
+    let ellipse = Ellipse { slope: 0.8, cohesion_ratio: 0.1, strength: 10e3 };
+    let trial = |strain: [f64; 3]| {
+        let trial = stress(&elasticity, strain);
+        (trial, trial.pressure(), trial.q())
+    };
+    let (_, p, q) = trial([-5e-4, -4e-4, -3e-4]);
+    close(p, 5000.0, 1e-9);
+    close(q, 666.173, 5.1e-4);
+    let f = ellipse.yield_value(p, q);
+    // y is f times the sum of the terms whose difference f is.
+    let radius = 0.5 * 0.8 * 1.1 * 10e3;
+    close(f * (f + 2.0 * radius), -1.866_75e7, 51.0);
+    assert_eq!(ellipse.return_map(&elasticity, p, q).multiplier, 0.0);
+
+    // Trial, p and q of the trial, p, q, Δγ, elastic strain, plastic volumetric strain.
+    type Row = ([f64; 3], [f64; 2], [f64; 2], f64, [f64; 3], f64);
+    let rows: [Row; 5] = [
+        (
+            [-8e-3, -1e-3, 0.0],
+            [37_500.0, 29_037.825],
+            [9_398.175_58, 1_826.891_85],
+            1.075_725_439_0e-6,
+            [-1.066_425_11e-3, -6.260_256_23e-4, -5.631_114_11e-4],
+            -6.744_437_86e-3,
+        ),
+        ([-3e-3; 3], [37_500.0, 0.0], [10_000.0, 0.0], 9.375e-7, [-8e-4; 3], -6.6e-3),
+        (
+            [2e-3, 1e-3, 0.0],
+            [-12_500.0, 6_661.734],
+            [-828.153_121, 996.201_939],
+            4.107_373_118_1e-7,
+            [2.157_931_89e-4, 6.625_224_97e-5, -8.328_868_93e-5],
+            2.801_243_25e-3,
+        ),
+        ([1e-3; 3], [-12_500.0, 0.0], [-1_000.0, 0.0], 3.920_454_5e-7, [8e-5; 3], 2.76e-3),
+        (
+            [4e-3, -2.2e-3, -2.3e-3],
+            [2_083.333, 24_040.769],
+            [3_679.772_91, 3_971.715_16],
+            3.649_384_748_1e-7,
+            [3.939_827_16e-4, -6.303_037_33e-4, -6.468_244_82e-4],
+            3.831_455_00e-4,
+        ),
+    ];
+    for (strain, at_trial, at_end, multiplier, elastic, volumetric) in rows {
+        let (trial, p, q) = trial(strain);
+        close(p, at_trial[0], 5.1e-4);
+        close(q, at_trial[1], 5.1e-4);
+        let found = ellipse.return_map(&elasticity, p, q);
+        close(found.pressure, at_end[0], 5.1e-6);
+        close(found.q, at_end[1], 5.1e-6);
+        close(found.multiplier, multiplier, 5.1e-15);
+        close(found.volumetric, volumetric, 5.1e-12);
+        let shrink = if q > 1e-6 { found.q / q } else { 0.0 };
+        let stress = trial.deviator() * shrink - SymTensor::isotropic(found.pressure);
+        for c in 0..3 {
+            close(elasticity.strain(&stress)[c], elastic[c], 5.1e-12);
+        }
+        close(ellipse.yield_value(found.pressure, found.q), 0.0, 1e-10);
+    }
+}
+
+#[test]
+fn the_ellipse_has_the_tips_and_top_of_the_sheet() {
+    let (m, beta, p0) = (0.8, 0.1, 10e3);
+    let ellipse = Ellipse { slope: m, cohesion_ratio: beta, strength: p0 };
+    let top = m * p0 * (1.0 + beta) / (2.0 * (1.0 + 2.0 * beta).sqrt());
+    let points = [
+        (p0, 0.0),
+        (-beta * p0, 0.0),
+        (0.5 * (1.0 - beta) * p0, top),
+        (0.0, m * p0 * (beta / (1.0 + 2.0 * beta)).sqrt()),
+    ];
+    for (p, q) in points {
+        close(ellipse.yield_value(p, q), 0.0, 1e-11);
+    }
+}
+
+#[test]
+fn hardening_is_solved_with_the_return() {
+    let law = slab().law().unwrap();
+    let state = fresh(&law);
+    close(state.hardening_strain, -2.399_997_696_0e-4, 5.1e-15);
+
+    let (stress, new) = returned(&law, [-3e-3; 3], &state);
+    close(new.volumetric, -5.999_912_293_5e-4, 5.1e-15);
+    close(stress.pressure(), 35_000.0365, 5.1e-5);
+    close(law.ellipse(&new).strength, 35_000.0365, 5.1e-5);
+    assert_eq!(stress.q(), 0.0);
+
+    let (stress, new) = returned(&law, [-8e-3, -1e-3, 0.0], &state);
+    close(new.volumetric, -8.888_219_439_7e-4, 5.1e-15);
+    close(stress.pressure(), 33_796.5752, 5.1e-5);
+    close(stress.q(), 16_487.4059, 5.1e-5);
+    let ellipse = law.ellipse(&new);
+    close(ellipse.strength, 47_035.2370, 5.1e-5);
+    let trial = self::stress(law.elasticity(), [-8e-3, -1e-3, 0.0]);
+    let multiplier = ellipse.return_map(law.elasticity(), trial.pressure(), trial.q()).multiplier;
+    close(multiplier, 5.497_645_58e-8, 5.1e-17);
+
+    let (stress, new) = returned(&law, [2e-3, 1e-3, 0.0], &state);
+    assert_eq!(stress, SymTensor::ZERO);
+    assert_eq!(law.ellipse(&new).strength, 0.0);
+    close(new.volumetric, 3e-3, 1e-17);
+
+    // Frozen at the start of the step the strength would jump far beyond.
+    let frozen = law.ellipse(&state).return_map(law.elasticity(), 37_500.0, 0.0).volumetric;
+    let jump = CohesiveCamClayState { hardening_strain: state.hardening_strain + frozen, ..state };
+    close(law.ellipse(&jump).strength, 285_222.0, 0.5);
+}
+
+#[test]
+fn a_gap_must_close_before_packing_carries_load() {
+    let law = slab().law().unwrap();
+    let (_, open) = returned(&law, [1e-3; 3], &fresh(&law));
+    close(open.hardening_strain, 3e-3 - 2.399_997_696_0e-4, 5.1e-15);
+    let (stress, closing) = returned(&law, [-5e-4; 3], &open);
+    assert_eq!(stress, SymTensor::ZERO);
+    let (stress, closed) = returned(&law, [-1e-3; 3], &closing);
+    assert!(stress.pressure() > 0.0 && closed.hardening_strain < 0.0);
+}
+
+type Layer = Hencky<CohesiveCamClay>;
+
+/// Drives a layer to the logarithmic volumetric compression `total` and returns pressure in `τ` and state at
+/// every step.
+fn compressed(
+    law: &Layer,
+    total: f64,
+    steps: usize,
+) -> Vec<(f64, f64, Point<HenckyState<CohesiveCamClayState>>)> {
+    let mut point = law.initial(&InitialCondition { stress: SymTensor::ZERO, density: 250.0 }).unwrap();
+    let stretch = (-total / (3 * steps) as f64).exp();
+    let motion = Motion::from_deformation(&(Mat3::IDENTITY * stretch), 1.0, 250.0, 1.0).unwrap();
+    (1..=steps)
+        .map(|step| {
+            point = law.update(&motion, &point).unwrap();
+            let strain = total * step as f64 / steps as f64;
+            (strain, point.stress.pressure() * point.state.jacobian, point.clone())
+        })
+        .collect()
+}
+
+#[test]
+fn a_weak_layer_softens_collapses_and_packs() {
+    let law = Hencky(weak_layer().law().unwrap());
+    let bulk = law.0.elasticity().bulk_modulus;
+    close(bulk, 833_333.3, 0.05);
+    let path = compressed(&law, 0.0198, 2000);
+    let at = |strain: f64| {
+        let below = path.partition_point(|(e, ..)| *e < strain - 1e-12);
+        let (e, p, _) = &path[below];
+        let (e0, p0, _) = &path[below.saturating_sub(1)];
+        if below == 0 { *p } else { p0 + (p - p0) * (strain - e0) / (e - e0) }
+    };
+    // Strain, pressure, and a tolerance of 10⁻³ of the strength (a tenth of the thousandth where a step of
+    // 10⁻⁵ in strain lies across the kink at yield).
+    close(at(0.0024), 2000.0, 2.0 + bulk * 0.0198 / 2000.0);
+    close(at(0.0030), 1500.0, 1.5);
+    close(at(0.004_799_995_4), 0.0, 2.0);
+    close(at(0.006_299_995_4), 416.667, 0.417);
+    close(at(0.0198), 4_166.684, 4.17);
+    // β goes at the switch, and only there.
+    let switch = path.iter().position(|(.., point)| point.state.inner.collapsed).unwrap();
+    let (before, after) = (&path[switch - 1].2, &path[switch].2);
+    assert_eq!(law.0.ellipse(&before.state.inner).cohesion_ratio, 0.1);
+    assert_eq!(law.0.ellipse(&after.state.inner).cohesion_ratio, 0.0);
+    close(path[switch].0, 0.004_799_995_4, 0.0198 / 2000.0);
+}
+
+#[test]
+fn a_weak_layer_follows_its_closed_form_whatever_the_step() {
+    // Stable (1, 0.5) and snapping (50, 2) layers; the state at the end, not the path, is checked.
+    for (softening_factor, hardening_factor, exact_at) in [(1.0, 0.5, true), (50.0, 2.0, false)] {
+        let spec = CohesiveCamClaySpec {
+            hardening: CamClayHardening::WeakLayer { softening_factor },
+            hardening_factor,
+            ..weak_layer()
+        };
+        assert_eq!(spec.warnings().is_empty(), exact_at);
+        let law = Hencky(spec.law().unwrap());
+        let bulk = law.0.elasticity().bulk_modulus;
+        let start = (2e3 / bulk).asinh() / hardening_factor;
+        for y in [1e-3, 1e-2] {
+            let p = bulk * (hardening_factor * y).sinh();
+            let total = start / softening_factor + y + p / bulk;
+            for steps in [1, 7, 500] {
+                let (_, found, point) = compressed(&law, total, steps).pop().unwrap();
+                close(found, p, 1e-9 * p);
+                assert!(point.state.inner.collapsed);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_layer_torn_apart_collapses_too() {
+    let law = weak_layer().law().unwrap();
+    let (stress, state) = returned(&law, [4e-3, 2e-3, 1e-3], &fresh(&law));
+    assert_eq!(stress, SymTensor::ZERO);
+    assert!(state.collapsed);
+    // What is left after the collapse opens a gap.
+    close(state.hardening_strain, 7e-3 - 0.004_799_995_4, 1e-10);
+}
+
+#[test]
+fn uniaxial_compression_drops_in_the_weak_layer_and_hardens_in_the_slab() {
+    let drive = |spec: CohesiveCamClaySpec| {
+        let law = Hencky(spec.law().unwrap());
+        let mut point = law.initial(&InitialCondition { stress: SymTensor::ZERO, density: 250.0 }).unwrap();
+        let mut f = Mat3::IDENTITY;
+        f.0[2][2] = (-1e-5f64).exp();
+        let motion = Motion::from_deformation(&f, 1.0, 250.0, 1.0).unwrap();
+        (0..700)
+            .map(|_| {
+                point = law.update(&motion, &point).unwrap();
+                (point.stress.pressure(), point.stress.q())
+            })
+            .collect::<Vec<_>>()
+    };
+    let slab = drive(CohesiveCamClaySpec { hardening: CamClayHardening::Slab, ..weak_layer() });
+    let weak = drive(weak_layer());
+    let top =
+        |path: &[(f64, f64)]| path.iter().fold((0.0, 0.0), |m: (f64, f64), v| (m.0.max(v.0), m.1.max(v.1)));
+    let (end_of_slab, end_of_weak) = (slab[699], weak[699]);
+    let (top_of_slab, top_of_weak) = (top(&slab), top(&weak));
+    assert_eq!(end_of_slab.0, top_of_slab.0);
+    assert!(end_of_weak.0 < 0.5 * top_of_weak.0 && end_of_weak.1 < 0.5 * top_of_weak.1);
+}
+
+#[test]
+fn tangents_hold_on_every_branch() {
+    // Elastic, hardening, softening, without stress, packing debris in the step of the collapse.
+    let cases = [
+        (slab(), [-8e-3, -1e-3, 0.0]),
+        (slab(), [4e-3, -2.2e-3, -2.3e-3]),
+        (slab(), [2e-3, 1e-3, 0.0]),
+        (weak_layer(), [-2e-3, -1e-3, -0.5e-3]),
+        (weak_layer(), [-2e-3, -4e-3, -3e-3]),
+        (weak_layer(), [-3e-3, -2e-3, -6e-3]),
+    ];
+    for (spec, strain) in cases {
+        let law = spec.law().unwrap();
+        let state = fresh(&law);
+        let trial = |strain: [f64; 3]| {
+            let trial = stress(law.elasticity(), strain);
+            [trial[0], trial[1], trial[2]]
+        };
+        let block = law.principal_tangent(trial(strain), &state).unwrap();
+        let h = 1e-8;
+        for b in 0..3 {
+            let moved = |h: f64| {
+                let mut strain = strain;
+                strain[b] += h;
+                law.return_principal(trial(strain), &state).unwrap().0
+            };
+            let (plus, minus) = (moved(h), moved(-h));
+            for a in 0..3 {
+                let slope = (plus[a] - minus[a]) / (2.0 * h);
+                close(block[a][b], slope, 1e-6 * law.elasticity().p_wave_modulus());
+            }
+        }
+    }
+}
+
+#[test]
+fn parameters_out_of_range_are_named() {
+    let refused = |spec: CohesiveCamClaySpec| spec.law().unwrap_err().to_string();
+    let weak = |softening_factor| CamClayHardening::WeakLayer { softening_factor };
+    for (spec, message) in [
+        (CohesiveCamClaySpec { critical_state_slope: 0.0, ..slab() }, "critical_state_slope: 0"),
+        (CohesiveCamClaySpec { cohesion_ratio: -0.1, ..slab() }, "cohesion_ratio: -0.1"),
+        (CohesiveCamClaySpec { hardening_factor: 0.0, ..slab() }, "hardening_factor: 0"),
+        (CohesiveCamClaySpec { hardening: weak(0.0), ..slab() }, "hardening.softening_factor: 0"),
+        (CohesiveCamClaySpec { compressive_strength: 0.0, ..slab() }, "compressive_strength: 0"),
+        (CohesiveCamClaySpec { compressive_strength: f64::NAN, ..slab() }, "compressive_strength: NaN"),
+        (CohesiveCamClaySpec { youngs_modulus: -1.0, ..slab() }, "youngs_modulus: -1"),
+        (CohesiveCamClaySpec { poissons_ratio: 0.5, ..slab() }, "poissons_ratio: 0.5"),
+    ] {
+        let error = refused(spec);
+        assert!(error.starts_with(message), "{error}");
+    }
+    let snap = CohesiveCamClaySpec { hardening: weak(3.0), ..weak_layer() };
+    assert!(snap.warnings()[0].starts_with("hardening.softening_factor: 3"));
+    let outside = InitialCondition { stress: SymTensor::isotropic(-11e3), density: 250.0 };
+    let error = SmallStrain::initial(&slab().law().unwrap(), &outside).unwrap_err().to_string();
+    assert!(error.contains("outside the yield surface"), "{error}");
+}
