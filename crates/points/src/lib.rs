@@ -14,10 +14,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod boxes;
 mod neighbours;
 mod sampling;
 mod shape;
 
-pub use neighbours::{CellList, NeighbourList, SearchError};
-pub use sampling::{Sample, SamplingError, lattice, overlap, per_cell, random};
+pub use boxes::Place;
+pub use neighbours::{CellList, HalfList, NeighbourList, SearchError};
+pub use sampling::{Sample, SamplingError, gauss_per_cell, lattice, overlap, per_cell, poisson_disk, random};
 pub use shape::{Shape, ShapeError};

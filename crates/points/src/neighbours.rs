@@ -151,6 +151,16 @@ impl<const D: usize> NeighbourList<D> {
     /// # Errors
     /// As [`CellList::build`].
     pub fn build(&mut self, positions: &[[f64; D]], radius: f64) -> Result<(), SearchError> {
+        self.build_where(positions, radius, |i, j| i != j)
+    }
+
+    /// Finds, for every point, the others within `radius` (m) that `keep(point, other)` accepts.
+    fn build_where(
+        &mut self,
+        positions: &[[f64; D]],
+        radius: f64,
+        keep: impl Fn(u32, u32) -> bool + Sync,
+    ) -> Result<(), SearchError> {
         self.cells.build(positions, radius)?;
         self.rows.resize_with(positions.len(), Vec::new);
         let cells = &self.cells;
@@ -160,7 +170,7 @@ impl<const D: usize> NeighbourList<D> {
             cells.visit(x, |j| {
                 let other = &positions[j as usize];
                 let distance: f64 = (0..D).map(|axis| (x[axis] - other[axis]).powi(2)).sum();
-                if j as usize != i && distance <= square {
+                if distance <= square && keep(i as u32, j) {
                     row.push(j);
                 }
             });
@@ -192,6 +202,48 @@ impl<const D: usize> NeighbourList<D> {
     }
 }
 
+/// Every pair of points within a radius, once: under the point of the smaller number. For forces
+/// that act on both alike.
+#[derive(Clone, Debug, Default)]
+pub struct HalfList<const D: usize> {
+    list: NeighbourList<D>,
+}
+
+impl<const D: usize> HalfList<D> {
+    /// An empty list, whose buffers grow on the first build and are then reused.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Finds all pairs closer than or at `radius` (m).
+    ///
+    /// # Errors
+    /// As [`CellList::build`].
+    pub fn build(&mut self, positions: &[[f64; D]], radius: f64) -> Result<(), SearchError> {
+        self.list.build_where(positions, radius, |i, j| i < j)
+    }
+
+    /// Neighbours of point `i` with larger numbers, ascending.
+    pub fn of(&self, i: usize) -> &[u32] {
+        self.list.of(i)
+    }
+
+    /// All pairs, ascending by their first point, then by their second.
+    pub fn pairs(&self) -> impl Iterator<Item = (u32, u32)> {
+        (0..self.list.len()).flat_map(|i| self.of(i).iter().map(move |&j| (i as u32, j)))
+    }
+
+    /// Number of pairs.
+    pub fn len(&self) -> usize {
+        self.list.indices.len()
+    }
+
+    /// True when no two points are close.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -209,6 +261,12 @@ mod tests {
                 (0..points.len()).filter(|&j| j != i && close(&points[j])).map(|j| j as u32).collect();
             assert_eq!(list.of(i), all);
         }
+        let mut half = HalfList::new();
+        half.build(points, radius).unwrap();
+        let full = (0..points.len()).flat_map(|i| list.of(i).iter().map(move |&j| (i as u32, j)));
+        let once: Vec<(u32, u32)> = full.filter(|(i, j)| i < j).collect();
+        assert!(half.pairs().eq(once.iter().copied()));
+        assert_eq!((half.len(), half.is_empty()), (once.len(), once.is_empty()));
     }
 
     proptest! {
@@ -239,7 +297,10 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut list = NeighbourList::new();
             pool.install(|| list.build(&points, 0.25).unwrap());
-            (list.offsets, list.indices)
+            let mut half = HalfList::new();
+            pool.install(|| half.build(&points, 0.25).unwrap());
+            assert_eq!(2 * half.len(), list.indices.len());
+            (list.offsets, list.indices, half.pairs().collect::<Vec<_>>())
         };
         assert!(build(1) == build(2));
     }

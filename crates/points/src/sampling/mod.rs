@@ -6,6 +6,15 @@ use thiserror::Error;
 
 use crate::Shape;
 
+mod gauss;
+mod poisson;
+
+pub use gauss::gauss_per_cell;
+pub use poisson::poisson_disk;
+
+/// More candidates than this are refused: their numbers and places would not fit in memory.
+const MOST_CANDIDATES: f64 = (1u64 << 28) as f64;
+
 /// A point that stands for a part of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<const D: usize> {
@@ -54,37 +63,53 @@ pub fn lattice<const D: usize>(
     origin: [f64; D],
     spacing: f64,
 ) -> Result<Vec<Sample<D>>, SamplingError> {
-    if !(spacing.is_finite() && spacing > 0.0) {
-        return Err(SamplingError::Spacing(spacing));
-    }
-    let (low, high) = shape.bounds(D);
-    let mut first = [0i64; D];
-    let mut count = [0i64; D];
-    let mut total = 1.0;
-    for axis in 0..D {
-        let start = ((low[axis] - origin[axis]) / spacing - 1.0).floor();
-        let end = ((high[axis] - origin[axis]) / spacing + 1.0).ceil();
-        total *= (end - start).max(0.0);
-        first[axis] = start as i64;
-        count[axis] = (end - start).max(0.0) as i64;
-    }
-    if total > 2f64.powi(28) {
-        return Err(SamplingError::TooMany(total));
-    }
     let volume = spacing.powi(D as i32);
-    let mut samples = Vec::new();
-    for number in 0..total as i64 {
-        let mut rest = number;
-        let mut position = [0.0; D];
-        for axis in (0..D).rev() {
-            position[axis] = origin[axis] + ((first[axis] + rest % count[axis]) as f64 + 0.5) * spacing;
-            rest /= count[axis];
+    let centre =
+        |cell: [i64; D]| std::array::from_fn(|axis| origin[axis] + (cell[axis] as f64 + 0.5) * spacing);
+    let positions = Cells::around(shape, origin, spacing, 1.0)?.indices().map(centre);
+    Ok(positions.filter(|x| shape.contains(x)).map(|position| Sample { position, volume }).collect())
+}
+
+/// The cells of edge `edge` (m), counted from a place, that a shape may touch.
+struct Cells<const D: usize> {
+    first: [i64; D],
+    count: [i64; D],
+    total: i64,
+}
+
+impl<const D: usize> Cells<D> {
+    /// The cells around `shape`, refused when `per_cell` points in each would be more than 2²⁸.
+    fn around(shape: &Shape, origin: [f64; D], edge: f64, per_cell: f64) -> Result<Self, SamplingError> {
+        if !(edge.is_finite() && edge > 0.0) {
+            return Err(SamplingError::Spacing(edge));
         }
-        if shape.contains(&position) {
-            samples.push(Sample { position, volume });
+        let (low, high) = shape.bounds(D);
+        let (mut first, mut count, mut total) = ([0; D], [0; D], 1.0);
+        for axis in 0..D {
+            let start = ((low[axis] - origin[axis]) / edge - 1.0).floor();
+            let end = ((high[axis] - origin[axis]) / edge + 1.0).ceil();
+            total *= (end - start).max(0.0);
+            first[axis] = start as i64;
+            count[axis] = (end - start).max(0.0) as i64;
         }
+        if total * per_cell > MOST_CANDIDATES {
+            return Err(SamplingError::TooMany(total * per_cell));
+        }
+        Ok(Self { first, count, total: total as i64 })
     }
-    Ok(samples)
+
+    /// Indices of the cells, last axis fastest.
+    fn indices(self) -> impl Iterator<Item = [i64; D]> {
+        (0..self.total).map(move |number| {
+            let mut rest = number;
+            let mut cell = [0; D];
+            for axis in (0..D).rev() {
+                cell[axis] = self.first[axis] + rest % self.count[axis];
+                rest /= self.count[axis];
+            }
+            cell
+        })
+    }
 }
 
 /// `count` points at random in the shape, uniformly; the same for the same `seed`.

@@ -1,0 +1,165 @@
+//! Where a box of space lies with respect to a shape.
+
+use crate::Shape;
+
+/// Where a box lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// No point of the box is in the shape.
+    Outside,
+    /// Every point of the box is in the shape.
+    Inside,
+    /// The box may hold points of both kinds.
+    Between,
+}
+
+impl Place {
+    fn from(outside: bool, inside: bool) -> Self {
+        match (outside, inside) {
+            (true, _) => Self::Outside,
+            (_, true) => Self::Inside,
+            _ => Self::Between,
+        }
+    }
+}
+
+impl Shape {
+    /// Where the box between the corners `low` and `high` lies. `Outside` and `Inside` are certain;
+    /// `Between` is said of some boxes that a combination of shapes only seems to cut.
+    pub fn place_of(&self, low: &[f64], high: &[f64]) -> Place {
+        match self {
+            Self::Box { min, max } => {
+                let mut sides = low.iter().zip(high).zip(min.iter().zip(max));
+                let outside = sides.clone().any(|((l, h), (min, max))| h < min || l > max);
+                let inside = sides.all(|((l, h), (min, max))| min <= l && h <= max);
+                Place::from(outside, inside)
+            }
+            Self::Ball { centre, radius } => {
+                let axes = 0..low.len();
+                let (near, far) = distances(axes, low, high, |c| centre[c]);
+                Place::from(near > radius * radius, far <= radius * radius)
+            }
+            Self::Polygon { vertices } => {
+                let edges = vertices.iter().zip(vertices.iter().cycle().skip(1));
+                if edges.into_iter().any(|(a, b)| meets(a, b, low, high)) {
+                    return Place::Between;
+                }
+                let inside = self.contains(&[0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])]);
+                Place::from(!inside, inside)
+            }
+            Self::Cylinder { base, axis, radius, height } => {
+                let (near, far) = distances((0..3).filter(|c| c != axis), low, high, |c| base[c]);
+                let (bottom, top) = (base[*axis], base[*axis] + height);
+                let outside = near > radius * radius || high[*axis] < bottom || low[*axis] > top;
+                let inside = far <= radius * radius && bottom <= low[*axis] && high[*axis] <= top;
+                Place::from(outside, inside)
+            }
+            Self::Union { shapes } => {
+                let mut places = shapes.iter().map(|shape| shape.place_of(low, high));
+                let outside = places.clone().all(|place| place == Place::Outside);
+                Place::from(outside, places.any(|place| place == Place::Inside))
+            }
+            Self::Intersection { shapes } => {
+                let mut places = shapes.iter().map(|shape| shape.place_of(low, high));
+                let outside = places.clone().any(|place| place == Place::Outside);
+                Place::from(outside, places.all(|place| place == Place::Inside))
+            }
+            Self::Difference { from, cut } => {
+                let (from, cut) = (from.place_of(low, high), cut.place_of(low, high));
+                let outside = from == Place::Outside || cut == Place::Inside;
+                Place::from(outside, from == Place::Inside && cut == Place::Outside)
+            }
+        }
+    }
+}
+
+/// Squares of the smallest and the largest distance from `centre` to the box, over some axes (m²).
+fn distances(
+    axes: impl Iterator<Item = usize>,
+    low: &[f64],
+    high: &[f64],
+    centre: impl Fn(usize) -> f64,
+) -> (f64, f64) {
+    axes.fold((0.0, 0.0), |(near, far), c| {
+        let (below, above) = (low[c] - centre(c), high[c] - centre(c));
+        let closest = below.max(-above).max(0.0);
+        (near + closest * closest, far + (below * below).max(above * above))
+    })
+}
+
+/// True unless the edge from `a` to `b` surely misses the box: test of separating axes.
+fn meets(a: &[f64; 2], b: &[f64; 2], low: &[f64], high: &[f64]) -> bool {
+    let apart = |c: usize| a[c].max(b[c]) < low[c] || a[c].min(b[c]) > high[c];
+    if apart(0) || apart(1) {
+        return false;
+    }
+    let normal = [b[1] - a[1], a[0] - b[0]];
+    let corner = |x: f64, y: f64| normal[0] * (x - a[0]) + normal[1] * (y - a[1]);
+    let sides =
+        [corner(low[0], low[1]), corner(high[0], low[1]), corner(low[0], high[1]), corner(high[0], high[1])];
+    !(sides.iter().all(|s| *s > 0.0) || sides.iter().all(|s| *s < 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn shapes() -> Vec<(usize, Shape)> {
+        let ball = |dimension: usize| Shape::Ball { centre: vec![0.2; dimension], radius: 0.7 };
+        let cube = |dimension: usize| Shape::Box { min: vec![-0.6; dimension], max: vec![0.3; dimension] };
+        let polygon = Shape::Polygon {
+            vertices: vec![[-0.8, -0.8], [0.9, -0.6], [0.7, 0.8], [0.0, -0.1], [-0.7, 0.6]],
+        };
+        let mut all = vec![
+            (2, polygon.clone()),
+            (2, Shape::Difference { from: Box::new(polygon), cut: Box::new(ball(2)) }),
+            (3, Shape::Cylinder { base: [0.1, -0.5, 0.0], axis: 1, radius: 0.6, height: 1.1 }),
+        ];
+        for dimension in 1..=3 {
+            let both = vec![ball(dimension), cube(dimension)];
+            all.push((dimension, ball(dimension)));
+            all.push((dimension, cube(dimension)));
+            all.push((dimension, Shape::Union { shapes: both.clone() }));
+            all.push((dimension, Shape::Intersection { shapes: both }));
+        }
+        all
+    }
+
+    proptest! {
+        #[test]
+        fn no_point_of_a_box_contradicts_its_place(
+            corner in proptest::array::uniform3(-1.2..1.0f64), width in proptest::array::uniform3(1e-3..0.8f64),
+            places in proptest::collection::vec(proptest::array::uniform3(0.0..=1.0f64), 30),
+        ) {
+            for (dimension, shape) in shapes() {
+                let low = &corner[..dimension];
+                let high: Vec<f64> = (0..dimension).map(|c| corner[c] + width[c]).collect();
+                let place = shape.place_of(low, &high);
+                for t in &places {
+                    let x: Vec<f64> = (0..dimension).map(|c| low[c] + t[c] * width[c]).collect();
+                    prop_assert!(place == Place::Between || shape.contains(&x) == (place == Place::Inside));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn small_boxes_away_from_the_boundary_are_told_apart() {
+        for (dimension, shape) in shapes() {
+            let (mut inside, mut outside) = (0, 0);
+            for number in 0..40usize.pow(dimension as u32) {
+                let low: Vec<f64> = (0..dimension)
+                    .map(|c| -1.0 + 0.05 * (number / 40usize.pow(c as u32) % 40) as f64)
+                    .collect();
+                let high: Vec<f64> = low.iter().map(|l| l + 0.05).collect();
+                match shape.place_of(&low, &high) {
+                    Place::Inside => inside += 1,
+                    Place::Outside => outside += 1,
+                    Place::Between => {}
+                }
+            }
+            assert!(inside > 0 && outside > 0, "{shape:?}");
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! Poisson-disk sampling.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::{Cells, Sample, SamplingError};
+use crate::Shape;
+use crate::boxes::Place;
+
+/// How often the cells that are still open are halved: what is left then is smaller than a thousandth
+/// of the distance.
+const LEVELS: u32 = 10;
+
+/// Darts thrown per open cell and level.
+const DARTS_PER_CELL: usize = 2;
+
+/// Open cells more than this many times those of the start end the search: only boundaries between
+/// the parts of a combination, which [`Shape::place_of`] cannot resolve, make so many.
+const MOST_GROWTH: usize = 16;
+
+/// Points at random in the shape, no two closer than `distance` (m), and so many that no other would
+/// fit: no place in the shape is farther than `distance` from a point, but for gaps smaller than about
+/// a thousandth of it. The same for the same `seed`. Cells of the search are visited in order, last
+/// axis fastest, and every point stands for the same share of the shape (of its measure, or of an
+/// estimate within about a thousandth for combinations).
+///
+/// Darts are thrown at the cells of a grid that no disk covers yet; what stays open is halved, and
+/// darts are thrown again (Ebeida, Mitchell, Patney, Davidson & Owens 2012, Computer Graphics Forum
+/// 31, 785–794).
+///
+/// # Errors
+/// When there would be more than 2²⁸ candidates, or the distance is not a length.
+pub fn poisson_disk<const D: usize>(
+    shape: &Shape,
+    distance: f64,
+    seed: u64,
+) -> Result<Vec<Sample<D>>, SamplingError> {
+    if !(distance.is_finite() && distance > 0.0) {
+        return Err(SamplingError::Spacing(distance));
+    }
+    let mut disks = Disks::new(shape, distance)?;
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    let mut open = disks.all_cells(shape);
+    let most = MOST_GROWTH * open.len() + 1000;
+    for level in 0..=LEVELS {
+        for _ in 0..DARTS_PER_CELL * open.len() {
+            let cell = &open[generator.random_range(0..open.len())];
+            let (low, edge) = disks.corner(cell, level);
+            let dart = std::array::from_fn(|axis| low[axis] + edge * generator.random::<f64>());
+            if shape.contains(&dart) {
+                disks.add(dart);
+            }
+        }
+        if level < LEVELS {
+            open = disks.halve(shape, &open, level);
+        }
+        if open.is_empty() || open.len() > most {
+            break;
+        }
+    }
+    let positions: Vec<[f64; D]> = disks.points.into_iter().flatten().collect();
+    let volume = measure::<D>(shape)? / positions.len().max(1) as f64;
+    Ok(positions.into_iter().map(|position| Sample { position, volume }).collect())
+}
+
+/// Length, area or volume: in closed form, or counted on a lattice of about a million cells.
+fn measure<const D: usize>(shape: &Shape) -> Result<f64, SamplingError> {
+    if let Some(measure) = shape.measure(D) {
+        return Ok(measure);
+    }
+    const CELLS: f64 = 1e6;
+    let (low, high) = shape.bounds(D);
+    let all: f64 = low.iter().zip(&high).map(|(low, high)| high - low).product();
+    let samples =
+        super::lattice::<D>(shape, std::array::from_fn(|c| low[c]), (all / CELLS).powf(1.0 / D as f64))?;
+    Ok(samples.iter().map(|sample| sample.volume).sum())
+}
+
+/// Disks of one radius on a grid so fine that a cell holds no more than one centre.
+struct Disks<const D: usize> {
+    low: [f64; D],
+    edge: f64,
+    count: [usize; D],
+    distance: f64,
+    points: Vec<Option<[f64; D]>>,
+}
+
+impl<const D: usize> Disks<D> {
+    fn new(shape: &Shape, distance: f64) -> Result<Self, SamplingError> {
+        let (low, _) = shape.bounds(D);
+        let low: [f64; D] = std::array::from_fn(|axis| low[axis]);
+        let edge = distance / (D as f64).sqrt();
+        // One cell of margin below, one above: no dart falls outside.
+        let cells = Cells::around(shape, low, edge, 1.0)?;
+        Ok(Self {
+            low: std::array::from_fn(|axis| low[axis] + cells.first[axis] as f64 * edge),
+            edge,
+            count: cells.count.map(|count| count as usize),
+            distance,
+            points: vec![None; cells.total as usize],
+        })
+    }
+
+    /// Every cell that may hold a point of the shape.
+    fn all_cells(&self, shape: &Shape) -> Vec<[u32; D]> {
+        let index = |number: usize| {
+            let mut rest = number;
+            let mut cell = [0; D];
+            for axis in (0..D).rev() {
+                cell[axis] = (rest % self.count[axis]) as u32;
+                rest /= self.count[axis];
+            }
+            cell
+        };
+        (0..self.points.len()).map(index).filter(|cell| self.touches(shape, cell, 0)).collect()
+    }
+
+    /// Lower corner and edge (m) of a cell that has been halved `level` times.
+    fn corner(&self, cell: &[u32; D], level: u32) -> ([f64; D], f64) {
+        let edge = self.edge / f64::from(1u32 << level);
+        (std::array::from_fn(|axis| self.low[axis] + f64::from(cell[axis]) * edge), edge)
+    }
+
+    fn touches(&self, shape: &Shape, cell: &[u32; D], level: u32) -> bool {
+        let (low, edge) = self.corner(cell, level);
+        shape.place_of(&low, &low.map(|l| l + edge)) != Place::Outside
+    }
+
+    /// Calls `visit` with every centre in the cells that a disk around `x` reaches, until it says true.
+    fn any_near(&self, x: &[f64; D], visit: impl Fn(&[f64; D]) -> bool) -> bool {
+        let reach = (D as f64).sqrt().ceil() as i64;
+        let width = 2 * reach + 1;
+        let home: [i64; D] = std::array::from_fn(|axis| ((x[axis] - self.low[axis]) / self.edge) as i64);
+        (0..width.pow(D as u32)).any(|number| {
+            let (mut rest, mut slot) = (number, 0);
+            for axis in 0..D {
+                let index = home[axis] + rest % width - reach;
+                rest /= width;
+                if index < 0 || index >= self.count[axis] as i64 {
+                    return false;
+                }
+                slot = slot * self.count[axis] + index as usize;
+            }
+            self.points[slot].as_ref().is_some_and(&visit)
+        })
+    }
+
+    /// Takes the centre `x` unless another is closer than the distance.
+    fn add(&mut self, x: [f64; D]) {
+        let square = self.distance * self.distance;
+        let close = |other: &[f64; D]| (0..D).map(|c| (x[c] - other[c]).powi(2)).sum::<f64>() < square;
+        if self.any_near(&x, close) {
+            return;
+        }
+        let slot = (0..D).fold(0, |slot, axis| {
+            let index = ((x[axis] - self.low[axis]) / self.edge) as usize;
+            slot * self.count[axis] + index.min(self.count[axis] - 1)
+        });
+        // Two centres in one cell are its opposite corners, to the last bit: the first stays.
+        self.points[slot].get_or_insert(x);
+    }
+
+    /// The halves (quarters, eighths) of the open cells that one disk does not cover and the shape touches.
+    fn halve(&self, shape: &Shape, open: &[[u32; D]], level: u32) -> Vec<[u32; D]> {
+        let children = open.iter().flat_map(|cell| {
+            (0..1u32 << D).map(move |part| std::array::from_fn(|axis| 2 * cell[axis] + (part >> axis & 1)))
+        });
+        children
+            .filter(|cell| !self.covered(cell, level + 1) && self.touches(shape, cell, level + 1))
+            .collect()
+    }
+
+    fn covered(&self, cell: &[u32; D], level: u32) -> bool {
+        let (low, edge) = self.corner(cell, level);
+        let square = self.distance * self.distance;
+        let middle = low.map(|l| l + 0.5 * edge);
+        self.any_near(&middle, |centre| {
+            let farthest = |c: usize| (low[c] - centre[c]).abs().max((low[c] + edge - centre[c]).abs());
+            (0..D).map(|c| farthest(c).powi(2)).sum::<f64>() < square
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CellList;
+    use proptest::prelude::*;
+
+    /// No two closer than the distance, no place in the shape farther from all of them.
+    fn is_a_maximal_packing<const D: usize>(shape: &Shape, distance: f64, seed: u64, probes: usize) {
+        let samples = poisson_disk::<D>(shape, distance, seed).unwrap();
+        assert!(samples.iter().all(|s| shape.contains(&s.position)));
+        let all: Vec<[f64; D]> = samples.iter().map(|s| s.position).collect();
+        let reach = distance * 1.002;
+        let mut cells = CellList::new();
+        cells.build(&all, reach).unwrap();
+        let nearest = |x: &[f64; D], but: usize| {
+            let mut nearest = f64::INFINITY;
+            cells.visit(x, |j| {
+                let square: f64 = (0..D).map(|c| (x[c] - all[j as usize][c]).powi(2)).sum();
+                if j as usize != but {
+                    nearest = nearest.min(square.sqrt());
+                }
+            });
+            nearest
+        };
+        assert!(
+            (0..all.len()).all(|i| nearest(&all[i], i) >= distance * (1.0 - 1e-12)),
+            "two points are too close"
+        );
+        let probes = crate::random::<D>(shape, probes, seed + 1)
+            .unwrap_or_else(|_| crate::lattice(shape, [0.0; D], distance / 7.0).unwrap());
+        for probe in probes {
+            assert!(nearest(&probe.position, usize::MAX) <= reach, "there is room at {:?}", probe.position);
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(12))]
+        #[test]
+        fn samples_keep_their_distance_and_leave_no_room(seed in 0..1000u64, distance in 0.05..0.3f64) {
+            let ball = |dimension: usize| Shape::Ball { centre: vec![0.1; dimension], radius: 1.0 };
+            is_a_maximal_packing::<1>(&ball(1), distance, seed, 2000);
+            is_a_maximal_packing::<2>(&ball(2), distance, seed, 20_000);
+            is_a_maximal_packing::<3>(&ball(3), 2.0 * distance, seed, 20_000);
+        }
+
+        #[test]
+        fn corners_and_cuts_are_filled_as_well(seed in 0..1000u64) {
+            // A sharp tip, a re-entrant corner, a hole and a shape in three dimensions with an edge.
+            let polygon = Shape::Polygon { vertices: vec![[0.0, 0.0], [3.0, 0.2], [1.0, 1.0], [0.8, 0.4], [0.0, 1.5]] };
+            is_a_maximal_packing::<2>(&polygon, 0.1, seed, 20_000);
+            let hole = Box::new(Shape::Ball { centre: vec![0.3, 0.5], radius: 0.2 });
+            is_a_maximal_packing::<2>(&Shape::Difference { from: Box::new(polygon), cut: hole }, 0.1, seed, 0);
+            let cylinder = Shape::Cylinder { base: [0.0; 3], axis: 2, radius: 0.5, height: 0.6 };
+            is_a_maximal_packing::<3>(&cylinder, 0.2, seed, 20_000);
+            let cubes = [0.0, 0.3].map(|low| Shape::Box { min: vec![low; 3], max: vec![low + 0.5; 3] });
+            is_a_maximal_packing::<3>(&Shape::Union { shapes: cubes.to_vec() }, 0.15, seed, 0);
+        }
+    }
+
+    #[test]
+    fn the_seed_alone_decides() {
+        let ball = Shape::Ball { centre: vec![0.0, 0.0], radius: 1.0 };
+        let sample = |seed| poisson_disk::<2>(&ball, 0.1, seed).unwrap();
+        assert_eq!(sample(3), sample(3));
+        assert_ne!(sample(3), sample(4));
+    }
+
+    #[test]
+    fn volumes_add_up_to_the_shape() {
+        let total =
+            |shape: &Shape| poisson_disk::<2>(shape, 0.05, 1).unwrap().iter().map(|s| s.volume).sum::<f64>();
+        let ball = |radius: f64| Shape::Ball { centre: vec![0.0, 0.0], radius };
+        assert!((total(&ball(1.0)) - std::f64::consts::PI).abs() < 1e-12);
+        let ring = Shape::Difference { from: Box::new(ball(1.0)), cut: Box::new(ball(0.5)) };
+        let exact = 0.75 * std::f64::consts::PI;
+        assert!((total(&ring) / exact - 1.0).abs() < 1e-3, "counted on a lattice");
+    }
+
+    #[test]
+    fn density_is_that_of_a_random_packing() {
+        // Random sequential adsorption jams at 0.547 of the plane covered by disks of half the
+        // distance; a maximal sampling is that limit (Feder 1980, J. Theor. Biol. 87, 237-254).
+        let shape = Shape::Box { min: vec![0.0; 2], max: vec![1.0; 2] };
+        let distance = 0.01;
+        let count = poisson_disk::<2>(&shape, distance, 5).unwrap().len() as f64;
+        // Centres may lie on the rim, so the area that holds the disks is wider by the distance.
+        let cover = count * std::f64::consts::PI * 0.25 * distance * distance / (1.0 + distance).powi(2);
+        assert!((cover - 0.547).abs() < 0.01, "{cover}");
+    }
+
+    #[test]
+    fn what_is_no_distance_is_refused() {
+        let ball = Shape::Ball { centre: vec![0.0; 3], radius: 1.0 };
+        assert!(matches!(poisson_disk::<3>(&ball, 0.0, 1), Err(SamplingError::Spacing(_))));
+        assert!(matches!(poisson_disk::<3>(&ball, 1e-4, 1), Err(SamplingError::TooMany(_))));
+        let alone = poisson_disk::<3>(&ball, 10.0, 1).unwrap();
+        assert_eq!(alone.len(), 1);
+    }
+}
