@@ -35,7 +35,10 @@ fn column() -> Value {
             { "name": "go", "duration": 0.1, "reset": ["velocity"] }
         ],
         "output": { "frames": 0.02, "measures": 0.005, "checkpoint": 0.02 },
-        "measures": { "front": { "kind": "front", "side": "x-max" } },
+        "measures": {
+            "front": { "kind": "front", "side": "x-max" },
+            "surface": { "kind": "profile", "axis": 0, "height": 1, "bin": 0.02 }
+        },
         "methods": { "mpm": { "cell_size": 0.01, "courant": 0.3 } }
     })
 }

@@ -321,7 +321,6 @@ impl<'a> Recorder<'a> {
                 "kinetic_energy": b.kinetic, "elastic_energy": b.elastic, "potential_energy": b.potential,
             })
         };
-        self.tables.sync()?;
         let names = self.table.columns.iter().map(|(name, _)| name.clone());
         let last = self.table.rows.last().cloned().unwrap_or_default();
         let measures: serde_json::Map<String, serde_json::Value> =
@@ -343,6 +342,7 @@ impl<'a> Recorder<'a> {
             "case": self.case,
         });
         if completed {
+            self.tables.sync()?;
             summary["end"] = budget(solver.budget());
             summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
             if let Some(out) = &self.options.out {
