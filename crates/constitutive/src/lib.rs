@@ -23,6 +23,7 @@ mod spectral;
 mod tangent;
 mod tensor;
 mod update;
+mod wrapper;
 
 pub use corotational::{Corotational, FirstOrderSpin};
 pub use error::{BatchError, MaterialError};

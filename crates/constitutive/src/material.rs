@@ -25,7 +25,8 @@ pub struct States {
 trait ErasedBlock: Any + Send + Sync {
     fn clone_box(&self) -> Box<dyn ErasedBlock>;
     fn len(&self) -> usize;
-    fn gather(&self, blocks: &[StateBlock], order: &[u32]) -> Box<dyn ErasedBlock>;
+    /// Points `order` of all `blocks`, in a block of this kind.
+    fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock>;
     fn as_any(&self) -> &dyn Any;
     fn as_any_mut(&mut self) -> &mut dyn Any;
 }
@@ -37,12 +38,39 @@ impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
     fn len(&self) -> usize {
         self.len()
     }
-    fn gather(&self, blocks: &[StateBlock], order: &[u32]) -> Box<dyn ErasedBlock> {
+    fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock> {
         let pick = |&old: &u32| {
             let old = old as usize;
-            typed::<S>(&blocks[old / BLOCK])[old % BLOCK].clone()
+            typed::<S>(blocks[old / BLOCK])[old % BLOCK].clone()
         };
         Box::new(order.iter().map(pick).collect::<Vec<S>>())
+    }
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}
+
+/// States of a material around another: its own beside those of the inner one.
+struct Nested<S> {
+    own: Vec<S>,
+    inner: StateBlock,
+}
+
+impl<S: Clone + Send + Sync + 'static> ErasedBlock for Nested<S> {
+    fn clone_box(&self) -> Box<dyn ErasedBlock> {
+        Box::new(Self { own: self.own.clone(), inner: self.inner.clone() })
+    }
+    fn len(&self) -> usize {
+        self.own.len()
+    }
+    fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock> {
+        let nested: Vec<&Self> = blocks.iter().map(|block| block.nested::<S>()).collect();
+        let inner: Vec<&StateBlock> = nested.iter().map(|block| &block.inner).collect();
+        let own = order.iter().map(|old| nested[*old as usize / BLOCK].own[*old as usize % BLOCK].clone());
+        Box::new(Self { own: own.collect(), inner: StateBlock(self.inner.0.gather(&inner, order)) })
     }
     fn as_any(&self) -> &dyn Any {
         self
@@ -65,6 +93,31 @@ fn typed_mut<S: 'static>(block: &mut StateBlock) -> &mut [S] {
 impl StateBlock {
     fn new<S: Clone + Send + Sync + 'static>(states: Vec<S>) -> Self {
         Self(Box::new(states))
+    }
+
+    fn nested<S: 'static>(&self) -> &Nested<S> {
+        self.0
+            .as_any()
+            .downcast_ref()
+            .expect("a state block is only ever used with the material that made it")
+    }
+
+    /// A block of a material around another.
+    pub(crate) fn around<S: Clone + Send + Sync + 'static>(own: Vec<S>, inner: Self) -> Self {
+        Self(Box::new(Nested { own, inner }))
+    }
+
+    /// The own states of a material around another, and the block of the inner one.
+    pub(crate) fn parts<S: 'static>(&self) -> (&[S], &Self) {
+        let nested = self.nested::<S>();
+        (&nested.own, &nested.inner)
+    }
+
+    /// As [`StateBlock::parts`], to change.
+    pub(crate) fn parts_mut<S: 'static>(&mut self) -> (&mut [S], &mut Self) {
+        let nested = self.0.as_any_mut().downcast_mut::<Nested<S>>();
+        let nested = nested.expect("a state block is only ever used with the material that made it");
+        (&mut nested.own, &mut nested.inner)
     }
 
     /// Number of points in the block.
@@ -96,6 +149,16 @@ impl States {
         Self { blocks, len: states.len() }
     }
 
+    /// Blocks of [`BLOCK`] points, the last of what is left.
+    pub(crate) fn from_blocks(blocks: Vec<StateBlock>) -> Self {
+        let len = blocks.iter().map(StateBlock::len).sum();
+        Self { blocks, len }
+    }
+
+    pub(crate) fn into_blocks(self) -> Vec<StateBlock> {
+        self.blocks
+    }
+
     /// Number of points.
     pub fn len(&self) -> usize {
         self.len
@@ -120,7 +183,8 @@ impl States {
     #[must_use]
     pub fn permuted(&self, order: &[u32]) -> Self {
         let Some(first) = self.blocks.first() else { return self.clone() };
-        let blocks = order.chunks(BLOCK).map(|part| StateBlock(first.0.gather(&self.blocks, part))).collect();
+        let all: Vec<&StateBlock> = self.blocks.iter().collect();
+        let blocks = order.chunks(BLOCK).map(|part| StateBlock(first.0.gather(&all, part))).collect();
         Self { blocks, len: order.len() }
     }
 }
@@ -139,7 +203,8 @@ pub trait Material: Send + Sync {
     /// The first point whose initial condition the law refuses.
     fn initial(&self, initial: &[InitialCondition]) -> Result<(Vec<SymTensor>, States), BatchError>;
 
-    /// One step for a batch, in place. On error the points before `index` have been updated.
+    /// One step for a batch, in place. On error the batch is of no further use: some of its points have been
+    /// updated.
     ///
     /// # Errors
     /// The first point that fails.
@@ -164,7 +229,7 @@ pub trait Material: Send + Sync {
     fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
     /// Names of the scalars worth plotting.
-    fn output_names(&self) -> &'static [&'static str];
+    fn output_names(&self) -> &[&'static str];
 
     /// The scalars worth plotting, point after point: `out.len() = points × names`.
     fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
@@ -254,7 +319,7 @@ impl<L: StressUpdate> Material for L {
         each::<L>(stresses, states, out, |point| self.yield_value(point).unwrap_or(f64::NEG_INFINITY));
     }
 
-    fn output_names(&self) -> &'static [&'static str] {
+    fn output_names(&self) -> &[&'static str] {
         StressUpdate::output_names(self)
     }
 

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Corotational, Hencky, Material, MaterialError, PrincipalReturn, SmallStrain};
+use crate::laws::StrengthReduction;
+use crate::{Corotational, Hencky, Material, MaterialError, MaterialSpec, PrincipalReturn, SmallStrain};
 
 /// Parameters of one model as a case file gives them, angles in degrees.
 pub trait Model: Sized {
@@ -24,6 +25,16 @@ pub trait Model: Sized {
     /// What is allowed but worth a word, each starting with the parameter's name.
     fn warnings(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// The material this one acts on, for models around another.
+    fn inner(&self) -> Option<&MaterialSpec> {
+        None
+    }
+
+    /// The same model with reduced strength; `None` for models without a strength to reduce.
+    fn strength_reduced(&self, _reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        None
     }
 
     /// Samples of every way to run the model: what the contract tests run over.

@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::*;
-use crate::laws::*;
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
 
@@ -53,10 +52,43 @@ macro_rules! models {
                 match self { $(Self::$variant(spec) => spec.warnings(),)* }
             }
 
+            /// The material this one acts on, for models around another.
+            pub fn inner(&self) -> Option<&MaterialSpec> {
+                match self { $(Self::$variant(spec) => spec.inner(),)* }
+            }
+
+            /// The same material with reduced strength (constitutive sheet §3.11).
+            ///
+            /// # Errors
+            /// For models without a strength to reduce, and where the reduced peak falls below the residual.
+            pub fn strength_reduced(&self, reduction: &StrengthReduction) -> Result<Self, MaterialError> {
+                crate::model::positive("factor", reduction.factor, "")?;
+                let none = || MaterialError::Choice {
+                    field: "material",
+                    rule: format!("{} has no strength to reduce", self.name()),
+                };
+                match self {
+                    $(Self::$variant(spec) => {
+                        spec.strength_reduced(reduction).ok_or_else(none)?.map(Self::$variant)
+                    })*
+                }
+            }
+
             /// A sample of every model and every way to run it: what the contract tests run over.
             pub fn examples() -> Vec<Self> {
                 let mut all = Vec::new();
-                $(all.extend(<$spec as Model>::examples().into_iter().map(Self::$variant));)*
+                $(if <$spec as Model>::FACTS.kind != Kind::Wrapper {
+                    all.extend(<$spec as Model>::examples().into_iter().map(Self::$variant));
+                })*
+                all
+            }
+
+            /// As [`MaterialSpec::examples`], of the models that act on another.
+            pub fn wrapped_examples() -> Vec<Self> {
+                let mut all = Vec::new();
+                $(if <$spec as Model>::FACTS.kind == Kind::Wrapper {
+                    all.extend(<$spec as Model>::examples().into_iter().map(Self::$variant));
+                })*
                 all
             }
         }
@@ -90,6 +122,16 @@ models! {
     "snow" => Snow(SnowSpec),
     /// Cohesive Cam Clay: snow slabs and weak layers, finite strain.
     "cohesive-cam-clay" => CohesiveCamClay(CohesiveCamClaySpec),
+    /// Elasticity with a tension cut-off.
+    "tension-cut" => TensionCut(TensionCutSpec),
+    /// Undrained saturated soil around a skeleton in effective stresses.
+    "undrained" => Undrained(UndrainedSpec),
+    /// Stress-free shrinkage or swelling of another material.
+    "eigenstrain" => Eigenstrain(EigenstrainSpec),
+    /// Another material with its strength divided by a factor.
+    "strength-reduced" => StrengthReduced(StrengthReducedSpec),
+    /// Another material that loses cohesion by wetting.
+    "saturation-softened" => SaturationSoftened(SaturationSoftenedSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
 }
@@ -98,11 +140,14 @@ impl MaterialSpec {
     /// True for parameters that mean something in plane strain only.
     pub fn assumes_plane_strain(&self) -> bool {
         let planar = [Matching::PlaneStrain, Matching::PlaneStrainAssociated];
+        if let Some(inner) = self.inner() {
+            return inner.assumes_plane_strain();
+        }
         matches!(self, Self::DruckerPrager(spec) if planar.contains(&spec.matching))
     }
 
     /// True for laws that forget shear: at rest they carry none, or no more than their yield stress.
     pub fn is_fluid(&self) -> bool {
-        self.facts().kind == Kind::Fluid
+        self.inner().map_or(self.facts().kind == Kind::Fluid, Self::is_fluid)
     }
 }

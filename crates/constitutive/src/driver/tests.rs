@@ -411,6 +411,7 @@ fn work_is_stored_by_elasticity_and_lost_by_plasticity() {
         density: 2000.0,
         youngs_modulus: YOUNG,
         poissons_ratio: 0.3,
+        volumetric_law: Default::default(),
     });
     let shear = Path::SimpleShearConstantVolume { shear: 0.5 };
     let run = test(neo, 0.0, &[(shear, 400)]).run().unwrap();

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
 use super::linear_elastic::stiff_warnings;
+use super::strength_reduced::StrengthReduction;
 use crate::model::{Facts, Kind, Model, StrainMeasure, check, not_negative};
 use crate::{
     InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
@@ -214,6 +215,18 @@ impl Model for DruckerPragerSpec {
         warnings
     }
 
+    fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        let friction_angle = reduction.angle(self.friction_angle);
+        let reduced = Self {
+            friction_angle,
+            cohesion: self.cohesion / reduction.factor,
+            dilatancy_angle: reduction.dilatancy(self.dilatancy_angle, friction_angle),
+            softening: reduction.softening(self.softening),
+            ..self.clone()
+        };
+        Some(reduced.law().map(|_| reduced))
+    }
+
     fn examples() -> Vec<Self> {
         let mut all = Vec::new();
         for strain_measure in [StrainMeasure::Rate, StrainMeasure::Hencky] {
@@ -323,6 +336,17 @@ impl DruckerPrager {
     /// The same law under another name, for models that are a special case of it.
     pub(super) fn named(self, name: &'static str) -> Self {
         Self { name, ..self }
+    }
+
+    /// The same law with `share` of its cohesion, peak and residual.
+    pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
+        let mut law = self.clone();
+        law.spec.cohesion *= share;
+        if let Some(softening) = &mut law.spec.softening {
+            softening.residual_cohesion *= share;
+        }
+        law.peak = law.softened_cone(0.0);
+        law
     }
 
     /// Algorithm 2 of Bui & Nguyen 2021 (sheet §3.6) before its drift is taken back: the stress after one

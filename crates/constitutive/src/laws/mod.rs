@@ -3,6 +3,7 @@
 pub mod cam_clay;
 pub mod cohesive_cam_clay;
 pub mod drucker_prager;
+mod eigenstrain;
 pub mod finite_elastic;
 mod fixed_corotated;
 mod linear_elastic;
@@ -10,7 +11,11 @@ pub mod mohr_coulomb;
 pub mod multi_surface;
 mod neo_hookean;
 mod newtonian_fluid;
+pub(crate) mod saturation_softened;
+pub mod strength_reduced;
+mod tension_cut;
 mod tresca;
+mod undrained;
 mod von_mises;
 
 pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Integration, Matching, PlasticStrain, Softening};
@@ -32,10 +37,15 @@ pub use newtonian_fluid::{EquationOfState, FluidState, NewtonianFluid, Newtonian
 pub use original_cam_clay::{OriginalCamClay, OriginalCamClaySpec};
 pub use pressure_elastic::{PressureElastic, PressureElasticSpec, PressureStiffness, VoidRatio};
 
-pub use tresca::TrescaSpec;
-pub use von_mises::{ExactIn, VonMisesSpec};
+pub use eigenstrain::EigenstrainSpec;
+pub use saturation_softened::SaturationSoftenedSpec;
 pub use snow::{Snow, SnowElasticity, SnowSpec, SnowState};
 pub use st_venant_kirchhoff::{StVenantKirchhoff, StVenantKirchhoffSpec};
+pub use strength_reduced::{ReductionScope, StrengthReducedSpec, StrengthReduction};
+pub use tension_cut::{TensionCut, TensionCutSpec};
+pub use tresca::TrescaSpec;
+pub use undrained::UndrainedSpec;
+pub use von_mises::{ExactIn, VonMisesSpec};
 
 pub use crate::model::StrainMeasure;
 use crate::model::check;

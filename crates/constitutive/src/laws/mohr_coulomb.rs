@@ -15,6 +15,7 @@ use super::Elasticity;
 use super::drucker_prager::{PlasticStrain, Softening};
 use super::linear_elastic::stiff_warnings;
 use super::multi_surface::{self, ActiveSet, Plane, active_set};
+use super::strength_reduced::StrengthReduction;
 use crate::model::{Facts, Kind, Model, StrainMeasure, check, not_negative};
 use crate::tangent::shear_moduli;
 use crate::{
@@ -118,6 +119,20 @@ impl Model for MohrCoulombSpec {
         let mut warnings = stiff_warnings(self.poissons_ratio);
         warnings.extend(super::angle_warnings(self.friction_angle, self.dilatancy_angle));
         warnings
+    }
+
+    fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        let friction_angle = reduction.angle(self.friction_angle);
+        let cohesion = self.cohesion / reduction.factor;
+        let reduced = Self {
+            friction_angle,
+            cohesion,
+            dilatancy_angle: reduction.dilatancy(self.dilatancy_angle, friction_angle),
+            softening: reduction.softening(self.softening),
+            // Both the cut-off and the apex c / tan φ stay where they are.
+            ..self.clone()
+        };
+        Some(reduced.law().map(|_| reduced))
     }
 
     fn examples() -> Vec<Self> {
@@ -393,6 +408,17 @@ impl MohrCoulomb {
     /// The same law under another name, for models that are a special case of it.
     pub(super) fn named(self, name: &'static str) -> Self {
         Self { name, ..self }
+    }
+
+    /// The same law with `share` of its cohesion, peak and residual.
+    pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
+        let mut law = self.clone();
+        law.spec.cohesion *= share;
+        if let Some(softening) = &mut law.spec.softening {
+            softening.residual_cohesion *= share;
+        }
+        law.peak.strength *= share;
+        law
     }
 
     /// The pyramid at plastic strain `kappa`.

@@ -259,7 +259,8 @@ impl PressureElastic {
                 VolumeStep::new(p, compression, growth, modulus, tangent, exponent * modulus * modulus / p)
             }
             PressureStiffness::Clay { swelling_slope } => {
-                let drop = (e - after) / swelling_slope;
+                // `(e - after) / κ`, without the cancellation.
+                let drop = -(1.0 + e) * (-compression).exp_m1() / swelling_slope;
                 if linear {
                     // K = (1+e) p_min/κ still follows the void ratio.
                     let gain = self.least_pressure * drop;

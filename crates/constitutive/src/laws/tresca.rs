@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::linear_elastic::stiff_warnings;
-use super::{MohrCoulomb, MohrCoulombSpec};
+use super::{MohrCoulomb, MohrCoulombSpec, StrengthReduction};
 use crate::model::{Facts, Kind, Model, StrainMeasure, positive};
 use crate::{Material, MaterialError};
 
@@ -71,6 +71,11 @@ impl Model for TrescaSpec {
 
     fn warnings(&self) -> Vec<String> {
         stiff_warnings(self.poissons_ratio)
+    }
+
+    fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        let reduced = Self { undrained_strength: self.undrained_strength / reduction.factor, ..self.clone() };
+        Some(reduced.law().map(|_| reduced))
     }
 
     fn examples() -> Vec<Self> {

@@ -11,7 +11,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::linear_elastic::stiff_warnings;
-use super::{DruckerPrager, DruckerPragerSpec, Integration, Matching, Softening};
+use super::{
+    DruckerPrager, DruckerPragerSpec, Integration, Matching, ReductionScope, Softening, StrengthReduction,
+};
 use crate::model::{Facts, Kind, Model, StrainMeasure, positive};
 use crate::{Material, MaterialError};
 
@@ -103,6 +105,16 @@ impl Model for VonMisesSpec {
 
     fn warnings(&self) -> Vec<String> {
         stiff_warnings(self.poissons_ratio)
+    }
+
+    fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        let residual = match reduction.scope {
+            ReductionScope::Peak => self.residual_cohesion,
+            ReductionScope::Both => self.residual_cohesion.map(|c| c / reduction.factor),
+        };
+        let reduced =
+            Self { cohesion: self.cohesion / reduction.factor, residual_cohesion: residual, ..self.clone() };
+        Some(reduced.law().map(|_| reduced))
     }
 
     fn examples() -> Vec<Self> {

@@ -1,0 +1,103 @@
+//! Stress-free strain (constitutive sheet §3.11; Bui & Nguyen 2021, section 4.5): shrinkage by drying,
+//! swelling by wetting.
+//!
+//! An isotropic strain grows linearly to its final value and is taken off the motion that the inner law
+//! sees: `Δε_mech = Δε - Δε_free 1/3`. Limit: isotropic and the same for all points of the material.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::model::{Facts, Kind, Model, check, positive};
+use crate::wrapper::{Around, Wrapper};
+use crate::{Mat3, Material, MaterialError, MaterialSpec, Motion, SymTensor};
+
+/// Parameters of `eigenstrain`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EigenstrainSpec {
+    /// Volumetric strain at the end, expansion-positive (shrinkage is negative), -0.5 to 0.5.
+    pub volumetric_strain: f64,
+    /// Time over which it grows linearly from the start (s), > 0.
+    pub duration: f64,
+    /// The material that shrinks or swells.
+    pub material: Box<MaterialSpec>,
+}
+
+impl Model for EigenstrainSpec {
+    const FACTS: Facts = Facts {
+        source: "Bui & Nguyen 2021, section 4.5",
+        kind: Kind::Wrapper,
+        strain: "the inner law's",
+        tangent: "the inner law's",
+    };
+
+    fn density(&self) -> f64 {
+        self.material.density()
+    }
+
+    fn inner(&self) -> Option<&MaterialSpec> {
+        Some(&self.material)
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        let strain = self.volumetric_strain;
+        check("volumetric_strain", strain, strain.abs() <= 0.5, "is not between -0.5 and 0.5")?;
+        positive("duration", self.duration, "s")?;
+        let wrapper = Eigenstrain { volumetric: strain, duration: self.duration };
+        Ok(Arc::new(Around::new(wrapper, self.material.build()?)))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.material.warnings().into_iter().map(|warning| format!("material.{warning}")).collect()
+    }
+
+    fn strength_reduced(&self, reduction: &super::StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        let reduced = self.material.strength_reduced(reduction);
+        Some(reduced.map(|material| Self { material: Box::new(material), ..self.clone() }))
+    }
+
+    fn examples() -> Vec<Self> {
+        // Over before the first step of the contract tests begins to matter: shrinkage is no motion.
+        let around = |material| Self { volumetric_strain: 0.0, duration: 1.0, material: Box::new(material) };
+        let inner =
+            MaterialSpec::examples().into_iter().filter(|spec| spec.inner().is_none() && !spec.is_fluid());
+        inner.take(4).map(around).collect()
+    }
+}
+
+/// Stress-free strain; own state: the time since the start (s).
+struct Eigenstrain {
+    volumetric: f64,
+    duration: f64,
+}
+
+impl Wrapper for Eigenstrain {
+    type Own = f64;
+
+    const NAME: &'static str = "eigenstrain";
+
+    fn start(&self) -> f64 {
+        0.0
+    }
+
+    fn inner_stress(&self, stress: &SymTensor, _time: &f64) -> SymTensor {
+        *stress
+    }
+
+    fn outer_stress(&self, inner: &SymTensor, _time: &f64) -> SymTensor {
+        *inner
+    }
+
+    fn step(&self, motion: &Motion, time: &f64) -> (Motion, f64) {
+        let growing = (self.duration - time).clamp(0.0, motion.dt);
+        let linear = self.volumetric * growing / self.duration / 3.0;
+        let mut inside = *motion;
+        if linear != 0.0 {
+            inside.gradient = motion.gradient - Mat3::IDENTITY * linear;
+            inside.deformation = motion.deformation * (-linear).exp();
+        }
+        (inside, time + motion.dt)
+    }
+}

@@ -1,0 +1,185 @@
+//! Loss of strength by wetting (constitutive sheet §2.17; after Bui & Nguyen 2021, section 4.6).
+//!
+//! The cohesion of the inner law follows the degree of saturation of the step,
+//! `c = c_sat + (c_dry - c_sat)(1 - S_r)`; the inner law's own cohesion is `c_dry`. Where there is no pore
+//! fluid (`S_r = 0`) nothing changes. Limit: rate-form Drucker–Prager and Mohr–Coulomb.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{DruckerPrager, MohrCoulomb, PlasticStrain};
+use crate::model::{Facts, Kind, Model, StrainMeasure, check};
+use crate::{
+    Corotational, InitialCondition, Material, MaterialError, MaterialSpec, Motion, Point, SmallStrain,
+    SymTensor,
+};
+
+const NAME: &str = "saturation-softened";
+
+/// Parameters of `saturation-softened`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SaturationSoftenedSpec {
+    /// Cohesion of the saturated soil (Pa), 0 to the cohesion of the material.
+    pub saturated_cohesion: f64,
+    /// The dry soil: `drucker-prager` or `mohr-coulomb` in rate form, of constant strength.
+    pub material: Box<MaterialSpec>,
+}
+
+impl Model for SaturationSoftenedSpec {
+    const FACTS: Facts = Facts {
+        source: "after Bui & Nguyen 2021, section 4.6",
+        kind: Kind::Wrapper,
+        strain: "rate",
+        tangent: "numerical",
+    };
+
+    fn density(&self) -> f64 {
+        self.material.density()
+    }
+
+    fn inner(&self) -> Option<&MaterialSpec> {
+        Some(&self.material)
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        let saturated = self.saturated_cohesion;
+        let within = |dry: f64| {
+            let rule = format!("is not between 0 and the cohesion of the material, {dry} Pa");
+            check("saturated_cohesion", saturated, (0.0..=dry).contains(&saturated), &rule)
+        };
+        let refuse = |rule: &str| Err(MaterialError::Choice { field: "material", rule: rule.to_owned() });
+        match &*self.material {
+            MaterialSpec::DruckerPrager(spec) if spec.strain_measure == StrainMeasure::Rate => {
+                within(spec.cohesion)?;
+                let law = spec.law()?;
+                Ok(Arc::new(Corotational(SaturationSoftened { law, dry: spec.cohesion, saturated })))
+            }
+            MaterialSpec::MohrCoulomb(spec) if spec.strain_measure == StrainMeasure::Rate => {
+                within(spec.cohesion)?;
+                if spec.tensile_strength.is_some() {
+                    return refuse("a tension cut-off does not go with strength lost by saturation");
+                }
+                let law = spec.law()?;
+                Ok(Arc::new(Corotational(SaturationSoftened { law, dry: spec.cohesion, saturated })))
+            }
+            _ => refuse("must be drucker-prager or mohr-coulomb in rate form"),
+        }
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.material.warnings().into_iter().map(|warning| format!("material.{warning}")).collect()
+    }
+
+    fn examples() -> Vec<Self> {
+        let around = |material| Self { saturated_cohesion: 1e3, material: Box::new(material) };
+        let fits = |spec: &MaterialSpec| spec.inner().is_none() && around(spec.clone()).build().is_ok();
+        MaterialSpec::examples().into_iter().filter(fits).map(around).collect()
+    }
+}
+
+/// A law whose cohesion can be set anew.
+pub(crate) trait Cohesive: SmallStrain<State = PlasticStrain> + Clone {
+    /// The law with `share` of its cohesion, peak and residual.
+    fn with_cohesion_share(&self, share: f64) -> Self;
+}
+
+impl Cohesive for DruckerPrager {
+    fn with_cohesion_share(&self, share: f64) -> Self {
+        self.scaled_cohesion(share)
+    }
+}
+
+impl Cohesive for MohrCoulomb {
+    fn with_cohesion_share(&self, share: f64) -> Self {
+        self.scaled_cohesion(share)
+    }
+}
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Debug)]
+struct SaturationSoftened<L> {
+    law: L,
+    dry: f64,
+    saturated: f64,
+}
+
+/// State of the inner law and the saturation it was left at.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Wetted {
+    inner: PlasticStrain,
+    saturation: f64,
+}
+
+impl<L: Cohesive> SaturationSoftened<L> {
+    fn at(&self, saturation: f64) -> L {
+        if saturation == 0.0 || self.dry == 0.0 {
+            return self.law.clone();
+        }
+        let cohesion = self.saturated + (self.dry - self.saturated) * (1.0 - saturation);
+        self.law.with_cohesion_share(cohesion / self.dry)
+    }
+
+    fn inner(point: &Point<Wetted>) -> Point<PlasticStrain> {
+        Point { stress: point.stress, state: point.state.inner }
+    }
+}
+
+impl<L: Cohesive> SmallStrain for SaturationSoftened<L> {
+    type State = Wetted;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<Wetted>, MaterialError> {
+        let Point { stress, state } = self.law.initial(initial)?;
+        Ok(Point { stress, state: Wetted { inner: state, saturation: 0.0 } })
+    }
+
+    fn update(
+        &self,
+        strain: &SymTensor,
+        motion: &Motion,
+        old: &Point<Wetted>,
+    ) -> Result<Point<Wetted>, MaterialError> {
+        let saturation = motion.pore.saturation;
+        if !(0.0..=1.0).contains(&saturation) {
+            return Err(MaterialError::Motion { model: NAME, reason: "saturation is not between 0 and 1" });
+        }
+        let Point { stress, state } = self.at(saturation).update(strain, motion, &Self::inner(old))?;
+        Ok(Point { stress, state: Wetted { inner: state, saturation } })
+    }
+
+    fn wave_modulus(&self, point: &Point<Wetted>) -> f64 {
+        self.law.wave_modulus(&Self::inner(point))
+    }
+
+    fn yield_value(&self, point: &Point<Wetted>) -> Option<f64> {
+        self.at(point.state.saturation).yield_value(&Self::inner(point))
+    }
+
+    fn stored_energy(&self, point: &Point<Wetted>) -> Option<f64> {
+        self.law.stored_energy(&Self::inner(point))
+    }
+
+    fn dissipation(
+        &self,
+        strain: &SymTensor,
+        motion: &Motion,
+        old: &Point<Wetted>,
+        new: &Point<Wetted>,
+    ) -> Option<f64> {
+        self.law.dissipation(strain, motion, &Self::inner(old), &Self::inner(new))
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        self.law.output_names()
+    }
+
+    fn outputs(&self, point: &Point<Wetted>, out: &mut [f64]) {
+        self.law.outputs(&Self::inner(point), out);
+    }
+}

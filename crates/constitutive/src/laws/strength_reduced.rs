@@ -1,0 +1,135 @@
+//! Strength reduction (constitutive sheet §3.11; Bui & Nguyen 2021, sections 4.1 and 4.3): the factor by which
+//! strength may be divided before a slope fails is its factor of safety.
+//!
+//! `c → c/F`, `tan φ → tan φ/F`, the dilatancy angle at most the new friction angle. With `scope: peak` the
+//! residual strengths stay as they are.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::Softening;
+use crate::model::{Facts, Kind, Model, check, positive};
+use crate::{Material, MaterialError, MaterialSpec};
+
+/// Which strengths are divided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ReductionScope {
+    /// Peak and residual strength.
+    #[default]
+    Both,
+    /// Peak strength only.
+    Peak,
+}
+
+/// How strength is reduced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrengthReduction {
+    /// Factor `F`, > 0.
+    pub factor: f64,
+    /// Which strengths are divided.
+    pub scope: ReductionScope,
+    /// Keep the dilatancy angle even where it exceeds the reduced friction angle.
+    pub keep_dilatancy: bool,
+}
+
+impl StrengthReduction {
+    /// Both strengths by `factor`.
+    pub fn by(factor: f64) -> Self {
+        Self { factor, scope: ReductionScope::Both, keep_dilatancy: false }
+    }
+
+    /// Reduced angle (degrees).
+    pub(crate) fn angle(&self, degrees: f64) -> f64 {
+        (degrees.to_radians().tan() / self.factor).atan().to_degrees()
+    }
+
+    /// Dilatancy angle beside the reduced friction angle (degrees).
+    pub(crate) fn dilatancy(&self, dilatancy: f64, reduced_friction: f64) -> f64 {
+        if self.keep_dilatancy { dilatancy } else { dilatancy.clamp(-reduced_friction, reduced_friction) }
+    }
+
+    /// Residual strengths under the scope.
+    pub(crate) fn softening(&self, softening: Option<Softening>) -> Option<Softening> {
+        softening.map(|s| match self.scope {
+            ReductionScope::Peak => s,
+            ReductionScope::Both => Softening {
+                residual_friction_angle: self.angle(s.residual_friction_angle),
+                residual_cohesion: s.residual_cohesion / self.factor,
+                ..s
+            },
+        })
+    }
+}
+
+/// Parameters of `strength-reduced`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StrengthReducedSpec {
+    /// Factor by which strength is divided, > 0.
+    pub factor: f64,
+    /// Which strengths are divided.
+    #[serde(default)]
+    pub scope: ReductionScope,
+    /// Keep the dilatancy angle even where it exceeds the reduced friction angle.
+    #[serde(default)]
+    pub keep_dilatancy: bool,
+    /// The material whose strength is reduced.
+    pub material: Box<MaterialSpec>,
+}
+
+impl StrengthReducedSpec {
+    fn reduced(&self) -> Result<MaterialSpec, MaterialError> {
+        positive("factor", self.factor, "")?;
+        let Self { factor, scope, keep_dilatancy, .. } = *self;
+        self.material.strength_reduced(&StrengthReduction { factor, scope, keep_dilatancy })
+    }
+}
+
+impl Model for StrengthReducedSpec {
+    const FACTS: Facts = Facts {
+        source: "Bui & Nguyen 2021, sections 4.1, 4.3",
+        kind: Kind::Wrapper,
+        strain: "the inner law's",
+        tangent: "the inner law's",
+    };
+
+    fn density(&self) -> f64 {
+        self.material.density()
+    }
+
+    fn inner(&self) -> Option<&MaterialSpec> {
+        Some(&self.material)
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        self.reduced()?.build()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.material.warnings().into_iter().map(|warning| format!("material.{warning}")).collect()
+    }
+
+    fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        let check = check("factor", reduction.factor, reduction.factor > 0.0, "must be positive");
+        Some(check.map(|()| Self { factor: self.factor * reduction.factor, ..self.clone() }))
+    }
+
+    fn examples() -> Vec<Self> {
+        let around = |material, scope| Self {
+            factor: 1.1,
+            scope,
+            keep_dilatancy: false,
+            material: Box::new(material),
+        };
+        let mut all = Vec::new();
+        for spec in MaterialSpec::examples().into_iter().filter(|spec| spec.inner().is_none()) {
+            if spec.strength_reduced(&StrengthReduction::by(1.1)).is_ok() && all.len() < 6 {
+                all.push(around(spec, ReductionScope::Both));
+            }
+        }
+        all
+    }
+}

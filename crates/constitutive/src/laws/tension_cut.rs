@@ -1,0 +1,184 @@
+//! Tension cut-off around an elastic law (constitutive sheet §2.5, §3.11): Rankine's criterion.
+//!
+//! After the elastic step no principal stress exceeds the tensile strength; flow is associated, so the
+//! return couples the principal stresses through the elasticity. Mohr–Coulomb has a cut-off of its own
+//! (`tensile_strength`), with the corners between both surfaces.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::multi_surface::{ActiveSet, Plane, active_set, return_to, tangent};
+use super::{Elasticity, LinearElasticSpec};
+use crate::model::{Facts, Kind, Model, StrainMeasure, not_negative};
+use crate::tangent::shear_moduli;
+use crate::{
+    InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
+    Tangent,
+};
+
+const NAME: &str = "tension-cut";
+
+/// Parameters of `tension-cut`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TensionCutSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Largest principal tension (Pa), not negative.
+    pub tensile_strength: f64,
+    /// Small strain in rate form, or logarithmic finite strain.
+    #[serde(default)]
+    pub strain_measure: StrainMeasure,
+}
+
+impl TensionCutSpec {
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<TensionCut, MaterialError> {
+        not_negative("tensile_strength", self.tensile_strength, "Pa")?;
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        Ok(TensionCut { elasticity, strength: self.tensile_strength })
+    }
+}
+
+impl Model for TensionCutSpec {
+    const FACTS: Facts = Facts {
+        source: "Rankine; multi-surface return",
+        kind: Kind::Solid,
+        strain: "rate or Hencky",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(self.strain_measure.wrap(self.law()?))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let Self { density, youngs_modulus, poissons_ratio, strain_measure, .. } = *self;
+        LinearElasticSpec { density, youngs_modulus, poissons_ratio, strain_measure }.warnings()
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |strain_measure| Self {
+            density: 2000.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            tensile_strength: 5e3,
+            strain_measure,
+        };
+        [StrainMeasure::Rate, StrainMeasure::Hencky].map(with).into()
+    }
+}
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TensionCut {
+    elasticity: Elasticity,
+    strength: f64,
+}
+
+impl TensionCut {
+    fn planes(&self) -> [Plane; 3] {
+        let plane = |c| {
+            let normal = std::array::from_fn(|i| if i == c { 1.0 } else { 0.0 });
+            Plane { normal, offset: self.strength, flow: normal }
+        };
+        [plane(0), plane(1), plane(2)]
+    }
+
+    fn active(&self, trial: [f64; 3]) -> Option<ActiveSet> {
+        let slack = 8.0 * f64::EPSILON * (self.strength + trial[0].abs());
+        if trial[0] <= self.strength + slack {
+            return None;
+        }
+        active_set(&self.planes(), &self.elasticity, trial)
+    }
+}
+
+impl SmallStrain for TensionCut {
+    type State = ();
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<()>, MaterialError> {
+        let principal = initial.stress.principal_values();
+        super::check_initial(NAME, &initial.stress, principal[0] - self.strength, initial.stress.norm())?;
+        Ok(Point { stress: initial.stress, state: () })
+    }
+
+    #[inline]
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<()>,
+    ) -> Result<Point<()>, MaterialError> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        let spectrum = trial.spectrum();
+        let (stress, ()) = self.return_principal(spectrum.values, &())?;
+        let stress = if stress == spectrum.values { trial } else { spectrum.compose(stress) };
+        Ok(Point { stress, state: () })
+    }
+
+    fn wave_modulus(&self, _point: &Point<()>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<()>) -> Option<Tangent> {
+        let spectrum = (old.stress + self.elasticity.stress(strain)).spectrum();
+        let block = self.principal_tangent(spectrum.values, &())?;
+        let (stress, ()) = self.return_principal(spectrum.values, &()).ok()?;
+        let strains = spectrum.values.map(|s| s / (2.0 * self.elasticity.shear_modulus));
+        Some(Tangent::spectral(&spectrum, &block, shear_moduli(stress, strains, &block)))
+    }
+
+    fn yield_value(&self, point: &Point<()>) -> Option<f64> {
+        Some(point.stress.spectrum().values[0] - self.strength)
+    }
+
+    fn stored_energy(&self, point: &Point<()>) -> Option<f64> {
+        Some(self.elasticity.energy(&point.stress))
+    }
+
+    fn dissipation(&self, strain: &SymTensor, _: &Motion, old: &Point<()>, new: &Point<()>) -> Option<f64> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        Some(self.elasticity.dissipation(&trial, &new.stress))
+    }
+}
+
+impl PrincipalReturn for TensionCut {
+    fn elasticity(&self) -> &Elasticity {
+        &self.elasticity
+    }
+
+    fn return_principal(&self, trial: [f64; 3], _state: &()) -> Result<([f64; 3], ()), MaterialError> {
+        if !trial.iter().all(|s| s.is_finite()) {
+            return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
+        }
+        let Some(set) = self.active(trial) else { return Ok((trial, ())) };
+        let planes = self.planes();
+        let onto = |stress| return_to(&planes, set, &self.elasticity, stress);
+        Ok((onto(onto(trial)), ()))
+    }
+
+    fn principal_tangent(&self, trial: [f64; 3], _state: &()) -> Option<[[f64; 3]; 3]> {
+        Some(match self.active(trial) {
+            None => self.elasticity.principal(),
+            Some(set) => tangent(&self.planes(), set, &self.elasticity),
+        })
+    }
+}

@@ -1,0 +1,149 @@
+//! Undrained saturated soil in effective stresses (constitutive sheet §2.17, §3.11; Anura3D manual
+//! eq. 4.52 with `K_L/n` in place of the printed `K_L`).
+//!
+//! The pore water follows the skeleton: `Δp_w = -(K_f/n) tr A`, at least minus the cavitation strength. The
+//! point carries the total stress `σ = σ' - p_w 1`, the skeleton's law the effective stress `σ'`. Density is
+//! that of the saturated soil. Limit: no seepage.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::model::{Facts, Kind, Model, check, not_negative, positive};
+use crate::wrapper::{Around, Wrapper};
+use crate::{Material, MaterialError, MaterialSpec, Motion, SymTensor, Tangent};
+
+/// Parameters of `undrained`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UndrainedSpec {
+    /// Bulk modulus of the pore fluid `K_f` (Pa), > 0.
+    pub fluid_bulk_modulus: f64,
+    /// Porosity, between 0 and 1 (both excluded).
+    pub porosity: f64,
+    /// Pore pressure at the start (Pa, compression-positive); initial stresses are total.
+    #[serde(default)]
+    pub initial_pore_pressure: f64,
+    /// Largest tension before the pore fluid cavitates (Pa), not negative; none when absent.
+    #[serde(default)]
+    pub cavitation_strength: Option<f64>,
+    /// The skeleton, in effective stresses, with the density of the saturated soil.
+    pub skeleton: Box<MaterialSpec>,
+}
+
+impl Model for UndrainedSpec {
+    const FACTS: Facts = Facts {
+        source: "Anura3D manual 2021, eq. 4.52",
+        kind: Kind::Wrapper,
+        strain: "the skeleton's",
+        tangent: "the skeleton's",
+    };
+
+    fn density(&self) -> f64 {
+        self.skeleton.density()
+    }
+
+    fn inner(&self) -> Option<&MaterialSpec> {
+        Some(&self.skeleton)
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        positive("fluid_bulk_modulus", self.fluid_bulk_modulus, "Pa")?;
+        let inside = self.porosity > 0.0 && self.porosity < 1.0;
+        check("porosity", self.porosity, inside, "is not between 0 and 1 (both excluded)")?;
+        let pressure = self.initial_pore_pressure;
+        check("initial_pore_pressure", pressure, pressure.is_finite(), "must be finite (Pa)")?;
+        if let Some(strength) = self.cavitation_strength {
+            not_negative("cavitation_strength", strength, "Pa")?;
+            let rule = "is below minus the cavitation strength";
+            check("initial_pore_pressure", pressure, pressure >= -strength, rule)?;
+        }
+        let wrapper = Undrained {
+            modulus: self.fluid_bulk_modulus / self.porosity,
+            start: pressure,
+            least: self.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
+        };
+        Ok(Arc::new(Around::new(wrapper, self.skeleton.build()?)))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.skeleton.warnings().into_iter().map(|warning| format!("skeleton.{warning}")).collect()
+    }
+
+    fn strength_reduced(&self, reduction: &super::StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        let reduced = self.skeleton.strength_reduced(reduction);
+        Some(reduced.map(|skeleton| Self { skeleton: Box::new(skeleton), ..self.clone() }))
+    }
+
+    fn examples() -> Vec<Self> {
+        let skeletons =
+            MaterialSpec::examples().into_iter().filter(|spec| spec.inner().is_none() && !spec.is_fluid());
+        let one_of_each = skeletons.fold(Vec::<MaterialSpec>::new(), |mut all, spec| {
+            if all.iter().all(|other| other.name() != spec.name()) {
+                all.push(spec);
+            }
+            all
+        });
+        let around = |skeleton| Self {
+            fluid_bulk_modulus: 2e8,
+            porosity: 0.4,
+            initial_pore_pressure: 0.0,
+            cavitation_strength: Some(1e5),
+            skeleton: Box::new(skeleton),
+        };
+        one_of_each.into_iter().map(around).collect()
+    }
+}
+
+/// Pore water without drainage; own state: the pore pressure (Pa).
+struct Undrained {
+    /// `K_f/n` (Pa).
+    modulus: f64,
+    start: f64,
+    least: f64,
+}
+
+impl Wrapper for Undrained {
+    type Own = f64;
+
+    const NAME: &'static str = "undrained";
+
+    fn start(&self) -> f64 {
+        self.start
+    }
+
+    fn inner_stress(&self, stress: &SymTensor, pressure: &f64) -> SymTensor {
+        *stress + SymTensor::isotropic(*pressure)
+    }
+
+    fn outer_stress(&self, inner: &SymTensor, pressure: &f64) -> SymTensor {
+        *inner - SymTensor::isotropic(*pressure)
+    }
+
+    fn step(&self, motion: &Motion, pressure: &f64) -> (Motion, f64) {
+        (*motion, (pressure - self.modulus * motion.gradient.trace()).max(self.least))
+    }
+
+    fn added_modulus(&self) -> f64 {
+        self.modulus
+    }
+
+    fn tangent(&self, mut inner: Tangent, motion: &Motion, pressure: &f64) -> Tangent {
+        // A fluid that cavitates is not stiff.
+        if self.step(motion, pressure).1 > self.least {
+            inner.add_dyad(self.modulus, &SymTensor::IDENTITY, &SymTensor::IDENTITY);
+        }
+        inner
+    }
+
+    fn added_energy(&self, pressure: &f64) -> f64 {
+        0.5 * pressure * pressure / self.modulus
+    }
+
+    const OUTPUT: Option<&'static str> = Some("pore_pressure");
+
+    fn output(&self, pressure: &f64) -> f64 {
+        *pressure
+    }
+}

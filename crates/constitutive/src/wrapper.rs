@@ -1,0 +1,230 @@
+//! Materials around another material (constitutive sheet §3.11): what happens before and after the inner
+//! law is called, once for all of them.
+
+use std::sync::Arc;
+
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::{
+    BLOCK, BatchError, InitialCondition, Material, MaterialError, Motion, StateBlock, States, SymTensor,
+    Tangent,
+};
+
+/// What a material around another adds to it. [`Around`] makes a [`Material`] of it.
+pub(crate) trait Wrapper: Send + Sync + 'static {
+    /// Own state of one point, beside that of the inner law.
+    type Own: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
+
+    /// Name of the model as it stands in a case file.
+    const NAME: &'static str;
+
+    /// Own state at the start.
+    fn start(&self) -> Self::Own;
+
+    /// Stress the inner law sees where the point carries `stress`.
+    fn inner_stress(&self, stress: &SymTensor, own: &Self::Own) -> SymTensor;
+
+    /// Stress the point carries where the inner law carries `inner`.
+    fn outer_stress(&self, inner: &SymTensor, own: &Self::Own) -> SymTensor;
+
+    /// Motion the inner law sees, and own state at the end of the step.
+    fn step(&self, motion: &Motion, own: &Self::Own) -> (Motion, Self::Own);
+
+    /// What is added to the wave modulus of the inner law (Pa).
+    fn added_modulus(&self) -> f64 {
+        0.0
+    }
+
+    /// What becomes of the inner law's tangent in the step `motion` from the own state `own`.
+    fn tangent(&self, inner: Tangent, _motion: &Motion, _own: &Self::Own) -> Tangent {
+        inner
+    }
+
+    /// Energy stored beside that of the inner law (J/m³).
+    fn added_energy(&self, _own: &Self::Own) -> f64 {
+        0.0
+    }
+
+    /// Excess over limits of its own at the stress of the point (Pa), `-inf` where it has none.
+    fn yield_value(&self, _stress: &SymTensor) -> f64 {
+        f64::NEG_INFINITY
+    }
+
+    /// Work dissipated by the wrapper alone is not known where this is false.
+    fn keeps_dissipation(&self) -> bool {
+        true
+    }
+
+    /// Name of its own scalar worth plotting, if it has one, and its value.
+    const OUTPUT: Option<&'static str> = None;
+
+    /// Value of [`Wrapper::OUTPUT`].
+    fn output(&self, _own: &Self::Own) -> f64 {
+        0.0
+    }
+}
+
+/// A material around another.
+pub(crate) struct Around<W> {
+    wrapper: W,
+    inner: Arc<dyn Material>,
+    outputs: Vec<&'static str>,
+}
+
+impl<W: Wrapper> Around<W> {
+    pub(crate) fn new(wrapper: W, inner: Arc<dyn Material>) -> Self {
+        let outputs = inner.output_names().iter().copied().chain(W::OUTPUT).collect();
+        Self { wrapper, inner, outputs }
+    }
+
+    /// Stresses of the inner law, on the stack.
+    fn inner_stresses(&self, stresses: &[SymTensor], own: &[W::Own]) -> [SymTensor; BLOCK] {
+        let mut inner = [SymTensor::ZERO; BLOCK];
+        for ((slot, stress), own) in inner.iter_mut().zip(stresses).zip(own) {
+            *slot = self.wrapper.inner_stress(stress, own);
+        }
+        inner
+    }
+}
+
+impl<W: Wrapper> Material for Around<W> {
+    fn name(&self) -> &'static str {
+        W::NAME
+    }
+
+    fn initial(&self, initial: &[InitialCondition]) -> Result<(Vec<SymTensor>, States), BatchError> {
+        let own = self.wrapper.start();
+        let inside = |condition: &InitialCondition| InitialCondition {
+            stress: self.wrapper.inner_stress(&condition.stress, &own),
+            ..*condition
+        };
+        let inside: Vec<InitialCondition> = initial.iter().map(inside).collect();
+        let (stresses, states) = self.inner.initial(&inside)?;
+        let stresses = stresses.iter().map(|stress| self.wrapper.outer_stress(stress, &own)).collect();
+        let around = |block: StateBlock| StateBlock::around(vec![own.clone(); block.len()], block);
+        Ok((stresses, States::from_blocks(states.into_blocks().into_iter().map(around).collect())))
+    }
+
+    fn update(
+        &self,
+        motions: &[Motion],
+        stresses: &mut [SymTensor],
+        states: &mut StateBlock,
+    ) -> Result<(), BatchError> {
+        let (own, block) = states.parts_mut::<W::Own>();
+        let count = stresses.len();
+        let mut inner = self.inner_stresses(stresses, own);
+        let mut inside = [Motion::STILL; BLOCK];
+        for ((slot, motion), own) in inside.iter_mut().zip(motions).zip(own.iter_mut()) {
+            (*slot, *own) = self.wrapper.step(motion, own);
+        }
+        self.inner.update(&inside[..count], &mut inner[..count], block)?;
+        for (index, ((stress, inner), own)) in stresses.iter_mut().zip(&inner).zip(own.iter()).enumerate() {
+            *stress = self.wrapper.outer_stress(inner, own);
+            if !stress.is_finite() {
+                let source = MaterialError::Motion { model: W::NAME, reason: "the stress is not finite" };
+                return Err(BatchError { index, source });
+            }
+        }
+        Ok(())
+    }
+
+    fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
+        let (own, block) = states.parts::<W::Own>();
+        self.inner.wave_moduli(&self.inner_stresses(stresses, own)[..stresses.len()], block, out);
+        out.iter_mut().for_each(|modulus| *modulus += self.wrapper.added_modulus());
+    }
+
+    fn viscosities(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
+        let (own, block) = states.parts::<W::Own>();
+        self.inner.viscosities(&self.inner_stresses(stresses, own)[..stresses.len()], block, out);
+    }
+
+    fn stored_energies(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) -> bool {
+        let (own, block) = states.parts::<W::Own>();
+        let inner = self.inner_stresses(stresses, own);
+        let defined = self.inner.stored_energies(&inner[..stresses.len()], block, out);
+        if defined {
+            out.iter_mut().zip(own).for_each(|(energy, own)| *energy += self.wrapper.added_energy(own));
+        }
+        defined
+    }
+
+    fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
+        let (own, block) = states.parts::<W::Own>();
+        self.inner.yield_values(&self.inner_stresses(stresses, own)[..stresses.len()], block, out);
+        out.iter_mut()
+            .zip(stresses)
+            .for_each(|(value, stress)| *value = value.max(self.wrapper.yield_value(stress)));
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        &self.outputs
+    }
+
+    fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
+        let (own, block) = states.parts::<W::Own>();
+        let inner = self.inner_stresses(stresses, own);
+        let width = self.inner.output_names().len();
+        if W::OUTPUT.is_none() {
+            return self.inner.outputs(&inner[..stresses.len()], block, out);
+        }
+        // The inner law writes its rows without a gap at the front; they are spread from the back.
+        self.inner.outputs(&inner[..stresses.len()], block, &mut out[..stresses.len() * width]);
+        for (index, own) in own.iter().enumerate().rev() {
+            out.copy_within(index * width..(index + 1) * width, index * (width + 1));
+            out[index * (width + 1) + width] = self.wrapper.output(own);
+        }
+    }
+
+    fn tangent(
+        &self,
+        motion: &Motion,
+        stress: &SymTensor,
+        states: &StateBlock,
+        index: usize,
+    ) -> Result<Tangent, MaterialError> {
+        let (own, block) = states.parts::<W::Own>();
+        let inner = self.wrapper.inner_stress(stress, &own[index]);
+        let (inside, _) = self.wrapper.step(motion, &own[index]);
+        let tangent = self.inner.tangent(&inside, &inner, block, index)?;
+        Ok(self.wrapper.tangent(tangent, motion, &own[index]))
+    }
+
+    fn dissipation(
+        &self,
+        motion: &Motion,
+        old: (&SymTensor, &StateBlock),
+        new: (&SymTensor, &StateBlock),
+    ) -> Option<f64> {
+        if !self.wrapper.keeps_dissipation() {
+            return None;
+        }
+        let (own, block) = old.1.parts::<W::Own>();
+        let (own_new, block_new) = new.1.parts::<W::Own>();
+        let (before, after) = (
+            self.wrapper.inner_stress(old.0, own.first()?),
+            self.wrapper.inner_stress(new.0, own_new.first()?),
+        );
+        let (inside, _) = self.wrapper.step(motion, own.first()?);
+        self.inner.dissipation(&inside, (&before, block), (&after, block_new))
+    }
+
+    fn save(&self, states: &States) -> Vec<u8> {
+        let own: Vec<&W::Own> = states.blocks().iter().flat_map(|block| block.parts::<W::Own>().0).collect();
+        let inner =
+            States::from_blocks(states.blocks().iter().map(|b| b.parts::<W::Own>().1.clone()).collect());
+        postcard::to_stdvec(&(own, self.inner.save(&inner)))
+            .expect("states of plain numbers always serialise")
+    }
+
+    fn load(&self, bytes: &[u8]) -> Option<States> {
+        let (own, inner): (Vec<W::Own>, Vec<u8>) = postcard::from_bytes(bytes).ok()?;
+        let inner = self.inner.load(&inner)?;
+        if inner.len() != own.len() {
+            return None;
+        }
+        let parts = own.chunks(BLOCK).zip(inner.into_blocks());
+        Some(States::from_blocks(parts.map(|(own, block)| StateBlock::around(own.to_vec(), block)).collect()))
+    }
+}
