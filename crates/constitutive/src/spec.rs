@@ -6,7 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::{
-    DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
+    BinghamSpec, CfdSoilSpec, DruckerPragerSpec, FrictionalFluidSpec, LinearElasticSpec, Matching,
+    MohrCoulombSpec, MuISpec, NeoHookeanSpec, NewtonianFluidSpec,
 };
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
@@ -75,6 +76,14 @@ models! {
     "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
+    /// Fluid with a constant yield stress.
+    "bingham" => Bingham(BinghamSpec),
+    /// Fluid with a yield stress that grows with pressure.
+    "frictional-fluid" => FrictionalFluid(FrictionalFluidSpec),
+    /// Dense granular flow, μ(I) rheology.
+    "mu-i" => MuI(MuISpec),
+    /// Elastic–perfectly plastic soil with pressure from density.
+    "cfd-soil" => CfdSoil(CfdSoilSpec),
 }
 
 impl MaterialSpec {

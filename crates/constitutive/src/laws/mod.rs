@@ -1,16 +1,26 @@
 //! The laws, one file each.
 
+pub mod bingham;
+pub mod cfd_soil;
 pub mod drucker_prager;
+pub mod equation_of_state;
+pub mod flow;
+pub mod granular_flow;
 mod linear_elastic;
 pub mod mohr_coulomb;
+pub mod mu_i;
 mod neo_hookean;
-mod newtonian_fluid;
+pub mod newtonian_fluid;
 
+pub use bingham::{BinghamSpec, FrictionalFluidSpec, YieldForm};
+pub use cfd_soil::{CfdSoilSpec, ShearNorm};
 pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, PlasticStrain, Softening};
+pub use equation_of_state::{Barotropic, EquationOfState, FluidState};
 pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
 pub use mohr_coulomb::{MohrCoulomb, MohrCoulombSpec};
+pub use mu_i::{MuIForm, MuISpec};
 pub use neo_hookean::{LeftCauchyGreen, NeoHookean, NeoHookeanSpec};
-pub use newtonian_fluid::{EquationOfState, FluidState, NewtonianFluid, NewtonianFluidSpec};
+pub use newtonian_fluid::{NewtonianFluid, NewtonianFluidSpec};
 
 pub use crate::model::StrainMeasure;
 use crate::model::check;
