@@ -257,7 +257,7 @@ fn a_liquid_cavitates_at_its_threshold_density() {
 #[test]
 fn sand_without_pressure_has_no_stress_and_remembers_the_gap() {
     let forms = [
-        MuIForm::ElastoViscoplastic,
+        MuIForm::ElastoViscoplastic {},
         MuIForm::Capped { max_viscosity: 1e3, min_shear_rate: 1e-7 },
         MuIForm::Smoothed { shear_rate: 1e-3 },
         MuIForm::Papanastasiou { time: 10.0 },
@@ -460,11 +460,11 @@ fn parameters_out_of_range_are_named() {
     mu_i(MuISpec { grain_diameter: f64::NAN, ..sand() }, "grain_diameter");
     mu_i(MuISpec { grain_density: f64::INFINITY, ..sand() }, "grain_density");
     let capped = MuIForm::Capped { max_viscosity: 0.0, min_shear_rate: 1e-7 };
-    mu_i(MuISpec { form: capped, ..sand() }, "form.capped.max_viscosity");
+    mu_i(MuISpec { form: capped, ..sand() }, "form.max_viscosity");
     let capped = MuIForm::Capped { max_viscosity: 1.0, min_shear_rate: 0.0 };
-    mu_i(MuISpec { form: capped, ..sand() }, "form.capped.min_shear_rate");
-    mu_i(MuISpec { form: MuIForm::Smoothed { shear_rate: 0.0 }, ..sand() }, "form.smoothed.shear_rate");
-    mu_i(MuISpec { form: MuIForm::Papanastasiou { time: -1.0 }, ..sand() }, "form.papanastasiou.time");
+    mu_i(MuISpec { form: capped, ..sand() }, "form.min_shear_rate");
+    mu_i(MuISpec { form: MuIForm::Smoothed { shear_rate: 0.0 }, ..sand() }, "form.shear_rate");
+    mu_i(MuISpec { form: MuIForm::Papanastasiou { time: -1.0 }, ..sand() }, "form.time");
 
     let bingham = |spec: BinghamSpec, field| assert_field(MaterialSpec::Bingham(spec).build(), field);
     bingham(BinghamSpec { yield_stress: -1.0, ..mud() }, "yield_stress");
@@ -472,10 +472,7 @@ fn parameters_out_of_range_are_named() {
     bingham(BinghamSpec { bulk_modulus: 0.0, ..mud() }, "bulk_modulus");
     bingham(BinghamSpec { shear_modulus: Some(f64::NAN), ..mud() }, "shear_modulus");
     bingham(BinghamSpec { cavitation_strength: -1.0, ..mud() }, "cavitation_strength");
-    bingham(
-        BinghamSpec { form: YieldForm::Capped { max_viscosity: 49.0 }, ..mud() },
-        "form.capped.max_viscosity",
-    );
+    bingham(BinghamSpec { form: YieldForm::Capped { max_viscosity: 49.0 }, ..mud() }, "form.max_viscosity");
 
     let fluid =
         |spec: FrictionalFluidSpec, field| assert_field(MaterialSpec::FrictionalFluid(spec).build(), field);
@@ -525,4 +522,47 @@ fn steps_that_cannot_be_are_refused() {
         assert!(law.update(&SymTensor::ZERO, &still(dt, density), &old).is_err(), "{dt} {density}");
     }
     assert!(law.update(&SymTensor([1e300; 6]), &still(1e-3, 1000.0), &old).is_err());
+}
+
+#[test]
+fn tangents_of_yielding_fluids_are_slopes() {
+    let coarse = MuISpec { grain_diameter: 0.2, ..sand() };
+    slopes_match(Corotational(coarse.viscoplastic().unwrap()));
+    slopes_match(Corotational(sand().viscoplastic().unwrap()));
+    slopes_match(Corotational(MuISpec { limit_friction: 0.38, ..sand() }.viscoplastic().unwrap()));
+    slopes_match(Corotational(mud().viscoplastic().unwrap()));
+    slopes_match(Corotational(
+        BinghamSpec { equation_of_state: EquationOfState::Tait, ..mud() }.viscoplastic().unwrap(),
+    ));
+    slopes_match(Corotational(FrictionalFluidSpec { viscosity: 300.0, ..debris() }.viscoplastic().unwrap()));
+}
+
+/// Tangent against central differences, for a step that flows and one that does not.
+fn slopes_match<L: SmallStrain<State = FluidState>>(law: Corotational<L>) {
+    let start = InitialCondition { stress: SymTensor::isotropic(-5e3), density: 1500.0 };
+    let old = law.initial(&start).unwrap();
+    let direction = SymTensor([1.0, -1.5, 0.2, 0.8, -0.3, 0.5]);
+    for size in [1e-8, 3e-3] {
+        let stress = |extra: &SymTensor| {
+            let gradient = (direction * size + *extra).to_matrix();
+            let mut motion = Motion::from_velocity_gradient(&(gradient * 1e3), 1e-3, 1500.0, 1.0).unwrap();
+            motion.density = 1500.0 / motion.deformation.determinant();
+            (law.update(&motion, &old).unwrap(), motion)
+        };
+        let (new, motion) = stress(&SymTensor::ZERO);
+        assert_eq!(new.state.shear_rate > 0.0, size > 1e-4);
+        let tangent = law.tangent(&motion, &old).unwrap();
+        let modulus = law.wave_modulus(&new);
+        for column in 0..6 {
+            let step = 1e-9 + 1e-4 * size;
+            let mut unit = SymTensor::ZERO;
+            // Engineering shear.
+            unit[column] = if column < 3 { step } else { 0.5 * step };
+            let slope = (stress(&unit).0.stress - stress(&(-unit)).0.stress) * (0.5 / step);
+            for row in 0..6 {
+                let error = (tangent.0[row][column] - slope[row]).abs();
+                assert!(error <= 1e-6 * modulus, "{} [{row}][{column}] at {size}: {error}", law.name());
+            }
+        }
+    }
 }

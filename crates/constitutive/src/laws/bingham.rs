@@ -20,17 +20,23 @@ use crate::model::{Facts, Kind, Model, check, not_negative, positive};
 use crate::{Corotational, Material, MaterialError};
 
 /// How the flow of `bingham` and `frictional-fluid` is integrated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum YieldForm {
-    /// Elastic below the yield stress, backward Euler above it.
-    #[default]
-    Viscoplastic,
+    /// Elastic below the yield stress, backward Euler above it. The default.
+    // With braces, so that unknown keys are refused here as well.
+    Viscoplastic {},
     /// Effective viscosity with a cap.
     Capped {
         /// Largest viscosity (Pa s), at least `viscosity`.
         max_viscosity: f64,
     },
+}
+
+impl Default for YieldForm {
+    fn default() -> Self {
+        Self::Viscoplastic {}
+    }
 }
 
 /// Parameters of `bingham`.
@@ -107,7 +113,7 @@ impl Common {
         if let YieldForm::Capped { max_viscosity } = self.form {
             let rule = format!("must be positive and at least the viscosity, {viscosity} Pa s");
             let holds = max_viscosity.is_finite() && max_viscosity > 0.0 && max_viscosity >= viscosity;
-            check("form.capped.max_viscosity", max_viscosity, holds, &rule)?;
+            check("form.max_viscosity", max_viscosity, holds, &rule)?;
         }
         Ok(())
     }
@@ -122,7 +128,7 @@ impl Common {
     fn build<Y: YieldStress>(&self, rheology: Y) -> Result<Arc<dyn Material>, MaterialError> {
         let law = self.law(rheology)?;
         Ok(match self.form {
-            YieldForm::Viscoplastic => Arc::new(Corotational(law)),
+            YieldForm::Viscoplastic {} => Arc::new(Corotational(law)),
             YieldForm::Capped { max_viscosity } => {
                 let rheology = Capped { law: law.rheology, max_viscosity };
                 Arc::new(Viscous { rheology, pressure: law.pressure })
@@ -132,7 +138,7 @@ impl Common {
 
     fn warnings(&self) -> Vec<String> {
         match self.form {
-            YieldForm::Viscoplastic => Vec::new(),
+            YieldForm::Viscoplastic {} => Vec::new(),
             YieldForm::Capped { .. } => {
                 vec!["form: a capped viscosity creeps for ever, it does not rest on a slope".to_owned()]
             }
@@ -236,9 +242,9 @@ impl Model for BinghamSpec {
             form,
         };
         vec![
-            with(2e3, 500.0, EquationOfState::Linear, YieldForm::Viscoplastic),
-            with(2e4, 500.0, EquationOfState::Tait, YieldForm::Viscoplastic),
-            with(2e3, 0.0, EquationOfState::Linear, YieldForm::Viscoplastic),
+            with(2e3, 500.0, EquationOfState::Linear, YieldForm::Viscoplastic {}),
+            with(2e4, 500.0, EquationOfState::Tait, YieldForm::Viscoplastic {}),
+            with(2e3, 0.0, EquationOfState::Linear, YieldForm::Viscoplastic {}),
             with(2e3, 50.0, EquationOfState::Linear, YieldForm::Capped { max_viscosity: 500.0 }),
         ]
     }
@@ -279,8 +285,8 @@ impl Model for FrictionalFluidSpec {
             form,
         };
         vec![
-            with(0.0, 2000.0, YieldForm::Viscoplastic),
-            with(1e3, 0.0, YieldForm::Viscoplastic),
+            with(0.0, 2000.0, YieldForm::Viscoplastic {}),
+            with(1e3, 0.0, YieldForm::Viscoplastic {}),
             with(0.0, 20.0, YieldForm::Capped { max_viscosity: 100.0 }),
         ]
     }

@@ -50,12 +50,12 @@ pub struct MuISpec {
 }
 
 /// How the flow of `mu-i` is integrated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MuIForm {
-    /// Elastic below the static yield stress: rests on a slope, no limit to the viscous step.
-    #[default]
-    ElastoViscoplastic,
+    /// Elastic below the static yield stress: rests on a slope, no limit to the viscous step. The default.
+    // With braces, so that unknown keys are refused here as well.
+    ElastoViscoplastic {},
     /// `η = min(μ(I) p/γ̇, η_max)`, with `γ̇` no smaller than a floor (Bui & Nguyen 2021).
     Capped {
         /// Largest viscosity `η_max` (Pa s), > 0.
@@ -74,6 +74,12 @@ pub enum MuIForm {
         /// `m` (s), > 0.
         time: f64,
     },
+}
+
+impl Default for MuIForm {
+    fn default() -> Self {
+        Self::ElastoViscoplastic {}
+    }
 }
 
 /// The floor of Bui & Nguyen (1/s).
@@ -97,13 +103,13 @@ impl MuISpec {
         check("limit_friction", high, high >= low && high < 2.0, &rule)?;
         positive("reference_inertial_number", self.reference_inertial_number, "")?;
         match self.form {
-            MuIForm::ElastoViscoplastic => {}
+            MuIForm::ElastoViscoplastic {} => {}
             MuIForm::Capped { max_viscosity, min_shear_rate } => {
-                positive("form.capped.max_viscosity", max_viscosity, "Pa s")?;
-                positive("form.capped.min_shear_rate", min_shear_rate, "1/s")?;
+                positive("form.max_viscosity", max_viscosity, "Pa s")?;
+                positive("form.min_shear_rate", min_shear_rate, "1/s")?;
             }
-            MuIForm::Smoothed { shear_rate } => positive("form.smoothed.shear_rate", shear_rate, "1/s")?,
-            MuIForm::Papanastasiou { time } => positive("form.papanastasiou.time", time, "s")?,
+            MuIForm::Smoothed { shear_rate } => positive("form.shear_rate", shear_rate, "1/s")?,
+            MuIForm::Papanastasiou { time } => positive("form.time", time, "s")?,
         }
         Ok(MuI {
             static_friction: low,
@@ -143,7 +149,7 @@ impl Model for MuISpec {
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         let law = self.viscoplastic()?;
         Ok(match self.form {
-            MuIForm::ElastoViscoplastic => Arc::new(Corotational(law)),
+            MuIForm::ElastoViscoplastic {} => Arc::new(Corotational(law)),
             form => {
                 let rheology = RegularisedMuI { law: law.rheology, form };
                 Arc::new(Viscous { rheology, pressure: law.pressure })
@@ -159,7 +165,7 @@ impl Model for MuISpec {
                 self.density, self.grain_density
             ));
         }
-        if self.form != MuIForm::ElastoViscoplastic {
+        if self.form != MuIForm::default() {
             warnings.push("form: a viscous form creeps for ever, it does not rest on a slope".to_owned());
         }
         warnings
@@ -180,7 +186,7 @@ impl Model for MuISpec {
         // Boulders, which relax in a millisecond: the contract's order test resolves that. Sand, with
         // viscosities bounded at a shear rate that the contract's motions lie about.
         vec![
-            with(0.4, MuIForm::ElastoViscoplastic),
+            with(0.4, MuIForm::ElastoViscoplastic {}),
             with(0.53e-3, MuIForm::Capped { max_viscosity: 100.0, min_shear_rate: rate_floor() }),
             with(0.53e-3, MuIForm::Smoothed { shear_rate: 300.0 }),
             with(0.53e-3, MuIForm::Papanastasiou { time: 0.003 }),
@@ -306,7 +312,7 @@ impl EffectiveViscosity for RegularisedMuI {
         }
         let law = &self.law;
         match self.form {
-            MuIForm::ElastoViscoplastic => law.strength(rate, pressure) / rate.max(rate_floor()),
+            MuIForm::ElastoViscoplastic {} => law.strength(rate, pressure) / rate.max(rate_floor()),
             MuIForm::Capped { max_viscosity, min_shear_rate } => {
                 let rate = rate.max(min_shear_rate);
                 (law.strength(rate, pressure) / rate).min(max_viscosity)
