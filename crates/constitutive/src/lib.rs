@@ -10,6 +10,7 @@
 //! compression-positive; stress is always the full 3D tensor, component order xx yy zz xy yz zx,
 //! with tensor (not engineering) shear.
 
+pub mod basal;
 mod corotational;
 pub mod driver;
 mod error;

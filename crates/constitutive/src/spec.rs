@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::*;
+use crate::laws::*;
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
 
@@ -134,6 +135,14 @@ models! {
     "saturation-softened" => SaturationSoftened(SaturationSoftenedSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
+    /// Fluid with a constant yield stress.
+    "bingham" => Bingham(BinghamSpec),
+    /// Fluid with a yield stress that grows with pressure.
+    "frictional-fluid" => FrictionalFluid(FrictionalFluidSpec),
+    /// Dense granular flow, μ(I) rheology.
+    "mu-i" => MuI(MuISpec),
+    /// Elastic–perfectly plastic soil with pressure from density.
+    "cfd-soil" => CfdSoil(CfdSoilSpec),
 }
 
 impl MaterialSpec {

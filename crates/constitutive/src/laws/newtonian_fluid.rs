@@ -9,24 +9,12 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::equation_of_state::{Barotropic, EquationOfState};
+use super::flow::{EffectiveViscosity, FlowOutputs, Viscous};
 use crate::model::{Facts, Kind, Model, not_negative, positive};
-use crate::{InitialCondition, Material, MaterialError, Motion, Point, StressUpdate, SymTensor};
+use crate::{Material, MaterialError};
 
 const NAME: &str = "newtonian-fluid";
-
-/// Exponent of Tait's equation for water.
-const TAIT: f64 = 7.0;
-
-/// Pressure as a function of density.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum EquationOfState {
-    /// `p = c² (ρ - ρ₀)`.
-    #[default]
-    Linear,
-    /// `p = ρ₀ c²/7 [(ρ/ρ₀)⁷ - 1]`.
-    Tait,
-}
 
 /// Parameters of `newtonian-fluid`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -57,7 +45,12 @@ impl NewtonianFluidSpec {
         positive("bulk_modulus", self.bulk_modulus, "Pa")?;
         not_negative("viscosity", self.viscosity, "Pa s")?;
         not_negative("cavitation_strength", self.cavitation_strength, "Pa")?;
-        Ok(NewtonianFluid { spec: self.clone() })
+        let pressure = Barotropic {
+            bulk_modulus: self.bulk_modulus,
+            tension: self.cavitation_strength,
+            equation: self.equation_of_state,
+        };
+        Ok(Viscous { rheology: Newton { viscosity: self.viscosity }, pressure })
     }
 }
 
@@ -90,103 +83,25 @@ impl Model for NewtonianFluidSpec {
 }
 
 /// The law. See the module's head for source and limits.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NewtonianFluid {
-    spec: NewtonianFluidSpec,
+pub type NewtonianFluid = Viscous<Newton>;
+
+/// A constant viscosity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Newton {
+    /// Dynamic viscosity `μ` (Pa s).
+    pub viscosity: f64,
 }
 
-/// Density at which a point has no pressure (kg/m³): points that start under pressure are denser.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FluidState {
-    /// Density at zero pressure.
-    pub rest_density: f64,
-    /// Density now.
-    pub density: f64,
+impl FlowOutputs for Newton {
+    const NAME: &'static str = NAME;
+    const OUTPUTS: &'static [&'static str] = &[];
+
+    fn outputs(&self, _: f64, _: f64, _: f64, _: &mut [f64]) {}
 }
 
-impl NewtonianFluid {
-    /// Pressure (Pa, compression-positive) of the density ratio `ρ/ρ₀`, without cavitation.
+impl EffectiveViscosity for Newton {
     #[inline]
-    pub fn pressure(&self, ratio: f64) -> f64 {
-        let modulus = self.spec.bulk_modulus;
-        match self.spec.equation_of_state {
-            EquationOfState::Linear => modulus * (ratio - 1.0),
-            EquationOfState::Tait => modulus / TAIT * (ratio.powi(TAIT as i32) - 1.0),
-        }
-    }
-
-    fn ratio_of(&self, pressure: f64) -> f64 {
-        let share = pressure / self.spec.bulk_modulus;
-        match self.spec.equation_of_state {
-            EquationOfState::Linear => 1.0 + share,
-            EquationOfState::Tait => (1.0 + TAIT * share).powf(1.0 / TAIT),
-        }
-    }
-}
-
-impl StressUpdate for NewtonianFluid {
-    type State = FluidState;
-
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
-    fn initial(&self, initial: &InitialCondition) -> Result<Point<FluidState>, MaterialError> {
-        let pressure = initial.stress.pressure();
-        let shear = initial.stress.deviator().norm();
-        let fail = |reason: &str| MaterialError::Initial { model: NAME, reason: reason.to_owned() };
-        if shear > 1e-9 * pressure.abs() {
-            return Err(fail("a fluid at rest carries no shear stress"));
-        }
-        let ratio = self.ratio_of(pressure);
-        if pressure < -self.spec.cavitation_strength || !(ratio > 0.0) {
-            return Err(fail("the initial tension is above the cavitation strength"));
-        }
-        let state = FluidState { rest_density: initial.density / ratio, density: initial.density };
-        Ok(Point { stress: SymTensor::isotropic(-pressure), state })
-    }
-
-    #[inline]
-    fn update(&self, motion: &Motion, old: &Point<FluidState>) -> Result<Point<FluidState>, MaterialError> {
-        let invalid = |reason| MaterialError::Motion { model: NAME, reason };
-        if !(motion.density > 0.0 && motion.dt > 0.0) {
-            return Err(invalid("density and time step must be positive"));
-        }
-        let state = FluidState { density: motion.density, ..old.state };
-        let pressure = self.pressure(motion.density / state.rest_density);
-        if pressure < -self.spec.cavitation_strength {
-            return Ok(Point { stress: SymTensor::isotropic(self.spec.cavitation_strength), state });
-        }
-        let rate = motion.strain_increment().deviator() * (1.0 / motion.dt);
-        let stress = rate * (2.0 * self.spec.viscosity) + SymTensor::isotropic(-pressure);
-        if !stress.is_finite() {
-            return Err(invalid("the stress is not finite"));
-        }
-        Ok(Point { stress, state })
-    }
-
-    fn wave_modulus(&self, point: &Point<FluidState>) -> f64 {
-        // ρ dp/dρ
-        let ratio = point.state.density / point.state.rest_density;
-        match self.spec.equation_of_state {
-            EquationOfState::Linear => self.spec.bulk_modulus * ratio,
-            EquationOfState::Tait => self.spec.bulk_modulus * ratio.powi(TAIT as i32),
-        }
-    }
-
-    fn viscosity(&self, _point: &Point<FluidState>) -> f64 {
-        self.spec.viscosity
-    }
-
-    fn stored_energy(&self, point: &Point<FluidState>) -> Option<f64> {
-        // ρ ∫ p dρ/ρ² from the rest density.
-        let ratio = point.state.density / point.state.rest_density;
-        let modulus = self.spec.bulk_modulus;
-        Some(match self.spec.equation_of_state {
-            EquationOfState::Linear => modulus * (ratio * ratio.ln() - ratio + 1.0),
-            EquationOfState::Tait => {
-                modulus / TAIT * ((ratio.powi(TAIT as i32) - ratio) / (TAIT - 1.0) + 1.0 - ratio)
-            }
-        })
+    fn viscosity(&self, _rate: f64, _pressure: f64) -> f64 {
+        self.viscosity
     }
 }

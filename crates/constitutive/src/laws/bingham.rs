@@ -1,0 +1,406 @@
+//! Viscoplastic fluids: Bingham and frictional (constitutive sheet §2.10, §3.7.9; Anura3D manual 2021,
+//! eqs. 7.29–7.38).
+//!
+//! `√J2 = τ_y + μ γ̇`, `γ̇ = √(2 D':D')`, with `τ_y` constant (`bingham`) or
+//! `τ_y = max(0, c cos φ + p sin φ)` (`frictional-fluid`); pressure from density, not below minus the
+//! cavitation strength, where shear is gone.
+//!
+//! By default elastic in shear up to `τ_y` and by backward Euler above it,
+//! `τ = (τᵗʳ + ζ τ_y)/(1 + ζ)`, `ζ = GΔt/μ`: a true static yield and no limit to the viscous step. Or a
+//! viscosity `η = min(μ + τ_y/γ̇, η_max)`, which creeps at rest.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::equation_of_state::{Barotropic, EquationOfState};
+use super::flow::{EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, Viscous, shear_modulus};
+use crate::model::{Facts, Kind, Model, check, not_negative, positive};
+use crate::{Corotational, Material, MaterialError};
+
+/// How the flow of `bingham` and `frictional-fluid` is integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum YieldForm {
+    /// Elastic below the yield stress, backward Euler above it. The default.
+    // With braces, so that unknown keys are refused here as well.
+    Viscoplastic {},
+    /// Effective viscosity with a cap.
+    Capped {
+        /// Largest viscosity (Pa s), at least `viscosity`.
+        max_viscosity: f64,
+    },
+}
+
+impl Default for YieldForm {
+    fn default() -> Self {
+        Self::Viscoplastic {}
+    }
+}
+
+/// Parameters of `bingham`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BinghamSpec {
+    /// Density at zero pressure (kg/m³), > 0.
+    pub density: f64,
+    /// Bulk modulus at zero pressure (Pa), > 0.
+    pub bulk_modulus: f64,
+    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. For `viscoplastic`.
+    #[serde(default)]
+    pub shear_modulus: Option<f64>,
+    /// Yield stress `τ_y` (Pa), not negative.
+    pub yield_stress: f64,
+    /// Plastic viscosity `μ` (Pa s), not negative.
+    pub viscosity: f64,
+    /// Largest tension before the fluid cavitates (Pa), not negative.
+    #[serde(default)]
+    pub cavitation_strength: f64,
+    /// Equation of state.
+    #[serde(default)]
+    pub equation_of_state: EquationOfState,
+    /// How flow is integrated.
+    #[serde(default)]
+    pub form: YieldForm,
+}
+
+/// Parameters of `frictional-fluid`, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionalFluidSpec {
+    /// Density at zero pressure (kg/m³), > 0.
+    pub density: f64,
+    /// Bulk modulus at zero pressure (Pa), > 0.
+    pub bulk_modulus: f64,
+    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. For `viscoplastic`.
+    #[serde(default)]
+    pub shear_modulus: Option<f64>,
+    /// Friction angle (degrees), 0 to 90 (excluded).
+    pub friction_angle: f64,
+    /// Cohesion (Pa), not negative.
+    #[serde(default)]
+    pub cohesion: f64,
+    /// Viscosity of the flow above yield (Pa s), not negative.
+    #[serde(default)]
+    pub viscosity: f64,
+    /// Largest tension before the fluid cavitates (Pa), not negative.
+    #[serde(default)]
+    pub cavitation_strength: f64,
+    /// Equation of state.
+    #[serde(default)]
+    pub equation_of_state: EquationOfState,
+    /// How flow is integrated.
+    #[serde(default)]
+    pub form: YieldForm,
+}
+
+/// What both models have in common.
+struct Common {
+    bulk_modulus: f64,
+    shear_modulus: Option<f64>,
+    tension: f64,
+    equation: EquationOfState,
+    form: YieldForm,
+}
+
+impl Common {
+    fn validate(&self, density: f64, viscosity: f64) -> Result<(), MaterialError> {
+        positive("density", density, "kg/m³")?;
+        positive("bulk_modulus", self.bulk_modulus, "Pa")?;
+        not_negative("viscosity", viscosity, "Pa s")?;
+        not_negative("cavitation_strength", self.tension, "Pa")?;
+        if let YieldForm::Capped { max_viscosity } = self.form {
+            let rule = format!("must be positive and at least the viscosity, {viscosity} Pa s");
+            let holds = max_viscosity.is_finite() && max_viscosity > 0.0 && max_viscosity >= viscosity;
+            check("form.max_viscosity", max_viscosity, holds, &rule)?;
+        }
+        Ok(())
+    }
+
+    fn law<Y>(&self, rheology: Y) -> Result<Viscoplastic<Y>, MaterialError> {
+        let pressure =
+            Barotropic { bulk_modulus: self.bulk_modulus, tension: self.tension, equation: self.equation };
+        let shear_modulus = shear_modulus(self.shear_modulus, self.bulk_modulus)?;
+        Ok(Viscoplastic { rheology, pressure, shear_modulus })
+    }
+
+    fn build<Y: YieldStress>(&self, rheology: Y) -> Result<Arc<dyn Material>, MaterialError> {
+        let law = self.law(rheology)?;
+        Ok(match self.form {
+            YieldForm::Viscoplastic {} => Arc::new(Corotational(law)),
+            YieldForm::Capped { max_viscosity } => {
+                let rheology = Capped { law: law.rheology, max_viscosity };
+                Arc::new(Viscous { rheology, pressure: law.pressure })
+            }
+        })
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        match self.form {
+            YieldForm::Viscoplastic {} => Vec::new(),
+            YieldForm::Capped { .. } => {
+                vec!["form: a capped viscosity creeps for ever, it does not rest on a slope".to_owned()]
+            }
+        }
+    }
+}
+
+impl BinghamSpec {
+    fn common(&self) -> Common {
+        Common {
+            bulk_modulus: self.bulk_modulus,
+            shear_modulus: self.shear_modulus,
+            tension: self.cavitation_strength,
+            equation: self.equation_of_state,
+            form: self.form,
+        }
+    }
+
+    /// Checks the ranges and gives the flow curve.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn rheology(&self) -> Result<Bingham, MaterialError> {
+        self.common().validate(self.density, self.viscosity)?;
+        not_negative("yield_stress", self.yield_stress, "Pa")?;
+        Ok(Bingham { yield_stress: self.yield_stress, viscosity: self.viscosity })
+    }
+
+    /// The viscoplastic law, whatever the form.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn viscoplastic(&self) -> Result<Viscoplastic<Bingham>, MaterialError> {
+        self.common().law(self.rheology()?)
+    }
+}
+
+impl FrictionalFluidSpec {
+    fn common(&self) -> Common {
+        Common {
+            bulk_modulus: self.bulk_modulus,
+            shear_modulus: self.shear_modulus,
+            tension: self.cavitation_strength,
+            equation: self.equation_of_state,
+            form: self.form,
+        }
+    }
+
+    /// Checks the ranges and gives the flow curve.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn rheology(&self) -> Result<FrictionalFluid, MaterialError> {
+        self.common().validate(self.density, self.viscosity)?;
+        super::check_angles(self.friction_angle, 0.0)?;
+        not_negative("cohesion", self.cohesion, "Pa")?;
+        let (sin, cos) = self.friction_angle.to_radians().sin_cos();
+        Ok(FrictionalFluid { friction: sin, cohesion: self.cohesion * cos, viscosity: self.viscosity })
+    }
+
+    /// The viscoplastic law, whatever the form.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn viscoplastic(&self) -> Result<Viscoplastic<FrictionalFluid>, MaterialError> {
+        self.common().law(self.rheology()?)
+    }
+}
+
+const TANGENT: &str = "analytic (capped form: numerical)";
+
+impl Model for BinghamSpec {
+    const FACTS: Facts = Facts {
+        source: "Bingham 1922; Anura3D manual 2021, eq. 7.37 (corrected)",
+        kind: Kind::Fluid,
+        strain: "rate",
+        tangent: TANGENT,
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        self.common().build(self.rheology()?)
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.common().warnings()
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |yield_stress, viscosity, equation_of_state, form| Self {
+            density: 1800.0,
+            bulk_modulus: 2e7,
+            shear_modulus: Some(1e6),
+            yield_stress,
+            viscosity,
+            cavitation_strength: 1e4,
+            equation_of_state,
+            form,
+        };
+        vec![
+            with(2e3, 500.0, EquationOfState::Linear, YieldForm::Viscoplastic {}),
+            with(2e4, 500.0, EquationOfState::Tait, YieldForm::Viscoplastic {}),
+            with(2e3, 0.0, EquationOfState::Linear, YieldForm::Viscoplastic {}),
+            with(2e3, 50.0, EquationOfState::Linear, YieldForm::Capped { max_viscosity: 500.0 }),
+        ]
+    }
+}
+
+impl Model for FrictionalFluidSpec {
+    const FACTS: Facts = Facts {
+        source: "Anura3D manual 2021, eqs. 7.37 (corrected), 7.38",
+        kind: Kind::Fluid,
+        strain: "rate",
+        tangent: TANGENT,
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        self.common().build(self.rheology()?)
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = super::angle_warnings(self.friction_angle, 0.0);
+        warnings.extend(self.common().warnings());
+        warnings
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |cohesion, viscosity, form| Self {
+            density: 1800.0,
+            bulk_modulus: 26e6 / 3.0,
+            shear_modulus: Some(4e6),
+            friction_angle: 20.0,
+            cohesion,
+            viscosity,
+            cavitation_strength: 0.0,
+            equation_of_state: EquationOfState::Linear,
+            form,
+        };
+        vec![
+            with(0.0, 2000.0, YieldForm::Viscoplastic {}),
+            with(1e3, 0.0, YieldForm::Viscoplastic {}),
+            with(0.0, 20.0, YieldForm::Capped { max_viscosity: 100.0 }),
+        ]
+    }
+}
+
+/// Flow curves `τ_y(p) + μ γ̇`.
+pub trait YieldStress: FlowOutputs + Send + Sync + 'static {
+    /// Yield stress (Pa) at `pressure` (Pa).
+    fn yield_stress(&self, pressure: f64) -> f64;
+
+    /// Its derivative with respect to pressure.
+    fn yield_slope(&self, pressure: f64) -> f64;
+
+    /// Viscosity `μ` above yield (Pa s).
+    fn viscosity(&self) -> f64;
+}
+
+/// Constant yield stress.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bingham {
+    /// `τ_y` (Pa).
+    pub yield_stress: f64,
+    /// `μ` (Pa s).
+    pub viscosity: f64,
+}
+
+impl FlowOutputs for Bingham {
+    const NAME: &'static str = "bingham";
+}
+
+impl YieldStress for Bingham {
+    #[inline]
+    fn yield_stress(&self, _pressure: f64) -> f64 {
+        self.yield_stress
+    }
+
+    fn yield_slope(&self, _pressure: f64) -> f64 {
+        0.0
+    }
+
+    #[inline]
+    fn viscosity(&self) -> f64 {
+        self.viscosity
+    }
+}
+
+/// Yield stress that grows with pressure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrictionalFluid {
+    /// `sin φ`.
+    pub friction: f64,
+    /// `c cos φ` (Pa).
+    pub cohesion: f64,
+    /// `μ` (Pa s).
+    pub viscosity: f64,
+}
+
+impl FlowOutputs for FrictionalFluid {
+    const NAME: &'static str = "frictional-fluid";
+}
+
+impl YieldStress for FrictionalFluid {
+    #[inline]
+    fn yield_stress(&self, pressure: f64) -> f64 {
+        (self.cohesion + self.friction * pressure).max(0.0)
+    }
+
+    fn yield_slope(&self, pressure: f64) -> f64 {
+        if self.cohesion + self.friction * pressure > 0.0 { self.friction } else { 0.0 }
+    }
+
+    #[inline]
+    fn viscosity(&self) -> f64 {
+        self.viscosity
+    }
+}
+
+impl<Y: YieldStress> FlowCurve for Y {
+    #[inline]
+    fn strength(&self, rate: f64, pressure: f64) -> f64 {
+        self.yield_stress(pressure) + self.viscosity() * rate
+    }
+
+    #[inline]
+    fn relaxed(&self, trial: f64, pressure: f64, stiffness: f64) -> f64 {
+        let viscosity = self.viscosity();
+        (viscosity * trial + stiffness * self.yield_stress(pressure)) / (viscosity + stiffness)
+    }
+
+    fn slopes(&self, _trial: f64, pressure: f64, stiffness: f64) -> (f64, f64) {
+        let viscosity = self.viscosity();
+        let whole = viscosity + stiffness;
+        (viscosity / whole, stiffness * self.yield_slope(pressure) / whole)
+    }
+}
+
+/// A yield stress as a viscosity with a cap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capped<Y> {
+    /// The flow curve.
+    pub law: Y,
+    /// Largest viscosity (Pa s).
+    pub max_viscosity: f64,
+}
+
+impl<Y: YieldStress> FlowOutputs for Capped<Y> {
+    const NAME: &'static str = Y::NAME;
+}
+
+impl<Y: YieldStress> EffectiveViscosity for Capped<Y> {
+    #[inline]
+    fn viscosity(&self, rate: f64, pressure: f64) -> f64 {
+        let (viscosity, strength) = (self.law.viscosity(), self.law.yield_stress(pressure));
+        // Without strength nor rate the quotient is no number.
+        if strength > 0.0 { (viscosity + strength / rate).min(self.max_viscosity) } else { viscosity }
+    }
+}

@@ -1,0 +1,330 @@
+//! μ(I) rheology of dense granular flow (constitutive sheet §2.9, §3.7.9; Jop, Forterre & Pouliquen 2006;
+//! Bui & Nguyen 2021, eqs. 63–67; Dunatunga & Kamrin 2015).
+//!
+//! `√J2 = μ(I) p`, `μ(I) = μ_s + (μ_2 - μ_s)/(I_0/I + 1)`, `I = γ̇ d/√(p/ρ_s)`, with `γ̇ = √(2 D':D')`, the
+//! density `ρ_s` of the grains and pressure from density, `p = c₀² (ρ - ρ₀)`, `c₀² = K/ρ₀`.
+//!
+//! By default elastic up to the static yield stress `μ_s p` and viscoplastic above it, so that deposits come
+//! to rest; or viscous, `s = 2η dev D`, with one of three ways to keep `η` finite at rest, which all creep.
+//! Cohesionless: where the density falls below `ρ₀` there is no stress, until it is back. Limits: pressure
+//! has no memory of dilatancy; ill-posed at very low and high `I`.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::equation_of_state::{Barotropic, EquationOfState};
+use super::flow::{EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, Viscous, shear_modulus};
+use super::granular_flow::inertial_number;
+use crate::model::{Facts, Kind, Model, check, positive};
+use crate::{Corotational, Material, MaterialError};
+
+const NAME: &str = "mu-i";
+
+/// Parameters of `mu-i`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MuISpec {
+    /// Density of the packing at zero pressure, voids included (kg/m³), > 0.
+    pub density: f64,
+    /// Bulk modulus of the packing `ρ₀ c₀²` (Pa), > 0.
+    pub bulk_modulus: f64,
+    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. For
+    /// `elasto-viscoplastic`.
+    #[serde(default)]
+    pub shear_modulus: Option<f64>,
+    /// Density of the grains (kg/m³), > 0.
+    pub grain_density: f64,
+    /// Diameter of the grains (m), > 0.
+    pub grain_diameter: f64,
+    /// Friction coefficient at rest `μ_s`, between 0 and 2, both excluded.
+    pub static_friction: f64,
+    /// Friction coefficient `μ_2` that fast flow tends to: at least `static_friction`, below 2.
+    pub limit_friction: f64,
+    /// Inertial number `I_0` at which friction is halfway between the two, > 0.
+    pub reference_inertial_number: f64,
+    /// How flow is integrated.
+    #[serde(default)]
+    pub form: MuIForm,
+}
+
+/// How the flow of `mu-i` is integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum MuIForm {
+    /// Elastic below the static yield stress: rests on a slope, no limit to the viscous step. The default.
+    // With braces, so that unknown keys are refused here as well.
+    ElastoViscoplastic {},
+    /// `η = min(μ(I) p/γ̇, η_max)`, with `γ̇` no smaller than a floor (Bui & Nguyen 2021).
+    Capped {
+        /// Largest viscosity `η_max` (Pa s), > 0.
+        max_viscosity: f64,
+        /// Floor of the shear rate (1/s), > 0.
+        #[serde(default = "rate_floor")]
+        min_shear_rate: f64,
+    },
+    /// `η = μ(I) p/√(γ̇² + δ²)`.
+    Smoothed {
+        /// `δ` (1/s), > 0.
+        shear_rate: f64,
+    },
+    /// `η = μ_s p (1 - e^(-mγ̇))/γ̇ + (μ(I) - μ_s) p/γ̇`.
+    Papanastasiou {
+        /// `m` (s), > 0.
+        time: f64,
+    },
+}
+
+impl Default for MuIForm {
+    fn default() -> Self {
+        Self::ElastoViscoplastic {}
+    }
+}
+
+/// The floor of Bui & Nguyen (1/s).
+fn rate_floor() -> f64 {
+    1e-7
+}
+
+impl MuISpec {
+    /// Checks the ranges and gives the friction law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn rheology(&self) -> Result<MuI, MaterialError> {
+        positive("density", self.density, "kg/m³")?;
+        positive("bulk_modulus", self.bulk_modulus, "Pa")?;
+        positive("grain_density", self.grain_density, "kg/m³")?;
+        positive("grain_diameter", self.grain_diameter, "m")?;
+        let (low, high) = (self.static_friction, self.limit_friction);
+        check("static_friction", low, low > 0.0 && low < 2.0, "is not between 0 and 2 (exclusive)")?;
+        let rule = format!("is not between the static friction, {low}, and 2 (excluded)");
+        check("limit_friction", high, high >= low && high < 2.0, &rule)?;
+        positive("reference_inertial_number", self.reference_inertial_number, "")?;
+        match self.form {
+            MuIForm::ElastoViscoplastic {} => {}
+            MuIForm::Capped { max_viscosity, min_shear_rate } => {
+                positive("form.max_viscosity", max_viscosity, "Pa s")?;
+                positive("form.min_shear_rate", min_shear_rate, "1/s")?;
+            }
+            MuIForm::Smoothed { shear_rate } => positive("form.shear_rate", shear_rate, "1/s")?,
+            MuIForm::Papanastasiou { time } => positive("form.time", time, "s")?,
+        }
+        Ok(MuI {
+            static_friction: low,
+            limit_friction: high,
+            reference: self.reference_inertial_number,
+            diameter: self.grain_diameter,
+            grain_density: self.grain_density,
+        })
+    }
+
+    fn pressure(&self) -> Barotropic {
+        Barotropic { bulk_modulus: self.bulk_modulus, tension: 0.0, equation: EquationOfState::Linear }
+    }
+
+    /// The elasto-viscoplastic law, whatever the form.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn viscoplastic(&self) -> Result<Viscoplastic<MuI>, MaterialError> {
+        let shear_modulus = shear_modulus(self.shear_modulus, self.bulk_modulus)?;
+        Ok(Viscoplastic { rheology: self.rheology()?, pressure: self.pressure(), shear_modulus })
+    }
+}
+
+impl Model for MuISpec {
+    const FACTS: Facts = Facts {
+        source: "Jop et al. 2006; Bui & Nguyen 2021, eqs. 63–67; Dunatunga & Kamrin 2015",
+        kind: Kind::Fluid,
+        strain: "rate",
+        tangent: "analytic (viscous forms: numerical)",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        let law = self.viscoplastic()?;
+        Ok(match self.form {
+            MuIForm::ElastoViscoplastic {} => Arc::new(Corotational(law)),
+            form => {
+                let rheology = RegularisedMuI { law: law.rheology, form };
+                Arc::new(Viscous { rheology, pressure: law.pressure })
+            }
+        })
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.density >= self.grain_density {
+            warnings.push(format!(
+                "density: {} kg/m³ leaves no voids between grains of {} kg/m³",
+                self.density, self.grain_density
+            ));
+        }
+        if self.form != MuIForm::default() {
+            warnings.push("form: a viscous form creeps for ever, it does not rest on a slope".to_owned());
+        }
+        warnings
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |grain_diameter, form| Self {
+            density: 1500.0,
+            bulk_modulus: 26e6 / 3.0,
+            shear_modulus: Some(4e6),
+            grain_density: 2450.0,
+            grain_diameter,
+            static_friction: 0.38,
+            limit_friction: 0.64,
+            reference_inertial_number: 0.279,
+            form,
+        };
+        // Boulders, which relax in a millisecond: the contract's order test resolves that. Sand, with
+        // viscosities bounded at a shear rate that the contract's motions lie about.
+        vec![
+            with(0.4, MuIForm::ElastoViscoplastic {}),
+            with(0.53e-3, MuIForm::Capped { max_viscosity: 100.0, min_shear_rate: rate_floor() }),
+            with(0.53e-3, MuIForm::Smoothed { shear_rate: 300.0 }),
+            with(0.53e-3, MuIForm::Papanastasiou { time: 0.003 }),
+        ]
+    }
+}
+
+/// The friction law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MuI {
+    /// `μ_s`.
+    pub static_friction: f64,
+    /// `μ_2`.
+    pub limit_friction: f64,
+    /// `I_0`.
+    pub reference: f64,
+    /// Grain diameter `d` (m).
+    pub diameter: f64,
+    /// Density of the grains `ρ_s` (kg/m³).
+    pub grain_density: f64,
+}
+
+/// Coefficients of the quadratic `τ² - Bτ + H = 0` of the return, with `α` and `√(B² - 4H)`.
+struct Quadratic {
+    b: f64,
+    h: f64,
+    alpha: f64,
+    root: f64,
+}
+
+impl MuI {
+    /// Inertial number at shear rate `rate` (1/s) and `pressure` (Pa).
+    #[inline]
+    pub fn inertial_number(&self, rate: f64, pressure: f64) -> f64 {
+        inertial_number(rate, self.diameter, pressure, self.grain_density)
+    }
+
+    /// Friction coefficient `μ(I)`.
+    #[inline]
+    pub fn friction(&self, inertial_number: f64) -> f64 {
+        // Also right where the inertial number is infinite.
+        let share = if inertial_number > 0.0 { 1.0 / (self.reference / inertial_number + 1.0) } else { 0.0 };
+        self.static_friction + (self.limit_friction - self.static_friction) * share
+    }
+
+    #[inline]
+    fn quadratic(&self, trial: f64, pressure: f64, stiffness: f64) -> Quadratic {
+        let (s0, s2) = (self.static_friction * pressure, self.limit_friction * pressure);
+        let alpha = self.reference / (self.diameter * self.grain_density.sqrt())
+            * stiffness
+            * pressure.max(0.0).sqrt();
+        let (b, h) = (s2 + trial + alpha, s2 * trial + s0 * alpha);
+        Quadratic { b, h, alpha, root: b * (1.0 - 4.0 * (h / b) / b).max(0.0).sqrt() }
+    }
+
+    fn named(&self, rate: f64, shear: f64, pressure: f64, out: &mut [f64]) {
+        out[0] = rate;
+        out[1] = if rate > 0.0 { shear / rate } else { 0.0 };
+        // Finite also where there is no pressure left.
+        out[2] = if pressure > 0.0 { self.inertial_number(rate, pressure) } else { 0.0 };
+    }
+}
+
+const OUTPUTS: &[&str] = &["shear_rate", "effective_viscosity", "inertial_number"];
+
+impl FlowOutputs for MuI {
+    const NAME: &'static str = NAME;
+    const OUTPUTS: &'static [&'static str] = OUTPUTS;
+
+    fn outputs(&self, rate: f64, shear: f64, pressure: f64, out: &mut [f64]) {
+        self.named(rate, shear, pressure, out);
+    }
+}
+
+impl FlowCurve for MuI {
+    #[inline]
+    fn strength(&self, rate: f64, pressure: f64) -> f64 {
+        self.friction(self.inertial_number(rate, pressure)) * pressure.max(0.0)
+    }
+
+    #[inline]
+    fn relaxed(&self, trial: f64, pressure: f64, stiffness: f64) -> f64 {
+        let Quadratic { b, h, root, .. } = self.quadratic(trial, pressure, stiffness);
+        2.0 * h / (b + root)
+    }
+
+    fn slopes(&self, trial: f64, pressure: f64, stiffness: f64) -> (f64, f64) {
+        let shear = self.relaxed(trial, pressure, stiffness);
+        let Quadratic { alpha, root, .. } = self.quadratic(trial, pressure, stiffness);
+        if !(root > 0.0 && pressure > 0.0) {
+            return (0.0, self.static_friction);
+        }
+        let alpha_rate = 0.5 * alpha / pressure;
+        let b_rate = self.limit_friction + alpha_rate;
+        let h_rate = self.limit_friction * trial + self.static_friction * (alpha + pressure * alpha_rate);
+        ((self.limit_friction * pressure - shear) / root, (h_rate - shear * b_rate) / root)
+    }
+}
+
+/// The friction law as a viscosity that stays finite at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegularisedMuI {
+    /// The friction law.
+    pub law: MuI,
+    /// How it is regularised.
+    pub form: MuIForm,
+}
+
+impl FlowOutputs for RegularisedMuI {
+    const NAME: &'static str = NAME;
+    const OUTPUTS: &'static [&'static str] = OUTPUTS;
+
+    fn outputs(&self, rate: f64, shear: f64, pressure: f64, out: &mut [f64]) {
+        self.law.named(rate, shear, pressure, out);
+    }
+}
+
+impl EffectiveViscosity for RegularisedMuI {
+    #[inline]
+    fn viscosity(&self, rate: f64, pressure: f64) -> f64 {
+        if pressure <= 0.0 {
+            return 0.0;
+        }
+        let law = &self.law;
+        match self.form {
+            MuIForm::ElastoViscoplastic {} => law.strength(rate, pressure) / rate.max(rate_floor()),
+            MuIForm::Capped { max_viscosity, min_shear_rate } => {
+                let rate = rate.max(min_shear_rate);
+                (law.strength(rate, pressure) / rate).min(max_viscosity)
+            }
+            MuIForm::Smoothed { shear_rate } => law.strength(rate, pressure) / rate.hypot(shear_rate),
+            MuIForm::Papanastasiou { time } => {
+                let yielding = if rate > 0.0 { -(-time * rate).exp_m1() / rate } else { time };
+                // (μ(I) - μ_s)/γ̇ with I = kγ̇, finite at rest.
+                let k = law.inertial_number(1.0, pressure);
+                let flowing = (law.limit_friction - law.static_friction) * k / (law.reference + k * rate);
+                pressure * (law.static_friction * yielding + flowing)
+            }
+        }
+    }
+}
