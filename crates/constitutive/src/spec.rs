@@ -6,7 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::{
-    DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
+    DruckerPragerSpec, HypoplasticSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec,
+    NewtonianFluidSpec,
 };
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
@@ -73,6 +74,8 @@ models! {
     "drucker-prager" => DruckerPrager(DruckerPragerSpec),
     /// Mohr–Coulomb plasticity.
     "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),
+    /// Hypoplasticity with critical state, and an acceleration-based viscous part.
+    "hypoplastic" => Hypoplastic(HypoplasticSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
 }

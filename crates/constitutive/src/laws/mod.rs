@@ -1,12 +1,17 @@
 //! The laws, one file each.
 
+mod acceleration_viscous;
 pub mod drucker_prager;
+pub mod hypoplastic;
 mod linear_elastic;
 pub mod mohr_coulomb;
 mod neo_hookean;
 mod newtonian_fluid;
+mod substep;
 
+pub use acceleration_viscous::{AccelerationViscosity, Viscous, ViscousMode, ViscousState};
 pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, PlasticStrain, Softening};
+pub use hypoplastic::{Hypoplastic, HypoplasticParameters, HypoplasticSpec, VoidRatio};
 pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
 pub use mohr_coulomb::{MohrCoulomb, MohrCoulombSpec};
 pub use neo_hookean::{LeftCauchyGreen, NeoHookean, NeoHookeanSpec};

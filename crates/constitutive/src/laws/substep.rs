@@ -1,0 +1,101 @@
+//! The substepping policy of the nonlinear laws (constitutive sheet §3.8).
+
+use crate::{MaterialError, Point, SymTensor};
+
+/// Most substeps before a step is given up.
+const MOST: u32 = 64;
+
+/// What a step or substep leads to.
+#[derive(Clone, Debug)]
+pub(super) struct Advance<S> {
+    /// The new point.
+    pub point: Point<S>,
+    /// Work dissipated on the way (J/m³).
+    pub dissipated: f64,
+}
+
+/// Number of equal substeps a strain increment starts with: none of them is larger than `largest`.
+pub(super) fn count(strain: &SymTensor, largest: f64) -> u32 {
+    let norm = strain.norm();
+    let mut count = 1;
+    while count < MOST && norm > largest * f64::from(count) {
+        count *= 2;
+    }
+    count
+}
+
+/// Applies `strain` by `step` in equal substeps: as many as its size asks for, doubled as long as the
+/// local solve does not converge.
+///
+/// # Errors
+/// For a strain increment of 1 or more, and what `step` says with the most substeps.
+pub(super) fn substepped<S: Clone>(
+    model: &'static str,
+    strain: &SymTensor,
+    largest: f64,
+    old: &Point<S>,
+    step: impl Fn(&SymTensor, &Point<S>) -> Result<Advance<S>, MaterialError>,
+) -> Result<Advance<S>, MaterialError> {
+    // Written so that NaN is refused.
+    if !(strain.norm() < 1.0) {
+        return Err(MaterialError::Motion { model, reason: "the strain increment is 1 or more" });
+    }
+    let mut count = count(strain, largest);
+    loop {
+        match in_parts(count, strain, old, &step) {
+            Err(MaterialError::NotConverged { .. }) if count < MOST => count *= 2,
+            result => return result,
+        }
+    }
+}
+
+fn in_parts<S: Clone>(
+    count: u32,
+    strain: &SymTensor,
+    old: &Point<S>,
+    step: impl Fn(&SymTensor, &Point<S>) -> Result<Advance<S>, MaterialError>,
+) -> Result<Advance<S>, MaterialError> {
+    let part = *strain * (1.0 / f64::from(count));
+    let mut advance = step(&part, old)?;
+    for _ in 1..count {
+        let next = step(&part, &advance.point)?;
+        advance = Advance { point: next.point, dissipated: advance.dissipated + next.dissipated };
+    }
+    Ok(advance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn still() -> Point<u32> {
+        Point { stress: SymTensor::ZERO, state: 0 }
+    }
+
+    fn counting(limit: f64) -> impl Fn(&SymTensor, &Point<u32>) -> Result<Advance<u32>, MaterialError> {
+        move |strain, old| {
+            if strain.norm() > limit {
+                return Err(MaterialError::NotConverged { model: "test", reason: "too large" });
+            }
+            let point = Point { stress: old.stress + *strain, state: old.state + 1 };
+            Ok(Advance { point, dissipated: 0.5 })
+        }
+    }
+
+    #[test]
+    fn a_large_step_is_divided_and_a_failing_one_divided_further() {
+        let strain = SymTensor::diagonal(0.03, 0.0, 0.0);
+        for (limit, parts) in [(1.0, 4), (0.004, 8), (0.0005, 64)] {
+            let advance = substepped("test", &strain, 0.01, &still(), counting(limit)).unwrap();
+            assert_eq!(advance.point.state, parts);
+            assert!((advance.point.stress[0] - 0.03).abs() < 1e-15);
+            assert!((advance.dissipated - 0.5 * f64::from(parts)).abs() < 1e-12);
+        }
+        let given_up = substepped("test", &strain, 0.01, &still(), counting(1e-4));
+        assert!(matches!(given_up, Err(MaterialError::NotConverged { .. })));
+        for wild in [1.5, f64::NAN, f64::INFINITY] {
+            let refused = substepped("test", &SymTensor::isotropic(wild), 0.01, &still(), counting(1e9));
+            assert!(matches!(refused, Err(MaterialError::Motion { .. })));
+        }
+    }
+}
