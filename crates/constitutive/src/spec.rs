@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::laws::*;
 use crate::laws::*;
+use crate::laws::*;
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
 
@@ -133,6 +134,8 @@ models! {
     "strength-reduced" => StrengthReduced(StrengthReducedSpec),
     /// Another material that loses cohesion by wetting.
     "saturation-softened" => SaturationSoftened(SaturationSoftenedSpec),
+    /// Hypoplasticity with critical state, and an acceleration-based viscous part.
+    "hypoplastic" => Hypoplastic(HypoplasticSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
     /// Fluid with a constant yield stress.

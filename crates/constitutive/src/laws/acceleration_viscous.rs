@@ -1,0 +1,196 @@
+//! Acceleration-based viscous stress beside a frictional law (constitutive sheet §2.12, AL2 eqs. 8–9,
+//! 25–33: Wu, Wang & Alipour 2020).
+//!
+//! `T = T_i + T_v`: the frictional law gives `T_i`, and `T̊_v = η (T D̊ + D̊ T)` with
+//! `η = A √(m1 + m2 ‖D‖²)`, `A < 0`. As printed, with all objective terms, that rate has no steady
+//! state. Two ways to use it:
+//!
+//! * `integrated`: the rate integrated at frozen `T` and fixed direction of `D`,
+//!   `T_v = Φ(‖D‖)(T D̂ + D̂ T)`. Objective and without memory; the equation `T = T_i + T_v` is linear
+//!   in `T` and is solved in the principal axes of `D`, `T_ab = T_i,ab / (1 - Φ (d_a + d_b))`.
+//! * `rate-material`: differences of `D` over the step, no objective terms: the source's own simple
+//!   shear. Not objective; element tests only.
+//!
+//! Limits: in directions of compression the factor grows without bound as `Φ (d_a + d_b)` goes to 1
+//! (shear rates of some 300 1/s with the source's constants); it is kept below 10. Where `T_i` has
+//! reached the floor of the frictional law only `T_v` follows the rate ("gas-like").
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::model::{check, not_negative, positive};
+use crate::{InitialCondition, MaterialError, Motion, Point, StressUpdate, SymTensor};
+
+/// Largest ratio of a component of `T` to that of `T_i`.
+const LARGEST: f64 = 10.0;
+
+/// How the viscous rate is integrated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ViscousMode {
+    /// In closed form at the current rate: objective, for boundary-value problems.
+    #[default]
+    Integrated,
+    /// From differences of the stretching, as in the source: element tests only.
+    RateMaterial,
+}
+
+/// Parameters of the viscous part.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AccelerationViscosity {
+    /// `A` (s), < 0.
+    pub a: f64,
+    /// `m1`, > 0.
+    pub m1: f64,
+    /// `m2` (s²), not negative.
+    #[serde(default)]
+    pub m2: f64,
+    /// How the rate is integrated.
+    #[serde(default)]
+    pub mode: ViscousMode,
+}
+
+impl AccelerationViscosity {
+    /// `η = A √(m1 + m2 x²)` (s) at the stretching `x = ‖D‖` (1/s).
+    #[inline]
+    pub fn eta(&self, x: f64) -> f64 {
+        self.a * (self.m1 + self.m2 * x * x).sqrt()
+    }
+
+    /// `Φ(x) = ∫₀ˣ η`.
+    #[inline]
+    pub fn phi(&self, x: f64) -> f64 {
+        let root = (self.m2 / self.m1).sqrt() * x;
+        // asinh(r)/r, which tends to 1.
+        let ratio = if root > 0.0 { root.asinh() / root } else { 1.0 };
+        0.5 * x * (self.eta(x) + self.a * self.m1.sqrt() * ratio)
+    }
+
+    /// `T` with `T = T_i + Φ (T D̂ + D̂ T)`.
+    pub fn total(&self, inviscid: &SymTensor, stretching: &SymTensor) -> SymTensor {
+        let rate = stretching.norm();
+        if rate == 0.0 {
+            return *inviscid;
+        }
+        let phi = self.phi(rate) / rate;
+        let spectrum = stretching.spectrum();
+        let axes = spectrum.rotation();
+        let mut local = inviscid.rotated(&axes.transpose());
+        for (k, &(a, b)) in crate::tensor::PAIRS.iter().enumerate() {
+            let share = phi * (spectrum.values[a] + spectrum.values[b]);
+            local[k] /= (1.0 - share).max(1.0 / LARGEST);
+        }
+        local.rotated(&axes)
+    }
+
+    /// `η (T ΔD + ΔD T)` for a change of stretching from `from` to `to` (1/s) under the stress `stress`.
+    pub fn increment(&self, stress: &SymTensor, from: &SymTensor, to: &SymTensor) -> SymTensor {
+        let eta = self.eta(((*from + *to) * 0.5).norm());
+        (stress.to_matrix() * (*to - *from).to_matrix()).sym() * (2.0 * eta)
+    }
+
+    fn validate(&self) -> Result<(), MaterialError> {
+        check("viscous.a", self.a, self.a.is_finite() && self.a < 0.0, "must be negative (s)")?;
+        positive("viscous.m1", self.m1, "")?;
+        not_negative("viscous.m2", self.m2, "s²")
+    }
+}
+
+/// A frictional law with a viscous stress beside it. See the module's head.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Viscous<L> {
+    frictional: L,
+    viscosity: AccelerationViscosity,
+}
+
+/// The parts of the stress.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ViscousState<S> {
+    /// Internal variables of the frictional law.
+    pub frictional: S,
+    /// Stress of the frictional law `T_i` (Pa).
+    pub inviscid: SymTensor,
+    /// Viscous stress `T_v` (Pa).
+    pub viscous: SymTensor,
+    /// Stretching of the last step (1/s).
+    pub stretching: SymTensor,
+}
+
+impl<L: StressUpdate> Viscous<L> {
+    /// `viscosity` beside `frictional`.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn new(frictional: L, viscosity: AccelerationViscosity) -> Result<Self, MaterialError> {
+        viscosity.validate()?;
+        Ok(Self { frictional, viscosity })
+    }
+
+    fn inner(point: &Point<ViscousState<L::State>>) -> Point<L::State> {
+        Point { stress: point.state.inviscid, state: point.state.frictional.clone() }
+    }
+}
+
+impl<L: StressUpdate> StressUpdate for Viscous<L> {
+    type State = ViscousState<L::State>;
+
+    fn name(&self) -> &'static str {
+        self.frictional.name()
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
+        let Point { stress, state } = self.frictional.initial(initial)?;
+        let zero = SymTensor::ZERO;
+        Ok(Point {
+            stress,
+            state: ViscousState { frictional: state, inviscid: stress, viscous: zero, stretching: zero },
+        })
+    }
+
+    fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError> {
+        let invalid = |reason| MaterialError::Motion { model: self.name(), reason };
+        if !(motion.dt > 0.0) {
+            return Err(invalid("the time step must be positive"));
+        }
+        let Point { stress: inviscid, state } = self.frictional.update(motion, &Self::inner(old))?;
+        let stretching = motion.strain_increment() * (1.0 / motion.dt);
+        let stress = match self.viscosity.mode {
+            ViscousMode::Integrated => self.viscosity.total(&inviscid, &stretching),
+            ViscousMode::RateMaterial => {
+                // The stress of the middle of the step, found by three sweeps.
+                let mut stress = inviscid + old.state.viscous;
+                for _ in 0..3 {
+                    let middle = (old.stress + stress) * 0.5;
+                    let change = self.viscosity.increment(&middle, &old.state.stretching, &stretching);
+                    stress = inviscid + old.state.viscous + change;
+                }
+                stress
+            }
+        };
+        if !stress.is_finite() {
+            return Err(invalid("the viscous stress is not finite"));
+        }
+        let state = ViscousState { frictional: state, inviscid, viscous: stress - inviscid, stretching };
+        Ok(Point { stress, state })
+    }
+
+    fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
+        let phi = self.viscosity.phi(point.state.stretching.norm());
+        let factor = (1.0 - 2.0 * phi.abs()).max(1.0 / LARGEST);
+        self.frictional.wave_modulus(&Self::inner(point)) / factor
+    }
+
+    /// Of the viscous stress at the current rate and pressure: `T_v ≈ 2 |η| p D` for a small change of `D`.
+    fn viscosity(&self, point: &Point<Self::State>) -> f64 {
+        self.viscosity.eta(point.state.stretching.norm()).abs() * point.stress.pressure().abs()
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        self.frictional.output_names()
+    }
+
+    fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
+        self.frictional.outputs(&Self::inner(point), out);
+    }
+}
