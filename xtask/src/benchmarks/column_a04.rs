@@ -19,6 +19,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
 const LENGTH: f64 = 0.1;
 const HEIGHT: f64 = 0.04;
 
+/// Shape functions and what they are called.
+const METHODS: [(&str, &str); 2] = [("linear", "MPM"), ("ugimp", "GIMP")];
+
 /// Time scale `sqrt(H/g)` (s).
 fn scale() -> f64 {
     (HEIGHT / 9.81).sqrt()
@@ -26,54 +29,80 @@ fn scale() -> f64 {
 
 fn benchmark(quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    let cell = if quick { 0.004 } else { 0.002 };
-    let mm = cell * 1e3;
     let mut chart = published()?;
-    let mut final_of = BTreeMap::new();
-    let mut reports = Vec::new();
-    for (shape, method) in [("linear", "MPM"), ("ugimp", "GIMP")] {
-        for (friction, base) in [(0.466, "friction 0.466"), (1.0, "rough base")] {
-            let report = column(shape, cell, friction, 6.0)?;
-            let label = format!("{method}, cells of {mm} mm, {base}");
-            let end = run_out(&report.snapshot, cell);
-            let band = if friction < 1.0 { (0.9, 1.35) } else { (0.7, 1.1) };
-            let claim = format!("{} to {}", band.0, band.1);
-            let reason = "the sheet's band for FLIP with stress updated last, from an independent prototype; front by \
-                          its binding definition (§3.9)";
-            outcome.within(format!("(iv) {label}: final run-out over L₀"), &claim, end, band, reason);
-            outcome.show(
-                format!("(iv) {label}: final run-out by the 99.9 % quantile"),
-                &claim,
-                series(&report, "run_out").last().map_or(f64::NAN, |last| last.1),
-                "shown as well, as the sheet asks: it does not move with single points",
-            );
-            if friction < 1.0 {
-                final_of.insert(method, end);
-                crest_check(&mut outcome, &label, &report, cell);
-                let points = report.frames.iter().map(|f| (f.time / scale(), run_out(f, cell))).collect();
-                chart.series.push(Series::new(format!("{method}, ours"), points, Style::Line));
-                reports.push((method, report));
-            }
-        }
-    }
-    early(&mut outcome, &reports, cell);
-    let difference = (final_of["MPM"] / final_of["GIMP"] - 1.0).abs();
-    let name = format!("(ii) cells of {mm} mm: MPM against GIMP, final run-out, relative");
-    outcome.below(name, "within 8 %", difference, 0.08, "the sheet's bound");
-    show_noise(&mut outcome, &reports, cell);
+    start(&mut outcome, &mut chart, if quick { 0.002 } else { 0.001 })?;
+    whole(&mut outcome, &mut chart, 0.004, false)?;
     if !quick {
-        let fine = 0.001;
-        let reports = ["linear", "ugimp"].map(|shape| column(shape, fine, 0.466, 1.5));
-        let [linear, gimp] = reports;
-        early(&mut outcome, &[("MPM", linear?), ("GIMP", gimp?)], fine);
+        whole(&mut outcome, &mut chart, 0.002, true)?;
     }
-    figure_level(&mut outcome, final_of["GIMP"], mm);
     outcome.svg(
         "Run-out over initial length: the start agrees; with the published parameters and no other dissipation the end \
          runs much farther than the published curves.",
         &chart,
     )?;
     Ok(outcome)
+}
+
+/// The whole collapse by both methods: (iii), (iv) and the end of (ii). The sheet's grid is 1 mm, and its bands for
+/// (iv) come from grids of 2 mm and 4 mm; `compare` says whether the methods are judged against each other.
+fn whole(outcome: &mut Outcome, chart: &mut LineChart, cell: f64, compare: bool) -> Result<(), String> {
+    let mm = cell * 1e3;
+    let mut reports = Vec::new();
+    for (shape, method) in METHODS {
+        for (friction, base) in [(0.466, "friction 0.466"), (1.0, "rough base")] {
+            let report = column(shape, cell, friction, 6.0)?;
+            let label = format!("{method}, cells of {mm} mm, {base}");
+            let band = if friction < 1.0 { (0.9, 1.35) } else { (0.7, 1.1) };
+            level(outcome, &label, &report, cell, band);
+            if friction < 1.0 {
+                crest_check(outcome, &label, &report, cell);
+                let points = report.frames.iter().map(|f| (f.time / scale(), run_out(f, cell))).collect();
+                chart.series.push(Series::new(format!("{method}, ours, {mm} mm"), points, Style::Line));
+                reports.push((method, report));
+            }
+        }
+    }
+    let [(_, mpm), (_, gimp)] = &reports[..] else { return Err("two methods expected".to_owned()) };
+    let name = format!("(ii) cells of {mm} mm: MPM against GIMP, final run-out, relative");
+    let difference = (run_out(&mpm.snapshot, cell) / run_out(&gimp.snapshot, cell) - 1.0).abs();
+    if compare {
+        outcome.below(name, "within 8 %", difference, 0.08, "the sheet's bound");
+    } else {
+        let reason =
+            "not judged on this grid: the sheet's is 1 mm, and the front is counted in columns of cells";
+        outcome.show(name, "within 8 %", difference, reason);
+    }
+    let name = format!("(ii) cells of {mm} mm: MPM against GIMP, final 99.9 % quantile, relative");
+    let difference = (quantile(mpm, 6.0) / quantile(gimp, 6.0) - 1.0).abs();
+    outcome.show(name, "within 8 %", difference, "shown as well, as the sheet asks");
+    show_noise(outcome, &reports, cell);
+    figure_level(outcome, run_out(&gimp.snapshot, cell), mm);
+    Ok(())
+}
+
+/// (iv)
+fn level(outcome: &mut Outcome, label: &str, report: &RunReport, cell: f64, band: (f64, f64)) {
+    let claim = format!("{} to {}", band.0, band.1);
+    outcome.within(
+        format!("(iv) {label}: final run-out over L₀"),
+        &claim,
+        run_out(&report.snapshot, cell),
+        band,
+        "the sheet's band for FLIP with stress updated last, from an independent prototype; front by its binding \
+         definition (§3.9)",
+    );
+    outcome.show(
+        format!("(iv) {label}: final run-out over L₀ by the 99.9 % quantile"),
+        &claim,
+        quantile(report, 6.0),
+        "shown as well, as the sheet asks: it does not move with single points",
+    );
+}
+
+/// Run-out by the 99.9 % quantile of mass at `time` times `sqrt(H/g)`.
+fn quantile(report: &RunReport, time: f64) -> f64 {
+    let near = |(t, _): &(f64, f64)| (t / scale() - time).abs() < 1e-3;
+    series(report, "run_out").into_iter().find(near).map_or(f64::NAN, |(_, value)| value)
 }
 
 /// The column on cells of edge `cell` (m), for `duration` times `sqrt(H/g)`.
@@ -121,39 +150,46 @@ fn frame(report: &RunReport, time: f64) -> Option<&Snapshot> {
     report.frames.iter().find(|frame| (frame.time / scale() - time).abs() < 1e-3)
 }
 
-/// (i) and the first part of (ii).
-fn early(outcome: &mut Outcome, reports: &[(&str, RunReport)], cell: f64) {
+/// The start of the collapse: (i) and the first part of (ii).
+fn start(outcome: &mut Outcome, chart: &mut LineChart, cell: f64) -> Result<(), String> {
     let mm = cell * 1e3;
     let at = |report: &RunReport, time: f64| frame(report, time).map_or(f64::NAN, |f| run_out(f, cell));
-    for (method, report) in reports {
+    let mut reports = Vec::new();
+    for (shape, method) in METHODS {
+        let report = column(shape, cell, 0.466, 1.5)?;
         outcome.within(
             format!("(i) {method}, cells of {mm} mm: run-out over L₀ at sqrt(H/g)"),
             "0.14 ± 0.03",
-            at(report, 1.0),
+            at(&report, 1.0),
             (0.11, 0.17),
             "the sheet's band",
         );
-        for time in [1.0, 1.5] {
-            let quantile =
-                series(report, "run_out").into_iter().find(|(t, _)| (t / scale() - time).abs() < 1e-3);
-            outcome.show(
-                format!("(i) {method}, cells of {mm} mm: run-out over L₀ at {time} sqrt(H/g) by the 99.9 % quantile"),
-                if time < 1.2 { "0.14 ± 0.03" } else { "0.28 (figure)" },
-                quantile.map_or(f64::NAN, |(_, value)| value),
-                "shown as well, as the sheet asks: it does not move with single points",
-            );
-        }
+        let reason = "shown as well, as the sheet asks: it does not move with single points";
+        let name =
+            format!("(i) {method}, cells of {mm} mm: run-out over L₀ at sqrt(H/g) by the 99.9 % quantile");
+        outcome.show(name, "0.14 ± 0.03", quantile(&report, 1.0), reason);
+        let points = report.frames.iter().map(|f| (f.time / scale(), run_out(f, cell))).collect();
+        chart.series.push(Series::new(format!("{method}, ours, {mm} mm"), points, Style::Line));
+        reports.push(report);
     }
+    // 3 % of the run-out at sqrt(H/g) must be more than the distance between points.
+    let resolved = 0.25 * cell < 0.03 * 0.135 * LENGTH;
     for time in [1.0, 1.5] {
-        let [(_, mpm), (_, gimp)] = reports else { return };
-        outcome.below(
-            format!("(ii) cells of {mm} mm: MPM against GIMP, run-out at {time} sqrt(H/g), relative"),
-            "within 3 %",
-            (at(mpm, time) / at(gimp, time) - 1.0).abs(),
-            0.03,
-            "the sheet's bound",
-        );
+        let name = format!("(ii) cells of {mm} mm: MPM against GIMP, run-out at {time} sqrt(H/g), relative");
+        let difference = (at(&reports[0], time) / at(&reports[1], time) - 1.0).abs();
+        if resolved {
+            outcome.below(name, "within 3 %", difference, 0.03, "the sheet's bound");
+        } else {
+            let reason =
+                "not judged on this grid: 3 % is less than the distance between points; the sheet's is 1 mm";
+            outcome.show(name, "within 3 %", difference, reason);
+        }
+        let name =
+            format!("(ii) cells of {mm} mm: MPM against GIMP, 99.9 % quantile at {time} sqrt(H/g), relative");
+        let difference = (quantile(&reports[0], time) / quantile(&reports[1], time) - 1.0).abs();
+        outcome.show(name, "within 3 %", difference, "shown as well, as the sheet asks");
     }
+    Ok(())
 }
 
 /// (iii)

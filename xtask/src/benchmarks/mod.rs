@@ -46,13 +46,13 @@ impl Listed {
 /// All benchmarks.
 pub const ALL: [Listed; 9] = [
     Listed::new(&element_tests::BENCHMARK, Some(1), 1),
-    Listed::new(&kinematics::BENCHMARK, Some(10), 10),
+    Listed::new(&kinematics::BENCHMARK, Some(6), 6),
     Listed::new(&rigid_motion::BENCHMARK, Some(10), 10),
     Listed::new(&bar::BENCHMARK, Some(7), 7),
     Listed::new(&self_weight::BENCHMARK, Some(12), 12),
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
-    Listed::new(&column_collapse::BENCHMARK, Some(65), 120),
-    Listed::new(&column_a04::BENCHMARK, Some(60), 600),
+    Listed::new(&column_collapse::BENCHMARK, Some(70), 150),
+    Listed::new(&column_a04::BENCHMARK, Some(70), 600),
     Listed::new(&aluminium_bars::BENCHMARK, Some(60), 60),
 pub const ALL: [Benchmark; 7] = [
     element_tests::BENCHMARK,
