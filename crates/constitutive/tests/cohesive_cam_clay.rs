@@ -148,16 +148,16 @@ fn hardening_is_solved_with_the_return() {
 
     let (stress, new) = returned(&law, [-3e-3; 3], &state);
     close(new.volumetric, -5.999_912_293_5e-4, 5.1e-15);
-    close(stress.pressure(), 35_000.0365, 5.1e-5);
-    close(law.ellipse(&new).strength, 35_000.0365, 5.1e-5);
+    close(stress.pressure(), 35_000.036_5, 5.1e-5);
+    close(law.ellipse(&new).strength, 35_000.036_5, 5.1e-5);
     assert_eq!(stress.q(), 0.0);
 
     let (stress, new) = returned(&law, [-8e-3, -1e-3, 0.0], &state);
     close(new.volumetric, -8.888_219_439_7e-4, 5.1e-15);
-    close(stress.pressure(), 33_796.5752, 5.1e-5);
-    close(stress.q(), 16_487.4059, 5.1e-5);
+    close(stress.pressure(), 33_796.575_2, 5.1e-5);
+    close(stress.q(), 16_487.405_9, 5.1e-5);
     let ellipse = law.ellipse(&new);
-    close(ellipse.strength, 47_035.2370, 5.1e-5);
+    close(ellipse.strength, 47_035.237_0, 5.1e-5);
     let trial = self::stress(law.elasticity(), [-8e-3, -1e-3, 0.0]);
     let multiplier = ellipse.return_map(law.elasticity(), trial.pressure(), trial.q()).multiplier;
     close(multiplier, 5.497_645_58e-8, 5.1e-17);
@@ -210,16 +210,15 @@ fn a_weak_layer_softens_collapses_and_packs() {
     let law = Hencky(weak_layer().law().unwrap());
     let bulk = law.0.elasticity().bulk_modulus;
     close(bulk, 833_333.3, 0.05);
-    let path = compressed(&law, 0.0198, 2000);
+    let path = compressed(&law, 0.02, 2000);
     let at = |strain: f64| {
         let below = path.partition_point(|(e, ..)| *e < strain - 1e-12);
         let (e, p, _) = &path[below];
         let (e0, p0, _) = &path[below.saturating_sub(1)];
         if below == 0 { *p } else { p0 + (p - p0) * (strain - e0) / (e - e0) }
     };
-    // Strain, pressure, and a tolerance of 10⁻³ of the strength (a tenth of the thousandth where a step of
-    // 10⁻⁵ in strain lies across the kink at yield).
-    close(at(0.0024), 2000.0, 2.0 + bulk * 0.0198 / 2000.0);
+    // The sheet's tolerance, 10⁻³ with 2000 steps.
+    close(at(0.0024), 2000.0, 2.0);
     close(at(0.0030), 1500.0, 1.5);
     close(at(0.004_799_995_4), 0.0, 2.0);
     close(at(0.006_299_995_4), 416.667, 0.417);
@@ -229,7 +228,7 @@ fn a_weak_layer_softens_collapses_and_packs() {
     let (before, after) = (&path[switch - 1].2, &path[switch].2);
     assert_eq!(law.0.ellipse(&before.state.inner).cohesion_ratio, 0.1);
     assert_eq!(law.0.ellipse(&after.state.inner).cohesion_ratio, 0.0);
-    close(path[switch].0, 0.004_799_995_4, 0.0198 / 2000.0);
+    close(path[switch].0, 0.004_799_995_4, 0.02 / 2000.0);
 }
 
 #[test]
@@ -323,6 +322,56 @@ fn tangents_hold_on_every_branch() {
                 let slope = (plus[a] - minus[a]) / (2.0 * h);
                 close(block[a][b], slope, 1e-6 * law.elasticity().p_wave_modulus());
             }
+        }
+    }
+}
+
+#[test]
+fn random_returns_land_on_their_surface_by_associated_flow() {
+    let mut seed = 11u64;
+    let mut random = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1u64 << 53) as f64
+    };
+    for case in 0..20_000 {
+        let spec = CohesiveCamClaySpec {
+            critical_state_slope: 0.1 + 2.0 * random(),
+            cohesion_ratio: if case % 5 == 0 { 0.0 } else { 3.0 * random() * random() },
+            compressive_strength: 10f64.powf(1.0 + 5.0 * random()),
+            hardening_factor: 10f64.powf(-1.0 + 3.0 * random()),
+            hardening: if case % 2 == 0 {
+                CamClayHardening::Slab
+            } else {
+                CamClayHardening::WeakLayer { softening_factor: 10f64.powf(-1.0 + 3.0 * random()) }
+            },
+            ..slab()
+        };
+        let law = spec.law().unwrap();
+        let (k, mu) = (law.elasticity().bulk_modulus, law.elasticity().shear_modulus);
+        let mut state = fresh(&law);
+        let mut elastic = [0.0; 3];
+        for _ in 0..4 {
+            let size = 10f64.powf(-5.0 + 4.5 * random());
+            let trial: [f64; 3] = elastic.map(|e| e + size * (2.0 * random() - 1.0));
+            let at_trial = stress(law.elasticity(), trial);
+            let (found, new) = returned(&law, trial, &state);
+            let (p, q) = (found.pressure(), found.q());
+            let scale = at_trial.norm() + 1e3;
+            let ellipse = law.ellipse(&new);
+            let excess = ellipse.yield_value(p, q);
+            assert!(excess <= 1e-9 * scale, "{spec:?}: f = {excess}");
+            let volumetric = new.volumetric - state.volumetric;
+            close(k * volumetric, p - at_trial.pressure(), 1e-9 * scale);
+            close(3.0 * mu * (new.deviatoric - state.deviatoric), at_trial.q() - q, 1e-9 * scale);
+            // Flow along the normal: the return of the trial to the surface of the end.
+            let flowed = new != state && p.hypot(q) > 0.0 && new.collapsed == state.collapsed;
+            if flowed {
+                let again = ellipse.return_map(law.elasticity(), at_trial.pressure(), at_trial.q());
+                close(again.pressure, p, 1e-8 * scale);
+                close(again.q, q, 1e-8 * scale);
+            }
+            let kept = law.elasticity().strain(&found);
+            (elastic, state) = ([kept[0], kept[1], kept[2]], new);
         }
     }
 }

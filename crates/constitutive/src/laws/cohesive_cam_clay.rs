@@ -398,7 +398,8 @@ impl CohesiveCamClay {
                 None => Ok(self.freed(trial, state, offered)),
             };
         }
-        let volumetric = self.solve(trial, state, first, end.unwrap_or(first))?;
+        let bound = end.unwrap_or_else(|| self.enough_packing(trial, state, first));
+        let volumetric = self.solve(trial, state, first, bound)?;
         let surface = self.surface(trial, state, volumetric);
         let Projection { q, .. } = surface.projection;
         let new = CohesiveCamClayState {
@@ -447,6 +448,19 @@ impl CohesiveCamClay {
             (Landing::Elastic, _) => Ok(self.freed((pressure, 0.0), &debris, left)),
             landed => Ok(landed),
         }
+    }
+
+    /// A compaction that hardens more than the return asks for, from that at frozen strength: enough by
+    /// itself unless the centre of the surface moves into tension as it grows, that is for `β > 1`.
+    fn enough_packing(&self, trial: (f64, f64), state: &CohesiveCamClayState, first: f64) -> f64 {
+        let mut bound = first;
+        for _ in 0..60 {
+            if bound <= self.surface(trial, state, bound).projection.volumetric {
+                break;
+            }
+            bound *= 2.0;
+        }
+        bound
     }
 
     /// The plastic volumetric strain that reproduces itself when `p0` is taken at its end, between nothing

@@ -21,6 +21,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::acceleration_viscous::{AccelerationViscosity, Viscous, ViscousMode};
+use super::pressure_elastic::VoidRatio;
 use super::substep::{Advance, substepped};
 use crate::model::{Facts, Kind, Model, check, not_negative, positive};
 use crate::{Corotational, InitialCondition, Material, MaterialError, Motion, Point, SmallStrain, SymTensor};
@@ -424,13 +425,6 @@ pub struct Hypoplastic {
     critical_state: Option<CriticalState>,
     void_ratio: f64,
     minimum_pressure: f64,
-}
-
-/// Internal variable: void ratio.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct VoidRatio {
-    /// Volume of voids over volume of grains.
-    pub void_ratio: f64,
 }
 
 impl Hypoplastic {

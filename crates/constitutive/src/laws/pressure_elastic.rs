@@ -155,7 +155,7 @@ pub struct PressureElastic {
 }
 
 /// The void ratio.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct VoidRatio {
     /// Volume of voids over volume of grains.
     pub void_ratio: f64,
