@@ -157,8 +157,8 @@ fn sand_at_a_point(outcome: &mut Outcome) -> Result<(), String> {
         log: true,
         series: vec![
             Series::new("μ(I)", exact, Style::Line),
-            Series::new("capped form", smooth, Style::Points),
-            Series::new("elasto-viscoplastic form", plastic, Style::Points),
+            Series::new("capped form", smooth, Style::Markers),
+            Series::new("elasto-viscoplastic form", plastic, Style::Markers),
         ],
     };
     outcome.svg("Both forms of the law flow with the friction of their inertial number.", &chart)
@@ -250,7 +250,7 @@ fn sand_film(outcome: &mut Outcome) -> Result<(), String> {
         log: false,
         series: vec![
             Series::new("Bagnold profile", flipped(&curve), Style::Line),
-            Series::new("integrated law", flipped(&found.profile), Style::Points),
+            Series::new("integrated law", flipped(&found.profile), Style::Markers),
         ],
     };
     outcome.svg("The law, integrated over the depth, gives the profile in closed form.", &chart)
@@ -281,7 +281,7 @@ fn liquid_films(outcome: &mut Outcome) -> Result<(), String> {
     };
     let curve: Vec<_> = (0..=50).map(|i| height * f64::from(i) / 50.0).map(|z| (z, shape(z))).collect();
     chart.series.push(Series::new("Newtonian, closed form", flipped(&curve), Style::Line));
-    chart.series.push(Series::new("Newtonian, law", flipped(&newton.profile), Style::Points));
+    chart.series.push(Series::new("Newtonian, law", flipped(&newton.profile), Style::Markers));
     let fluid = Subject::new(json!({
         "model": "bingham", "density": density, "bulk_modulus": 1e8, "shear_modulus": 5e7,
         "yield_stress": yield_stress, "viscosity": viscosity
@@ -300,7 +300,7 @@ fn liquid_films(outcome: &mut Outcome) -> Result<(), String> {
     };
     let curve: Vec<_> = (0..=50).map(|i| height * f64::from(i) / 50.0).map(|z| (z, shape(z))).collect();
     chart.series.push(Series::new("Bingham, closed form", flipped(&curve), Style::Dashed));
-    chart.series.push(Series::new("Bingham, law", flipped(&found.profile), Style::Points));
+    chart.series.push(Series::new("Bingham, law", flipped(&found.profile), Style::Markers));
     outcome.svg("Film profiles from the laws: the Bingham fluid carries a plug.", &chart)?;
 
     // The same film through the depth-averaged law.
