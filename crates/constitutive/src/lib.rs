@@ -19,6 +19,7 @@ pub mod laws;
 mod material;
 mod model;
 mod motion;
+pub mod porous;
 mod spec;
 mod spectral;
 mod tangent;
