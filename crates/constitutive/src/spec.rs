@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::laws::{
     CamClaySpec, DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec,
-    NewtonianFluidSpec, OriginalCamClaySpec, PressureElasticSpec,
+    NewtonianFluidSpec, OriginalCamClaySpec, PressureElasticSpec, SimsandSpec,
 };
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
@@ -80,6 +80,8 @@ models! {
     "modified-cam-clay" => CamClay(CamClaySpec),
     /// Original Cam-clay.
     "original-cam-clay" => OriginalCamClay(OriginalCamClaySpec),
+    /// Critical-state sand.
+    "simsand" => Simsand(SimsandSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
 }

@@ -10,6 +10,7 @@ pub mod original_cam_clay;
 pub mod pressure_elastic;
 mod radial;
 mod root;
+pub mod simsand;
 mod substep;
 
 pub use cam_clay::{CamClay, CamClayReturn, CamClaySpec, CamClayState};
@@ -20,6 +21,7 @@ pub use neo_hookean::{LeftCauchyGreen, NeoHookean, NeoHookeanSpec};
 pub use newtonian_fluid::{EquationOfState, FluidState, NewtonianFluid, NewtonianFluidSpec};
 pub use original_cam_clay::{OriginalCamClay, OriginalCamClaySpec};
 pub use pressure_elastic::{PressureElastic, PressureElasticSpec, PressureStiffness, VoidRatio};
+pub use simsand::{Simsand, SimsandSpec, SimsandState};
 
 pub use crate::model::StrainMeasure;
 use crate::model::check;
