@@ -13,7 +13,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::cam_clay::{CamClayConstants, CamClaySpec, CamClayState, CamClayTrial, LARGEST_STEP, OUTPUTS};
-use super::root::falling_root;
+use super::root::{falling_root, less_round_off};
 use super::substep::{self, Advance, substepped};
 use crate::model::{Facts, Kind, Model};
 use crate::{
@@ -124,7 +124,8 @@ impl OriginalCamClay {
             let l_slope = stiffness * m * (1.0 - ratio) / (1.0 + a).powi(2);
             let strength = m * l * p;
             let slope = m * p * l_slope * (1.0 - l * trial.theta / stiffness);
-            (q_tr - 3.0 * trial.shear * shear - strength, -3.0 * trial.shear - slope)
+            let value = less_round_off(q_tr - 3.0 * trial.shear * shear - strength, q_tr + strength.abs());
+            (value, -3.0 * trial.shear - slope)
         });
         let shear = root.ok_or(MaterialError::NotConverged { model: NAME, reason: "yield condition" })?;
         let (pressure, size_ratio, _) = at(shear);

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::linear_elastic::stiff_warnings;
 use super::pressure_elastic::{LEAST_PRESSURE, check_poissons_ratio, shear_ratio, void_ratio_after};
 use super::radial::RadialTrial;
-use super::root::falling_root;
+use super::root::{falling_root, less_round_off};
 use super::substep::{self, Advance, substepped};
 use crate::model::{Facts, Kind, Model, check, not_negative, positive};
 use crate::{
@@ -343,6 +343,8 @@ impl Simsand {
         let excess = |p: f64| {
             let [_, transformation] = self.slopes(p, trial.void_ratio, trial.lode);
             let value = p - trial.pressure + dilatant * (transformation.value - q / p);
+            let terms = p + trial.pressure.abs() + dilatant * (transformation.value + q / p);
+            let value = less_round_off(value, terms);
             (value, 1.0 + dilatant * (transformation.by_pressure + q / (p * p)), transformation.value)
         };
         if !(excess(LEAST_PRESSURE).0 < 0.0) {
@@ -388,8 +390,9 @@ impl Simsand {
             let [peak, _] = self.slopes(p, trial.void_ratio, trial.lode);
             let (share, share_slope) = self.mobilised(trial.plastic_strain + shear);
             let by_pressure = -(peak.value + p * peak.by_pressure) * share;
+            let strength = p * peak.value * share;
             (
-                q - p * peak.value * share,
+                less_round_off(q - strength, q_tr + strength),
                 -3.0 * trial.shear + by_pressure * slope - p * peak.value * share_slope,
             )
         };
