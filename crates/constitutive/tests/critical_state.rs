@@ -237,7 +237,6 @@ fn modified_cam_clay_settles_at_its_lateral_pressure() {
     // First order in the step, so that two of them give the limit.
     let (coarse, fine) = (ratios(1000), ratios(2000));
     let limit = [0, 1].map(|k| 2.0 * fine[k] - coarse[k]);
-    println!("{coarse:?} {fine:?} {limit:?}");
     digits(limit[0], 0.352_184, 1e-6);
     digits(limit[1], 0.714_782, 1e-6);
 }
@@ -373,12 +372,10 @@ fn sand_sheared_at_constant_volume_follows_the_tables() {
         let (tau, p) = (run.column("stress_xy").unwrap(), run.column("p").unwrap());
         for (shear, rows) in table {
             let row = (shear / 0.5 * 4000.0_f64).round() as usize;
-            println!("{e} {shear}: {} {} for {:?}", tau[row] / 1e3, p[row] / 1e3, rows[k]);
-            near(tau[row] / 1e3, rows[k].0, 0.01);
-            near(p[row] / 1e3, rows[k].1, 0.01);
+            digits(tau[row] / 1e3, rows[k].0, 1e-3);
+            digits(p[row] / 1e3, rows[k].1, 1e-3);
         }
         let (row, least) = p.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).unwrap();
-        println!("{e}: least {} at {}", least / 1e3, row as f64 / 8000.0);
         near(least / 1e3, lowest[k].0, 0.01);
         near(row as f64 / 8000.0, lowest[k].1, 0.03);
     }
@@ -389,9 +386,9 @@ fn sand_sheared_far_approaches_its_critical_state() {
     let table = [(0.77, 1127.04, 1420.55), (0.81, 365.04, 460.10), (0.91, 2.1796, 2.7472)];
     for (e, p, q) in table {
         let run = sheared(e, 4.0);
-        println!("{e}: {} {} for {p} {q}", run.last("p") / 1e3, run.last("q") / 1e3);
-        near(run.last("p") / 1e3, p, 0.01);
-        near(run.last("q") / 1e3, q, 0.01);
+        let unit = if e == 0.91 { 1e-4 } else { 1e-2 };
+        digits(run.last("p") / 1e3, p, unit);
+        digits(run.last("q") / 1e3, q, unit);
         let law = SimsandSpec::bui_nguyen(e).law().unwrap();
         let critical = law.critical_pressure(e).unwrap();
         near(run.last("p"), critical, 0.015);
@@ -403,12 +400,11 @@ fn sand_sheared_far_approaches_its_critical_state() {
 fn sand_sheared_with_drainage_ends_at_one_strength() {
     for (e, exact) in [(0.77, 218.14), (0.81, 217.53), (0.91, 215.85)] {
         let run = test(sand(e), 100.0, &[(Path::TriaxialDrained { axial_compression: 0.6 }, 4000)]);
-        println!("{e}: {} for {exact}", run.last("q") / 1e3);
-        near(run.last("q") / 1e3, exact, 0.01);
+        digits(run.last("q") / 1e3, exact, 1e-2);
         if e == 0.77 {
+            // The peak grows by 0.1 kPa from 1000 steps to 16 000, hence the sheet's 1 %.
             let q = run.column("q").unwrap();
             let (row, peak) = q.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).unwrap();
-            println!("peak {} at {}", peak / 1e3, row as f64 * 0.6 / 4000.0);
             near(peak / 1e3, 247.1, 0.01);
             near(row as f64 * 0.6 / 4000.0, 0.054, 0.02);
         }

@@ -2,6 +2,7 @@
 
 mod bar;
 mod column_collapse;
+mod critical_state;
 mod element_tests;
 mod rigid_motion;
 mod self_weight;
@@ -23,8 +24,9 @@ pub struct Benchmark {
 }
 
 /// All benchmarks.
-pub const ALL: [Benchmark; 6] = [
+pub const ALL: [Benchmark; 7] = [
     element_tests::BENCHMARK,
+    critical_state::BENCHMARK,
     rigid_motion::BENCHMARK,
     bar::BENCHMARK,
     self_weight::BENCHMARK,
