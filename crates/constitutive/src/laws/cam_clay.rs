@@ -34,7 +34,7 @@ pub(super) const LARGEST_STEP: f64 = 0.05;
 /// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
-/// Parameters of `modified-cam-clay`.
+/// Parameters of `modified-cam-clay` and `original-cam-clay`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CamClaySpec {

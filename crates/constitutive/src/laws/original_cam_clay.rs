@@ -7,9 +7,10 @@
 //! The tip `(p_c, 0)` of the bullet is a corner: trials between its two limiting normals return to it.
 //! Limits: as modified Cam-clay; the surface carries tension where `η > 3`.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
 use super::cam_clay::{CamClayConstants, CamClaySpec, CamClayState, CamClayTrial, LARGEST_STEP, OUTPUTS};
@@ -26,9 +27,20 @@ const NAME: &str = "original-cam-clay";
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
 /// Parameters of `original-cam-clay`: those of `modified-cam-clay`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct OriginalCamClaySpec(pub CamClaySpec);
+
+/// The keys themselves and no reference to those of the other model.
+impl JsonSchema for OriginalCamClaySpec {
+    fn schema_name() -> Cow<'static, str> {
+        "OriginalCamClaySpec".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        CamClaySpec::json_schema(generator)
+    }
+}
 
 impl OriginalCamClaySpec {
     /// Checks the ranges and builds the law.
