@@ -134,6 +134,8 @@ models! {
     "saturation-softened" => SaturationSoftened(SaturationSoftenedSpec),
     /// Hypoplasticity with critical state, and an acceleration-based viscous part.
     "hypoplastic" => Hypoplastic(HypoplasticSpec),
+    /// Critical-state sand.
+    "simsand" => Simsand(SimsandSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
     /// Fluid with a constant yield stress.

@@ -4,6 +4,7 @@ mod aluminium_bars;
 mod bar;
 mod column_a04;
 mod column_collapse;
+mod critical_state;
 mod element_tests;
 mod finite_strain;
 mod flow;
@@ -47,6 +48,7 @@ impl Listed {
 /// All benchmarks.
 pub const ALL: &[Listed] = &[
     Listed::new(&element_tests::BENCHMARK, Some(1), 1),
+    Listed::new(&critical_state::BENCHMARK, Some(2), 2),
     Listed::new(&flow::BENCHMARK, Some(1), 1),
     Listed::new(&finite_strain::BENCHMARK, Some(1), 1),
     Listed::new(&kinematics::BENCHMARK, Some(6), 6),

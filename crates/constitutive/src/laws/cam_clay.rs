@@ -17,7 +17,7 @@ use super::pressure_elastic::{
     LEAST_PRESSURE, VolumeStep, check_poissons_ratio, shear_ratio, void_ratio_after,
 };
 use super::radial::RadialTrial;
-use super::root::falling_root;
+use super::root::{falling_root, less_round_off};
 use super::substep::{self, Advance, substepped};
 use crate::model::{Facts, Kind, Model, check, positive};
 use crate::{
@@ -34,7 +34,7 @@ pub(super) const LARGEST_STEP: f64 = 0.05;
 /// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
-/// Parameters of `modified-cam-clay`.
+/// Parameters of `modified-cam-clay` and `original-cam-clay`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CamClaySpec {
@@ -362,7 +362,7 @@ impl CamClay {
             falling_root(low, high, start, |x| {
                 let (p, p_c) = at(x);
                 (
-                    multiplier * (2.0 * p - p_c) - x,
+                    less_round_off(multiplier * (2.0 * p - p_c) - x, multiplier * (2.0 * p + p_c)),
                     -multiplier * (2.0 * trial.theta * p + trial.chi * p_c) - 1.0,
                 )
             })?
@@ -397,7 +397,8 @@ impl CamClay {
             let flow = 2.0 * p - p_c;
             let dx = unit * flow / (1.0 + multiplier * (2.0 * trial.theta * p + trial.chi * p_c));
             let slope = -2.0 * q * q / (m2 * (1.0 + a)) - p * (trial.theta * flow + trial.chi * p_c) * dx;
-            (self.yield_function(p, q, p_c), slope, [p, q, p_c, multiplier])
+            let value = less_round_off(self.yield_function(p, q, p_c), q * q / m2 + p * (p + p_c));
+            (value, slope, [p, q, p_c, multiplier])
         };
         // A multiplier that is large enough: the return ends inside as it grows.
         let (value, slope, _) = at(0.0);

@@ -7,13 +7,14 @@
 //! The tip `(p_c, 0)` of the bullet is a corner: trials between its two limiting normals return to it.
 //! Limits: as modified Cam-clay; the surface carries tension where `η > 3`.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
 use super::cam_clay::{CamClayConstants, CamClaySpec, CamClayState, CamClayTrial, LARGEST_STEP, OUTPUTS};
-use super::root::falling_root;
+use super::root::{falling_root, less_round_off};
 use super::substep::{self, Advance, substepped};
 use crate::model::{Facts, Kind, Model};
 use crate::{
@@ -26,9 +27,20 @@ const NAME: &str = "original-cam-clay";
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
 /// Parameters of `original-cam-clay`: those of `modified-cam-clay`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct OriginalCamClaySpec(pub CamClaySpec);
+
+/// The keys themselves and no reference to those of the other model.
+impl JsonSchema for OriginalCamClaySpec {
+    fn schema_name() -> Cow<'static, str> {
+        "OriginalCamClaySpec".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        CamClaySpec::json_schema(generator)
+    }
+}
 
 impl OriginalCamClaySpec {
     /// Checks the ranges and builds the law.
@@ -124,7 +136,8 @@ impl OriginalCamClay {
             let l_slope = stiffness * m * (1.0 - ratio) / (1.0 + a).powi(2);
             let strength = m * l * p;
             let slope = m * p * l_slope * (1.0 - l * trial.theta / stiffness);
-            (q_tr - 3.0 * trial.shear * shear - strength, -3.0 * trial.shear - slope)
+            let value = less_round_off(q_tr - 3.0 * trial.shear * shear - strength, q_tr + strength.abs());
+            (value, -3.0 * trial.shear - slope)
         });
         let shear = root.ok_or(MaterialError::NotConverged { model: NAME, reason: "yield condition" })?;
         let (pressure, size_ratio, _) = at(shear);

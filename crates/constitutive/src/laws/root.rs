@@ -3,9 +3,11 @@
 /// Evaluations before a root is given up: bisection alone halves a bracket of doubles fewer times.
 const EVALUATIONS: usize = 300;
 
+/// Relative size of a step from which on Newton's method converges by leaps.
+const NEAR: f64 = 1e-9;
+
 /// Root of a function that falls from positive at `low` to negative at `high`, by Newton's method from
-/// `start`, safeguarded by bisection. `f` gives value and derivative. `None`
-/// where the function is not finite.
+/// `start`, safeguarded by bisection. `f` gives value and derivative. `None` where it is not finite.
 pub(super) fn falling_root(
     low: f64,
     high: f64,
@@ -28,17 +30,26 @@ pub(super) fn falling_root(
         } else {
             high = x;
         }
-        let newton = x - value / slope;
+        let step = -value / slope;
+        let newton = x + step;
         // Newton's step where it stays inside and the steps go on shrinking, the middle otherwise.
-        let good = newton > low && newton < high && (newton - x).abs() <= 0.5 * last_step.abs();
+        let good = newton > low && newton < high && step.abs() <= 0.5 * last_step.abs();
+        // Near the root a step that is not good is round-off.
+        let settled = !good && step.abs() <= NEAR * x.abs();
+        if settled || step.abs() <= f64::EPSILON * x.abs() || high - low <= f64::EPSILON * high.abs() {
+            return Some(x);
+        }
         let next = if good { newton } else { 0.5 * (low + high) };
         last_step = next - x;
-        if last_step.abs() <= f64::EPSILON * next.abs() || high - low <= f64::EPSILON * high.abs() {
-            return Some(next);
-        }
         x = next;
     }
     None
+}
+
+/// `difference`, or zero where it is round-off of the terms it comes from, whose sizes add up to `terms`.
+#[inline]
+pub(super) fn less_round_off(difference: f64, terms: f64) -> f64 {
+    if difference.abs() <= 2.0 * f64::EPSILON * terms { 0.0 } else { difference }
 }
 
 #[cfg(test)]
