@@ -51,8 +51,8 @@ pub const ALL: [Listed; 9] = [
     Listed::new(&self_weight::BENCHMARK, Some(12), 12),
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
     Listed::new(&column_collapse::BENCHMARK, Some(70), 150),
-    Listed::new(&column_a04::BENCHMARK, Some(70), 600),
-    Listed::new(&aluminium_bars::BENCHMARK, Some(60), 60),
+    Listed::new(&column_a04::BENCHMARK, Some(40), 700),
+    Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
 ];
 
 /// What a benchmark found.
