@@ -43,6 +43,7 @@ fn packages() -> BTreeMap<String, Package> {
 fn allowed(folder: &str) -> &'static [&'static str] {
     match folder {
         "constitutive" | "points" | "grid" => &[],
+        "umat" => &["colluvium-constitutive"],
         "case" => &["colluvium-constitutive", "colluvium-points"],
         // What remains is a method.
         _ => &["colluvium-case", "colluvium-constitutive", "colluvium-grid", "colluvium-points"],

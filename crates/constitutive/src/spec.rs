@@ -136,6 +136,8 @@ models! {
     "hypoplastic" => Hypoplastic(HypoplasticSpec),
     /// Critical-state sand.
     "simsand" => Simsand(SimsandSpec),
+    /// A user material of Abaqus in a shared library.
+    "umat" => Umat(UmatSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
     /// Fluid with a constant yield stress.

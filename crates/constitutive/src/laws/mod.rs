@@ -31,6 +31,7 @@ pub mod strength_reduced;
 mod substep;
 mod tension_cut;
 mod tresca;
+mod umat;
 mod undrained;
 mod von_mises;
 
@@ -59,6 +60,7 @@ pub use st_venant_kirchhoff::{StVenantKirchhoff, StVenantKirchhoffSpec};
 pub use strength_reduced::{ReductionScope, StrengthReducedSpec, StrengthReduction};
 pub use tension_cut::{TensionCut, TensionCutSpec};
 pub use tresca::TrescaSpec;
+pub use umat::UmatSpec;
 pub use undrained::UndrainedSpec;
 pub use von_mises::{ExactIn, VonMisesSpec};
 

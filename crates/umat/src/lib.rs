@@ -1,0 +1,271 @@
+//! Every law of Colluvium as a user material (UMAT) of Abaqus/Standard, so that Abaqus, Anura3D or an
+//! incremental driver can call it.
+//!
+//! Build the shared library with `cargo build --release -p colluvium-umat`; it exports `umat_`. The
+//! environment variable `COLLUVIUM_MATERIALS` names a JSON file of materials as case files have them,
+//!
+//! ```json
+//! { "sand": { "model": "mohr-coulomb", "density": 1800, "youngs_modulus": 2e7, "poissons_ratio": 0.3,
+//!             "friction_angle": 32 } }
+//! ```
+//!
+//! and the name of the material (`CMNAME`, upper or lower case) chooses one of them. `PROPS` is not read.
+//! SI units, tension-positive, 11 22 33 12 13 23 with engineering shear, as Abaqus has it; three-dimensional
+//! stress (`NTENS = 6`), plane strain and axisymmetry (`NDI = 3`, `NSHR = 1`). A stress that stands when
+//! `STATEV(1)` is zero is the initial stress. Initial density is the material's.
+//!
+//! `STATEV(1)` holds the length of the state in bytes, the next numbers the state (six bytes in each, so that
+//! they are whole numbers which every program copies as they are), the rest the law's outputs. What cannot be
+//! done (an unknown name, too few state variables, a step that does not converge) leaves stress and state as
+//! they were, sets `PNEWDT` to 0.25 and says why on standard error.
+
+#![allow(unsafe_code, reason = "the interface of a UMAT is raw pointers")]
+
+use std::collections::HashMap;
+use std::ffi::{c_char, c_int};
+use std::sync::{Arc, OnceLock};
+
+use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
+
+/// Environment variable that names the file of materials.
+pub const MATERIALS: &str = "COLLUVIUM_MATERIALS";
+
+/// Bytes of the state in each state variable: whole numbers below 2⁴⁸ are exact in a double.
+const BYTES: usize = 6;
+
+/// Where each component xx yy zz xy yz zx stands among 11 22 33 12 13 23, and the other way round.
+const ORDER: [usize; 6] = [0, 1, 2, 3, 5, 4];
+
+/// A material ready for use and its density.
+struct Ready {
+    law: Arc<dyn Material>,
+    density: f64,
+}
+
+/// The materials of the file, by lower-case name.
+fn materials() -> Result<&'static HashMap<String, Ready>, String> {
+    static READY: OnceLock<Result<HashMap<String, Ready>, String>> = OnceLock::new();
+    READY.get_or_init(read_materials).as_ref().map_err(Clone::clone)
+}
+
+fn read_materials() -> Result<HashMap<String, Ready>, String> {
+    let file = std::env::var_os(MATERIALS).ok_or(format!("{MATERIALS} names no file of materials"))?;
+    let file = std::path::PathBuf::from(file);
+    let text = std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let specs: HashMap<String, MaterialSpec> =
+        serde_json::from_str(&text).map_err(|error| format!("{}: {error}", file.display()))?;
+    let ready = |(name, spec): (String, MaterialSpec)| {
+        let law = spec.build().map_err(|error| format!("{}: {name}.{error}", file.display()))?;
+        Ok((name.to_lowercase(), Ready { law, density: spec.density() }))
+    };
+    specs.into_iter().map(ready).collect()
+}
+
+/// The state of a point as numbers: its length in bytes, then the bytes.
+fn pack(law: &dyn Material, states: &States) -> Vec<f64> {
+    let bytes = law.save(states);
+    let number = |part: &[u8]| part.iter().rev().fold(0u64, |n, byte| n << 8 | u64::from(*byte)) as f64;
+    std::iter::once(bytes.len() as f64).chain(bytes.chunks(BYTES).map(number)).collect()
+}
+
+/// The state of numbers made by [`pack`].
+fn unpack(law: &dyn Material, numbers: &[f64]) -> Option<States> {
+    let (length, rest) = numbers.split_first()?;
+    let length = *length as usize;
+    let mut bytes: Vec<u8> = Vec::with_capacity(length + BYTES);
+    for number in rest.get(..length.div_ceil(BYTES))? {
+        bytes.extend_from_slice(&(*number as u64).to_le_bytes()[..BYTES]);
+    }
+    bytes.truncate(length);
+    law.load(&bytes).filter(|states| states.len() == 1)
+}
+
+/// What one call has to go on, in Rust's terms.
+struct Call<'a> {
+    name: String,
+    stress: &'a mut [f64],
+    state: &'a mut [f64],
+    tangent: &'a mut [f64],
+    strain: &'a [f64],
+    increment: &'a [f64],
+    dt: f64,
+    size: f64,
+    rotation: Mat3,
+    before: Mat3,
+    after: Mat3,
+}
+
+fn from_columns(m: &[f64]) -> Mat3 {
+    Mat3(std::array::from_fn(|i| std::array::from_fn(|j| m[3 * j + i])))
+}
+
+/// A tensor of `values` in the order of Abaqus, shear components times `shear`.
+fn tensor(values: &[f64], shear: f64) -> SymTensor {
+    let full: [f64; 6] =
+        std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0) * if k < 3 { 1.0 } else { shear });
+    SymTensor(std::array::from_fn(|k| full[ORDER[k]]))
+}
+
+/// The motion of the step: from the deformation gradients where they differ, else from strain and rotation.
+fn motion(call: &Call, density: f64) -> Option<Motion> {
+    let volume = |f: &Mat3| f.determinant();
+    if call.before != call.after {
+        let f = call.after * call.before.inverse()?;
+        return Motion::from_deformation(&f, call.dt, density / volume(&call.after), call.size);
+    }
+    // Spin of a rotation after Hughes and Winget, W = 2 (Q - 1)(Q + 1)⁻¹.
+    let q = call.rotation;
+    let spin = (q - Mat3::IDENTITY) * (q + Mat3::IDENTITY).inverse()? * 2.0;
+    let strain = tensor(call.increment, 0.5);
+    let gradient = strain.to_matrix() + spin.skew();
+    let growth = (tensor(call.strain, 0.5).trace() + strain.trace()).exp();
+    Motion::from_velocity_gradient(&(gradient * (1.0 / call.dt)), call.dt, density / growth, call.size)
+}
+
+fn run(call: &mut Call) -> Result<(), String> {
+    let known = materials()?;
+    let Ready { law, density } = known
+        .get(&call.name.to_lowercase())
+        .ok_or_else(|| format!("{:?} is not in {MATERIALS}", call.name))?;
+    if !matches!(call.stress.len(), 4 | 6) {
+        return Err(format!(
+            "NTENS = {} is not served: 4 (plane strain, axisymmetry) or 6",
+            call.stress.len()
+        ));
+    }
+    // Abaqus has turned the stress already; the law turns it itself.
+    let stress = tensor(call.stress, 1.0).rotated(&call.rotation.transpose());
+    let fresh = call.state.first().copied().unwrap_or(0.0) == 0.0;
+    let (stress, states) = if fresh {
+        let condition = InitialCondition { stress, density: *density };
+        let (stresses, states) = law.initial(&[condition]).map_err(|error| error.to_string())?;
+        (stresses[0], states)
+    } else {
+        let states =
+            unpack(&**law, call.state).ok_or("the state variables are not those of this material")?;
+        (stress, states)
+    };
+    if call.dt <= 0.0 {
+        call.dt = 1.0;
+    }
+    let motion = motion(call, *density).ok_or("the deformation of the step is singular")?;
+    let tangent = law.tangent(&motion, &stress, &states.blocks()[0], 0).map_err(|error| error.to_string())?;
+    let (mut new, mut stresses) = (states, [stress]);
+    law.update(&[motion], &mut stresses, &mut new.blocks_mut()[0]).map_err(|error| error.to_string())?;
+    let packed = pack(&**law, &new);
+    if packed.len() > call.state.len() {
+        let (needed, given) = (packed.len(), call.state.len());
+        return Err(format!("{}: needs {needed} state variables (DEPVAR), has {given}", call.name));
+    }
+    let mut outputs = vec![0.0; law.output_names().len()];
+    law.outputs(&stresses, &new.blocks()[0], &mut outputs);
+    for (slot, value) in call.state.iter_mut().zip(packed.into_iter().chain(outputs)) {
+        *slot = value;
+    }
+    let count = call.stress.len();
+    for k in 0..count {
+        call.stress[k] = stresses[0][ORDER[k]];
+        for j in 0..count {
+            call.tangent[j * count + k] = tangent.0[ORDER[k]][ORDER[j]];
+        }
+    }
+    Ok(())
+}
+
+/// The user material of Abaqus/Standard. See the head of this crate.
+///
+/// # Safety
+/// Every pointer must be to an array of the length that the interface of a UMAT names: `ntens` numbers in
+/// `stress`, `stran` and `dstran`, `ntens²` in `ddsdde`, `nstatv` in `statev`, 80 bytes in `cmname`, 9 numbers
+/// in `drot`, `dfgrd0` and `dfgrd1`, one in `dtime`, `pnewdt` and `celent`.
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments, reason = "the interface is not ours")]
+pub unsafe extern "C" fn umat_(
+    stress: *mut f64,
+    statev: *mut f64,
+    ddsdde: *mut f64,
+    _sse: *mut f64,
+    _spd: *mut f64,
+    _scd: *mut f64,
+    _rpl: *mut f64,
+    _ddsddt: *mut f64,
+    _drplde: *mut f64,
+    _drpldt: *mut f64,
+    stran: *const f64,
+    dstran: *const f64,
+    _time: *const f64,
+    dtime: *const f64,
+    _temp: *const f64,
+    _dtemp: *const f64,
+    _predef: *const f64,
+    _dpred: *const f64,
+    cmname: *const c_char,
+    _ndi: *const c_int,
+    _nshr: *const c_int,
+    ntens: *const c_int,
+    nstatv: *const c_int,
+    _props: *const f64,
+    _nprops: *const c_int,
+    _coords: *const f64,
+    drot: *const f64,
+    pnewdt: *mut f64,
+    celent: *const f64,
+    dfgrd0: *const f64,
+    dfgrd1: *const f64,
+    _noel: *const c_int,
+    _npt: *const c_int,
+    _layer: *const c_int,
+    _kspt: *const c_int,
+    _kstep: *const c_int,
+    _kinc: *const c_int,
+    _cmname_length: usize,
+) {
+    // SAFETY: the lengths are those the interface names, on the word of the caller.
+    let result = unsafe {
+        let length = |count: *const c_int| usize::try_from(*count).unwrap_or(0);
+        let (ntens, nstatv) = (length(ntens), length(nstatv));
+        let name = std::slice::from_raw_parts(cmname.cast::<u8>(), 80);
+        // C programs end the name with a zero, Fortran fills it up with blanks.
+        let end = name.iter().position(|byte| *byte == 0).unwrap_or(name.len());
+        let matrix = |m: *const f64| from_columns(std::slice::from_raw_parts(m, 9));
+        let mut call = Call {
+            name: String::from_utf8_lossy(&name[..end]).trim().to_owned(),
+            stress: std::slice::from_raw_parts_mut(stress, ntens),
+            state: if nstatv == 0 { &mut [] } else { std::slice::from_raw_parts_mut(statev, nstatv) },
+            tangent: std::slice::from_raw_parts_mut(ddsdde, ntens * ntens),
+            strain: std::slice::from_raw_parts(stran, ntens),
+            increment: std::slice::from_raw_parts(dstran, ntens),
+            dt: *dtime,
+            size: *celent,
+            rotation: matrix(drot),
+            before: matrix(dfgrd0),
+            after: matrix(dfgrd1),
+        };
+        // A panic must not cross into the caller's language.
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(&mut call)))
+            .unwrap_or_else(|_| Err("internal error".to_owned()))
+    };
+    if let Err(message) = result {
+        eprintln!("colluvium umat: {message}");
+        // SAFETY: as above.
+        unsafe { *pnewdt = 0.25 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_survive_packing() {
+        for spec in MaterialSpec::examples() {
+            let law = spec.build().unwrap();
+            let stress = SymTensor::isotropic(-50e3);
+            let (_, states) = law.initial(&[InitialCondition { stress, density: spec.density() }]).unwrap();
+            let numbers = pack(&*law, &states);
+            assert!(numbers.iter().all(|n| n.fract() == 0.0 && *n >= 0.0), "{}", spec.name());
+            let back = unpack(&*law, &numbers).expect("its own numbers");
+            assert_eq!(law.save(&back), law.save(&states), "{}", spec.name());
+        }
+    }
+}

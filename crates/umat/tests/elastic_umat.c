@@ -1,0 +1,29 @@
+/* A user material of Abaqus for the tests: linear elasticity, PROPS = E, nu; STATEV(1) counts the calls,
+   STATEV(2) holds the volumetric strain. Below zero volume it asks for a shorter step. */
+void umat_(double *stress, double *statev, double *ddsdde, double *sse, double *spd, double *scd, double *rpl,
+           double *ddsddt, double *drplde, double *drpldt, const double *stran, const double *dstran,
+           const double *time, const double *dtime, const double *temp, const double *dtemp,
+           const double *predef, const double *dpred, const char *cmname, const int *ndi, const int *nshr,
+           const int *ntens, const int *nstatv, const double *props, const int *nprops, const double *coords,
+           const double *drot, double *pnewdt, const double *celent, const double *dfgrd0,
+           const double *dfgrd1, const int *noel, const int *npt, const int *layer, const int *kspt,
+           const int *kstep, const int *kinc, unsigned long length)
+{
+    if (*nprops < 2) {
+        *pnewdt = 0.5;
+        return;
+    }
+    double e = props[0], nu = props[1];
+    double g = e / (2.0 * (1.0 + nu)), lame = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+    int n = *ntens;
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            ddsdde[j * n + i] = i < 3 && j < 3 ? lame + (i == j ? 2.0 * g : 0.0) : (i == j ? g : 0.0);
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < n; j++)
+            stress[i] += ddsdde[j * n + i] * dstran[j];
+    if (*nstatv >= 2) {
+        statev[0] += 1.0;
+        statev[1] = stran[0] + stran[1] + stran[2] + dstran[0] + dstran[1] + dstran[2];
+    }
+}

@@ -1,0 +1,109 @@
+//! Loading a UMAT that is not ours: a small one in C, built here.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use colluvium_constitutive::laws::{LinearElasticSpec, StrainMeasure, UmatSpec};
+use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
+
+/// The C file of the tests as a shared library.
+fn built(folder: &Path) -> PathBuf {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/elastic_umat.c");
+    let library = folder.join("libelastic_umat.so");
+    // The linker that Rust itself needs is a C compiler.
+    let compiler = std::env::var("CC").unwrap_or("cc".to_owned());
+    let mut command = Command::new(compiler);
+    let output = command.args(["-shared", "-fPIC", "-O1", "-o"]).arg(&library).arg(source).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    library
+}
+
+fn spec(library: PathBuf) -> UmatSpec {
+    UmatSpec {
+        density: 2000.0,
+        library,
+        symbol: "umat_".to_owned(),
+        material_name: String::new(),
+        props: vec![20e3, 0.3],
+        state_variables: vec![0.0, 0.0],
+        pascals: 1e3,
+        wave_modulus: None,
+        thread_safe: false,
+    }
+}
+
+fn start(law: &dyn Material) -> (SymTensor, States) {
+    let stress = SymTensor([-60e3, -50e3, -45e3, 3e3, -2e3, 1e3]);
+    let (stresses, states) = law.initial(&[InitialCondition { stress, density: 2000.0 }]).unwrap();
+    (stresses[0], states)
+}
+
+#[test]
+fn an_elastic_umat_in_kilopascals_is_the_elastic_law() {
+    let folder = tempfile::tempdir().unwrap();
+    let umat = MaterialSpec::Umat(spec(built(folder.path()))).build().unwrap();
+    let elastic = MaterialSpec::LinearElastic(LinearElasticSpec {
+        density: 2000.0,
+        youngs_modulus: 20e6,
+        poissons_ratio: 0.3,
+        strain_measure: StrainMeasure::Rate,
+    });
+    let elastic = elastic.build().unwrap();
+    let (mut here, mut there) = (start(&*umat), start(&*elastic));
+    // Without spin: full rotation before and half rotations around the step are then the same.
+    let shear = Mat3([[1e-3, 2e-3, -5e-4], [2e-3, -3e-3, 7e-4], [-5e-4, 7e-4, 1.5e-3]]);
+    let motion = Motion::from_velocity_gradient(&shear, 1.0, 2000.0, 0.1).unwrap();
+    for (law, point) in [(&umat, &mut here), (&elastic, &mut there)] {
+        for _ in 0..5 {
+            let mut stress = [point.0];
+            law.update(&[motion], &mut stress, &mut point.1.blocks_mut()[0]).unwrap();
+            point.0 = stress[0];
+        }
+    }
+    assert!((here.0 - there.0).norm() < 1e-9 * there.0.norm(), "{:?} and {:?}", here.0, there.0);
+    let tangent = |law: &dyn Material, point: &(SymTensor, States)| {
+        law.tangent(&motion, &point.0, &point.1.blocks()[0], 0).unwrap().0
+    };
+    for (one, other) in
+        tangent(&*umat, &here).iter().flatten().zip(tangent(&*elastic, &there).iter().flatten())
+    {
+        assert!((one - other).abs() < 1e-6, "{one} and {other}");
+    }
+    let mut modulus = [0.0];
+    umat.wave_moduli(&[here.0], &here.1.blocks()[0], &mut modulus);
+    assert!((modulus[0] / 26_923_076.923 - 1.1).abs() < 1e-9);
+}
+
+#[test]
+fn a_rigid_turn_turns_the_stress_of_a_umat() {
+    let folder = tempfile::tempdir().unwrap();
+    let umat = MaterialSpec::Umat(spec(built(folder.path()))).build().unwrap();
+    let (stress, mut states) = start(&*umat);
+    let q = Mat3::rotation_z(0.7);
+    let motion = Motion::from_deformation(&q, 1.0, 2000.0, 0.1).unwrap();
+    let mut turned = [stress];
+    umat.update(&[motion], &mut turned, &mut states.blocks_mut()[0]).unwrap();
+    assert!((turned[0] - stress.rotated(&q)).norm() < 1e-9 * stress.norm());
+}
+
+#[test]
+fn what_is_wrong_with_a_library_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let library = built(folder.path());
+    let fail = |spec: UmatSpec| MaterialSpec::Umat(spec).build().err().expect("refused").to_string();
+    let missing = fail(spec(folder.path().join("none.so")));
+    assert!(missing.starts_with("library: ") && missing.contains("none.so"), "{missing}");
+    let text = folder.path().join("text.so");
+    std::fs::write(&text, "no library").unwrap();
+    let not_one = fail(spec(text));
+    assert!(not_one.starts_with("library: ") && not_one.contains("cannot be loaded"), "{not_one}");
+    let symbol = fail(UmatSpec { symbol: "vumat_".to_owned(), ..spec(library.clone()) });
+    assert!(symbol.starts_with("symbol: \"vumat_\" is not in"), "{symbol}");
+    let props = fail(UmatSpec { props: vec![1.0, f64::NAN], ..spec(library.clone()) });
+    assert!(props.starts_with("props: NaN"), "{props}");
+    // Too few properties: this library then asks for a shorter step.
+    let law = MaterialSpec::Umat(UmatSpec { props: vec![1.0], ..spec(library) }).build().unwrap();
+    let condition = InitialCondition { stress: SymTensor::ZERO, density: 2000.0 };
+    let error = law.initial(&[condition]).err().expect("refused").to_string();
+    assert!(error.contains("shorter step"), "{error}");
+}
