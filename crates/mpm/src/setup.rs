@@ -202,6 +202,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         nodes: vec![Node::default(); layout.len()],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
+        load_factors: vec![1.0; case.bodies.len()],
         walls: Walls::default(),
         upper: grid.upper(),
         closed: [[false; 2]; D],
@@ -350,9 +351,10 @@ fn apply_load<const D: usize, P: PointDomain<D>>(
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
-    /// Factor on the tractions of each body at the end of a step of `dt`.
-    pub(crate) fn load_factor(&self, dt: f64) -> Vec<f64> {
-        let factor = |body: &Body| {
+    /// Sets the factors on the tractions of each body to those at the end of a step of `dt`.
+    pub(crate) fn set_load_factors(&mut self, dt: f64) {
+        let end = self.time + dt;
+        for (body, factor) in self.case.bodies.iter().zip(&mut self.load_factors) {
             let of_body = |load: &&Load| {
                 let Load::Traction { body: name, .. } = load;
                 *name == body.name
@@ -361,8 +363,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let Load::Traction { ramp, .. } = load;
                 *ramp
             });
-            if ramp > 0.0 { ((self.time + dt) / ramp).min(1.0) } else { 1.0 }
-        };
-        self.case.bodies.iter().map(factor).collect()
+            *factor = if ramp > 0.0 { (end / ramp).min(1.0) } else { 1.0 };
+        }
     }
 }

@@ -28,6 +28,8 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) remapped: Vec<Lanes>,
     pub(crate) row_sums: Vec<RowSums>,
     pub(crate) sets: Vec<PointSet<D, P>>,
+    /// Factor on the tractions of each body of the case, in this step.
+    pub(crate) load_factors: Vec<f64>,
     pub(crate) walls: Walls,
     /// Upper corner of the grid (m).
     pub(crate) upper: [f64; D],
