@@ -57,20 +57,18 @@ fn transfer<const D: usize, const S: usize, B: Basis<S>>(criterion: &mut Criteri
 }
 
 fn all(criterion: &mut Criterion) {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of one thread");
-    // Rayon would run the scatter on all cores.
-    pool.install(|| {
-        transfer::<2, 2, Linear>(criterion, 128);
-        transfer::<2, 3, Gimp>(criterion, 128);
-        transfer::<2, 4, WideGimp>(criterion, 128);
-        transfer::<2, 3, QuadraticSpline>(criterion, 128);
-        transfer::<2, 4, CubicSpline>(criterion, 128);
-        transfer::<3, 2, Linear>(criterion, 32);
-        transfer::<3, 3, Gimp>(criterion, 32);
-        transfer::<3, 4, WideGimp>(criterion, 32);
-        transfer::<3, 3, QuadraticSpline>(criterion, 32);
-        transfer::<3, 4, CubicSpline>(criterion, 32);
-    });
+    // Rayon would use all cores.
+    rayon::ThreadPoolBuilder::new().num_threads(1).build_global().expect("the first and only pool");
+    transfer::<2, 2, Linear>(criterion, 128);
+    transfer::<2, 3, Gimp>(criterion, 128);
+    transfer::<2, 4, WideGimp>(criterion, 128);
+    transfer::<2, 3, QuadraticSpline>(criterion, 128);
+    transfer::<2, 4, CubicSpline>(criterion, 128);
+    transfer::<3, 2, Linear>(criterion, 32);
+    transfer::<3, 3, Gimp>(criterion, 32);
+    transfer::<3, 4, WideGimp>(criterion, 32);
+    transfer::<3, 3, QuadraticSpline>(criterion, 32);
+    transfer::<3, 4, CubicSpline>(criterion, 32);
 }
 
 criterion_group!(benches, all);

@@ -164,22 +164,10 @@ impl<const D: usize> Layout<D> {
         let middle = numbers.start + numbers.len() / 2;
         let cut = self.window_start(colour + 2 * middle);
         let (lower, upper) = nodes.split_at_mut((cut - start) * row);
-        rayon::join(
-            || {
-                self.scatter_windows(
-                    lower,
-                    Windows { colour, numbers: numbers.start..middle, start },
-                    scatter,
-                )
-            },
-            || {
-                self.scatter_windows(
-                    upper,
-                    Windows { colour, numbers: middle..numbers.end, start: cut },
-                    scatter,
-                )
-            },
-        );
+        let half = |nodes: &mut [T], numbers: Range<usize>, start: usize| {
+            self.scatter_windows(nodes, Windows { colour, numbers, start }, scatter);
+        };
+        rayon::join(|| half(lower, numbers.start..middle, start), || half(upper, middle..numbers.end, cut));
     }
 }
 
