@@ -3,8 +3,10 @@
 use std::time::Instant;
 
 use clap::Args;
-use colluvium::case::Case;
+use colluvium::case::{Case, Solver};
 use serde_json::json;
+
+use crate::textbook::{Problem, Shape, Textbook};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -16,10 +18,19 @@ pub struct Arguments {
     /// Measure the bandwidth of memory as well (takes 0.8 GB).
     #[arg(long)]
     bandwidth: bool,
+    /// Only the race against the textbook kernel.
+    #[arg(long)]
+    race: bool,
     /// Seconds of measurement per setting.
     #[arg(long, default_value_t = 2.0)]
     seconds: f64,
 }
+
+/// The soil of the block, and what pulls at it: small, so that the block stays in place while it is measured.
+const DENSITY: f64 = 2000.0;
+const YOUNGS_MODULUS: f64 = 1e6;
+const POISSONS_RATIO: f64 = 0.3;
+const GRAVITY: f64 = -0.1;
 
 /// What is measured.
 struct Setting {
@@ -37,20 +48,23 @@ impl Setting {
         format!("{dimension}d,{shape},{scheme},{model},{points},{threads}")
     }
 
+    /// Cells along an edge of the block.
+    fn cells(&self) -> usize {
+        ((self.points as f64).powf(1.0 / self.dimension as f64) / 2.0).round().max(2.0) as usize
+    }
+
     /// A block that rests on the floor of its box and settles under a little gravity: two points per cell and
     /// direction.
     fn case(&self) -> Result<Case, String> {
-        let dimension = self.dimension as f64;
-        let cells = ((self.points as f64).powf(1.0 / dimension) / 2.0).round().max(2.0);
-        let cell = 1.0 / cells;
+        let cell = 1.0 / self.cells() as f64;
         let all = |value: f64| vec![value; self.dimension];
         let mut gravity = all(0.0);
-        // Small loads keep the block in place while it is measured.
-        gravity[1] = -0.1;
+        gravity[1] = GRAVITY;
         let mut floor = all(-4.0 * cell);
         floor[1] = 0.0;
-        let mut material =
-            json!({ "model": self.model, "density": 2000.0, "youngs_modulus": 1e6, "poissons_ratio": 0.3 });
+        let mut material = json!({
+            "model": self.model, "density": DENSITY, "youngs_modulus": YOUNGS_MODULUS, "poissons_ratio": POISSONS_RATIO
+        });
         if self.model != "linear-elastic" {
             // Weak enough that the block yields under its weight.
             material["friction_angle"] = json!(20.0);
@@ -72,30 +86,80 @@ impl Setting {
 
     /// Million point-updates per second.
     fn measure(&self, seconds: f64) -> Result<(usize, f64), String> {
-        let case = self.case()?;
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| e.to_string())?;
         pool.install(|| {
-            let method = colluvium::method("mpm").ok_or("no method mpm")?;
-            let mut solver = method.build(&case).map_err(|error| error.to_string())?;
-            solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
-            let mut step = |count: usize| {
-                for _ in 0..count {
-                    let dt = solver.time_step().dt;
-                    solver.step(dt).map_err(|error| error.to_string())?;
-                }
-                Ok::<usize, String>(solver.points())
-            };
-            let points = step(3)?;
-            let batch = (100_000 / points).clamp(1, 20);
-            let (mut steps, start) = (0, Instant::now());
-            while start.elapsed().as_secs_f64() < seconds && steps < 2000 {
-                step(batch)?;
-                steps += batch;
-            }
-            Ok((points, (points * steps) as f64 / start.elapsed().as_secs_f64() / 1e6))
+            let mut solver = self.solver()?;
+            let points = solver.points();
+            let rate = rate(points, seconds, || {
+                let dt = solver.time_step().dt;
+                solver.step(dt).map_err(|error| error.to_string())
+            })?;
+            Ok((points, rate))
         })
     }
+
+    /// The solver at the start.
+    fn solver(&self) -> Result<Box<dyn Solver>, String> {
+        let method = colluvium::method("mpm").ok_or("no method mpm")?;
+        let mut solver = method.build(&self.case()?).map_err(|error| error.to_string())?;
+        solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
+        Ok(solver)
+    }
+
+    /// The same problem for the textbook kernel; elastic only.
+    fn textbook<const D: usize>(&self) -> Textbook<D> {
+        Textbook::new(Problem {
+            cells: self.cells(),
+            shape: if self.shape == "linear" { Shape::Linear } else { Shape::Quadratic },
+            density: DENSITY,
+            youngs_modulus: YOUNGS_MODULUS,
+            poissons_ratio: POISSONS_RATIO,
+            gravity: GRAVITY,
+        })
+    }
+
+    /// Million point-updates per second of the textbook kernel, with the step of our solver.
+    fn measure_textbook<const D: usize>(&self, seconds: f64) -> Result<f64, String> {
+        let dt = self.solver()?.time_step().dt;
+        let mut textbook = self.textbook::<D>();
+        rate(textbook.points.len(), seconds, || {
+            textbook.step(dt);
+            Ok(())
+        })
+    }
+
+    /// Our solver and the textbook kernel in turn, three times: the best of each.
+    fn race(&self, seconds: f64) -> Result<(usize, f64, f64), String> {
+        let (mut points, mut ours, mut textbook) = (0, 0f64, 0f64);
+        for _ in 0..3 {
+            let (count, rate) = self.measure(seconds / 3.0)?;
+            points = count;
+            ours = ours.max(rate);
+            textbook = textbook.max(match self.dimension {
+                2 => self.measure_textbook::<2>(seconds / 3.0)?,
+                _ => self.measure_textbook::<3>(seconds / 3.0)?,
+            });
+        }
+        Ok((points, ours, textbook))
+    }
+}
+
+/// Million point-updates per second of `step`, over about so many seconds.
+fn rate(points: usize, seconds: f64, mut step: impl FnMut() -> Result<(), String>) -> Result<f64, String> {
+    // The first steps fill the caches.
+    for _ in 0..3 {
+        step()?;
+    }
+    let batch = (100_000 / points).clamp(1, 20);
+    let (mut steps, start) = (0, Instant::now());
+    while start.elapsed().as_secs_f64() < seconds && steps < 2000 {
+        for _ in 0..batch {
+            step()?;
+        }
+        steps += batch;
+    }
+    Ok((points * steps) as f64 / start.elapsed().as_secs_f64() / 1e6)
 }
 
 /// Memory bandwidth (GB/s) of `a = b + s c` over arrays far larger than the caches.
@@ -135,8 +199,20 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         println!("# memory bandwidth on {threads} threads: {:.1} GB/s", bandwidth(threads)?);
     }
     println!("# million point-updates per second of wall-clock time");
-    println!("dimension,shape,stress_update,model,points,threads,million_updates_per_second");
     let sizes: &[usize] = if arguments.small { &[10_000] } else { &[10_000, 1_000_000] };
+    let wanted = |setting: &Setting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
+    if !arguments.race {
+        table(sizes, arguments.seconds, wanted)?;
+    }
+    race(sizes, arguments.seconds, wanted)?;
+    if let Some(memory) = peak_memory() {
+        println!("# peak memory {memory:.0} MB");
+    }
+    Ok(true)
+}
+
+fn table(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> Result<(), String> {
+    println!("dimension,shape,stress_update,model,points,threads,million_updates_per_second");
     for dimension in [2, 3] {
         for shape in ["linear", "ugimp", "quadratic"] {
             for (scheme, model) in [
@@ -148,18 +224,74 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
                 for &points in sizes {
                     for threads in [1, 2] {
                         let setting = Setting { dimension, shape, scheme, model, points, threads };
-                        if arguments.filter.as_deref().is_some_and(|f| !setting.name().contains(f)) {
+                        if !wanted(&setting) {
                             continue;
                         }
-                        let (points, rate) = setting.measure(arguments.seconds)?;
+                        let (points, rate) = setting.measure(seconds)?;
                         println!("{dimension},{shape},{scheme},{model},{points},{threads},{rate:.3}");
                     }
                 }
             }
         }
     }
-    if let Some(memory) = peak_memory() {
-        println!("# peak memory {memory:.0} MB");
+    Ok(())
+}
+
+/// Our solver against the method as a textbook writes it, compiled into the same program.
+fn race(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> Result<(), String> {
+    println!("# race against a textbook kernel: array of structs, plain loops, one thread");
+    println!("dimension,shape,points,ours,textbook,ratio");
+    let (scheme, model, threads) = ("usl", "linear-elastic", 1);
+    for dimension in [2, 3] {
+        for shape in ["linear", "quadratic"] {
+            for &points in sizes {
+                let setting = Setting { dimension, shape, scheme, model, points, threads };
+                if !wanted(&setting) {
+                    continue;
+                }
+                let (points, ours, textbook) = setting.race(seconds)?;
+                println!("{dimension},{shape},{points},{ours:.3},{textbook:.3},{:.2}", ours / textbook);
+            }
+        }
     }
-    Ok(true)
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A race between two that do not compute the same is none.
+    fn both_end_at_the_same_places<const D: usize>(points: usize) {
+        let setting = Setting {
+            dimension: D,
+            shape: "linear",
+            scheme: "usl",
+            model: "linear-elastic",
+            points,
+            threads: 1,
+        };
+        let (mut solver, mut textbook) = (setting.solver().unwrap(), setting.textbook::<D>());
+        let dt = solver.time_step().dt;
+        for _ in 0..60 {
+            solver.step(dt).unwrap();
+            textbook.step(dt);
+        }
+        let ours = solver.snapshot().positions;
+        assert_eq!(ours.len(), textbook.points.len());
+        let settled = 0.5 * GRAVITY.abs() * (60.0 * dt).powi(2);
+        for (x, point) in ours.iter().zip(&textbook.points) {
+            for c in 0..D {
+                // The two differ in the second order of the strain, which is about 2e-4 here.
+                let apart = (x[c] - point.position[c]).abs();
+                assert!(apart < 1e-3 * settled, "{D}D: {apart} m apart, settled by {settled} m");
+            }
+        }
+    }
+
+    #[test]
+    fn the_textbook_kernel_computes_what_the_solver_computes() {
+        both_end_at_the_same_places::<2>(400);
+        both_end_at_the_same_places::<3>(1000);
+    }
 }

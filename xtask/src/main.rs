@@ -5,6 +5,7 @@ mod benchmarks;
 mod compare;
 mod html;
 mod report;
+mod textbook;
 mod validate;
 
 use std::process::ExitCode;

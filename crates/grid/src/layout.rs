@@ -136,28 +136,46 @@ impl<const D: usize> Layout<D> {
     /// Runs `scatter(slab, window, number of the window's first node)` for every slab: first the even
     /// ones in parallel, then the odd ones. The window holds every node the slab's points may touch.
     pub fn scatter<T: Send>(&self, nodes: &mut [T], scatter: impl Fn(usize, &mut [T], usize) + Sync) {
-        let row = self.strides[0];
-        let total = self.nodes[0];
-        // The first row of the window of slab k is k slab_cells + shift, cut at the grid's end.
-        let window_start = |slab: usize| {
-            (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + MARGIN).min(total)
-        };
         let slabs = self.slabs();
         for colour in 0..2.min(slabs) {
-            let first = if colour == 0 { 0 } else { window_start(1) };
-            let mut rest = &mut nodes[first * row..];
-            let mut start = first;
-            let mut windows = Vec::with_capacity(slabs.div_ceil(2));
-            for slab in (colour..slabs).step_by(2) {
-                let end = if slab + 2 < slabs { window_start(slab + 2) } else { total };
-                let (window, tail) = rest.split_at_mut((end - start) * row);
-                windows.push((slab, window, start * row));
-                rest = tail;
-                start = end;
-            }
-            windows.into_par_iter().for_each(|(slab, window, offset)| scatter(slab, window, offset));
+            let start = if colour == 0 { 0 } else { self.window_start(1) };
+            let windows = Windows { colour, numbers: 0..(slabs - colour).div_ceil(2), start };
+            self.scatter_windows(&mut nodes[start * self.strides[0]..], windows, &scatter);
         }
     }
+
+    /// First row of the window of a slab, cut at the grid's end.
+    fn window_start(&self, slab: usize) -> usize {
+        (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + MARGIN).min(self.nodes[0])
+    }
+
+    /// Halves the windows until one is left. Unlike a list of windows this allocates nothing.
+    fn scatter_windows<T: Send>(
+        &self,
+        nodes: &mut [T],
+        windows: Windows,
+        scatter: &(impl Fn(usize, &mut [T], usize) + Sync),
+    ) {
+        let Windows { colour, numbers, start } = windows;
+        let row = self.strides[0];
+        if numbers.len() == 1 {
+            return scatter(colour + 2 * numbers.start, nodes, start * row);
+        }
+        let middle = numbers.start + numbers.len() / 2;
+        let cut = self.window_start(colour + 2 * middle);
+        let (lower, upper) = nodes.split_at_mut((cut - start) * row);
+        let half = |nodes: &mut [T], numbers: Range<usize>, start: usize| {
+            self.scatter_windows(nodes, Windows { colour, numbers, start }, scatter);
+        };
+        rayon::join(|| half(lower, numbers.start..middle, start), || half(upper, middle..numbers.end, cut));
+    }
+}
+
+/// Windows `numbers` of every other slab, the first of which starts at row `start`.
+struct Windows {
+    colour: usize,
+    numbers: Range<usize>,
+    start: usize,
 }
 
 /// The order that sorts points by cell (last axis fastest); points of one cell keep their order.

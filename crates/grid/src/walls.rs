@@ -12,6 +12,14 @@ pub enum WallKind {
         /// Coefficient of friction.
         coefficient: f64,
     },
+    /// Coulomb friction in acceleration form, with a larger coefficient for what is at rest (GT
+    /// Algorithm 3.1 as corrected in MPM sheet §3.7), always unilateral.
+    Plane {
+        /// Coefficient for a node at rest.
+        resting: f64,
+        /// Coefficient for a node that slides.
+        sliding: f64,
+    },
 }
 
 /// A half-space of nodes beyond a plane normal to an axis.
@@ -79,7 +87,7 @@ impl Wall {
 
     /// True when the wall fixes velocities whatever the material does (no separation, no friction).
     fn holds(&self) -> bool {
-        !self.separation && !matches!(self.kind, WallKind::Frictional { .. })
+        !self.separation && matches!(self.kind, WallKind::Rough | WallKind::Smooth)
     }
 
     /// Constrains a node: `start` is its velocity before the step, `end` the one after the momentum
@@ -98,7 +106,36 @@ impl Wall {
         }
         let impulse = self.approach(end);
         if impulse > 0.0 {
-            self.stop(end, impulse);
+            if let WallKind::Plane { resting, sliding } = self.kind {
+                self.rub(start, end, [resting, sliding], keep_start);
+            } else {
+                self.stop(end, impulse);
+            }
+        }
+    }
+
+    /// Friction by the acceleration into the wall, before the wall takes it away.
+    fn rub(&self, start: &mut [f64; 3], end: &mut [f64; 3], [resting, sliding]: [f64; 2], keep_start: bool) {
+        // Change of velocity into the wall in the step: a_n dt of the sheet. A node that only runs
+        // into the wall, without being pushed, has none, and then no friction (step 1).
+        let pushed = (self.approach(end) - self.approach(start)).max(0.0);
+        let along = |v: &[f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|c| if c == self.axis { 0.0 } else { v[c] - self.velocity[c] })
+        };
+        let length = |v: [f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let (before, after) = (length(along(start)), along(end));
+        let speed = length(after);
+        // Steps 2 and 3: from rest `after` is a_t dt, sliding it is v_t + a_t dt, and in both the bound
+        // on the friction is along it. At rest is what round-off cannot tell from it.
+        let at_rest = before <= 1e-14 * speed;
+        let bound = if at_rest { resting } else { sliding } * pushed;
+        let keep = if speed <= bound { 0.0 } else { 1.0 - bound / speed };
+        for c in 0..3 {
+            end[c] = self.velocity[c] + keep * after[c];
+        }
+        // Step 4. The force variant does not see the momentum that points carry into the wall.
+        if !keep_start {
+            start[self.axis] = self.velocity[self.axis];
         }
     }
 
@@ -130,6 +167,7 @@ impl Wall {
         let keep = match self.kind {
             WallKind::Rough => 0.0,
             WallKind::Smooth => return,
+            WallKind::Plane { .. } => unreachable!("rubs, and is not stopped"),
             WallKind::Frictional { coefficient } => {
                 let slip: f64 = (0..3).map(|c| (end[c] - self.velocity[c]).powi(2)).sum::<f64>().sqrt();
                 if slip > 0.0 { (1.0 - coefficient * impulse / slip).max(0.0) } else { 0.0 }
@@ -162,8 +200,36 @@ mod tests {
     }
 
     #[test]
+    fn a_frictional_plane_follows_the_algorithm_of_the_sheet() {
+        // Pushed into the floor by 2 m/s in the step; (start, end along it, expected end).
+        let wall = floor(WallKind::Plane { resting: 0.5, sliding: 0.25 }, true);
+        let table = [
+            ([0.0, 0.0], [0.6, 0.8], [0.0, 0.0]), // at rest: 1 is not more than 0.5 × 2
+            ([0.0, 0.0], [3.0, 4.0], [2.4, 3.2]), // sets off: 5 - 0.5 × 2
+            ([3.0, 4.0], [3.0, 4.0], [2.7, 3.6]), // slides: 5 - 0.25 × 2
+            ([3.0, 4.0], [0.3, 0.4], [0.0, 0.0]), // comes to rest: 0.5 is not more than 0.25 × 2
+            ([0.0, 5.0], [3.0, 4.0], [2.7, 3.6]), // friction is along the speed it would end with
+        ];
+        for (before, after, expected) in table {
+            for (approach, keep_start) in [(0.0, false), (0.7, true)] {
+                let mut start = [before[0], -approach, before[1]];
+                let mut end = [after[0], -approach - 2.0, after[1]];
+                wall.constrain(&mut start, &mut end, keep_start);
+                let close = |a: f64, b: f64| (a - b).abs() < 1e-15;
+                assert!(close(end[0], expected[0]) && end[1] == 0.0 && close(end[2], expected[1]), "{end:?}");
+                assert_eq!(start[1], -approach, "left, or without acceleration");
+            }
+        }
+        // It runs into the wall without being pushed: stopped, without friction.
+        let mut end = [3.0, -0.5, 0.0];
+        wall.constrain(&mut [3.0, -0.7, 0.0], &mut end, true);
+        assert_eq!(end, [3.0, 0.0, 0.0]);
+    }
+
+    #[test]
     fn unilateral_walls_let_go() {
-        for kind in [WallKind::Rough, WallKind::Smooth, WallKind::Frictional { coefficient: 1.0 }] {
+        let plane = WallKind::Plane { resting: 1.0, sliding: 0.5 };
+        for kind in [WallKind::Rough, WallKind::Smooth, WallKind::Frictional { coefficient: 1.0 }, plane] {
             let mut end = [1.0, 0.5, 0.0];
             floor(kind, true).constrain(&mut [0.0; 3], &mut end, true);
             assert_eq!(end, [1.0, 0.5, 0.0]);

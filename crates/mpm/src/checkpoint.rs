@@ -76,7 +76,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         let fresh = start == self.time;
         self.stage = stage;
         self.stage_start = start;
-        let walls = setup::walls::<D, S, B>(&self.case, stage, &self.grid)
+        let walls = setup::walls::<D, S, B>(&self.case, stage, &self.grid, &self.options)
             .map_err(|error| SolverError::Checkpoint(error.to_string()))?;
         self.set_walls(walls);
         let case = &self.case;

@@ -30,6 +30,21 @@ pub struct MpmOptions {
     /// How a held degree of freedom treats the momentum that arrives there.
     #[serde(default)]
     pub fixed_nodes: FixedNodes,
+    /// Nodes lighter than this share of the heaviest point get no force and move with the points around
+    /// them. Larger values, up to about half the square of `courant`, keep linear shape functions with
+    /// `stress_update` `usl` stable at free surfaces, at the cost of a little momentum.
+    #[serde(default = "mass_cutoff")]
+    pub node_mass_cutoff: f64,
+    /// How frictional walls find the normal force.
+    #[serde(default)]
+    pub wall_friction: WallFriction,
+    /// With `wall_friction` `acceleration`: coefficient of friction of a node at rest over that of a node that
+    /// slides, at least 1. At rest is a node without any speed along the wall.
+    #[serde(default = "one")]
+    pub static_friction_ratio: f64,
+    /// What the domains of `cpgimp` points follow.
+    #[serde(default)]
+    pub domain_stretch: DomainStretch,
     /// Largest volume of a stress-free point over its initial volume: keeps the points of a
     /// cohesionless free front from swelling without bound.
     #[serde(default = "volume_cap")]
@@ -77,6 +92,28 @@ pub enum FixedNodes {
     Momentum,
 }
 
+/// How frictional walls find the normal force (MPM sheet §3.7).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallFriction {
+    /// From the momentum that the wall takes, that of arriving material included.
+    #[default]
+    Impulse,
+    /// From the acceleration into the wall.
+    Acceleration,
+}
+
+/// What the domains of `cpgimp` points follow (MPM sheet §2.5).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DomainStretch {
+    /// The diagonal of the deformation gradient: for bodies that stretch along the axes.
+    #[default]
+    Diagonal,
+    /// The diagonal of the right stretch tensor, which a rotation leaves as it is.
+    RightStretch,
+}
+
 impl MpmOptions {
     /// The defaults on a grid of `cell_size` (m).
     pub fn new(cell_size: f64) -> Self {
@@ -89,6 +126,10 @@ impl MpmOptions {
             courant: half(),
             time_step: None,
             fixed_nodes: FixedNodes::default(),
+            node_mass_cutoff: mass_cutoff(),
+            wall_friction: WallFriction::default(),
+            static_friction_ratio: one(),
+            domain_stretch: DomainStretch::default(),
             volume_cap: volume_cap(),
         }
     }
@@ -111,6 +152,16 @@ impl MpmOptions {
         if let Some(step) = self.time_step {
             rule("time_step", step, step.is_finite() && step > 0.0, "must be finite and positive (s)")?;
         }
+        let cutoff = self.node_mass_cutoff;
+        rule("node_mass_cutoff", cutoff, (0.0..1.0).contains(&cutoff), "is not in 0..1")?;
+        let ratio = self.static_friction_ratio;
+        rule("static_friction_ratio", ratio, ratio.is_finite() && ratio >= 1.0, "must be at least 1")?;
+        if ratio > 1.0 && self.wall_friction != WallFriction::Acceleration {
+            return Err(("static_friction_ratio", "needs wall_friction acceleration".to_owned()));
+        }
+        if self.domain_stretch != DomainStretch::Diagonal && self.shape != ShapeFunctions::Cpgimp {
+            return Err(("domain_stretch", "needs shape cpgimp".to_owned()));
+        }
         let cap = self.volume_cap;
         rule("volume_cap", cap, cap >= 1.0, "must be at least 1")
     }
@@ -124,6 +175,10 @@ fn half() -> f64 {
 }
 fn two() -> usize {
     2
+}
+/// Of MPM sheet §3.2: what round-off leaves.
+fn mass_cutoff() -> f64 {
+    1e-12
 }
 fn volume_cap() -> f64 {
     1.1

@@ -4,8 +4,9 @@ use colluvium_case::{Case, CaseError};
 use colluvium_grid::{Basis, CubicSpline, Gimp, Linear, QuadraticSpline, WideGimp};
 
 use crate::MpmOptions;
-use crate::config::ShapeFunctions;
-use crate::points::{FixedDomain, PointDomain, StretchingDomain};
+use crate::config::{DomainStretch, ShapeFunctions};
+use crate::points::{FixedDomain, PointDomain};
+use crate::stretch::{StretchingDomain, TurningDomain};
 
 /// Something done with a concrete dimension, basis and point domain.
 pub trait Visitor {
@@ -36,7 +37,10 @@ fn shape<const D: usize, T>(
     match options.shape {
         ShapeFunctions::Linear => visitor.visit::<D, 2, Linear, FixedDomain>(),
         ShapeFunctions::Ugimp => visitor.visit::<D, 3, Gimp, FixedDomain>(),
-        ShapeFunctions::Cpgimp => visitor.visit::<D, 4, WideGimp, StretchingDomain<D>>(),
+        ShapeFunctions::Cpgimp => match options.domain_stretch {
+            DomainStretch::Diagonal => visitor.visit::<D, 4, WideGimp, StretchingDomain<D>>(),
+            DomainStretch::RightStretch => visitor.visit::<D, 4, WideGimp, TurningDomain<D>>(),
+        },
         ShapeFunctions::Quadratic => visitor.visit::<D, 3, QuadraticSpline, FixedDomain>(),
         ShapeFunctions::Cubic => visitor.visit::<D, 4, CubicSpline, FixedDomain>(),
     }

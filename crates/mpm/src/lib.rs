@@ -17,12 +17,13 @@ mod points;
 mod report;
 mod setup;
 mod solver;
+mod stretch;
 mod transfer;
 
 use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
-pub use config::{FixedNodes, MpmOptions, ShapeFunctions, StressScheme};
+pub use config::{DomainStretch, FixedNodes, MpmOptions, ShapeFunctions, StressScheme, WallFriction};
 pub use solver::MpmSolver;
 
 /// The explicit material point method.

@@ -40,48 +40,6 @@ impl<const D: usize> PointDomain<D> for FixedDomain {
     }
 }
 
-/// A domain that stretches with the diagonal of the deformation gradient (contiguous-particle
-/// GIMP, Wallstedt & Guilkey 2008; MPM sheet §2.5c), kept between 0.001 and 2 cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StretchingDomain<const D: usize> {
-    deformation: [[f64; D]; D],
-}
-
-impl<const D: usize> Default for StretchingDomain<D> {
-    fn default() -> Self {
-        let unit = |i, j| if i == j { 1.0 } else { 0.0 };
-        Self { deformation: std::array::from_fn(|i| std::array::from_fn(|j| unit(i, j))) }
-    }
-}
-
-impl<const D: usize> PointDomain<D> for StretchingDomain<D> {
-    #[inline(always)]
-    fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D] {
-        std::array::from_fn(|a| (initial[a] * self.deformation[a][a]).clamp(1e-3 * cell, 2.0 * cell))
-    }
-
-    #[inline(always)]
-    fn follow(&mut self, gradient: &[[f64; D]; D]) {
-        let old = self.deformation;
-        for i in 0..D {
-            for j in 0..D {
-                let change: f64 = (0..D).map(|k| gradient[i][k] * old[k][j]).sum();
-                self.deformation[i][j] += change;
-            }
-        }
-    }
-
-    fn to_numbers(self) -> Vec<f64> {
-        self.deformation.as_flattened().to_vec()
-    }
-
-    fn from_numbers(numbers: &[f64]) -> Self {
-        let mut domain = Self::default();
-        domain.deformation.as_flattened_mut().copy_from_slice(numbers);
-        domain
-    }
-}
-
 /// All points of one body. Every array has one entry per point, in the order of the last sort.
 pub struct PointSet<const D: usize, P> {
     /// Index into `Case::bodies`.

@@ -13,7 +13,7 @@ use crate::config::ShapeFunctions;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
-use crate::{MpmOptions, dispatch};
+use crate::{MpmOptions, StressScheme, WallFriction, dispatch};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -41,6 +41,7 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
     case: &Case,
     stage: usize,
     grid: &Grid<D>,
+    options: &MpmOptions,
 ) -> Result<Walls, CaseError> {
     let nodes: Vec<usize> = (0..D).map(|axis| B::nodes(grid.cells[axis])).collect();
     let mut walls = Vec::new();
@@ -74,9 +75,12 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
         let kind = match boundary.wall {
             CaseWall::Rough => WallKind::Rough,
             CaseWall::Smooth => WallKind::Smooth,
-            CaseWall::Frictional { friction_coefficient } => {
-                WallKind::Frictional { coefficient: friction_coefficient }
-            }
+            CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
+                WallFriction::Impulse => WallKind::Frictional { coefficient: sliding },
+                WallFriction::Acceleration => {
+                    WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
+                }
+            },
         };
         let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
         let (upper, separation) = (boundary.side.is_max(), boundary.separation);
@@ -154,6 +158,13 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
                 .to_owned(),
         );
     }
+    if options.shape == ShapeFunctions::Linear && options.stress_update == StressScheme::Usl {
+        warnings.push(
+            "methods.mpm.stress_update: usl with linear shape functions can turn points inside out at free \
+             surfaces; use musl, ugimp, or node_mass_cutoff"
+                .to_owned(),
+        );
+    }
     for (number, stage) in case.stages.iter().enumerate() {
         if stage.damping > 0.0 && stage.equilibrium.is_none() {
             warnings.push(format!(
@@ -183,7 +194,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
 ) -> Result<MpmSolver<D, S, B, P>, CaseError> {
     let grid = grid::<D>(case, options)?;
     for stage in 0..case.stages.len() {
-        walls::<D, S, B>(case, stage, &grid)?;
+        walls::<D, S, B>(case, stage, &grid, options)?;
     }
     let mut sets = Vec::new();
     let mut next = 0;
@@ -202,6 +213,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         nodes: vec![Node::default(); layout.len()],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
+        load_factors: vec![1.0; case.bodies.len()],
         walls: Walls::default(),
         upper: grid.upper(),
         closed: [[false; 2]; D],
@@ -222,10 +234,10 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         external_work: 0.0,
         basis: PhantomData,
     };
-    if options.stress_update != crate::StressScheme::Usl {
+    if options.stress_update != StressScheme::Usl {
         solver.remapped = vec![Default::default(); solver.layout.len()];
     }
-    solver.set_walls(walls::<D, S, B>(case, 0, &grid)?);
+    solver.set_walls(walls::<D, S, B>(case, 0, &grid, options)?);
     solver.sort();
     check_fixed_step(&mut solver, options)?;
     Ok(solver)
@@ -350,9 +362,10 @@ fn apply_load<const D: usize, P: PointDomain<D>>(
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
-    /// Factor on the tractions of each body at the end of a step of `dt`.
-    pub(crate) fn load_factor(&self, dt: f64) -> Vec<f64> {
-        let factor = |body: &Body| {
+    /// Sets the factors on the tractions of each body to those at the end of a step of `dt`.
+    pub(crate) fn set_load_factors(&mut self, dt: f64) {
+        let end = self.time + dt;
+        for (body, factor) in self.case.bodies.iter().zip(&mut self.load_factors) {
             let of_body = |load: &&Load| {
                 let Load::Traction { body: name, .. } = load;
                 *name == body.name
@@ -361,8 +374,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let Load::Traction { ramp, .. } = load;
                 *ramp
             });
-            if ramp > 0.0 { ((self.time + dt) / ramp).min(1.0) } else { 1.0 }
-        };
-        self.case.bodies.iter().map(factor).collect()
+            *factor = if ramp > 0.0 { (end / ramp).min(1.0) } else { 1.0 };
+        }
     }
 }

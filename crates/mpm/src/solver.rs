@@ -15,9 +15,6 @@ use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
 /// Steps between re-evaluations of the critical time step.
 pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
 
-/// Nodes lighter than this share of the heaviest point are left out of the momentum solve.
-const LIGHT_NODE: f64 = 1e-12;
-
 /// Explicit MPM in `D` dimensions with the shape functions `B` (`S` nodes per axis).
 pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) case: Arc<Case>,
@@ -28,6 +25,8 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) remapped: Vec<Lanes>,
     pub(crate) row_sums: Vec<RowSums>,
     pub(crate) sets: Vec<PointSet<D, P>>,
+    /// Factor on the tractions of each body of the case, in this step.
+    pub(crate) load_factors: Vec<f64>,
     pub(crate) walls: Walls,
     /// Upper corner of the grid (m).
     pub(crate) upper: [f64; D],
@@ -141,7 +140,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
             damping: stage.damping,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
-            light: LIGHT_NODE * self.heaviest,
+            light: self.options.node_mass_cutoff * self.heaviest,
             audit: stage.equilibrium.is_some(),
             walls: &self.walls,
             nodes: self.layout.nodes(),

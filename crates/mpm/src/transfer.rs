@@ -86,10 +86,10 @@ fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Point to grid (step 1), slab by slab.
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
+        self.set_load_factors(dt);
         let strides = self.layout.strides();
         let (sets, grid, axisymmetric) = (&self.sets, &self.grid, self.axisymmetric);
-        let loads: Vec<f64> = self.load_factor(dt);
-        let loads = &loads;
+        let loads = &self.load_factors;
         self.layout.scatter(&mut self.nodes, |slab, window, offset| {
             for set in sets {
                 for p in set.slabs[slab]..set.slabs[slab + 1] {

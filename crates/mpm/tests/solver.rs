@@ -42,6 +42,8 @@ const SCHEMES: [&str; 3] = ["usf", "usl", "musl"];
 
 /// A block that is thrown against a rough floor: everything moves, everything yields.
 fn crash(shape: &str, scheme: &str) -> Case {
+    // Stress-last with linear shape functions is not stable at light nodes: the square of 0.3, halved, and a little.
+    let cutoff = if (shape, scheme) == ("linear", "usl") { 0.05 } else { 1e-12 };
     case(json!({
         "gravity": [0, -10],
         "materials": { "m": {
@@ -54,7 +56,8 @@ fn crash(shape: &str, scheme: &str) -> Case {
                        { "side": "x-min", "wall": { "kind": "smooth" } },
                        { "side": "x-max", "wall": { "kind": "smooth" } }],
         "stages": [{ "name": "s", "duration": 0.2 }],
-        "methods": { "mpm": { "cell_size": 0.05, "shape": shape, "stress_update": scheme, "courant": 0.3 } }
+        "methods": { "mpm": { "cell_size": 0.05, "shape": shape, "stress_update": scheme, "courant": 0.3,
+                              "node_mass_cutoff": cutoff } }
     }))
 }
 
@@ -215,24 +218,109 @@ fn a_traction_gives_its_impulse() {
     assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.02).abs() < 1e-10);
 }
 
+const FRICTIONS: [&str; 2] = ["impulse", "acceleration"];
+
 #[test]
 fn a_sliding_block_stops_where_friction_says() {
     // MPM sheet A-31: after v0/(μ g), at v0²/(2 μ g); 2 %.
-    let report = solve(&case(json!({
-        "domain": { "min": [0, 0], "max": [2, 0.4] }, "gravity": [0, -10],
+    for friction in FRICTIONS {
+        let report = solve(&case(json!({
+            "domain": { "min": [0, 0], "max": [2, 0.4] }, "gravity": [0, -10],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0], "max": [0.8, 0.2] },
+                         "velocity": { "kind": "uniform", "value": [1, 0] },
+                         "stress": { "kind": "k0", "surface": 0.2, "coefficient": 0 } }],
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.2 } }],
+            "stages": [{ "name": "slide", "duration": 0.8 }],
+            "methods": { "mpm": { "cell_size": 0.05, "shape": "linear", "stress_update": "musl", "wall_friction": friction } }
+        })));
+        let slid = vectors(&report.snapshot, "displacement");
+        let mean = slid.iter().map(|u| u[0]).sum::<f64>() / slid.len() as f64;
+        let exact = 1.0 / (2.0 * 0.2 * 10.0);
+        assert!((mean / exact - 1.0).abs() < 0.02, "{friction}: {mean} m for {exact} m");
+        assert!(report.end.momentum[0].abs() < 0.02 * report.start.momentum[0], "{friction}");
+    }
+}
+
+#[test]
+fn a_block_on_an_incline_slides_or_stays_by_its_friction() {
+    // MPM sheet A-14, on a wall: 30°, a = g (sin θ - μ cos θ) within 3 % of g sin θ, or a drift below 5 mm. Gravity
+    // grows from nothing, a t / T, so that the block does not bounce: it slides by a T² / 6.
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    for friction in FRICTIONS {
+        for (coefficient, duration) in [(0.2, 0.5), (0.4, 0.5), (0.7, 1.0)] {
+            let report = solve(&case(json!({
+                "domain": { "min": [0, 0], "max": [2, 0.8] }, "gravity": [9.81 * sin, -9.81 * cos],
+                "materials": { "m": { "model": "linear-elastic", "density": 1500, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0], "max": [1.2, 0.5] } }],
+                "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": coefficient } }],
+                "stages": [{ "name": "slide", "duration": duration, "gravity_ramp": duration }],
+                "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "stress_update": "musl", "wall_friction": friction } }
+            })));
+            let slid = vectors(&report.snapshot, "displacement");
+            let mean = slid.iter().map(|u| u[0]).sum::<f64>() / slid.len() as f64;
+            let way = |acceleration: f64| acceleration * duration * duration / 6.0;
+            let exact = way(9.81 * (sin - coefficient * cos)).max(0.0);
+            let tolerance = if exact > 0.0 { 0.03 * way(9.81 * sin) } else { 5e-3 };
+            assert!((mean - exact).abs() < tolerance, "{friction}, {coefficient}: {mean} m for {exact} m");
+        }
+    }
+}
+
+/// A single point at `ξ = 0.05` of its cell under tension; the change of its stress in one step over its stress.
+fn pulled_point(options: &Value) -> f64 {
+    let mut all = json!({ "cell_size": 0.1, "points_per_cell": 10, "shape": "linear", "courant": 0.5 });
+    all.as_object_mut().unwrap().extend(options.as_object().unwrap().clone());
+    let case = case(json!({
+        "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0], "max": [0.8, 0.2] },
-                     "velocity": { "kind": "uniform", "value": [1, 0] },
-                     "stress": { "kind": "k0", "surface": 0.2, "coefficient": 0 } }],
-        "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.2 } }],
-        "stages": [{ "name": "slide", "duration": 0.8 }],
-        "methods": { "mpm": { "cell_size": 0.05, "shape": "linear", "stress_update": "musl" } }
-    })));
-    let slid = vectors(&report.snapshot, "displacement");
-    let mean = slid.iter().map(|u| u[0]).sum::<f64>() / slid.len() as f64;
-    let exact = 1.0 / (2.0 * 0.2 * 10.0);
-    assert!((mean / exact - 1.0).abs() < 0.02, "{mean} m for {exact} m");
-    assert!(report.end.momentum[0].abs() < 0.02 * report.start.momentum[0]);
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.501], "max": [0.509] },
+                     "stress": { "kind": "uniform", "value": [1, 0, 0, 0, 0, 0] } }],
+        "methods": { "mpm": all }
+    }));
+    let mut solver = Mpm.build(&case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    let dt = solver.time_step().dt;
+    solver.step(dt).unwrap();
+    stresses(&solver.snapshot())[0][0] - 1.0
+}
+
+#[test]
+fn stress_last_overshoots_at_a_light_node_unless_the_node_is_cut_off() {
+    // A point at ξ of its cell gives its far node the mass ξ m and a force V σ/h that does not know of ξ. The
+    // strain of the step is then -(C²/ξ(1 - ξ)) σ/E: beyond 2 in size, which is at ξ ≈ C²/2, it grows without bound.
+    let (square, xi) = (0.25, 0.05);
+    let usl = pulled_point(&json!({ "stress_update": "usl" }));
+    assert!((usl + square / (xi * (1.0 - xi))).abs() < 1e-4, "{usl}");
+    // What MUSL maps back is the velocity of the point: no gradient.
+    assert!(pulled_point(&json!({ "stress_update": "musl" })).abs() < 1e-12);
+    // Without force on the far node only the near one strains the point.
+    let cut = pulled_point(&json!({ "stress_update": "usl", "node_mass_cutoff": 0.1 }));
+    assert!((cut + square / (1.0 - xi)).abs() < 1e-4, "{cut}");
+}
+
+#[test]
+fn turning_domains_keep_their_size_where_stretching_ones_vanish() {
+    // A disk that turns by a quarter: the diagonal of a rotation falls to zero.
+    let turn = |stretch: &str| {
+        let spin = std::f64::consts::FRAC_PI_2;
+        let case = case(json!({
+            "domain": { "min": [-0.5, -0.5], "max": [0.5, 0.5] },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0, 0], "radius": 0.3 },
+                         "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -spin], [spin, 0]] } }],
+            "stages": [{ "name": "turn", "duration": 1.0 }],
+            "methods": { "mpm": { "cell_size": 0.05, "shape": "cpgimp", "stress_update": "usl", "domain_stretch": stretch } }
+        }));
+        run(&case, Mpm.build(&case).unwrap(), &RunOptions::default())
+    };
+    let report = turn("right-stretch").unwrap();
+    for extent in &report.snapshot.extents {
+        assert!((0..2).all(|c| (extent[c] / 0.025 - 1.0).abs() < 0.05), "{extent:?} m for 0.025 m");
+    }
+    if let Ok(report) = turn("diagonal") {
+        let narrowest = report.snapshot.extents.iter().map(|e| e[0]).fold(f64::INFINITY, f64::min);
+        assert!(narrowest < 0.1 * 0.025, "{narrowest} m");
+    }
 }
 
 #[test]
@@ -276,6 +364,11 @@ fn what_the_method_cannot_honour_is_refused_by_path() {
     refused(mpm(json!({ "cell_size": 0.1, "time_step": 1.0 })), "methods.mpm.time_step", "critical");
     refused(mpm(json!({ "cell_size": 0.1, "shape": "round" })), "methods.mpm.shape", "not one of");
     refused(mpm(json!({ "cell_size": 0.1, "cellsize": 1 })), "methods.mpm.cellsize", "unknown key");
+    refused(mpm(json!({ "cell_size": 0.1, "node_mass_cutoff": 1 })), "methods.mpm.node_mass_cutoff", "0..1");
+    let still = mpm(json!({ "cell_size": 0.1, "static_friction_ratio": 2 }));
+    refused(still, "methods.mpm.static_friction_ratio", "wall_friction");
+    let turning = mpm(json!({ "cell_size": 0.1, "domain_stretch": "right-stretch" }));
+    refused(turning, "methods.mpm.domain_stretch", "cpgimp");
     let gate = json!([{ "side": "x-max", "position": 0.55, "wall": { "kind": "smooth" } }]);
     refused(json!({ "boundaries": gate }), "boundaries[0].position", "grid line");
     let gate = json!([{ "side": "x-max", "position": 0.9, "wall": { "kind": "smooth" } }]);

@@ -2,6 +2,7 @@
 
 use plotters::coord::Shift;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{FONT, Picture, label, range};
 use crate::{FieldData, Snapshot};
@@ -129,7 +130,11 @@ impl Picture for PointCloud {
             Rectangle::new([corner(-1.0), corner(1.0)], colour(share(*v)).filled())
         });
         chart.draw_series(squares).map_err(text)?;
-        self.draw_bar(&bar, values)
+        self.draw_bar(&bar, values)?;
+        // Above the bar and to its left: turned along the bar, a long label would not fit a flat picture.
+        let style = TextStyle::from((FONT, 15)).pos(Pos::new(HPos::Right, VPos::Top));
+        let corner = (WIDTH as i32 - 8, 12);
+        area.draw(&Text::new(self.label.as_str(), corner, style)).map_err(text)
     }
 }
 
@@ -151,11 +156,9 @@ impl PointCloud {
             .configure_mesh()
             .disable_mesh()
             .disable_x_axis()
-            .y_desc(&self.label)
             .y_label_formatter(&label)
             .y_labels(6)
             .label_style((FONT, 13))
-            .axis_desc_style((FONT, 15))
             .draw()
             .map_err(text)?;
         const STEPS: usize = 64;
@@ -167,5 +170,32 @@ impl PointCloud {
         };
         chart.draw_series((0..STEPS).map(band)).map_err(text)?;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_label_stays_within_a_flat_picture() {
+        let flat = PointCloud {
+            title: "t = 0.25 s".into(),
+            points: (0..40).map(|i| ([f64::from(i), 0.5], [1.0; 2], f64::from(i))).collect(),
+            label: "equivalent plastic strain rate (1/s)".into(),
+            axes: ["x (m)".into(), "y (m)".into()],
+        };
+        let svg = flat.to_svg().unwrap();
+        let element = svg.split("<text").find(|part| part.contains(&flat.label)).unwrap();
+        let number = |name: &str| -> f64 {
+            let start = element.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
+            element[start..].split('"').next().unwrap().parse().unwrap()
+        };
+        // Anchored at its right end, and level: it runs to the left from there, about half its height per letter.
+        assert!(element.contains("text-anchor=\"end\"") && !element.contains("transform"), "{element}");
+        let width = 0.6 * 15.0 * flat.label.len() as f64;
+        assert!(number("x") <= f64::from(WIDTH) && number("x") - width > 0.5 * f64::from(WIDTH));
+        // The place is that of the upper edge; the bar begins at 36.
+        assert!(number("y") > 0.0 && number("y") + 15.0 < 36.0, "between the edge and the bar");
     }
 }

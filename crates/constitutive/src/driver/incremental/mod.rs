@@ -69,9 +69,13 @@ impl IncrementalTest {
             (Ok(parameters), Ok(initial), Ok(steps)) => (parameters, initial, steps),
             (a, b, c) => return Err([a.err(), b.err(), c.err()].into_iter().flatten().collect()),
         };
+        let mut material = input.material.clone();
+        if let MaterialSpec::Umat(umat) = &mut material {
+            fill(umat, &parameters, &state, input.stress_unit);
+        }
         let test = ElementTest {
             title: steps.title,
-            material: input.material.clone(),
+            material,
             initial_stress,
             stages: steps.steps.iter().map(|step| step.stage.clone()).collect(),
         };
@@ -95,6 +99,22 @@ impl IncrementalTest {
             let row = row.next().unwrap_or(last);
             row == last || wanted.get(row).copied().unwrap_or(true)
         });
+    }
+}
+
+/// Gives a user material what the files hold for it and its own description leaves open.
+fn fill(umat: &mut UmatSpec, parameters: &Parameters, state: &[f64], stress_unit: f64) {
+    if umat.props.is_empty() {
+        umat.props.clone_from(&parameters.values);
+    }
+    if umat.material_name.is_empty() {
+        umat.material_name.clone_from(&parameters.name);
+    }
+    if umat.state_variables.is_empty() {
+        umat.state_variables = state.to_vec();
+    }
+    if umat.pascals == 1.0 {
+        umat.pascals = stress_unit;
     }
 }
 

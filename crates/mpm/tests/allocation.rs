@@ -1,0 +1,78 @@
+//! A step allocates nothing.
+
+// Counting what is allocated takes an allocator of our own.
+#![allow(unsafe_code)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use colluvium_case::{Case, Method};
+use colluvium_mpm::Mpm;
+use serde_json::json;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+/// The system's allocator, counting.
+struct Counting;
+
+// SAFETY: every call goes to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: as the caller promises.
+        unsafe { System.realloc(place, layout, size) }
+    }
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        // SAFETY: as the caller promises.
+        unsafe { System.dealloc(place, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// A block under traction and gravity on a frictional floor; nothing moves by a cell, so that points
+/// need not be sorted.
+fn block(shape: &str, scheme: &str) -> Case {
+    let text = json!({
+        "title": "allocation", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, -1],
+        "materials": { "m": { "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
+                              "friction_angle": 20, "cohesion": 100 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.1, 0], "max": [1.8, 0.8] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }],
+        "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [10, -50], "ramp": 0.1 }],
+        "stages": [{ "name": "s", "duration": 1, "damping": 0.1,
+                     "equilibrium": { "unbalanced_force": 1e-6, "kinetic_energy": 1e-6 } }],
+        "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": scheme } }
+    });
+    Case::from_json(&text.to_string()).unwrap()
+}
+
+// One test, so that no other one allocates meanwhile.
+#[test]
+fn a_step_allocates_nothing() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic"] {
+            for scheme in ["usf", "usl", "musl"] {
+                let mut solver = Mpm.build(&block(shape, scheme)).unwrap();
+                solver.begin_stage(0, 0.0).unwrap();
+                let mut step = || {
+                    let dt = solver.time_step().dt;
+                    solver.step(dt).unwrap();
+                };
+                // Rayon's own queues may grow once.
+                step();
+                let before = ALLOCATIONS.load(Ordering::Relaxed);
+                (0..30).for_each(|_| step());
+                let count = ALLOCATIONS.load(Ordering::Relaxed) - before;
+                assert_eq!(count, 0, "{shape}, {scheme}: allocations in 30 steps");
+            }
+        }
+    });
+}

@@ -1,0 +1,227 @@
+//! The material point method as a textbook writes it, to race against: an array of structs, plain loops
+//! over the points and their nodes, one thread, nothing sorted, nothing fused. USL, linear elasticity
+//! with the Jaumann rate, linear shape functions or quadratic B-splines.
+
+/// Shape functions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// Hat functions.
+    Linear,
+    /// Quadratic B-splines, without modification at the ends.
+    Quadratic,
+}
+
+/// A block that settles on a rough floor: edge 1 m, two points per cell and direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem {
+    /// Cells along an edge of the block.
+    pub cells: usize,
+    /// Shape functions.
+    pub shape: Shape,
+    /// Density (kg/m³).
+    pub density: f64,
+    /// Young's modulus (Pa).
+    pub youngs_modulus: f64,
+    /// Poisson's ratio.
+    pub poissons_ratio: f64,
+    /// Gravity along the second axis (m/s²).
+    pub gravity: f64,
+}
+
+/// A material point.
+#[derive(Clone, Copy, Debug)]
+pub struct Point<const D: usize> {
+    /// Position (m).
+    pub position: [f64; D],
+    /// Velocity (m/s).
+    pub velocity: [f64; D],
+    mass: f64,
+    volume: f64,
+    stress: [[f64; 3]; 3],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Node<const D: usize> {
+    mass: f64,
+    momentum: [f64; D],
+    force: [f64; D],
+}
+
+/// Weights and gradients of the nodes at a point.
+struct Weights<const D: usize> {
+    count: usize,
+    node: [usize; 27],
+    value: [f64; 27],
+    gradient: [[f64; D]; 27],
+}
+
+/// The solver.
+pub struct Textbook<const D: usize> {
+    problem: Problem,
+    /// Material points.
+    pub points: Vec<Point<D>>,
+    nodes: Vec<Node<D>>,
+    width: usize,
+    cell: f64,
+}
+
+/// Layers of cells around the block; the floor is the node of this number along the second axis.
+const MARGIN: usize = 4;
+
+impl<const D: usize> Textbook<D> {
+    /// The points at rest, without stress.
+    pub fn new(problem: Problem) -> Self {
+        let cell = 1.0 / problem.cells as f64;
+        let per_axis = 2 * problem.cells;
+        let spacing = 0.5 * cell;
+        let place = |number: usize| {
+            let mut rest = number;
+            let mut position = [0.0; D];
+            for axis in (0..D).rev() {
+                position[axis] = ((rest % per_axis) as f64 + 0.5) * spacing;
+                rest /= per_axis;
+            }
+            position
+        };
+        let volume = spacing.powi(D as i32);
+        let point = |number: usize| Point {
+            position: place(number),
+            velocity: [0.0; D],
+            mass: problem.density * volume,
+            volume,
+            stress: [[0.0; 3]; 3],
+        };
+        let width = problem.cells + 2 * MARGIN + 1;
+        let node = Node { mass: 0.0, momentum: [0.0; D], force: [0.0; D] };
+        Self {
+            problem,
+            points: (0..per_axis.pow(D as u32)).map(point).collect(),
+            nodes: vec![node; width.pow(D as u32)],
+            width,
+            cell,
+        }
+    }
+
+    fn weights(&self, position: &[f64; D]) -> Weights<D> {
+        let mut first = [0; D];
+        let mut value = [[0.0; 3]; D];
+        let mut slope = [[0.0; 3]; D];
+        let per_axis = if self.problem.shape == Shape::Linear { 2 } else { 3 };
+        for axis in 0..D {
+            let x = position[axis] / self.cell + MARGIN as f64;
+            if self.problem.shape == Shape::Linear {
+                first[axis] = x as usize;
+                let s = x - first[axis] as f64;
+                value[axis] = [1.0 - s, s, 0.0];
+                slope[axis] = [-1.0 / self.cell, 1.0 / self.cell, 0.0];
+            } else {
+                first[axis] = (x - 0.5) as usize;
+                let s = x - first[axis] as f64;
+                value[axis] = [0.5 * (1.5 - s).powi(2), 0.75 - (s - 1.0).powi(2), 0.5 * (s - 0.5).powi(2)];
+                slope[axis] = [(s - 1.5) / self.cell, -2.0 * (s - 1.0) / self.cell, (s - 0.5) / self.cell];
+            }
+        }
+        let mut weights = Weights { count: 0, node: [0; 27], value: [0.0; 27], gradient: [[0.0; D]; 27] };
+        let last = if D == 3 { per_axis } else { 1 };
+        for i in 0..per_axis {
+            for j in 0..per_axis {
+                for k in 0..last {
+                    let index = [i, j, k];
+                    let n = weights.count;
+                    weights.count += 1;
+                    let mut node = 0;
+                    let mut product = 1.0;
+                    for axis in 0..D {
+                        node = node * self.width + first[axis] + index[axis];
+                        product *= value[axis][index[axis]];
+                    }
+                    weights.node[n] = node;
+                    weights.value[n] = product;
+                    for axis in 0..D {
+                        let mut gradient = slope[axis][index[axis]];
+                        for other in 0..D {
+                            if other != axis {
+                                gradient *= value[other][index[other]];
+                            }
+                        }
+                        weights.gradient[n][axis] = gradient;
+                    }
+                }
+            }
+        }
+        weights
+    }
+
+    /// One step of `dt` (s).
+    pub fn step(&mut self, dt: f64) {
+        for node in &mut self.nodes {
+            *node = Node { mass: 0.0, momentum: [0.0; D], force: [0.0; D] };
+        }
+        // Points to grid.
+        for p in 0..self.points.len() {
+            let point = self.points[p];
+            let weights = self.weights(&point.position);
+            for n in 0..weights.count {
+                let node = &mut self.nodes[weights.node[n]];
+                node.mass += weights.value[n] * point.mass;
+                for a in 0..D {
+                    node.momentum[a] += weights.value[n] * point.mass * point.velocity[a];
+                    for b in 0..D {
+                        node.force[a] -= point.volume * point.stress[a][b] * weights.gradient[n][b];
+                    }
+                }
+                node.force[1] += weights.value[n] * point.mass * self.problem.gravity;
+            }
+        }
+        // Momentum: from here on `momentum` holds the velocity and `force` the acceleration.
+        for number in 0..self.nodes.len() {
+            let height = if D == 3 { number / self.width % self.width } else { number % self.width };
+            let node = &mut self.nodes[number];
+            if node.mass > 1e-12 * self.points[0].mass {
+                for a in 0..D {
+                    node.force[a] /= node.mass;
+                    node.momentum[a] = node.momentum[a] / node.mass + dt * node.force[a];
+                }
+            }
+            if height <= MARGIN {
+                node.momentum = [0.0; D];
+                node.force = [0.0; D];
+            }
+        }
+        // Grid to points.
+        let (e, nu) = (self.problem.youngs_modulus, self.problem.poissons_ratio);
+        let lame = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+        let shear = 0.5 * e / (1.0 + nu);
+        for p in 0..self.points.len() {
+            let weights = self.weights(&self.points[p].position);
+            let point = &mut self.points[p];
+            let mut gradient = [[0.0; 3]; 3];
+            for n in 0..weights.count {
+                let node = &self.nodes[weights.node[n]];
+                for a in 0..D {
+                    point.velocity[a] += dt * weights.value[n] * node.force[a];
+                    point.position[a] += dt * weights.value[n] * node.momentum[a];
+                    for b in 0..D {
+                        gradient[a][b] += dt * node.momentum[a] * weights.gradient[n][b];
+                    }
+                }
+            }
+            let trace = gradient[0][0] + gradient[1][1] + gradient[2][2];
+            let old = point.stress;
+            for a in 0..3 {
+                for b in 0..3 {
+                    let mut change = shear * (gradient[a][b] + gradient[b][a]);
+                    if a == b {
+                        change += lame * trace;
+                    }
+                    for c in 0..3 {
+                        let spin = |i: usize, j: usize| 0.5 * (gradient[i][j] - gradient[j][i]);
+                        change += spin(a, c) * old[c][b] - old[a][c] * spin(c, b);
+                    }
+                    point.stress[a][b] += change;
+                }
+            }
+            point.volume *= 1.0 + trace;
+        }
+    }
+}
