@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::laws::{
-    DruckerPragerSpec, HypoplasticSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec,
-    NewtonianFluidSpec,
+    DoubleScaleSpec, DruckerPragerSpec, HypoplasticSpec, LinearElasticSpec, Matching, MohrCoulombSpec,
+    NeoHookeanSpec, NewtonianFluidSpec,
 };
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
@@ -76,6 +76,8 @@ models! {
     "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),
     /// Hypoplasticity with critical state, and an acceleration-based viscous part.
     "hypoplastic" => Hypoplastic(HypoplasticSpec),
+    /// An elastic point that a cohesive–frictional band may cut.
+    "double-scale" => DoubleScale(DoubleScaleSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
 }

@@ -1,15 +1,22 @@
 //! The laws, one file each.
 
 mod acceleration_viscous;
+pub mod cohesive_band;
+pub mod cohesive_damage;
+pub mod double_scale;
 pub mod drucker_prager;
 pub mod hypoplastic;
 mod linear_elastic;
 pub mod mohr_coulomb;
 mod neo_hookean;
 mod newtonian_fluid;
+mod root;
 mod substep;
 
 pub use acceleration_viscous::{AccelerationViscosity, Viscous, ViscousMode, ViscousState};
+pub use cohesive_band::{CohesiveBand, CohesiveBandSpec, CohesiveState};
+pub use cohesive_damage::{CohesiveDamage, CohesiveDamageSpec, DamageState};
+pub use double_scale::{BandSpec, BandedState, DoubleScale, DoubleScaleSpec, Onset};
 pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, PlasticStrain, Softening};
 pub use hypoplastic::{Hypoplastic, HypoplasticParameters, HypoplasticSpec, VoidRatio};
 pub use linear_elastic::{Elasticity, LinearElastic, LinearElasticSpec};
