@@ -3,6 +3,7 @@
 mod bar;
 mod column_collapse;
 mod element_tests;
+mod localisation;
 mod rigid_motion;
 mod self_weight;
 mod two_disks;
@@ -23,8 +24,9 @@ pub struct Benchmark {
 }
 
 /// All benchmarks.
-pub const ALL: [Benchmark; 6] = [
+pub const ALL: [Benchmark; 7] = [
     element_tests::BENCHMARK,
+    localisation::BENCHMARK,
     rigid_motion::BENCHMARK,
     bar::BENCHMARK,
     self_weight::BENCHMARK,

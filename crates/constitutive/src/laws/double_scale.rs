@@ -222,14 +222,25 @@ impl<B: InterfaceLaw> DoubleScale<B> {
         }
     }
 
-    /// The frame of the band that `stress` asks for, if it does.
-    fn onset(&self, stress: &SymTensor, strain: &SymTensor, motion: &Motion) -> Option<Mat3> {
-        let spectrum = stress.spectrum();
-        let [highest, _, lowest] = spectrum.values;
-        let (excess, cosine) = self.plane(highest, lowest);
-        if !(excess > 16.0 * f64::EPSILON * stress.norm()) {
+    /// The frame of the band that a step from `old` to the elastic `trial` asks for, if it does: that of the
+    /// stress at which the intact material is first exceeded, which does not depend on the length of the step.
+    fn onset(&self, old: &SymTensor, trial: &SymTensor, strain: &SymTensor, motion: &Motion) -> Option<Mat3> {
+        if !(self.intact(trial).0 > 16.0 * f64::EPSILON * trial.norm()) {
             return None;
         }
+        let on_the_way = |share: f64| *old + (*trial - *old) * share;
+        let (mut below, mut above) = (0.0, 1.0);
+        while above - below > f64::EPSILON {
+            let middle = 0.5 * (below + above);
+            if self.intact(&on_the_way(middle)).0 > 0.0 {
+                above = middle;
+            } else {
+                below = middle;
+            }
+        }
+        let spectrum = on_the_way(above).spectrum();
+        let [highest, _, lowest] = spectrum.values;
+        let (_, cosine) = self.plane(highest, lowest);
         let [first, second, third] = spectrum.directions;
         // Shear strain between the extreme directions tells the two conjugate planes apart, else the spin.
         let across = |v: [f64; 3]| (0..3).map(|i| first[i] * v[i]).sum::<f64>();
@@ -284,7 +295,7 @@ impl<B: InterfaceLaw> DoubleScale<B> {
         let trial = old.stress + self.elasticity.stress(strain);
         let mut state = old.state;
         if !state.localised {
-            let Some(frame) = self.onset(&trial, strain, motion) else {
+            let Some(frame) = self.onset(&old.stress, &trial, strain, motion) else {
                 return Ok(Point { stress: trial, state });
             };
             let traction = Self::traction(&frame, &old.stress);
@@ -369,7 +380,7 @@ impl<B: InterfaceLaw> SmallStrain for DoubleScale<B> {
         let mut tangent = self.elasticity.tangent();
         let trial = old.stress + self.elasticity.stress(strain);
         if !old.state.localised {
-            return self.onset(&trial, strain, motion).is_none().then_some(tangent);
+            return self.onset(&old.stress, &trial, strain, motion).is_none().then_some(tangent);
         }
         let size = self.size.unwrap_or(motion.size);
         let frame = &old.state.frame;
