@@ -4,7 +4,8 @@
 //! ([`Motion`]) and its old stress and state ([`Point`]), it returns the new ones. Small-strain laws
 //! implement the smaller [`SmallStrain`] and are made objective by [`Corotational`], or taken to
 //! finite strain by [`Hencky`]. Solvers hold `Arc<dyn `[`Material`]`>`: the same law with the
-//! state's type erased and updated in batches, so that no virtual call is paid per point.
+//! state's type erased and updated in batches, so that no virtual call is paid per point. What is no
+//! volume, a cohesive band or a contact, obeys the sister trait [`InterfaceLaw`].
 //!
 //! Conventions: SI units; stress and strain are tension-positive; pressure `p = -tr σ / 3` is
 //! compression-positive; stress is always the full 3D tensor, component order xx yy zz xy yz zx,
@@ -15,7 +16,9 @@ mod corotational;
 pub mod driver;
 mod error;
 mod hencky;
+mod interface;
 pub mod laws;
+pub mod localisation;
 mod material;
 mod model;
 mod motion;
@@ -30,6 +33,7 @@ mod wrapper;
 pub use corotational::{Corotational, FirstOrderSpin};
 pub use error::{BatchError, MaterialError};
 pub use hencky::{Hencky, HenckyState, PrincipalReturn};
+pub use interface::{InterfaceLaw, InterfacePoint};
 pub use material::{BLOCK, Material, StateBlock, States};
 pub use model::{Facts, Kind, Model};
 pub use motion::{Motion, Pore};

@@ -138,6 +138,8 @@ models! {
     "simsand" => Simsand(SimsandSpec),
     /// A user material of Abaqus in a shared library.
     "umat" => Umat(UmatSpec),
+    /// An elastic point that a cohesive–frictional band may cut.
+    "double-scale" => DoubleScale(DoubleScaleSpec),
     /// Weakly compressible Newtonian fluid.
     "newtonian-fluid" => NewtonianFluid(NewtonianFluidSpec),
     /// Fluid with a constant yield stress.

@@ -9,6 +9,7 @@ mod element_tests;
 mod finite_strain;
 mod flow;
 mod kinematics;
+mod localisation;
 mod rigid_motion;
 mod self_weight;
 mod two_disks;
@@ -51,6 +52,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&critical_state::BENCHMARK, Some(2), 2),
     Listed::new(&flow::BENCHMARK, Some(1), 1),
     Listed::new(&finite_strain::BENCHMARK, Some(1), 1),
+    Listed::new(&localisation::BENCHMARK, Some(2), 2),
     Listed::new(&kinematics::BENCHMARK, Some(6), 6),
     Listed::new(&rigid_motion::BENCHMARK, Some(10), 10),
     Listed::new(&bar::BENCHMARK, Some(7), 7),

@@ -8,6 +8,7 @@ mod steps;
 
 use super::{DriverError, ElementPath, ElementTest, Problem, TestStage};
 use crate::MaterialSpec;
+use crate::laws::UmatSpec;
 
 /// The texts of the three files and what does not stand in them.
 #[derive(Clone, Debug)]
