@@ -106,6 +106,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         Ok(())
     }
 
+    fn cell_size(&self) -> Option<f64> {
+        Some(self.grid.cell)
+    }
+
     fn equilibrium(&self) -> Option<Equilibrium> {
         self.case.stages[self.stage].equilibrium?;
         let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { f64::INFINITY };

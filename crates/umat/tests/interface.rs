@@ -104,6 +104,6 @@ fn what_is_wrong_with_a_library_is_named() {
     // Too few properties: this library then asks for a shorter step.
     let law = MaterialSpec::Umat(UmatSpec { props: vec![1.0], ..spec(library) }).build().unwrap();
     let condition = InitialCondition { stress: SymTensor::ZERO, density: 2000.0 };
-    let error = law.initial(&[condition]).err().expect("refused").to_string();
+    let error = law.initial(&[condition]).expect_err("refused").to_string();
     assert!(error.contains("shorter step"), "{error}");
 }
