@@ -21,6 +21,9 @@ pub struct Arguments {
     /// Only the race against the textbook kernel.
     #[arg(long)]
     race: bool,
+    /// Stress updates per second of every law instead.
+    #[arg(long)]
+    laws: bool,
     /// Seconds of measurement per setting.
     #[arg(long, default_value_t = 2.0)]
     seconds: f64,
@@ -195,6 +198,10 @@ fn peak_memory() -> Option<f64> {
 
 /// Measures and prints a table in CSV.
 pub fn run(arguments: &Arguments) -> Result<bool, String> {
+    if arguments.laws {
+        crate::bench_laws::run(arguments.filter.as_deref(), arguments.seconds)?;
+        return Ok(true);
+    }
     for threads in [1, 2].into_iter().filter(|_| arguments.bandwidth) {
         println!("# memory bandwidth on {threads} threads: {:.1} GB/s", bandwidth(threads)?);
     }

@@ -1,6 +1,7 @@
 //! Validation, comparison of methods and benchmarks.
 
 mod bench;
+mod bench_laws;
 mod benchmarks;
 mod compare;
 mod html;

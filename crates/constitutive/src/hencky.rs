@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::laws::Elasticity;
-use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent};
+use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent, shear_moduli};
 use crate::{
     InitialCondition, Mat3, MaterialError, Motion, Point, SmallStrain, Spectrum, StressUpdate, SymTensor,
     Tangent,
@@ -30,6 +30,19 @@ pub trait PrincipalReturn: SmallStrain {
     fn principal_tangent(&self, _trial: [f64; 3], _state: &Self::State) -> Option<[[f64; 3]; 3]> {
         None
     }
+}
+
+/// Small-strain tangent (eq. 3.11) of a law that returns in principal stresses, at the elastic trial.
+pub(crate) fn small_strain_tangent<L: PrincipalReturn>(
+    law: &L,
+    trial: &SymTensor,
+    state: &L::State,
+) -> Option<Tangent> {
+    let spectrum = trial.spectrum();
+    let block = law.principal_tangent(spectrum.values, state)?;
+    let (stress, _) = law.return_principal(spectrum.values, state).ok()?;
+    let strains = spectrum.values.map(|s| s / (2.0 * law.elasticity().shear_modulus));
+    Some(Tangent::spectral(&spectrum, &block, shear_moduli(stress, strains, &block)))
 }
 
 /// Takes a law with linear elasticity to finite strain (constitutive sheet §3.3): the elastic left

@@ -16,8 +16,8 @@ use super::drucker_prager::{PlasticStrain, Softening};
 use super::linear_elastic::stiff_warnings;
 use super::multi_surface::{self, ActiveSet, Plane, active_set};
 use super::strength_reduced::StrengthReduction;
+use crate::hencky::small_strain_tangent;
 use crate::model::{Facts, Kind, Model, StrainMeasure, check, not_negative};
-use crate::tangent::shear_moduli;
 use crate::{
     InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
     Tangent,
@@ -507,12 +507,7 @@ impl SmallStrain for MohrCoulomb {
 
     /// Consistent tangent (sheet §3.10).
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
-        let trial = old.stress + self.elasticity.stress(strain);
-        let spectrum = trial.spectrum();
-        let block = self.principal_tangent(spectrum.values, &old.state)?;
-        let (stress, _) = self.return_principal(spectrum.values, &old.state).ok()?;
-        let strains = spectrum.values.map(|s| s / (2.0 * self.elasticity.shear_modulus));
-        Some(Tangent::spectral(&spectrum, &block, shear_moduli(stress, strains, &block)))
+        small_strain_tangent(self, &(old.stress + self.elasticity.stress(strain)), &old.state)
     }
 
     fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::multi_surface::{ActiveSet, Plane, active_set, return_to, tangent};
 use super::{Elasticity, LinearElasticSpec};
+use crate::hencky::small_strain_tangent;
 use crate::model::{Facts, Kind, Model, StrainMeasure, not_negative};
-use crate::tangent::shear_moduli;
 use crate::{
     InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
     Tangent,
@@ -139,11 +139,7 @@ impl SmallStrain for TensionCut {
     }
 
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<()>) -> Option<Tangent> {
-        let spectrum = (old.stress + self.elasticity.stress(strain)).spectrum();
-        let block = self.principal_tangent(spectrum.values, &())?;
-        let (stress, ()) = self.return_principal(spectrum.values, &()).ok()?;
-        let strains = spectrum.values.map(|s| s / (2.0 * self.elasticity.shear_modulus));
-        Some(Tangent::spectral(&spectrum, &block, shear_moduli(stress, strains, &block)))
+        small_strain_tangent(self, &(old.stress + self.elasticity.stress(strain)), &old.state)
     }
 
     fn yield_value(&self, point: &Point<()>) -> Option<f64> {

@@ -1,0 +1,151 @@
+//! `cargo xtask bench --laws`: stress updates per second of every law, on one thread.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use colluvium::constitutive::{
+    BLOCK, InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor,
+};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Points of the measurement: their motions, stresses and states fit the second-level cache.
+const POINTS: usize = 16 * BLOCK;
+
+/// Strain of one step.
+const STEP: f64 = 1e-4;
+
+/// Steps of the warm-up: every point yields after them.
+const WARM_UP: usize = 100;
+
+/// What was measured.
+struct Measured {
+    /// Million updates per second.
+    rate: f64,
+    /// Share of the points on their yield surface at the end.
+    yielding: f64,
+    /// Time of one spectral decomposition of these stresses over that of one update.
+    spectrum: f64,
+}
+
+/// Points under way.
+struct Points {
+    motions: Vec<Motion>,
+    stresses: Vec<SymTensor>,
+    states: States,
+}
+
+/// Prints the table; only models whose description contains `filter`.
+pub fn run(filter: Option<&str>, seconds: f64) -> Result<(), String> {
+    println!("model,form,million updates per second,share yielding,one spectral decomposition / one update");
+    for spec in MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()) {
+        let form = form(&spec);
+        if filter.is_some_and(|filter| !format!("{} {form}", spec.name()).contains(filter)) {
+            continue;
+        }
+        let law = spec.build().map_err(|error| error.to_string())?;
+        let Measured { rate, yielding, spectrum } = measure(&*law, spec.density(), seconds)?;
+        println!("{},{form},{rate:.2},{yielding:.2},{spectrum:.2}", spec.name());
+    }
+    Ok(())
+}
+
+/// What tells examples of one model apart: its options, not its numbers.
+fn form(spec: &MaterialSpec) -> String {
+    let value = serde_json::to_value(spec).unwrap_or_default();
+    let mut words = Vec::new();
+    for (key, value) in value.as_object().into_iter().flatten() {
+        match value {
+            serde_json::Value::String(text) if key != "model" => words.push(text.clone()),
+            serde_json::Value::Object(inner) if inner.contains_key("model") => {
+                words.extend(inner["model"].as_str().map(str::to_owned));
+            }
+            serde_json::Value::Object(inner) => {
+                let kind = inner.get("kind").and_then(|kind| kind.as_str());
+                words.push(kind.map_or_else(|| key.clone(), str::to_owned));
+            }
+            serde_json::Value::Number(_) if key == "tensile_strength" => words.push(key.clone()),
+            _ => {}
+        }
+    }
+    words.join(" ")
+}
+
+/// A start that the law admits: sheared if it may be, else isotropic compression.
+fn start(law: &dyn Material, density: f64) -> Result<(Vec<SymTensor>, States), String> {
+    let sheared = SymTensor([-60e3, -50e3, -45e3, 3e3, -2e3, 1e3]);
+    let at = |stress| law.initial(&vec![InitialCondition { stress, density }; POINTS]);
+    at(sheared).or_else(|_| at(SymTensor::isotropic(-50e3))).map_err(|error| error.to_string())
+}
+
+fn measure(law: &dyn Material, density: f64, seconds: f64) -> Result<Measured, String> {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let (stresses, states) = start(law, density)?;
+    let motion = |random: &mut ChaCha8Rng| {
+        // Shear in a random direction with some spin, no change of volume.
+        let a = Mat3(std::array::from_fn(|_| std::array::from_fn(|_| random.random_range(-1.0..1.0))));
+        let a = a - Mat3::IDENTITY * (a.trace() / 3.0);
+        let a = a * (STEP / a.sym().norm());
+        Motion::from_velocity_gradient(&(a * 1e4), 1e-4, density, 0.1).ok_or("a step of this size is regular")
+    };
+    let motions = (0..POINTS).map(|_| motion(&mut random)).collect::<Result<Vec<_>, _>>()?;
+    let mut points = Points { motions, stresses, states };
+    for _ in 0..WARM_UP {
+        points.step(law)?;
+    }
+    // To and fro, so that long runs stay where short ones are.
+    let mut best = f64::INFINITY;
+    let began = Instant::now();
+    let mut steps = 0;
+    while steps == 0 || began.elapsed().as_secs_f64() < seconds {
+        let lap = Instant::now();
+        for _ in 0..20 {
+            points.step(law)?;
+        }
+        best = best.min(lap.elapsed().as_secs_f64() / (20 * POINTS) as f64);
+        steps += 20;
+        if steps % 200 == 0 {
+            points.turn_back(density)?;
+        }
+    }
+    let spectrum = {
+        let laps = (0..50).map(|_| {
+            let lap = Instant::now();
+            for stress in &points.stresses {
+                black_box(black_box(stress).spectrum());
+            }
+            lap.elapsed().as_secs_f64() / POINTS as f64
+        });
+        laps.fold(f64::INFINITY, f64::min)
+    };
+    Ok(Measured { rate: 1e-6 / best, yielding: points.yielding(law), spectrum: spectrum / best })
+}
+
+impl Points {
+    fn step(&mut self, law: &dyn Material) -> Result<(), String> {
+        let parts = self.stresses.chunks_mut(BLOCK).zip(self.motions.chunks(BLOCK));
+        for (block, (stresses, motions)) in self.states.blocks_mut().iter_mut().zip(parts) {
+            law.update(motions, stresses, block).map_err(|error| error.to_string())?;
+        }
+        Ok(())
+    }
+
+    fn turn_back(&mut self, density: f64) -> Result<(), String> {
+        for motion in &mut self.motions {
+            let back = motion.gradient * (-1.0 / motion.dt);
+            *motion = Motion::from_velocity_gradient(&back, motion.dt, density, 0.1).ok_or("regular")?;
+        }
+        Ok(())
+    }
+
+    fn yielding(&self, law: &dyn Material) -> f64 {
+        let mut count = 0;
+        for (block, stresses) in self.states.blocks().iter().zip(self.stresses.chunks(BLOCK)) {
+            let mut values = [0.0; BLOCK];
+            law.yield_values(stresses, block, &mut values[..stresses.len()]);
+            let close = |(value, stress): (&f64, &SymTensor)| *value > -1e-6 * stress.norm();
+            count += values.iter().zip(stresses).filter(|pair| close(*pair)).count();
+        }
+        count as f64 / POINTS as f64
+    }
+}
