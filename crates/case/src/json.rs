@@ -178,6 +178,11 @@ impl<'a> Checker<'a> {
             self.check_tagged(tag, variants, value, path);
             return;
         }
+        let named: Vec<(&str, &Value)> = variants.iter().filter_map(named_variant).collect();
+        if !named.is_empty() && named.len() == variants.len() {
+            self.check_named(&named, value, path);
+            return;
+        }
         let mut choices = Vec::new();
         for variant in variants {
             match variant.get("enum").and_then(Value::as_array) {
@@ -202,6 +207,20 @@ impl<'a> Checker<'a> {
         match variants.iter().find(|variant| constant(variant) == Some(found)) {
             Some(variant) => self.check_object(variant, map, path),
             None => self.check_choice(&choices, found, &join(path, tag)),
+        }
+    }
+
+    /// A value under the name of its variant, `{ "calibration": { … } }`.
+    fn check_named(&mut self, variants: &[(&str, &'a Value)], value: &Value, path: &str) {
+        let names: Vec<Value> = variants.iter().map(|(name, _)| Value::from(*name)).collect();
+        let keys = value.as_object().filter(|map| map.len() == 1);
+        let Some((key, inner)) = keys.and_then(|map| map.iter().next()) else {
+            self.report(path, format!("{} is not an object with one key of {}", describe(value), list(&names)));
+            return;
+        };
+        match variants.iter().find(|(name, _)| name == key) {
+            Some((_, schema)) => self.check(schema, inner, &join(path, key)),
+            None => self.check_choice(&names, &Value::from(key.as_str()), path),
         }
     }
 
@@ -313,6 +332,14 @@ impl<'a> Checker<'a> {
 fn tag_of(variant: &Value) -> Option<&str> {
     let properties = variant.get("properties")?.as_object()?;
     properties.iter().find(|(_, schema)| schema.get("const").is_some()).map(|(key, _)| key.as_str())
+}
+
+/// Name and schema of a variant that is an object with one required key and no tag.
+fn named_variant(variant: &Value) -> Option<(&str, &Value)> {
+    let properties = variant.get("properties")?.as_object().filter(|map| map.len() == 1)?;
+    let (name, schema) = properties.iter().next()?;
+    let required = variant.get("required")?.as_array()?;
+    (required.len() == 1 && schema.get("const").is_none()).then_some((name.as_str(), schema))
 }
 
 fn list(choices: &[Value]) -> String {

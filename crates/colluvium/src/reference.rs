@@ -44,7 +44,9 @@ fn section(text: &mut String, name: &str, schema: &Value) {
                     let (key, schema) = keys.iter().find(|(_, schema)| schema["const"].is_string())?;
                     Some(format!("\"{key}\": \"{}\"", schema["const"].as_str()?))
                 });
-                let tag = tag.unwrap_or_default();
+                // A value under the name of its variant.
+                let name = || variant["required"].as_array()?.first()?.as_str();
+                let tag = tag.or_else(|| name().map(|name| format!("\"{name}\": …"))).unwrap_or_default();
                 text.push_str(&format!("**`{tag}`** — {}\n\n", line(&variant["description"])));
                 if let Some(target) = reference(variant) {
                     text.push_str(&format!("Keys of [{target}](#{}).\n\n", target.to_lowercase()));
