@@ -215,7 +215,10 @@ impl<'a> Checker<'a> {
         let names: Vec<Value> = variants.iter().map(|(name, _)| Value::from(*name)).collect();
         let keys = value.as_object().filter(|map| map.len() == 1);
         let Some((key, inner)) = keys.and_then(|map| map.iter().next()) else {
-            self.report(path, format!("{} is not an object with one key of {}", describe(value), list(&names)));
+            self.report(
+                path,
+                format!("{} is not an object with one key of {}", describe(value), list(&names)),
+            );
             return;
         };
         match variants.iter().find(|(name, _)| name == key) {

@@ -288,8 +288,9 @@ impl<L: StressUpdate> Material for L {
         let states = typed_mut::<L::State>(states);
         for (index, ((motion, stress), state)) in motions.iter().zip(stresses).zip(states).enumerate() {
             let old = Point { stress: *stress, state: state.clone() };
-            let new =
-                StressUpdate::update(self, motion, &old).map_err(|source| BatchError { index, source })?;
+            let new = motion.check(StressUpdate::name(self));
+            let new = new.and_then(|()| StressUpdate::update(self, motion, &old));
+            let new = new.map_err(|source| BatchError { index, source })?;
             *stress = new.stress;
             *state = new.state;
         }

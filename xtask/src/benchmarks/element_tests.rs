@@ -155,11 +155,11 @@ fn objectivity(outcome: &mut Outcome) -> Result<(), String> {
     outcome.near("V-02 rotation by 30°: σ_xy", -11.650_635_09, 1e-8, turned[3], MACHINE);
     outcome.near("V-02 rotation by 30°: σ_yy", -45.179_491_92, 1e-9, turned[1], MACHINE);
     // The plane stress of the sheet for full turns.
-    let start = SymTensor([-100.0, -50.0, 0.0, 20.0, 0.0, 0.0]);
+    let start = SymTensor([-100e3, -50e3, 0.0, 20e3, 0.0, 0.0]);
     let full = after(&spec, start, &[rotation(10f64.to_radians())?; 36])?;
     let turn = "the sheet's 10⁻¹⁰";
-    outcome.near("V-02 a full turn in 36 rigid steps: σ_xx", -100.0, 1e-10, full[0], turn);
-    outcome.near("V-02 a full turn in 36 rigid steps: σ_xy", 20.0, 1e-10, full[3], turn);
+    outcome.near("V-02 a full turn in 36 rigid steps: σ_xx (Pa)", -100e3, 1e-10, full[0], turn);
+    outcome.near("V-02 a full turn in 36 rigid steps: σ_xy (Pa)", 20e3, 1e-10, full[3], turn);
     let digits = "the sheet's digits";
     for (angle, steps, xx, xy) in [(10f64, 36, -99.352_414, 20.783_646), (1.0, 360, -99.993_619, 20.007_973)]
     {
@@ -167,8 +167,8 @@ fn objectivity(outcome: &mut Outcome) -> Result<(), String> {
         let motion = Motion::from_velocity_gradient(&spin, 1.0, 2000.0, 1.0).ok_or("singular spin")?;
         let driven = after(&spec, start, &vec![motion; steps])?;
         let name = format!("V-02 {steps} steps of spin {angle}°");
-        outcome.near(format!("{name}: σ_xx"), xx, 1e-8, driven[0], digits);
-        outcome.near(format!("{name}: σ_xy"), xy, 5e-8, driven[3], digits);
+        outcome.near(format!("{name}: σ_xx (Pa)"), xx * 1e3, 1e-8, driven[0], digits);
+        outcome.near(format!("{name}: σ_xy (Pa)"), xy * 1e3, 5e-8, driven[3], digits);
         let change = (driven.j2() / start.j2() - 1.0).abs();
         outcome.below(format!("{name}: change of J2"), "0", change, 1e-12, "the sheet's 10⁻¹²");
     }
