@@ -377,4 +377,21 @@ mod tests {
         assert_eq!(join("", "[0].b"), "[0].b");
         assert_eq!(join("a", "."), "a");
     }
+
+    #[test]
+    fn a_variant_may_stand_under_its_name() {
+        #[derive(Debug, PartialEq, serde::Deserialize, JsonSchema)]
+        #[serde(rename_all = "kebab-case")]
+        enum Shape {
+            Circle(f64),
+            Box { width: f64 },
+        }
+        let read = |value: serde_json::Value| from_value::<Shape>(&value, "shape");
+        assert_eq!(read(serde_json::json!({ "circle": 2.0 })).unwrap(), Shape::Circle(2.0));
+        assert_eq!(read(serde_json::json!({ "box": { "width": 1.0 } })).unwrap(), Shape::Box { width: 1.0 });
+        let problem = |value| read(value).unwrap_err().to_string();
+        assert!(problem(serde_json::json!({ "box": {} })).starts_with("shape.box: "));
+        assert!(problem(serde_json::json!({ "circel": 1.0 })).contains("circle"));
+        assert!(problem(serde_json::json!({ "circle": 1.0, "box": {} })).contains("one key"));
+    }
 }
