@@ -178,6 +178,11 @@ impl<'a> Checker<'a> {
             self.check_tagged(tag, variants, value, path);
             return;
         }
+        let named: Vec<(&str, &Value)> = variants.iter().filter_map(named_variant).collect();
+        if !named.is_empty() && named.len() == variants.len() {
+            self.check_named(&named, value, path);
+            return;
+        }
         let mut choices = Vec::new();
         for variant in variants {
             match variant.get("enum").and_then(Value::as_array) {
@@ -202,6 +207,23 @@ impl<'a> Checker<'a> {
         match variants.iter().find(|variant| constant(variant) == Some(found)) {
             Some(variant) => self.check_object(variant, map, path),
             None => self.check_choice(&choices, found, &join(path, tag)),
+        }
+    }
+
+    /// A value under the name of its variant, `{ "calibration": { … } }`.
+    fn check_named(&mut self, variants: &[(&str, &'a Value)], value: &Value, path: &str) {
+        let names: Vec<Value> = variants.iter().map(|(name, _)| Value::from(*name)).collect();
+        let keys = value.as_object().filter(|map| map.len() == 1);
+        let Some((key, inner)) = keys.and_then(|map| map.iter().next()) else {
+            self.report(
+                path,
+                format!("{} is not an object with one key of {}", describe(value), list(&names)),
+            );
+            return;
+        };
+        match variants.iter().find(|(name, _)| name == key) {
+            Some((_, schema)) => self.check(schema, inner, &join(path, key)),
+            None => self.check_choice(&names, &Value::from(key.as_str()), path),
         }
     }
 
@@ -315,6 +337,14 @@ fn tag_of(variant: &Value) -> Option<&str> {
     properties.iter().find(|(_, schema)| schema.get("const").is_some()).map(|(key, _)| key.as_str())
 }
 
+/// Name and schema of a variant that is an object with one required key and no tag.
+fn named_variant(variant: &Value) -> Option<(&str, &Value)> {
+    let properties = variant.get("properties")?.as_object().filter(|map| map.len() == 1)?;
+    let (name, schema) = properties.iter().next()?;
+    let required = variant.get("required")?.as_array()?;
+    (required.len() == 1 && schema.get("const").is_none()).then_some((name.as_str(), schema))
+}
+
 fn list(choices: &[Value]) -> String {
     let names: Vec<String> =
         choices.iter().map(|c| c.as_str().map_or(c.to_string(), str::to_owned)).collect();
@@ -346,5 +376,22 @@ mod tests {
         assert_eq!(join("a", "b"), "a.b");
         assert_eq!(join("", "[0].b"), "[0].b");
         assert_eq!(join("a", "."), "a");
+    }
+
+    #[test]
+    fn a_variant_may_stand_under_its_name() {
+        #[derive(Debug, PartialEq, serde::Deserialize, JsonSchema)]
+        #[serde(rename_all = "kebab-case")]
+        enum Shape {
+            Circle(f64),
+            Box { width: f64 },
+        }
+        let read = |value: serde_json::Value| from_value::<Shape>(&value, "shape");
+        assert_eq!(read(serde_json::json!({ "circle": 2.0 })).unwrap(), Shape::Circle(2.0));
+        assert_eq!(read(serde_json::json!({ "box": { "width": 1.0 } })).unwrap(), Shape::Box { width: 1.0 });
+        let problem = |value| read(value).unwrap_err().to_string();
+        assert!(problem(serde_json::json!({ "box": {} })).starts_with("shape.box: "));
+        assert!(problem(serde_json::json!({ "circel": 1.0 })).contains("circle"));
+        assert!(problem(serde_json::json!({ "circle": 1.0, "box": {} })).contains("one key"));
     }
 }

@@ -24,8 +24,10 @@ pub use colluvium_grid as grid;
 pub use colluvium_mpm as mpm;
 pub use colluvium_points as points;
 
+mod models;
 mod reference;
 
+pub use models::models_reference;
 pub use reference::case_reference;
 
 use case::{Case, CaseError, CaseErrors, Method};

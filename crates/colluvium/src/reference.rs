@@ -40,11 +40,10 @@ fn section(text: &mut String, name: &str, schema: &Value) {
         }
         Some(variants) => {
             for variant in variants {
-                let tag = variant["properties"].as_object().and_then(|keys| {
-                    let (key, schema) = keys.iter().find(|(_, schema)| schema["const"].is_string())?;
-                    Some(format!("\"{key}\": \"{}\"", schema["const"].as_str()?))
-                });
-                let tag = tag.unwrap_or_default();
+                let tag = tagged(variant).map(|(key, value)| format!("\"{key}\": \"{value}\""));
+                // A value under the name of its variant.
+                let name = || variant["required"].as_array()?.first()?.as_str();
+                let tag = tag.or_else(|| name().map(|name| format!("\"{name}\": …"))).unwrap_or_default();
                 text.push_str(&format!("**`{tag}`** — {}\n\n", line(&variant["description"])));
                 if let Some(target) = reference(variant) {
                     text.push_str(&format!("Keys of [{target}](#{}).\n\n", target.to_lowercase()));
@@ -56,7 +55,14 @@ fn section(text: &mut String, name: &str, schema: &Value) {
     }
 }
 
-fn keys(text: &mut String, schema: &Value) {
+/// The tag of a variant: its key and its value.
+pub(crate) fn tagged(variant: &Value) -> Option<(&str, &str)> {
+    let (key, schema) = variant["properties"].as_object()?.iter().find(|(_, s)| s["const"].is_string())?;
+    Some((key, schema["const"].as_str()?))
+}
+
+/// Table of the keys of an object.
+pub(crate) fn keys(text: &mut String, schema: &Value) {
     let Some(properties) = schema["properties"].as_object() else { return };
     let shown: Vec<_> = properties.iter().filter(|(_, s)| s["const"].is_null()).collect();
     if shown.is_empty() {
@@ -107,6 +113,6 @@ fn kind(schema: &Value) -> String {
     }
 }
 
-fn line(description: &Value) -> String {
+pub(crate) fn line(description: &Value) -> String {
     description.as_str().unwrap_or_default().replace('\n', " ").replace('|', "\\|")
 }

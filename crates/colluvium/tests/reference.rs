@@ -25,3 +25,13 @@ fn committed_schema_is_that_of_the_code() {
 fn committed_case_reference_is_that_of_the_code() {
     assert_up_to_date("case-file.md", &colluvium::case_reference());
 }
+
+#[test]
+fn committed_list_of_models_is_that_of_the_code() {
+    let made = colluvium::models_reference();
+    for (name, _) in colluvium::constitutive::MaterialSpec::MODELS {
+        let section = made.split(&format!("## {name}\n\n")).nth(1).unwrap_or_default();
+        assert!(section.starts_with("| key | type |"), "{name} has no parameters");
+    }
+    assert_up_to_date("models.md", &made);
+}

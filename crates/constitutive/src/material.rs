@@ -262,6 +262,15 @@ pub trait Material: Send + Sync {
     fn load(&self, bytes: &[u8]) -> Option<States>;
 }
 
+/// Refuses an initial stress that is no number.
+fn finite(model: &'static str, initial: &InitialCondition) -> Result<(), MaterialError> {
+    if initial.stress.is_finite() {
+        return Ok(());
+    }
+    let reason = format!("the stress must be finite (stress {:?} Pa)", initial.stress.0);
+    Err(MaterialError::Initial { model, reason })
+}
+
 impl<L: StressUpdate> Material for L {
     fn name(&self) -> &'static str {
         StressUpdate::name(self)
@@ -271,8 +280,9 @@ impl<L: StressUpdate> Material for L {
         let mut stresses = Vec::with_capacity(initial.len());
         let mut states = Vec::with_capacity(initial.len());
         for (index, condition) in initial.iter().enumerate() {
-            let point =
-                StressUpdate::initial(self, condition).map_err(|source| BatchError { index, source })?;
+            let name = StressUpdate::name(self);
+            let point = finite(name, condition).and_then(|()| StressUpdate::initial(self, condition));
+            let point = point.map_err(|source| BatchError { index, source })?;
             stresses.push(point.stress);
             states.push(point.state);
         }
@@ -288,8 +298,9 @@ impl<L: StressUpdate> Material for L {
         let states = typed_mut::<L::State>(states);
         for (index, ((motion, stress), state)) in motions.iter().zip(stresses).zip(states).enumerate() {
             let old = Point { stress: *stress, state: state.clone() };
-            let new =
-                StressUpdate::update(self, motion, &old).map_err(|source| BatchError { index, source })?;
+            let new = motion.check(StressUpdate::name(self));
+            let new = new.and_then(|()| StressUpdate::update(self, motion, &old));
+            let new = new.map_err(|source| BatchError { index, source })?;
             *stress = new.stress;
             *state = new.state;
         }

@@ -1,6 +1,6 @@
 //! What a material point undergoes in one step.
 
-use crate::{Mat3, SymTensor};
+use crate::{Mat3, MaterialError, SymTensor};
 
 /// Pore fluid at the point; zeros where there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,6 +54,25 @@ impl Motion {
     pub fn from_deformation(f: &Mat3, dt: f64, density: f64, size: f64) -> Option<Self> {
         let gradient = (*f - Mat3::IDENTITY) * (*f + Mat3::IDENTITY).inverse()? * 2.0;
         Some(Self { deformation: *f, gradient, dt, density, size, pore: Pore::default() })
+    }
+
+    /// What a step must be for any law (constitutive sheet §7): time passes, the volume changes by no more than
+    /// a factor of two and does not turn inside out, density is a positive number.
+    #[inline]
+    pub(crate) fn check(&self, model: &'static str) -> Result<(), MaterialError> {
+        let volume = self.deformation.determinant();
+        let reason = if !(self.dt > 0.0 && self.dt.is_finite()) {
+            "dt: the time step must be positive (s)"
+        } else if !(volume > 0.0) {
+            "deformation: the step inverts the point"
+        } else if !(0.5..=2.0).contains(&volume) {
+            "deformation: the density changes by more than a factor of 2 in one step"
+        } else if !(self.density > 0.0 && self.density.is_finite()) {
+            "density: must be positive (kg/m³)"
+        } else {
+            return Ok(());
+        };
+        Err(MaterialError::Motion { model, reason })
     }
 
     /// Strain increment of the step, the symmetric part of [`Motion::gradient`].

@@ -120,7 +120,8 @@ pub(crate) fn numerical_tangent(
     motion: &Motion,
     stress: impl Fn(&Motion) -> Result<SymTensor, MaterialError>,
 ) -> Result<Tangent, MaterialError> {
-    let step = 1e-6 * motion.gradient.sym().norm().max(1e-4);
+    // Not so small that the last digit of a density, times the stiffness, shows.
+    let step = 1e-6 * motion.gradient.sym().norm().max(1e-2);
     let mut tangent = [[0.0; 6]; 6];
     for (k, &(i, j)) in PAIRS.iter().enumerate() {
         let perturbed = |sign: f64| {

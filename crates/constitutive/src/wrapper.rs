@@ -111,6 +111,9 @@ impl<W: Wrapper> Material for Around<W> {
         stresses: &mut [SymTensor],
         states: &mut StateBlock,
     ) -> Result<(), BatchError> {
+        for (index, motion) in motions.iter().enumerate() {
+            motion.check(W::NAME).map_err(|source| BatchError { index, source })?;
+        }
         let (own, block) = states.parts_mut::<W::Own>();
         let count = stresses.len();
         let mut inner = self.inner_stresses(stresses, own);

@@ -89,13 +89,13 @@ fn the_printed_table_is_a_degenerate_calibration() {
     }
     let refused = Constants::calibrate(&calibration(15.0, 500e3));
     let Err(MaterialError::Parameter { field, rule, .. }) = refused else { panic!("{refused:?}") };
-    assert_eq!(field, "calibration.friction_angle");
+    assert_eq!(field, "parameters.calibration.friction_angle");
     assert!(rule.contains("1.0645"), "{rule}");
     // Given directly the printed set is there for a reader, with a word of warning.
     let printed =
         HypoplasticSpec { parameters: HypoplasticParameters::Constants(Constants::TABLE_1), ..spec() };
     printed.law().unwrap();
-    assert!(printed.warnings()[0].starts_with("constants:"), "{:?}", printed.warnings());
+    assert!(printed.warnings()[0].starts_with("parameters.constants:"), "{:?}", printed.warnings());
     // From 18° on the wanted state is the only one.
     for friction in [18.0, 25.0, 30.0, 33.0] {
         let states = constants(friction, 20e6).stationary_states();
@@ -303,19 +303,31 @@ fn bad_input_is_refused_by_name() {
         let set = Constants { c1, c4, ..Constants::TABLE_1 };
         HypoplasticSpec { parameters: HypoplasticParameters::Constants(set), ..spec() }
     };
-    assert_eq!(field(direct(0.0, 1.0)), "constants.c1");
-    assert_eq!(field(direct(1.0, 1.0)), "constants.c1");
-    assert_eq!(field(direct(-1.0, f64::NAN)), "constants.c4");
+    assert_eq!(field(direct(0.0, 1.0)), "parameters.constants.c1");
+    assert_eq!(field(direct(1.0, 1.0)), "parameters.constants.c1");
+    assert_eq!(field(direct(-1.0, f64::NAN)), "parameters.constants.c4");
     let calibrated = |of| HypoplasticSpec { parameters: HypoplasticParameters::Calibration(of), ..spec() };
     let good = calibration(30.0, 20e6);
-    assert_eq!(field(calibrated(Calibration { youngs_modulus: 0.0, ..good })), "calibration.youngs_modulus");
-    assert_eq!(field(calibrated(Calibration { pressure: -1.0, ..good })), "calibration.pressure");
-    assert_eq!(field(calibrated(Calibration { poissons_ratio: 0.5, ..good })), "calibration.poissons_ratio");
-    assert_eq!(field(calibrated(Calibration { friction_angle: 15.0, ..good })), "calibration.friction_angle");
-    assert_eq!(field(calibrated(Calibration { friction_angle: 95.0, ..good })), "calibration.friction_angle");
+    assert_eq!(
+        field(calibrated(Calibration { youngs_modulus: 0.0, ..good })),
+        "parameters.calibration.youngs_modulus"
+    );
+    assert_eq!(field(calibrated(Calibration { pressure: -1.0, ..good })), "parameters.calibration.pressure");
+    assert_eq!(
+        field(calibrated(Calibration { poissons_ratio: 0.5, ..good })),
+        "parameters.calibration.poissons_ratio"
+    );
+    assert_eq!(
+        field(calibrated(Calibration { friction_angle: 15.0, ..good })),
+        "parameters.calibration.friction_angle"
+    );
+    assert_eq!(
+        field(calibrated(Calibration { friction_angle: 95.0, ..good })),
+        "parameters.calibration.friction_angle"
+    );
     assert_eq!(
         field(calibrated(Calibration { dilatancy_angle: 60.0, ..good })),
-        "calibration.dilatancy_angle"
+        "parameters.calibration.dilatancy_angle"
     );
     let critical = |critical| HypoplasticSpec { critical_state: Some(critical), ..spec() };
     let too_large = CriticalState { minimum_void_ratio: 1.0, ..CRITICAL };

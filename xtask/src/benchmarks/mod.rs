@@ -4,12 +4,14 @@ mod aluminium_bars;
 mod bar;
 mod column_a04;
 mod column_collapse;
+mod contract;
 mod critical_state;
 mod element_tests;
 mod finite_strain;
 mod flow;
 mod kinematics;
 mod localisation;
+mod returns;
 mod rigid_motion;
 mod self_weight;
 mod two_disks;
@@ -49,6 +51,8 @@ impl Listed {
 /// All benchmarks.
 pub const ALL: &[Listed] = &[
     Listed::new(&element_tests::BENCHMARK, Some(1), 1),
+    Listed::new(&returns::BENCHMARK, Some(1), 1),
+    Listed::new(&contract::BENCHMARK, Some(5), 5),
     Listed::new(&critical_state::BENCHMARK, Some(2), 2),
     Listed::new(&flow::BENCHMARK, Some(1), 1),
     Listed::new(&finite_strain::BENCHMARK, Some(1), 1),

@@ -202,14 +202,29 @@ impl Constants {
     pub fn calibrate(calibration: &Calibration) -> Result<Self, MaterialError> {
         let Calibration { youngs_modulus, pressure, poissons_ratio, friction_angle, dilatancy_angle } =
             *calibration;
-        positive("calibration.youngs_modulus", youngs_modulus, "Pa")?;
-        positive("calibration.pressure", pressure, "Pa")?;
+        positive("parameters.calibration.youngs_modulus", youngs_modulus, "Pa")?;
+        positive("parameters.calibration.pressure", pressure, "Pa")?;
         let holds = (0.0..0.5).contains(&poissons_ratio);
-        check("calibration.poissons_ratio", poissons_ratio, holds, "is not in 0..0.5 (0.5 excluded)")?;
+        check(
+            "parameters.calibration.poissons_ratio",
+            poissons_ratio,
+            holds,
+            "is not in 0..0.5 (0.5 excluded)",
+        )?;
         let holds = friction_angle > 0.0 && friction_angle < 90.0;
-        check("calibration.friction_angle", friction_angle, holds, "is not between 0 and 90 degrees")?;
+        check(
+            "parameters.calibration.friction_angle",
+            friction_angle,
+            holds,
+            "is not between 0 and 90 degrees",
+        )?;
         let holds = dilatancy_angle > -45.0 && dilatancy_angle < 45.0;
-        check("calibration.dilatancy_angle", dilatancy_angle, holds, "is not between -45 and 45 degrees")?;
+        check(
+            "parameters.calibration.dilatancy_angle",
+            dilatancy_angle,
+            holds,
+            "is not between -45 and 45 degrees",
+        )?;
 
         let sin = friction_angle.to_radians().sin();
         let r = (1.0 + sin) / (1.0 - sin);
@@ -226,7 +241,7 @@ impl Constants {
         let c3 = slope * c2 + shift;
         let c4 = 9.0 * ((r - 2.0 * nu) * c2 - nu * outer * c1 - n * c3) / ((r - 1.0).powi(2) * n);
         let constants = Self { c1, c2, c3, c4 };
-        let field = "calibration.friction_angle";
+        let field = "parameters.calibration.friction_angle";
         let finite = [c1, c2, c3, c4].iter().all(|c| c.is_finite());
         check(field, friction_angle, finite, "has no calibration at this Poisson's ratio and dilatancy")?;
         let states = constants.stationary_states();
@@ -315,11 +330,11 @@ impl HypoplasticSpec {
             HypoplasticParameters::Calibration(calibration) => Constants::calibrate(calibration)?,
             HypoplasticParameters::Constants(constants) => {
                 let c1 = constants.c1;
-                check("constants.c1", c1, c1.is_finite() && c1 < 0.0, "must be negative")?;
+                check("parameters.constants.c1", c1, c1.is_finite() && c1 < 0.0, "must be negative")?;
                 for (name, value) in [
-                    ("constants.c2", constants.c2),
-                    ("constants.c3", constants.c3),
-                    ("constants.c4", constants.c4),
+                    ("parameters.constants.c2", constants.c2),
+                    ("parameters.constants.c3", constants.c3),
+                    ("parameters.constants.c4", constants.c4),
                 ] {
                     check(name, value, value.is_finite(), "must be finite")?;
                 }
@@ -365,7 +380,7 @@ impl Model for HypoplasticSpec {
             if states.len() != 1 {
                 let ratios: Vec<String> = states.iter().map(|s| format!("{:.4}", s.stress_ratio)).collect();
                 warnings.push(format!(
-                    "constants: triaxial compression has {} stationary states (stress ratios {}) instead of one",
+                    "parameters.constants: triaxial compression has {} stationary states (stress ratios {}) instead of one",
                     states.len(),
                     ratios.join(", ")
                 ));

@@ -129,8 +129,9 @@ impl MuISpec {
     /// # Errors
     /// The first parameter out of range.
     pub fn viscoplastic(&self) -> Result<Viscoplastic<MuI>, MaterialError> {
+        let rheology = self.rheology()?;
         let shear_modulus = shear_modulus(self.shear_modulus, self.bulk_modulus)?;
-        Ok(Viscoplastic { rheology: self.rheology()?, pressure: self.pressure(), shear_modulus })
+        Ok(Viscoplastic { rheology, pressure: self.pressure(), shear_modulus })
     }
 }
 

@@ -68,7 +68,20 @@ impl Model for UndrainedSpec {
     }
 
     fn warnings(&self) -> Vec<String> {
-        self.skeleton.warnings().into_iter().map(|warning| format!("skeleton.{warning}")).collect()
+        let mut warnings: Vec<String> =
+            self.skeleton.warnings().into_iter().map(|warning| format!("skeleton.{warning}")).collect();
+        // Flow at constant volume cannot dilate: suction grows as long as the soil is sheared.
+        let psi = match &*self.skeleton {
+            MaterialSpec::MohrCoulomb(spec) if spec.dilatancy_decay == 0.0 => spec.dilatancy_angle,
+            MaterialSpec::DruckerPrager(spec) if spec.dilatancy_decay == 0.0 => spec.dilatancy_angle,
+            _ => 0.0,
+        };
+        if psi > 0.0 && self.cavitation_strength.is_none() {
+            warnings.push(format!(
+                "skeleton.dilatancy_angle: {psi} degrees, undrained strength grows without bound"
+            ));
+        }
+        warnings
     }
 
     fn strength_reduced(&self, reduction: &super::StrengthReduction) -> Option<Result<Self, MaterialError>> {
