@@ -7,7 +7,7 @@ use colluvium::constitutive::porous::Biot;
 use colluvium::constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 use serde_json::json;
 
-use super::returns::Random;
+use super::returns::{Random, larger};
 use super::{Benchmark, Outcome};
 
 /// The benchmark.
@@ -147,9 +147,9 @@ fn worst_of_models(
     for spec in every_law() {
         let found = measure(&spec, &mut Random(11))?;
         match worst.iter_mut().find(|(name, ..)| *name == spec.name()) {
-            // NaN stays.
             Some((_, count, value)) => {
-                (*count, *value) = (*count + 1, if found <= *value { *value } else { found })
+                *count += 1;
+                *value = larger(*value, found);
             }
             None => worst.push((spec.name(), 1, found)),
         }
@@ -173,7 +173,7 @@ fn objectivity(outcome: &mut Outcome) -> Result<(), String> {
                 Motion { deformation: turn(&step.deformation), gradient: turn(&step.gradient), ..step };
             let (new, other) = (here.after(&step)?, there.after(&turned)?);
             let scale = here.handled(&step).max(new.handled(&step));
-            worst = worst.max((other.stress - new.stress.rotated(&q)).norm() / scale);
+            worst = larger(worst, (other.stress - new.stress.rotated(&q)).norm() / scale);
         }
         Ok(worst)
     })?;
@@ -216,7 +216,7 @@ fn tangent_error(walker: &Walker, a: &Mat3, size: f64) -> Result<(f64, usize), S
                 continue;
             }
             let slope = near[row] + (near[row] - wide[row]) / 3.0;
-            worst = worst.max((tangent.0[row][column] - slope).abs() / stiffest);
+            worst = larger(worst, (tangent.0[row][column] - slope).abs() / stiffest);
             compared += 1;
         }
     }
@@ -234,7 +234,7 @@ fn tangents(outcome: &mut Outcome) -> Result<(), String> {
             let a = gradient(random, size).sym().to_matrix();
             let (found, entries) = tangent_error(&walker, &a, size)?;
             compared += entries;
-            worst = worst.max(found);
+            worst = larger(worst, found);
         }
         Ok(worst)
     })?;
