@@ -112,6 +112,11 @@ impl<const D: usize> Layout<D> {
         bounds
     }
 
+    /// Active nodes of a row, counted within it.
+    pub fn active(&self, row: usize) -> Range<usize> {
+        self.active[row].clone()
+    }
+
     /// Calls `visit(row, node range within the row, the row)` for every row of nodes along the first
     /// axis with active nodes, in parallel, and collects what it returns, row by row.
     pub fn rows<T: Send, R: Send + Default>(

@@ -131,6 +131,68 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         });
     }
 
+    /// Point to grid: adds `N value + Σ_j ∂N/∂x_j columns[j]` to what `at` finds in a node.
+    #[inline(always)]
+    pub fn deposit_slopes<T>(
+        &self,
+        nodes: &mut [T],
+        offset: usize,
+        strides: &[usize; D],
+        value: Lanes,
+        columns: &[Lanes; D],
+        at: impl Fn(&mut T) -> &mut Lanes,
+    ) {
+        let last = D - 1;
+        self.lines(strides, |start, w, g| {
+            let line = &mut nodes[start - offset..start - offset + S];
+            let across = columns[last] * w;
+            let mut along = value * w;
+            if D > 1 {
+                along += columns[0] * g[0];
+            }
+            if D > 2 {
+                along += columns[1] * g[1];
+            }
+            for k in 0..S {
+                let (wk, gk) = (self.weights[last][k], self.gradients[last][k]);
+                *at(&mut line[k]) += along * wk + across * gk;
+            }
+        });
+    }
+
+    /// The same nodes with `N (x_i - x_p)` (m) in place of the gradients, and `Σ N (x_i - x_p)²` (m²) along each
+    /// axis: what the affine transfers weigh with (MPM sheet §2.6). The mixed second moments are zero, because
+    /// every family reproduces linear fields.
+    #[inline(always)]
+    pub fn moments<B: Basis<S>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]) {
+        let mut moments = *self;
+        let mut squares = [0.0; D];
+        for axis in 0..D {
+            let place = (position[axis] - grid.origin[axis]) / grid.cell;
+            for k in 0..S {
+                let node = B::coordinate(self.first[axis] + k, grid.cells[axis]);
+                let arm = (node - place) * grid.cell;
+                moments.gradients[axis][k] = self.weights[axis][k] * arm;
+                squares[axis] += self.weights[axis][k] * arm * arm;
+            }
+        }
+        (moments, squares)
+    }
+
+    /// Grid to point: `Σ N value` of what `of` finds in a node.
+    #[inline(always)]
+    pub fn interpolate<T>(&self, nodes: &[T], strides: &[usize; D], of: impl Fn(&T) -> Lanes) -> Lanes {
+        let mut sum = Lanes::ZERO;
+        self.lines(strides, |start, w, _| {
+            let mut part = Lanes::ZERO;
+            for (node, weight) in nodes[start..start + S].iter().zip(&self.weights[D - 1]) {
+                part += of(node) * *weight;
+            }
+            sum += part * w;
+        });
+        sum
+    }
+
     /// Grid to point: velocity, acceleration and velocity gradient.
     #[inline(always)]
     pub fn gather(&self, nodes: &[Node], strides: &[usize; D]) -> Gathered<D> {

@@ -90,6 +90,12 @@ impl Wall {
         !self.separation && matches!(self.kind, WallKind::Rough | WallKind::Smooth)
     }
 
+    /// One for each component of velocity that the wall leaves to the material whatever happens, else zero.
+    pub fn free_components(&self) -> [f64; 3] {
+        let held = if self.holds() { self.held_components() } else { 0..0 };
+        std::array::from_fn(|c| if held.contains(&c) { 0.0 } else { 1.0 })
+    }
+
     /// Constrains a node: `start` is its velocity before the step, `end` the one after the momentum
     /// solve. With `keep_start` the start velocity is left as it was (momentum variant of fixed
     /// nodes), else a held component has no acceleration (force variant, MPM sheet §3.3).

@@ -11,7 +11,7 @@ use crate::setup;
 use crate::solver::MpmSolver;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -96,7 +96,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
         for reset in &stage.reset {
             match reset {
-                Reset::Velocity => self.sets.iter_mut().for_each(|set| set.velocity.fill([0.0; D])),
+                Reset::Velocity => self.sets.iter_mut().for_each(|set| {
+                    set.velocity.fill([0.0; D]);
+                    set.affine.fill([[0.0; D]; D]);
+                }),
                 Reset::Displacement => {
                     self.sets.iter_mut().for_each(|set| set.origin.clone_from(&set.position));
                 }

@@ -18,7 +18,14 @@ pub struct MpmOptions {
     /// When in the step stress is updated.
     #[serde(default)]
     pub stress_update: StressScheme,
-    /// Share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
+    /// How velocities pass from the grid to the points and back.
+    #[serde(default)]
+    pub transfer: Transfer,
+    /// With `transfer` `xpic`: its order, 1 to 20. 1 is PIC; the higher, the less is dissipated, at the cost of
+    /// one more sweep over the grid each.
+    #[serde(default = "xpic_order")]
+    pub xpic_order: usize,
+    /// With `transfer` `flip`: share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
     #[serde(default = "one")]
     pub flip: f64,
     /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1.
@@ -27,6 +34,14 @@ pub struct MpmOptions {
     /// Fixed time step (s), which must be below the critical one; chosen by the solver when absent.
     #[serde(default)]
     pub time_step: Option<f64>,
+    /// Factor on inertia, at least 1, but not on weight: the stable step grows with its square root. For quasi-static
+    /// stages only, and with a study of how much the result depends on it.
+    #[serde(default = "one")]
+    pub mass_scaling: f64,
+    /// Contacts between bodies. Bodies that no contact names share one velocity field and stick where they touch;
+    /// each body named here has a field of its own.
+    #[serde(default)]
+    pub contacts: Vec<Contact>,
     /// How a held degree of freedom treats the momentum that arrives there.
     #[serde(default)]
     pub fixed_nodes: FixedNodes,
@@ -66,6 +81,41 @@ pub enum ShapeFunctions {
     Quadratic,
     /// Cubic B-splines.
     Cubic,
+}
+
+/// Contact of two bodies (MPM sheet §2.12): they may separate, and slide by Coulomb's law with adhesion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Names of the two bodies.
+    pub bodies: [String; 2],
+    /// Coefficient of friction, tangent of the friction angle of the interface.
+    #[serde(default)]
+    pub friction_coefficient: f64,
+    /// Adhesion (Pa): shear strength of the interface without normal stress, while it is closed.
+    #[serde(default)]
+    pub adhesion: f64,
+    /// Direction from the first body to the second, where the interface is a plane; from the gradients of the
+    /// bodies' volumes when absent.
+    #[serde(default)]
+    pub normal: Option<Vec<f64>>,
+}
+
+/// How velocities pass between points and grid (MPM sheet §2.6).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Transfer {
+    /// Points take the change of velocity of the grid (FLIP), or a share of its velocity (`flip` below 1).
+    #[default]
+    Flip,
+    /// Extended PIC: points take the grid's velocity less what the mapping itself loses. Removes the noise that
+    /// the grid cannot see and dissipates little else.
+    Xpic,
+    /// Affine PIC: points take the grid's velocity and carry its moment. Conserves angular momentum (exactly with
+    /// `stress_update` `usl`); needs `shape` `quadratic` or `cubic`.
+    Apic,
+    /// As `apic` with the velocity gradient in place of the moment; for any shape functions.
+    Tpic,
 }
 
 /// When stress is updated in the step.
@@ -114,6 +164,13 @@ pub enum DomainStretch {
     RightStretch,
 }
 
+impl Transfer {
+    /// Whether points carry more of the velocity than its value.
+    pub(crate) fn is_affine(self) -> bool {
+        matches!(self, Self::Apic | Self::Tpic)
+    }
+}
+
 impl MpmOptions {
     /// The defaults on a grid of `cell_size` (m).
     pub fn new(cell_size: f64) -> Self {
@@ -122,9 +179,13 @@ impl MpmOptions {
             points_per_cell: two(),
             shape: ShapeFunctions::default(),
             stress_update: StressScheme::default(),
+            transfer: Transfer::default(),
+            xpic_order: xpic_order(),
             flip: one(),
             courant: half(),
             time_step: None,
+            mass_scaling: one(),
+            contacts: Vec::new(),
             fixed_nodes: FixedNodes::default(),
             node_mass_cutoff: mass_cutoff(),
             wall_friction: WallFriction::default(),
@@ -147,11 +208,14 @@ impl MpmOptions {
         let per_cell = self.points_per_cell;
         rule("points_per_cell", per_cell as f64, (1..=20).contains(&per_cell), "is not in 1..=20")?;
         rule("flip", self.flip, (0.0..=1.0).contains(&self.flip), "is not in 0..=1")?;
+        self.validate_transfer()?;
         let courant = self.courant;
         rule("courant", courant, courant > 0.0 && courant <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if let Some(step) = self.time_step {
             rule("time_step", step, step.is_finite() && step > 0.0, "must be finite and positive (s)")?;
         }
+        let scaling = self.mass_scaling;
+        rule("mass_scaling", scaling, scaling.is_finite() && scaling >= 1.0, "must be at least 1")?;
         let cutoff = self.node_mass_cutoff;
         rule("node_mass_cutoff", cutoff, (0.0..1.0).contains(&cutoff), "is not in 0..1")?;
         let ratio = self.static_friction_ratio;
@@ -165,10 +229,41 @@ impl MpmOptions {
         let cap = self.volume_cap;
         rule("volume_cap", cap, cap >= 1.0, "must be at least 1")
     }
+
+    fn validate_transfer(&self) -> Result<(), (&'static str, String)> {
+        let refuse = |name, problem: &str| Err((name, problem.to_owned()));
+        if !(1..=20).contains(&self.xpic_order) {
+            return Err(("xpic_order", format!("{} is not in 1..=20", self.xpic_order)));
+        }
+        if self.xpic_order != xpic_order() && self.transfer != Transfer::Xpic {
+            return refuse("xpic_order", "needs transfer xpic");
+        }
+        if self.flip != 1.0 && self.transfer != Transfer::Flip {
+            return refuse("flip", "needs transfer flip: the other transfers have no share of it");
+        }
+        let spline = matches!(self.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic);
+        if self.transfer == Transfer::Apic && !spline {
+            return refuse("transfer", "apic needs shape quadratic or cubic; with other shapes use tpic");
+        }
+        Ok(())
+    }
+
+    /// Share of the old velocity and of the acceleration in the update of a point; the rest is the grid's velocity.
+    pub(crate) fn flip_share(&self) -> f64 {
+        match self.transfer {
+            Transfer::Flip => self.flip,
+            // Its velocities are filtered before.
+            Transfer::Xpic => 1.0,
+            Transfer::Apic | Transfer::Tpic => 0.0,
+        }
+    }
 }
 
 fn one() -> f64 {
     1.0
+}
+fn xpic_order() -> usize {
+    2
 }
 fn half() -> f64 {
     0.5

@@ -9,8 +9,10 @@
 //!
 //! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
 
+mod affine;
 mod checkpoint;
 mod config;
+mod contact;
 mod dispatch;
 mod momentum;
 mod points;
@@ -19,11 +21,14 @@ mod setup;
 mod solver;
 mod stretch;
 mod transfer;
+mod xpic;
 
 use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
-pub use config::{DomainStretch, FixedNodes, MpmOptions, ShapeFunctions, StressScheme, WallFriction};
+pub use config::{
+    Contact, DomainStretch, FixedNodes, MpmOptions, ShapeFunctions, StressScheme, Transfer, WallFriction,
+};
 pub use solver::MpmSolver;
 
 /// The explicit material point method.

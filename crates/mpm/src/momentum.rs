@@ -37,6 +37,8 @@ pub struct MomentumSolve<'a, const D: usize> {
     pub damping: f64,
     /// Momentum variant of held nodes.
     pub keep_start: bool,
+    /// Inertia over mass (mass scaling); weight stays what it is.
+    pub inertia: f64,
     /// Nodes lighter than this (kg) are skipped.
     pub light: f64,
     /// Whether to sum the measures of equilibrium.
@@ -55,6 +57,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         let [gx, gy, gz] = self.gravity;
         let gravity = Lanes::new([gx, gy, gz, 0.0]);
         let row_free = self.walls.is_free(0, row);
+        let ease = 1.0 / self.inertia;
         let plain = self.damping == 0.0 && !self.audit;
         for number in active {
             let node = &mut line[number];
@@ -69,7 +72,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
             let index = self.index(row, number);
             if plain && row_free && (1..D).all(|axis| self.walls.is_free(axis, index[axis])) {
                 let inverse = 1.0 / mass;
-                let acceleration = node.force * inverse + gravity;
+                let acceleration = (node.force * inverse + gravity) * ease;
                 // The fourth lane keeps the mass.
                 node.motion =
                     node.motion * Lanes::new([inverse, inverse, inverse, 1.0]) + acceleration * self.dt;
@@ -100,7 +103,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
             total[c] = force[c] + mass * self.gravity[c];
             let damped =
                 if start[c] == 0.0 { 0.0 } else { self.damping * total[c].abs() * start[c].signum() };
-            end[c] = start[c] + self.dt * (total[c] - damped) / mass;
+            end[c] = start[c] + self.dt * (total[c] - damped) / (self.inertia * mass);
         }
         let free_end = end;
         for axis in 0..D {
@@ -116,7 +119,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
                 }
                 sums.external += weight * weight;
                 sums.work += weight * end[c] * self.dt;
-                sums.kinetic += 0.5 * mass * end[c] * end[c];
+                sums.kinetic += 0.5 * self.inertia * mass * end[c] * end[c];
             }
         }
         node.motion = Lanes::new([end[0], end[1], end[2], mass]);

@@ -44,6 +44,8 @@ impl<const D: usize> PointDomain<D> for FixedDomain {
 pub struct PointSet<const D: usize, P> {
     /// Index into `Case::bodies`.
     pub body: u32,
+    /// Velocity field of the grid that the body has: 0 for all bodies that no contact separates.
+    pub field: usize,
     /// The law.
     pub material: Arc<dyn Material>,
     /// Initial full width of every point's domain (m).
@@ -70,6 +72,11 @@ pub struct PointSet<const D: usize, P> {
     pub domain: Vec<P>,
     /// Traction forces at full load (N); empty where the body carries none.
     pub traction: Vec<[f64; D]>,
+    /// For the affine transfers, empty otherwise: moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its
+    /// gradient (TPIC, 1/s); row `i`, column `j`.
+    pub affine: Vec<[[f64; D]; D]>,
+    /// Room for a vector a point, where the transfer needs one.
+    pub scratch: Vec<[f64; D]>,
     /// Bounds of the slabs within the arrays.
     pub slabs: Vec<usize>,
 }
@@ -101,6 +108,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         permute(&mut self.origin, &order);
         permute(&mut self.domain, &order);
         permute(&mut self.traction, &order);
+        permute(&mut self.affine, &order);
         self.states = self.states.permuted(&order);
     }
 
@@ -119,6 +127,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             origin: self.origin.as_flattened().to_vec(),
             domain: self.domain.iter().flat_map(|d| d.to_numbers()).collect(),
             traction: self.traction.as_flattened().to_vec(),
+            affine: self.affine.as_flattened().as_flattened().to_vec(),
             slabs: self.slabs.clone(),
         }
     }
@@ -134,6 +143,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             && saved.stress.len() == n
             && saved.domain.len() == n * per_domain
             && (saved.traction.is_empty() || saved.traction.len() == n * D)
+            && saved.affine.len() == self.affine.len() * D * D
             && saved.slabs.last() == Some(&n);
         let states = self.material.load(&saved.states)?;
         if !fits || states.len() != n {
@@ -154,6 +164,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             width => saved.domain.chunks(width).map(P::from_numbers).collect(),
         };
         self.traction = vectors(&saved.traction);
+        self.affine.as_flattened_mut().as_flattened_mut().copy_from_slice(&saved.affine);
         self.slabs = saved.slabs;
         Some(())
     }
@@ -174,5 +185,6 @@ pub struct SavedSet {
     origin: Vec<f64>,
     domain: Vec<f64>,
     traction: Vec<f64>,
+    affine: Vec<f64>,
     slabs: Vec<usize>,
 }

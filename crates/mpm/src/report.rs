@@ -80,13 +80,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         for k in 0..stress.len() {
             let index = first + k;
             let density = set.mass[index] / set.volume[index];
-            let speed = (moduli[k] / density).sqrt() + square(&set.velocity[index]).sqrt();
+            let speed = (moduli[k] / (self.options.mass_scaling * density)).sqrt()
+                + square(&set.velocity[index]).sqrt();
             let wave =
                 Limit { dt: self.options.courant * h / speed, limit: "elastic wave", set: number, index };
             least = least.smaller(wave);
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, MPM sheet §2.10.
-                let dt = self.options.courant * density * h * h / (2.0 * D as f64 * viscosities[k]);
+                let inertia = self.options.mass_scaling * density;
+                let dt = self.options.courant * inertia * h * h / (2.0 * D as f64 * viscosities[k]);
                 least = least.smaller(Limit { dt, limit: "viscosity", set: number, index });
             }
         }
@@ -189,6 +191,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     budget.momentum[c] += m * v[c];
                     budget.angular_momentum[c] += m * (x[a] * v[b] - x[b] * v[a]);
                     budget.potential -= m * self.gravity[c] * x[c];
+                    if self.options.transfer == crate::Transfer::Apic && a < D && b < D {
+                        // What turns within the point.
+                        let moment = &set.affine[i];
+                        budget.angular_momentum[c] += m * (moment[b][a] - moment[a][b]);
+                    }
                 }
             }
         }

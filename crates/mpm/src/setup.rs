@@ -13,7 +13,7 @@ use crate::config::ShapeFunctions;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
-use crate::{MpmOptions, StressScheme, WallFriction, dispatch};
+use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -121,8 +121,8 @@ impl dispatch::Visitor for Measure<'_> {
         let time_step = solver.critical_step();
         let points = solver.points();
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
-        let nodes = solver.layout.len();
-        let per_node = size_of::<Node>() + 32;
+        let nodes = solver.nodes.len();
+        let per_node = size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { 1 };
         Ok(Plan {
             points,
             nodes,
@@ -166,6 +166,12 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
         );
     }
     for (number, stage) in case.stages.iter().enumerate() {
+        if options.mass_scaling > 1.0 && stage.equilibrium.is_none() {
+            warnings.push(format!(
+                "methods.mpm.mass_scaling: slows the motion of stages[{number}], which has no `equilibrium`; it is \
+                 for quasi-static stages"
+            ));
+        }
         if stage.damping > 0.0 && stage.equilibrium.is_none() {
             warnings.push(format!(
                 "stages[{number}].damping: local damping in a stage without `equilibrium` also slows real motion"
@@ -203,6 +209,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         next += set.len();
         sets.push(set);
     }
+    let contacts = contact::contacts(case, options, &mut sets)?;
     for (number, load) in case.loads.iter().enumerate() {
         apply_load(case, number, load, &mut sets)?;
     }
@@ -210,7 +217,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
         options: options.clone(),
-        nodes: vec![Node::default(); layout.len()],
+        nodes: vec![Node::default(); contacts.fields() * layout.len()],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
         load_factors: vec![1.0; case.bodies.len()],
@@ -220,6 +227,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         layout,
         grid,
         sets,
+        contacts,
         axisymmetric: case.space == Space::Axisymmetric,
         gravity: case.gravity3(),
         stage: 0,
@@ -234,11 +242,16 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         external_work: 0.0,
         basis: PhantomData,
     };
-    if options.stress_update != StressScheme::Usl {
-        solver.remapped = vec![Default::default(); solver.layout.len()];
+    // XPIC sweeps over the same nodes before they hold re-mapped velocities.
+    if options.stress_update != StressScheme::Usl || options.transfer == Transfer::Xpic {
+        solver.remapped = vec![Default::default(); solver.nodes.len()];
+    }
+    if solver.contacts.fields() > 1 {
+        solver.contacts.surfaces = vec![Default::default(); solver.nodes.len()];
     }
     solver.set_walls(walls::<D, S, B>(case, 0, &grid, options)?);
     solver.sort();
+    solver.start_affine();
     check_fixed_step(&mut solver, options)?;
     Ok(solver)
 }
@@ -288,6 +301,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
     };
     Ok(PointSet {
         body: number as u32,
+        field: 0,
         material,
         extent: [grid.cell / options.points_per_cell as f64; D],
         id: (first_id as u32..(first_id + position.len()) as u32).collect(),
@@ -299,6 +313,8 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         states,
         origin: position.clone(),
         domain: vec![P::default(); position.len()],
+        affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
+        scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
         traction: Vec::new(),
         slabs: Vec::new(),

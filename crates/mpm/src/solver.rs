@@ -7,7 +7,8 @@ use colluvium_case::{Case, SolverError, TimeStep};
 use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
 
 use crate::MpmOptions;
-use crate::config::StressScheme;
+use crate::config::{StressScheme, Transfer};
+use crate::contact::Contacts;
 use crate::momentum::{MomentumSolve, RowSums};
 use crate::points::{PointDomain, PointSet};
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
@@ -25,6 +26,7 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) remapped: Vec<Lanes>,
     pub(crate) row_sums: Vec<RowSums>,
     pub(crate) sets: Vec<PointSet<D, P>>,
+    pub(crate) contacts: Contacts,
     /// Factor on the tractions of each body of the case, in this step.
     pub(crate) load_factors: Vec<f64>,
     pub(crate) walls: Walls,
@@ -53,7 +55,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         // 0: cells, weights, empty grid.
         self.sort_if_moved();
-        self.layout.reset(&mut self.nodes);
+        self.reset_nodes();
         let moved = match self.options.stress_update {
             StressScheme::Usl => {
                 self.scatter(Scatter::Everything, dt); // 1
@@ -115,8 +117,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Sorts all points by cell and finds the active nodes.
     pub(crate) fn sort(&mut self) {
         // Nodes outside the new active region would keep what they hold.
-        self.layout.reset(&mut self.nodes);
-        self.layout.reset(&mut self.remapped);
+        self.reset_nodes();
+        self.reset_remapped();
         for set in &mut self.sets {
             set.sort(&self.grid);
         }
@@ -133,6 +135,20 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.heaviest = self.sets.iter().flat_map(|s| &s.mass).fold(0.0, |a: f64, &b| a.max(b));
     }
 
+    /// Empties the active nodes of all velocity fields.
+    fn reset_nodes(&mut self) {
+        for nodes in self.nodes.chunks_exact_mut(self.layout.len()) {
+            self.layout.reset(nodes);
+        }
+    }
+
+    /// Empties the active nodes of what re-mapping and XPIC sum up.
+    pub(crate) fn reset_remapped(&mut self) {
+        for nodes in self.remapped.chunks_exact_mut(self.layout.len()) {
+            self.layout.reset(nodes);
+        }
+    }
+
     fn solve_momentum(&mut self, dt: f64) {
         let stage = &self.case.stages[self.stage];
         let solve = MomentumSolve {
@@ -140,20 +156,28 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
             damping: stage.damping,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
+            inertia: self.options.mass_scaling,
             light: self.options.node_mass_cutoff * self.heaviest,
             audit: stage.equilibrium.is_some(),
             walls: &self.walls,
             nodes: self.layout.nodes(),
         };
-        self.layout
-            .rows(&mut self.nodes, &mut self.row_sums, |row, active, line| solve.row(row, active, line));
-        if solve.audit {
-            let mut sums = RowSums::default();
-            for row in &self.row_sums {
-                sums.add(row);
+        let mut sums = RowSums::default();
+        for nodes in self.nodes.chunks_exact_mut(self.layout.len()) {
+            self.layout.rows(nodes, &mut self.row_sums, |row, active, line| solve.row(row, active, line));
+            if solve.audit {
+                self.row_sums.iter().for_each(|row| sums.add(row));
             }
+        }
+        if solve.audit {
             self.external_work += sums.work;
             self.sums = sums;
+        }
+        self.touch(dt);
+        match self.options.transfer {
+            Transfer::Flip => {}
+            Transfer::Xpic => self.filter_velocities(dt),
+            Transfer::Apic | Transfer::Tpic => self.gather_affine(),
         }
     }
 

@@ -5,6 +5,7 @@ use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, StateBlock, SymTensor};
 use colluvium_grid::{Basis, Lanes, Stencil};
 use rayon::prelude::*;
 
+use crate::affine::{affine_momentum, momentum};
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
 
@@ -52,6 +53,7 @@ pub struct Failure {
 /// One block of points, borrowed from the arrays of their set.
 struct Block<'a, const D: usize, P> {
     first: usize,
+    field: usize,
     position: &'a mut [[f64; D]],
     velocity: &'a mut [[f64; D]],
     volume: &'a mut [f64],
@@ -87,48 +89,69 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Point to grid (step 1), slab by slab.
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
         self.set_load_factors(dt);
+        if what != Scatter::Forces {
+            self.scatter_surfaces();
+        }
         let strides = self.layout.strides();
         let (sets, grid, axisymmetric) = (&self.sets, &self.grid, self.axisymmetric);
-        let loads = &self.load_factors;
-        self.layout.scatter(&mut self.nodes, |slab, window, offset| {
-            for set in sets {
-                for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let extent = set.domain[p].extent(&set.extent, grid.cell);
-                    let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
-                    let mass = if what == Scatter::Forces { 0.0 } else { set.mass[p] };
-                    let motion = lanes(&set.velocity[p], 1.0) * mass;
-                    let volume = if what == Scatter::Motion { 0.0 } else { set.volume[p] };
-                    let columns = force_columns::<D>(&set.stress[p], volume);
-                    let mut body = None;
-                    if axisymmetric {
-                        let hoop = -volume * set.stress[p][2] / set.position[p][0];
-                        body = Some(Lanes::new([hoop, 0.0, 0.0, 0.0]));
+        let (loads, transfer) = (&self.load_factors, self.options.transfer);
+        let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
+        let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
+        for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
+            self.layout.scatter(nodes, |slab, window, offset| {
+                for set in of_field(field) {
+                    for p in set.slabs[slab]..set.slabs[slab + 1] {
+                        let extent = set.domain[p].extent(&set.extent, grid.cell);
+                        let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                        let mass = if what == Scatter::Forces { 0.0 } else { set.mass[p] };
+                        let motion = lanes(&set.velocity[p], 1.0) * mass;
+                        let volume = if what == Scatter::Motion { 0.0 } else { set.volume[p] };
+                        let columns = force_columns::<D>(&set.stress[p], volume);
+                        let mut body = None;
+                        if axisymmetric {
+                            let hoop = -volume * set.stress[p][2] / set.position[p][0];
+                            body = Some(Lanes::new([hoop, 0.0, 0.0, 0.0]));
+                        }
+                        if !set.traction.is_empty() && what != Scatter::Motion {
+                            let traction = lanes(&set.traction[p], 0.0) * loads[set.body as usize];
+                            body = Some(body.unwrap_or(Lanes::ZERO) + traction);
+                        }
+                        stencil.deposit(window, offset, &strides, motion, &columns, body);
+                        if affine {
+                            let (moments, columns) =
+                                affine_momentum::<D, S, B, P>(transfer, grid, set, p, &stencil);
+                            moments.deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, momentum);
+                        }
                     }
-                    if !set.traction.is_empty() && what != Scatter::Motion {
-                        let traction = lanes(&set.traction[p], 0.0) * loads[set.body as usize];
-                        body = Some(body.unwrap_or(Lanes::ZERO) + traction);
-                    }
-                    stencil.deposit(window, offset, &strides, motion, &columns, body);
                 }
-            }
-        });
+            });
+        }
     }
 
     /// Maps the updated velocities of the points back to the nodes (MUSL, step 6), walls included.
     pub(crate) fn remap(&mut self) {
-        self.layout.reset(&mut self.remapped);
+        self.reset_remapped();
         let strides = self.layout.strides();
-        let (sets, grid) = (&self.sets, &self.grid);
-        self.layout.scatter(&mut self.remapped, |slab, window, offset| {
-            for set in sets {
-                for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let extent = set.domain[p].extent(&set.extent, grid.cell);
-                    let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
-                    let momentum = lanes(&set.velocity[p], 0.0) * set.mass[p];
-                    stencil.deposit_motion(window, offset, &strides, momentum);
+        let (sets, grid, transfer) = (&self.sets, &self.grid, self.options.transfer);
+        let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
+        for (field, nodes) in self.remapped.chunks_exact_mut(self.layout.len()).enumerate() {
+            self.layout.scatter(nodes, |slab, window, offset| {
+                for set in of_field(field) {
+                    for p in set.slabs[slab]..set.slabs[slab + 1] {
+                        let extent = set.domain[p].extent(&set.extent, grid.cell);
+                        let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                        let momentum = lanes(&set.velocity[p], 0.0) * set.mass[p];
+                        stencil.deposit_motion(window, offset, &strides, momentum);
+                        if transfer.is_affine() {
+                            let (moments, columns) =
+                                affine_momentum::<D, S, B, P>(transfer, grid, set, p, &stencil);
+                            moments
+                                .deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, |node| node);
+                        }
+                    }
                 }
-            }
-        });
+            });
+        }
         self.velocities_of_remapped(false);
     }
 
@@ -146,33 +169,39 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let (nodes, walls, layout) = (&self.nodes, &self.walls, &self.layout);
         let (row_length, shape) = (layout.strides()[0], layout.nodes());
         let light = 0.0;
-        layout.rows(&mut self.remapped, &mut self.row_sums, |row, active, line| {
-            for number in active {
-                let node = &nodes[row * row_length + number];
-                let mass = node.motion.as_array()[3];
-                if mass <= light {
-                    line[number] = Lanes::ZERO;
-                    continue;
-                }
-                line[number] *= 1.0 / mass;
-                let index = match D {
-                    1 => [row, 0, 0],
-                    2 => [row, number, 0],
-                    _ => [row, number / shape[D - 1], number % shape[D - 1]],
-                };
-                for axis in 0..D {
-                    if let Some(wall) = walls.at(axis, index[axis]) {
-                        let [x, y, z, _] = line[number].to_array();
-                        let mut velocity = [x, y, z];
-                        let [x, y, z, _] = node.motion.to_array();
-                        let solved = if start { [f64::NAN; 3] } else { [x, y, z] };
-                        wall.constrain_again(&solved, &mut velocity);
-                        line[number] = Lanes::new([velocity[0], velocity[1], velocity[2], 0.0]);
+        let fields = self.remapped.chunks_exact_mut(layout.len()).zip(nodes.chunks_exact(layout.len()));
+        for (remapped, nodes) in fields {
+            layout.rows(remapped, &mut self.row_sums, |row, active, line| {
+                for number in active {
+                    let node = &nodes[row * row_length + number];
+                    let mass = node.motion.as_array()[3];
+                    if mass <= light {
+                        line[number] = Lanes::ZERO;
+                        continue;
+                    }
+                    line[number] *= 1.0 / mass;
+                    let index = match D {
+                        1 => [row, 0, 0],
+                        2 => [row, number, 0],
+                        _ => [row, number / shape[D - 1], number % shape[D - 1]],
+                    };
+                    for axis in 0..D {
+                        if let Some(wall) = walls.at(axis, index[axis]) {
+                            let [x, y, z, _] = line[number].to_array();
+                            let mut velocity = [x, y, z];
+                            let [x, y, z, _] = node.motion.to_array();
+                            let solved = if start { [f64::NAN; 3] } else { [x, y, z] };
+                            wall.constrain_again(&solved, &mut velocity);
+                            line[number] = Lanes::new([velocity[0], velocity[1], velocity[2], 0.0]);
+                        }
                     }
                 }
-            }
-            crate::momentum::RowSums::default()
-        });
+                crate::momentum::RowSums::default()
+            });
+        }
+        if !start {
+            self.touch_again();
+        }
     }
 
     /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
@@ -219,7 +248,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
-        let (material, extent) = (set.material.clone(), set.extent);
+        let (material, extent, field) = (set.material.clone(), set.extent, set.field);
         (
             set.position.par_chunks_mut(BLOCK),
             set.velocity.par_chunks_mut(BLOCK),
@@ -235,8 +264,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             .with_min_len(4)
             .map(|(number, (position, velocity, volume, stress, states, domain, mass, initial_volume))| {
                 let first = number * BLOCK;
-                let mut block =
-                    Block { first, position, velocity, volume, stress, states, domain, mass, initial_volume };
+                let mut block = Block {
+                    first,
+                    field,
+                    position,
+                    velocity,
+                    volume,
+                    stress,
+                    states,
+                    domain,
+                    mass,
+                    initial_volume,
+                };
                 self.update_block::<FROM_SOLVED>(&mut block, &*material, &extent, dt, what)
             })
             .reduce(|| Ok(0.0), worst)
@@ -252,7 +291,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         what: PointUpdate,
     ) -> BlockReport {
         let strides = self.layout.strides();
-        let flip = self.options.flip;
+        let flip = self.options.flip_share();
+        let first_node = block.field * self.layout.len();
         let mut moved = 0f64;
         let mut motions = [Motion {
             deformation: Mat3::IDENTITY,
@@ -267,9 +307,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let width = block.domain[p].extent(extent, self.grid.cell);
             let stencil = Stencil::<D, S>::new::<B>(&self.grid, &block.position[p], &width);
             let read = if FROM_SOLVED {
-                stencil.gather(&self.nodes, &strides)
+                stencil.gather(&self.nodes[first_node..], &strides)
             } else {
-                stencil.gather_velocity(&self.remapped, &strides)
+                stencil.gather_velocity(&self.remapped[first_node..], &strides)
             };
             let velocity = read.velocity.to_array();
             if what.velocity {

@@ -38,17 +38,19 @@ static ALLOCATOR: Counting = Counting;
 
 /// A block under traction and gravity on a frictional floor; nothing moves by a cell, so that points
 /// need not be sorted.
-fn block(shape: &str, scheme: &str) -> Case {
+fn block(shape: &str, scheme: &str, transfer: &str) -> Case {
     let text = json!({
         "title": "allocation", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, -1],
         "materials": { "m": { "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
                               "friction_angle": 20, "cohesion": 100 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.1, 0], "max": [1.8, 0.8] } }],
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.1, 0], "max": [1.8, 0.8] } },
+                   { "name": "lid", "material": "m", "shape": { "kind": "box", "min": [0.1, 0.8], "max": [1.8, 0.9] } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }],
         "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [10, -50], "ramp": 0.1 }],
         "stages": [{ "name": "s", "duration": 1, "damping": 0.1,
                      "equilibrium": { "unbalanced_force": 1e-6, "kinetic_energy": 1e-6 } }],
-        "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": scheme } }
+        "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": scheme, "transfer": transfer,
+                              "contacts": [{ "bodies": ["b", "lid"], "friction_coefficient": 0.2 }] } }
     });
     Case::from_json(&text.to_string()).unwrap()
 }
@@ -60,7 +62,13 @@ fn a_step_allocates_nothing() {
     pool.install(|| {
         for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic"] {
             for scheme in ["usf", "usl", "musl"] {
-                let mut solver = Mpm.build(&block(shape, scheme)).unwrap();
+                let transfer = match shape {
+                    "ugimp" => "xpic",
+                    "cpgimp" => "tpic",
+                    "quadratic" => "apic",
+                    _ => "flip",
+                };
+                let mut solver = Mpm.build(&block(shape, scheme, transfer)).unwrap();
                 solver.begin_stage(0, 0.0).unwrap();
                 let mut step = || {
                     let dt = solver.time_step().dt;

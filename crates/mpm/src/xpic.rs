@@ -1,0 +1,105 @@
+//! Extended PIC (Hammerquist & Nairn 2017; MPM sheet §2.6).
+//!
+//! With `S⁺` from points to grid and `S` back, XPIC(m) takes from the points what `m` sweeps cannot represent:
+//! `V ← V - (I - S S⁺)^m V + Δt S a`. The first sweep is the grid's velocity at the start of the step, which the
+//! momentum solve leaves behind; each further order is one sweep over points and grid.
+
+use colluvium_grid::{Basis, Lanes, Stencil};
+use rayon::prelude::*;
+
+use crate::momentum::RowSums;
+use crate::points::{PointDomain, PointSet};
+use crate::solver::MpmSolver;
+
+/// Points handled at once.
+const CHUNK: usize = 256;
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Takes `(I - S S⁺)^m V` from the velocities of the points; the update with `Δt S a` is that of FLIP.
+    pub(crate) fn filter_velocities(&mut self, dt: f64) {
+        let (layout, nodes_per_field) = (&self.layout, self.layout.len());
+        for set in &mut self.sets {
+            set.scratch.copy_from_slice(&set.velocity);
+            let nodes = &self.nodes[set.field * nodes_per_field..];
+            let strides = layout.strides();
+            // The velocity at the start of the step, walls included.
+            let start = |node: &colluvium_grid::Node| node.motion - node.force * dt;
+            subtract::<D, S, B, P>(set, &self.grid, |stencil| stencil.interpolate(nodes, &strides, start));
+        }
+        for _ in 1..self.options.xpic_order {
+            self.sweep();
+        }
+        for set in &mut self.sets {
+            let velocities = set.velocity.as_flattened_mut().iter_mut();
+            velocities.zip(set.scratch.as_flattened()).for_each(|(velocity, rest)| *velocity -= rest);
+        }
+    }
+
+    /// `R ← R - S S⁺ R` for the rest `R` in the scratch of the points. Components that a wall holds have no part in
+    /// it: there the grid's velocity is the wall's.
+    fn sweep(&mut self) {
+        self.reset_remapped();
+        let strides = self.layout.strides();
+        let (sets, grid, walls) = (&self.sets, &self.grid, &self.walls);
+        let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
+        let (row_length, shape) = (strides[0], self.layout.nodes());
+        let fields = self.remapped.chunks_exact_mut(self.layout.len());
+        for (field, (rest, nodes)) in fields.zip(self.nodes.chunks_exact(self.layout.len())).enumerate() {
+            self.layout.scatter(rest, |slab, window, offset| {
+                for set in of_field(field) {
+                    for p in set.slabs[slab]..set.slabs[slab + 1] {
+                        let extent = set.domain[p].extent(&set.extent, grid.cell);
+                        let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                        let at = |c: usize| if c < D { set.mass[p] * set.scratch[p][c] } else { 0.0 };
+                        let momentum = Lanes::new([at(0), at(1), at(2), 0.0]);
+                        stencil.deposit_motion(window, offset, &strides, momentum);
+                    }
+                }
+            });
+            self.layout.rows(rest, &mut self.row_sums, |row, active, line| {
+                for number in active {
+                    let mass = nodes[row * row_length + number].motion.as_array()[3];
+                    line[number] *= if mass > 0.0 { 1.0 / mass } else { 0.0 };
+                    let index = match D {
+                        1 => [row, 0, 0],
+                        2 => [row, number, 0],
+                        _ => [row, number / shape[D - 1], number % shape[D - 1]],
+                    };
+                    for axis in 0..D {
+                        if let Some(wall) = walls.at(axis, index[axis]) {
+                            let mut free = [1.0; 4];
+                            free[..3].copy_from_slice(&wall.free_components());
+                            line[number] *= Lanes::new(free);
+                        }
+                    }
+                }
+                RowSums::default()
+            });
+        }
+        for set in &mut self.sets {
+            let nodes = &self.remapped[set.field * self.layout.len()..];
+            subtract::<D, S, B, P>(set, &self.grid, |stencil| {
+                stencil.interpolate(nodes, &strides, |node| *node)
+            });
+        }
+    }
+}
+
+/// Takes from the scratch of every point what `read` finds with its stencil.
+fn subtract<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    set: &mut PointSet<D, P>,
+    grid: &colluvium_grid::Grid<D>,
+    read: impl Fn(&Stencil<D, S>) -> Lanes + Sync,
+) {
+    let extent = &set.extent;
+    let chunks = set.scratch.par_chunks_mut(CHUNK).zip(set.position.par_chunks(CHUNK));
+    chunks.zip(set.domain.par_chunks(CHUNK)).for_each(|((rest, position), domain)| {
+        for ((rest, position), domain) in rest.iter_mut().zip(position).zip(domain) {
+            let width = domain.extent(extent, grid.cell);
+            let read = read(&Stencil::<D, S>::new::<B>(grid, position, &width)).to_array();
+            for c in 0..D {
+                rest[c] -= read[c];
+            }
+        }
+    });
+}

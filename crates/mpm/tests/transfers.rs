@@ -1,0 +1,277 @@
+//! Transfers of velocity, damping and mass scaling against the statements of the MPM sheet.
+
+use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_mpm::Mpm;
+use serde_json::{Value, json};
+
+/// A case of one elastic material; `more` adds or replaces keys.
+#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
+fn case(more: Value) -> Case {
+    let mut text = json!({
+        "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
+    });
+    for (key, value) in more.as_object().unwrap() {
+        text[key] = value.clone();
+    }
+    Case::from_json(&text.to_string()).unwrap()
+}
+
+fn solve(case: &Case) -> RunReport {
+    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
+}
+
+fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
+    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
+    values.clone()
+}
+
+fn start(case: &Case) -> Box<dyn Solver> {
+    let mut solver = Mpm.build(case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    solver
+}
+
+/// A spinning and stretching block, free.
+fn spinning(options: &Value) -> Case {
+    let mut mpm = json!({ "cell_size": 0.1, "courant": 0.3 });
+    for (key, value) in options.as_object().unwrap() {
+        mpm[key] = value.clone();
+    }
+    case(json!({
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.7, 0.8], "max": [1.3, 1.2] },
+                     "velocity": { "kind": "linear", "value": [0.3, -0.2], "origin": [1.0, 1.0],
+                                   "gradient": [[0.2, -1.0], [1.5, -0.1]] } }],
+        "stages": [{ "name": "s", "duration": 1 }],
+        "methods": { "mpm": mpm }
+    }))
+}
+
+/// What one step makes of a mode `sin x` on a line with one point in the middle of each cell of 1 m: the factor at the
+/// points far from the ends, without any stress.
+fn factor(options: &Value) -> f64 {
+    let mut mpm = json!({ "cell_size": 1, "points_per_cell": 1, "shape": "linear", "stress_update": "usl" });
+    for (key, value) in options.as_object().unwrap() {
+        mpm[key] = value.clone();
+    }
+    let case = case(json!({
+        "space": "1d", "domain": { "min": [0], "max": [80] }, "gravity": [0],
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1], "max": [79] },
+                     "velocity": { "kind": "sine", "amplitude": [1], "wave_vector": [1] } }],
+        "stages": [{ "name": "s", "duration": 1 }],
+        "methods": { "mpm": mpm }
+    }));
+    let mut solver = start(&case);
+    let before = vectors(&solver.snapshot(), "velocity");
+    solver.step(1e-6).unwrap();
+    let after = vectors(&solver.snapshot(), "velocity");
+    let factors = (35..45).map(|p| after[p][0] / before[p][0]);
+    let (low, high) = factors.fold((f64::INFINITY, 0f64), |(low, high), f| (low.min(f), high.max(f)));
+    assert!(high - low < 1e-9, "{options}: the mode keeps its shape, {low} to {high}");
+    low
+}
+
+#[test]
+fn modes_are_damped_by_the_factors_of_the_sheet() {
+    // cos²(1/2) and 1 - (1 - λ)^m, A-03.
+    let pic = 0.770151;
+    let table = [
+        (json!({}), 1.0),
+        (json!({ "flip": 0 }), pic),
+        (json!({ "flip": 0.25 }), 0.25 + 0.75 * pic),
+        (json!({ "transfer": "xpic", "xpic_order": 1 }), pic),
+        (json!({ "transfer": "xpic" }), 0.947170),
+        (json!({ "transfer": "xpic", "xpic_order": 3 }), 1.0 - (1.0 - pic) * (1.0 - pic) * (1.0 - pic)),
+        (json!({ "transfer": "xpic", "xpic_order": 20 }), 1.0),
+    ];
+    for (options, expected) in table {
+        let found = factor(&options);
+        assert!((found - expected).abs() < 2e-6, "{options}: {found}, {expected}");
+    }
+}
+
+#[test]
+fn extended_pic_of_order_one_is_pic() {
+    for scheme in ["usf", "usl", "musl"] {
+        let pic = solve(&spinning(&json!({ "stress_update": scheme, "flip": 0 })));
+        let xpic = solve(&spinning(&json!({ "stress_update": scheme, "transfer": "xpic", "xpic_order": 1 })));
+        let pairs = vectors(&pic.snapshot, "velocity").into_iter().zip(vectors(&xpic.snapshot, "velocity"));
+        for (a, b) in pairs {
+            assert!((a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-9, "{scheme}: {a:?}, {b:?}");
+        }
+    }
+}
+
+#[test]
+fn higher_orders_dissipate_less() {
+    let energy = |options: Value| {
+        let velocities = vectors(&solve(&spinning(&options)).snapshot, "velocity");
+        velocities.iter().map(|v| v[0] * v[0] + v[1] * v[1]).sum::<f64>()
+    };
+    let orders = [1, 2, 4, 8].map(|order| energy(json!({ "transfer": "xpic", "xpic_order": order })));
+    assert!(orders.is_sorted(), "{orders:?}");
+}
+
+#[test]
+fn affine_transfers_reproduce_an_affine_field() {
+    let apic = ["quadratic", "cubic"].map(|shape| ("apic", shape));
+    let tpic = ["linear", "ugimp", "cpgimp", "quadratic", "cubic"].map(|shape| ("tpic", shape));
+    for (transfer, shape) in apic.into_iter().chain(tpic) {
+        for scheme in ["usl", "musl"] {
+            let options = json!({ "transfer": transfer, "shape": shape, "stress_update": scheme });
+            let mut solver = start(&spinning(&options));
+            let before = vectors(&solver.snapshot(), "velocity");
+            // No stress yet: the first step moves the points and leaves their velocities.
+            solver.step(1e-4).unwrap();
+            let after = vectors(&solver.snapshot(), "velocity");
+            for (a, b) in before.iter().zip(&after) {
+                assert!((a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-12, "{options}: {a:?}, {b:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn affine_pic_conserves_linear_and_angular_momentum() {
+    for shape in ["quadratic", "cubic"] {
+        let mut solver =
+            start(&spinning(&json!({ "transfer": "apic", "shape": shape, "stress_update": "usl" })));
+        let before = solver.budget();
+        for _ in 0..300 {
+            let dt = solver.time_step().dt;
+            solver.step(dt).unwrap();
+        }
+        let after = solver.budget();
+        let scale = before.mass;
+        let turn = (after.angular_momentum[2] - before.angular_momentum[2]).abs() / scale;
+        assert!(turn < 1e-10, "{shape}: angular momentum changes by {turn} of the mass");
+        for c in 0..2 {
+            assert!((after.momentum[c] - before.momentum[c]).abs() < 1e-11 * scale, "{shape}");
+        }
+        // The same without the moment: a tenth is lost.
+        let mut pic = start(&spinning(&json!({ "flip": 0, "shape": shape, "stress_update": "usl" })));
+        let before = pic.budget().angular_momentum[2];
+        for _ in 0..300 {
+            let dt = pic.time_step().dt;
+            pic.step(dt).unwrap();
+        }
+        let lost = (pic.budget().angular_momentum[2] - before).abs() / scale;
+        assert!(lost > 1e3 * turn.max(1e-12), "{shape}: PIC loses {lost}");
+    }
+}
+
+#[test]
+fn transfers_are_the_same_on_two_threads_and_after_a_restart() {
+    for (transfer, shape) in [("xpic", "ugimp"), ("apic", "cubic"), ("tpic", "cpgimp")] {
+        let case = spinning(&json!({ "transfer": transfer, "shape": shape }));
+        let hash = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| solve(&case).snapshot.hash())
+        };
+        assert_eq!(hash(1), hash(2), "{transfer}");
+        let advance = |solver: &mut dyn Solver| {
+            for _ in 0..40 {
+                let dt = solver.time_step().dt;
+                solver.step(dt).unwrap();
+            }
+        };
+        let mut whole = start(&case);
+        advance(&mut *whole);
+        let mut again = start(&case);
+        again.restore(&whole.save()).unwrap();
+        again.begin_stage(0, 0.0).unwrap();
+        advance(&mut *whole);
+        advance(&mut *again);
+        assert_eq!(whole.snapshot().hash(), again.snapshot().hash(), "{transfer}");
+    }
+}
+
+#[test]
+fn transfers_that_do_not_fit_are_refused() {
+    let table = [
+        (json!({ "transfer": "apic", "shape": "ugimp" }), "methods.mpm.transfer"),
+        (json!({ "transfer": "xpic", "xpic_order": 0 }), "methods.mpm.xpic_order"),
+        (json!({ "xpic_order": 3 }), "methods.mpm.xpic_order"),
+        (json!({ "transfer": "tpic", "flip": 0.5 }), "methods.mpm.flip"),
+        (json!({ "mass_scaling": 0.5 }), "methods.mpm.mass_scaling"),
+    ];
+    for (options, path) in table {
+        let error = Mpm.plan(&spinning(&options)).unwrap_err().to_string();
+        assert!(error.starts_with(path), "{options}: {error}");
+    }
+}
+
+#[test]
+fn local_damping_is_that_of_one_degree_of_freedom() {
+    // One point in one cell, left node held: ω = √(E/ρ)/L. A-17.
+    let table = [
+        (0.05, 0.951190, 3.144543),
+        (0.1, 0.904534, 3.153460),
+        (0.5, 0.577350, 3.503991),
+        (0.7, 0.420084, 4.072614),
+    ];
+    for (damping, ratio, half_period) in table {
+        let case = case(json!({
+            "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+                         "velocity": { "kind": "uniform", "value": [1e-7] } }],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],
+            "stages": [{ "name": "s", "duration": 20, "damping": damping }],
+            "methods": { "mpm": { "cell_size": 1, "points_per_cell": 1, "shape": "linear", "time_step": 1e-3 } }
+        }));
+        let mut solver = start(&case);
+        let (mut turns, mut last) = (Vec::new(), (0.0, 1e-7));
+        while turns.len() < 3 {
+            solver.step(1e-3).unwrap();
+            let snapshot = solver.snapshot();
+            let (x, v) = (vectors(&snapshot, "displacement")[0][0], vectors(&snapshot, "velocity")[0][0]);
+            if v * last.1 < 0.0 {
+                let share = last.1 / (last.1 - v);
+                turns.push((snapshot.time - 1e-3 * (1.0 - share), last.0 + share * (x - last.0)));
+            }
+            last = (x, v);
+        }
+        let periods = [turns[1].0 - turns[0].0, turns[2].0 - turns[1].0];
+        let ratios = [-turns[1].1 / turns[0].1, -turns[2].1 / turns[1].1];
+        for (found, exact) in
+            [(periods[0], half_period), (ratios[0], ratio), (ratios[1], ratio), (periods[1], half_period)]
+        {
+            assert!((found / exact - 1.0).abs() < 1e-3, "damping {damping}: {found}, {exact}");
+        }
+    }
+}
+
+/// A confined column that settles under its weight.
+fn settling(scaling: f64, duration: f64) -> Case {
+    case(json!({
+        "domain": { "min": [0, 0], "max": [0.2, 1.2] }, "gravity": [0, -10],
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.2, 1] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
+                       { "side": "x-max", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "settle", "duration": duration, "damping": 0.7,
+                     "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-8 } }],
+        "methods": { "mpm": { "cell_size": 0.1, "mass_scaling": scaling } }
+    }))
+}
+
+#[test]
+fn mass_scaling_leaves_the_static_result_and_takes_ten_times_the_step() {
+    let settled = |scaling: f64| {
+        let case = settling(scaling, 1000.0);
+        let first = Mpm.plan(&case).unwrap().time_step.dt;
+        let report = solve(&case);
+        let moved = vectors(&report.snapshot, "displacement");
+        (first, moved.iter().map(|u| u[1]).fold(0.0, f64::min))
+    };
+    let ((dt, plain), (long, scaled)) = (settled(1.0), settled(100.0));
+    assert!((long / dt - 10.0).abs() < 1e-9, "steps {dt}, {long}");
+    assert!((scaled / plain - 1.0).abs() < 1e-3, "settlements {plain}, {scaled}");
+}
+
+#[test]
+fn a_stage_that_does_not_come_to_rest_says_so() {
+    let case = settling(1.0, 0.05);
+    let error = run(&case, Mpm.build(&case).unwrap(), &RunOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("no equilibrium"), "{error}");
+}
