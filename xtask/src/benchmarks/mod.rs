@@ -65,8 +65,8 @@ pub const ALL: &[Listed] = &[
     Listed::new(&column_a04::BENCHMARK, Some(40), 700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
     Listed::new(&sph_operators::BENCHMARK, Some(2), 2),
-    Listed::new(&sph_geostatic::BENCHMARK, Some(30), 30),
-    Listed::new(&sph_column::BENCHMARK, Some(20), 120),
+    Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
+    Listed::new(&sph_column::BENCHMARK, Some(120), 300),
 ];
 
 /// What a benchmark found.
