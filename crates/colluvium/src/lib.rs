@@ -23,6 +23,7 @@ pub use colluvium_constitutive as constitutive;
 pub use colluvium_grid as grid;
 pub use colluvium_mpm as mpm;
 pub use colluvium_points as points;
+pub use colluvium_sph as sph;
 
 mod models;
 mod reference;
@@ -36,7 +37,7 @@ use serde_json::Value;
 
 /// All methods.
 pub fn methods() -> &'static [&'static dyn Method] {
-    &[&mpm::Mpm]
+    &[&mpm::Mpm, &sph::Sph]
 }
 
 /// The method called `name`.

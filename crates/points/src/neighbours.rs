@@ -151,21 +151,40 @@ impl<const D: usize> NeighbourList<D> {
     /// # Errors
     /// As [`CellList::build`].
     pub fn build(&mut self, positions: &[[f64; D]], radius: f64) -> Result<(), SearchError> {
-        self.build_where(positions, radius, |i, j| i != j)
+        self.build_where(positions, positions.len(), radius, |i, j| i != j)
     }
 
-    /// Finds, for every point, the others within `radius` (m) that `keep(point, other)` accepts.
+    /// As [`NeighbourList::build`] for the first `count` points only, among all: for points behind them
+    /// that act without being acted on, such as walls and mirror images.
+    ///
+    /// # Errors
+    /// As [`CellList::build`].
+    pub fn build_first(
+        &mut self,
+        positions: &[[f64; D]],
+        count: usize,
+        radius: f64,
+    ) -> Result<(), SearchError> {
+        self.build_where(positions, count, radius, |i, j| i != j)
+    }
+
+    /// Finds, for each of the first `count` points, the others within `radius` (m) that
+    /// `keep(point, other)` accepts.
     fn build_where(
         &mut self,
         positions: &[[f64; D]],
+        count: usize,
         radius: f64,
         keep: impl Fn(u32, u32) -> bool + Sync,
     ) -> Result<(), SearchError> {
         self.cells.build(positions, radius)?;
-        self.rows.resize_with(positions.len(), Vec::new);
+        let count = count.min(positions.len());
+        if self.rows.len() < count {
+            self.rows.resize_with(count, Vec::new);
+        }
         let cells = &self.cells;
         let square = radius * radius;
-        self.rows.par_iter_mut().zip(positions).enumerate().for_each(|(i, (row, x))| {
+        self.rows[..count].par_iter_mut().zip(positions).enumerate().for_each(|(i, (row, x))| {
             row.clear();
             cells.visit(x, |j| {
                 let other = &positions[j as usize];
@@ -179,7 +198,7 @@ impl<const D: usize> NeighbourList<D> {
         self.offsets.clear();
         self.indices.clear();
         self.offsets.push(0);
-        for row in &self.rows {
+        for row in &self.rows[..count] {
             self.indices.extend_from_slice(row);
             self.offsets.push(self.indices.len());
         }
@@ -220,7 +239,7 @@ impl<const D: usize> HalfList<D> {
     /// # Errors
     /// As [`CellList::build`].
     pub fn build(&mut self, positions: &[[f64; D]], radius: f64) -> Result<(), SearchError> {
-        self.list.build_where(positions, radius, |i, j| i < j)
+        self.list.build_where(positions, positions.len(), radius, |i, j| i < j)
     }
 
     /// Neighbours of point `i` with larger numbers, ascending.
@@ -261,6 +280,10 @@ mod tests {
                 (0..points.len()).filter(|&j| j != i && close(&points[j])).map(|j| j as u32).collect();
             assert_eq!(list.of(i), all);
         }
+        let mut first = NeighbourList::new();
+        first.build_first(points, points.len() / 2, radius).unwrap();
+        assert!((0..first.len()).all(|i| first.of(i) == list.of(i)));
+        assert_eq!(first.len(), points.len() / 2);
         let mut half = HalfList::new();
         half.build(points, radius).unwrap();
         let full = (0..points.len()).flat_map(|i| list.of(i).iter().map(move |&j| (i as u32, j)));

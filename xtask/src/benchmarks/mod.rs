@@ -15,6 +15,9 @@ mod returns;
 mod mpm_contact;
 mod rigid_motion;
 mod self_weight;
+mod sph_column;
+mod sph_geostatic;
+mod sph_operators;
 mod two_disks;
 
 use colluvium::case::output::Table;
@@ -67,6 +70,9 @@ pub const ALL: &[Listed] = &[
     Listed::new(&column_collapse::BENCHMARK, Some(70), 150),
     Listed::new(&column_a04::BENCHMARK, Some(40), 700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
+    Listed::new(&sph_operators::BENCHMARK, Some(2), 2),
+    Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
+    Listed::new(&sph_column::BENCHMARK, Some(120), 300),
 ];
 
 /// What a benchmark found.
@@ -193,16 +199,26 @@ fn curve(table: &Table, x: &str, y: &str) -> Result<Vec<(f64, f64)>, String> {
 
 /// Sets an option of the material point method.
 fn set(case: &mut Case, option: &str, value: impl Into<serde_json::Value>) {
-    if let Some(serde_json::Value::Object(options)) = case.methods.get_mut("mpm") {
+    set_of(case, "mpm", option, value);
+}
+
+/// Sets an option of a method.
+fn set_of(case: &mut Case, method: &str, option: &str, value: impl Into<serde_json::Value>) {
+    if let Some(serde_json::Value::Object(options)) = case.methods.get_mut(method) {
         options.insert(option.to_owned(), value.into());
     }
 }
 
-/// Runs a case in memory, frames kept.
+/// Runs a case with the material point method in memory, frames kept.
 fn run(case: &Case) -> Result<RunReport, String> {
-    let method = colluvium::method("mpm").ok_or("no method mpm")?;
+    run_by("mpm", case)
+}
+
+/// Runs a case in memory, frames kept.
+fn run_by(name: &str, case: &Case) -> Result<RunReport, String> {
+    let method = colluvium::method(name).ok_or_else(|| format!("no method {name}"))?;
     let solver = method.build(case).map_err(|error| error.to_string())?;
-    let options = RunOptions { method: "mpm".to_owned(), keep_frames: true, ..RunOptions::default() };
+    let options = RunOptions { method: name.to_owned(), keep_frames: true, ..RunOptions::default() };
     colluvium::case::run(case, solver, &options).map_err(|error| error.to_string())
 }
 

@@ -1,0 +1,57 @@
+//! Smoothed particle hydrodynamics of solids.
+//!
+//! A body is a set of particles that carry mass, velocity, density, stress and the state of its law. A
+//! field at a particle, its gradient and its Laplacian are sums over the particles around it: [`kernel`]
+//! holds the smoothing kernels, [`operators`] the sums. The solver moves particles by the momentum
+//! equation in leapfrog steps, velocities half a step ahead (SPH sheet §3.3; [`SphSolver`] holds the step).
+//! One dimension, plane strain and three dimensions; rough walls are layers of particles, smooth walls
+//! mirrors.
+//!
+//! [`Sph`] is the way in: it turns a [`Case`] into a [`Solver`].
+
+mod checkpoint;
+mod config;
+pub mod kernel;
+pub mod operators;
+mod pairs;
+mod particles;
+mod regularise;
+mod report;
+mod setup;
+mod solver;
+mod tensile;
+mod walls;
+
+use colluvium_case::{Case, CaseError, Method, Plan, Solver};
+use schemars::Schema;
+
+pub use config::{
+    Continuity, Momentum, Regularisation, SoundSpeed, SphOptions, Tensile, VelocityGradient, WallStress,
+};
+pub use solver::SphSolver;
+
+/// Smoothed particle hydrodynamics.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sph;
+
+impl Method for Sph {
+    fn name(&self) -> &'static str {
+        "sph"
+    }
+
+    fn summary(&self) -> &'static str {
+        "smoothed particle hydrodynamics of solids: leapfrog, mirror and particle walls, one phase"
+    }
+
+    fn options_schema(&self) -> Schema {
+        schemars::schema_for!(SphOptions)
+    }
+
+    fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
+        setup::plan(case)
+    }
+
+    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+        setup::build(case)
+    }
+}

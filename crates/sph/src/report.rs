@@ -1,0 +1,169 @@
+//! What the solver tells: time-step limit, snapshot, budget.
+
+use colluvium_case::{Budget, Field, FieldData, Snapshot, TimeStep};
+use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
+
+use crate::config::SoundSpeed;
+use crate::particles::Group;
+use crate::solver::{SphSolver, spatial};
+
+fn square<const N: usize>(vector: &[f64; N]) -> f64 {
+    vector.iter().map(|c| c * c).sum()
+}
+
+impl<const D: usize> SphSolver<D> {
+    /// The largest step that waves, forces, viscosity and damping allow (sheet §3.4); renews the speeds of sound.
+    pub(crate) fn find_limit(&mut self) -> TimeStep {
+        let h = self.smoothing.length();
+        let (mut least, mut reason, mut index) = (f64::INFINITY, "nothing", None);
+        for group in &self.groups {
+            let p = &mut self.particles;
+            for (number, states) in group.states.blocks().iter().enumerate() {
+                let first = group.start + number * BLOCK;
+                let stress = &p.stress[first..first + states.len()];
+                let (mut moduli, mut viscosities) = ([0.0; BLOCK], [0.0; BLOCK]);
+                group.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
+                group.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
+                for k in 0..states.len() {
+                    let i = first + k;
+                    let density = p.density[i];
+                    let wave = (moduli[k] / density).sqrt();
+                    p.sound[i] = match (self.options.sound_speed, group.youngs_modulus) {
+                        (SoundSpeed::YoungsModulus, Some(modulus)) => (modulus / density).sqrt(),
+                        _ => wave,
+                    };
+                    let speed = square(&p.velocity[i]).sqrt();
+                    let pull = square(&p.acceleration[i]).sqrt();
+                    let damping = self.options.damping * p.sound[i] / h;
+                    let limits = [
+                        (self.options.courant * h / (wave + speed), "elastic wave"),
+                        (0.25 * (h / pull).sqrt(), "acceleration"),
+                        (0.125 * h * h * density / viscosities[k], "viscosity"),
+                        (0.2 / damping, "damping"),
+                    ];
+                    for (dt, name) in limits {
+                        if dt < least {
+                            (least, reason, index) = (dt, name, Some(i));
+                        }
+                    }
+                }
+            }
+        }
+        TimeStep {
+            dt: least,
+            limit: reason,
+            point: index.map(|i| u64::from(self.particles.id[i])),
+            position: index.map_or([0.0; 3], |i| spatial(&self.particles.position[i])),
+        }
+    }
+
+    /// Velocities at the time of the positions (m/s).
+    fn velocity(&self, i: usize) -> [f64; D] {
+        let p = &self.particles;
+        std::array::from_fn(|c| p.velocity[i][c] + 0.5 * self.last_step * p.acceleration[i][c])
+    }
+
+    fn per_particle(
+        &self,
+        group: &Group,
+        width: usize,
+        mut values: impl FnMut(&[SymTensor], &StateBlock, &mut [f64]),
+    ) -> Vec<f64> {
+        let mut out = vec![0.0; (group.end - group.start) * width];
+        if width > 0 {
+            let stress = self.particles.stress[group.range()].chunks(BLOCK);
+            for ((stress, states), out) in
+                stress.zip(group.states.blocks()).zip(out.chunks_mut(BLOCK * width))
+            {
+                values(stress, states, out);
+            }
+        }
+        out
+    }
+
+    /// Everything on the particles, in the order of ids.
+    pub(crate) fn take_snapshot(&self) -> Snapshot {
+        let p = &self.particles;
+        let mut order: Vec<usize> = (0..p.len).collect();
+        order.sort_unstable_by_key(|&i| p.id[i]);
+        let mut bodies = vec![0; p.len];
+        self.groups.iter().for_each(|group| bodies[group.range()].fill(group.body));
+        let scalar =
+            |value: &dyn Fn(usize) -> f64| FieldData::Scalar(order.iter().map(|&i| value(i)).collect());
+        let vector = |value: &dyn Fn(usize) -> [f64; D]| -> Vec<[f64; 3]> {
+            order.iter().map(|&i| spatial(&value(i))).collect()
+        };
+        let moved = |i: usize| std::array::from_fn(|c| p.position[i][c] - p.origin[i][c]);
+        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
+        let mut fields = vec![
+            field("velocity", "m/s", FieldData::Vector(vector(&|i| self.velocity(i)))),
+            field("displacement", "m", FieldData::Vector(vector(&moved))),
+            field("stress", "Pa", FieldData::Tensor(order.iter().map(|&i| p.stress[i]).collect())),
+            field("pressure", "Pa", scalar(&|i| p.stress[i].pressure())),
+            field("deviatoric_stress", "Pa", scalar(&|i| p.stress[i].q())),
+            field("mass", "kg", scalar(&|i| p.mass[i])),
+            field("volume", "m3", scalar(&|i| p.mass[i] / p.density[i])),
+            field("density", "kg/m3", scalar(&|i| p.density[i])),
+        ];
+        fields.extend(self.law_fields(&order));
+        let width = |i: usize| [(p.mass[i] / p.density[i]).powf(1.0 / D as f64); D];
+        Snapshot {
+            time: self.time,
+            step: self.step,
+            ids: order.iter().map(|&i| u64::from(p.id[i])).collect(),
+            bodies: order.iter().map(|&i| bodies[i]).collect(),
+            positions: vector(&|i| p.position[i]),
+            extents: vector(&width),
+            fields,
+        }
+    }
+
+    /// The laws' own scalars; NaN on particles whose law has no such scalar.
+    fn law_fields(&self, order: &[usize]) -> Vec<Field> {
+        let mut fields: Vec<(&'static str, Vec<f64>)> = Vec::new();
+        for group in &self.groups {
+            let names = group.material.output_names();
+            let table = self.per_particle(group, names.len(), |stress, states, out| {
+                group.material.outputs(stress, states, out);
+            });
+            for (column, &name) in names.iter().enumerate() {
+                let known = fields.iter().position(|(n, _)| *n == name).unwrap_or_else(|| {
+                    fields.push((name, vec![f64::NAN; self.particles.len]));
+                    fields.len() - 1
+                });
+                for (k, i) in group.range().enumerate() {
+                    fields[known].1[i] = table[k * names.len() + column];
+                }
+            }
+        }
+        let sorted = |values: &[f64]| FieldData::Scalar(order.iter().map(|&i| values[i]).collect());
+        fields
+            .iter()
+            .map(|(name, values)| Field { name: (*name).to_owned(), unit: "", data: sorted(values) })
+            .collect()
+    }
+
+    /// Totals over the particles.
+    pub(crate) fn take_budget(&self) -> Budget {
+        let mut budget = Budget::default();
+        let p = &self.particles;
+        for group in &self.groups {
+            let energies = self.per_particle(group, 1, |stress, states, out| {
+                group.material.stored_energies(stress, states, out);
+            });
+            for (k, i) in group.range().enumerate() {
+                let (x, v, m) = (spatial(&p.position[i]), spatial(&self.velocity(i)), p.mass[i]);
+                budget.mass += m;
+                budget.kinetic += 0.5 * m * square(&v);
+                budget.elastic += energies[k] * m / p.density[i];
+                for c in 0..3 {
+                    let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+                    budget.momentum[c] += m * v[c];
+                    budget.angular_momentum[c] += m * (x[a] * v[b] - x[b] * v[a]);
+                    budget.potential -= m * spatial(&self.gravity)[c] * x[c];
+                }
+            }
+        }
+        budget
+    }
+}

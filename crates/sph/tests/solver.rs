@@ -1,0 +1,264 @@
+//! The solver against closed forms and conservation laws, and its two promises about bits.
+
+use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_sph::Sph;
+use serde_json::{Value, json};
+
+/// A block of one material with everything else at its simplest; `more` replaces or adds keys.
+#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
+fn case(more: Value) -> Case {
+    let mut text = json!({
+        "title": "test", "space": "plane-strain",
+        "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
+        "stages": [{ "name": "s", "duration": 0.05 }],
+        "methods": { "sph": { "spacing": 0.05 } }
+    });
+    for (key, value) in more.as_object().unwrap() {
+        text[key] = value.clone();
+    }
+    Case::from_json(&text.to_string()).unwrap()
+}
+
+fn solve(case: &Case) -> RunReport {
+    run(case, Sph.build(case).unwrap(), &RunOptions::default()).unwrap()
+}
+
+fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
+    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
+    values.clone()
+}
+
+fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
+    let Some(FieldData::Tensor(stress)) = snapshot.field("stress").map(|f| &f.data) else {
+        panic!("no stress")
+    };
+    stress.iter().map(|s| s.0).collect()
+}
+
+/// A block that slides on a rough floor against a smooth wall: everything moves, everything yields.
+fn crash(options: Value) -> Case {
+    let mut methods = json!({ "spacing": 0.02 });
+    for (key, value) in options.as_object().unwrap() {
+        methods[key] = value.clone();
+    }
+    case(json!({
+        "gravity": [0, -10],
+        "materials": { "m": {
+            "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.3,
+            "friction_angle": 20, "cohesion": 500, "matching": "plane-strain"
+        } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.04, 0], "max": [0.34, 0.28] },
+                     "velocity": { "kind": "uniform", "value": [-0.3, 0.0] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } },
+                       { "side": "x-min", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "s", "duration": 0.2 }],
+        "methods": { "sph": methods }
+    }))
+}
+
+fn variants() -> [Value; 3] {
+    [
+        json!({}),
+        json!({ "momentum": "rho-rho", "continuity": "volume", "velocity_gradient": "corrected",
+                "regularisation": "mls", "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 } }),
+        json!({ "kernel": "wendland-c2", "smoothing": 1.5, "wall_stress": "extrapolated", "regularisation": "shepard",
+                "damping": 0.01, "sound_speed": "youngs-modulus" }),
+    ]
+}
+
+#[test]
+fn results_are_the_same_on_one_and_two_threads() {
+    for options in variants() {
+        let case = crash(options.clone());
+        let hash = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| solve(&case).snapshot.hash())
+        };
+        assert_eq!(hash(1), hash(2), "{options}");
+    }
+}
+
+#[test]
+fn a_restored_solver_continues_to_the_last_bit() {
+    let advance = |solver: &mut dyn Solver, steps: usize| {
+        for _ in 0..steps {
+            let dt = solver.time_step().dt;
+            solver.step(dt).unwrap();
+        }
+    };
+    for options in variants() {
+        let case = crash(options.clone());
+        let mut whole = Sph.build(&case).unwrap();
+        whole.begin_stage(0, 0.0).unwrap();
+        for cut in [1, 37, 62, 64] {
+            advance(&mut *whole, cut);
+            let saved = whole.save();
+            let mut again = Sph.build(&case).unwrap();
+            again.restore(&saved).unwrap();
+            again.begin_stage(0, 0.0).unwrap();
+            advance(&mut *again, 50);
+            advance(&mut *whole, 50);
+            assert_eq!(again.snapshot().hash(), whole.snapshot().hash(), "{options}, cut after {cut} steps");
+        }
+        let saved = whole.save();
+        assert!(whole.restore(&saved[..saved.len() / 2]).is_err());
+    }
+}
+
+#[test]
+fn v17_free_fall_is_exact() {
+    let case = case(json!({ "gravity": [1, -10] }));
+    let report = solve(&case);
+    let t = report.snapshot.time;
+    for v in vectors(&report.snapshot, "velocity") {
+        assert!((v[0] - t).abs() < 1e-12 && (v[1] + 10.0 * t).abs() < 1e-12, "{v:?}");
+    }
+    for x in vectors(&report.snapshot, "displacement") {
+        assert!((x[1] + 5.0 * t * t).abs() < 1e-12, "{x:?}");
+    }
+    assert!(stresses(&report.snapshot).as_flattened().iter().all(|s| s.abs() < 1e-6));
+}
+
+/// A block with stress and motion that differ from place to place, and nothing outside.
+fn swirl(options: Value) -> Case {
+    let mut methods = json!({ "spacing": 0.02, "viscosity_linear": 0 });
+    for (key, value) in options.as_object().unwrap() {
+        methods[key] = value.clone();
+    }
+    case(json!({
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5], "radius": 0.2 },
+                     "velocity": { "kind": "sine", "amplitude": [0.3, -0.2], "wave_vector": [11, 17] },
+                     "stress": { "kind": "uniform", "value": [3e3, -2e3, 1e3, 1.5e3, 0, 0] } }],
+        "methods": { "sph": methods }
+    }))
+}
+
+#[test]
+fn v10_momentum_is_conserved() {
+    for options in [
+        json!({ "viscosity_linear": 1.0, "viscosity_quadratic": 1.0 }),
+        json!({ "momentum": "rho-rho", "viscosity_linear": 0.1 }),
+        json!({ "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 } }),
+        json!({ "tensile": { "kind": "artificial-pressure", "strength": 0.9, "exponent": 4 }, "velocity_gradient": "corrected" }),
+    ] {
+        let case = swirl(options.clone());
+        let mut solver = Sph.build(&case).unwrap();
+        solver.begin_stage(0, 0.0).unwrap();
+        let start = solver.budget().momentum;
+        let mut size = 0.0f64;
+        for _ in 0..50 {
+            let dt = solver.time_step().dt;
+            solver.step(dt).unwrap();
+            let budget = solver.budget();
+            size = size.max((2.0 * budget.mass * budget.kinetic).sqrt());
+        }
+        let end = solver.budget().momentum;
+        for c in 0..2 {
+            assert!((end[c] - start[c]).abs() < 1e-12 * size, "{options}: {start:?} {end:?}");
+        }
+    }
+    // The form that conserves nothing.
+    let case = swirl(json!({ "momentum": "difference" }));
+    let mut solver = Sph.build(&case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    let start = solver.budget().momentum;
+    (0..50).for_each(|_| {
+        let dt = solver.time_step().dt;
+        solver.step(dt).unwrap();
+    });
+    assert!((solver.budget().momentum[0] - start[0]).abs() > 1e-6);
+}
+
+/// Drift of kinetic and stored energy over a run, over the energy.
+fn energy_drift(options: Value, step: f64) -> f64 {
+    let case = swirl(options);
+    let mut solver = Sph.build(&case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    let energy = |solver: &dyn Solver| {
+        let budget = solver.budget();
+        budget.kinetic + budget.elastic
+    };
+    let start = energy(&*solver);
+    while solver.time() < 0.01 {
+        solver.step(step).unwrap();
+    }
+    (energy(&*solver) / start - 1.0).abs()
+}
+
+#[test]
+fn compatible_pairs_conserve_energy_to_second_order_of_the_step() {
+    for momentum in ["rho2", "rho-rho"] {
+        let coarse = energy_drift(json!({ "momentum": momentum }), 1e-4);
+        let fine = energy_drift(json!({ "momentum": momentum }), 5e-5);
+        assert!(coarse < 1e-2 && fine < 1e-2, "{momentum}: {coarse:e} {fine:e}");
+    }
+}
+
+#[test]
+fn v16_a_standing_wave_in_a_confined_strip_has_its_frequency() {
+    let (length, spacing) = (1.0, 0.02);
+    let case = case(json!({
+        "domain": { "min": [0, 0], "max": [1, 0.2] },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 0.2] },
+                     "velocity": { "kind": "sine", "amplitude": [1e-4, 0], "wave_vector": [std::f64::consts::PI / length, 0] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "y-max", "wall": { "kind": "smooth" } },
+                       { "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } }],
+        "methods": { "sph": { "spacing": spacing, "viscosity_linear": 0 } }
+    }));
+    let mut solver = Sph.build(&case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    // Modulus of uniaxial strain: E (1 - ν) / ((1 + ν)(1 - 2ν)) = 1.2 MPa.
+    let exact = 2.0 * length / (1.2e6f64 / 1000.0).sqrt();
+    let amplitude = |solver: &dyn Solver| {
+        let snapshot = solver.snapshot();
+        let v = vectors(&snapshot, "velocity");
+        snapshot.positions.iter().zip(v).map(|(x, v)| v[0] * (std::f64::consts::PI * x[0]).sin()).sum::<f64>()
+    };
+    // Three zeros of the amplitude: a quarter, three and five quarters of the period.
+    let (mut zeros, mut before) = (Vec::new(), (0.0, amplitude(&*solver)));
+    while zeros.len() < 3 {
+        let dt = solver.time_step().dt;
+        solver.step(dt).unwrap();
+        let now = (solver.time(), amplitude(&*solver));
+        if before.1 * now.1 < 0.0 {
+            zeros.push(before.0 + (now.0 - before.0) * before.1 / (before.1 - now.1));
+        }
+        before = now;
+    }
+    let period = zeros[2] - zeros[0];
+    assert!((exact / period - 1.0).abs() < 0.015, "{period} instead of {exact}");
+}
+
+#[test]
+fn what_cannot_be_honoured_is_refused_by_name() {
+    let wall = |more: Value| {
+        let mut boundary = json!({ "side": "y-min", "wall": { "kind": "rough" } });
+        for (key, value) in more.as_object().unwrap() {
+            boundary[key] = value.clone();
+        }
+        json!({ "boundaries": [boundary] })
+    };
+    let table = [
+        (json!({ "space": "axisymmetric" }), "space"),
+        (
+            json!({ "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1] }] }),
+            "loads[0]",
+        ),
+        (
+            wall(json!({ "wall": { "kind": "frictional", "friction_coefficient": 0.3 } })),
+            "boundaries[0].wall",
+        ),
+        (wall(json!({ "separation": true })), "boundaries[0].separation"),
+        (wall(json!({ "velocity": [1, 0] })), "boundaries[0].velocity"),
+        (wall(json!({ "position": 0.5 })), "bodies[0].shape"),
+        (json!({ "methods": {} }), "methods.sph"),
+        (json!({ "methods": { "sph": { "spacing": 0.05, "smoothing": 2.5 } } }), "methods.sph.smoothing"),
+        (json!({ "methods": { "sph": { "spacing": 0.05, "time_step": 1 } } }), "methods.sph.time_step"),
+    ];
+    for (more, path) in table {
+        let error = Sph.plan(&case(more)).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("{path}: ")), "{error}");
+    }
+}

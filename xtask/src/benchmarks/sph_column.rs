@@ -1,0 +1,105 @@
+//! The aluminium-bar column by SPH (SPH sheet §5.4, set S; B-03 and B-09).
+
+use colluvium::case::Snapshot;
+use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
+
+use super::{Benchmark, Outcome, case, crest, curve, reference, run_by, set_of};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "sph/aluminium-bars",
+    title: "Aluminium-bar column, SPH",
+    source: "Bui et al. 2008; Bui and Nguyen 2021, Fig. 16; SPH sheet §5.4, set S",
+    run,
+};
+
+const SPACING: f64 = 0.005;
+
+/// The sheet's front: the outermost particle with at least two neighbours within 1.5 spacings.
+fn front(snapshot: &Snapshot) -> f64 {
+    let x = &snapshot.positions;
+    let near = |a: &[f64; 3], b: &[f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]) <= 1.5 * SPACING;
+    let held = |a: &&[f64; 3]| x.iter().filter(|b| near(a, b)).count() > 2;
+    x.iter().filter(held).map(|a| a[0]).fold(0.0, f64::max)
+}
+
+fn run(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let sheet = curve(&reference("sph/aluminium-bars/reference.csv")?, "viscosity", "front")?;
+    let at = |viscosity: f64| sheet.iter().find(|(a, _)| *a == viscosity).map_or(f64::NAN, |(_, x)| *x);
+    let mut chart = LineChart {
+        title: "Front of the column".into(),
+        x_label: "time (s)".into(),
+        y_label: "x (m)".into(),
+        ..LineChart::default()
+    };
+    let mut fronts = Vec::new();
+    for viscosity in [0.1, 0.0, 1.0] {
+        let mut case = case("sph/aluminium-bars")?;
+        set_of(&mut case, "sph", "viscosity_linear", viscosity);
+        let report = match run_by("sph", &case) {
+            Ok(report) => report,
+            Err(error) => {
+                let name = format!("viscosity {viscosity}: the run ends ({error})");
+                outcome.within(name, "yes", f64::NAN, (1.0, 1.0), "a run that stops has no front");
+                fronts.push(f64::NAN);
+                continue;
+            }
+        };
+        let end = front(&report.snapshot);
+        fronts.push(end);
+        let points = report.frames.iter().map(|frame| (frame.time, front(frame))).collect();
+        chart.series.push(Series::new(format!("viscosity {viscosity}"), points, Style::Line));
+        if viscosity == 0.1 {
+            let reason = "set S, for continuous integration: 0.404 ± 0.02";
+            outcome.within("front (m)", "0.404 ± 0.02", end, (0.384, 0.424), reason);
+            let reason = "set S: the corner at x = 0 stays undisturbed";
+            let top = crest(&report.snapshot, 0.01);
+            outcome.within("height at the wall (m)", "0.100 ± 0.001", top, (0.099, 0.101), reason);
+            let reason = "set S: below 1e-6 J at 0.8 s";
+            outcome.below("kinetic energy at 0.8 s (J)", "< 1e-6", report.end.kinetic, 1e-6, reason);
+            if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
+                outcome.png("The deposit at 0.8 s, displacement.", &cloud)?;
+            }
+        } else {
+            let reason = "not judged: set S judges the order only";
+            let claim = format!("{}{}", if viscosity == 0.0 { "at least " } else { "" }, at(viscosity));
+            outcome.show(format!("viscosity {viscosity}: front (m)"), &claim, end, reason);
+        }
+    }
+    let [usual, none, strong] = fronts[..] else { return Err("three runs".to_owned()) };
+    let ordered = f64::from(u8::from(none > usual && usual > strong));
+    let reason = "set S: fronts for viscosities 0 > 0.1 > 1 strictly";
+    outcome.within("fronts fall with viscosity (1 is yes)", "yes", ordered, (1.0, 1.0), reason);
+    if !quick {
+        variants(&mut outcome, usual)?;
+    }
+    outcome.svg("Advance of the front.", &chart)?;
+    Ok(outcome)
+}
+
+/// Walls and regularisation.
+fn variants(outcome: &mut Outcome, usual: f64) -> Result<(), String> {
+    for (option, value, sheet) in [
+        ("regularisation", "mls", "0.383 (wall b)"),
+        ("wall_stress", "interpolated", "0.404"),
+        ("wall_stress", "extrapolated", "0.402"),
+        ("sound_speed", "youngs-modulus", "not given"),
+    ] {
+        let mut case = case("sph/aluminium-bars")?;
+        set_of(&mut case, "sph", option, value);
+        let end = run_by("sph", &case).map_or(f64::NAN, |report| front(&report.snapshot));
+        if value == "mls" {
+            let reason = "set S: MLS within -10 % of the run without";
+            outcome.within("mls: front (m)", sheet, end, (0.9 * usual, usual), reason);
+        } else {
+            outcome.show(
+                format!("{value}: front (m)"),
+                sheet,
+                end,
+                "not judged: set S judges wall c at 5 mm",
+            );
+        }
+    }
+    Ok(())
+}
