@@ -386,7 +386,7 @@ mod tests {
             Circle(f64),
             Box { width: f64 },
         }
-        let read = |value: serde_json::Value| from_value::<Shape>(&value, "shape");
+        let read = |value: Value| from_value::<Shape>(&value, "shape");
         assert_eq!(read(serde_json::json!({ "circle": 2.0 })).unwrap(), Shape::Circle(2.0));
         assert_eq!(read(serde_json::json!({ "box": { "width": 1.0 } })).unwrap(), Shape::Box { width: 1.0 });
         let problem = |value| read(value).unwrap_err().to_string();
