@@ -38,7 +38,7 @@ fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
 }
 
 /// A block that slides on a rough floor against a smooth wall: everything moves, everything yields.
-fn crash(options: Value) -> Case {
+fn crash(options: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.02 });
     for (key, value) in options.as_object().unwrap() {
         methods[key] = value.clone();
@@ -71,7 +71,7 @@ fn variants() -> [Value; 3] {
 #[test]
 fn results_are_the_same_on_one_and_two_threads() {
     for options in variants() {
-        let case = crash(options.clone());
+        let case = crash(&options);
         let hash = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| solve(&case).snapshot.hash())
@@ -89,7 +89,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
         }
     };
     for options in variants() {
-        let case = crash(options.clone());
+        let case = crash(&options);
         let mut whole = Sph.build(&case).unwrap();
         whole.begin_stage(0, 0.0).unwrap();
         for cut in [1, 37, 62, 64] {
@@ -122,7 +122,7 @@ fn v17_free_fall_is_exact() {
 }
 
 /// A block with stress and motion that differ from place to place, and nothing outside.
-fn swirl(options: Value) -> Case {
+fn swirl(options: &Value) -> Case {
     let mut methods = json!({ "spacing": 0.02, "viscosity_linear": 0 });
     for (key, value) in options.as_object().unwrap() {
         methods[key] = value.clone();
@@ -143,7 +143,7 @@ fn v10_momentum_is_conserved() {
         json!({ "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 } }),
         json!({ "tensile": { "kind": "artificial-pressure", "strength": 0.9, "exponent": 4 }, "velocity_gradient": "corrected" }),
     ] {
-        let case = swirl(options.clone());
+        let case = swirl(&options);
         let mut solver = Sph.build(&case).unwrap();
         solver.begin_stage(0, 0.0).unwrap();
         let start = solver.budget().momentum;
@@ -160,7 +160,7 @@ fn v10_momentum_is_conserved() {
         }
     }
     // The form that conserves nothing.
-    let case = swirl(json!({ "momentum": "difference" }));
+    let case = swirl(&json!({ "momentum": "difference" }));
     let mut solver = Sph.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
     let start = solver.budget().momentum;
@@ -173,7 +173,7 @@ fn v10_momentum_is_conserved() {
 
 /// Drift of kinetic and stored energy over a run, over the energy.
 fn energy_drift(options: Value, step: f64) -> f64 {
-    let case = swirl(options);
+    let case = swirl(&options);
     let mut solver = Sph.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
     let energy = |solver: &dyn Solver| {
