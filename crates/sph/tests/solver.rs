@@ -172,8 +172,8 @@ fn v10_momentum_is_conserved() {
 }
 
 /// Drift of kinetic and stored energy over a run, over the energy.
-fn energy_drift(options: Value, step: f64) -> f64 {
-    let case = swirl(&options);
+fn energy_drift(options: &Value, step: f64) -> f64 {
+    let case = swirl(options);
     let mut solver = Sph.build(&case).unwrap();
     solver.begin_stage(0, 0.0).unwrap();
     let energy = |solver: &dyn Solver| {
@@ -190,8 +190,8 @@ fn energy_drift(options: Value, step: f64) -> f64 {
 #[test]
 fn compatible_pairs_conserve_energy_to_second_order_of_the_step() {
     for momentum in ["rho2", "rho-rho"] {
-        let coarse = energy_drift(json!({ "momentum": momentum }), 1e-4);
-        let fine = energy_drift(json!({ "momentum": momentum }), 5e-5);
+        let coarse = energy_drift(&json!({ "momentum": momentum }), 1e-4);
+        let fine = energy_drift(&json!({ "momentum": momentum }), 5e-5);
         assert!(coarse < 1e-2 && fine < 1e-2, "{momentum}: {coarse:e} {fine:e}");
     }
 }
