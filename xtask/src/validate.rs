@@ -15,27 +15,43 @@ pub struct Arguments {
     /// The short form of each benchmark.
     #[arg(long)]
     quick: bool,
+    /// The full form of the benchmarks that take minutes each, too: without it they run in their short form, or
+    /// not at all where they have none.
+    #[arg(long, conflicts_with = "quick")]
+    long: bool,
     /// List the benchmarks and the seconds to expect of each on two cores.
     #[arg(long)]
     list: bool,
 }
 
+/// Seconds above which the full form of a benchmark is for `--long` only: the rest stays within ten minutes.
+const LONG: u32 = 200;
+
+impl Arguments {
+    /// Whether a benchmark runs in its short form; `None` where it is left out.
+    fn short(&self, listed: &Listed) -> Option<bool> {
+        let short = self.quick || (listed.full > LONG && !self.long);
+        if short { listed.quick.map(|_| true) } else { Some(false) }
+    }
+}
+
 /// Runs the benchmarks; true when everything holds.
 pub fn run(arguments: &Arguments) -> Result<bool, String> {
-    let wanted = |listed: &&Listed| {
-        arguments.filter.as_deref().is_none_or(|f| listed.benchmark.id.contains(f))
-            && (!arguments.quick || listed.quick.is_some())
-    };
-    let chosen: Vec<&Listed> = ALL.iter().filter(wanted).collect();
+    let named = |listed: &&Listed| arguments.filter.as_deref().is_none_or(|f| listed.benchmark.id.contains(f));
+    let chosen: Vec<&Listed> =
+        ALL.iter().filter(named).filter(|listed| arguments.list || arguments.short(listed).is_some()).collect();
     if chosen.is_empty() {
-        return Err(format!("no benchmark's name contains {:?}; see --list", arguments.filter));
+        let filter = arguments.filter.as_deref().unwrap_or_default();
+        return Err(format!("no benchmark's name contains {filter:?}, or it needs --long; see --list"));
     }
     if arguments.list {
         list(&chosen);
         return Ok(true);
     }
-    let entries: Vec<Entry> =
-        chosen.into_iter().map(|listed| entry(listed.benchmark, arguments.quick)).collect();
+    let entries: Vec<Entry> = chosen
+        .into_iter()
+        .filter_map(|listed| Some(entry(listed.benchmark, arguments.short(listed)?)))
+        .collect();
     let scope = Scope { filter: arguments.filter.as_deref(), quick: arguments.quick };
     let folder = scope.folder();
     report::write(&folder, &entries, &scope)?;
