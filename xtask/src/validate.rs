@@ -37,9 +37,13 @@ impl Arguments {
 
 /// Runs the benchmarks; true when everything holds.
 pub fn run(arguments: &Arguments) -> Result<bool, String> {
-    let named = |listed: &&Listed| arguments.filter.as_deref().is_none_or(|f| listed.benchmark.id.contains(f));
-    let chosen: Vec<&Listed> =
-        ALL.iter().filter(named).filter(|listed| arguments.list || arguments.short(listed).is_some()).collect();
+    let named =
+        |listed: &&Listed| arguments.filter.as_deref().is_none_or(|f| listed.benchmark.id.contains(f));
+    let chosen: Vec<&Listed> = ALL
+        .iter()
+        .filter(named)
+        .filter(|listed| arguments.list || arguments.short(listed).is_some())
+        .collect();
     if chosen.is_empty() {
         let filter = arguments.filter.as_deref().unwrap_or_default();
         return Err(format!("no benchmark's name contains {filter:?}, or it needs --long; see --list"));
