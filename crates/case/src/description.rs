@@ -296,6 +296,13 @@ pub struct Stage {
     pub remove_bodies: Vec<String>,
 }
 
+impl Stage {
+    /// Factor on gravity after `elapsed` seconds of the stage, 0 to 1.
+    pub fn gravity_factor(&self, elapsed: f64) -> f64 {
+        if self.gravity_ramp > 0.0 { (elapsed / self.gravity_ramp).min(1.0) } else { 1.0 }
+    }
+}
+
 /// When a quasi-static stage has converged (MPM sheet §2.14).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]

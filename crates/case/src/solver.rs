@@ -63,6 +63,20 @@ pub struct TimeStep {
     pub position: [f64; 3],
 }
 
+impl TimeStep {
+    /// The step a case fixes, if it does and the critical step allows it: that is this limit without the
+    /// safety factor `courant` it was found with.
+    #[must_use]
+    pub fn or_fixed(self, fixed: Option<f64>, courant: f64) -> Self {
+        match fixed {
+            Some(dt) if dt <= self.dt / courant => {
+                Self { dt, limit: "fixed by the case", point: None, position: [0.0; 3] }
+            }
+            _ => self,
+        }
+    }
+}
+
 /// Totals of the whole system.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Budget {

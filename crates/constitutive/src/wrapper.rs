@@ -45,16 +45,6 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
         0.0
     }
 
-    /// Excess over limits of its own at the stress of the point (Pa), `-inf` where it has none.
-    fn yield_value(&self, _stress: &SymTensor) -> f64 {
-        f64::NEG_INFINITY
-    }
-
-    /// Work dissipated by the wrapper alone is not known where this is false.
-    fn keeps_dissipation(&self) -> bool {
-        true
-    }
-
     /// Name of its own scalar worth plotting, if it has one, and its value.
     const OUTPUT: Option<&'static str> = None;
 
@@ -156,9 +146,6 @@ impl<W: Wrapper> Material for Around<W> {
     fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
         let (own, block) = states.parts::<W::Own>();
         self.inner.yield_values(&self.inner_stresses(stresses, own)[..stresses.len()], block, out);
-        out.iter_mut()
-            .zip(stresses)
-            .for_each(|(value, stress)| *value = value.max(self.wrapper.yield_value(stress)));
     }
 
     fn output_names(&self) -> &[&'static str] {
@@ -200,9 +187,6 @@ impl<W: Wrapper> Material for Around<W> {
         old: (&SymTensor, &StateBlock),
         new: (&SymTensor, &StateBlock),
     ) -> Option<f64> {
-        if !self.wrapper.keeps_dissipation() {
-            return None;
-        }
         let (own, block) = old.1.parts::<W::Own>();
         let (own_new, block_new) = new.1.parts::<W::Own>();
         let (before, after) = (

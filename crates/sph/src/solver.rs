@@ -412,22 +412,14 @@ impl<const D: usize> SphSolver<D> {
 
     /// Factor on gravity at the end of a step of `dt`.
     pub(crate) fn gravity_factor(&self, dt: f64) -> f64 {
-        let ramp = self.case.stages[self.stage].gravity_ramp;
-        if ramp > 0.0 { ((self.time + dt - self.stage_start) / ramp).min(1.0) } else { 1.0 }
+        self.case.stages[self.stage].gravity_factor(self.time + dt - self.stage_start)
     }
 
     /// The largest stable step from the current state (sheet §3.4).
     pub(crate) fn critical_step(&mut self) -> TimeStep {
         if self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP {
-            let mut limit = self.find_limit();
-            if let Some(fixed) = self.options.time_step {
-                // The limit without the safety factor is the end of what is stable.
-                if fixed <= limit.dt / self.options.courant {
-                    limit =
-                        TimeStep { dt: fixed, limit: "fixed by the case", point: None, position: [0.0; 3] };
-                }
-            }
-            self.limit = Some(limit);
+            let limit = self.find_limit();
+            self.limit = Some(limit.or_fixed(self.options.time_step, self.options.courant));
             self.limit_age = 0;
         }
         self.limit.clone().expect("set above")

@@ -95,7 +95,42 @@ impl Softening {
         cohesion_rate: 5.0,
     };
 
-    pub(super) fn validate(&self, friction_angle: f64, cohesion: f64) -> Result<(), MaterialError> {
+    /// Friction angle (rad) and cohesion (Pa) at the plastic strain `kappa`, from those at the peak.
+    pub(super) fn strength(&self, (friction, cohesion): (f64, f64), kappa: f64) -> (f64, f64) {
+        let residual = self.residual_friction_angle.to_radians();
+        (
+            residual + (friction - residual) * (-self.friction_rate * kappa).exp(),
+            self.residual_cohesion
+                + (cohesion - self.residual_cohesion) * (-self.cohesion_rate * kappa).exp(),
+        )
+    }
+
+    /// The same softening of a soil with `share` of its cohesion.
+    pub(super) fn scaled_cohesion(self, share: f64) -> Self {
+        Self { residual_cohesion: self.residual_cohesion * share, ..self }
+    }
+
+    /// Step in plastic strain for differences of a strength that softens and dilates less and less.
+    pub(super) fn difference_step(softening: Option<Self>, dilatancy_decay: f64) -> f64 {
+        let fastest = softening.map_or(0.0, |s| s.friction_rate.max(s.cohesion_rate));
+        1e-5 / fastest.max(dilatancy_decay).max(1e-3)
+    }
+
+    /// Ranges of the strength of a frictional law and of its decay (angles in degrees), sheet §7.
+    pub(super) fn check(
+        softening: Option<Self>,
+        friction_angle: f64,
+        cohesion: f64,
+        dilatancy_decay: f64,
+    ) -> Result<(), MaterialError> {
+        not_negative("cohesion", cohesion, "Pa")?;
+        let strong = friction_angle > 0.0 || cohesion > 0.0;
+        check("cohesion", cohesion, strong, "must be positive when the friction angle is 0")?;
+        not_negative("dilatancy_decay", dilatancy_decay, "")?;
+        softening.map_or(Ok(()), |s| s.validate(friction_angle, cohesion))
+    }
+
+    fn validate(&self, friction_angle: f64, cohesion: f64) -> Result<(), MaterialError> {
         let residual = self.residual_friction_angle;
         let rule = format!("is not between 0 and the peak, {friction_angle} degrees");
         check(
@@ -141,15 +176,8 @@ impl DruckerPragerSpec {
     pub fn law(&self) -> Result<DruckerPrager, MaterialError> {
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
         super::check_angles(self.friction_angle, self.dilatancy_angle)?;
-        let cohesion = self.cohesion;
-        not_negative("cohesion", cohesion, "Pa")?;
-        let strong = self.friction_angle > 0.0 || cohesion > 0.0;
-        check("cohesion", cohesion, strong, "must be positive when the friction angle is 0")?;
-        let decay = self.dilatancy_decay;
-        not_negative("dilatancy_decay", decay, "")?;
-        if let Some(softening) = &self.softening {
-            softening.validate(self.friction_angle, cohesion)?;
-        }
+        let (cohesion, decay) = (self.cohesion, self.dilatancy_decay);
+        Softening::check(self.softening, self.friction_angle, cohesion, decay)?;
         if self.integration != Integration::ClosestPoint && self.strain_measure == StrainMeasure::Hencky {
             let rule = "only closest-point goes with strain_measure hencky".to_owned();
             return Err(MaterialError::Choice { field: "integration", rule });
@@ -342,9 +370,7 @@ impl DruckerPrager {
     pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
         let mut law = self.clone();
         law.spec.cohesion *= share;
-        if let Some(softening) = &mut law.spec.softening {
-            softening.residual_cohesion *= share;
-        }
+        law.spec.softening = law.spec.softening.map(|s| s.scaled_cohesion(share));
         law.peak = law.softened_cone(0.0);
         law
     }
@@ -421,13 +447,8 @@ impl DruckerPrager {
 
     fn softened_cone(&self, kappa: f64) -> Cone {
         let spec = &self.spec;
-        let (mut friction, mut cohesion) = (spec.friction_angle.to_radians(), spec.cohesion);
-        if let Some(s) = &spec.softening {
-            let residual = s.residual_friction_angle.to_radians();
-            friction = residual + (friction - residual) * (-s.friction_rate * kappa).exp();
-            cohesion =
-                s.residual_cohesion + (cohesion - s.residual_cohesion) * (-s.cohesion_rate * kappa).exp();
-        }
+        let peak = (spec.friction_angle.to_radians(), spec.cohesion);
+        let (friction, cohesion) = spec.softening.map_or(peak, |s| s.strength(peak, kappa));
         let dilatancy = spec.dilatancy_angle.to_radians() * (-spec.dilatancy_decay * kappa).exp();
         Cone::new(spec.matching, friction, cohesion, dilatancy)
     }
@@ -627,8 +648,7 @@ impl DruckerPrager {
         if self.constant {
             return Cone::default();
         }
-        let fastest = self.spec.softening.map_or(0.0, |s| s.friction_rate.max(s.cohesion_rate));
-        let step = 1e-5 / fastest.max(self.spec.dilatancy_decay).max(1e-3);
+        let step = Softening::difference_step(self.spec.softening, self.spec.dilatancy_decay);
         let (plus, minus) = (self.softened_cone(kappa + step), self.softened_cone(kappa - step));
         let rate = |plus: f64, minus: f64| (plus - minus) / (2.0 * step);
         Cone {

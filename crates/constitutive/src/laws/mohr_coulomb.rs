@@ -17,7 +17,7 @@ use super::linear_elastic::stiff_warnings;
 use super::multi_surface::{self, ActiveSet, Plane, active_set};
 use super::strength_reduced::StrengthReduction;
 use crate::hencky::small_strain_tangent;
-use crate::model::{Facts, Kind, Model, StrainMeasure, check, not_negative};
+use crate::model::{Facts, Kind, Model, StrainMeasure, check};
 use crate::{
     InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
     Tangent,
@@ -72,15 +72,8 @@ impl MohrCoulombSpec {
     pub fn law(&self) -> Result<MohrCoulomb, MaterialError> {
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
         super::check_angles(self.friction_angle, self.dilatancy_angle)?;
-        let cohesion = self.cohesion;
-        not_negative("cohesion", cohesion, "Pa")?;
-        let strong = self.friction_angle > 0.0 || cohesion > 0.0;
-        check("cohesion", cohesion, strong, "must be positive when the friction angle is 0")?;
-        let decay = self.dilatancy_decay;
-        not_negative("dilatancy_decay", decay, "")?;
-        if let Some(softening) = &self.softening {
-            softening.validate(self.friction_angle, cohesion)?;
-        }
+        let (cohesion, decay) = (self.cohesion, self.dilatancy_decay);
+        Softening::check(self.softening, self.friction_angle, cohesion, decay)?;
         let friction_angle = self.friction_angle.to_radians();
         if let Some(strength) = self.tensile_strength {
             let apex = cohesion / friction_angle.tan();
@@ -414,9 +407,7 @@ impl MohrCoulomb {
     pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
         let mut law = self.clone();
         law.spec.cohesion *= share;
-        if let Some(softening) = &mut law.spec.softening {
-            softening.residual_cohesion *= share;
-        }
+        law.spec.softening = law.spec.softening.map(|s| s.scaled_cohesion(share));
         law.peak.strength *= share;
         law
     }
@@ -427,13 +418,8 @@ impl MohrCoulomb {
             return self.peak;
         }
         let spec = &self.spec;
-        let (mut friction, mut cohesion) = (spec.friction_angle.to_radians(), spec.cohesion);
-        if let Some(s) = &spec.softening {
-            let residual = s.residual_friction_angle.to_radians();
-            friction = residual + (friction - residual) * (-s.friction_rate * kappa).exp();
-            cohesion =
-                s.residual_cohesion + (cohesion - s.residual_cohesion) * (-s.cohesion_rate * kappa).exp();
-        }
+        let peak = (spec.friction_angle.to_radians(), spec.cohesion);
+        let (friction, cohesion) = spec.softening.map_or(peak, |s| s.strength(peak, kappa));
         let dilatancy = spec.dilatancy_angle.to_radians() * (-spec.dilatancy_decay * kappa).exp();
         Pyramid::new(friction, cohesion, dilatancy).with_cut_off(spec.tensile_strength)
     }
@@ -584,8 +570,7 @@ impl MohrCoulomb {
         if increment <= 0.0 {
             return Some(fixed);
         }
-        let fastest = self.spec.softening.map_or(0.0, |s| s.friction_rate.max(s.cohesion_rate));
-        let step = 1e-5 / fastest.max(self.spec.dilatancy_decay).max(1e-3);
+        let step = Softening::difference_step(self.spec.softening, self.spec.dilatancy_decay);
         let at = |kappa: f64| self.pyramid_at(kappa).return_to(region, &self.elasticity, trial);
         let (plus, minus) = (at(kappa + step), at(kappa - step));
         let slope: [f64; 3] = std::array::from_fn(|a| (plus[a] - minus[a]) / (2.0 * step));
