@@ -2,7 +2,6 @@
 
 use std::collections::HashSet;
 
-use colluvium_constitutive::MaterialError;
 use colluvium_points::overlap;
 
 use crate::description::{Boundary, InitialStress, Load, Measure, Side, Space, Stage, Velocity, Wall};
@@ -128,10 +127,10 @@ impl Findings<'_> {
             let path = format!("materials.{name}");
             match spec.build() {
                 Ok(_) => {}
-                Err(MaterialError::Parameter { field, value, rule }) => {
-                    self.report(format!("{path}.{field}"), format!("{value} {rule}"));
-                }
-                Err(error) => self.report(&path, error.to_string()),
+                Err(error) => match error.about_parameter() {
+                    Some((field, problem)) => self.report(format!("{path}.{field}"), problem),
+                    None => self.report(&path, error.to_string()),
+                },
             }
             if spec.assumes_plane_strain() && case.space != Space::PlaneStrain {
                 let problem =

@@ -9,6 +9,7 @@ mod critical_state;
 mod element_tests;
 mod finite_strain;
 mod flow;
+mod flow_cycles;
 mod kinematics;
 mod localisation;
 mod mpm_contact;
