@@ -8,6 +8,8 @@ use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use crate::pore_fluid::{PoreFluid, PorePressure};
+
 /// A problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -103,6 +105,9 @@ pub struct Body {
     /// Initial stress; stress-free by default.
     #[serde(default)]
     pub stress: InitialStress,
+    /// Fluid in its pores that moves by itself (coupled two-phase analysis); none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pore_fluid: Option<PoreFluid>,
 }
 
 /// An initial velocity field (m/s).
@@ -246,6 +251,10 @@ pub struct Boundary {
     /// Velocity of the wall (m/s); at rest by default.
     #[serde(default)]
     pub velocity: Option<Vec<f64>>,
+    /// Whether pore fluid passes freely through the wall, at zero pressure; walls are impermeable otherwise, and a
+    /// side of the domain or of a body without a wall is drained.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub drained: bool,
 }
 
 /// A load.

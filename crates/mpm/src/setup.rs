@@ -13,7 +13,7 @@ use crate::config::ShapeFunctions;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
-use crate::{MpmOptions, StressScheme, WallFriction, dispatch};
+use crate::{MpmOptions, StressScheme, WallFriction, dispatch, two_phase};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -26,7 +26,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     }
     let options: MpmOptions = case.method_options("mpm")?;
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
-    Ok(options)
+    two_phase::cleared(case, options)
 }
 
 /// The grid of the case.
@@ -196,6 +196,8 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     for stage in 0..case.stages.len() {
         walls::<D, S, B>(case, stage, &grid, options)?;
     }
+    let layout = Layout::new::<S, B>(&grid);
+    let two_phase = two_phase::two_phase(case, options, &layout);
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
@@ -206,11 +208,11 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     for (number, load) in case.loads.iter().enumerate() {
         apply_load(case, number, load, &mut sets)?;
     }
-    let layout = Layout::new::<S, B>(&grid);
+    let own_nodes = if two_phase.is_none() { layout.len() } else { 0 };
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
         options: options.clone(),
-        nodes: vec![Node::default(); layout.len()],
+        nodes: vec![Node::default(); own_nodes],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
         load_factors: vec![1.0; case.bodies.len()],
@@ -232,12 +234,13 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         limit_age: 0,
         sums: RowSums::default(),
         external_work: 0.0,
+        two_phase,
         basis: PhantomData,
     };
     if options.stress_update != StressScheme::Usl {
-        solver.remapped = vec![Default::default(); solver.layout.len()];
+        solver.remapped = vec![Default::default(); own_nodes];
     }
-    solver.set_walls(walls::<D, S, B>(case, 0, &grid, options)?);
+    solver.set_stage_walls(0)?;
     solver.sort();
     check_fixed_step(&mut solver, options)?;
     Ok(solver)
@@ -274,10 +277,14 @@ fn point_set<const D: usize, P: PointDomain<D>>(
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
     let density = spec.density();
-    let initial: Vec<InitialCondition> = position
+    let mut initial: Vec<InitialCondition> = position
         .iter()
         .map(|x| InitialCondition { stress: body.stress.at(spatial(x), density, case.gravity3()), density })
         .collect();
+    let pore = two_phase::pore_set(case, body, &position, density).map(|(pore, effective)| {
+        initial.iter_mut().zip(effective).for_each(|(condition, stress)| condition.stress = stress);
+        pore
+    });
     let (stress, states) = material.initial(&initial).map_err(|error| {
         let place = &position[error.index];
         CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))
@@ -301,6 +308,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         domain: vec![P::default(); position.len()],
         position,
         traction: Vec::new(),
+        pore,
         slabs: Vec::new(),
     })
 }
@@ -362,6 +370,17 @@ fn apply_load<const D: usize, P: PointDomain<D>>(
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Takes the walls of a stage, of all phases.
+    pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
+        let (case, grid, options) = (&self.case, &self.grid, &self.options);
+        let own = walls::<D, S, B>(case, stage, grid, options)?;
+        if let Some(phases) = &mut self.two_phase {
+            phases.walls = two_phase::liquid_walls::<D, S, B>(case, stage, grid, options)?;
+        }
+        self.set_walls(own);
+        Ok(())
+    }
+
     /// Sets the factors on the tractions of each body to those at the end of a step of `dt`.
     pub(crate) fn set_load_factors(&mut self, dt: f64) {
         let end = self.time + dt;
