@@ -272,7 +272,38 @@ pub enum Load {
         /// Time over which it grows from zero (s).
         #[serde(default)]
         ramp: f64,
+        /// How it grows.
+        #[serde(default, skip_serializing_if = "RampShape::is_linear")]
+        ramp_shape: RampShape,
     },
+}
+
+/// How a load grows over its ramp.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RampShape {
+    /// In proportion to time.
+    #[default]
+    Linear,
+    /// As half a wave of a cosine, without a kink at either end.
+    Cosine,
+}
+
+impl RampShape {
+    fn is_linear(&self) -> bool {
+        *self == Self::Linear
+    }
+
+    /// Share of the load at `time` of a ramp of length `ramp` (s).
+    pub fn factor(self, time: f64, ramp: f64) -> f64 {
+        if time >= ramp {
+            return 1.0;
+        }
+        match self {
+            Self::Linear => time / ramp,
+            Self::Cosine => 0.5 * (1.0 - (std::f64::consts::PI * time / ramp).cos()),
+        }
+    }
 }
 
 /// A part of the run with an end of its own.

@@ -319,7 +319,7 @@ impl Findings<'_> {
         let case = self.case;
         let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
         for (number, load) in case.loads.iter().enumerate() {
-            let Load::Traction { body, side, value, ramp } = load;
+            let Load::Traction { body, side, value, ramp, .. } = load;
             let path = format!("loads[{number}]");
             self.name(&format!("{path}.body"), body, &bodies, "the name of a body");
             self.side(&format!("{path}.side"), *side);

@@ -389,11 +389,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let Load::Traction { body: name, .. } = load;
                 *name == body.name
             };
-            let ramp = self.case.loads.iter().find(of_body).map_or(0.0, |load| {
-                let Load::Traction { ramp, .. } = load;
-                *ramp
+            *factor = self.case.loads.iter().find(of_body).map_or(1.0, |load| {
+                let Load::Traction { ramp, ramp_shape, .. } = load;
+                ramp_shape.factor(end, *ramp)
             });
-            *factor = if ramp > 0.0 { (end / ramp).min(1.0) } else { 1.0 };
         }
     }
 }

@@ -10,6 +10,7 @@ mod finite_strain;
 mod flow;
 mod kinematics;
 mod localisation;
+mod mpm_two_phase;
 mod rigid_motion;
 mod self_weight;
 mod two_disks;
@@ -58,6 +59,8 @@ pub const ALL: &[Listed] = &[
     Listed::new(&bar::BENCHMARK, Some(7), 7),
     Listed::new(&self_weight::BENCHMARK, Some(12), 12),
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
+    Listed::new(&mpm_two_phase::CONSOLIDATION, Some(15), 22),
+    Listed::new(&mpm_two_phase::WAVES, Some(1), 1),
     Listed::new(&column_collapse::BENCHMARK, Some(70), 150),
     Listed::new(&column_a04::BENCHMARK, Some(40), 700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
