@@ -22,7 +22,7 @@ pub struct MpmOptions {
     #[serde(default = "one")]
     pub flip: f64,
     /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1. Without an entry it is 0.9 in
-    /// cases with a `pore_fluid`, whose critical step is that of both phases and their drag.
+    /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag.
     #[serde(default = "half")]
     pub courant: f64,
     /// Fixed time step (s), which must be below the critical one; chosen by the solver when absent.

@@ -122,7 +122,17 @@ impl dispatch::Visitor for Measure<'_> {
         let points = solver.points();
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
         let nodes = solver.layout.len();
-        let per_node = size_of::<Node>() + 32;
+        let phases = if solver.two_phase.is_some() { 2 } else { 1 };
+        let per_node = phases * (size_of::<Node>() + 32);
+        let mut warnings = warnings(self.case, self.options, points);
+        if time_step.limit == "seepage drag" {
+            // MPM sheet P-13.
+            warnings.push(format!(
+                "pore_fluid: the drag of so low a permeability limits the step, to {:.2e} s; where no fluid leaves in \
+                 the time considered use the material `undrained`",
+                time_step.dt
+            ));
+        }
         Ok(Plan {
             points,
             nodes,
@@ -130,7 +140,7 @@ impl dispatch::Visitor for Measure<'_> {
             time_step,
             memory: (points * bytes_per_point::<D, P>() + nodes * per_node) as u64,
             updates_per_second: if D == 3 { 1.5e6 } else { 5e6 },
-            warnings: warnings(self.case, self.options, points),
+            warnings,
         })
     }
 }

@@ -11,7 +11,7 @@ use super::{Fluid, PhaseSums, PoreSet, TwoPhase};
 use crate::config::VolumetricStrain;
 use crate::{MpmOptions, StressScheme, setup};
 
-/// Courant number of a case with pore fluid that gives none (MPM sheet §2.10).
+/// Courant number of MUSL in a case with pore fluid that gives none (MPM sheet §2.10).
 const COURANT: f64 = 0.9;
 
 /// Refuses what two phases cannot honour, and fills in their own default.
@@ -33,7 +33,9 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
             "usf is not available with a pore_fluid: use musl or usl",
         );
     }
-    if case.methods["mpm"].get("courant").is_none() {
+    // The criterion is of the sheet's sequence, which is MUSL; with USL it overshoots at free surfaces.
+    let chosen = case.methods["mpm"].get("courant").is_some();
+    if !chosen && options.stress_update == StressScheme::Musl {
         options.courant = COURANT;
     }
     Ok(options)
