@@ -6,6 +6,8 @@ use colluvium_constitutive::{Material, States, SymTensor};
 use colluvium_grid::Grid;
 use serde::{Deserialize, Serialize};
 
+use crate::two_phase::{PoreSet, SavedPore};
+
 /// What a point knows of its own domain, beyond the initial width all points of a body share.
 pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     /// Full widths (m) from the initial ones, on cells of edge `cell`.
@@ -77,6 +79,8 @@ pub struct PointSet<const D: usize, P> {
     pub affine: Vec<[[f64; D]; D]>,
     /// Room for a vector a point, where the transfer needs one.
     pub scratch: Vec<[f64; D]>,
+    /// What pore fluid adds; `None` in a case without.
+    pub pore: Option<PoreSet<D>>,
     /// Bounds of the slabs within the arrays.
     pub slabs: Vec<usize>,
 }
@@ -109,6 +113,9 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         permute(&mut self.domain, &order);
         permute(&mut self.traction, &order);
         permute(&mut self.affine, &order);
+        if let Some(pore) = &mut self.pore {
+            pore.permute(&order);
+        }
         self.states = self.states.permuted(&order);
     }
 
@@ -128,6 +135,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             domain: self.domain.iter().flat_map(|d| d.to_numbers()).collect(),
             traction: self.traction.as_flattened().to_vec(),
             affine: self.affine.as_flattened().as_flattened().to_vec(),
+            pore: self.pore.as_ref().map(PoreSet::save),
             slabs: self.slabs.clone(),
         }
     }
@@ -148,6 +156,11 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         let states = self.material.load(&saved.states)?;
         if !fits || states.len() != n {
             return None;
+        }
+        match (&mut self.pore, saved.pore) {
+            (Some(pore), Some(saved)) => pore.restore(saved, n)?,
+            (None, None) => {}
+            _ => return None,
         }
         let vectors = |flat: &[f64]| -> Vec<[f64; D]> { flat.as_chunks().0.to_vec() };
         self.id = saved.id;
@@ -186,5 +199,6 @@ pub struct SavedSet {
     domain: Vec<f64>,
     traction: Vec<f64>,
     affine: Vec<f64>,
+    pore: Option<SavedPore>,
     slabs: Vec<usize>,
 }

@@ -12,6 +12,7 @@ use crate::contact::Contacts;
 use crate::momentum::{MomentumSolve, RowSums};
 use crate::points::{PointDomain, PointSet};
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
+use crate::two_phase::TwoPhase;
 
 /// Steps between re-evaluations of the critical time step.
 pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
@@ -47,12 +48,17 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) limit_age: u64,
     pub(crate) sums: RowSums,
     pub(crate) external_work: f64,
+    /// Both phases of the nodes; `None` in a case without pore fluid.
+    pub(crate) two_phase: Option<Box<TwoPhase>>,
     pub(crate) basis: PhantomData<B>,
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// One step (MPM sheet §3.3); the numbers are those of the sheet.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        if self.two_phase.is_some() {
+            return self.advance_two_phase(dt);
+        }
         // 0: cells, weights, empty grid.
         self.sort_if_moved();
         self.reset_nodes();
@@ -107,7 +113,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.walls = walls;
     }
 
-    fn sort_if_moved(&mut self) {
+    pub(crate) fn sort_if_moved(&mut self) {
         if self.travel < self.grid.cell {
             return;
         }
@@ -119,6 +125,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // Nodes outside the new active region would keep what they hold.
         self.reset_nodes();
         self.reset_remapped();
+        if let Some(phases) = &mut self.two_phase {
+            phases.reset(&self.layout);
+        }
         for set in &mut self.sets {
             set.sort(&self.grid);
         }
@@ -133,6 +142,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             set.slabs = self.layout.add_points(&set.position);
         }
         self.heaviest = self.sets.iter().flat_map(|s| &s.mass).fold(0.0, |a: f64, &b| a.max(b));
+        if let Some(phases) = &mut self.two_phase {
+            let masses = self.sets.iter().flat_map(|set| (0..set.len()).map(|p| set.liquid_mass(p)));
+            phases.heaviest = masses.fold(0.0, f64::max);
+        }
     }
 
     /// Empties the active nodes of all velocity fields.
@@ -182,7 +195,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     /// Factor on gravity at the end of a step of `dt`.
-    fn gravity_factor(&self, dt: f64) -> f64 {
+    pub(crate) fn gravity_factor(&self, dt: f64) -> f64 {
         self.case.stages[self.stage].gravity_factor(self.time + dt - self.stage_start)
     }
 

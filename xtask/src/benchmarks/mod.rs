@@ -12,6 +12,7 @@ mod flow;
 mod kinematics;
 mod localisation;
 mod mpm_contact;
+mod mpm_two_phase;
 mod returns;
 mod rigid_motion;
 mod self_weight;
@@ -67,6 +68,8 @@ pub const ALL: &[Listed] = &[
     Listed::new(&self_weight::BENCHMARK, Some(12), 12),
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
     Listed::new(&mpm_contact::BENCHMARK, Some(20), 20),
+    Listed::new(&mpm_two_phase::CONSOLIDATION, Some(15), 22),
+    Listed::new(&mpm_two_phase::WAVES, Some(1), 1),
     Listed::new(&column_collapse::BENCHMARK, Some(70), 150),
     Listed::new(&column_a04::BENCHMARK, Some(40), 700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
