@@ -14,6 +14,7 @@ mod checkpoint;
 mod config;
 mod contact;
 mod dispatch;
+mod loads;
 mod momentum;
 mod points;
 mod report;

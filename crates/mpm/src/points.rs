@@ -6,6 +6,7 @@ use colluvium_constitutive::{Material, States, SymTensor};
 use colluvium_grid::Grid;
 use serde::{Deserialize, Serialize};
 
+use crate::loads::SurfaceLoad;
 use crate::two_phase::{PoreSet, SavedPore};
 
 /// What a point knows of its own domain, beyond the initial width all points of a body share.
@@ -72,7 +73,9 @@ pub struct PointSet<const D: usize, P> {
     pub origin: Vec<[f64; D]>,
     /// What the points know of their domains.
     pub domain: Vec<P>,
-    /// Traction forces at full load (N); empty where the body carries none.
+    /// Loads on the points.
+    pub loads: Vec<SurfaceLoad<D>>,
+    /// Sum of their forces in this step (N); empty where the body carries none.
     pub traction: Vec<[f64; D]>,
     /// For the affine transfers, empty otherwise: moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its
     /// gradient (TPIC, 1/s); row `i`, column `j`.
@@ -112,6 +115,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         permute(&mut self.origin, &order);
         permute(&mut self.domain, &order);
         permute(&mut self.traction, &order);
+        self.loads.iter_mut().for_each(|load| load.permute(&order));
         permute(&mut self.affine, &order);
         if let Some(pore) = &mut self.pore {
             pore.permute(&order);
@@ -133,7 +137,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             states: self.material.save(&self.states),
             origin: self.origin.as_flattened().to_vec(),
             domain: self.domain.iter().flat_map(|d| d.to_numbers()).collect(),
-            traction: self.traction.as_flattened().to_vec(),
+            loads: self.loads.iter().map(|load| load.force.as_flattened().to_vec()).collect(),
             affine: self.affine.as_flattened().as_flattened().to_vec(),
             pore: self.pore.as_ref().map(PoreSet::save),
             slabs: self.slabs.clone(),
@@ -150,7 +154,8 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             && vectors.iter().all(|a| a.len() == n * D)
             && saved.stress.len() == n
             && saved.domain.len() == n * per_domain
-            && (saved.traction.is_empty() || saved.traction.len() == n * D)
+            && saved.loads.len() == self.loads.len()
+            && saved.loads.iter().all(|force| force.len() == n * D)
             && saved.affine.len() == self.affine.len() * D * D
             && saved.slabs.last() == Some(&n);
         let states = self.material.load(&saved.states)?;
@@ -176,7 +181,9 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             0 => vec![P::default(); n],
             width => saved.domain.chunks(width).map(P::from_numbers).collect(),
         };
-        self.traction = vectors(&saved.traction);
+        for (load, force) in self.loads.iter_mut().zip(&saved.loads) {
+            load.restore(vectors(force));
+        }
         self.affine.as_flattened_mut().as_flattened_mut().copy_from_slice(&saved.affine);
         self.slabs = saved.slabs;
         Some(())
@@ -197,7 +204,7 @@ pub struct SavedSet {
     states: Vec<u8>,
     origin: Vec<f64>,
     domain: Vec<f64>,
-    traction: Vec<f64>,
+    loads: Vec<Vec<f64>>,
     affine: Vec<f64>,
     pore: Option<SavedPore>,
     slabs: Vec<usize>,

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Load, Side, Space, Wall as CaseWall};
+use colluvium_case::description::{Body, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Material};
 use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
@@ -13,7 +13,7 @@ use crate::config::ShapeFunctions;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
-use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, two_phase};
+use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, loads, two_phase};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -222,8 +222,8 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
-    for (number, load) in case.loads.iter().enumerate() {
-        apply_load(case, number, load, &mut sets)?;
+    for number in 0..case.loads.len() {
+        loads::apply(case, number, &mut sets)?;
     }
     let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
     let mut solver = MpmSolver {
@@ -232,7 +232,6 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         nodes: vec![Node::default(); own_nodes],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
-        load_factors: vec![1.0; case.bodies.len()],
         walls: Walls::default(),
         upper: grid.upper(),
         closed: [[false; 2]; D],
@@ -333,6 +332,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
         scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
+        loads: Vec::new(),
         traction: Vec::new(),
         pore,
         slabs: Vec::new(),
@@ -362,39 +362,6 @@ fn samples<const D: usize>(
     Ok(samples)
 }
 
-/// Gives the outermost layer of points of the loaded side its share of the traction (MPM sheet §2.11).
-fn apply_load<const D: usize, P: PointDomain<D>>(
-    case: &Case,
-    number: usize,
-    load: &Load,
-    sets: &mut [PointSet<D, P>],
-) -> Result<(), CaseError> {
-    let Load::Traction { body, side, value, .. } = load;
-    let set = sets.iter_mut().find(|set| case.bodies[set.body as usize].name == *body);
-    let Some(set) = set else {
-        return Err(CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")));
-    };
-    if set.traction.is_empty() {
-        set.traction = vec![[0.0; D]; set.position.len()];
-    }
-    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
-    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
-    let across: f64 = (0..D).filter(|c| *c != axis).map(|c| set.extent[c]).product();
-    for (position, force) in set.position.iter().zip(&mut set.traction) {
-        if sign * position[axis] > outermost - 0.5 * set.extent[axis] {
-            let radius = match (case.space, side) {
-                (Space::Axisymmetric, Side::XMin | Side::XMax) => position[0] + sign * 0.5 * set.extent[0],
-                (Space::Axisymmetric, _) => position[0],
-                _ => 1.0,
-            };
-            for c in 0..D {
-                force[c] += value[c] * across * radius;
-            }
-        }
-    }
-    Ok(())
-}
-
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
@@ -405,20 +372,5 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         self.set_walls(own);
         Ok(())
-    }
-
-    /// Sets the factors on the tractions of each body to those at the end of a step of `dt`.
-    pub(crate) fn set_load_factors(&mut self, dt: f64) {
-        let end = self.time + dt;
-        for (body, factor) in self.case.bodies.iter().zip(&mut self.load_factors) {
-            let of_body = |load: &&Load| {
-                let Load::Traction { body: name, .. } = load;
-                *name == body.name
-            };
-            *factor = self.case.loads.iter().find(of_body).map_or(1.0, |load| {
-                let Load::Traction { ramp, ramp_shape, .. } = load;
-                ramp_shape.factor(end, *ramp)
-            });
-        }
     }
 }

@@ -28,8 +28,6 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) row_sums: Vec<RowSums>,
     pub(crate) sets: Vec<PointSet<D, P>>,
     pub(crate) contacts: Contacts,
-    /// Factor on the tractions of each body of the case, in this step.
-    pub(crate) load_factors: Vec<f64>,
     pub(crate) walls: Walls,
     /// Upper corner of the grid (m).
     pub(crate) upper: [f64; D],
@@ -66,6 +64,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             StressScheme::Usl => {
                 self.scatter(Scatter::Everything, dt); // 1
                 self.solve_momentum(dt); // 2–4
+                self.follow_loads::<SOLVED>(dt);
                 // 5, 7–9
                 self.update_points::<SOLVED>(
                     dt,
@@ -77,6 +76,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.solve_momentum(dt); // 2–4
                 self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, ..PointUpdate::NONE })?; // 5
                 self.remap(); // 6
+                self.follow_loads::<REMAPPED>(dt);
                 // 7–9
                 self.update_points::<REMAPPED>(
                     dt,
@@ -89,6 +89,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.update_points::<REMAPPED>(dt, PointUpdate { stress: true, ..PointUpdate::NONE })?; // 7–8
                 self.scatter(Scatter::Forces, dt); // 1, forces
                 self.solve_momentum(dt); // 2–4
+                self.follow_loads::<SOLVED>(dt);
                 // 5, 9
                 self.update_points::<SOLVED>(
                     dt,
@@ -160,6 +161,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         for nodes in self.remapped.chunks_exact_mut(self.layout.len()) {
             self.layout.reset(nodes);
         }
+    }
+
+    fn follow_loads<const FROM_SOLVED: bool>(&mut self, dt: f64) {
+        let strides = self.layout.strides();
+        self.follow_surfaces(dt, |solver, field, stencil| {
+            let first = field * solver.layout.len();
+            if FROM_SOLVED {
+                stencil.gather(&solver.nodes[first..], &strides)
+            } else {
+                stencil.gather_velocity(&solver.remapped[first..], &strides)
+            }
+        });
     }
 
     fn solve_momentum(&mut self, dt: f64) {

@@ -91,13 +91,13 @@ pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes;
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Point to grid (step 1), slab by slab.
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
-        self.set_load_factors(dt);
+        self.apply_loads(dt);
         if what != Scatter::Forces {
             self.scatter_surfaces();
         }
         let strides = self.layout.strides();
         let (sets, grid, axisymmetric) = (&self.sets, &self.grid, self.axisymmetric);
-        let (loads, transfer) = (&self.load_factors, self.options.transfer);
+        let transfer = self.options.transfer;
         let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
@@ -116,8 +116,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                             body = Some(Lanes::new([hoop, 0.0, 0.0, 0.0]));
                         }
                         if !set.traction.is_empty() && what != Scatter::Motion {
-                            let traction = lanes(&set.traction[p], 0.0) * loads[set.body as usize];
-                            body = Some(body.unwrap_or(Lanes::ZERO) + traction);
+                            body = Some(body.unwrap_or(Lanes::ZERO) + lanes(&set.traction[p], 0.0));
                         }
                         stencil.deposit(window, offset, &strides, motion, &columns, body);
                         if affine {

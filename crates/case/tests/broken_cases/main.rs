@@ -342,12 +342,10 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
             c.boundaries[0].wall = Wall::Frictional { friction_coefficient: bad };
         }),
         ("loads[0].value[1]", |c, bad| {
-            let Load::Traction { value, .. } = &mut c.loads[0];
-            value[1] = bad;
+            inside!(Load::Traction { value, .. } = &mut c.loads[0] => &mut value[1], bad);
         }),
         ("loads[0].ramp", |c, bad| {
-            let Load::Traction { ramp, .. } = &mut c.loads[0];
-            *ramp = bad;
+            inside!(Load::Traction { ramp, .. } = &mut c.loads[0] => ramp, bad);
         }),
         ("stages[1].duration", |c, bad| c.stages[1].duration = bad),
         ("stages[1].damping", |c, bad| c.stages[1].damping = bad),

@@ -76,12 +76,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.layout.reset(&mut phases.nodes); // 0
         self.scatter_phases(phases, dt); // 1
         self.solve_phases(phases, dt); // 2–4
+        let strides = self.layout.strides();
         let averaged = self.options.volumetric_strain == VolumetricStrain::CellAverage;
         let all = PointUpdate { velocity: true, stress: true, position: true };
         if self.options.stress_update == StressScheme::Usl {
             if averaged {
                 self.average_strains::<SOLVED>(phases, dt); // 7
             }
+            self.follow_surfaces(dt, |_, _, stencil| stencil.gather_phases(&phases.nodes, &strides)[SOLID]);
             return self.update_phases::<SOLVED>(phases, dt, all); // 5, 7–9
         }
         let velocity = PointUpdate { velocity: true, ..PointUpdate::NONE };
@@ -90,6 +92,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if averaged {
             self.average_strains::<REMAPPED>(phases, dt); // 7
         }
+        self.follow_surfaces(dt, |_, _, stencil| stencil.gather_velocities(&phases.remapped, &strides)[SOLID]);
         self.update_phases::<REMAPPED>(phases, dt, PointUpdate { velocity: false, ..all }) // 7–9
     }
 

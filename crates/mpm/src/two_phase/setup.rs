@@ -112,6 +112,7 @@ pub fn pore_set<const D: usize>(
             fluid: None,
             velocity: vec![[0.0; D]; position.len()],
             pressure: vec![0.0; position.len()],
+            traction: Vec::new(),
         };
         return Some((pore, stress));
     };
@@ -145,5 +146,5 @@ pub fn pore_set<const D: usize>(
         least: fluid.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
     };
     let velocity = position.iter().map(velocity_at).collect();
-    Some((PoreSet { fluid: Some(constants), velocity, pressure }, stress))
+    Some((PoreSet { fluid: Some(constants), velocity, pressure, traction: Vec::new() }, stress))
 }
