@@ -104,6 +104,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
             damping: stage.damping,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
+            inertia: self.options.mass_scaling,
             light: [cutoff * self.heaviest, cutoff * phases.heaviest],
             audit: stage.equilibrium.is_some(),
             walls: [&self.walls, &phases.walls],

@@ -36,9 +36,6 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
     if options.transfer != Transfer::Flip {
         return refuse("methods.mpm.transfer", "only flip (or a share of it) is available with a pore_fluid");
     }
-    if options.mass_scaling != 1.0 {
-        return refuse("methods.mpm.mass_scaling", "is not available with a pore_fluid");
-    }
     if !options.contacts.is_empty() {
         return refuse(
             "methods.mpm.contacts",
