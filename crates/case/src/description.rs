@@ -229,6 +229,20 @@ pub enum Wall {
         /// Coefficient of friction, tangent of the friction angle of the interface.
         friction_coefficient: f64,
     },
+    /// No wall: dashpots that take up the waves which arrive, as if the material went on (Lysmer and Kuhlemeyer).
+    /// For small motions of bodies that reach to it; it carries no lasting stress.
+    Absorbing {
+        /// Factor on the dashpot normal to the face, `ρ c_P`; 1 lets plane waves out that arrive at a right angle.
+        #[serde(default = "whole")]
+        normal: f64,
+        /// Factor on the dashpots along the face, `ρ c_S`.
+        #[serde(default = "whole")]
+        tangential: f64,
+        /// Thickness of material whose stiffness acts as a spring beside the dashpots, against creep (m); none when
+        /// absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        spring_length: Option<f64>,
+    },
 }
 
 /// A wall on a side of the domain, or on an inner plane parallel to one.

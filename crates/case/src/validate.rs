@@ -310,9 +310,25 @@ impl Findings<'_> {
             if let Some(velocity) = &boundary.velocity {
                 self.vector(&format!("{path}.velocity"), velocity);
             }
+            self.absorbing(&path, boundary);
             let problem = "no body has a pore_fluid that could drain";
             self.require(saturated || !boundary.drained, format!("{path}.drained"), problem);
         }
+    }
+
+    fn absorbing(&mut self, path: &str, boundary: &Boundary) {
+        let Wall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return };
+        self.not_negative(format!("{path}.wall.normal"), normal, "");
+        self.not_negative(format!("{path}.wall.tangential"), tangential, "");
+        if let Some(length) = spring_length {
+            self.positive(format!("{path}.wall.spring_length"), length, "m");
+        }
+        let still = boundary.velocity.is_none();
+        self.require(still, format!("{path}.velocity"), "an absorbing boundary is no wall and does not move");
+        let problem = "an absorbing boundary is no wall: material leaves it by itself";
+        self.require(!boundary.separation, format!("{path}.separation"), problem);
+        let problem = "an absorbing boundary has a dashpot for the pore fluid, and is neither drained nor shut";
+        self.require(!boundary.drained, format!("{path}.drained"), problem);
     }
 
     fn loads(&mut self) {

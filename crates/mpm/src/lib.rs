@@ -9,6 +9,7 @@
 //!
 //! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
 
+mod absorbing;
 mod affine;
 mod checkpoint;
 mod config;

@@ -9,6 +9,7 @@ use colluvium_constitutive::{InitialCondition, Material};
 use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
+use crate::absorbing::{Absorbing, Impedance};
 use crate::config::ShapeFunctions;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
@@ -73,6 +74,7 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
         }
         let node = if face == grid.cells[axis] { nodes[axis] - 1 - B::GHOSTS } else { face + B::GHOSTS };
         let kind = match boundary.wall {
+            CaseWall::Absorbing { .. } => continue,
             CaseWall::Rough => WallKind::Rough,
             CaseWall::Smooth => WallKind::Smooth,
             CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
@@ -225,6 +227,12 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     for number in 0..case.loads.len() {
         loads::apply(case, number, &mut sets)?;
     }
+    let absorbs = case.boundaries.iter().position(|b| matches!(b.wall, CaseWall::Absorbing { .. }));
+    let impedances = absorbs.map_or_else(Vec::new, |_| sets.iter().map(Impedance::of).collect());
+    if let (Some(number), true) = (absorbs, contacts.fields() > 1) {
+        let problem = "an absorbing boundary is not available with contacts";
+        return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
+    }
     let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
@@ -252,6 +260,8 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         sums: RowSums::default(),
         external_work: 0.0,
         two_phase,
+        absorbing: Absorbing::default(),
+        impedances,
         basis: PhantomData,
     };
     // XPIC sweeps over the same nodes before they hold re-mapped velocities.
@@ -371,6 +381,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             phases.walls = two_phase::liquid_walls::<D, S, B>(case, stage, grid, options)?;
         }
         self.set_walls(own);
-        Ok(())
+        self.set_absorbing(stage)
     }
 }

@@ -7,6 +7,7 @@ use colluvium_case::{Case, SolverError, TimeStep};
 use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
 
 use crate::MpmOptions;
+use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{StressScheme, Transfer};
 use crate::contact::Contacts;
 use crate::momentum::{MomentumSolve, RowSums};
@@ -48,6 +49,9 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) external_work: f64,
     /// Both phases of the nodes; `None` in a case without pore fluid.
     pub(crate) two_phase: Option<Box<TwoPhase>>,
+    pub(crate) absorbing: Absorbing,
+    /// Of the bodies of the case; empty without absorbing boundaries.
+    pub(crate) impedances: Vec<Impedance>,
     pub(crate) basis: PhantomData<B>,
 }
 
@@ -199,6 +203,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             self.external_work += sums.work;
             self.sums = sums;
         }
+        self.absorb(dt);
         self.touch(dt);
         match self.options.transfer {
             Transfer::Flip => {}

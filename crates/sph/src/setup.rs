@@ -44,6 +44,9 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
         if matches!(boundary.wall, Wall::Frictional { .. }) {
             return Err(CaseError::new(path("wall"), "sph has rough and smooth walls, none with friction"));
         }
+        if matches!(boundary.wall, Wall::Absorbing { .. }) {
+            return Err(CaseError::new(path("wall"), "sph has no absorbing boundaries"));
+        }
         if boundary.separation {
             return Err(CaseError::new(path("separation"), "material cannot lift off the walls of sph"));
         }
@@ -69,7 +72,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
         };
         match boundary.wall {
             Wall::Smooth => mirrors.push(plane),
-            Wall::Rough | Wall::Frictional { .. } => rough.push(plane),
+            Wall::Rough | Wall::Frictional { .. } | Wall::Absorbing { .. } => rough.push(plane),
         }
     }
     let span = (corner(&case.domain.min), corner(&case.domain.max));

@@ -110,11 +110,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             walls: [&self.walls, &phases.walls],
             nodes: self.layout.nodes(),
         };
-        let TwoPhase { nodes, row_sums, .. } = phases;
+        let audit = solve.audit;
+        let TwoPhase { nodes, row_sums, .. } = &mut *phases;
         self.layout.rows(nodes, row_sums, |row, active, line| solve.row(row, active, line));
-        if solve.audit {
+        self.absorb_phases(&mut phases.nodes, &phases.walls, dt);
+        if audit {
             let mut sums = PhaseSums::default();
-            for row in row_sums {
+            for row in &phases.row_sums {
                 sums.add(row);
             }
             self.external_work += sums.mixture.work;

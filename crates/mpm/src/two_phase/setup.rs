@@ -79,6 +79,7 @@ pub fn liquid_walls<const D: usize, const S: usize, B: Basis<S>>(
 ) -> Result<Walls, CaseError> {
     let mut liquid = case.clone();
     liquid.boundaries.retain(|boundary| !boundary.drained);
+    liquid.boundaries.retain(|boundary| !matches!(boundary.wall, CaseWall::Absorbing { .. }));
     for boundary in &mut liquid.boundaries {
         boundary.separation |= matches!(boundary.wall, CaseWall::Frictional { .. });
         boundary.wall = CaseWall::Smooth;
