@@ -87,6 +87,35 @@ pub struct Domain {
     pub min: Vec<f64>,
     /// Upper corner (m).
     pub max: Vec<f64>,
+    /// Axes along which the domain repeats itself: what leaves on one side comes in on the other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub periodic: Vec<Axis>,
+}
+
+/// An axis of the space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
+impl Axis {
+    /// Its number, from zero.
+    pub fn number(self) -> usize {
+        self as usize
+    }
+}
+
+impl Domain {
+    /// Whether the domain repeats itself along an axis.
+    pub fn is_periodic(&self, axis: usize) -> bool {
+        self.periodic.iter().any(|periodic| periodic.number() == axis)
+    }
 }
 
 /// A region filled with one material.

@@ -113,6 +113,16 @@ impl Findings<'_> {
         for (axis, (min, max)) in case.domain.min.iter().zip(&case.domain.max).enumerate() {
             self.require(min < max, format!("domain.max[{axis}]"), format!("{max} must be above min, {min}"));
         }
+        for (number, axis) in case.domain.periodic.iter().enumerate() {
+            let path = format!("domain.periodic[{number}]");
+            let dimension = case.dimension();
+            let problem = format!("a space of {dimension} dimensions does not have this axis");
+            self.require(axis.number() < dimension, path.clone(), problem);
+            let twice = case.domain.periodic[..number].contains(axis);
+            self.require(!twice, path.clone(), "is named twice");
+            let radial = case.space == Space::Axisymmetric && axis.number() == 0;
+            self.require(!radial, path, "the distance from the axis of symmetry cannot repeat itself");
+        }
         if case.space == Space::Axisymmetric {
             let least = case.domain.min.first().copied().unwrap_or(0.0);
             let problem =
@@ -288,6 +298,8 @@ impl Findings<'_> {
             if !names.insert(boundary.name()) {
                 self.report(format!("{path}.name"), format!("{:?} names two boundaries", boundary.name()));
             }
+            let open = !case.domain.is_periodic(boundary.side.axis());
+            self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
             if self.extent(boundary.side.axis()).is_some() {
                 let position = boundary.position(&case.domain);
                 self.inside(format!("{path}.position"), boundary.side.axis(), position);

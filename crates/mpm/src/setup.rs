@@ -37,6 +37,26 @@ pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>
         .map_err(|error| CaseError::new("methods.mpm.cell_size", error.to_string()))
 }
 
+/// The nodes of the case.
+fn layout<const D: usize, const S: usize, B: Basis<S>>(
+    case: &Case,
+    grid: &Grid<D>,
+    options: &MpmOptions,
+) -> Result<Layout<D>, CaseError> {
+    let layout = Layout::new::<S, B>(grid);
+    if case.domain.periodic.is_empty() {
+        return Ok(layout);
+    }
+    if !options.contacts.is_empty() {
+        return Err(CaseError::new("domain.periodic", "is not available with contacts"));
+    }
+    let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
+    layout.repeating(periodic).ok_or_else(|| {
+        let problem = "needs shape linear, ugimp or cpgimp, and along a periodic axis at least 3 cells (cpgimp: 5)";
+        CaseError::new("domain.periodic", problem)
+    })
+}
+
 /// The walls of a stage.
 pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
     case: &Case,
@@ -214,7 +234,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     for stage in 0..case.stages.len() {
         walls::<D, S, B>(case, stage, &grid, options)?;
     }
-    let layout = Layout::new::<S, B>(&grid);
+    let layout = layout::<D, S, B>(case, &grid, options)?;
     let two_phase = two_phase::two_phase(case, options, &layout);
     let mut sets = Vec::new();
     let mut next = 0;
@@ -243,6 +263,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         walls: Walls::default(),
         upper: grid.upper(),
         closed: [[false; 2]; D],
+        periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
         layout,
         grid,
         sets,

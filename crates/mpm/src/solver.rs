@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use colluvium_case::{Case, SolverError, TimeStep};
 use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
+use rayon::prelude::*;
 
 use crate::MpmOptions;
 use crate::absorbing::{Absorbing, Impedance};
@@ -34,6 +35,8 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) upper: [f64; D],
     /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
     pub(crate) closed: [[bool; 2]; D],
+    /// Axes along which the domain repeats itself.
+    pub(crate) periodic: [bool; D],
     pub(crate) axisymmetric: bool,
     pub(crate) gravity: [f64; 3],
     pub(crate) stage: usize,
@@ -103,6 +106,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         };
         // 10
         self.travel += moved;
+        self.wrap();
         self.time += dt;
         self.step += 1;
         self.limit_age += 1;
@@ -123,6 +127,38 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             return;
         }
         self.sort();
+    }
+
+    /// Brings points back that left through a periodic side, on the other one.
+    pub(crate) fn wrap(&mut self) {
+        if self.periodic == [false; D] {
+            return;
+        }
+        let (low, high, periodic) = (self.grid.origin, self.upper, self.periodic);
+        let mut wrapped = false;
+        for set in &mut self.sets {
+            let points = set.position.par_iter_mut().zip(&mut set.origin);
+            wrapped |= points
+                .map(|(position, origin)| {
+                    let mut any = false;
+                    for axis in (0..D).filter(|axis| periodic[*axis]) {
+                        let shift = match position[axis] {
+                            x if x < low[axis] => high[axis] - low[axis],
+                            x if x >= high[axis] => low[axis] - high[axis],
+                            _ => continue,
+                        };
+                        position[axis] = (position[axis] + shift).clamp(low[axis], high[axis]);
+                        origin[axis] += shift;
+                        any = true;
+                    }
+                    any
+                })
+                .reduce(|| false, |a, b| a | b);
+        }
+        if wrapped {
+            // They are in other slabs now.
+            self.travel = f64::INFINITY;
+        }
     }
 
     /// Sorts all points by cell and finds the active nodes.

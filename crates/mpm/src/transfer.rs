@@ -127,6 +127,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                 }
             });
+            self.layout.fold(nodes, |sum, node| {
+                if what != Scatter::Forces {
+                    sum.motion += node.motion;
+                }
+                if what != Scatter::Motion {
+                    sum.force += node.force;
+                }
+            });
         }
     }
 
@@ -153,6 +161,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                 }
             });
+            self.layout.fold(nodes, |sum, node| *sum += *node);
         }
         self.velocities_of_remapped(false);
     }
@@ -405,7 +414,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             ));
         }
         if !self.grid.contains(position) {
-            for axis in 0..D {
+            for axis in (0..D).filter(|axis| !self.periodic[*axis]) {
                 let (low, high) = (self.grid.origin[axis], self.upper[axis]);
                 if (position[axis] < low && !self.closed[axis][0])
                     || (position[axis] > high && !self.closed[axis][1])

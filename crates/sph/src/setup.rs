@@ -32,6 +32,9 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
     }
+    if !case.domain.periodic.is_empty() {
+        return Err(CaseError::new("domain.periodic", "sph has no periodic boundaries"));
+    }
     if !case.loads.is_empty() {
         return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
     }

@@ -66,6 +66,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let moved = self.step_phases(&mut phases, dt);
         self.two_phase = Some(phases);
         self.travel += moved?;
+        self.wrap();
         self.time += dt;
         self.step += 1;
         self.limit_age += 1;

@@ -73,6 +73,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             }
         });
+        self.layout.fold(&mut phases.nodes, |sum, node| {
+            for phase in [SOLID, LIQUID] {
+                sum[phase].motion += node[phase].motion;
+                sum[phase].force += node[phase].force;
+            }
+        });
     }
 
     /// Maps the updated velocities of the points back to the nodes (step 6), walls included.
@@ -95,6 +101,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             }
         });
+        self.layout.fold(remapped, |sum, node| [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]));
         let walls = [&self.walls, &*walls];
         let (row_length, shape) = (strides[0], self.layout.nodes());
         self.layout.rows(remapped, row_sums, |row, active, line| {
