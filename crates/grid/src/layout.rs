@@ -53,6 +53,13 @@ impl<const D: usize> Layout<D> {
         }
     }
 
+    /// The same nodes with the slabs of another layout on the same grid, whose shape functions reach at least as far.
+    #[must_use]
+    pub fn with_slabs_of(mut self, other: &Self) -> Self {
+        self.slab_cells = other.slab_cells;
+        self
+    }
+
     /// The same grid, repeating itself along the given axes; `None` where it has too few cells for that, or nodes that
     /// are not the same at both ends (splines with open knots).
     #[must_use]

@@ -15,6 +15,7 @@ mod checkpoint;
 mod config;
 mod contact;
 mod dispatch;
+mod free_surface;
 mod loads;
 mod momentum;
 mod points;

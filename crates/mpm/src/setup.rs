@@ -14,7 +14,7 @@ use crate::config::ShapeFunctions;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
-use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, loads, two_phase};
+use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads, two_phase};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -253,6 +253,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         let problem = "an absorbing boundary is not available with contacts";
         return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
     }
+    let free_surface = free_surface::free_surface(case, options, &grid, &layout)?;
     let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
@@ -281,6 +282,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         sums: RowSums::default(),
         external_work: 0.0,
         two_phase,
+        free_surface,
         absorbing: Absorbing::default(),
         impedances,
         basis: PhantomData,

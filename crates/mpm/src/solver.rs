@@ -11,6 +11,7 @@ use crate::MpmOptions;
 use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{StressScheme, Transfer};
 use crate::contact::Contacts;
+use crate::free_surface::FreeSurface;
 use crate::momentum::{MomentumSolve, RowSums};
 use crate::points::{PointDomain, PointSet};
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
@@ -52,6 +53,7 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) external_work: f64,
     /// Both phases of the nodes; `None` in a case without pore fluid.
     pub(crate) two_phase: Option<Box<TwoPhase>>,
+    pub(crate) free_surface: Option<Box<FreeSurface<D>>>,
     pub(crate) absorbing: Absorbing,
     /// Of the bodies of the case; empty without absorbing boundaries.
     pub(crate) impedances: Vec<Impedance>,
@@ -67,6 +69,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // 0: cells, weights, empty grid.
         self.sort_if_moved();
         self.reset_nodes();
+        self.free_surface();
         let moved = match self.options.stress_update {
             StressScheme::Usl => {
                 self.scatter(Scatter::Everything, dt); // 1
