@@ -442,6 +442,9 @@ pub struct Stage {
     /// Names of bodies that vanish when the stage begins, e.g. an excavation.
     #[serde(default)]
     pub remove_bodies: Vec<String>,
+    /// Regions whose material vanishes when the stage begins, of whatever body: an excavation in lifts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub excavate: Vec<Shape>,
 }
 
 impl Stage {

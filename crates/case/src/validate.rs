@@ -422,6 +422,11 @@ impl Findings<'_> {
             let path = format!("{path}.remove_boundaries[{number}]");
             self.name(&path, name, &boundaries, "the name of a boundary");
         }
+        for (number, shape) in stage.excavate.iter().enumerate() {
+            if let Err(error) = shape.validate(case.dimension()) {
+                self.report(format!("{path}.excavate[{number}].{}", error.path), error.problem);
+            }
+        }
         let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
         for (number, name) in stage.remove_bodies.iter().enumerate() {
             self.name(&format!("{path}.remove_bodies[{number}]"), name, &bodies, "the name of a body");

@@ -82,14 +82,20 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         self.stage_start = start;
         let case = &self.case;
         let removed: Vec<&String> = case.stages[..=stage].iter().flat_map(|s| &s.remove_bodies).collect();
-        let bodies = self.sets.len();
+        let points = self.points();
         self.sets.retain(|set| !removed.contains(&&case.bodies[set.body as usize].name));
+        if fresh {
+            let pits = &case.stages[stage].excavate;
+            let dug = |x: &[f64; D]| pits.iter().any(|pit| pit.contains(x));
+            self.sets.iter_mut().for_each(|set| set.retain(|x| !dug(x)));
+            self.sets.retain(|set| set.len() > 0);
+        }
         self.set_stage_walls(stage).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
         if fresh {
             self.external_work = 0.0;
             self.limit = None;
         }
-        if self.sets.len() != bodies {
+        if self.points() != points {
             self.sort();
         }
         Ok(())

@@ -100,27 +100,41 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
             return;
         }
+        self.reorder(&order);
+    }
+
+    /// Keeps the points of which `keep` approves, by their place.
+    pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool) {
+        let order: Vec<u32> = (0..self.len() as u32).filter(|&i| keep(&self.position[i as usize])).collect();
+        if order.len() < self.len() {
+            self.reorder(&order);
+            self.scratch.truncate(order.len());
+        }
+    }
+
+    /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
+    fn reorder(&mut self, order: &[u32]) {
         fn permute<T: Copy>(values: &mut Vec<T>, order: &[u32]) {
             if !values.is_empty() {
                 *values = order.iter().map(|&i| values[i as usize]).collect();
             }
         }
-        permute(&mut self.id, &order);
-        permute(&mut self.position, &order);
-        permute(&mut self.velocity, &order);
-        permute(&mut self.mass, &order);
-        permute(&mut self.volume, &order);
-        permute(&mut self.initial_volume, &order);
-        permute(&mut self.stress, &order);
-        permute(&mut self.origin, &order);
-        permute(&mut self.domain, &order);
-        permute(&mut self.traction, &order);
-        self.loads.iter_mut().for_each(|load| load.permute(&order));
-        permute(&mut self.affine, &order);
+        permute(&mut self.id, order);
+        permute(&mut self.position, order);
+        permute(&mut self.velocity, order);
+        permute(&mut self.mass, order);
+        permute(&mut self.volume, order);
+        permute(&mut self.initial_volume, order);
+        permute(&mut self.stress, order);
+        permute(&mut self.origin, order);
+        permute(&mut self.domain, order);
+        permute(&mut self.traction, order);
+        self.loads.iter_mut().for_each(|load| load.permute(order));
+        permute(&mut self.affine, order);
         if let Some(pore) = &mut self.pore {
-            pore.permute(&order);
+            pore.permute(order);
         }
-        self.states = self.states.permuted(&order);
+        self.states = self.states.permuted(order);
     }
 
     /// Everything that changes, for a checkpoint.
@@ -156,7 +170,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             && saved.domain.len() == n * per_domain
             && saved.loads.len() == self.loads.len()
             && saved.loads.iter().all(|force| force.len() == n * D)
-            && saved.affine.len() == self.affine.len() * D * D
+            && saved.affine.len() == if self.affine.is_empty() { 0 } else { n * D * D }
             && saved.slabs.last() == Some(&n);
         let states = self.material.load(&saved.states)?;
         if !fits || states.len() != n {
@@ -184,6 +198,10 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         for (load, force) in self.loads.iter_mut().zip(&saved.loads) {
             load.restore(vectors(force));
         }
+        // Points may have been removed since the start.
+        self.traction.truncate(n);
+        self.scratch.truncate(n);
+        self.affine.truncate(n);
         self.affine.as_flattened_mut().as_flattened_mut().copy_from_slice(&saved.affine);
         self.slabs = saved.slabs;
         Some(())

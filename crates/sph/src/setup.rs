@@ -32,6 +32,10 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
     }
+    if let Some(number) = case.stages.iter().position(|stage| !stage.excavate.is_empty()) {
+        let problem = "sph removes whole bodies only: use remove_bodies";
+        return Err(CaseError::new(format!("stages[{number}].excavate"), problem));
+    }
     if !case.domain.periodic.is_empty() {
         return Err(CaseError::new("domain.periodic", "sph has no periodic boundaries"));
     }

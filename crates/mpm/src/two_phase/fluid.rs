@@ -81,6 +81,7 @@ impl<const D: usize> PoreSet<D> {
         if saved.velocity.len() != n * D || saved.pressure.len() != n {
             return None;
         }
+        self.traction.truncate(n);
         self.velocity = saved.velocity.as_chunks().0.to_vec();
         self.pressure = saved.pressure;
         Some(())
