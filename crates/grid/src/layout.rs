@@ -94,13 +94,13 @@ impl<const D: usize> Layout<D> {
     fn wake_images(&mut self) {
         if (1..D).any(|axis| self.periodic[axis]) {
             let whole = 0..self.strides[0];
-            self.active.iter_mut().filter(|range| !range.is_empty()).for_each(|range| *range = whole.clone());
+            self.active.iter_mut().filter(|range| range.start < range.end).for_each(|range| *range = whole.clone());
         }
         if self.periodic[0] {
             for row in 0..=2 * self.ghosts {
                 let image = row + self.grid.cells[0];
                 let (a, b) = (self.active[row].clone(), self.active[image].clone());
-                let both = match (a.is_empty(), b.is_empty()) {
+                let both = match (Range::is_empty(&a), Range::is_empty(&b)) {
                     (true, _) => b,
                     (_, true) => a,
                     _ => a.start.min(b.start)..a.end.max(b.end),

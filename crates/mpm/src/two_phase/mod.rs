@@ -99,6 +99,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     fn solve_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
         let stage = &self.case.stages[self.stage];
+        let TwoPhase { nodes, row_sums, walls, heaviest, sums, .. } = phases;
         let cutoff = self.options.node_mass_cutoff;
         let solve = PhaseSolve {
             dt,
@@ -106,22 +107,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             damping: stage.damping,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
             inertia: self.options.mass_scaling,
-            light: [cutoff * self.heaviest, cutoff * phases.heaviest],
+            light: [cutoff * self.heaviest, cutoff * *heaviest],
             audit: stage.equilibrium.is_some(),
-            walls: [&self.walls, &phases.walls],
+            walls: [&self.walls, walls],
             nodes: self.layout.nodes(),
         };
         let audit = solve.audit;
-        let TwoPhase { nodes, row_sums, .. } = &mut *phases;
         self.layout.rows(nodes, row_sums, |row, active, line| solve.row(row, active, line));
-        self.absorb_phases(&mut phases.nodes, &phases.walls, dt);
+        self.absorb_phases(nodes, walls, dt);
         if audit {
-            let mut sums = PhaseSums::default();
-            for row in &phases.row_sums {
-                sums.add(row);
-            }
+            *sums = PhaseSums::default();
+            row_sums.iter().for_each(|row| sums.add(row));
             self.external_work += sums.mixture.work;
-            phases.sums = sums;
         }
     }
 
