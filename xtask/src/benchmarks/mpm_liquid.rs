@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
-use colluvium::case::{Case, RunReport, Snapshot};
+use colluvium::case::{RunReport, Snapshot};
 
 use super::{Benchmark, Outcome, case, curve, reference, run, series, set, slope, stresses, vectors};
 

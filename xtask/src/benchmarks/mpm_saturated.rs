@@ -69,7 +69,7 @@ fn drag(outcome: &mut Outcome) -> Result<(), String> {
     let body = serde_json::json!({ "kind": "box", "min": [0.3], "max": [0.7] });
     let fluid = serde_json::json!({ "porosity": 0.4, "intrinsic_permeability": intrinsic, "bulk_modulus": 2.15e9,
                                     "velocity": { "kind": "uniform", "value": [0.02] } });
-    let dt = 1e-5;
+    let dt: f64 = 1e-5;
     let free = changed(
         &held,
         &[
