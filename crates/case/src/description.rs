@@ -359,14 +359,18 @@ impl Load {
     /// The body it acts on.
     pub fn body(&self) -> &str {
         match self {
-            Self::Traction { body, .. } | Self::Pressure { body, .. } | Self::PorePressure { body, .. } => body,
+            Self::Traction { body, .. } | Self::Pressure { body, .. } | Self::PorePressure { body, .. } => {
+                body
+            }
         }
     }
 
     /// The side of the body it acts on.
     pub fn side(&self) -> Side {
         match self {
-            Self::Traction { side, .. } | Self::Pressure { side, .. } | Self::PorePressure { side, .. } => *side,
+            Self::Traction { side, .. } | Self::Pressure { side, .. } | Self::PorePressure { side, .. } => {
+                *side
+            }
         }
     }
 

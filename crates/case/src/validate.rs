@@ -339,7 +339,8 @@ impl Findings<'_> {
         self.require(still, format!("{path}.velocity"), "an absorbing boundary is no wall and does not move");
         let problem = "an absorbing boundary is no wall: material leaves it by itself";
         self.require(!boundary.separation, format!("{path}.separation"), problem);
-        let problem = "an absorbing boundary has a dashpot for the pore fluid, and is neither drained nor shut";
+        let problem =
+            "an absorbing boundary has a dashpot for the pore fluid, and is neither drained nor shut";
         self.require(!boundary.drained, format!("{path}.drained"), problem);
     }
 

@@ -94,7 +94,10 @@ impl<const D: usize> Layout<D> {
     fn wake_images(&mut self) {
         if (1..D).any(|axis| self.periodic[axis]) {
             let whole = 0..self.strides[0];
-            self.active.iter_mut().filter(|range| range.start < range.end).for_each(|range| *range = whole.clone());
+            self.active
+                .iter_mut()
+                .filter(|range| range.start < range.end)
+                .for_each(|range| *range = whole.clone());
         }
         if self.periodic[0] {
             for row in 0..=2 * self.ghosts {

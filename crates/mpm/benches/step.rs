@@ -24,7 +24,8 @@ fn block(dimension: usize, cells: usize, shape: &str, scheme: &str, saturated: b
         "methods": { "mpm": { "cell_size": cell, "shape": shape, "stress_update": scheme } }
     });
     if saturated {
-        text["bodies"][0]["pore_fluid"] = json!({ "porosity": 0.4, "permeability": 1e-3, "bulk_modulus": 1e7 });
+        text["bodies"][0]["pore_fluid"] =
+            json!({ "porosity": 0.4, "permeability": 1e-3, "bulk_modulus": 1e7 });
     }
     Case::from_json(&text.to_string()).expect("a valid case")
 }
@@ -33,9 +34,12 @@ fn step(criterion: &mut Criterion, dimension: usize, cells: usize) {
     let mut group = criterion.benchmark_group(format!("{dimension}d step"));
     group.sample_size(10);
     for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic"] {
-        for (name, scheme, saturated) in
-            [("usl", "usl", false), ("musl", "musl", false), ("usl, two phases", "usl", true), ("musl, two phases", "musl", true)]
-        {
+        for (name, scheme, saturated) in [
+            ("usl", "usl", false),
+            ("musl", "musl", false),
+            ("usl, two phases", "usl", true),
+            ("musl, two phases", "musl", true),
+        ] {
             let mut solver = Mpm.build(&block(dimension, cells, shape, scheme, saturated)).expect("a solver");
             solver.begin_stage(0, 0.0).expect("a stage");
             group.throughput(Throughput::Elements(solver.points() as u64));

@@ -137,8 +137,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     fn face_nodes(&self, law: &Law) -> Vec<FaceNode> {
         let (grid, strides) = (&self.grid, self.layout.strides());
         let nodes = self.layout.nodes();
-        let normal_index =
-            if law.face == grid.cells[law.axis] { nodes[law.axis] - 1 - B::GHOSTS } else { law.face + B::GHOSTS };
+        let normal_index = if law.face == grid.cells[law.axis] {
+            nodes[law.axis] - 1 - B::GHOSTS
+        } else {
+            law.face + B::GHOSTS
+        };
         let mut found: BTreeMap<usize, FaceNode> = BTreeMap::new();
         // By id, so that the sums do not depend on how the points are sorted at the time.
         let mut layer: Vec<(u32, usize, usize)> = Vec::new();
@@ -203,7 +206,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 if liquid > 0.0 {
                     let before = node[LIQUID].motion;
                     let mask = free::<D>(walls, &at.index);
-                    brake(&mut node[LIQUID], inertia * liquid, &at.liquid, &[0.0; 3], &mut [0.0; 3], &mask, dt);
+                    brake(
+                        &mut node[LIQUID],
+                        inertia * liquid,
+                        &at.liquid,
+                        &[0.0; 3],
+                        &mut [0.0; 3],
+                        &mask,
+                        dt,
+                    );
                     // What the liquid no longer takes of the force on the mixture is the skeleton's.
                     let [x, y, z] = free_solid;
                     let back = (before - node[LIQUID].motion) * Lanes::new([x, y, z, 0.0]) * (liquid / solid);

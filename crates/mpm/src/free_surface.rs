@@ -90,8 +90,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     let volume = Lanes::new([scale * set.mass[p], 0.0, 0.0, 0.0]);
                     stencil.deposit_motion(window, offset, &strides, volume);
                     let lowest: usize = (0..D).map(|axis| stencil.first[axis] * strides[axis]).sum();
-                    window[lowest - offset] =
-                        window[lowest - offset] * Lanes::new([1.0, 0.0, 0.0, 0.0]) + Lanes::new([0.0, 1.0, 0.0, 0.0]);
+                    window[lowest - offset] = window[lowest - offset] * Lanes::new([1.0, 0.0, 0.0, 0.0])
+                        + Lanes::new([0.0, 1.0, 0.0, 0.0]);
                 }
             }
         });
@@ -105,7 +105,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     continue;
                 }
                 let around = (0..1 << D).filter(|corner| {
-                    let back: usize = (0..D).filter(|axis| corner >> axis & 1 == 1).map(|axis| strides[axis]).sum();
+                    let back: usize =
+                        (0..D).filter(|axis| corner >> axis & 1 == 1).map(|axis| strides[axis]).sum();
                     node >= back && sums[node - back].as_array()[1] > 0.0
                 });
                 *ratio = held / (share * around.count() as f64);

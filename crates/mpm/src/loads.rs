@@ -162,7 +162,13 @@ fn nanson<const D: usize>(step: &[[f64; D]; D], a: &[f64; D]) -> [f64; D] {
             .map(|j| {
                 let cofactor = match D {
                     1 => 1.0,
-                    2 => if i == j { f(1 - i, 1 - j) } else { -f(j, i) },
+                    2 => {
+                        if i == j {
+                            f(1 - i, 1 - j)
+                        } else {
+                            -f(j, i)
+                        }
+                    }
                     _ => {
                         let ([a, b], [c, d]) = ([(i + 1) % 3, (i + 2) % 3], [(j + 1) % 3, (j + 2) % 3]);
                         f(a, c) * f(b, d) - f(a, d) * f(b, c)

@@ -14,7 +14,9 @@ use crate::config::ShapeFunctions;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
-use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads, two_phase};
+use crate::{
+    MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads, two_phase,
+};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -52,7 +54,8 @@ fn layout<const D: usize, const S: usize, B: Basis<S>>(
     }
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
     layout.repeating(periodic).ok_or_else(|| {
-        let problem = "needs shape linear, ugimp or cpgimp, and along a periodic axis at least 3 cells (cpgimp: 5)";
+        let problem =
+            "needs shape linear, ugimp or cpgimp, and along a periodic axis at least 3 cells (cpgimp: 5)";
         CaseError::new("domain.periodic", problem)
     })
 }
@@ -145,7 +148,8 @@ impl dispatch::Visitor for Measure<'_> {
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
         let nodes = solver.layout.len() * solver.contacts.fields();
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
-        let per_node = phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
+        let per_node =
+            phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
         let mut warnings = warnings(self.case, self.options, points);
         if time_step.limit == "seepage drag" {
             // MPM sheet P-13.

@@ -77,23 +77,27 @@ fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
             advance_to(&mut *solver, 1.0);
             let end = force(&mut *solver);
             // The outer points turn a little less than the mean: inertia stretches the block as it spins.
-            assert!((0..2).all(|c| (end[c] - exact[c]).abs() < 0.1), "{scheme}: {end:?} instead of {exact:?}");
+            assert!(
+                (0..2).all(|c| (end[c] - exact[c]).abs() < 0.1),
+                "{scheme}: {end:?} instead of {exact:?}"
+            );
         }
     }
 }
 
 #[test]
 fn each_load_of_a_body_grows_over_its_own_ramp() {
-    let load = |side: &str, value: Value, ramp: f64| {
-        json!({ "kind": "traction", "body": "b", "side": side, "value": value, "ramp": ramp })
-    };
+    let load = |side: &str, value: Value, ramp: f64| json!({ "kind": "traction", "body": "b", "side": side, "value": value, "ramp": ramp });
     let case = case(json!({
         "loads": [load("x-max", json!([10, 0]), 0.1), load("y-max", json!([0, 20]), 0.4)],
         "stages": [{ "name": "s", "duration": 0.2 }]
     }));
     let momentum = solve(&case).end.momentum;
     // 3 N and 6 N at full load: 3 × (0.2 - 0.05) and 6 × 0.2² / (2 × 0.4), but for the last part of the step.
-    assert!((momentum[0] / 0.45 - 1.0).abs() < 0.02 && (momentum[1] / 0.3 - 1.0).abs() < 0.02, "{momentum:?}");
+    assert!(
+        (momentum[0] / 0.45 - 1.0).abs() < 0.02 && (momentum[1] / 0.3 - 1.0).abs() < 0.02,
+        "{momentum:?}"
+    );
 }
 
 #[test]
@@ -109,7 +113,9 @@ fn water_at_the_boundary_fills_the_pores_with_its_pressure() {
         "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear" } }
     });
     let snapshot = solve(&Case::from_json(&text.to_string()).unwrap()).snapshot;
-    let Some(FieldData::Tensor(effective)) = snapshot.field("stress").map(|f| &f.data) else { panic!("no stress") };
+    let Some(FieldData::Tensor(effective)) = snapshot.field("stress").map(|f| &f.data) else {
+        panic!("no stress")
+    };
     // No total stress: the skeleton swells. After T = 2.5 consolidation lacks 0.3 %.
     for (pressure, stress) in scalars(&snapshot, "pore_pressure").iter().zip(effective) {
         assert!((pressure / 1e4 - 1.0).abs() < 0.01, "{pressure}");
@@ -131,9 +137,7 @@ fn boundary_pressures_of_the_fluid_need_pores_and_no_shut_wall() {
     };
     assert_eq!(with("b", json!([])), Ok(()));
     assert!(with("dry", json!([])).unwrap_err().contains("loads[0].body"));
-    let wall = |drained: bool| {
-        json!([{ "side": "x-min", "position": 0.35, "wall": { "kind": "smooth" }, "drained": drained }])
-    };
+    let wall = |drained: bool| json!([{ "side": "x-min", "position": 0.35, "wall": { "kind": "smooth" }, "drained": drained }]);
     assert!(with("b", wall(false)).unwrap_err().contains("loads[0].side"));
     assert_eq!(with("b", wall(true)), Ok(()));
 }
@@ -156,8 +160,10 @@ fn a_body_flies_through_periodic_sides_without_noticing() {
     for (shape, transfer) in [("linear", "flip"), ("ugimp", "flip"), ("cpgimp", "tpic"), ("ugimp", "xpic")] {
         let report = solve(&drifting(shape, transfer, 0.0));
         let snapshot = &report.snapshot;
-        for ((v, u), x) in
-            vectors(snapshot, "velocity").iter().zip(vectors(snapshot, "displacement")).zip(&snapshot.positions)
+        for ((v, u), x) in vectors(snapshot, "velocity")
+            .iter()
+            .zip(vectors(snapshot, "displacement"))
+            .zip(&snapshot.positions)
         {
             assert!((v[0] - 3.0).abs() < 1e-11 && (v[1] + 2.0).abs() < 1e-11, "{shape}: {v:?}");
             assert!((u[0] - 2.1).abs() < 1e-11 && (u[1] + 1.4).abs() < 1e-11, "{shape}: {u:?}");

@@ -44,7 +44,10 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
     }
     if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
         let path = format!("bodies[{number}].pore_fluid");
-        return Err(CaseError::new(path, "sph has one phase; where no fluid leaves use the material undrained"));
+        return Err(CaseError::new(
+            path,
+            "sph has one phase; where no fluid leaves use the material undrained",
+        ));
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");

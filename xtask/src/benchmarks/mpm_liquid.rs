@@ -57,7 +57,8 @@ fn hydrostatic(_quick: bool) -> Result<Outcome, String> {
         let (starts, stress) = (starts(&report.snapshot), stresses(&report.snapshot));
         let exact = |y: f64| DENSITY * GRAVITY * (1.0 - y);
         let count = stress.len() as f64;
-        let square = starts.iter().zip(&stress).map(|(x, s)| (s.pressure() - exact(x[1])).powi(2)).sum::<f64>();
+        let square =
+            starts.iter().zip(&stress).map(|(x, s)| (s.pressure() - exact(x[1])).powi(2)).sum::<f64>();
         outcome.below(
             format!("{shape}: RMS error of pressure over that at the bottom"),
             "p = rho_0 g (H - Y) by mass",
@@ -175,7 +176,8 @@ fn poiseuille(outcome: &mut Outcome) -> Result<(), String> {
             "the sheet's 2 %",
         );
     }
-    let drift = report.snapshot.positions.iter().zip(starts(&report.snapshot)).map(|(x, s)| (x[1] - s[1]).abs());
+    let drift =
+        report.snapshot.positions.iter().zip(starts(&report.snapshot)).map(|(x, s)| (x[1] - s[1]).abs());
     outcome.below(
         "Poiseuille: largest move across the flow over the gap",
         "none",
@@ -210,7 +212,8 @@ fn dam_break(quick: bool) -> Result<Outcome, String> {
     }
     let report = run(&case)?;
     let unit = (WIDTH / (2.0 * GRAVITY)).sqrt();
-    let front: Vec<(f64, f64)> = series(&report, "front").iter().map(|(t, x)| (t / unit, x / WIDTH)).collect();
+    let front: Vec<(f64, f64)> =
+        series(&report, "front").iter().map(|(t, x)| (t / unit, x / WIDTH)).collect();
     let between = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
         points.iter().copied().filter(|(_, z)| *z > 1.5 && *z < 3.0).collect()
     };
@@ -227,7 +230,8 @@ fn dam_break(quick: bool) -> Result<Outcome, String> {
         [("Martin & Moyce", "martin-moyce", 1.47), ("Koshizuka & Oka", "koshizuka-oka", 1.5)]
     {
         let measured = curve(&table, "time", column)?;
-        let within: Vec<(f64, f64)> = measured.iter().copied().filter(|(_, z)| *z > low && *z < 3.01).collect();
+        let within: Vec<(f64, f64)> =
+            measured.iter().copied().filter(|(_, z)| *z > low && *z < 3.01).collect();
         let exact = slope(&within);
         outcome.near(
             format!("speed of the front, dZ/dT for 1.5 < Z < 3, against {name}"),
@@ -248,7 +252,13 @@ fn dam_break(quick: bool) -> Result<Outcome, String> {
         "a cell, within which the grid does not tell points from their neighbours",
     );
     chart.series.push(Series::new("Ritter's bound", vec![(0.0, 1.0), (1.5, 4.0)], Style::Dashed));
-    outcome.near("mass at the end over that at the start", 1.0, 1e-12, report.end.mass / report.start.mass, "exact");
+    outcome.near(
+        "mass at the end over that at the start",
+        1.0,
+        1e-12,
+        report.end.mass / report.start.mass,
+        "exact",
+    );
     energy(&mut outcome, &report)?;
     outcome.svg("The front against both experiments and the bound of shallow water.", &chart)?;
     let cloud = PointCloud::of(&report.snapshot, "velocity", [0, 1]).ok_or("no velocities")?;

@@ -98,7 +98,8 @@ fn drag(outcome: &mut Outcome) -> Result<(), String> {
     let speed = |frame: &Snapshot| -vectors(frame, "liquid_velocity").first().map_or(f64::NAN, |v| v[0]);
     let flux = |time: f64| 1e-3 * (1.0 - (-0.4 * 9.81 * time / 1e-3f64).exp());
     let found: Vec<(f64, f64)> = report.frames.iter().map(|f| (1e3 * f.time, 0.4 * speed(f))).collect();
-    let worst = report.frames.iter().map(|f| (0.4 * speed(f) - flux(f.time)).abs() / 1e-3).fold(0.0, f64::max);
+    let worst =
+        report.frames.iter().map(|f| (0.4 * speed(f) - flux(f.time)).abs() / 1e-3).fold(0.0, f64::max);
     outcome.below(
         "A-21: largest error of the flux while seepage sets in, over the steady one",
         "k i (1 - exp(-n g t / k))",
@@ -247,9 +248,8 @@ fn column(_quick: bool) -> Result<Outcome, String> {
         ],
     )?;
     let rest = run(&still)?;
-    let speed = ["velocity", "liquid_velocity"].map(|field| {
-        vectors(&rest.snapshot, field).iter().map(|v| v[0].abs()).fold(0.0, f64::max)
-    });
+    let speed = ["velocity", "liquid_velocity"]
+        .map(|field| vectors(&rest.snapshot, field).iter().map(|v| v[0].abs()).fold(0.0, f64::max));
     outcome.below(
         format!("A-22: largest speed after {} steps from the state of balance (m/s)", rest.snapshot.step),
         "below 1e-6 m/s after 10 000 steps",
@@ -314,7 +314,13 @@ fn absorbing(_quick: bool) -> Result<Outcome, String> {
         );
         if exact == 0.0 {
             let all = history.iter().filter(|p| p.0 > 2.4).map(|p| (p.1 - 1.0).abs()).fold(0.0, f64::max);
-            outcome.below("A-18, dashpot a = 1: largest deviation behind the front", "0", all, 0.02, "the sheet's 2 %");
+            outcome.below(
+                "A-18, dashpot a = 1: largest deviation behind the front",
+                "0",
+                all,
+                0.02,
+                "the sheet's 2 %",
+            );
         }
         chart.series.push(Series::new(name, history, Style::Line));
     }
@@ -388,7 +394,10 @@ fn undrained_wave(outcome: &mut Outcome) -> Result<(), String> {
             &case,
             &[
                 ("/domain/min", serde_json::json!([-0.5])),
-                ("/boundaries", serde_json::json!([{ "side": "x-min", "position": 0, "wall": { "kind": "absorbing" } }])),
+                (
+                    "/boundaries",
+                    serde_json::json!([{ "side": "x-min", "position": 0, "wall": { "kind": "absorbing" } }]),
+                ),
                 ("/bodies/0/pore_fluid/intrinsic_permeability", serde_json::json!(permeability)),
                 ("/stages/0/duration", serde_json::json!(1.5e-3)),
                 ("/output/frames", serde_json::json!(1e-5)),

@@ -93,7 +93,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if averaged {
             self.average_strains::<REMAPPED>(phases, dt); // 7
         }
-        self.follow_surfaces(dt, |_, _, stencil| stencil.gather_velocities(&phases.remapped, &strides)[SOLID]);
+        self.follow_surfaces(dt, |_, _, stencil| {
+            stencil.gather_velocities(&phases.remapped, &strides)[SOLID]
+        });
         self.update_phases::<REMAPPED>(phases, dt, PointUpdate { velocity: false, ..all }) // 7–9
     }
 

@@ -323,8 +323,7 @@ mod tests {
         solid.force = Lanes::new([5000.0, 0.0, 0.0, 0.0]);
         liquid.force = Lanes::new([0.0, 0.0, 0.0, 1000.0]);
         let mut line = [[solid, liquid]];
-        let damped =
-            PhaseSolve { damping: 0.5, gravity: [-10.0, 0.0, 0.0], ..solve([&free, &free], false) };
+        let damped = PhaseSolve { damping: 0.5, gravity: [-10.0, 0.0, 0.0], ..solve([&free, &free], false) };
         damped.row(0, 0..1, &mut line);
         let [solid, liquid] = line[0].map(|n| n.force.to_array()[0]);
         // The liquid moves with its force: 10 000 - 0.5 × 10 000 of it are left.
@@ -386,7 +385,8 @@ mod tests {
                     let momentum = masses[phase] * velocities[end][phase];
                     Lanes::new([momentum, 0.0, 0.0, masses[phase]])
                 };
-                let of_solid = Lanes::new([sign * (stress - pressure), 0.0, 0.0, n * fluid.resistance * half]);
+                let of_solid =
+                    Lanes::new([sign * (stress - pressure), 0.0, 0.0, n * fluid.resistance * half]);
                 let of_liquid = Lanes::new([-sign * pressure, 0.0, 0.0, fluid.density * half]);
                 line[end] = [
                     Node { motion: motion(SOLID), force: of_solid },
@@ -420,11 +420,16 @@ mod tests {
             ((0.4, 2650.0, 1e7, 2.15e9, 1e3, 0.1), 5.447948e-5),
         ];
         for (element, exact) in table {
-            let (stable, unstable) = (growth(element, 0.95 * exact, 100_000), growth(element, 1.05 * exact, 1000));
+            let (stable, unstable) =
+                (growth(element, 0.95 * exact, 100_000), growth(element, 1.05 * exact, 1000));
             assert!(stable < 100.0, "{element:?}: grows by {stable}");
             assert!(unstable > 1e6, "{element:?}: grows by {unstable} only");
-            let (least, most) = (growth(element, 0.9999 * exact, 100_000), growth(element, 1.0001 * exact, 100_000));
-            assert!(least < 1e3 && most > 1e3, "{element:?}: the limit is that of the sheet, {least}, {most}");
+            let (least, most) =
+                (growth(element, 0.9999 * exact, 100_000), growth(element, 1.0001 * exact, 100_000));
+            assert!(
+                least < 1e3 && most > 1e3,
+                "{element:?}: the limit is that of the sheet, {least}, {most}"
+            );
         }
     }
 }

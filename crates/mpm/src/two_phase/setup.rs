@@ -37,7 +37,10 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
         return refuse("methods.mpm.transfer", "only flip (or a share of it) is available with a pore_fluid");
     }
     if options.free_surface.is_some() {
-        return refuse("methods.mpm.free_surface", "is of liquids without grains and not available with a pore_fluid");
+        return refuse(
+            "methods.mpm.free_surface",
+            "is of liquids without grains and not available with a pore_fluid",
+        );
     }
     if !options.contacts.is_empty() {
         return refuse(
