@@ -13,8 +13,11 @@ pub struct Arguments {
     /// Only settings whose name contains this.
     filter: Option<String>,
     /// Leave out the runs with a million points.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "points")]
     small: bool,
+    /// About so many points instead of ten thousand and a million.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(100..))]
+    points: Option<u32>,
     /// Measure the bandwidth of memory as well (takes 0.8 GB).
     #[arg(long)]
     bandwidth: bool,
@@ -216,12 +219,16 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         println!("# memory bandwidth on {threads} threads: {:.1} GB/s", bandwidth(threads)?);
     }
     println!("# million point-updates per second of wall-clock time");
-    let sizes: &[usize] = if arguments.small { &[10_000] } else { &[10_000, 1_000_000] };
+    let sizes = match (arguments.points, arguments.small) {
+        (Some(points), _) => vec![points as usize],
+        (None, true) => vec![10_000],
+        (None, false) => vec![10_000, 1_000_000],
+    };
     let wanted = |setting: &Setting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
     if !arguments.race {
-        table(sizes, arguments.seconds, wanted)?;
+        table(&sizes, arguments.seconds, wanted)?;
     }
-    race(sizes, arguments.seconds, wanted)?;
+    race(&sizes, arguments.seconds, wanted)?;
     if let Some(memory) = peak_memory() {
         println!("# peak memory {memory:.0} MB");
     }
