@@ -38,6 +38,9 @@ const YOUNGS_MODULUS: f64 = 1e6;
 const POISSONS_RATIO: f64 = 0.3;
 const GRAVITY: f64 = -0.1;
 
+/// The elastic soil with water in its pores, solved as two phases.
+const SATURATED: &str = "two-phase";
+
 /// What is measured.
 struct Setting {
     dimension: usize,
@@ -71,12 +74,15 @@ impl Setting {
         let mut material = json!({
             "model": self.model, "density": DENSITY, "youngs_modulus": YOUNGS_MODULUS, "poissons_ratio": POISSONS_RATIO
         });
-        if self.model != "linear-elastic" {
+        let saturated = self.model == SATURATED;
+        if saturated {
+            material["model"] = json!("linear-elastic");
+        } else if self.model != "linear-elastic" {
             // Weak enough that the block yields under its weight.
             material["friction_angle"] = json!(20.0);
             material["cohesion"] = json!(0.1);
         }
-        let text = json!({
+        let mut text = json!({
             "title": "throughput",
             "space": if self.dimension == 2 { "plane-strain" } else { "3d" },
             "domain": { "min": floor, "max": all(1.0 + 4.0 * cell) },
@@ -87,6 +93,10 @@ impl Setting {
             "stages": [{ "name": "shake", "duration": 1.0 }],
             "methods": { "mpm": { "cell_size": cell, "shape": self.shape, "stress_update": self.scheme } }
         });
+        if saturated {
+            text["bodies"][0]["pore_fluid"] =
+                json!({ "porosity": 0.4, "permeability": 1e-3, "bulk_modulus": 1e7 });
+        }
         Case::from_json(&text.to_string()).map_err(|errors| errors.to_string())
     }
 
@@ -234,6 +244,8 @@ fn table(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> Re
                 ("musl", "linear-elastic"),
                 ("usl", "drucker-prager"),
                 ("usl", "mohr-coulomb"),
+                ("usl", SATURATED),
+                ("musl", SATURATED),
             ] {
                 for &points in sizes {
                     for threads in [1, 2] {

@@ -9,11 +9,14 @@
 //!
 //! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
 
+mod absorbing;
 mod affine;
 mod checkpoint;
 mod config;
 mod contact;
 mod dispatch;
+mod free_surface;
+mod loads;
 mod momentum;
 mod points;
 mod report;
