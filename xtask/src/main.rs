@@ -2,6 +2,7 @@
 
 mod bench;
 mod bench_laws;
+mod bishop;
 mod benchmarks;
 mod compare;
 mod html;

@@ -1,10 +1,14 @@
 //! What a case file says: plain data, SI units, angles in degrees (converted once, on load).
 
+mod strength;
+
 use std::collections::BTreeMap;
 use std::fmt;
 
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
+
+pub use strength::{FactorOfSafety, Weakening};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -135,6 +139,19 @@ pub enum Velocity {
         /// Phase (degrees).
         #[serde(default)]
         phase: f64,
+    },
+    /// The first mode of a slender cantilever, at rest behind its clamp.
+    Bending {
+        /// Axis of the beam: 0 is x.
+        along: usize,
+        /// Axis of its deflection.
+        across: usize,
+        /// Coordinate of the clamp along the beam (m).
+        clamp: f64,
+        /// Length of the beam (m).
+        length: f64,
+        /// Velocity of its tip (m/s).
+        tip: f64,
     },
 }
 
@@ -294,6 +311,10 @@ pub struct Stage {
     /// Names of bodies that vanish when the stage begins, e.g. an excavation.
     #[serde(default)]
     pub remove_bodies: Vec<String>,
+    /// Strength that is lost when the stage begins, for good or until a later stage says otherwise: counted
+    /// from what the materials are in the case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weakening: Option<Weakening>,
 }
 
 impl Stage {
@@ -407,6 +428,9 @@ pub enum Measure {
         /// Names of fields.
         fields: Vec<String>,
     },
+    /// The factor by which strength may be divided before the bodies no longer come to rest, by trials from
+    /// the state at the end of a stage. Found after the run.
+    FactorOfSafety(FactorOfSafety),
 }
 
 fn whole() -> f64 {

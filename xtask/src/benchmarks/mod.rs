@@ -18,6 +18,7 @@ mod self_weight;
 mod sph_column;
 mod sph_geostatic;
 mod sph_operators;
+mod sph_slope;
 mod two_disks;
 
 use colluvium::case::output::Table;
@@ -73,6 +74,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_operators::BENCHMARK, Some(2), 2),
     Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
     Listed::new(&sph_column::BENCHMARK, None, 300),
+    Listed::new(&sph_slope::BENCHMARK, Some(20), 400),
 ];
 
 /// What a benchmark found.
@@ -217,9 +219,8 @@ fn run(case: &Case) -> Result<RunReport, String> {
 /// Runs a case in memory, frames kept.
 fn run_by(name: &str, case: &Case) -> Result<RunReport, String> {
     let method = colluvium::method(name).ok_or_else(|| format!("no method {name}"))?;
-    let solver = method.build(case).map_err(|error| error.to_string())?;
     let options = RunOptions { method: name.to_owned(), keep_frames: true, ..RunOptions::default() };
-    colluvium::case::run(case, solver, &options).map_err(|error| error.to_string())
+    colluvium::case::run_method(method, case, &options).map_err(|error| error.to_string())
 }
 
 /// Vectors of a field.
