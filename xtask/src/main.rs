@@ -2,6 +2,7 @@
 
 mod bench;
 mod bench_laws;
+mod bench_sph;
 mod benchmarks;
 mod compare;
 mod html;
