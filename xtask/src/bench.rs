@@ -21,6 +21,9 @@ pub struct Arguments {
     /// Only the race against the textbook kernel.
     #[arg(long)]
     race: bool,
+    /// Particle-updates per second of smoothed particle hydrodynamics instead.
+    #[arg(long)]
+    sph: bool,
     /// Stress updates per second of every law instead.
     #[arg(long)]
     laws: bool,
@@ -149,7 +152,7 @@ impl Setting {
 }
 
 /// Million point-updates per second of `step`, over about so many seconds.
-fn rate(points: usize, seconds: f64, mut step: impl FnMut() -> Result<(), String>) -> Result<f64, String> {
+pub fn rate(points: usize, seconds: f64, mut step: impl FnMut() -> Result<(), String>) -> Result<f64, String> {
     // The first steps fill the caches.
     for _ in 0..3 {
         step()?;
@@ -207,6 +210,11 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
     }
     println!("# million point-updates per second of wall-clock time");
     let sizes: &[usize] = if arguments.small { &[10_000] } else { &[10_000, 1_000_000] };
+    if arguments.sph {
+        let sizes: &[usize] = if arguments.small { &[10_000] } else { &[10_000, 100_000, 1_000_000] };
+        crate::bench_sph::table(sizes, arguments.seconds, arguments.filter.as_deref())?;
+        return Ok(true);
+    }
     let wanted = |setting: &Setting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
     if !arguments.race {
         table(sizes, arguments.seconds, wanted)?;

@@ -3,6 +3,7 @@
 mod bench;
 mod bench_laws;
 mod bishop;
+mod bench_sph;
 mod benchmarks;
 mod compare;
 mod html;

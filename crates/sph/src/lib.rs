@@ -12,11 +12,13 @@
 mod checkpoint;
 mod config;
 pub mod kernel;
+mod lanes;
 pub mod operators;
 mod pairs;
 mod particles;
 mod regularise;
 mod report;
+pub mod semi_discrete;
 mod setup;
 mod solver;
 mod tensile;
@@ -26,7 +28,8 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Continuity, Momentum, Regularisation, SoundSpeed, SphOptions, Tensile, VelocityGradient, WallStress,
+    Axis, Continuity, DensityReset, Integration, Momentum, Regularisation, SmoothWall, SmoothingLength, SoundSpeed,
+    SphOptions, Symmetrisation, Tensile, VelocityGradient, WallStress, WallVelocity,
 };
 pub use solver::SphSolver;
 

@@ -15,6 +15,7 @@ mod mpm_contact;
 mod returns;
 mod rigid_motion;
 mod self_weight;
+mod sph_balance;
 mod sph_column;
 mod sph_geostatic;
 mod sph_operators;
@@ -72,6 +73,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&column_a04::BENCHMARK, Some(40), 700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
     Listed::new(&sph_operators::BENCHMARK, Some(2), 2),
+    Listed::new(&sph_balance::BENCHMARK, Some(1), 1),
     Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
     Listed::new(&sph_column::BENCHMARK, None, 300),
     Listed::new(&sph_slope::BENCHMARK, Some(20), 400),
