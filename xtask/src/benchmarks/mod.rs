@@ -16,10 +16,16 @@ mod returns;
 mod rigid_motion;
 mod self_weight;
 mod sph_balance;
+mod sph_cantilever;
+mod sph_clay;
 mod sph_column;
+mod sph_columns;
+mod sph_footing;
 mod sph_geostatic;
+mod sph_membrane;
 mod sph_operators;
 mod sph_slope;
+mod sph_tensile;
 mod two_disks;
 
 use colluvium::case::output::Table;
@@ -77,6 +83,12 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
     Listed::new(&sph_column::BENCHMARK, None, 300),
     Listed::new(&sph_slope::BENCHMARK, Some(20), 400),
+    Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
+    Listed::new(&sph_cantilever::BENCHMARK, Some(40), 300),
+    Listed::new(&sph_columns::BENCHMARK, Some(40), 600),
+    Listed::new(&sph_clay::BENCHMARK, Some(40), 1500),
+    Listed::new(&sph_footing::BENCHMARK, Some(15), 100),
+    Listed::new(&sph_membrane::BENCHMARK, Some(30), 90),
 ];
 
 /// What a benchmark found.
@@ -244,6 +256,16 @@ fn stresses(snapshot: &Snapshot) -> Vec<colluvium::constitutive::SymTensor> {
 /// A column of the measures; empty where there is none.
 fn series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
     report.table.pairs("time", name).unwrap_or_default()
+}
+
+/// The outermost particle along x with at least two neighbours within 1.5 spacings (SPH sheet, set S), in m.
+fn held_front(snapshot: &Snapshot, spacing: f64) -> f64 {
+    let x = &snapshot.positions;
+    let near = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() <= (1.5 * spacing).powi(2);
+    let mut order: Vec<&[f64; 3]> = x.iter().collect();
+    order.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    let held = |a: &&&[f64; 3]| x.iter().filter(|b| near(a, b)).count() > 2;
+    order.iter().find(held).map_or(f64::NAN, |a| a[0])
 }
 
 /// Height of the highest point before `x` (m).

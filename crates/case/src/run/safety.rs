@@ -88,6 +88,10 @@ pub(super) fn search(
         let bound = if trial.failed { &mut safety.failed } else { &mut safety.stable };
         *bound = factor;
         safety.trials.push(Trial { factor, ..trial });
+        if let Some(out) = &options.out {
+            let about = "trials of a search for a factor of safety; failed is 1 or 0";
+            safety.table().write(&out.join(trials(name)), about)?;
+        }
         next = if safety.stable == 0.0 {
             None
         } else if safety.failed.is_infinite() {
@@ -96,10 +100,6 @@ pub(super) fn search(
             let open = safety.failed - safety.stable > search.tolerance * (1.0 + 1e-9);
             open.then_some(0.5 * (safety.stable + safety.failed))
         };
-    }
-    if let Some(out) = &options.out {
-        let about = "trials of a search for a factor of safety; failed is 1 or 0";
-        safety.table().write(&out.join(trials(name)), about)?;
     }
     Ok(safety)
 }
