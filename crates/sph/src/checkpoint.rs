@@ -165,7 +165,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    fn reset_states(&mut self) -> Result<(), SolverError> {
+    pub(crate) fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.groups.len() {
             let (group, p) = (&self.groups[number], &self.particles);
             let condition = |i: usize| InitialCondition { stress: p.stress[i], density: p.density[i] };

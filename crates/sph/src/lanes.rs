@@ -51,9 +51,12 @@ pub struct Rest {
     pub stress: [Lanes; 6],
 }
 
+/// Lanes of the four numbers of a row. Not `Lanes::transpose`, which is not inlined.
 #[inline(always)]
-fn turn(four: [&Record; 4], row: usize) -> [Lanes; 4] {
-    Lanes::transpose(four.map(|record| Lanes::new(record[row])))
+fn turn([a, b, c, d]: [&Record; 4], row: usize) -> [Lanes; 4] {
+    let (a, b, c, d) = (&a[row], &b[row], &c[row], &d[row]);
+    let lane = |k: usize| Lanes::new([a[k], b[k], c[k], d[k]]);
+    [lane(0), lane(1), lane(2), lane(3)]
 }
 
 /// Lanes of position, velocity, mass and density.

@@ -1,9 +1,10 @@
-//! Rates of a state, without a step: for the balances that hold exactly between the sums (SPH sheet §5.3, V-10 to
-//! V-13, V-20), and for whoever wants to look at the operators in place.
+//! States beyond what a case file can say, and their rates without a step: for the balances that hold exactly between
+//! the sums (SPH sheet §5.3, V-10 to V-13, V-20), for disordered particles (V-35), and for whoever wants to look at
+//! the operators in place.
 //!
-//! The state is that of a [`Case`] with velocities, densities and stresses of your own.
+//! The state is that of a [`Case`] with places, velocities, densities and stresses of your own.
 
-use colluvium_case::{Case, CaseError};
+use colluvium_case::{Case, CaseError, Solver};
 use colluvium_constitutive::SymTensor;
 
 use crate::setup;
@@ -12,6 +13,8 @@ use crate::solver::SphSolver;
 /// What a particle is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Given<const D: usize> {
+    /// Change of place (m).
+    pub shift: [f64; D],
     /// Velocity (m/s).
     pub velocity: [f64; D],
     /// Density over the initial one.
@@ -43,26 +46,46 @@ pub struct Particle<const D: usize> {
     pub drift: [f64; D],
 }
 
-/// The rates of `case`, whose particles are given what `given(id, position)` says.
+/// The solver of `case` at its start, whose particles are given what `given(id, position)` says. The laws start from
+/// the stress that they are given.
 ///
 /// # Errors
-/// As [`colluvium_case::Method::build`].
-pub fn rates<const D: usize>(
+/// As [`colluvium_case::Method::build`], and where a law refuses a stress.
+pub fn prepared<const D: usize>(
     case: &Case,
     given: impl Fn(u32, &[f64; D]) -> Given<D>,
-) -> Result<Vec<Particle<D>>, CaseError> {
+) -> Result<SphSolver<D>, CaseError> {
     let options = case.method_options("sph")?;
     let mut solver: SphSolver<D> = setup::solver(case, &options)?;
-    solver.gravity = [0.0; D];
-    solver.critical_step();
     let p = &mut solver.particles;
     for i in 0..p.len {
         let given = given(p.id[i], &p.position[i]);
+        (0..D).for_each(|c| p.position[i][c] += given.shift[c]);
+        p.origin[i] = p.position[i];
         p.velocity[i] = given.velocity;
         p.density[i] *= given.compression;
         p.stress[i] = given.stress;
     }
-    let wrong = |error: colluvium_case::SolverError| CaseError::new("bodies", error.to_string());
+    solver.begin_stage(0, 0.0).map_err(wrong)?;
+    solver.reset_states().map_err(wrong)?;
+    Ok(solver)
+}
+
+fn wrong(error: colluvium_case::SolverError) -> CaseError {
+    CaseError::new("bodies", error.to_string())
+}
+
+/// The rates of such a state.
+///
+/// # Errors
+/// As [`prepared`].
+pub fn rates<const D: usize>(
+    case: &Case,
+    given: impl Fn(u32, &[f64; D]) -> Given<D>,
+) -> Result<Vec<Particle<D>>, CaseError> {
+    let mut solver = prepared(case, given)?;
+    solver.gravity = [0.0; D];
+    solver.critical_step();
     solver.refresh_neighbours(true).map_err(wrong)?;
     solver.derive(0.0);
     solver.find_rates(0.0);

@@ -21,11 +21,15 @@ mod sph_clay;
 mod sph_column;
 mod sph_columns;
 mod sph_footing;
+mod sph_flow;
 mod sph_geostatic;
 mod sph_membrane;
 mod sph_operators;
 mod sph_slope;
 mod sph_tensile;
+mod sph_pairing;
+mod sph_shear;
+mod sph_waves;
 mod two_disks;
 
 use colluvium::case::output::Table;
@@ -80,6 +84,10 @@ pub const ALL: &[Listed] = &[
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
     Listed::new(&sph_operators::BENCHMARK, Some(2), 2),
     Listed::new(&sph_balance::BENCHMARK, Some(1), 1),
+    Listed::new(&sph_waves::BENCHMARK, Some(1), 1),
+    Listed::new(&sph_flow::BENCHMARK, Some(4), 10),
+    Listed::new(&sph_shear::BENCHMARK, Some(6), 8),
+    Listed::new(&sph_pairing::BENCHMARK, Some(8), 45),
     Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
     Listed::new(&sph_column::BENCHMARK, None, 300),
     Listed::new(&sph_slope::BENCHMARK, Some(20), 400),

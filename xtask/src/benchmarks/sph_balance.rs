@@ -34,7 +34,7 @@ fn random(id: u32, deviator: f64) -> Given<2> {
         0.0,
         0.0,
     ];
-    Given { velocity: [s(0), s(1)], compression: 1.0 + 0.1 * s(2), stress: SymTensor(stress) }
+    Given { shift: [0.0; 2], velocity: [s(0), s(1)], compression: 1.0 + 0.1 * s(2), stress: SymTensor(stress) }
 }
 
 fn with(options: &[(&str, Value)]) -> Result<Case, String> {
@@ -185,7 +185,7 @@ fn checkerboard(outcome: &mut Outcome) -> Result<(), String> {
     let particles = evaluate(&[], |_, x| {
         let number = |c: usize| (x[c] / 0.02 - 0.5).round() as i64;
         let sign = if (number(0) + number(1)) % 2 == 0 { 1.0 } else { -1.0 };
-        Given { velocity: [sign, -sign], compression: 1.0, stress: SymTensor::ZERO }
+        Given { shift: [0.0; 2], velocity: [sign, -sign], compression: 1.0, stress: SymTensor::ZERO }
     })?;
     let inside = particles.iter().filter(|p| (p.position[0] - 0.5).hypot(p.position[1] - 0.5) < 0.24);
     let worst = inside.flat_map(|p| p.gradient.as_flattened()).map(|g| g.abs()).fold(0.0, f64::max) * 0.02;
