@@ -1,5 +1,6 @@
 //! The material points of one body, as a structure of arrays.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use colluvium_constitutive::{Material, States, SymTensor};
@@ -16,6 +17,14 @@ pub struct Ground<'a, const D: usize> {
     /// The mesh; empty on a structured grid.
     pub mesh: &'a Mesh<D>,
 }
+
+/// The [`Ground`] of a solver, without borrowing the rest of it.
+macro_rules! ground {
+    ($solver:expr) => {
+        crate::points::Ground { grid: &$solver.grid, mesh: &$solver.mesh }
+    };
+}
+pub(crate) use ground;
 
 /// What a point knows of its own domain, beyond the initial width all points of a body share, and the nodes it
 /// stands on by that.
@@ -146,9 +155,18 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         self.id.len()
     }
 
+    /// Where the points look at the grid from (m).
+    pub fn anchors(&self) -> Cow<'_, [[f64; D]]> {
+        if P::ANCHORED {
+            self.domain.iter().zip(&self.position).map(|(domain, x)| domain.anchor(x)).collect()
+        } else {
+            Cow::Borrowed(&self.position)
+        }
+    }
+
     /// Sorts the points by cell of `grid`.
     pub fn sort(&mut self, grid: &Grid<D>) {
-        let order = colluvium_grid::sort_by_cell(grid, &self.position);
+        let order = colluvium_grid::sort_by_cell(grid, &self.anchors());
         if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
             return;
         }

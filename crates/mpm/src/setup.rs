@@ -6,13 +6,15 @@ use std::sync::Arc;
 use colluvium_case::description::{Body, Load, Side, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Material};
-use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
+use colluvium_grid::{Basis, Grid, Layout, Mesh, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
 use crate::config::ShapeFunctions;
+use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
-use crate::points::{PointDomain, PointSet};
+use crate::points::{Ground, PointDomain, PointSet};
 use crate::solver::MpmSolver;
+use crate::strain::CellStrains;
 use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, two_phase};
 
 /// Beyond this many points the ids no longer fit.
@@ -26,7 +28,9 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     }
     let options: MpmOptions = case.method_options("mpm")?;
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
-    two_phase::cleared(case, options)
+    let options = two_phase::cleared(case, options)?;
+    mixed::cleared(&options, case.bodies.iter().any(|body| body.pore_fluid.is_some()))?;
+    Ok(options)
 }
 
 /// The grid of the case.
@@ -225,6 +229,8 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     for (number, load) in case.loads.iter().enumerate() {
         apply_load(case, number, load, &mut sets)?;
     }
+    let strains = CellStrains::new(case, options, &layout);
+    let stresses = CellStresses::new(options, &layout, contacts.fields());
     let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
@@ -238,6 +244,9 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         closed: [[false; 2]; D],
         layout,
         grid,
+        mesh: Arc::default(),
+        strains,
+        stresses,
         sets,
         contacts,
         axisymmetric: case.space == Space::Axisymmetric,
@@ -253,6 +262,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         sums: RowSums::default(),
         external_work: 0.0,
         two_phase,
+        manufactured: None,
         basis: PhantomData,
     };
     // XPIC sweeps over the same nodes before they hold re-mapped velocities.
@@ -329,7 +339,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         stress,
         states,
         origin: position.clone(),
-        domain: vec![P::default(); position.len()],
+        domain: domains(grid, &position, &path)?,
         affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
         scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
@@ -337,6 +347,21 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         pore,
         slabs: Vec::new(),
     })
+}
+
+fn domains<const D: usize, P: PointDomain<D>>(
+    grid: &Grid<D>,
+    position: &[[f64; D]],
+    path: &str,
+) -> Result<Vec<P>, CaseError> {
+    let mesh = Mesh::default();
+    let ground = Ground { grid, mesh: &mesh };
+    let mut domains = vec![P::default(); position.len()];
+    for (domain, x) in domains.iter_mut().zip(position) {
+        let placed = domain.start(&ground, x);
+        placed.map_err(|reason| CaseError::new(format!("{path}.shape"), format!("the point at {x:?} m: {reason}")))?;
+    }
+    Ok(domains)
 }
 
 fn samples<const D: usize>(
