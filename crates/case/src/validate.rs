@@ -288,7 +288,11 @@ impl Findings<'_> {
             if !names.insert(boundary.name()) {
                 self.report(format!("{path}.name"), format!("{:?} names two boundaries", boundary.name()));
             }
-            if self.extent(boundary.side.axis()).is_some() {
+            if let (Some(group), Some(_)) = (&boundary.group, boundary.position) {
+                let problem = format!("the wall holds the nodes of the group {group:?}, wherever they are: leave it out");
+                self.report(format!("{path}.position"), problem);
+            }
+            if boundary.group.is_none() && self.extent(boundary.side.axis()).is_some() {
                 let position = boundary.position(&case.domain);
                 self.inside(format!("{path}.position"), boundary.side.axis(), position);
                 if case.space == Space::Axisymmetric

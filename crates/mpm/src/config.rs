@@ -9,7 +9,12 @@ use serde::{Deserialize, Serialize};
 pub struct MpmOptions {
     /// Edge of the square (cubic) grid cells (m); the domain must be a whole number of cells wide.
     pub cell_size: f64,
-    /// Points per cell and direction.
+    /// A mesh of triangles or tetrahedra in place of the structured grid; needs `shape` `linear`. Measures still count in
+    /// columns of `cell_size`.
+    #[serde(default)]
+    pub mesh: Option<MeshSource>,
+    /// Points per cell and direction. With a `mesh`, 1, 2 or 3 stand for 1, 3 or 6 points a triangle, and 1, 4 or 10 a
+    /// tetrahedron.
     #[serde(default = "two")]
     pub points_per_cell: usize,
     /// Shape functions.
@@ -78,6 +83,19 @@ pub struct MpmOptions {
     /// cohesionless free front from swelling without bound.
     #[serde(default = "volume_cap")]
     pub volume_cap: f64,
+}
+
+/// Where a mesh of triangles (in the plane) or tetrahedra comes from (MPM sheet §2.5b).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum MeshSource {
+    /// The domain, cut into cells of `cell_size` and these into two triangles or six tetrahedra each.
+    Box,
+    /// A file of Gmsh, in text form of version 2.2 or 4.1. Its physical groups can be named by boundaries.
+    File {
+        /// Path, from the folder of the case file.
+        file: String,
+    },
 }
 
 /// Shape functions of the grid.
@@ -233,6 +251,7 @@ impl MpmOptions {
     pub fn new(cell_size: f64) -> Self {
         Self {
             cell_size,
+            mesh: None,
             points_per_cell: two(),
             shape: ShapeFunctions::default(),
             stress_update: StressScheme::default(),

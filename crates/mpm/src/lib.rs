@@ -17,6 +17,7 @@ mod contact;
 mod dispatch;
 mod domains;
 mod manufactured;
+mod mesh;
 mod mixed;
 mod momentum;
 mod points;
@@ -33,7 +34,7 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, DomainStretch, FixedNodes, Formulation, Integration, MpmOptions, ShapeFunctions, StressScheme, Transfer, VolumetricStrain,
+    Contact, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions, ShapeFunctions, StressScheme, Transfer, VolumetricStrain,
     WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};

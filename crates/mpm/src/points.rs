@@ -35,6 +35,9 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     /// Whether points look at the grid from where they were at the start (total-Lagrangian).
     const ANCHORED: bool = false;
 
+    /// Whether points stand in elements of a mesh.
+    const MESHED: bool = false;
+
     /// The nodes of a point at `position` (m) with initial full widths `initial` (m).
     fn support<const S: usize, B: Basis<S>>(
         &self,
@@ -58,6 +61,21 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     #[inline(always)]
     fn anchor(&self, position: &[f64; D]) -> [f64; D] {
         *position
+    }
+
+    /// Least distance between nodes around the point (m), which the time step goes by.
+    #[inline(always)]
+    fn spacing(&self, ground: &Ground<'_, D>) -> f64 {
+        ground.grid.cell
+    }
+
+    /// Takes its place after a move; of use on a mesh only.
+    ///
+    /// # Errors
+    /// When there is none, as a reason.
+    #[inline(always)]
+    fn settle(&mut self, _ground: &Ground<'_, D>, _position: &[f64; D]) -> Result<(), String> {
+        Ok(())
     }
 
     /// Follows the step `f = 1 + gradient` (row `i`, column `j`: `∂u_i/∂x_j`).

@@ -3,10 +3,10 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Load, Side, Space, Wall as CaseWall};
+use colluvium_case::description::{Body, Boundary, Load, Side, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Material};
-use colluvium_grid::{Basis, Grid, Layout, Mesh, Node, Wall, WallKind, Walls};
+use colluvium_grid::{Basis, Grid, Mesh, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
 use crate::config::ShapeFunctions;
@@ -15,7 +15,7 @@ use crate::momentum::RowSums;
 use crate::points::{Ground, PointDomain, PointSet};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
-use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, two_phase};
+use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, mesh, two_phase};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -29,6 +29,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     let options: MpmOptions = case.method_options("mpm")?;
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
     let options = two_phase::cleared(case, options)?;
+    mesh::cleared(case, &options)?;
     mixed::cleared(&options, case.bodies.iter().any(|body| body.pore_fluid.is_some()))?;
     Ok(options)
 }
@@ -76,21 +77,26 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
             return Err(CaseError::new(path(), problem));
         }
         let node = if face == grid.cells[axis] { nodes[axis] - 1 - B::GHOSTS } else { face + B::GHOSTS };
-        let kind = match boundary.wall {
-            CaseWall::Rough => WallKind::Rough,
-            CaseWall::Smooth => WallKind::Smooth,
-            CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
-                WallFriction::Impulse => WallKind::Frictional { coefficient: sliding },
-                WallFriction::Acceleration => {
-                    WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
-                }
-            },
-        };
-        let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
-        let (upper, separation) = (boundary.side.is_max(), boundary.separation);
-        walls.push(Wall { axis, upper, node, kind, separation, velocity });
+        walls.push(wall(boundary, node, options));
     }
     Ok(Walls::new(&nodes, walls))
+}
+
+/// The wall of a boundary with its face at a node.
+pub fn wall(boundary: &Boundary, node: usize, options: &MpmOptions) -> Wall {
+    let kind = match boundary.wall {
+        CaseWall::Rough => WallKind::Rough,
+        CaseWall::Smooth => WallKind::Smooth,
+        CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
+            WallFriction::Impulse => WallKind::Frictional { coefficient: sliding },
+            WallFriction::Acceleration => {
+                WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
+            }
+        },
+    };
+    let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
+    let (axis, upper, separation) = (boundary.side.axis(), boundary.side.is_max(), boundary.separation);
+    Wall { axis, upper, node, kind, separation, velocity }
 }
 
 fn spatial(values: &[f64]) -> [f64; 3] {
@@ -212,22 +218,26 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     case: &Case,
     options: &MpmOptions,
 ) -> Result<MpmSolver<D, S, B, P>, CaseError> {
-    let grid = grid::<D>(case, options)?;
+    let (grid, mesh, layout) = mesh::terrain::<D, S, B>(case, options)?;
     for stage in 0..case.stages.len() {
-        walls::<D, S, B>(case, stage, &grid, options)?;
+        if mesh.is_empty() {
+            walls::<D, S, B>(case, stage, &grid, options)?;
+        } else {
+            mesh::walls(case, stage, &mesh, &layout, options)?;
+        }
     }
-    let layout = Layout::new::<S, B>(&grid);
+    let ground = Ground { grid: &grid, mesh: &mesh };
     let two_phase = two_phase::two_phase(case, options, &layout);
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
-        let set = point_set::<D, P>(case, options, &grid, number, next)?;
+        let set = point_set::<D, P>(case, options, &ground, number, next)?;
         next += set.len();
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
     for (number, load) in case.loads.iter().enumerate() {
-        apply_load(case, number, load, &mut sets)?;
+        apply_load(case, number, load, &mesh, &mut sets)?;
     }
     let strains = CellStrains::new(case, options, &layout);
     let stresses = CellStresses::new(options, &layout, contacts.fields());
@@ -244,7 +254,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         closed: [[false; 2]; D],
         layout,
         grid,
-        mesh: Arc::default(),
+        mesh,
         strains,
         stresses,
         sets,
@@ -295,13 +305,13 @@ fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<
 fn point_set<const D: usize, P: PointDomain<D>>(
     case: &Case,
     options: &MpmOptions,
-    grid: &Grid<D>,
+    ground: &Ground<'_, D>,
     number: usize,
     first_id: usize,
 ) -> Result<PointSet<D, P>, CaseError> {
     let body = &case.bodies[number];
     let path = format!("bodies[{number}]");
-    let samples = samples(options, grid, body, &path, first_id)?;
+    let samples = samples(options, ground, body, &path, first_id)?;
     let spec = &case.materials[&body.material];
     let material: Arc<dyn Material> = spec
         .build()
@@ -330,7 +340,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         body: number as u32,
         field: 0,
         material,
-        extent: [grid.cell / options.points_per_cell as f64; D],
+        extent: [width(ground, options, &samples); D],
         id: (first_id as u32..(first_id + position.len()) as u32).collect(),
         velocity: position.iter().map(velocity_at).collect(),
         mass: volume.iter().map(|v| v * density).collect(),
@@ -339,7 +349,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         stress,
         states,
         origin: position.clone(),
-        domain: domains(grid, &position, &path)?,
+        domain: domains(ground, &position, &path)?,
         affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
         scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
@@ -350,29 +360,41 @@ fn point_set<const D: usize, P: PointDomain<D>>(
 }
 
 fn domains<const D: usize, P: PointDomain<D>>(
-    grid: &Grid<D>,
+    ground: &Ground<'_, D>,
     position: &[[f64; D]],
     path: &str,
 ) -> Result<Vec<P>, CaseError> {
-    let mesh = Mesh::default();
-    let ground = Ground { grid, mesh: &mesh };
     let mut domains = vec![P::default(); position.len()];
     for (domain, x) in domains.iter_mut().zip(position) {
-        let placed = domain.start(&ground, x);
+        let placed = domain.start(ground, x);
         placed.map_err(|reason| CaseError::new(format!("{path}.shape"), format!("the point at {x:?} m: {reason}")))?;
     }
     Ok(domains)
 }
 
+/// Full width of every point of a body (m); in elements the mean one of squares or cubes of their volume.
+fn width<const D: usize>(ground: &Ground<'_, D>, options: &MpmOptions, samples: &[Sample<D>]) -> f64 {
+    if ground.mesh.is_empty() {
+        return ground.grid.cell / options.points_per_cell as f64;
+    }
+    let volume = samples.iter().map(|sample| sample.volume).sum::<f64>() / samples.len() as f64;
+    volume.powf(1.0 / D as f64)
+}
+
 fn samples<const D: usize>(
     options: &MpmOptions,
-    grid: &Grid<D>,
+    ground: &Ground<'_, D>,
     body: &Body,
     path: &str,
     first_id: usize,
 ) -> Result<Vec<Sample<D>>, CaseError> {
-    let samples = colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
-        .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?;
+    let grid = ground.grid;
+    let samples = if ground.mesh.is_empty() {
+        colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
+            .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?
+    } else {
+        mesh::samples(ground.mesh, options, body)
+    };
     if samples.is_empty() {
         let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);
         return Err(CaseError::new(format!("{path}.shape"), problem));
@@ -392,6 +414,7 @@ fn apply_load<const D: usize, P: PointDomain<D>>(
     case: &Case,
     number: usize,
     load: &Load,
+    mesh: &Mesh<D>,
     sets: &mut [PointSet<D, P>],
 ) -> Result<(), CaseError> {
     let Load::Traction { body, side, value, .. } = load;
@@ -401,6 +424,9 @@ fn apply_load<const D: usize, P: PointDomain<D>>(
     };
     if set.traction.is_empty() {
         set.traction = vec![[0.0; D]; set.position.len()];
+    }
+    if !mesh.is_empty() {
+        return mesh::apply_load(case, number, load, mesh, set);
     }
     let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
     let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
@@ -424,7 +450,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
         let (case, grid, options) = (&self.case, &self.grid, &self.options);
-        let own = walls::<D, S, B>(case, stage, grid, options)?;
+        let own = if self.mesh.is_empty() {
+            walls::<D, S, B>(case, stage, grid, options)?
+        } else {
+            mesh::walls(case, stage, &self.mesh, &self.layout, options)?
+        };
         if let Some(phases) = &mut self.two_phase {
             phases.walls = two_phase::liquid_walls::<D, S, B>(case, stage, grid, options)?;
         }

@@ -200,7 +200,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         _ => [row, number / shape[D - 1], number % shape[D - 1]],
                     };
                     for axis in 0..D {
-                        if let Some(wall) = walls.at(axis, index[axis]) {
+                        if let Some(wall) = walls.at(axis, &index) {
                             let [x, y, z, _] = line[number].to_array();
                             let mut velocity = [x, y, z];
                             let [x, y, z, _] = node.motion.to_array();
@@ -362,7 +362,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     step = step.max((dt * velocity[c]).abs());
                 }
                 moved = moved.max(if P::ANCHORED { 0.0 } else { step });
-                self.check_position(&mut block.position[p], step)
+                self.check_position(&mut block.domain[p], &mut block.position[p], step)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
         }
@@ -415,13 +415,22 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Refuses a move that cannot be right. A point that round-off carries through a wall on the side
     /// of the domain is put back onto it.
     #[inline(always)]
-    pub(crate) fn check_position(&self, position: &mut [f64; D], step: f64) -> Result<(), String> {
+    pub(crate) fn check_position(
+        &self,
+        domain: &mut P,
+        position: &mut [f64; D],
+        step: f64,
+    ) -> Result<(), String> {
+        let ground = ground!(self);
         // Written so that NaN counts as a failure.
-        if !(step <= 0.5 * self.grid.cell) {
+        if !(step <= 0.5 * domain.spacing(&ground)) {
             return Err(format!(
-                "it would move {step:.3e} m in one step, more than half a cell: the run has become unstable \
+                "it would move {step:.3e} m in one step, more than half a cell or element: the run has become unstable \
                  (reduce courant or time_step)"
             ));
+        }
+        if P::MESHED {
+            return domain.settle(&ground, position);
         }
         if !P::ANCHORED && !self.grid.contains(position) {
             for axis in 0..D {

@@ -65,7 +65,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         _ => [row, number / shape[D - 1], number % shape[D - 1]],
                     };
                     for axis in 0..D {
-                        if let Some(wall) = walls.at(axis, index[axis]) {
+                        if let Some(wall) = walls.at(axis, &index) {
                             let mut free = [1.0; 4];
                             free[..3].copy_from_slice(&wall.free_components());
                             line[number] *= Lanes::new(free);

@@ -44,6 +44,9 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
         if matches!(boundary.wall, Wall::Frictional { .. }) {
             return Err(CaseError::new(path("wall"), "sph has rough and smooth walls, none with friction"));
         }
+        if boundary.group.is_some() {
+            return Err(CaseError::new(path("group"), "sph has no mesh with groups of nodes"));
+        }
         if boundary.separation {
             return Err(CaseError::new(path("separation"), "material cannot lift off the walls of sph"));
         }

@@ -18,6 +18,7 @@ mod mpm_two_phase;
 mod returns;
 mod rigid_motion;
 mod self_weight;
+mod simplices;
 mod sph_column;
 mod sph_geostatic;
 mod sph_operators;
@@ -72,6 +73,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&manufactured::AXIS_ALIGNED, Some(4), 15),
     Listed::new(&manufactured::VORTEX, Some(15), 20),
     Listed::new(&cantilever::BENCHMARK, Some(15), 30),
+    Listed::new(&simplices::BENCHMARK, Some(5), 5),
     Listed::new(&mpm_contact::BENCHMARK, Some(20), 20),
     Listed::new(&mpm_two_phase::CONSOLIDATION, Some(15), 22),
     Listed::new(&mpm_two_phase::WAVES, Some(1), 1),

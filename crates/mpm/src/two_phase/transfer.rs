@@ -112,7 +112,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                     *velocity *= 1.0 / solved[3];
                     for axis in 0..D {
-                        if let Some(wall) = walls[phase].at(axis, index[axis]) {
+                        if let Some(wall) = walls[phase].at(axis, &index) {
                             let [x, y, z, _] = velocity.to_array();
                             let mut held = [x, y, z];
                             wall.constrain_again(&[solved[0], solved[1], solved[2]], &mut held);
@@ -249,7 +249,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     step = step.max((dt * velocity[c]).abs());
                 }
                 moved = moved.max(if P::ANCHORED { 0.0 } else { step });
-                self.check_position(&mut block.position[p], step)
+                self.check_position(&mut block.domain[p], &mut block.position[p], step)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
         }
