@@ -352,7 +352,7 @@ mod tests {
         assert_eq!(refuse("solid cube"), "line 1: \"solid cube\" stands outside of any section");
         assert!(refuse(&TWO.replace("2.2 0", "2.2 1")).contains("line 2: is a binary mesh"));
         assert!(refuse(&TWO.replace("2.2 0", "4.0 0")).contains("version 4.0"));
-        assert!(refuse(&TWO.replace("40 0 1 0", "40 0 one 0")).starts_with("line 13: \"one\""));
+        assert!(refuse(&TWO.replace("40 0 1 0", "40 0 one 0")).starts_with("line 14: \"one\""));
         assert!(refuse(&TWO.replace("1 1 3 40", "1 1 3 41")).contains("no node 41"));
         assert!(refuse(&TWO.replace("4 2 2 9 1 1 3 40", "4 3 2 9 1 1 2 3 40")).contains("element type 3"));
         assert!(refuse(&TWO.replace("40 0 1 0", "40 0 1 0.5")).contains("off the plane"));

@@ -79,6 +79,10 @@ pub struct MpmOptions {
     /// Where volumetric strain comes from: a cure of locking, where a material keeps its volume.
     #[serde(default)]
     pub volumetric_strain: VolumetricStrain,
+    /// Points of fluids where the cells around are filled to less than this share lie on the free surface and carry no
+    /// stress, 0 to 1 (both excluded), e.g. 0.7; no such points when absent.
+    #[serde(default)]
+    pub free_surface: Option<f64>,
     /// Largest volume of a stress-free point over its initial volume: keeps the points of a
     /// cohesionless free front from swelling without bound.
     #[serde(default = "volume_cap")]
@@ -271,6 +275,7 @@ impl MpmOptions {
             integration: Integration::default(),
             full_cell: full_cell(),
             volumetric_strain: VolumetricStrain::default(),
+            free_surface: None,
             volume_cap: volume_cap(),
         }
     }
@@ -311,6 +316,9 @@ impl MpmOptions {
         rule("full_cell", fill, fill > 0.0 && fill <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if fill != full_cell() && self.integration != Integration::Mixed {
             return Err(("full_cell", "needs integration mixed".to_owned()));
+        }
+        if let Some(factor) = self.free_surface {
+            rule("free_surface", factor, factor > 0.0 && factor < 1.0, "is not in 0..1 (0 and 1 excluded)")?;
         }
         let cap = self.volume_cap;
         rule("volume_cap", cap, cap >= 1.0, "must be at least 1")

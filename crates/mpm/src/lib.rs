@@ -10,12 +10,15 @@
 //!
 //! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
 
+mod absorbing;
 mod affine;
 mod checkpoint;
 mod config;
 mod contact;
 mod dispatch;
 mod domains;
+mod free_surface;
+mod loads;
 mod manufactured;
 mod mesh;
 mod mixed;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Boundary, Load, Space};
+use colluvium_case::description::{Body, Boundary, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError};
 use colluvium_grid::{Basis, Grid, Layout, Mesh, NodeList, Wall, WallKind, Walls};
 use colluvium_points::Sample;
@@ -71,6 +71,7 @@ impl<const D: usize> PointDomain<D> for InElement {
 /// Refuses what elements cannot honour.
 pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
+    not_axis_by_axis(case, options)?;
     let grouped = case.boundaries.iter().position(|boundary| boundary.group.is_some());
     let Some(source) = &options.mesh else {
         return match grouped {
@@ -119,6 +120,30 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
+/// Refuses absorbing sides, periodic domains and free surfaces where they are not what they are on a structured grid of
+/// products over the axes.
+fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
+    let special = options.mesh.is_some()
+        || options.formulation == Formulation::TotalLagrangian
+        || matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::DualDomain);
+    let absorbing = |boundary: &Boundary| matches!(boundary.wall, CaseWall::Absorbing { .. });
+    if let Some(number) = case.boundaries.iter().position(absorbing).filter(|_| special) {
+        let problem = "an absorbing boundary needs a structured grid with shape linear, ugimp, cpgimp, quadratic or cubic";
+        return refuse(&format!("boundaries[{number}].wall"), problem);
+    }
+    let shared = options.volumetric_strain == VolumetricStrain::Nodal || options.integration == Integration::Mixed;
+    if !case.domain.periodic.is_empty() && (special || shared) {
+        let problem = "is not available with a mesh, total-lagrangian, cpdi, dual-domain, nodal volumetric strain or mixed \
+                       integration";
+        return refuse("domain.periodic", problem);
+    }
+    if options.free_surface.is_some() && (options.mesh.is_some() || options.formulation == Formulation::TotalLagrangian) {
+        return refuse("methods.mpm.free_surface", "is not available with a mesh or total-lagrangian");
+    }
+    Ok(())
+}
+
 /// Grid, mesh and order of the nodes of a case; without a mesh it is empty.
 pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
     case: &Case,
@@ -126,7 +151,8 @@ pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
 ) -> Result<(Grid<D>, Arc<Mesh<D>>, Layout<D>), CaseError> {
     let Some(source) = &options.mesh else {
         let grid = setup::grid::<D>(case, options)?;
-        return Ok((grid, Arc::default(), Layout::new::<S, B>(&grid)));
+        let layout = setup::layout::<D, S, B>(case, &grid, options)?;
+        return Ok((grid, Arc::default(), layout));
     };
     let mesh = match source {
         MeshSource::Box => Mesh::of_grid(&setup::grid::<D>(case, options)?)
@@ -215,7 +241,9 @@ pub fn walls<const D: usize>(
             Some(name) => group(mesh, number, name)?,
             None => on_plane(case, mesh, number, boundary)?,
         };
-        walls.push((setup::wall(boundary, 0, options), nodes));
+        if let Some(kind) = setup::kind(boundary, options) {
+            walls.push((setup::wall(boundary, 0, kind), nodes));
+        }
     }
     Ok(Walls::of_nodes(layout.strides(), layout.len(), walls))
 }
@@ -250,48 +278,45 @@ fn on_plane<const D: usize>(
     Err(CaseError::new(format!("boundaries[{number}].position"), problem))
 }
 
-/// Gives the points next to the loaded facets their share of the traction (MPM sheet §2.11).
-pub fn apply_load<const D: usize, P: PointDomain<D>>(
+/// Loaded area (m²; m in the plane, per radian in axisymmetry) that each point of a set carries: facets of the filled
+/// elements on the loaded side, shared by the points next to them (MPM sheet §2.11).
+pub fn loaded_areas<const D: usize, P: PointDomain<D>>(
     case: &Case,
     number: usize,
-    load: &Load,
     mesh: &Mesh<D>,
-    set: &mut PointSet<D, P>,
-) -> Result<(), CaseError> {
-    let Load::Traction { side, value, .. } = load;
+    set: &PointSet<D, P>,
+) -> Result<Vec<f64>, CaseError> {
+    let side = case.loads[number].side();
     let element_of: Vec<u32> = set.position.iter().filter_map(|x| mesh.locate(x)).collect();
     let mut count = vec![0u32; mesh.elements().len()];
     element_of.iter().for_each(|&e| count[e as usize] += 1);
     let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
-    let reach = |e: u32| mesh.elements()[e as usize].nodes[..=D].iter().map(|&n| sign * mesh.nodes()[n as usize][axis]);
+    let place = |n: u32| mesh.nodes()[n as usize];
     let filled = |e: u32| count[e as usize] > 0;
-    let outermost = (0..count.len() as u32).filter(|&e| filled(e)).flat_map(reach).fold(f64::NEG_INFINITY, f64::max);
+    let reach = |e: u32| mesh.elements()[e as usize].nodes[..=D].iter().map(|&n| sign * place(n)[axis]);
+    let all = 0..count.len() as u32;
+    let outermost = all.filter(|&e| filled(e)).flat_map(reach).fold(f64::NEG_INFINITY, f64::max);
     let slack = 1e-6 * mesh.height();
     let mut share = vec![0.0; count.len()];
     for (element, opposite) in mesh.boundary(filled) {
-        let nodes: Vec<[f64; D]> = mesh.facet_nodes(element, opposite).map(|n| mesh.nodes()[n as usize]).collect();
-        if nodes.iter().all(|x| sign * x[axis] >= outermost - slack) {
-            let radius = if case.space == Space::Axisymmetric {
-                nodes.iter().map(|x| x[0]).sum::<f64>() / D as f64
-            } else {
-                1.0
-            };
-            let points = f64::from(count[element as usize]);
-            share[element as usize] += mesh.facet_area(element, opposite) * radius / points;
+        let nodes: Vec<[f64; D]> = mesh.facet_nodes(element, opposite).map(place).collect();
+        if nodes.iter().any(|x| sign * x[axis] < outermost - slack) {
+            continue;
         }
+        let radius = if case.space == Space::Axisymmetric {
+            nodes.iter().map(|x| x[0]).sum::<f64>() / D as f64
+        } else {
+            1.0
+        };
+        let points = f64::from(count[element as usize]);
+        share[element as usize] += mesh.facet_area(element, opposite) * radius / points;
     }
     if share.iter().all(|s| *s == 0.0) {
         let problem = "the body has no facet of the mesh on that side";
         return Err(CaseError::new(format!("loads[{number}].side"), problem));
     }
-    for (force, element) in set.traction.iter_mut().zip(element_of) {
-        for c in 0..D {
-            force[c] += value[c] * share[element as usize];
-        }
-    }
-    Ok(())
+    Ok(element_of.into_iter().map(|element| share[element as usize]).collect())
 }
-
 
 #[cfg(test)]
 mod tests {

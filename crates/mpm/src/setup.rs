@@ -3,19 +3,22 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Boundary, Load, Side, Space, Wall as CaseWall};
+use colluvium_case::description::{Body, Boundary, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Material};
-use colluvium_grid::{Basis, Grid, Mesh, Node, Wall, WallKind, Walls};
+use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
+use crate::absorbing::{Absorbing, Impedance};
 use crate::config::ShapeFunctions;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
 use crate::points::{Ground, PointDomain, PointSet};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
-use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, mesh, two_phase};
+use crate::{
+    MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads, mesh, two_phase,
+};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -39,6 +42,27 @@ pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     Grid::new(corner(&case.domain.min), corner(&case.domain.max), options.cell_size)
         .map_err(|error| CaseError::new("methods.mpm.cell_size", error.to_string()))
+}
+
+/// The nodes of the case.
+pub fn layout<const D: usize, const S: usize, B: Basis<S>>(
+    case: &Case,
+    grid: &Grid<D>,
+    options: &MpmOptions,
+) -> Result<Layout<D>, CaseError> {
+    let layout = Layout::new::<S, B>(grid);
+    if case.domain.periodic.is_empty() {
+        return Ok(layout);
+    }
+    if !options.contacts.is_empty() {
+        return Err(CaseError::new("domain.periodic", "is not available with contacts"));
+    }
+    let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
+    layout.repeating(periodic).ok_or_else(|| {
+        let problem =
+            "needs shape linear, ugimp or cpgimp, and along a periodic axis at least 3 cells (cpgimp: 5)";
+        CaseError::new("domain.periodic", problem)
+    })
 }
 
 /// The walls of a stage.
@@ -77,14 +101,17 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
             return Err(CaseError::new(path(), problem));
         }
         let node = if face == grid.cells[axis] { nodes[axis] - 1 - B::GHOSTS } else { face + B::GHOSTS };
-        walls.push(wall(boundary, node, options));
+        if let Some(kind) = kind(boundary, options) {
+            walls.push(wall(boundary, node, kind));
+        }
     }
     Ok(Walls::new(&nodes, walls))
 }
 
-/// The wall of a boundary with its face at a node.
-pub fn wall(boundary: &Boundary, node: usize, options: &MpmOptions) -> Wall {
-    let kind = match boundary.wall {
+/// How the wall of a boundary acts; `None` for one that only brakes.
+pub fn kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> {
+    Some(match boundary.wall {
+        CaseWall::Absorbing { .. } => return None,
         CaseWall::Rough => WallKind::Rough,
         CaseWall::Smooth => WallKind::Smooth,
         CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
@@ -93,7 +120,11 @@ pub fn wall(boundary: &Boundary, node: usize, options: &MpmOptions) -> Wall {
                 WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
             }
         },
-    };
+    })
+}
+
+/// The wall of a boundary with its face at a node.
+pub fn wall(boundary: &Boundary, node: usize, kind: WallKind) -> Wall {
     let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
     let (axis, upper, separation) = (boundary.side.axis(), boundary.side.is_max(), boundary.separation);
     Wall { axis, upper, node, kind, separation, velocity }
@@ -133,7 +164,8 @@ impl dispatch::Visitor for Measure<'_> {
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
         let nodes = solver.layout.len() * solver.contacts.fields();
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
-        let per_node = phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
+        let per_node =
+            phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
         let mut warnings = warnings(self.case, self.options, points);
         if time_step.limit == "seepage drag" {
             // MPM sheet P-13.
@@ -236,11 +268,18 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
-    for (number, load) in case.loads.iter().enumerate() {
-        apply_load(case, number, load, &mesh, &mut sets)?;
-    }
     let strains = CellStrains::new(case, options, &layout);
     let stresses = CellStresses::new(options, &layout, contacts.fields());
+    for number in 0..case.loads.len() {
+        loads::apply(case, number, &mesh, &mut sets)?;
+    }
+    let absorbs = case.boundaries.iter().position(|b| matches!(b.wall, CaseWall::Absorbing { .. }));
+    let impedances = absorbs.map_or_else(Vec::new, |_| sets.iter().map(Impedance::of).collect());
+    if let (Some(number), true) = (absorbs, contacts.fields() > 1) {
+        let problem = "an absorbing boundary is not available with contacts";
+        return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
+    }
+    let free_surface = free_surface::free_surface(case, options, &grid, &layout)?;
     let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
@@ -248,10 +287,10 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         nodes: vec![Node::default(); own_nodes],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
-        load_factors: vec![1.0; case.bodies.len()],
         walls: Walls::default(),
         upper: grid.upper(),
         closed: [[false; 2]; D],
+        periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
         layout,
         grid,
         mesh,
@@ -273,6 +312,9 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         external_work: 0.0,
         two_phase,
         manufactured: None,
+        free_surface,
+        absorbing: Absorbing::default(),
+        impedances,
         basis: PhantomData,
     };
     // XPIC sweeps over the same nodes before they hold re-mapped velocities.
@@ -353,6 +395,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
         scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
+        loads: Vec::new(),
         traction: Vec::new(),
         pore,
         slabs: Vec::new(),
@@ -409,43 +452,6 @@ fn samples<const D: usize>(
     Ok(samples)
 }
 
-/// Gives the outermost layer of points of the loaded side its share of the traction (MPM sheet §2.11).
-fn apply_load<const D: usize, P: PointDomain<D>>(
-    case: &Case,
-    number: usize,
-    load: &Load,
-    mesh: &Mesh<D>,
-    sets: &mut [PointSet<D, P>],
-) -> Result<(), CaseError> {
-    let Load::Traction { body, side, value, .. } = load;
-    let set = sets.iter_mut().find(|set| case.bodies[set.body as usize].name == *body);
-    let Some(set) = set else {
-        return Err(CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")));
-    };
-    if set.traction.is_empty() {
-        set.traction = vec![[0.0; D]; set.position.len()];
-    }
-    if !mesh.is_empty() {
-        return mesh::apply_load(case, number, load, mesh, set);
-    }
-    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
-    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
-    let across: f64 = (0..D).filter(|c| *c != axis).map(|c| set.extent[c]).product();
-    for (position, force) in set.position.iter().zip(&mut set.traction) {
-        if sign * position[axis] > outermost - 0.5 * set.extent[axis] {
-            let radius = match (case.space, side) {
-                (Space::Axisymmetric, Side::XMin | Side::XMax) => position[0] + sign * 0.5 * set.extent[0],
-                (Space::Axisymmetric, _) => position[0],
-                _ => 1.0,
-            };
-            for c in 0..D {
-                force[c] += value[c] * across * radius;
-            }
-        }
-    }
-    Ok(())
-}
-
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
@@ -459,21 +465,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             phases.walls = two_phase::liquid_walls::<D, S, B>(case, stage, grid, options)?;
         }
         self.set_walls(own);
-        Ok(())
-    }
-
-    /// Sets the factors on the tractions of each body to those at the end of a step of `dt`.
-    pub(crate) fn set_load_factors(&mut self, dt: f64) {
-        let end = self.time + dt;
-        for (body, factor) in self.case.bodies.iter().zip(&mut self.load_factors) {
-            let of_body = |load: &&Load| {
-                let Load::Traction { body: name, .. } = load;
-                *name == body.name
-            };
-            *factor = self.case.loads.iter().find(of_body).map_or(1.0, |load| {
-                let Load::Traction { ramp, ramp_shape, .. } = load;
-                ramp_shape.factor(end, *ramp)
-            });
-        }
+        self.set_absorbing(stage)
     }
 }

@@ -93,7 +93,7 @@ pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes;
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Point to grid (step 1), slab by slab.
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
-        self.set_load_factors(dt);
+        self.apply_loads(dt);
         if what != Scatter::Motion {
             self.average_stresses();
         }
@@ -102,7 +102,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         let strides = self.layout.strides();
         let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
-        let (loads, transfer) = (&self.load_factors, self.options.transfer);
+        let transfer = self.options.transfer;
         let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
@@ -125,8 +125,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                             body = Some(Lanes::new([hoop, 0.0, 0.0, 0.0]));
                         }
                         if !set.traction.is_empty() && what != Scatter::Motion {
-                            let traction = lanes(&set.traction[p], 0.0) * loads[set.body as usize];
-                            body = Some(body.unwrap_or(Lanes::ZERO) + traction);
+                            body = Some(body.unwrap_or(Lanes::ZERO) + lanes(&set.traction[p], 0.0));
                         }
                         stencil.deposit(window, offset, &strides, motion, &columns, body);
                         if affine {
@@ -135,6 +134,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                             moments.deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, momentum);
                         }
                     }
+                }
+            });
+            self.layout.fold(nodes, |sum, node| {
+                if what != Scatter::Forces {
+                    sum.motion += node.motion;
+                }
+                if what != Scatter::Motion {
+                    sum.force += node.force;
                 }
             });
         }
@@ -165,6 +172,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                 }
             });
+            self.layout.fold(nodes, |sum, node| *sum += *node);
         }
         self.velocities_of_remapped(false);
     }
@@ -433,7 +441,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             return domain.settle(&ground, position);
         }
         if !P::ANCHORED && !self.grid.contains(position) {
-            for axis in 0..D {
+            for axis in (0..D).filter(|axis| !self.periodic[*axis]) {
                 let (low, high) = (self.grid.origin[axis], self.upper[axis]);
                 if (position[axis] < low && !self.closed[axis][0])
                     || (position[axis] > high && !self.closed[axis][1])

@@ -32,12 +32,22 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
     }
+    if let Some(number) = case.stages.iter().position(|stage| !stage.excavate.is_empty()) {
+        let problem = "sph removes whole bodies only: use remove_bodies";
+        return Err(CaseError::new(format!("stages[{number}].excavate"), problem));
+    }
+    if !case.domain.periodic.is_empty() {
+        return Err(CaseError::new("domain.periodic", "sph has no periodic boundaries"));
+    }
     if !case.loads.is_empty() {
         return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
     }
     if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
         let path = format!("bodies[{number}].pore_fluid");
-        return Err(CaseError::new(path, "sph has one phase; where no fluid leaves use the material undrained"));
+        return Err(CaseError::new(
+            path,
+            "sph has one phase; where no fluid leaves use the material undrained",
+        ));
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");
@@ -46,6 +56,9 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
         }
         if boundary.group.is_some() {
             return Err(CaseError::new(path("group"), "sph has no mesh with groups of nodes"));
+        }
+        if matches!(boundary.wall, Wall::Absorbing { .. }) {
+            return Err(CaseError::new(path("wall"), "sph has no absorbing boundaries"));
         }
         if boundary.separation {
             return Err(CaseError::new(path("separation"), "material cannot lift off the walls of sph"));
@@ -72,7 +85,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
         };
         match boundary.wall {
             Wall::Smooth => mirrors.push(plane),
-            Wall::Rough | Wall::Frictional { .. } => rough.push(plane),
+            Wall::Rough | Wall::Frictional { .. } | Wall::Absorbing { .. } => rough.push(plane),
         }
     }
     let span = (corner(&case.domain.min), corner(&case.domain.max));
