@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use colluvium_case::{Case, SolverError, TimeStep};
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Mesh, Node, Walls};
+use colluvium_grid::{Basis, Grid, Lanes, Layout, Mesh, Node, Support, Walls};
 use rayon::prelude::*;
 
 use crate::absorbing::{Absorbing, Impedance};

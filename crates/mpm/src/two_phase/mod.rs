@@ -18,7 +18,7 @@ mod strain;
 mod transfer;
 
 use colluvium_case::{Equilibrium, SolverError};
-use colluvium_grid::{Basis, Lanes, Layout, Node, Walls};
+use colluvium_grid::{Basis, Lanes, Layout, Node, Support, Walls};
 
 pub use fluid::{Fluid, PoreSet, SavedPore, critical_step};
 pub use momentum::PhaseSums;
