@@ -303,7 +303,9 @@ impl Findings<'_> {
             let open = !case.domain.is_periodic(boundary.side.axis());
             self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
             if let (Some(group), Some(_)) = (&boundary.group, boundary.position) {
-                let problem = format!("the wall holds the nodes of the group {group:?}, wherever they are: leave it out");
+                let problem = format!(
+                    "the wall holds the nodes of the group {group:?}, wherever they are: leave it out"
+                );
                 self.report(format!("{path}.position"), problem);
             }
             if boundary.group.is_none() && self.extent(boundary.side.axis()).is_some() {

@@ -191,9 +191,8 @@ mod tests {
         let list: NodeList<2, 16> = Corners::nodes(&grid, &centre, &r);
         let volume = 4.0 * (r[0][0] * r[1][1] - r[0][1] * r[1][0]);
         let hat = |node: &[f64; 2], sign: [f64; 2]| -> f64 {
-            let distance = |c: usize| {
-                (centre[c] + sign[0] * r[0][c] + sign[1] * r[1][c] - node[c]).abs() / 0.25
-            };
+            let distance =
+                |c: usize| (centre[c] + sign[0] * r[0][c] + sign[1] * r[1][c] - node[c]).abs() / 0.25;
             (0..2).map(|c| (1.0 - distance(c)).max(0.0)).product()
         };
         for i in 0..5 {

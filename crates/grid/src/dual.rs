@@ -91,7 +91,8 @@ impl<const D: usize, const S: usize> DualNodes<D, S> {
 impl<const D: usize, const S: usize> Support<D> for DualNodes<D, S> {
     fn for_each(&self, strides: &[usize; D], mut visit: impl FnMut(usize, f64, &[f64; D])) {
         self.linear.for_each(strides, |number, w, g| visit(number, w, &g.map(|c| self.share * c)));
-        self.averaged.for_each(strides, |number, _, g| visit(number, 0.0, &g.map(|c| (1.0 - self.share) * c)));
+        self.averaged
+            .for_each(strides, |number, _, g| visit(number, 0.0, &g.map(|c| (1.0 - self.share) * c)));
     }
 
     fn moments<const T: usize, B: Basis<T>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]) {

@@ -124,7 +124,15 @@ impl<const D: usize> Layout<D> {
         let count = mesh.nodes().len();
         let row = line[0] * line[1];
         let nodes = std::array::from_fn(|axis| if axis == 0 { count.div_ceil(row) } else { line[axis - 1] });
-        let strides = std::array::from_fn(|axis| if axis == 0 { row } else if axis == 1 { line[1] } else { 1 });
+        let strides = std::array::from_fn(|axis| {
+            if axis == 0 {
+                row
+            } else if axis == 1 {
+                line[1]
+            } else {
+                1
+            }
+        });
         let slab_cells = 2 * (1 + MARGIN);
         let start = |slab: usize| {
             let cells = (slab * slab_cells) as f64 - (1 + MARGIN) as f64;

@@ -40,7 +40,9 @@ pub enum MeshError {
         position: Vec<f64>,
     },
     /// An element without volume, or turned inside out.
-    #[error("element {element} around {centre:?} m has the volume {volume:.3e}: it must be positive (corners in the wrong order, or flat)")]
+    #[error(
+        "element {element} around {centre:?} m has the volume {volume:.3e}: it must be positive (corners in the wrong order, or flat)"
+    )]
     Volume {
         /// Number of the element.
         element: usize,
@@ -153,7 +155,8 @@ impl<const D: usize> Mesh<D> {
         }
         join(&mut built)?;
         let groups = groups.iter().map(|(name, members)| {
-            let mut members: Vec<u32> = members.iter().filter_map(|old| number_of.get(old).copied()).collect();
+            let mut members: Vec<u32> =
+                members.iter().filter_map(|old| number_of.get(old).copied()).collect();
             members.sort_unstable();
             members.dedup();
             (name.clone(), members)
@@ -284,7 +287,10 @@ impl<const D: usize> Mesh<D> {
         let cell = bins.grid.cell_of(position);
         let bin = (0..D).fold(0, |number, a| number * bins.grid.cells[a] + cell[a]);
         let range = bins.starts[bin] as usize..bins.starts[bin + 1] as usize;
-        bins.elements[range].iter().copied().find(|&e| lowest::<D>(&self.barycentric(e, position)).1 >= -TOLERANCE)
+        bins.elements[range]
+            .iter()
+            .copied()
+            .find(|&e| lowest::<D>(&self.barycentric(e, position)).1 >= -TOLERANCE)
     }
 
     /// The element that holds `position`, searched from `start`: through the facet that the position lies farthest
@@ -346,9 +352,8 @@ impl<const D: usize> Mesh<D> {
         for (number, e) in self.elements.iter().enumerate() {
             let (low, high) = of_element(e);
             // A little wider, so that round-off loses no point of the element.
-            let [first, last] = [(low, -1e-6), (high, 1e-6)].map(|(x, more)| {
-                grid.cell_of(&std::array::from_fn(|a| x[a] + more * cell))
-            });
+            let [first, last] = [(low, -1e-6), (high, 1e-6)]
+                .map(|(x, more)| grid.cell_of(&std::array::from_fn(|a| x[a] + more * cell)));
             let mut index = first;
             'cells: loop {
                 members[(0..D).fold(0, |n, a| n * cells[a] + index[a])].push(number as u32);
@@ -402,7 +407,10 @@ fn orders<const D: usize>() -> Vec<([usize; D], bool)> {
 }
 
 /// The nodes that elements have, in order of their coordinates, and the new number of each.
-fn numbering<const D: usize>(nodes: &[[f64; D]], elements: &[Vec<usize>]) -> (Vec<usize>, HashMap<usize, u32>) {
+fn numbering<const D: usize>(
+    nodes: &[[f64; D]],
+    elements: &[Vec<usize>],
+) -> (Vec<usize>, HashMap<usize, u32>) {
     let mut order: Vec<usize> = elements.iter().flatten().copied().collect();
     order.sort_unstable();
     order.dedup();
@@ -517,7 +525,8 @@ mod tests {
         let areas: Vec<f64> = (0..4).map(|k| mesh.facet_area(0, k)).collect();
         assert!(areas.iter().any(|a| (a - 3.5).abs() < 1e-14), "{areas:?}");
         // A right triangle: 2 A / l_max.
-        let flat = Mesh::new(&[[0.0, 0.0], [3.0, 0.0], [0.0, 4.0]], &[vec![0, 1, 2]], &BTreeMap::new()).unwrap();
+        let flat =
+            Mesh::new(&[[0.0, 0.0], [3.0, 0.0], [0.0, 4.0]], &[vec![0, 1, 2]], &BTreeMap::new()).unwrap();
         assert!((flat.height() - 12.0 / 5.0).abs() < 1e-15);
     }
 
@@ -568,7 +577,8 @@ mod tests {
     fn bad_meshes_are_refused() {
         let none = BTreeMap::new();
         let nodes = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
-        let refuse = |nodes: &[[f64; 2]], elements: &[Vec<usize>]| Mesh::new(nodes, elements, &none).unwrap_err();
+        let refuse =
+            |nodes: &[[f64; 2]], elements: &[Vec<usize>]| Mesh::new(nodes, elements, &none).unwrap_err();
         assert_eq!(refuse(&nodes, &[]), MeshError::Empty("triangle"));
         assert!(matches!(refuse(&nodes, &[vec![0, 1, 7]]), MeshError::UnknownNode { node: 7, .. }));
         assert!(matches!(refuse(&nodes, &[vec![0, 2, 1]]), MeshError::Volume { .. }), "clockwise");

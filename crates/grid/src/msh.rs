@@ -229,14 +229,23 @@ impl Content {
             1 => (1, 2),
             2 => (2, 3),
             4 => (3, 4),
-            3 | 9 | 10 | 16 => return fail(format!("element type {kind}: only 3-node triangles are possible in the plane")),
-            other => return fail(format!("element type {other}: only points, lines, 3-node triangles and 4-node tetrahedra are possible")),
+            3 | 9 | 10 | 16 => {
+                return fail(format!("element type {kind}: only 3-node triangles are possible in the plane"));
+            }
+            other => {
+                return fail(format!(
+                    "element type {other}: only points, lines, 3-node triangles and 4-node tetrahedra are possible"
+                ));
+            }
         };
         let mut nodes = Vec::with_capacity(corners);
         for _ in 0..corners {
             let tag: u64 = words.next()?;
             let Some(&node) = self.number.get(&tag) else {
-                return Err(MshError::Syntax { line: words.line, problem: format!("there is no node {tag}") });
+                return Err(MshError::Syntax {
+                    line: words.line,
+                    problem: format!("there is no node {tag}"),
+                });
             };
             nodes.push(node);
         }
@@ -338,7 +347,8 @@ mod tests {
         let two = Mesh::<2>::from_msh(TWO).unwrap();
         assert_eq!(two, Mesh::<2>::from_msh(FOUR).unwrap());
         assert_eq!(two.elements().len(), 2);
-        let base: Vec<[f64; 2]> = two.group("the base").unwrap().iter().map(|n| two.nodes()[*n as usize]).collect();
+        let base: Vec<[f64; 2]> =
+            two.group("the base").unwrap().iter().map(|n| two.nodes()[*n as usize]).collect();
         assert_eq!(base, [[0.0, 0.0], [1.0, 0.0]]);
         assert_eq!(two.groups().collect::<Vec<_>>(), ["soil", "the base"]);
         let unknown = format!("$Comments\nby hand\n$EndComments\n{TWO}");

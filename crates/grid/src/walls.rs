@@ -66,11 +66,7 @@ impl Walls {
     }
 
     /// The walls of a mesh with `count` nodes (of a layout with `strides`), each with the nodes it holds.
-    pub fn of_nodes<const D: usize>(
-        strides: [usize; D],
-        count: usize,
-        walls: Vec<(Wall, Vec<u32>)>,
-    ) -> Self {
+    pub fn of_nodes<const D: usize>(strides: [usize; D], count: usize, walls: Vec<(Wall, Vec<u32>)>) -> Self {
         let mut lookup: [Vec<u8>; 3] = Default::default();
         lookup[..D].fill(vec![0; count]);
         for (number, (wall, nodes)) in walls.iter().enumerate() {
@@ -281,6 +277,8 @@ mod tests {
         let upper = Wall { upper: true, node: 3, axis: 0, ..floor(WallKind::Rough, false) };
         let walls = Walls::new(&[6, 5], vec![floor(WallKind::Smooth, false), upper]);
         assert!(walls.at(1, &[2, 0, 0]).is_some() && walls.is_free(1, 1));
-        assert!(walls.is_free(0, 2) && walls.at(0, &[3, 1, 0]) == walls.at(0, &[5, 1, 0]) && !walls.is_free(0, 5));
+        assert!(
+            walls.is_free(0, 2) && walls.at(0, &[3, 1, 0]) == walls.at(0, &[5, 1, 0]) && !walls.is_free(0, 5)
+        );
     }
 }

@@ -1,7 +1,9 @@
 //! From the run-time choice of dimension and shape functions to the compiled solver.
 
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, Corners, CubicSpline, DualDomain, Gimp, Linear, QuadraticSpline, Simplex, WideGimp};
+use colluvium_grid::{
+    Basis, Corners, CubicSpline, DualDomain, Gimp, Linear, QuadraticSpline, Simplex, WideGimp,
+};
 
 use crate::MpmOptions;
 use crate::config::{DomainStretch, Formulation, ShapeFunctions};

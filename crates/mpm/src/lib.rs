@@ -37,8 +37,8 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions, ShapeFunctions, StressScheme, Transfer, VolumetricStrain,
-    WallFriction,
+    Contact, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions, ShapeFunctions,
+    StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};
 pub use solver::MpmSolver;

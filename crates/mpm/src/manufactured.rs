@@ -67,7 +67,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         for set in &mut self.sets {
             let mut motions = Vec::with_capacity(set.len());
             for p in 0..set.len() {
-                let Prescribed { position, velocity, deformation } = (solution.start)(spatial(&set.origin[p]));
+                let Prescribed { position, velocity, deformation } =
+                    (solution.start)(spatial(&set.origin[p]));
                 set.position[p] = std::array::from_fn(|c| position[c]);
                 set.velocity[p] = std::array::from_fn(|c| velocity[c]);
                 let stretch = Mat3(deformation).determinant();

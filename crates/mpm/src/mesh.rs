@@ -110,7 +110,10 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
         return refuse("contacts", "are not available on a mesh yet");
     }
     if !(1..=3).contains(&options.points_per_cell) {
-        let problem = format!("{} is not in 1..=3 (1, 3 or 6 points a triangle; 1, 4 or 10 a tetrahedron)", options.points_per_cell);
+        let problem = format!(
+            "{} is not in 1..=3 (1, 3 or 6 points a triangle; 1, 4 or 10 a tetrahedron)",
+            options.points_per_cell
+        );
         return refuse("points_per_cell", &problem);
     }
     if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
@@ -132,13 +135,16 @@ fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> 
         let problem = "an absorbing boundary needs a structured grid with shape linear, ugimp, cpgimp, quadratic or cubic";
         return refuse(&format!("boundaries[{number}].wall"), problem);
     }
-    let shared = options.volumetric_strain == VolumetricStrain::Nodal || options.integration == Integration::Mixed;
+    let shared =
+        options.volumetric_strain == VolumetricStrain::Nodal || options.integration == Integration::Mixed;
     if !case.domain.periodic.is_empty() && (special || shared) {
         let problem = "is not available with a mesh, total-lagrangian, cpdi, dual-domain, nodal volumetric strain or mixed \
                        integration";
         return refuse("domain.periodic", problem);
     }
-    if options.free_surface.is_some() && (options.mesh.is_some() || options.formulation == Formulation::TotalLagrangian) {
+    if options.free_surface.is_some()
+        && (options.mesh.is_some() || options.formulation == Formulation::TotalLagrangian)
+    {
         return refuse("methods.mpm.free_surface", "is not available with a mesh or total-lagrangian");
     }
     Ok(())
@@ -176,7 +182,8 @@ pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
 }
 
 fn read<const D: usize>(file: &Path) -> Result<Mesh<D>, CaseError> {
-    let fail = |problem: String| CaseError::new("methods.mpm.mesh.file", format!("{}: {problem}", file.display()));
+    let fail =
+        |problem: String| CaseError::new("methods.mpm.mesh.file", format!("{}: {problem}", file.display()));
     let text = std::fs::read_to_string(file).map_err(|error| fail(format!("cannot be read: {error}")))?;
     Mesh::from_msh(&text).map_err(|error| fail(error.to_string()))
 }

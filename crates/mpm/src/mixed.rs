@@ -119,7 +119,9 @@ impl<const D: usize> CellForces<'_, D> {
             let is_upper = |axis: usize| corner >> axis & 1 == 1;
             let offset: usize = (0..D).filter(|&a| is_upper(a)).map(|a| strides[a]).sum();
             let Some(entry) = node.checked_sub(offset).filter(|&entry| full[entry]) else { continue };
-            let ([a, b], Some(cell)) = (cells[entry].map(Lanes::to_array), self.cell(entry)) else { continue };
+            let ([a, b], Some(cell)) = (cells[entry].map(Lanes::to_array), self.cell(entry)) else {
+                continue;
+            };
             let stress = SymTensor([a[0], a[1], a[2], a[3], b[0], b[1]]) * (1.0 / b[2]);
             let radius = self.radius(&cell);
             let slope = |axis: usize| if is_upper(axis) { share * radius } else { -share * radius };

@@ -410,7 +410,9 @@ fn domains<const D: usize, P: PointDomain<D>>(
     let mut domains = vec![P::default(); position.len()];
     for (domain, x) in domains.iter_mut().zip(position) {
         let placed = domain.start(ground, x);
-        placed.map_err(|reason| CaseError::new(format!("{path}.shape"), format!("the point at {x:?} m: {reason}")))?;
+        placed.map_err(|reason| {
+            CaseError::new(format!("{path}.shape"), format!("the point at {x:?} m: {reason}"))
+        })?;
     }
     Ok(domains)
 }

@@ -29,7 +29,8 @@ impl CellStrains {
     /// Empty arrays for what the options ask for.
     pub fn new<const D: usize>(case: &Case, options: &MpmOptions, layout: &Layout<D>) -> Self {
         let first = |body: usize| {
-            let same = |other: &colluvium_case::description::Body| other.material == case.bodies[body].material;
+            let same =
+                |other: &colluvium_case::description::Body| other.material == case.bodies[body].material;
             case.bodies.iter().position(same).unwrap_or(body)
         };
         let firsts: Vec<usize> = (0..case.bodies.len()).map(first).collect();
@@ -180,7 +181,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if !strains.nodes.is_empty() {
             let (grid, axisymmetric) = (self.grid, self.axisymmetric);
             let size = |row: usize| {
-                if axisymmetric { grid.origin[0] + (row as f64 - B::GHOSTS as f64 + 0.5) * grid.cell } else { 1.0 }
+                if axisymmetric {
+                    grid.origin[0] + (row as f64 - B::GHOSTS as f64 + 0.5) * grid.cell
+                } else {
+                    1.0
+                }
             };
             let mut row_sums = std::mem::take(&mut self.row_sums);
             strains.pass_through_nodes(&self.layout, &mut row_sums, size);
@@ -254,9 +259,9 @@ mod tests {
         let grid = Grid::new([0.0; 2], [3.0, 2.0], 1.0).unwrap();
         let mut layout = Layout::new::<2, Linear>(&grid);
         layout.add_points(&[[0.5, 0.5], [1.5, 0.5], [2.5, 1.5]]);
-        let number = |i: usize, j: usize| lowest_node::<2, 2, Linear>(
-            &grid, &layout.strides(), &[i as f64 + 0.5, j as f64 + 0.5],
-        );
+        let number = |i: usize, j: usize| {
+            lowest_node::<2, 2, Linear>(&grid, &layout.strides(), &[i as f64 + 0.5, j as f64 + 0.5])
+        };
         let (cells, nodes) = (vec![Lanes::ZERO; layout.len()], vec![Lanes::ZERO; layout.len()]);
         let mut shared = CellStrains { materials: vec![0], cells, nodes };
         for (i, column) in strains.iter().enumerate() {

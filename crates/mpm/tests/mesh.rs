@@ -138,9 +138,12 @@ fn falling(floor: bool) -> Result<RunReport, String> {
 #[test]
 fn walls_hold_nodes_that_no_point_has_touched_yet() {
     // MPM sheet S-08: no deeper than an element; without the wall it falls through.
-    let lowest = |report: &RunReport| report.snapshot.positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+    let lowest =
+        |report: &RunReport| report.snapshot.positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
     assert!(lowest(&falling(true).unwrap()) > 0.2 - 0.1);
-    assert!(falling(false).map_or_else(|error| error.contains("left the mesh"), |report| lowest(&report) < 0.1));
+    assert!(
+        falling(false).map_or_else(|error| error.contains("left the mesh"), |report| lowest(&report) < 0.1)
+    );
 }
 
 #[test]
@@ -164,10 +167,15 @@ fn weight_at_rest_makes_the_stress_of_an_oedometer() {
             "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-5 } }]
         })));
         let displacement = vectors(&report.snapshot, "displacement");
-        for ((x, u), s) in report.snapshot.positions.iter().zip(&displacement).zip(stresses(&report.snapshot)) {
+        for ((x, u), s) in report.snapshot.positions.iter().zip(&displacement).zip(stresses(&report.snapshot))
+        {
             let vertical = -1000.0 * 10.0 * (1.0 - (x[1] - u[1]));
             // Constant in an element: the weight of one.
-            assert!((s[1] - vertical).abs() < 1000.0 * 10.0 * 0.1, "{space}: {} for {vertical} at {x:?}", s[1]);
+            assert!(
+                (s[1] - vertical).abs() < 1000.0 * 10.0 * 0.1,
+                "{space}: {} for {vertical} at {x:?}",
+                s[1]
+            );
         }
     }
 }
@@ -186,7 +194,9 @@ fn a_traction_gives_its_impulse() {
 /// A rectangle of `nx × ny` squares of 0.25 m in two triangles each, as Gmsh 2.2, its base the group "base".
 fn msh(nx: usize, ny: usize) -> String {
     let number = |i: usize, j: usize| i * (ny + 1) + j + 1;
-    let mut text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n1 3 \"base\"\n$EndPhysicalNames\n".to_owned();
+    let mut text =
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n1 3 \"base\"\n$EndPhysicalNames\n"
+            .to_owned();
     writeln!(text, "$Nodes\n{}", (nx + 1) * (ny + 1)).unwrap();
     for i in 0..=nx {
         for j in 0..=ny {
@@ -198,7 +208,13 @@ fn msh(nx: usize, ny: usize) -> String {
         writeln!(text, "{} 1 2 3 1 {} {}", i + 1, number(i, 0), number(i + 1, 0)).unwrap();
         for j in 0..ny {
             let (a, b, c, d) = (number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1));
-            writeln!(text, "{} 2 2 0 1 {a} {b} {c}\n{} 2 2 0 1 {a} {c} {d}", 10_000 + 2 * (i * ny + j), 10_001 + 2 * (i * ny + j)).unwrap();
+            writeln!(
+                text,
+                "{} 2 2 0 1 {a} {b} {c}\n{} 2 2 0 1 {a} {c} {d}",
+                10_000 + 2 * (i * ny + j),
+                10_001 + 2 * (i * ny + j)
+            )
+            .unwrap();
         }
     }
     text + "$EndElements\n"
@@ -220,12 +236,13 @@ fn a_file_of_gmsh_gives_mesh_and_walls() {
         std::fs::write(folder.join("case.json"), text.to_string()).unwrap();
         Case::load(&folder.join("case.json")).unwrap()
     };
-    let by_group = solve(&write(json!({ "side": "y-min", "group": "base", "wall": { "kind": "rough" } }), "rectangle.msh"));
+    let by_group = solve(&write(
+        json!({ "side": "y-min", "group": "base", "wall": { "kind": "rough" } }),
+        "rectangle.msh",
+    ));
     let by_plane = solve(&write(json!({ "side": "y-min", "wall": { "kind": "rough" } }), "rectangle.msh"));
     assert_eq!(by_group.snapshot.hash(), by_plane.snapshot.hash());
-    let refuse = |wall: Value, file: &str| {
-        Mpm.build(&write(wall, file)).map(|_| ()).unwrap_err().to_string()
-    };
+    let refuse = |wall: Value, file: &str| Mpm.build(&write(wall, file)).map(|_| ()).unwrap_err().to_string();
     let rough = json!({ "kind": "rough" });
     let error = refuse(json!({ "side": "y-min", "group": "top", "wall": rough }), "rectangle.msh");
     assert!(error.contains("boundaries[0].group") && error.contains("[\"base\"]"), "{error}");

@@ -82,8 +82,9 @@ fn mass_and_momentum_of_a_free_body_are_conserved() {
 fn a_block_in_three_dimensions_and_a_bar_keep_their_momentum_with_convected_domains() {
     for (space, dimension) in [("1d", 1), ("3d", 3)] {
         let pick = |v: &[f64]| v[..dimension].to_vec();
-        let gradient: Vec<Vec<f64>> =
-            (0..dimension).map(|i| (0..dimension).map(|j| if i == j { 2.0 } else { 0.5 }).collect()).collect();
+        let gradient: Vec<Vec<f64>> = (0..dimension)
+            .map(|i| (0..dimension).map(|j| if i == j { 2.0 } else { 0.5 }).collect())
+            .collect();
         let report = solve(&case(json!({
             "space": space, "domain": { "min": pick(&[0.0; 3]), "max": pick(&[1.0; 3]) }, "gravity": pick(&[0.0; 3]),
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": pick(&[0.3; 3]), "max": pick(&[0.7; 3]) },
@@ -125,10 +126,34 @@ fn the_total_lagrangian_form_turns_without_stress() {
         "stages": [{ "name": "turn", "duration": 1.0 }],
         "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "formulation": "total-lagrangian" } }
     })));
-    for (x, u) in report.snapshot.positions.iter().zip(report.snapshot.field("displacement").map(|f| &f.data).and_then(
-        |data| if let FieldData::Vector(u) = data { Some(u) } else { None },
-    ).unwrap()) {
+    for (x, u) in report.snapshot.positions.iter().zip(
+        report
+            .snapshot
+            .field("displacement")
+            .map(|f| &f.data)
+            .and_then(|data| if let FieldData::Vector(u) = data { Some(u) } else { None })
+            .unwrap(),
+    ) {
         let start = [x[0] - u[0], x[1] - u[1]];
         assert!((x[0] + start[1]).abs() < 5e-3 && (x[1] - start[0]).abs() < 5e-3, "{x:?} from {start:?}");
+    }
+}
+
+#[test]
+fn what_the_shapes_cannot_honour_is_refused_by_name() {
+    for (path, options) in [
+        ("formulation", json!({ "formulation": "total-lagrangian" })),
+        ("integration", json!({ "integration": "mixed" })),
+        ("full_cell", json!({ "shape": "linear", "full_cell": 0.5 })),
+        ("full_cell", json!({ "shape": "linear", "integration": "mixed", "full_cell": 1.5 })),
+        ("transfer", json!({ "shape": "cpdi", "transfer": "apic" })),
+        ("shape", json!({ "mesh": { "kind": "box" } })),
+        ("shape", json!({ "shape": "cpdi", "mesh": { "kind": "box" } })),
+    ] {
+        let mut all = json!({ "cell_size": 0.1 });
+        all.as_object_mut().unwrap().extend(options.as_object().unwrap().clone());
+        let error =
+            Mpm.build(&case(json!({ "methods": { "mpm": all } }))).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(&format!("methods.mpm.{path}")), "{options}: {error}");
     }
 }

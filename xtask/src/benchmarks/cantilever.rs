@@ -29,7 +29,13 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     for (load, down, across) in [(1.0, 0.301_721, 0.056_433), (2.0, 0.493_457, 0.160_642)] {
         let exact = elastica(load);
         let name = format!("elastica, PL²/EI = {load}: w/L");
-        outcome.near(name, down, 1e-5, exact.last().map_or(f64::NAN, |p| -p.1 / LENGTH), "the sheet's reference, to its digits");
+        outcome.near(
+            name,
+            down,
+            1e-5,
+            exact.last().map_or(f64::NAN, |p| -p.1 / LENGTH),
+            "the sheet's reference, to its digits",
+        );
         chart.series.push(Series::new(format!("elastica, PL²/EI = {load}"), exact, Style::Dashed));
         let mut errors = Vec::new();
         let coarse_too = load == 1.0 && !quick;
@@ -44,7 +50,13 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
             }
         }
         if let [coarse, fine] = errors[..] {
-            outcome.below("PL²/EI = 1: error of w/L, cells halved, over that before", "below 1", fine / coarse, 1.0, "the sheet: halving reduces the error");
+            outcome.below(
+                "PL²/EI = 1: error of w/L, cells halved, over that before",
+                "below 1",
+                fine / coarse,
+                1.0,
+                "the sheet: halving reduces the error",
+            );
         }
     }
     outcome.svg("The axis of the beam under two loads.", &chart)?;
@@ -74,7 +86,8 @@ fn deflected(load: f64, cell: f64) -> Result<(Vec<(f64, f64)>, [f64; 2]), String
 /// Mean displacement (m) of the points over each place along the beam at rest (m).
 fn axis(snapshot: &Snapshot) -> Vec<(f64, [f64; 2])> {
     let displacement = vectors(snapshot, "displacement");
-    let mut columns: std::collections::BTreeMap<i64, (f64, [f64; 2], f64)> = std::collections::BTreeMap::new();
+    let mut columns: std::collections::BTreeMap<i64, (f64, [f64; 2], f64)> =
+        std::collections::BTreeMap::new();
     for (x, u) in snapshot.positions.iter().zip(&displacement) {
         let start = x[0] - u[0];
         let column = columns.entry((start * 1e6).round() as i64).or_insert((start, [0.0; 2], 0.0));

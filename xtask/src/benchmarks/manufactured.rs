@@ -128,8 +128,11 @@ fn axis_aligned(quick: bool) -> Result<Outcome, String> {
         ([0.3, 0.7, 0.0], 0.13, [0.045_710_091_64, 0.906_681_446_4, 1.023_481_468, 24.483_046_97]),
         ([0.25, 0.4, 0.0], 0.2, [0.045_733_181_89, 1.0, 1.205_207_151, 17.846_571_02]),
     ] {
-        let found = [waves.along(0, x, t)[0], waves.along(0, x, t)[2], waves.along(1, x, t)[2], waves.force(x, t)[0]];
-        for (name, (exact, found)) in ["u_x", "F_xx", "F_yy", "b_x"].iter().zip([ux, fx, fy, bx].into_iter().zip(found)) {
+        let found =
+            [waves.along(0, x, t)[0], waves.along(0, x, t)[2], waves.along(1, x, t)[2], waves.force(x, t)[0]];
+        for (name, (exact, found)) in
+            ["u_x", "F_xx", "F_yy", "b_x"].iter().zip([ux, fx, fy, bx].into_iter().zip(found))
+        {
             let name = format!("solution at ({}, {}), t = {t}: {name}", x[0], x[1]);
             outcome.near(name, exact, 1e-8, found, "the sheet's samples, to their digits");
         }
@@ -143,32 +146,63 @@ fn axis_aligned(quick: bool) -> Result<Outcome, String> {
     };
     let refinement: &[usize] = if quick { &[8, 16, 32] } else { &[8, 16, 32, 64] };
     let prototype = [5.6e-3, 1.15e-3, 2.6e-4, 9.0e-5];
-    for (shape, name) in [("cpgimp", "cpGIMP"), ("cpdi", "CPDI"), ("ugimp", "uGIMP"), ("linear", "linear MPM")] {
+    for (shape, name) in
+        [("cpgimp", "cpGIMP"), ("cpdi", "CPDI"), ("ugimp", "uGIMP"), ("linear", "linear MPM")]
+    {
         let errors = refinement.iter().map(|&n| waves.error(shape, n)).collect::<Result<Vec<f64>, _>>()?;
         let points = refinement.iter().zip(&errors).map(|(n, e)| (1.0 / *n as f64, *e)).collect();
         chart.series.push(Series::new(name, points, Style::Line));
         for ((cells, error), bound) in refinement.iter().zip(&errors).zip(prototype) {
             let title = format!("{name}, {cells} cells: largest error of position (m)");
             if shape == "cpgimp" {
-                outcome.below(title, &format!("{bound:.3e} (sheet's prototype)"), *error, 1.3 * bound, "the sheet: 1.3 times its errors");
+                outcome.below(
+                    title,
+                    &format!("{bound:.3e} (sheet's prototype)"),
+                    *error,
+                    1.3 * bound,
+                    "the sheet: 1.3 times its errors",
+                );
             } else {
-                outcome.show(title, "sheet: uGIMP stalls, MPM diverges; none for CPDI", *error, "the sheet gives no bound");
+                outcome.show(
+                    title,
+                    "sheet: uGIMP stalls, MPM diverges; none for CPDI",
+                    *error,
+                    "the sheet gives no bound",
+                );
             }
         }
         if shape == "cpgimp" || shape == "cpdi" {
             let order = (errors[0] / errors[2]).log2() / 2.0;
-            outcome.within(format!("{name}: order over 8 to 32 cells"), "2.2 (sheet's prototype)", order, (1.8, f64::INFINITY), "the sheet: at least 1.8");
+            outcome.within(
+                format!("{name}: order over 8 to 32 cells"),
+                "2.2 (sheet's prototype)",
+                order,
+                (1.8, f64::INFINITY),
+                "the sheet: at least 1.8",
+            );
         }
         if shape == "linear" {
             let reason = "cell crossing: refining makes linear MPM worse (P-01)";
-            outcome.within("linear MPM: error of 32 cells over that of 8", "1.98 (sheet's prototype)", errors[2] / errors[0], (1.0, f64::INFINITY), reason);
+            outcome.within(
+                "linear MPM: error of 32 cells over that of 8",
+                "1.98 (sheet's prototype)",
+                errors[2] / errors[0],
+                (1.0, f64::INFINITY),
+                reason,
+            );
         }
     }
     let small = Waves { amplitude: 1e-4 };
     for shape in ["cpgimp", "ugimp", "linear", "cpdi"] {
         let order = (small.error(shape, 8)? / small.error(shape, 32)?).log2() / 2.0;
         let name = format!("{shape}, amplitude 10⁻⁴, no crossing: order over 8 to 32 cells");
-        outcome.within(name, "1.9 (sheet's prototype)", order, (1.6, f64::INFINITY), "the sheet: at least 1.6");
+        outcome.within(
+            name,
+            "1.9 (sheet's prototype)",
+            order,
+            (1.6, f64::INFINITY),
+            "the sheet: at least 1.6",
+        );
     }
     outcome.svg("The axis-aligned solution: generalised interpolation with stretching domains converges, domains of fixed size stall, points without domains diverge.", &chart)?;
     Ok(outcome)
@@ -186,11 +220,7 @@ impl Vortex {
     /// Profile of the rotation over the radius, its slope and the slope of that.
     fn profile(radius: f64) -> [f64; 3] {
         let s = radius - 1.0;
-        [
-            1.0 - 32.0 * s * s + 256.0 * s.powi(4),
-            -64.0 * s + 1024.0 * s.powi(3),
-            -64.0 + 3072.0 * s * s,
-        ]
+        [1.0 - 32.0 * s * s + 256.0 * s.powi(4), -64.0 * s + 1024.0 * s.powi(3), -64.0 + 3072.0 * s * s]
     }
 
     fn angle(self, radius: f64, t: f64) -> f64 {
@@ -248,12 +278,16 @@ fn vortex(quick: bool) -> Result<Outcome, String> {
         (1.2, 0.75, [0.091_641_038_84, 4.800_613_435, -16.541_619_34]),
     ] {
         let force = full.polar_force(radius, t);
-        for (name, exact, found) in [
-            ("α", angle, full.angle(radius, t)),
-            ("b_r", radial, force[0]),
-            ("b_θ", tangential, force[1]),
-        ] {
-            outcome.near(format!("solution at R = {radius}, t = {t}: {name}"), exact, 1e-8, found, "the sheet's samples, to their digits");
+        for (name, exact, found) in
+            [("α", angle, full.angle(radius, t)), ("b_r", radial, force[0]), ("b_θ", tangential, force[1])]
+        {
+            outcome.near(
+                format!("solution at R = {radius}, t = {t}: {name}"),
+                exact,
+                1e-8,
+                found,
+                "the sheet's samples, to their digits",
+            );
         }
     }
     let updated = "updated-lagrangian";
@@ -273,7 +307,11 @@ fn vortex(quick: bool) -> Result<Outcome, String> {
         ..LineChart::default()
     };
     let total = "total-lagrangian";
-    let forms = [("cpdi", updated, "CPDI"), ("linear", total, "total-Lagrangian, linear"), ("quadratic", total, "total-Lagrangian, quadratic")];
+    let forms = [
+        ("cpdi", updated, "CPDI"),
+        ("linear", total, "total-Lagrangian, linear"),
+        ("quadratic", total, "total-Lagrangian, quadratic"),
+    ];
     for (shape, formulation, name) in forms {
         let mut points = Vec::new();
         for cells in [60usize, 120] {
@@ -284,7 +322,12 @@ fn vortex(quick: bool) -> Result<Outcome, String> {
             if cells == 120 {
                 outcome.below(title, claim, error, 5e-2, "the sheet's bound");
             } else {
-                outcome.show(title, "8.2e-2, 4.6e-2 at 60 (sheet's prototype)", error, "the sheet gives no bound at 60 cells");
+                outcome.show(
+                    title,
+                    "8.2e-2, 4.6e-2 at 60 (sheet's prototype)",
+                    error,
+                    "the sheet gives no bound at 60 cells",
+                );
             }
         }
         chart.series.push(Series::new(name, points, Style::Line));

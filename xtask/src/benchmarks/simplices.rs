@@ -31,7 +31,9 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         series: vec![Series::new("closed form", vec![(0.0, -WEIGHT * HEIGHT), (HEIGHT, 0.0)], Style::Dashed)],
         ..LineChart::default()
     };
-    for (space, name, cells) in [(Space::PlaneStrain, "triangles", [0.1, 0.05]), (Space::ThreeD, "tetrahedra", [0.2, 0.1])] {
+    for (space, name, cells) in
+        [(Space::PlaneStrain, "triangles", [0.1, 0.05]), (Space::ThreeD, "tetrahedra", [0.2, 0.1])]
+    {
         let mut errors = Vec::new();
         for cell in cells {
             let report = run(&column(space, cell)?)?;
@@ -40,16 +42,34 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
             if cell == cells[1] {
                 let exact = WEIGHT * HEIGHT * HEIGHT / (2.0 * MODULUS);
                 let reason = "the layer of elements that is the surface: an element over the height, and as much again";
-                outcome.near(format!("{name}, cells of {cell} m: settlement (m)"), exact, 2.0 * cell / HEIGHT, settlement, reason);
+                outcome.near(
+                    format!("{name}, cells of {cell} m: settlement (m)"),
+                    exact,
+                    2.0 * cell / HEIGHT,
+                    settlement,
+                    reason,
+                );
                 chart.series.push(Series::new(name, profile(&report.snapshot), Style::Markers));
             }
         }
         let reason = "constant stress in an element: first order, 2, with room for 1.6";
-        outcome.within(format!("{name}: mean error of stress, coarse over fine"), "2 (first order)", errors[0] / errors[1], (1.6, f64::INFINITY), reason);
+        outcome.within(
+            format!("{name}: mean error of stress, coarse over fine"),
+            "2 (first order)",
+            errors[0] / errors[1],
+            (1.6, f64::INFINITY),
+            reason,
+        );
         let found = mode(space, cells[1])?;
         let exact = PI / 2.0 * (MODULUS / DENSITY).sqrt() / HEIGHT;
         let reason = "2 %: lumped mass and the average over points slow the wave by (πh/2L)²/6 and less, 0.4 %, and points cross no facet";
-        outcome.near(format!("{name}, cells of {} m: first frequency (rad/s)", cells[1]), exact, 0.02, found, reason);
+        outcome.near(
+            format!("{name}, cells of {} m: first frequency (rad/s)", cells[1]),
+            exact,
+            0.02,
+            found,
+            reason,
+        );
     }
     outcome.svg("A column under its own weight.", &chart)?;
     Ok(outcome)
@@ -65,7 +85,8 @@ fn column(space: Space, cell: f64) -> Result<Case, String> {
         value["domain"]["min"] = serde_json::json!([0, 0, 0]);
         value["domain"]["max"] = serde_json::json!([0.2, 1.2, 0.2]);
         value["gravity"] = serde_json::json!([0, -10, 0]);
-        value["bodies"][0]["shape"] = serde_json::json!({ "kind": "box", "min": [0, 0, 0], "max": [0.2, 1, 0.2] });
+        value["bodies"][0]["shape"] =
+            serde_json::json!({ "kind": "box", "min": [0, 0, 0], "max": [0.2, 1, 0.2] });
         if let Some(walls) = value["boundaries"].as_array_mut() {
             for side in ["z-min", "z-max"] {
                 walls.push(serde_json::json!({ "side": side, "wall": { "kind": "smooth" } }));
@@ -104,7 +125,9 @@ fn mode(space: Space, cell: f64) -> Result<f64, String> {
         Velocity::Sine { amplitude: along_y(1e-3), wave_vector: along_y(PI / (2.0 * HEIGHT)), phase: 0.0 };
     let report = run(&case)?;
     let momentum = series(&report, "momentum.y");
-    let zero = |w: &[(f64, f64)]| (w[0].1 * w[1].1 < 0.0).then(|| w[0].0 + (w[1].0 - w[0].0) * w[0].1 / (w[0].1 - w[1].1));
+    let zero = |w: &[(f64, f64)]| {
+        (w[0].1 * w[1].1 < 0.0).then(|| w[0].0 + (w[1].0 - w[0].0) * w[0].1 / (w[0].1 - w[1].1))
+    };
     let zeros: Vec<f64> = momentum.windows(2).filter_map(zero).collect();
     let (Some(first), Some(last)) = (zeros.first(), zeros.last()) else { return Ok(f64::NAN) };
     Ok(PI * (zeros.len() - 1) as f64 / (last - first))

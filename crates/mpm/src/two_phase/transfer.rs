@@ -166,7 +166,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         what: PointUpdate,
     ) -> BlockReport {
         let Some(pore) = &mut set.pore else { return Ok(0.0) };
-        let shared = Shared { material: &*set.material, extent: set.extent, body: set.body, fluid: pore.fluid };
+        let shared =
+            Shared { material: &*set.material, extent: set.extent, body: set.body, fluid: pore.fluid };
         (
             set.position.par_chunks_mut(BLOCK),
             set.velocity.par_chunks_mut(BLOCK),
