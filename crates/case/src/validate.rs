@@ -312,7 +312,13 @@ impl Findings<'_> {
             }
             let open = !case.domain.is_periodic(boundary.side.axis());
             self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
-            if self.extent(boundary.side.axis()).is_some() {
+            if let (Some(group), Some(_)) = (&boundary.group, boundary.position) {
+                let problem = format!(
+                    "the wall holds the nodes of the group {group:?}, wherever they are: leave it out"
+                );
+                self.report(format!("{path}.position"), problem);
+            }
+            if boundary.group.is_none() && self.extent(boundary.side.axis()).is_some() {
                 let position = boundary.position(&case.domain);
                 self.inside(format!("{path}.position"), boundary.side.axis(), position);
                 if case.space == Space::Axisymmetric

@@ -49,6 +49,9 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");
+        if boundary.group.is_some() {
+            return Err(CaseError::new(path("group"), "sph has no mesh with groups of nodes"));
+        }
         if matches!(boundary.wall, Wall::Absorbing { .. }) {
             return Err(CaseError::new(path("wall"), "sph has no absorbing boundaries"));
         }
