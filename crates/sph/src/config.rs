@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use choices::{
-    Axis, Continuity, DensityReset, Integration, Momentum, Regularisation, SmoothWall, SmoothingLength, SoundSpeed,
+    Continuity, DensityReset, Integration, Momentum, Regularisation, SmoothWall, SmoothingLength, SoundSpeed,
     Symmetrisation, Tensile, VelocityGradient, WallStress, WallVelocity,
 };
 
@@ -95,9 +95,6 @@ pub struct SphOptions {
     /// density and stress are carried along to first order.
     #[serde(default)]
     pub shifting: f64,
-    /// Axes along which the domain is periodic.
-    #[serde(default)]
-    pub periodic: Vec<Axis>,
     /// Names of bodies that keep their initial field of velocity for good; their stress follows their law.
     #[serde(default)]
     pub held: Vec<String>,
@@ -155,7 +152,6 @@ impl SphOptions {
             density_reset_steps: thirty(),
             xsph: 0.0,
             shifting: 0.0,
-            periodic: Vec::new(),
             held: Vec::new(),
             wall_stress: WallStress::default(),
             wall_velocity: WallVelocity::default(),

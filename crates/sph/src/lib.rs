@@ -28,7 +28,7 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Axis, Continuity, DensityReset, Integration, Momentum, Regularisation, SmoothWall, SmoothingLength, SoundSpeed,
+    Continuity, DensityReset, Integration, Momentum, Regularisation, SmoothWall, SmoothingLength, SoundSpeed,
     SphOptions, Symmetrisation, Tensile, VelocityGradient, WallStress, WallVelocity,
 };
 pub use solver::SphSolver;

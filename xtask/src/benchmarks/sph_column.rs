@@ -91,11 +91,23 @@ fn forward(outcome: &mut Outcome) -> Result<(), String> {
                   forward algorithm of the source then gives energy to it, the return takes energy away";
     match run_by("sph", &case) {
         Ok(report) => {
-            outcome.show("viscosity 0, forward algorithm: front (m)", "at least 0.485", front(&report.snapshot), reason);
+            outcome.show(
+                "viscosity 0, forward algorithm: front (m)",
+                "at least 0.485",
+                front(&report.snapshot),
+                reason,
+            );
             let claim = "does not vanish";
-            outcome.show("viscosity 0, forward algorithm: kinetic energy (J)", claim, report.end.kinetic, reason);
+            outcome.show(
+                "viscosity 0, forward algorithm: kinetic energy (J)",
+                claim,
+                report.end.kinetic,
+                reason,
+            );
         }
-        Err(error) => outcome.show(format!("viscosity 0, forward algorithm: ends ({error})"), "", f64::NAN, reason),
+        Err(error) => {
+            outcome.show(format!("viscosity 0, forward algorithm: ends ({error})"), "", f64::NAN, reason)
+        }
     }
     Ok(())
 }

@@ -84,7 +84,9 @@ impl Tensile {
     pub(crate) fn exponent(self) -> Option<f64> {
         match self {
             Self::None => None,
-            Self::ArtificialStress { exponent, .. } | Self::ArtificialPressure { exponent, .. } => Some(exponent),
+            Self::ArtificialStress { exponent, .. } | Self::ArtificialPressure { exponent, .. } => {
+                Some(exponent)
+            }
         }
     }
 }
@@ -204,27 +206,4 @@ pub enum SmoothWall {
     Mirror,
     /// Layers of fixed particles that keep the tangential velocity.
     Particles,
-}
-
-/// An axis of the space.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Axis {
-    /// First.
-    X,
-    /// Second.
-    Y,
-    /// Third.
-    Z,
-}
-
-impl Axis {
-    /// Its number.
-    pub fn number(self) -> usize {
-        match self {
-            Self::X => 0,
-            Self::Y => 1,
-            Self::Z => 2,
-        }
-    }
 }
