@@ -105,7 +105,9 @@ impl Slope {
             };
             for number in 0..PLACES.pow(3) {
                 let k = [number % PLACES, number / PLACES % PLACES, number / (PLACES * PLACES)];
-                let Some(circle) = self.circle(place(0, k[0]), place(1, k[1]), place(2, k[2])) else { continue };
+                let Some(circle) = self.circle(place(0, k[0]), place(1, k[1]), place(2, k[2])) else {
+                    continue;
+                };
                 let factor = self.factor(&circle);
                 if best.is_none_or(|b| factor < b.factor) {
                     best = Some(Circle { factor, ..circle });

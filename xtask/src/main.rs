@@ -2,9 +2,9 @@
 
 mod bench;
 mod bench_laws;
-mod bishop;
 mod bench_sph;
 mod benchmarks;
+mod bishop;
 mod compare;
 mod html;
 mod report;

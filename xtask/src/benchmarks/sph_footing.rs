@@ -55,7 +55,8 @@ fn run(quick: bool) -> Result<Outcome, String> {
             .collect();
         let last = &curve[curve.len() * 4 / 5..];
         let plateau = last.iter().map(|(_, q)| q).sum::<f64>() / last.len() as f64;
-        let reason = "V-39: 5.14 cohesions ± 10 % over the effective width, one spacing wider than the footing";
+        let reason =
+            "V-39: 5.14 cohesions ± 10 % over the effective width, one spacing wider than the footing";
         outcome.near(format!("spacing {spacing} m: plateau over cohesion"), exact, 0.1, plateau, reason);
         let rise = last[last.len() - 1].1 / last[0].1 - 1.0;
         let unjudged = "not judged: how flat the plateau is";

@@ -27,9 +27,14 @@ fn run(quick: bool) -> Result<Outcome, String> {
         let path = triaxial(&mut outcome, pressure)?;
         chart.series.push(Series::new(format!("{} kPa", pressure / 1e3), path, Style::Line));
         let end = [(pressure / 1e3, 0.0), (5.0 / 3.0 * pressure / 1e3, 2.0 * pressure / 1e3)];
-        chart.series.push(Series::new(format!("{} kPa, closed form", pressure / 1e3), end.to_vec(), Style::Dashed));
+        chart.series.push(Series::new(
+            format!("{} kPa, closed form", pressure / 1e3),
+            end.to_vec(),
+            Style::Dashed,
+        ));
     }
-    outcome.svg("Stress path of the middle third of the specimen up to Mohr and Coulomb's strength.", &chart)?;
+    outcome
+        .svg("Stress path of the middle third of the specimen up to Mohr and Coulomb's strength.", &chart)?;
     Ok(outcome)
 }
 
@@ -60,7 +65,8 @@ fn disc(outcome: &mut Outcome) -> Result<(), String> {
 
 /// Mean deviatoric stress, mean pressure and lateral stress of the middle third (Pa).
 fn middle(snapshot: &Snapshot) -> [f64; 3] {
-    let inside = snapshot.positions.iter().zip(stresses(snapshot)).filter(|(x, _)| (x[2] - 0.05).abs() < 1.0 / 60.0);
+    let inside =
+        snapshot.positions.iter().zip(stresses(snapshot)).filter(|(x, _)| (x[2] - 0.05).abs() < 1.0 / 60.0);
     let (mut sums, mut count) = ([0.0; 3], 0.0);
     for (_, s) in inside {
         let lateral = -0.5 * (s.at(0, 0) + s.at(1, 1));
@@ -92,13 +98,24 @@ fn triaxial(outcome: &mut Outcome, pressure: f64) -> Result<Vec<(f64, f64)>, Str
     let reason = "B-05: σ1 = 3 σ3 for 30 degrees and no cohesion, ± 5 % of σ1; q_peak is twice the pressure";
     let strongest = path[peak][0] + path[peak][2];
     outcome.near(name("largest axial stress over the pressure"), 3.0, 0.05, strongest / pressure, reason);
-    outcome.show(name("largest deviatoric stress over the pressure"), "2", path[peak][0] / pressure, "judged by the axial stress");
+    outcome.show(
+        name("largest deviatoric stress over the pressure"),
+        "2",
+        path[peak][0] / pressure,
+        "judged by the axial stress",
+    );
     // Up to half of the peak: the elastic path.
     let half = path.iter().position(|p| p[0] > 0.5 * path[peak][0]).unwrap_or(peak);
     let slope = (path[half][0] - path[0][0]) / (path[half][1] - path[0][1]);
     outcome.near(name("slope of the stress path"), 3.0, 0.03, slope, "B-05: Δq/Δp = 3 ± 3 %");
     let before = path.iter().take_while(|p| p[0] < 0.95 * 2.0 * pressure);
     let drift = before.map(|p| (p[2] / pressure - 1.0).abs()).fold(0.0, f64::max);
-    outcome.below(name("drift of the lateral stress before the peak"), "< 3 %", drift, 0.03, "B-05: less than 3 %");
+    outcome.below(
+        name("drift of the lateral stress before the peak"),
+        "< 3 %",
+        drift,
+        0.03,
+        "B-05: less than 3 %",
+    );
     Ok(path.iter().map(|p| (p[1] / 1e3, p[0] / 1e3)).collect())
 }

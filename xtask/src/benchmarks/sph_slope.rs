@@ -18,13 +18,8 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const SPACING: f64 = 0.02;
-const SLOPE: Slope = Slope {
-    height: 0.6,
-    cotangent: 1.0,
-    unit_weight: 2000.0 * 9.81,
-    cohesion: 550.0,
-    friction_angle: 31.2,
-};
+const SLOPE: Slope =
+    Slope { height: 0.6, cotangent: 1.0, unit_weight: 2000.0 * 9.81, cohesion: 550.0, friction_angle: 31.2 };
 /// Where the toe of the case is (m); it rises towards smaller x.
 const TOE: f64 = 1.1;
 
@@ -34,7 +29,13 @@ fn run(quick: bool) -> Result<Outcome, String> {
         Slope { height: 10.0, cotangent: 2.0, unit_weight: 20e3, cohesion: 10e3, friction_angle: 20.0 };
     let known = example.critical().ok_or("no circle")?;
     let reason = "V-40: the check of our own limit equilibrium, to the digits the sheet gives";
-    outcome.near("Bishop's simplified method: Griffiths & Lane, example 1", 1.379, 1e-3, known.factor, reason);
+    outcome.near(
+        "Bishop's simplified method: Griffiths & Lane, example 1",
+        1.379,
+        1e-3,
+        known.factor,
+        reason,
+    );
     let circle = SLOPE.critical().ok_or("no circle")?;
     let reason = "V-40: the sheet's own search; the last digit given";
     outcome.near("Bishop's simplified method: this slope", 1.232, 1e-3, circle.factor, reason);
@@ -43,8 +44,7 @@ fn run(quick: bool) -> Result<Outcome, String> {
     proposed(&mut outcome, quick, circle.factor)?;
     if !quick {
         let cone = safety(&search(false, &[("matching", "compression".into())], [1.0, 3.0])?)?;
-        let reason =
-            "V-40: with the compression cone the friction angle of plane strain is 46.3 degrees: clearly larger";
+        let reason = "V-40: with the compression cone the friction angle of plane strain is 46.3 degrees: clearly larger";
         outcome.within("compression cone: stable at", "clearly above 1.23", cone.stable, (1.29, 3.0), reason);
     }
     surface(&mut outcome, &circle)?;
@@ -85,8 +85,20 @@ fn associated(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
     let dilatancy = SLOPE.friction_angle.into();
     let found = safety(&search(quick, &[("dilatancy_angle", dilatancy)], [1.0, 2.0])?)?;
     let reason = "V-40: 1.23 ± 0.06; with associated flow, on which Bishop's method rests";
-    outcome.within("associated flow: largest factor at which the slope is stable", "1.23 ± 0.06", found.stable, BAND, reason);
-    outcome.within("associated flow: least factor at which it fails", "1.23 ± 0.06", found.failed, BAND, reason);
+    outcome.within(
+        "associated flow: largest factor at which the slope is stable",
+        "1.23 ± 0.06",
+        found.stable,
+        BAND,
+        reason,
+    );
+    outcome.within(
+        "associated flow: least factor at which it fails",
+        "1.23 ± 0.06",
+        found.failed,
+        BAND,
+        reason,
+    );
     trials(outcome, "associated flow", &found);
     Ok(())
 }
@@ -103,9 +115,21 @@ fn proposed(outcome: &mut Outcome, quick: bool, bishop: f64) -> Result<(), Strin
     let davis = (bishop * bishop - SLOPE.friction_angle.to_radians().tan().powi(2)).sqrt();
     let reason = "derived: between Davis's reduced strength and Bishop's factor";
     let claim = format!("{davis:.3} to {bishop:.3}");
-    outcome.within("no dilatancy: least factor at which it fails", &claim, found.failed, (davis, bishop), reason);
+    outcome.within(
+        "no dilatancy: least factor at which it fails",
+        &claim,
+        found.failed,
+        (davis, bishop),
+        reason,
+    );
     let reason = "V-40 proposes no dilatancy with Bishop's 1.23 ± 0.06, which do not go together (docs/theory/sph-applications.md)";
-    outcome.within("no dilatancy: least factor at which it fails, as proposed", "1.23 ± 0.06", found.failed, BAND, reason);
+    outcome.within(
+        "no dilatancy: least factor at which it fails, as proposed",
+        "1.23 ± 0.06",
+        found.failed,
+        BAND,
+        reason,
+    );
     trials(outcome, "no dilatancy", &found);
     Ok(())
 }
@@ -147,12 +171,23 @@ fn surface(outcome: &mut Outcome, circle: &Circle) -> Result<(), String> {
         .filter(|(_, u)| u[0].hypot(u[1]) > 0.25 * largest)
         .map(|(x, u)| (TOE - (x[0] - u[0]), x[1] - u[1]))
         .collect();
-    chart.series.push(Series::new("particles that have moved by a quarter of the most", sliding, Style::Markers));
+    chart.series.push(Series::new(
+        "particles that have moved by a quarter of the most",
+        sliding,
+        Style::Markers,
+    ));
     let arc = (0..=60).map(|k| circle.exit + (circle.entry - circle.exit) * f64::from(k) / 60.0);
-    chart.series.push(Series::new("Bishop's circle", arc.map(|x| (x, circle.bottom(x))).collect(), Style::Line));
+    chart.series.push(Series::new(
+        "Bishop's circle",
+        arc.map(|x| (x, circle.bottom(x))).collect(),
+        Style::Line,
+    ));
     let face = vec![(0.0, 0.0), (0.6, 0.6), (1.1, 0.6)];
     chart.series.push(Series::new("slope", face, Style::Dashed));
-    outcome.svg("Where the failing slope moves, in its initial shape, and the circle of limit equilibrium.", &chart)
+    outcome.svg(
+        "Where the failing slope moves, in its initial shape, and the circle of limit equilibrium.",
+        &chart,
+    )
 }
 
 /// V-41: the same slope softens and flows.
@@ -168,13 +203,23 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
     let advance = held_front(&report.snapshot, SPACING) - held_front(&report.frames[0], SPACING);
     outcome.within("softening slope: advance of the front (m)", "0.1 to 0.6", advance, (0.1, 0.6), "V-41");
     let (kinetic, potential) = (series(&report, "kinetic_energy"), series(&report, "potential_energy"));
-    let energy: Vec<f64> = kinetic.iter().zip(&potential).filter(|(k, _)| k.0 > 1.0).map(|(k, p)| k.1 + p.1).collect();
+    let energy: Vec<f64> =
+        kinetic.iter().zip(&potential).filter(|(k, _)| k.0 > 1.0).map(|(k, p)| k.1 + p.1).collect();
     let released = energy[0] - energy[energy.len() - 1];
     let rise = energy.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max) / released;
     let reason = "V-41: total energy does not increase; a thousandth of what is released, for the elastic part is not counted";
-    outcome.below("softening slope: largest rise of energy between two rows over what is released", "0", rise, 1e-3, reason);
+    outcome.below(
+        "softening slope: largest rise of energy between two rows over what is released",
+        "0",
+        rise,
+        1e-3,
+        reason,
+    );
     if let Some(cloud) = colluvium::case::plot::PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
-        outcome.png("The softening slope 3 s after it has lost a part of its peak strength: displacement.", &cloud)?;
+        outcome.png(
+            "The softening slope 3 s after it has lost a part of its peak strength: displacement.",
+            &cloud,
+        )?;
     }
     Ok(())
 }

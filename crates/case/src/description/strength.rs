@@ -93,7 +93,8 @@ impl Case {
     /// # Errors
     /// When a material cannot be weakened, by the path of the stage.
     pub fn weakened(&self, stage: usize) -> Result<Self, CaseError> {
-        let Some(number) = (0..=stage).rev().find(|&n| self.stages.get(n).is_some_and(|s| s.weakening.is_some()))
+        let Some(number) =
+            (0..=stage).rev().find(|&n| self.stages.get(n).is_some_and(|s| s.weakening.is_some()))
         else {
             return Ok(self.clone());
         };
@@ -103,11 +104,8 @@ impl Case {
 
     fn with_strength(&self, weakening: &Weakening, path: &str) -> Result<Self, CaseError> {
         let mut case = self.clone();
-        let reduction = StrengthReduction {
-            factor: weakening.factor,
-            scope: weakening.scope,
-            keep_dilatancy: false,
-        };
+        let reduction =
+            StrengthReduction { factor: weakening.factor, scope: weakening.scope, keep_dilatancy: false };
         let mut any = false;
         for (name, spec) in &mut case.materials {
             let named = weakening.materials.as_ref().map(|names| names.contains(name));

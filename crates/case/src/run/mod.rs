@@ -267,7 +267,8 @@ impl Run<'_> {
         let mut found = BTreeMap::new();
         for search in self.case.factors_of_safety() {
             let rest = self.recorder.state(&search.1.after)?;
-            found.insert(search.0.to_owned(), safety::search(method, self.case, search, &rest, self.options)?);
+            found
+                .insert(search.0.to_owned(), safety::search(method, self.case, search, &rest, self.options)?);
         }
         if let (Some(out), false) = (&self.options.out, found.is_empty()) {
             safety::note(out, &found)?;

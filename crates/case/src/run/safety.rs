@@ -60,7 +60,8 @@ impl Safety {
 
     /// The trials as a table.
     pub fn table(&self) -> Table {
-        let columns = [("factor", ""), ("failed", ""), ("time", "s"), ("displacement", "m"), ("kinetic_ratio", "")];
+        let columns =
+            [("factor", ""), ("failed", ""), ("time", "s"), ("displacement", "m"), ("kinetic_ratio", "")];
         let row = |t: &Trial| vec![t.factor, f64::from(t.failed), t.time, t.displacement, t.kinetic_ratio];
         Table {
             columns: columns.map(|(name, unit)| (name.to_owned(), unit.to_owned())).to_vec(),

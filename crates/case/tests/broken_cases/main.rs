@@ -144,12 +144,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "is not the name of a boundary",
         ),
         ("/stages/1/name", json!("settle"), "stages[1].name", "names two stages"),
-        (
-            "/stages/1/weakening",
-            json!({ "factor": 0 }),
-            "stages[1].weakening.factor",
-            "0 must be positive",
-        ),
+        ("/stages/1/weakening", json!({ "factor": 0 }), "stages[1].weakening.factor", "0 must be positive"),
         (
             "/stages/1/weakening",
             json!({ "factor": 2, "materials": ["snad"] }),

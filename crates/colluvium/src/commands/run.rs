@@ -88,7 +88,9 @@ fn print(report: &RunReport, out: &std::path::Path) {
                 "{name}: factor of safety {factor:.3} (stable at {:.3}, failed at {:.3})",
                 safety.stable, safety.failed
             ),
-            None if safety.stable == 0.0 => println!("{name}: fails at {:.3}, the least factor", safety.failed),
+            None if safety.stable == 0.0 => {
+                println!("{name}: fails at {:.3}, the least factor", safety.failed)
+            }
             None => println!("{name}: stable at {:.3}, the largest factor", safety.stable),
         }
     }

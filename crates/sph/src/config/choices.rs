@@ -84,7 +84,9 @@ impl Tensile {
     pub(crate) fn exponent(self) -> Option<f64> {
         match self {
             Self::None => None,
-            Self::ArtificialStress { exponent, .. } | Self::ArtificialPressure { exponent, .. } => Some(exponent),
+            Self::ArtificialStress { exponent, .. } | Self::ArtificialPressure { exponent, .. } => {
+                Some(exponent)
+            }
         }
     }
 }

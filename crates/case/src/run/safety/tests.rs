@@ -142,8 +142,7 @@ fn a_block_is_as_safe_as_its_cohesion_exceeds_its_pull() {
 
 #[test]
 fn a_range_that_does_not_hold_the_factor_says_so() {
-    for (range, trials, stable, failed) in
-        [("[1.5, 2]", 1, 0.0, 1.5), ("[0.5, 1.2]", 2, 1.2, f64::INFINITY)]
+    for (range, trials, stable, failed) in [("[1.5, 2]", 1, 0.0, 1.5), ("[0.5, 1.2]", 2, 1.2, f64::INFINITY)]
     {
         let report = run_method(&Sliding, &searching(range), &RunOptions::default()).unwrap();
         let safety = &report.safety["safety"];
