@@ -13,8 +13,11 @@ pub struct Arguments {
     /// Only settings whose name contains this.
     filter: Option<String>,
     /// Leave out the runs with a million points.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "points")]
     small: bool,
+    /// About so many points instead of ten thousand and a million.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(100..))]
+    points: Option<u32>,
     /// Measure the bandwidth of memory as well (takes 0.8 GB).
     #[arg(long)]
     bandwidth: bool,
@@ -37,6 +40,9 @@ const DENSITY: f64 = 2000.0;
 const YOUNGS_MODULUS: f64 = 1e6;
 const POISSONS_RATIO: f64 = 0.3;
 const GRAVITY: f64 = -0.1;
+
+/// The elastic soil with water in its pores, solved as two phases.
+const SATURATED: &str = "two-phase";
 
 /// What is measured.
 struct Setting {
@@ -71,12 +77,15 @@ impl Setting {
         let mut material = json!({
             "model": self.model, "density": DENSITY, "youngs_modulus": YOUNGS_MODULUS, "poissons_ratio": POISSONS_RATIO
         });
-        if self.model != "linear-elastic" {
+        let saturated = self.model == SATURATED;
+        if saturated {
+            material["model"] = json!("linear-elastic");
+        } else if self.model != "linear-elastic" {
             // Weak enough that the block yields under its weight.
             material["friction_angle"] = json!(20.0);
             material["cohesion"] = json!(0.1);
         }
-        let text = json!({
+        let mut text = json!({
             "title": "throughput",
             "space": if self.dimension == 2 { "plane-strain" } else { "3d" },
             "domain": { "min": floor, "max": all(1.0 + 4.0 * cell) },
@@ -87,6 +96,10 @@ impl Setting {
             "stages": [{ "name": "shake", "duration": 1.0 }],
             "methods": { "mpm": { "cell_size": cell, "shape": self.shape, "stress_update": self.scheme } }
         });
+        if saturated {
+            text["bodies"][0]["pore_fluid"] =
+                json!({ "porosity": 0.4, "permeability": 1e-3, "bulk_modulus": 1e7 });
+        }
         Case::from_json(&text.to_string()).map_err(|errors| errors.to_string())
     }
 
@@ -152,7 +165,11 @@ impl Setting {
 }
 
 /// Million point-updates per second of `step`, over about so many seconds.
-pub fn rate(points: usize, seconds: f64, mut step: impl FnMut() -> Result<(), String>) -> Result<f64, String> {
+pub fn rate(
+    points: usize,
+    seconds: f64,
+    mut step: impl FnMut() -> Result<(), String>,
+) -> Result<f64, String> {
     // The first steps fill the caches.
     for _ in 0..3 {
         step()?;
@@ -209,17 +226,25 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         println!("# memory bandwidth on {threads} threads: {:.1} GB/s", bandwidth(threads)?);
     }
     println!("# million point-updates per second of wall-clock time");
-    let sizes: &[usize] = if arguments.small { &[10_000] } else { &[10_000, 1_000_000] };
     if arguments.sph {
-        let sizes: &[usize] = if arguments.small { &[10_000] } else { &[10_000, 100_000, 1_000_000] };
-        crate::bench_sph::table(sizes, arguments.seconds, arguments.filter.as_deref())?;
+        let sizes = match (arguments.points, arguments.small) {
+            (Some(points), _) => vec![points as usize],
+            (None, true) => vec![10_000],
+            (None, false) => vec![10_000, 100_000, 1_000_000],
+        };
+        crate::bench_sph::table(&sizes, arguments.seconds, arguments.filter.as_deref())?;
         return Ok(true);
     }
+    let sizes = match (arguments.points, arguments.small) {
+        (Some(points), _) => vec![points as usize],
+        (None, true) => vec![10_000],
+        (None, false) => vec![10_000, 1_000_000],
+    };
     let wanted = |setting: &Setting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
     if !arguments.race {
-        table(sizes, arguments.seconds, wanted)?;
+        table(&sizes, arguments.seconds, wanted)?;
     }
-    race(sizes, arguments.seconds, wanted)?;
+    race(&sizes, arguments.seconds, wanted)?;
     if let Some(memory) = peak_memory() {
         println!("# peak memory {memory:.0} MB");
     }
@@ -235,6 +260,8 @@ fn table(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> Re
                 ("musl", "linear-elastic"),
                 ("usl", "drucker-prager"),
                 ("usl", "mohr-coulomb"),
+                ("usl", SATURATED),
+                ("musl", SATURATED),
             ] {
                 for &points in sizes {
                     for threads in [1, 2] {

@@ -49,7 +49,8 @@ impl Setting {
             // At the top a fifth of the speed of sound (26 m/s): lists last some ten steps.
             let mut gradient = vec![all(0.0); self.dimension];
             gradient[0][1] = 5.0;
-            velocity = json!({ "kind": "linear", "value": all(0.0), "origin": all(0.0), "gradient": gradient });
+            velocity =
+                json!({ "kind": "linear", "value": all(0.0), "origin": all(0.0), "gradient": gradient });
         }
         let text = json!({
             "title": "throughput",
@@ -71,7 +72,8 @@ impl Setting {
             rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|e| e.to_string())?;
         pool.install(|| {
             let method = colluvium::method("sph").ok_or("no method sph")?;
-            let mut solver: Box<dyn Solver> = method.build(&self.case()?).map_err(|error| error.to_string())?;
+            let mut solver: Box<dyn Solver> =
+                method.build(&self.case()?).map_err(|error| error.to_string())?;
             solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
             let points = solver.points();
             let rate = rate(points, seconds, || {

@@ -9,13 +9,15 @@ mod load;
 pub mod measure;
 pub mod output;
 pub mod plot;
+mod pore_fluid;
 pub mod run;
 pub mod solver;
+mod surface;
 mod validate;
 
 pub use description::Case;
 pub use error::{CaseError, CaseErrors};
 pub use run::{RunError, RunOptions, RunReport, Safety, run, run_method};
 pub use solver::{
-    Budget, Equilibrium, Field, FieldData, Method, Plan, Snapshot, Solver, SolverError, TimeStep,
+    Budget, Equilibrium, Field, FieldData, Method, PhaseBudget, Plan, Snapshot, Solver, SolverError, TimeStep,
 };

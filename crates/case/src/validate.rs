@@ -1,13 +1,16 @@
 //! What a case must satisfy beyond its schema.
 
 mod strength;
+mod surface;
 
 use std::collections::HashSet;
 
-use colluvium_constitutive::MaterialError;
+use colluvium_constitutive::{MaterialError, MaterialSpec};
 use colluvium_points::overlap;
 
-use crate::description::{Boundary, InitialStress, Load, Measure, Side, Space, Stage, Velocity, Wall};
+use crate::description::{
+    Boundary, InitialStress, Measure, PoreFluid, PorePressure, Side, Space, Stage, Velocity, Wall,
+};
 use crate::json::closest;
 use crate::{Case, CaseError, CaseErrors};
 
@@ -113,6 +116,16 @@ impl Findings<'_> {
         for (axis, (min, max)) in case.domain.min.iter().zip(&case.domain.max).enumerate() {
             self.require(min < max, format!("domain.max[{axis}]"), format!("{max} must be above min, {min}"));
         }
+        for (number, axis) in case.domain.periodic.iter().enumerate() {
+            let path = format!("domain.periodic[{number}]");
+            let dimension = case.dimension();
+            let problem = format!("a space of {dimension} dimensions does not have this axis");
+            self.require(axis.number() < dimension, path.clone(), problem);
+            let twice = case.domain.periodic[..number].contains(axis);
+            self.require(!twice, path.clone(), "is named twice");
+            let radial = case.space == Space::Axisymmetric && axis.number() == 0;
+            self.require(!radial, path, "the distance from the axis of symmetry cannot repeat itself");
+        }
         if case.space == Space::Axisymmetric {
             let least = case.domain.min.first().copied().unwrap_or(0.0);
             let problem =
@@ -176,6 +189,12 @@ impl Findings<'_> {
             }
             self.velocity(&format!("{path}.velocity"), &body.velocity);
             self.initial_stress(&format!("{path}.stress"), &body.stress);
+            if let Some(fluid) = &body.pore_fluid {
+                self.pore_fluid(&format!("{path}.pore_fluid"), fluid);
+                if let Some(problem) = case.materials.get(&body.material).and_then(no_skeleton) {
+                    self.report(format!("{path}.material"), format!("{:?} {problem}", body.material));
+                }
+            }
         }
         for second in 1..case.bodies.len() {
             for first in (0..second).filter(|&first| sound[first] && sound[second]) {
@@ -236,8 +255,53 @@ impl Findings<'_> {
         }
     }
 
+    fn pore_fluid(&mut self, path: &str, fluid: &PoreFluid) {
+        let gravity = &self.case.gravity;
+        let at = |key: &str| format!("{path}.{key}");
+        let problem = format!("{} is not between 0 and 1 (both excluded)", fluid.porosity);
+        self.require(fluid.porosity > 0.0 && fluid.porosity < 1.0, at("porosity"), problem);
+        self.positive(at("density"), fluid.density, "kg/m³");
+        self.positive(at("bulk_modulus"), fluid.bulk_modulus, "Pa");
+        self.positive(at("viscosity"), fluid.viscosity, "Pa s");
+        match (fluid.permeability, fluid.intrinsic_permeability) {
+            (Some(value), None) => {
+                self.positive(at("permeability"), value, "m/s");
+                let problem = "a hydraulic conductivity contains gravity and the case has none: give \
+                               intrinsic_permeability (m²)";
+                self.require(gravity.iter().any(|g| *g != 0.0), at("permeability"), problem);
+            }
+            (None, Some(value)) => self.positive(at("intrinsic_permeability"), value, "m²"),
+            _ => self
+                .report(at("permeability"), "give either permeability (m/s) or intrinsic_permeability (m²)"),
+        }
+        match fluid.pressure {
+            PorePressure::None => {}
+            PorePressure::Uniform { value } => self.finite(at("pressure.value"), value),
+            PorePressure::Hydrostatic { surface } => {
+                self.finite(at("pressure.surface"), surface);
+                let along = gravity.iter().filter(|g| **g != 0.0).count();
+                self.require(
+                    along == 1,
+                    at("pressure"),
+                    "a hydrostatic pressure needs gravity along one axis",
+                );
+            }
+        }
+        if let Some(velocity) = &fluid.velocity {
+            self.velocity(&at("velocity"), velocity);
+        }
+        if let Some(strength) = fluid.cavitation_strength {
+            self.not_negative(at("cavitation_strength"), strength, " (Pa)");
+            if let PorePressure::Uniform { value } = fluid.pressure {
+                let problem = format!("{value} is below minus the cavitation strength");
+                self.require(value >= -strength, at("pressure.value"), problem);
+            }
+        }
+    }
+
     fn boundaries(&mut self) {
         let case = self.case;
+        let saturated = case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let mut names = HashSet::new();
         let mut seen: Vec<(Side, f64)> = Vec::new();
         for (number, boundary) in case.boundaries.iter().enumerate() {
@@ -246,6 +310,8 @@ impl Findings<'_> {
             if !names.insert(boundary.name()) {
                 self.report(format!("{path}.name"), format!("{:?} names two boundaries", boundary.name()));
             }
+            let open = !case.domain.is_periodic(boundary.side.axis());
+            self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
             if self.extent(boundary.side.axis()).is_some() {
                 let position = boundary.position(&case.domain);
                 self.inside(format!("{path}.position"), boundary.side.axis(), position);
@@ -268,19 +334,9 @@ impl Findings<'_> {
             if let Some(velocity) = &boundary.velocity {
                 self.vector(&format!("{path}.velocity"), velocity);
             }
-        }
-    }
-
-    fn loads(&mut self) {
-        let case = self.case;
-        let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
-        for (number, load) in case.loads.iter().enumerate() {
-            let Load::Traction { body, side, value, ramp } = load;
-            let path = format!("loads[{number}]");
-            self.name(&format!("{path}.body"), body, &bodies, "the name of a body");
-            self.side(&format!("{path}.side"), *side);
-            self.vector(&format!("{path}.value"), value);
-            self.not_negative(format!("{path}.ramp"), *ramp, " (s)");
+            self.absorbing(&path, boundary);
+            let problem = "no body has a pore_fluid that could drain";
+            self.require(saturated || !boundary.drained, format!("{path}.drained"), problem);
         }
     }
 
@@ -321,6 +377,11 @@ impl Findings<'_> {
         for (number, name) in stage.remove_boundaries.iter().enumerate() {
             let path = format!("{path}.remove_boundaries[{number}]");
             self.name(&path, name, &boundaries, "the name of a boundary");
+        }
+        for (number, shape) in stage.excavate.iter().enumerate() {
+            if let Err(error) = shape.validate(case.dimension()) {
+                self.report(format!("{path}.excavate[{number}].{}", error.path), error.problem);
+            }
         }
         let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
         for (number, name) in stage.remove_bodies.iter().enumerate() {
@@ -395,6 +456,21 @@ impl Findings<'_> {
             self.require(options.is_object(), format!("methods.{name}"), problem);
         }
     }
+}
+
+/// Why a material cannot be the skeleton around a pore fluid.
+fn no_skeleton(material: &MaterialSpec) -> Option<&'static str> {
+    if material.is_fluid() {
+        return Some("is a fluid and has no pores");
+    }
+    let mut layer = Some(material);
+    while let Some(spec) = layer {
+        if spec.name() == "undrained" {
+            return Some("holds its pore water already: give its skeleton, or leave out pore_fluid");
+        }
+        layer = spec.inner();
+    }
+    None
 }
 
 /// True for names that can stand in the head of a table.

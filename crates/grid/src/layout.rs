@@ -25,6 +25,7 @@ pub struct Layout<const D: usize> {
     above: usize,
     slab_cells: usize,
     active: Vec<Range<usize>>,
+    periodic: [bool; D],
 }
 
 /// Cells a point may move along an axis before the points must be sorted again.
@@ -48,6 +49,68 @@ impl<const D: usize> Layout<D> {
             above: B::ABOVE,
             slab_cells,
             active: vec![0..0; nodes[0]],
+            periodic: [false; D],
+        }
+    }
+
+    /// The same nodes with the slabs of another layout on the same grid, whose shape functions reach at least as far.
+    #[must_use]
+    pub fn with_slabs_of(mut self, other: &Self) -> Self {
+        self.slab_cells = other.slab_cells;
+        self
+    }
+
+    /// The same grid, repeating itself along the given axes; `None` where it has too few cells for that, or nodes that
+    /// are not the same at both ends (splines with open knots).
+    #[must_use]
+    pub fn repeating(mut self, periodic: [bool; D]) -> Option<Self> {
+        for axis in (0..D).filter(|axis| periodic[*axis]) {
+            let cells = self.grid.cells[axis];
+            if cells <= 2 * self.ghosts || self.nodes[axis] != cells + 1 + 2 * self.ghosts {
+                return None;
+            }
+        }
+        self.periodic = periodic;
+        Some(self)
+    }
+
+    /// Gives nodes that are the same in a periodic grid the sum of what each of them has; `add` adds to a node.
+    pub fn fold<T: Copy>(&self, nodes: &mut [T], add: impl Fn(&mut T, &T)) {
+        for axis in (0..D).filter(|axis| self.periodic[*axis]) {
+            let (stride, cells) = (self.strides[axis], self.grid.cells[axis]);
+            let line = stride * self.nodes[axis];
+            for block in nodes.chunks_exact_mut(line) {
+                for place in 0..(2 * self.ghosts + 1) * stride {
+                    let mut sum = block[place];
+                    add(&mut sum, &block[place + cells * stride]);
+                    block[place] = sum;
+                    block[place + cells * stride] = sum;
+                }
+            }
+        }
+    }
+
+    /// Makes the images of active nodes active.
+    fn wake_images(&mut self) {
+        if (1..D).any(|axis| self.periodic[axis]) {
+            let whole = 0..self.strides[0];
+            self.active
+                .iter_mut()
+                .filter(|range| range.start < range.end)
+                .for_each(|range| *range = whole.clone());
+        }
+        if self.periodic[0] {
+            for row in 0..=2 * self.ghosts {
+                let image = row + self.grid.cells[0];
+                let (a, b) = (self.active[row].clone(), self.active[image].clone());
+                let both = match (Range::is_empty(&a), Range::is_empty(&b)) {
+                    (true, _) => b,
+                    (_, true) => a,
+                    _ => a.start.min(b.start)..a.end.max(b.end),
+                };
+                self.active[row] = both.clone();
+                self.active[image] = both;
+            }
         }
     }
 
@@ -106,6 +169,7 @@ impl<const D: usize> Layout<D> {
                 };
             }
         }
+        self.wake_images();
         for slab in 1..bounds.len() {
             bounds[slab] += bounds[slab - 1];
         }
@@ -245,6 +309,36 @@ mod tests {
         assert!((active - exact).abs() < 1e-11 * exact, "{}: active nodes hold {active}", B::NAME);
         layout.reset(&mut nodes);
         assert!(nodes.iter().all(|n| *n == Node::default()), "reset clears everything touched");
+    }
+
+    #[test]
+    fn a_periodic_grid_gives_images_the_sum_of_both() {
+        let grid = Grid::new([0.0; 2], [0.5, 0.3], 0.1).unwrap();
+        assert!(Layout::new::<3, QuadraticSpline>(&grid).repeating([true, false]).is_none());
+        assert!(Layout::new::<4, WideGimp>(&grid).repeating([false, true]).is_none(), "too few cells");
+        let layout = Layout::new::<3, Gimp>(&grid);
+        let mut layout = layout.repeating([true, true]).unwrap();
+        let points = [[0.01, 0.02], [0.26, 0.29]];
+        let bounds = layout.add_points(&points);
+        let mut nodes = vec![Node::default(); layout.len()];
+        let strides = layout.strides();
+        layout.scatter(&mut nodes, |slab, window, offset| {
+            for x in &points[bounds[slab]..bounds[slab + 1]] {
+                let stencil = Stencil::<2, 3>::new::<Gimp>(&grid, x, &[0.05; 2]);
+                stencil.deposit(window, offset, &strides, crate::Lanes::ONE, &[crate::Lanes::ZERO; 2], None);
+            }
+        });
+        layout.fold(&mut nodes, |sum, node| sum.motion += node.motion);
+        // Nodes -1 to 6 along x and -1 to 4 along y: -1, 0, 1 are 4, 5, 6 and 2, 3, 4.
+        let mass = |i: usize, j: usize| nodes[i * strides[0] + j].motion.to_array()[3];
+        for i in 0..8 {
+            assert!((0..3).all(|j| mass(i, j) == mass(i, j + 3)), "{i}");
+        }
+        assert!((0..6).all(|j| (0..3).all(|i| mass(i, j) == mass(i + 5, j))));
+        let each_once: f64 = (1..6).flat_map(|i| (1..4).map(move |j| (i, j))).map(|(i, j)| mass(i, j)).sum();
+        assert!((each_once - 2.0).abs() < 1e-14, "{each_once}");
+        layout.reset(&mut nodes);
+        assert!(nodes.iter().all(|node| *node == Node::default()), "images are active");
     }
 
     proptest! {

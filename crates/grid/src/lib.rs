@@ -10,6 +10,7 @@
 mod basis;
 mod grid;
 mod layout;
+mod phases;
 mod stencil;
 mod walls;
 

@@ -59,7 +59,7 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
     /// Calls `visit(index of the first of S consecutive nodes, weight, gradient)` for every line of
     /// nodes along the last axis; weight and gradient are those of the other axes.
     #[inline(always)]
-    fn lines(&self, strides: &[usize; D], mut visit: impl FnMut(usize, f64, [f64; 2])) {
+    pub(crate) fn lines(&self, strides: &[usize; D], mut visit: impl FnMut(usize, f64, [f64; 2])) {
         match D {
             1 => visit(self.first[0], 1.0, [0.0; 2]),
             2 => {

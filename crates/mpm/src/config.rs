@@ -28,7 +28,8 @@ pub struct MpmOptions {
     /// With `transfer` `flip`: share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
     #[serde(default = "one")]
     pub flip: f64,
-    /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1.
+    /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1. Without an entry it is 0.9 in
+    /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag.
     #[serde(default = "half")]
     pub courant: f64,
     /// Fixed time step (s), which must be below the critical one; chosen by the solver when absent.
@@ -60,6 +61,13 @@ pub struct MpmOptions {
     /// What the domains of `cpgimp` points follow.
     #[serde(default)]
     pub domain_stretch: DomainStretch,
+    /// Where volumetric strain comes from in cases with a `pore_fluid`.
+    #[serde(default)]
+    pub volumetric_strain: VolumetricStrain,
+    /// Points of fluids where the cells around are filled to less than this share lie on the free surface and carry no
+    /// stress, 0 to 1 (both excluded), e.g. 0.7; no such points when absent.
+    #[serde(default)]
+    pub free_surface: Option<f64>,
     /// Largest volume of a stress-free point over its initial volume: keeps the points of a
     /// cohesionless free front from swelling without bound.
     #[serde(default = "volume_cap")]
@@ -171,6 +179,18 @@ impl Transfer {
     }
 }
 
+/// Where the volumetric strain of a point comes from (MPM sheet §2.17).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum VolumetricStrain {
+    /// The point itself.
+    #[default]
+    Point,
+    /// The average over the points of its cell, phase by phase: against locking where little fluid can leave in
+    /// the time considered.
+    CellAverage,
+}
+
 impl MpmOptions {
     /// The defaults on a grid of `cell_size` (m).
     pub fn new(cell_size: f64) -> Self {
@@ -191,6 +211,8 @@ impl MpmOptions {
             wall_friction: WallFriction::default(),
             static_friction_ratio: one(),
             domain_stretch: DomainStretch::default(),
+            volumetric_strain: VolumetricStrain::default(),
+            free_surface: None,
             volume_cap: volume_cap(),
         }
     }
@@ -225,6 +247,9 @@ impl MpmOptions {
         }
         if self.domain_stretch != DomainStretch::Diagonal && self.shape != ShapeFunctions::Cpgimp {
             return Err(("domain_stretch", "needs shape cpgimp".to_owned()));
+        }
+        if let Some(factor) = self.free_surface {
+            rule("free_surface", factor, factor > 0.0 && factor < 1.0, "is not in 0..1 (0 and 1 excluded)")?;
         }
         let cap = self.volume_cap;
         rule("volume_cap", cap, cap >= 1.0, "must be at least 1")

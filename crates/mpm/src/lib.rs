@@ -5,15 +5,18 @@
 //! back (MPM sheet §3.3; [`MpmSolver`] holds the step). Shape functions are linear, generalised
 //! interpolation (GIMP) with fixed or stretching point domains, or quadratic and cubic B-splines;
 //! stress is updated first, last, or last from re-mapped velocities. One dimension, plane strain,
-//! axisymmetry and three dimensions.
+//! axisymmetry and three dimensions. Bodies with a pore fluid are solved as two phases that move apart.
 //!
 //! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
 
+mod absorbing;
 mod affine;
 mod checkpoint;
 mod config;
 mod contact;
 mod dispatch;
+mod free_surface;
+mod loads;
 mod momentum;
 mod points;
 mod report;
@@ -21,13 +24,15 @@ mod setup;
 mod solver;
 mod stretch;
 mod transfer;
+mod two_phase;
 mod xpic;
 
 use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, DomainStretch, FixedNodes, MpmOptions, ShapeFunctions, StressScheme, Transfer, WallFriction,
+    Contact, DomainStretch, FixedNodes, MpmOptions, ShapeFunctions, StressScheme, Transfer, VolumetricStrain,
+    WallFriction,
 };
 pub use solver::MpmSolver;
 
@@ -41,7 +46,8 @@ impl Method for Mpm {
     }
 
     fn summary(&self) -> &'static str {
-        "explicit material point method: MPM, GIMP and B-splines on a structured grid, one phase"
+        "explicit material point method: MPM, GIMP and B-splines on a structured grid, one phase or \
+         skeleton and pore fluid"
     }
 
     fn options_schema(&self) -> Schema {

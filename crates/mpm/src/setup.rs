@@ -3,17 +3,20 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Load, Side, Space, Wall as CaseWall};
+use colluvium_case::description::{Body, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Material};
 use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
+use crate::absorbing::{Absorbing, Impedance};
 use crate::config::ShapeFunctions;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
-use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch};
+use crate::{
+    MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads, two_phase,
+};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -26,7 +29,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     }
     let options: MpmOptions = case.method_options("mpm")?;
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
-    Ok(options)
+    two_phase::cleared(case, options)
 }
 
 /// The grid of the case.
@@ -34,6 +37,27 @@ pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     Grid::new(corner(&case.domain.min), corner(&case.domain.max), options.cell_size)
         .map_err(|error| CaseError::new("methods.mpm.cell_size", error.to_string()))
+}
+
+/// The nodes of the case.
+fn layout<const D: usize, const S: usize, B: Basis<S>>(
+    case: &Case,
+    grid: &Grid<D>,
+    options: &MpmOptions,
+) -> Result<Layout<D>, CaseError> {
+    let layout = Layout::new::<S, B>(grid);
+    if case.domain.periodic.is_empty() {
+        return Ok(layout);
+    }
+    if !options.contacts.is_empty() {
+        return Err(CaseError::new("domain.periodic", "is not available with contacts"));
+    }
+    let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
+    layout.repeating(periodic).ok_or_else(|| {
+        let problem =
+            "needs shape linear, ugimp or cpgimp, and along a periodic axis at least 3 cells (cpgimp: 5)";
+        CaseError::new("domain.periodic", problem)
+    })
 }
 
 /// The walls of a stage.
@@ -73,6 +97,7 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
         }
         let node = if face == grid.cells[axis] { nodes[axis] - 1 - B::GHOSTS } else { face + B::GHOSTS };
         let kind = match boundary.wall {
+            CaseWall::Absorbing { .. } => continue,
             CaseWall::Rough => WallKind::Rough,
             CaseWall::Smooth => WallKind::Smooth,
             CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
@@ -121,8 +146,19 @@ impl dispatch::Visitor for Measure<'_> {
         let time_step = solver.critical_step();
         let points = solver.points();
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
-        let nodes = solver.nodes.len();
-        let per_node = size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { 1 };
+        let nodes = solver.layout.len() * solver.contacts.fields();
+        let phases = if solver.two_phase.is_some() { 2 } else { 1 };
+        let per_node =
+            phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
+        let mut warnings = warnings(self.case, self.options, points);
+        if time_step.limit == "seepage drag" {
+            // MPM sheet P-13.
+            warnings.push(format!(
+                "pore_fluid: the drag of so low a permeability limits the step, to {:.2e} s; where no fluid leaves in \
+                 the time considered use the material `undrained`",
+                time_step.dt
+            ));
+        }
         Ok(Plan {
             points,
             nodes,
@@ -130,7 +166,7 @@ impl dispatch::Visitor for Measure<'_> {
             time_step,
             memory: (points * bytes_per_point::<D, P>() + nodes * per_node) as u64,
             updates_per_second: if D == 3 { 1.5e6 } else { 5e6 },
-            warnings: warnings(self.case, self.options, points),
+            warnings,
         })
     }
 }
@@ -202,6 +238,8 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     for stage in 0..case.stages.len() {
         walls::<D, S, B>(case, stage, &grid, options)?;
     }
+    let layout = layout::<D, S, B>(case, &grid, options)?;
+    let two_phase = two_phase::two_phase(case, options, &layout);
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
@@ -210,20 +248,27 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
-    for (number, load) in case.loads.iter().enumerate() {
-        apply_load(case, number, load, &mut sets)?;
+    for number in 0..case.loads.len() {
+        loads::apply(case, number, &mut sets)?;
     }
-    let layout = Layout::new::<S, B>(&grid);
+    let absorbs = case.boundaries.iter().position(|b| matches!(b.wall, CaseWall::Absorbing { .. }));
+    let impedances = absorbs.map_or_else(Vec::new, |_| sets.iter().map(Impedance::of).collect());
+    if let (Some(number), true) = (absorbs, contacts.fields() > 1) {
+        let problem = "an absorbing boundary is not available with contacts";
+        return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
+    }
+    let free_surface = free_surface::free_surface(case, options, &grid, &layout)?;
+    let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
         options: options.clone(),
-        nodes: vec![Node::default(); contacts.fields() * layout.len()],
+        nodes: vec![Node::default(); own_nodes],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
-        load_factors: vec![1.0; case.bodies.len()],
         walls: Walls::default(),
         upper: grid.upper(),
         closed: [[false; 2]; D],
+        periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
         layout,
         grid,
         sets,
@@ -240,6 +285,10 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         limit_age: 0,
         sums: RowSums::default(),
         external_work: 0.0,
+        two_phase,
+        free_surface,
+        absorbing: Absorbing::default(),
+        impedances,
         basis: PhantomData,
     };
     // XPIC sweeps over the same nodes before they hold re-mapped velocities.
@@ -249,7 +298,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     if solver.contacts.fields() > 1 {
         solver.contacts.surfaces = vec![Default::default(); solver.nodes.len()];
     }
-    solver.set_walls(walls::<D, S, B>(case, 0, &grid, options)?);
+    solver.set_stage_walls(0)?;
     solver.sort();
     solver.start_affine();
     check_fixed_step(&mut solver, options)?;
@@ -287,10 +336,14 @@ fn point_set<const D: usize, P: PointDomain<D>>(
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
     let density = spec.density();
-    let initial: Vec<InitialCondition> = position
+    let mut initial: Vec<InitialCondition> = position
         .iter()
         .map(|x| InitialCondition { stress: body.stress.at(spatial(x), density, case.gravity3()), density })
         .collect();
+    let pore = two_phase::pore_set(case, body, &position, density).map(|(pore, effective)| {
+        initial.iter_mut().zip(effective).for_each(|(condition, stress)| condition.stress = stress);
+        pore
+    });
     let (stress, states) = material.initial(&initial).map_err(|error| {
         let place = &position[error.index];
         CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))
@@ -316,7 +369,9 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
         scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
+        loads: Vec::new(),
         traction: Vec::new(),
+        pore,
         slabs: Vec::new(),
     })
 }
@@ -344,53 +399,15 @@ fn samples<const D: usize>(
     Ok(samples)
 }
 
-/// Gives the outermost layer of points of the loaded side its share of the traction (MPM sheet §2.11).
-fn apply_load<const D: usize, P: PointDomain<D>>(
-    case: &Case,
-    number: usize,
-    load: &Load,
-    sets: &mut [PointSet<D, P>],
-) -> Result<(), CaseError> {
-    let Load::Traction { body, side, value, .. } = load;
-    let set = sets.iter_mut().find(|set| case.bodies[set.body as usize].name == *body);
-    let Some(set) = set else {
-        return Err(CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")));
-    };
-    if set.traction.is_empty() {
-        set.traction = vec![[0.0; D]; set.position.len()];
-    }
-    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
-    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
-    let across: f64 = (0..D).filter(|c| *c != axis).map(|c| set.extent[c]).product();
-    for (position, force) in set.position.iter().zip(&mut set.traction) {
-        if sign * position[axis] > outermost - 0.5 * set.extent[axis] {
-            let radius = match (case.space, side) {
-                (Space::Axisymmetric, Side::XMin | Side::XMax) => position[0] + sign * 0.5 * set.extent[0],
-                (Space::Axisymmetric, _) => position[0],
-                _ => 1.0,
-            };
-            for c in 0..D {
-                force[c] += value[c] * across * radius;
-            }
-        }
-    }
-    Ok(())
-}
-
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
-    /// Sets the factors on the tractions of each body to those at the end of a step of `dt`.
-    pub(crate) fn set_load_factors(&mut self, dt: f64) {
-        let end = self.time + dt;
-        for (body, factor) in self.case.bodies.iter().zip(&mut self.load_factors) {
-            let of_body = |load: &&Load| {
-                let Load::Traction { body: name, .. } = load;
-                *name == body.name
-            };
-            let ramp = self.case.loads.iter().find(of_body).map_or(0.0, |load| {
-                let Load::Traction { ramp, .. } = load;
-                *ramp
-            });
-            *factor = if ramp > 0.0 { (end / ramp).min(1.0) } else { 1.0 };
+    /// Takes the walls of a stage, of all phases.
+    pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
+        let (case, grid, options) = (&self.case, &self.grid, &self.options);
+        let own = walls::<D, S, B>(case, stage, grid, options)?;
+        if let Some(phases) = &mut self.two_phase {
+            phases.walls = two_phase::liquid_walls::<D, S, B>(case, stage, grid, options)?;
         }
+        self.set_walls(own);
+        self.set_absorbing(stage)
     }
 }

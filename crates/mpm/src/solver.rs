@@ -5,13 +5,17 @@ use std::sync::Arc;
 
 use colluvium_case::{Case, SolverError, TimeStep};
 use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
+use rayon::prelude::*;
 
 use crate::MpmOptions;
+use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{StressScheme, Transfer};
 use crate::contact::Contacts;
+use crate::free_surface::FreeSurface;
 use crate::momentum::{MomentumSolve, RowSums};
 use crate::points::{PointDomain, PointSet};
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
+use crate::two_phase::TwoPhase;
 
 /// Steps between re-evaluations of the critical time step.
 pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
@@ -27,13 +31,13 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) row_sums: Vec<RowSums>,
     pub(crate) sets: Vec<PointSet<D, P>>,
     pub(crate) contacts: Contacts,
-    /// Factor on the tractions of each body of the case, in this step.
-    pub(crate) load_factors: Vec<f64>,
     pub(crate) walls: Walls,
     /// Upper corner of the grid (m).
     pub(crate) upper: [f64; D],
     /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
     pub(crate) closed: [[bool; 2]; D],
+    /// Axes along which the domain repeats itself.
+    pub(crate) periodic: [bool; D],
     pub(crate) axisymmetric: bool,
     pub(crate) gravity: [f64; 3],
     pub(crate) stage: usize,
@@ -47,19 +51,30 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) limit_age: u64,
     pub(crate) sums: RowSums,
     pub(crate) external_work: f64,
+    /// Both phases of the nodes; `None` in a case without pore fluid.
+    pub(crate) two_phase: Option<Box<TwoPhase>>,
+    pub(crate) free_surface: Option<Box<FreeSurface<D>>>,
+    pub(crate) absorbing: Absorbing,
+    /// Of the bodies of the case; empty without absorbing boundaries.
+    pub(crate) impedances: Vec<Impedance>,
     pub(crate) basis: PhantomData<B>,
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// One step (MPM sheet §3.3); the numbers are those of the sheet.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        if self.two_phase.is_some() {
+            return self.advance_two_phase(dt);
+        }
         // 0: cells, weights, empty grid.
         self.sort_if_moved();
         self.reset_nodes();
+        self.free_surface();
         let moved = match self.options.stress_update {
             StressScheme::Usl => {
                 self.scatter(Scatter::Everything, dt); // 1
                 self.solve_momentum(dt); // 2–4
+                self.follow_loads::<SOLVED>(dt);
                 // 5, 7–9
                 self.update_points::<SOLVED>(
                     dt,
@@ -71,6 +86,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.solve_momentum(dt); // 2–4
                 self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, ..PointUpdate::NONE })?; // 5
                 self.remap(); // 6
+                self.follow_loads::<REMAPPED>(dt);
                 // 7–9
                 self.update_points::<REMAPPED>(
                     dt,
@@ -83,6 +99,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.update_points::<REMAPPED>(dt, PointUpdate { stress: true, ..PointUpdate::NONE })?; // 7–8
                 self.scatter(Scatter::Forces, dt); // 1, forces
                 self.solve_momentum(dt); // 2–4
+                self.follow_loads::<SOLVED>(dt);
                 // 5, 9
                 self.update_points::<SOLVED>(
                     dt,
@@ -92,6 +109,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         };
         // 10
         self.travel += moved;
+        self.wrap();
         self.time += dt;
         self.step += 1;
         self.limit_age += 1;
@@ -107,11 +125,43 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.walls = walls;
     }
 
-    fn sort_if_moved(&mut self) {
+    pub(crate) fn sort_if_moved(&mut self) {
         if self.travel < self.grid.cell {
             return;
         }
         self.sort();
+    }
+
+    /// Brings points back that left through a periodic side, on the other one.
+    pub(crate) fn wrap(&mut self) {
+        if self.periodic == [false; D] {
+            return;
+        }
+        let (low, high, periodic) = (self.grid.origin, self.upper, self.periodic);
+        let mut wrapped = false;
+        for set in &mut self.sets {
+            let points = set.position.par_iter_mut().zip(&mut set.origin);
+            wrapped |= points
+                .map(|(position, origin)| {
+                    let mut any = false;
+                    for axis in (0..D).filter(|axis| periodic[*axis]) {
+                        let shift = match position[axis] {
+                            x if x < low[axis] => high[axis] - low[axis],
+                            x if x >= high[axis] => low[axis] - high[axis],
+                            _ => continue,
+                        };
+                        position[axis] = (position[axis] + shift).clamp(low[axis], high[axis]);
+                        origin[axis] += shift;
+                        any = true;
+                    }
+                    any
+                })
+                .reduce(|| false, |a, b| a | b);
+        }
+        if wrapped {
+            // They are in other slabs now.
+            self.travel = f64::INFINITY;
+        }
     }
 
     /// Sorts all points by cell and finds the active nodes.
@@ -119,6 +169,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // Nodes outside the new active region would keep what they hold.
         self.reset_nodes();
         self.reset_remapped();
+        if let Some(phases) = &mut self.two_phase {
+            phases.reset(&self.layout);
+        }
         for set in &mut self.sets {
             set.sort(&self.grid);
         }
@@ -133,6 +186,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             set.slabs = self.layout.add_points(&set.position);
         }
         self.heaviest = self.sets.iter().flat_map(|s| &s.mass).fold(0.0, |a: f64, &b| a.max(b));
+        if let Some(phases) = &mut self.two_phase {
+            let masses = self.sets.iter().flat_map(|set| (0..set.len()).map(|p| set.liquid_mass(p)));
+            phases.heaviest = masses.fold(0.0, f64::max);
+        }
     }
 
     /// Empties the active nodes of all velocity fields.
@@ -147,6 +204,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         for nodes in self.remapped.chunks_exact_mut(self.layout.len()) {
             self.layout.reset(nodes);
         }
+    }
+
+    fn follow_loads<const FROM_SOLVED: bool>(&mut self, dt: f64) {
+        let strides = self.layout.strides();
+        self.follow_surfaces(dt, |solver, field, stencil| {
+            let first = field * solver.layout.len();
+            if FROM_SOLVED {
+                stencil.gather(&solver.nodes[first..], &strides)
+            } else {
+                stencil.gather_velocity(&solver.remapped[first..], &strides)
+            }
+        });
     }
 
     fn solve_momentum(&mut self, dt: f64) {
@@ -173,6 +242,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             self.external_work += sums.work;
             self.sums = sums;
         }
+        self.absorb(dt);
         self.touch(dt);
         match self.options.transfer {
             Transfer::Flip => {}
@@ -182,7 +252,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     /// Factor on gravity at the end of a step of `dt`.
-    fn gravity_factor(&self, dt: f64) -> f64 {
+    pub(crate) fn gravity_factor(&self, dt: f64) -> f64 {
         self.case.stages[self.stage].gravity_factor(self.time + dt - self.stage_start)
     }
 

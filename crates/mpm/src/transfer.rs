@@ -42,12 +42,14 @@ impl PointUpdate {
 }
 
 /// What a block of points reports: the largest move along an axis (m), and its first failure.
-type BlockReport = Result<f64, Failure>;
+pub type BlockReport = Result<f64, Failure>;
 
-/// A point that failed: index within its set, and why.
+/// A point that failed.
 pub struct Failure {
-    index: usize,
-    reason: String,
+    /// Index within its set.
+    pub index: usize,
+    /// Why.
+    pub reason: String,
 }
 
 /// One block of points, borrowed from the arrays of their set.
@@ -64,15 +66,16 @@ struct Block<'a, const D: usize, P> {
     initial_volume: &'a [f64],
 }
 
+/// A vector and a fourth number.
 #[inline(always)]
-fn lanes<const D: usize>(vector: &[f64; D], fourth: f64) -> Lanes {
+pub fn lanes<const D: usize>(vector: &[f64; D], fourth: f64) -> Lanes {
     let at = |c: usize| if c < D { vector[c] } else { 0.0 };
     Lanes::new([at(0), at(1), at(2), fourth])
 }
 
 /// `columns[j] = -V σ e_j`.
 #[inline(always)]
-fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] {
+pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] {
     let s = &stress.0;
     let columns = [
         Lanes::new([s[0], s[3], s[5], 0.0]),
@@ -88,13 +91,13 @@ fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Point to grid (step 1), slab by slab.
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
-        self.set_load_factors(dt);
+        self.apply_loads(dt);
         if what != Scatter::Forces {
             self.scatter_surfaces();
         }
         let strides = self.layout.strides();
         let (sets, grid, axisymmetric) = (&self.sets, &self.grid, self.axisymmetric);
-        let (loads, transfer) = (&self.load_factors, self.options.transfer);
+        let transfer = self.options.transfer;
         let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
@@ -113,8 +116,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                             body = Some(Lanes::new([hoop, 0.0, 0.0, 0.0]));
                         }
                         if !set.traction.is_empty() && what != Scatter::Motion {
-                            let traction = lanes(&set.traction[p], 0.0) * loads[set.body as usize];
-                            body = Some(body.unwrap_or(Lanes::ZERO) + traction);
+                            body = Some(body.unwrap_or(Lanes::ZERO) + lanes(&set.traction[p], 0.0));
                         }
                         stencil.deposit(window, offset, &strides, motion, &columns, body);
                         if affine {
@@ -123,6 +125,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                             moments.deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, momentum);
                         }
                     }
+                }
+            });
+            self.layout.fold(nodes, |sum, node| {
+                if what != Scatter::Forces {
+                    sum.motion += node.motion;
+                }
+                if what != Scatter::Motion {
+                    sum.force += node.force;
                 }
             });
         }
@@ -151,6 +161,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                 }
             });
+            self.layout.fold(nodes, |sum, node| *sum += *node);
         }
         self.velocities_of_remapped(false);
     }
@@ -350,14 +361,21 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 index: block.first + error.index,
                 reason: error.source.to_string(),
             })?;
-            self.cap_volumes(block);
+            self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
         Ok(moved)
     }
 
     /// Motion of the step from the columns of the velocity gradient.
     #[inline(always)]
-    fn set_motion(&self, motion: &mut Motion, columns: &[Lanes; D], radial: f64, radius: f64, dt: f64) {
+    pub(crate) fn set_motion(
+        &self,
+        motion: &mut Motion,
+        columns: &[Lanes; D],
+        radial: f64,
+        radius: f64,
+        dt: f64,
+    ) {
         for (j, column) in columns.iter().enumerate() {
             let column = (*column * dt).to_array();
             for i in 0..D {
@@ -374,12 +392,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// A point without stress does not grow beyond the cap (MPM sheet §2.8, pitfall P-09).
     #[inline]
-    fn cap_volumes(&self, block: &mut Block<'_, D, P>) {
+    pub(crate) fn cap_volumes(&self, volumes: &mut [f64], initial: &[f64], stresses: &[SymTensor]) {
         let cap = self.options.volume_cap;
-        for p in 0..block.volume.len() {
-            let largest = cap * block.initial_volume[p];
-            if block.volume[p] > largest && block.stress[p].0 == [0.0; 6] {
-                block.volume[p] = largest;
+        for ((volume, initial), stress) in volumes.iter_mut().zip(initial).zip(stresses) {
+            let largest = cap * initial;
+            if *volume > largest && stress.0 == [0.0; 6] {
+                *volume = largest;
             }
         }
     }
@@ -387,7 +405,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Refuses a move that cannot be right. A point that round-off carries through a wall on the side
     /// of the domain is put back onto it.
     #[inline(always)]
-    fn check_position(&self, position: &mut [f64; D], step: f64) -> Result<(), String> {
+    pub(crate) fn check_position(&self, position: &mut [f64; D], step: f64) -> Result<(), String> {
         // Written so that NaN counts as a failure.
         if !(step <= 0.5 * self.grid.cell) {
             return Err(format!(
@@ -396,7 +414,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             ));
         }
         if !self.grid.contains(position) {
-            for axis in 0..D {
+            for axis in (0..D).filter(|axis| !self.periodic[*axis]) {
                 let (low, high) = (self.grid.origin[axis], self.upper[axis]);
                 if (position[axis] < low && !self.closed[axis][0])
                     || (position[axis] > high && !self.closed[axis][1])
@@ -413,7 +431,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 }
 
 /// Keeps the larger move, or the failure with the lowest index.
-fn worst(a: BlockReport, b: BlockReport) -> BlockReport {
+pub fn worst(a: BlockReport, b: BlockReport) -> BlockReport {
     match (a, b) {
         (Ok(a), Ok(b)) => Ok(a.max(b)),
         (Err(a), Err(b)) => Err(if a.index <= b.index { a } else { b }),

@@ -56,6 +56,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                 }
             });
+            self.layout.fold(rest, |sum, node| *sum += *node);
             self.layout.rows(rest, &mut self.row_sums, |row, active, line| {
                 for number in active {
                     let mass = nodes[row * row_length + number].motion.as_array()[3];

@@ -268,8 +268,9 @@ impl<const D: usize> Solver for SphSolver<D> {
             let problem = "was written by another version or for another case";
             return Err(SolverError::Checkpoint(problem.to_owned()));
         }
-        self.take_saved(saved)
-            .ok_or_else(|| SolverError::Checkpoint("its arrays do not fit together or the case".to_owned()))?;
+        self.take_saved(saved).ok_or_else(|| {
+            SolverError::Checkpoint("its arrays do not fit together or the case".to_owned())
+        })?;
         if self.listed.positions.is_empty() { Ok(()) } else { self.make_lists() }
     }
 }

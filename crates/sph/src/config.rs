@@ -6,8 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use choices::{
-    Axis, Confined, Confining, Continuity, DensityReset, Formulation, Integration, Momentum, Regularisation, SmoothWall, SmoothingLength, SoundSpeed,
-    Symmetrisation, Tensile, VelocityGradient, WallStress, WallVelocity,
+    Confined, Confining, Continuity, DensityReset, Formulation, Integration, Momentum, Regularisation,
+    SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, VelocityGradient, WallStress,
+    WallVelocity,
 };
 
 use crate::kernel::Kernel;
@@ -101,9 +102,6 @@ pub struct SphOptions {
     /// Confining pressure of a flexible membrane; none when absent.
     #[serde(default)]
     pub confining: Option<Confining>,
-    /// Axes along which the domain is periodic.
-    #[serde(default)]
-    pub periodic: Vec<Axis>,
     /// Names of bodies that keep their initial field of velocity for good; their stress follows their law.
     #[serde(default)]
     pub held: Vec<String>,
@@ -163,7 +161,6 @@ impl SphOptions {
             shifting: 0.0,
             formulation: Formulation::default(),
             confining: None,
-            periodic: Vec::new(),
             held: Vec::new(),
             wall_stress: WallStress::default(),
             wall_velocity: WallVelocity::default(),
@@ -227,10 +224,20 @@ impl SphOptions {
             rule("tensile.exponent", exponent, positive(exponent), "must be finite and positive")?;
         }
         if let Some(Confining { pressure, ramp, .. }) = self.confining {
-            rule("confining.pressure", pressure, at_least_zero(pressure), "must be finite and not negative (Pa)")?;
+            rule(
+                "confining.pressure",
+                pressure,
+                at_least_zero(pressure),
+                "must be finite and not negative (Pa)",
+            )?;
             rule("confining.ramp", ramp, at_least_zero(ramp), "must be finite and not negative (s)")?;
             let ratio = self.smoothing;
-            rule("smoothing", ratio, (1.0..=1.5).contains(&ratio), "is not in 1..=1.5, for which confining finds surfaces")?;
+            rule(
+                "smoothing",
+                ratio,
+                (1.0..=1.5).contains(&ratio),
+                "is not in 1..=1.5, for which confining finds surfaces",
+            )?;
         }
         for (name, steps) in [
             ("regularisation_steps", self.regularisation_steps),

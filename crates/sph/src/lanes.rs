@@ -238,7 +238,12 @@ mod tests {
     #[test]
     fn records_give_back_what_they_hold() {
         let of = |k: f64| {
-            record::<3>(&[k, k + 1.0, k + 2.0], &[0.0; 3], [k + 3.0, k + 4.0, k + 5.0, k + 6.0], [7.0, 8.0, 9.0, 10.0, 11.0, k])
+            record::<3>(
+                &[k, k + 1.0, k + 2.0],
+                &[0.0; 3],
+                [k + 3.0, k + 4.0, k + 5.0, k + 6.0],
+                [7.0, 8.0, 9.0, 10.0, 11.0, k],
+            )
         };
         let mut all = [of(0.0), of(10.0), of(20.0), of(30.0)];
         set_velocity(&mut all[2], &[1.0, 2.0, 3.0]);

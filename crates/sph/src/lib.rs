@@ -30,7 +30,7 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Axis, Confined, Confining, Continuity, DensityReset, Formulation, Integration, Momentum, Regularisation,
+    Confined, Confining, Continuity, DensityReset, Formulation, Integration, Momentum, Regularisation,
     SmoothWall, SmoothingLength, SoundSpeed, SphOptions, Symmetrisation, Tensile, VelocityGradient,
     WallStress, WallVelocity,
 };

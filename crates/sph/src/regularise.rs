@@ -27,8 +27,7 @@ impl<const D: usize> SphSolver<D> {
     /// Replaces the densities of fluids by their averages (sheet §2.10).
     pub(crate) fn smooth_density(&mut self, form: DensityReset) {
         let mut smoothed = self.particles.density[..self.particles.len].to_vec();
-        let form =
-            if form == DensityReset::Mls { Regularisation::Mls } else { Regularisation::Shepard };
+        let form = if form == DensityReset::Mls { Regularisation::Mls } else { Regularisation::Shepard };
         for group in self.groups.iter().filter(|group| group.fluid) {
             let (range, start) = (group.range(), group.start);
             smoothed[range.clone()].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, density)| {
@@ -36,7 +35,9 @@ impl<const D: usize> SphSolver<D> {
                 let linear = (form == Regularisation::Mls).then(|| self.linear_weights(start + k, &range));
                 let (mut total, mut sum) = (0.0, 0.0);
                 self.around(start + k, &range, |j, weight, apart| {
-                    let factor = linear.flatten().map_or(1.0, |b| b[0] + (0..D).map(|c| b[c + 1] * apart[c]).sum::<f64>());
+                    let factor = linear
+                        .flatten()
+                        .map_or(1.0, |b| b[0] + (0..D).map(|c| b[c + 1] * apart[c]).sum::<f64>());
                     total += weight * factor;
                     sum += p.density[j] * weight * factor;
                 });

@@ -56,7 +56,8 @@ impl<const D: usize> SphSolver<D> {
             };
             // Of equal ones the first particle's, on any number of threads.
             let found = blocks.map(of_block).min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-            least = found.into_iter().fold(least, |least, found| if found.0 < least.0 { found } else { least });
+            least =
+                found.into_iter().fold(least, |least, found| if found.0 < least.0 { found } else { least });
         }
         let (dt, limit, index) = least;
         TimeStep {

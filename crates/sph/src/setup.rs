@@ -7,7 +7,7 @@ use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
 use colluvium_points::{CellList, HalfList, NeighbourList};
 
-use crate::config::{Axis, Continuity, DensityReset, Formulation, SmoothWall, SoundSpeed, SphOptions, WallStress};
+use crate::config::{Continuity, DensityReset, Formulation, SmoothWall, SoundSpeed, SphOptions, WallStress};
 use crate::kernel::Smoothing;
 use crate::particles::{Group, Particles};
 use crate::solver::{Audit, Listed, SphSolver};
@@ -33,21 +33,37 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
     }
+    if let Some(number) = case.stages.iter().position(|stage| !stage.excavate.is_empty()) {
+        let problem = "sph removes whole bodies only: use remove_bodies";
+        return Err(CaseError::new(format!("stages[{number}].excavate"), problem));
+    }
     if !case.loads.is_empty() {
         return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
     }
+    if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
+        let path = format!("bodies[{number}].pore_fluid");
+        return Err(CaseError::new(
+            path,
+            "sph has one phase; where no fluid leaves use the material undrained",
+        ));
+    }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");
+        if matches!(boundary.wall, Wall::Absorbing { .. }) {
+            return Err(CaseError::new(path("wall"), "sph has no absorbing boundaries"));
+        }
         if boundary.separation {
-            return Err(CaseError::new(path("separation"), "material cannot lift off the rough and smooth walls of sph"));
+            return Err(CaseError::new(
+                path("separation"),
+                "material cannot lift off the rough and smooth walls of sph",
+            ));
         }
         let frictional = matches!(boundary.wall, Wall::Frictional { .. });
         if frictional && options.wall_stress != WallStress::Pairwise {
-            return Err(CaseError::new(path("wall"), "frictional walls answer pairwise: set wall_stress to pairwise"));
-        }
-        let axis = boundary.side.axis();
-        if options.periodic.iter().any(|periodic| periodic.number() == axis) {
-            return Err(CaseError::new(path("side"), "the domain is periodic along that axis"));
+            return Err(CaseError::new(
+                path("wall"),
+                "frictional walls answer pairwise: set wall_stress to pairwise",
+            ));
         }
     }
     check_periods(case, options)?;
@@ -75,18 +91,13 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
 /// Periodic axes must be of the space, once each, and longer than the reach of a particle.
 fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     let reach = options.kernel.support() * options.length() * options.smoothing_growth.max(1.2);
-    for (number, axis) in options.periodic.iter().enumerate() {
-        let path = format!("methods.sph.periodic[{number}]");
+    for (number, axis) in case.domain.periodic.iter().enumerate() {
+        let path = format!("domain.periodic[{number}]");
         let axis = axis.number();
-        if axis >= case.dimension() {
-            return Err(CaseError::new(path, "is an axis that the space does not have"));
-        }
-        if options.periodic[..number].iter().any(|other| other.number() == axis) {
-            return Err(CaseError::new(path, "is named twice"));
-        }
         let length = case.domain.max[axis] - case.domain.min[axis];
         if length < reach {
-            let problem = format!("the domain is {length} m long, less than the reach of a particle, {reach} m");
+            let problem =
+                format!("the domain is {length} m long, less than the reach of a particle, {reach} m");
             return Err(CaseError::new(path, problem));
         }
         let count = length / options.spacing;
@@ -101,25 +112,28 @@ fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
 /// Density by summation, and what is for fluids only.
 fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     let closed = |axis: usize| {
-        let side = |max: bool| {
-            case.boundaries.iter().any(|b| b.side.axis() == axis && b.side.is_max() == max)
-        };
-        options.periodic.iter().any(|p| p.number() == axis) || (side(false) && side(true))
+        let side =
+            |max: bool| case.boundaries.iter().any(|b| b.side.axis() == axis && b.side.is_max() == max);
+        case.domain.is_periodic(axis) || (side(false) && side(true))
     };
     let free = !(0..case.dimension()).all(closed);
     if options.continuity == Continuity::Summation && free && !options.allow_summation {
         let problem = "summation loses density at free surfaces: close the domain by walls or periods, or allow_summation";
         return Err(CaseError::new("methods.sph.continuity", problem));
     }
-    let fluid = case.bodies.iter().any(|body| {
-        case.materials.get(&body.material).is_some_and(|spec| spec.facts().kind == Kind::Fluid)
-    });
+    let fluid = case
+        .bodies
+        .iter()
+        .any(|body| case.materials.get(&body.material).is_some_and(|spec| spec.facts().kind == Kind::Fluid));
     for (name, on) in [
         ("density_diffusion", options.density_diffusion > 0.0),
         ("density_reset", options.density_reset != DensityReset::None),
     ] {
         if on && !fluid {
-            return Err(CaseError::new(format!("methods.sph.{name}"), "is for fluids, and no body is made of one"));
+            return Err(CaseError::new(
+                format!("methods.sph.{name}"),
+                "is for fluids, and no body is made of one",
+            ));
         }
     }
     Ok(())
@@ -129,7 +143,8 @@ fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseErro
 fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
-    let densities = case.bodies.iter().filter_map(|b| case.materials.get(&b.material)).map(MaterialSpec::density);
+    let densities =
+        case.bodies.iter().filter_map(|b| case.materials.get(&b.material)).map(MaterialSpec::density);
     let (low, high) = densities.fold((f64::INFINITY, 0.0f64), |(a, b), d| (a.min(d), b.max(d)));
     if options.continuity == Continuity::Mass && high >= 2.0 * low {
         warnings.push(format!(
@@ -155,19 +170,21 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
             contact,
         };
         match boundary.wall {
-            Wall::Smooth if options.smooth_wall == SmoothWall::Mirror => mirrors.push(plane(Contact::FreeSlip)),
+            Wall::Smooth if options.smooth_wall == SmoothWall::Mirror => {
+                mirrors.push(plane(Contact::FreeSlip))
+            }
             Wall::Smooth => faces.push(plane(Contact::FreeSlip)),
-            Wall::Rough => faces.push(plane(Contact::NoSlip)),
+            Wall::Rough | Wall::Absorbing { .. } => faces.push(plane(Contact::NoSlip)),
             Wall::Frictional { friction_coefficient } => {
                 faces.push(plane(Contact::Friction(friction_coefficient)));
             }
         }
     }
-    let period = |axis: &Axis| {
+    let period = |axis: &colluvium_case::description::Axis| {
         let axis = axis.number();
         Period { axis, low: case.domain.min[axis], high: case.domain.max[axis] }
     };
-    let periods = options.periodic.iter().map(period).collect();
+    let periods = case.domain.periodic.iter().map(period).collect();
     let span = (corner(&case.domain.min), corner(&case.domain.max));
     let reach = if options.is_variable() { reach * options.smoothing_growth } else { reach };
     Walls::new(mirrors, faces, periods, span, options.spacing, reach)
@@ -277,7 +294,8 @@ fn check_distances<const D: usize>(particles: &Particles<D>, options: &SphOption
     match list.pairs().find(close) {
         None => Ok(()),
         Some((i, _)) => {
-            let problem = format!("two particles stand at {:?} m: do bodies overlap?", particles.position[i as usize]);
+            let problem =
+                format!("two particles stand at {:?} m: do bodies overlap?", particles.position[i as usize]);
             Err(CaseError::new("bodies", problem))
         }
     }

@@ -63,6 +63,9 @@ mod tests {
     fn compression_is_left_alone_and_tension_repels() {
         let tensile = Tensile::ArtificialStress { strength: 0.5, exponent: 2.55 };
         assert_eq!(repulsion::<2>(tensile, &SymTensor::isotropic(-5.0), 1.0), SymTensor::ZERO);
-        assert_eq!(repulsion::<2>(tensile, &SymTensor::isotropic(5.0), 1.0), SymTensor::diagonal(-2.5, -2.5, 0.0));
+        assert_eq!(
+            repulsion::<2>(tensile, &SymTensor::isotropic(5.0), 1.0),
+            SymTensor::diagonal(-2.5, -2.5, 0.0)
+        );
     }
 }

@@ -210,7 +210,7 @@ pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Resul
     rule(options.regularisation == Regularisation::None, &of("regularisation"), "stress is not smoothed")?;
     rule(options.continuity != Continuity::Summation, &of("continuity"), "density follows the deformation")?;
     rule(!options.is_variable(), &of("smoothing_length"), "the smoothing length is fixed")?;
-    rule(options.periodic.is_empty(), &of("periodic"), "there are no periods")?;
+    rule(case.domain.periodic.is_empty(), "domain.periodic", "there are no periods")?;
     rule(options.confining.is_none(), &of("confining"), "no pressure acts on surfaces")?;
     for (name, value) in [
         ("stress_diffusion", options.stress_diffusion),

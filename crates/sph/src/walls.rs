@@ -97,9 +97,7 @@ impl<const D: usize> Walls<D> {
             let line = |axis: usize| -> Vec<f64> {
                 if axis == plane.axis {
                     let sign = if plane.upper { 1.0 } else { -1.0 };
-                    return (0..layers)
-                        .map(|k| plane.position + sign * (k as f64 + 0.5) * spacing)
-                        .collect();
+                    return (0..layers).map(|k| plane.position + sign * (k as f64 + 0.5) * spacing).collect();
                 }
                 let count = ((high[axis] - low[axis]) / spacing - 1e-9).ceil() as i64;
                 let beyond = if periods.iter().any(|period| period.axis == axis) { 0 } else { layers };
@@ -162,8 +160,7 @@ impl<const D: usize> Walls<D> {
         }
         for (source, x) in positions.iter().enumerate() {
             let first = images.len();
-            let itself =
-                Image { source: source as u32, flip: [1.0; D], shift: [0.0; D], lift: [0.0; D] };
+            let itself = Image { source: source as u32, flip: [1.0; D], shift: [0.0; D], lift: [0.0; D] };
             // Every image of the particle along other axes has one along this axis.
             let mut add = |axis: usize, change: &dyn Fn(Image<D>) -> Image<D>| {
                 let end = images.len();

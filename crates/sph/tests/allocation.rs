@@ -69,9 +69,15 @@ fn a_step_allocates_nothing() {
             ("plane-strain", json!({})),
             ("3d", json!({})),
             ("plane-strain", json!({ "wall_stress": "extrapolated", "tensile": tensile })),
-            ("plane-strain", json!({ "integration": "velocity-verlet", "xsph": 0.5, "stress_diffusion": 0.1 })),
+            (
+                "plane-strain",
+                json!({ "integration": "velocity-verlet", "xsph": 0.5, "stress_diffusion": 0.1 }),
+            ),
             ("plane-strain", json!({ "integration": "position-verlet", "velocity_gradient": "corrected" })),
-            ("plane-strain", json!({ "regularisation": "mls", "regularisation_steps": 5, "kernel": "wendland-c2" })),
+            (
+                "plane-strain",
+                json!({ "regularisation": "mls", "regularisation_steps": 5, "kernel": "wendland-c2" }),
+            ),
             ("plane-strain", json!({ "smoothing_length": "density", "symmetrisation": "grad-h" })),
         ] {
             let mut solver = Sph.build(&block(space, &options)).unwrap();

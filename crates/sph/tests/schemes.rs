@@ -51,9 +51,15 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn schemes_converge_with_the_second_order_of_the_step() {
     let exact = swung("runge-kutta4", 640);
-    for scheme in
-        ["leapfrog", "leapfrog-rates", "predictor-corrector", "position-verlet", "velocity-verlet", "verlet", "runge-kutta4"]
-    {
+    for scheme in [
+        "leapfrog",
+        "leapfrog-rates",
+        "predictor-corrector",
+        "position-verlet",
+        "velocity-verlet",
+        "verlet",
+        "runge-kutta4",
+    ] {
         let (coarse, fine) = (apart(&swung(scheme, 40), &exact), apart(&swung(scheme, 80), &exact));
         let order = (coarse / fine).log2();
         // Verlet makes a plain step of first order at the start and every forty steps: its error is of that one step.
@@ -90,7 +96,8 @@ fn run(solver: &mut dyn Solver, steps: usize) {
 
 #[test]
 fn v18_damping_is_exact() {
-    let mut solver = solver(&block(&json!({}), &json!({ "damping": 0.05, "integration": "position-verlet" })));
+    let mut solver =
+        solver(&block(&json!({}), &json!({ "damping": 0.05, "integration": "position-verlet" })));
     run(&mut *solver, 40);
     // ξ c / h.
     let rate = 0.05 * (1.2e6f64 / 1000.0).sqrt() / 0.06;
@@ -102,9 +109,10 @@ fn v18_damping_is_exact() {
 
 #[test]
 fn a_periodic_body_runs_round_and_round() {
-    let full = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+    let full = json!({ "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] },
+                       "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
                                     "velocity": { "kind": "uniform", "value": [3.0, -2.0] } }] });
-    let mut solver = solver(&block(&full, &json!({ "periodic": ["x", "y"], "spacing": 0.1 })));
+    let mut solver = solver(&block(&full, &json!({ "spacing": 0.1 })));
     run(&mut *solver, 2000);
     let snapshot = solver.snapshot();
     assert!(snapshot.time * 3.0 > 2.0);
@@ -123,7 +131,8 @@ fn v28_the_smoothing_length_follows_the_density() {
                      "velocity": { "kind": "linear", "value": [0, 0], "origin": [0.5, 0.5], "gradient": [[1, 0], [0, 1]] } }]
     });
     for symmetrisation in ["arithmetic", "grad-h"] {
-        let sph = json!({ "smoothing_length": "density", "symmetrisation": symmetrisation, "viscosity_linear": 0 });
+        let sph =
+            json!({ "smoothing_length": "density", "symmetrisation": symmetrisation, "viscosity_linear": 0 });
         let mut solver = solver(&block(&more, &sph));
         (0..100).for_each(|_| solver.step(1e-3).unwrap());
         let snapshot = solver.snapshot();
@@ -201,10 +210,11 @@ fn a_moving_wall_pushes_the_block_and_a_moving_belt_drags_it() {
 
 #[test]
 fn v19_the_leapfrog_is_stable_up_to_its_limit() {
-    let full = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+    let full = json!({ "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] },
+                       "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
                                     "velocity": { "kind": "sine", "amplitude": [1e-6, 1e-6], "wave_vector": [37, 91] } }] });
     let kinetic = |courant: f64| {
-        let mut solver = solver(&block(&full, &json!({ "periodic": ["x", "y"], "spacing": 0.1, "viscosity_linear": 0 })));
+        let mut solver = solver(&block(&full, &json!({ "spacing": 0.1, "viscosity_linear": 0 })));
         let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
         let start = solver.budget().kinetic;
         for _ in 0..2000 {

@@ -12,6 +12,9 @@ mod flow;
 mod kinematics;
 mod localisation;
 mod mpm_contact;
+mod mpm_liquid;
+mod mpm_saturated;
+mod mpm_two_phase;
 mod returns;
 mod rigid_motion;
 mod self_weight;
@@ -80,6 +83,14 @@ pub const ALL: &[Listed] = &[
     Listed::new(&self_weight::BENCHMARK, Some(12), 12),
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
     Listed::new(&mpm_contact::BENCHMARK, Some(20), 20),
+    Listed::new(&mpm_two_phase::CONSOLIDATION, Some(15), 22),
+    Listed::new(&mpm_two_phase::WAVES, Some(1), 1),
+    Listed::new(&mpm_saturated::PHASES, Some(2), 2),
+    Listed::new(&mpm_saturated::GRAVITY, Some(4), 4),
+    Listed::new(&mpm_saturated::ABSORBING, Some(2), 2),
+    Listed::new(&mpm_liquid::HYDROSTATIC, Some(2), 2),
+    Listed::new(&mpm_liquid::VISCOUS, Some(4), 4),
+    Listed::new(&mpm_liquid::DAM_BREAK, Some(6), 40),
     Listed::new(&column_collapse::BENCHMARK, Some(70), 150),
     Listed::new(&column_a04::BENCHMARK, Some(40), 700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
@@ -268,6 +279,16 @@ fn stresses(snapshot: &Snapshot) -> Vec<colluvium::constitutive::SymTensor> {
 /// A column of the measures; empty where there is none.
 fn series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
     report.table.pairs("time", name).unwrap_or_default()
+}
+
+/// Slope of the straight line through the points, by least squares.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let (mx, my) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
+    let (xy, xx) = points
+        .iter()
+        .fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - mx) * (p.1 - my), xx + (p.0 - mx) * (p.0 - mx)));
+    xy / xx
 }
 
 /// The outermost particle along x with at least two neighbours within 1.5 spacings (SPH sheet, set S), in m.

@@ -34,7 +34,12 @@ fn random(id: u32, deviator: f64) -> Given<2> {
         0.0,
         0.0,
     ];
-    Given { shift: [0.0; 2], velocity: [s(0), s(1)], compression: 1.0 + 0.1 * s(2), stress: SymTensor(stress) }
+    Given {
+        shift: [0.0; 2],
+        velocity: [s(0), s(1)],
+        compression: 1.0 + 0.1 * s(2),
+        stress: SymTensor(stress),
+    }
 }
 
 fn with(options: &[(&str, Value)]) -> Result<Case, String> {
@@ -45,7 +50,10 @@ fn with(options: &[(&str, Value)]) -> Result<Case, String> {
     Ok(case)
 }
 
-fn evaluate(options: &[(&str, Value)], given: impl Fn(u32, &[f64; 2]) -> Given<2>) -> Result<Vec<Particle<2>>, String> {
+fn evaluate(
+    options: &[(&str, Value)],
+    given: impl Fn(u32, &[f64; 2]) -> Given<2>,
+) -> Result<Vec<Particle<2>>, String> {
     rates::<2>(&with(options)?, given).map_err(|error| error.to_string())
 }
 
@@ -95,14 +103,22 @@ fn momenta(outcome: &mut Outcome) -> Result<(), String> {
     let viscous = [("viscosity_linear", json!(1.0)), ("viscosity_quadratic", json!(1.0))];
     let settings: [(&str, Vec<(&str, Value)>); 5] = [
         ("(54), viscosity, artificial stress", [viscous.to_vec(), vec![("tensile", stress)]].concat()),
-        ("footnote 5, viscosity, artificial pressure", [
-            viscous.to_vec(),
-            vec![("tensile", pressure), ("momentum", json!("rho-rho"))],
-        ]
-        .concat()),
-        ("variable h, mean of kernels", vec![("smoothing_length", json!("density")), ("symmetrisation", json!("kernel"))]),
-        ("variable h, harmonic", vec![("smoothing_length", json!("density")), ("symmetrisation", json!("harmonic"))]),
-        ("variable h, gradient of h", vec![("smoothing_length", json!("density")), ("symmetrisation", json!("grad-h"))]),
+        (
+            "footnote 5, viscosity, artificial pressure",
+            [viscous.to_vec(), vec![("tensile", pressure), ("momentum", json!("rho-rho"))]].concat(),
+        ),
+        (
+            "variable h, mean of kernels",
+            vec![("smoothing_length", json!("density")), ("symmetrisation", json!("kernel"))],
+        ),
+        (
+            "variable h, harmonic",
+            vec![("smoothing_length", json!("density")), ("symmetrisation", json!("harmonic"))],
+        ),
+        (
+            "variable h, gradient of h",
+            vec![("smoothing_length", json!("density")), ("symmetrisation", json!("grad-h"))],
+        ),
     ];
     for (name, options) in settings {
         let particles = evaluate(&options, |id, _| random(id, 1.0))?;
@@ -114,11 +130,22 @@ fn momenta(outcome: &mut Outcome) -> Result<(), String> {
     outcome.below("V-10, Σ m times the velocity of XSPH, over its size", "0", found, 1e-12, "V-10: 1e-12");
     let particles = evaluate(&[("momentum", json!("difference"))], |id, _| random(id, 1.0))?;
     let found = momentum(&particles, |p| p.acceleration);
-    outcome.show("V-10, the form (57), which conserves nothing", "not 0", found, "not judged: for comparison");
+    outcome.show(
+        "V-10, the form (57), which conserves nothing",
+        "not 0",
+        found,
+        "not judged: for comparison",
+    );
     let viscous = viscous.to_vec();
     let particles = evaluate(&viscous, |id, _| random(id, 0.0))?;
     let reason = "V-11: pair forces are central when stress is isotropic";
-    outcome.below("V-11, Σ m x × a over Σ m |x| |a|: isotropic stress", "0", torque(&particles), 1e-12, reason);
+    outcome.below(
+        "V-11, Σ m x × a over Σ m |x| |a|: isotropic stress",
+        "0",
+        torque(&particles),
+        1e-12,
+        reason,
+    );
     let particles = evaluate(&viscous, |id, _| random(id, 1.0))?;
     let reason = "not judged: V-11 asks to report it; pair forces of deviatoric stress are not central (K15)";
     outcome.show("V-11, the same with deviatoric stress", "not 0", torque(&particles), reason);
@@ -130,25 +157,27 @@ fn energies(outcome: &mut Outcome) -> Result<(), String> {
     let pairs: [(&str, Vec<(&str, Value)>); 3] = [
         ("(54) and operator 22", vec![still.clone()]),
         ("footnote 5 and operator 20", vec![still.clone(), ("momentum", json!("rho-rho"))]),
-        ("gradient of h", vec![
-            still.clone(),
-            ("smoothing_length", json!("density")),
-            ("symmetrisation", json!("grad-h")),
-        ]),
+        (
+            "gradient of h",
+            vec![still.clone(), ("smoothing_length", json!("density")), ("symmetrisation", json!("grad-h"))],
+        ),
     ];
     for (name, options) in pairs {
         let found = power(&evaluate(&options, |id, _| random(id, 1.0))?);
         let name = format!("V-12, Σ m v·a + Σ V σ:L over its terms: {name}");
         outcome.below(name, "0", found, 1e-12, "V-12: 1e-12 relative");
     }
-    let found = power(&evaluate(&[still.clone(), ("velocity_gradient", json!("corrected"))], |id, _| random(id, 1.0))?);
+    let found = power(&evaluate(&[still.clone(), ("velocity_gradient", json!("corrected"))], |id, _| {
+        random(id, 1.0)
+    })?);
     outcome.show("V-12, (54) and operator 21: no pair", "not 0", found, "not judged: for comparison");
     for wall in ["rough", "smooth"] {
         let mut case = with(std::slice::from_ref(&still))?;
         let text = json!({ "side": "y-min", "position": 0.3, "wall": { "kind": wall } });
         case.boundaries.push(serde_json::from_value(text).map_err(|error| error.to_string())?);
-        case.bodies[0].shape = serde_json::from_value(json!({ "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] }))
-            .map_err(|error| error.to_string())?;
+        case.bodies[0].shape =
+            serde_json::from_value(json!({ "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] }))
+                .map_err(|error| error.to_string())?;
         let particles = rates::<2>(&case, |id, _| random(id, 1.0)).map_err(|error| error.to_string())?;
         let name = format!("V-12, the same on a {wall} wall at rest");
         // A mirror sees its images: their half of the pair belongs to them.
@@ -161,7 +190,9 @@ fn energies(outcome: &mut Outcome) -> Result<(), String> {
 fn viscous_power(given: impl Fn(u32, &[f64; 2]) -> Given<2>) -> Result<f64, String> {
     let options = [("viscosity_linear", json!(1.0)), ("viscosity_quadratic", json!(2.0))];
     let particles = evaluate(&options, |id, x| Given { stress: SymTensor::ZERO, ..given(id, x) })?;
-    Ok(total(&particles, |p| p.mass * (p.velocity[0] * p.acceleration[0] + p.velocity[1] * p.acceleration[1])))
+    Ok(total(&particles, |p| {
+        p.mass * (p.velocity[0] * p.acceleration[0] + p.velocity[1] * p.acceleration[1])
+    }))
 }
 
 fn viscosity(outcome: &mut Outcome) -> Result<(), String> {

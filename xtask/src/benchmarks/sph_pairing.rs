@@ -104,12 +104,24 @@ fn pairing(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
         match (kernel, smoothing) {
             ("wendland-c2", _) => {
                 let reason = "V-34: never above the initial speed";
-                outcome.below(name("largest speed (m/s)"), "at most 1.4142e-5", course.fastest, 1.41422e-5, reason);
+                outcome.below(
+                    name("largest speed (m/s)"),
+                    "at most 1.4142e-5",
+                    course.fastest,
+                    1.41422e-5,
+                    reason,
+                );
             }
             ("cubic-spline", 1.8) => {
                 let rate = course.growth(12, 20);
                 outcome.within(name("growth of the speed (1/s)"), "0.65 ± 0.15", rate, (0.5, 0.8), "V-34");
-                outcome.below(name("closest particles over Δx"), "0.8052, below 0.9", course.closest, 0.9, "V-34");
+                outcome.below(
+                    name("closest particles over Δx"),
+                    "0.8052, below 0.9",
+                    course.closest,
+                    0.9,
+                    "V-34",
+                );
             }
             ("cubic-spline", 2.4) => {
                 let rate = course.growth(12, 20);
@@ -118,7 +130,13 @@ fn pairing(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
             ("gaussian", _) => {
                 let ratio = course.at(20) / course.at(12);
                 let reason = "V-34: larger at 20 s than at 12 s";
-                outcome.within(name("kinetic energy at 20 s over that at 12 s"), "2.7", ratio, (1.0, f64::INFINITY), reason);
+                outcome.within(
+                    name("kinetic energy at 20 s over that at 12 s"),
+                    "2.7",
+                    ratio,
+                    (1.0, f64::INFINITY),
+                    reason,
+                );
             }
             _ => {
                 let reason = "not judged: V-34 judges what grows and what Wendland's kernel does";
@@ -149,7 +167,13 @@ fn unbalanced(outcome: &mut Outcome, seconds: f64) -> Result<(), String> {
         let drift = sum(0).max(sum(1)) / size;
         let name = format!("V-35, {label}: sum of all forces, the frame's included, over their sizes");
         if momentum == "rho2" {
-            outcome.below(name, "below 1e-6", drift, 1e-6, "V-35: no drift with the frame's reaction accounted for");
+            outcome.below(
+                name,
+                "below 1e-6",
+                drift,
+                1e-6,
+                "V-35: no drift with the frame's reaction accounted for",
+            );
         } else {
             outcome.within(name, "above 1e-6", drift, (1e-6, f64::INFINITY), "V-35: momentum drifts");
         }
@@ -157,9 +181,20 @@ fn unbalanced(outcome: &mut Outcome, seconds: f64) -> Result<(), String> {
         let course = follow(&mut solver, seconds)?;
         energies.push(course.at(seconds as usize));
         let reason = "not judged: V-35 compares the two";
-        outcome.show(format!("V-35, {label}: kinetic energy after {seconds} s (J/m)"), "", energies[energies.len() - 1], reason);
+        outcome.show(
+            format!("V-35, {label}: kinetic energy after {seconds} s (J/m)"),
+            "",
+            energies[energies.len() - 1],
+            reason,
+        );
     }
     let reason = "V-35: the kinetic energy with (57) exceeds that with (54)";
-    outcome.within("V-35, kinetic energy with (57) over that with (54)", "above 1", energies[1] / energies[0], (1.0, f64::INFINITY), reason);
+    outcome.within(
+        "V-35, kinetic energy with (57) over that with (54)",
+        "above 1",
+        energies[1] / energies[0],
+        (1.0, f64::INFINITY),
+        reason,
+    );
     Ok(())
 }

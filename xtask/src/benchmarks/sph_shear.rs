@@ -39,7 +39,8 @@ fn frame(rate: f64, pressure: f64) -> Result<Case, String> {
         body.velocity = parse(json!({
             "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, rate], [0, 0]]
         }))?;
-        body.stress = parse(json!({ "kind": "uniform", "value": [-pressure, -pressure, -pressure, 0, 0, 0] }))?;
+        body.stress =
+            parse(json!({ "kind": "uniform", "value": [-pressure, -pressure, -pressure, 0, 0, 0] }))?;
     }
     Ok(case)
 }
@@ -90,7 +91,8 @@ fn rotation(outcome: &mut Outcome) -> Result<(), String> {
             let all = stresses(&snapshot);
             let turning = all.iter().zip(&snapshot.bodies).filter(|(_, body)| **body == 1);
             for (stress, _) in turning {
-                let invariant = (stress.trace() / first.trace() - 1.0).abs().max((stress.q() / first.q() - 1.0).abs());
+                let invariant =
+                    (stress.trace() / first.trace() - 1.0).abs().max((stress.q() / first.q() - 1.0).abs());
                 worst_invariant = worst_invariant.max(invariant);
                 // A whole number of quarter turns: here two and a half turns, a half turn each time on.
                 worst_stress = worst_stress.max((*stress - first).norm() / first.norm());
@@ -121,11 +123,20 @@ fn elastic(outcome: &mut Outcome) -> Result<(), String> {
         let found = shear_elastic(&case, 1.0)?;
         judge_elastic(outcome, &format!("V-30, {operator}"), &found, tolerance);
         if operator == "corrected" {
-            chart.series.push(Series::new("σ_xy", found.iter().map(|(g, s)| (*g, s.0[3])).collect(), Style::Markers));
-            chart.series.push(Series::new("σ_xx", found.iter().map(|(g, s)| (*g, s.0[0])).collect(), Style::Markers));
+            chart.series.push(Series::new(
+                "σ_xy",
+                found.iter().map(|(g, s)| (*g, s.0[3])).collect(),
+                Style::Markers,
+            ));
+            chart.series.push(Series::new(
+                "σ_xx",
+                found.iter().map(|(g, s)| (*g, s.0[0])).collect(),
+                Style::Markers,
+            ));
         }
     }
-    outcome.svg("V-30: mean stress of the free particles against the closed form of the Jaumann rate.", &chart)
+    outcome
+        .svg("V-30: mean stress of the free particles against the closed form of the Jaumann rate.", &chart)
 }
 
 /// Mean stress over the shear modulus at strains of 0.1 to 0.4.
@@ -170,17 +181,25 @@ fn slow(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
     let reason = "not judged: the sheet gives no rate. The growth of the instability in tension is a matter of time: at \
                   0.1/s the unconfined block clumps where it does not at 1/s";
     let least = closest(&solver.snapshot(), 0.5);
-    outcome.show("V-30, 0.1/s without pressure: closest particles over the spacing at γ = 0.3", "1", least, reason);
+    outcome.show(
+        "V-30, 0.1/s without pressure: closest particles over the spacing at γ = 0.3",
+        "1",
+        least,
+        reason,
+    );
     Ok(())
 }
 
 /// V-31: Drucker–Prager without dilatancy keeps its pressure.
 fn plastic(outcome: &mut Outcome) -> Result<(), String> {
     let mut case = frame(1.0, 50e3)?;
-    case.materials.insert("m".into(), parse(json!({
-        "model": "drucker-prager", "density": 2700, "youngs_modulus": 1e7, "poissons_ratio": 0.3,
-        "friction_angle": 30, "matching": "plane-strain"
-    }))?);
+    case.materials.insert(
+        "m".into(),
+        parse(json!({
+            "model": "drucker-prager", "density": 2700, "youngs_modulus": 1e7, "poissons_ratio": 0.3,
+            "friction_angle": 30, "matching": "plane-strain"
+        }))?,
+    );
     let mut solver = start(&case)?;
     while solver.time() < 0.15 {
         advance(&mut *solver)?;
@@ -198,12 +217,30 @@ fn plastic(outcome: &mut Outcome) -> Result<(), String> {
     let reason = "V-31: 2 %, of the strength: s_xx is less than a hundredth of it";
     let exact = strength * ratio;
     let found = 0.5 * (deviator.0[0] - deviator.0[1]);
-    outcome.within("V-31, s_xx (Pa)", &format!("{exact:.2}"), found, (exact - 0.02 * strength, exact + 0.02 * strength), reason);
-    let central: Vec<f64> = snapshot.positions.iter().zip(stresses(&snapshot))
-        .filter(|(x, _)| x[0].abs() < 2.5 && x[1].abs() < 2.5).map(|(_, s)| s.0[3]).collect();
+    outcome.within(
+        "V-31, s_xx (Pa)",
+        &format!("{exact:.2}"),
+        found,
+        (exact - 0.02 * strength, exact + 0.02 * strength),
+        reason,
+    );
+    let central: Vec<f64> = snapshot
+        .positions
+        .iter()
+        .zip(stresses(&snapshot))
+        .filter(|(x, _)| x[0].abs() < 2.5 && x[1].abs() < 2.5)
+        .map(|(_, s)| s.0[3])
+        .collect();
     let middle = central.iter().sum::<f64>() / central.len() as f64;
-    let spread = (central.iter().map(|s| (s - middle).powi(2)).sum::<f64>() / central.len() as f64).sqrt() / middle;
-    outcome.below("V-31, standard deviation of σ_xy in the middle", "homogeneous", spread, 0.02, "V-31: below 2 %");
+    let spread =
+        (central.iter().map(|s| (s - middle).powi(2)).sum::<f64>() / central.len() as f64).sqrt() / middle;
+    outcome.below(
+        "V-31, standard deviation of σ_xy in the middle",
+        "homogeneous",
+        spread,
+        0.02,
+        "V-31: below 2 %",
+    );
     Ok(())
 }
 
@@ -217,7 +254,10 @@ fn every_law(outcome: &mut Outcome) -> Result<(), String> {
         }
         let number = seen.iter().filter(|name| **name == spec.name()).count() + 1;
         seen.push(spec.name());
-        let name = format!("frame against the law: {} {number}, largest difference of stress over its size", spec.name());
+        let name = format!(
+            "frame against the law: {} {number}, largest difference of stress over its size",
+            spec.name()
+        );
         let found = compare(&spec).map_err(|error| format!("{}: {error}", spec.name()))?;
         outcome.below(name, "0", found, 0.03, "B-02: mean of the block within 3 % of the element driver");
     }
@@ -251,8 +291,10 @@ fn compare(spec: &MaterialSpec) -> Result<f64, String> {
         let dt = solver.time_step().dt.min(dt);
         solver.step(dt).map_err(|error| error.to_string())?;
         let l = Mat3([[0.0, rate, 0.0], [0.0; 3], [0.0; 3]]);
-        let motion = Motion::from_velocity_gradient(&l, dt, spec.density(), 0.5).ok_or("a singular motion")?;
-        law.update(&[motion], &mut stress, &mut states.blocks_mut()[0]).map_err(|error| error.source.to_string())?;
+        let motion =
+            Motion::from_velocity_gradient(&l, dt, spec.density(), 0.5).ok_or("a singular motion")?;
+        law.update(&[motion], &mut stress, &mut states.blocks_mut()[0])
+            .map_err(|error| error.source.to_string())?;
         if step % 15 == 0 {
             let found = mean(&of_block(&solver.snapshot()));
             worst = worst.max((found - stress[0]).norm() / stress[0].norm().max(1e-3 * pressure));

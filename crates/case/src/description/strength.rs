@@ -75,6 +75,7 @@ impl FactorOfSafety {
             reset: Vec::new(),
             remove_boundaries: Vec::new(),
             remove_bodies: Vec::new(),
+            excavate: Vec::new(),
             weakening: Some(Weakening { factor, scope: self.scope, materials: self.materials.clone() }),
         });
         case.measures.clear();

@@ -121,7 +121,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "/boundaries/0/wall/kind",
             json!("ruff"),
             "boundaries[0].wall.kind",
-            "is not one of rough, smooth, frictional",
+            "is not one of rough, smooth, frictional, absorbing",
         ),
         (
             "/boundaries/0/wall/friction_coefficient",
@@ -132,6 +132,45 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/boundaries/0/position", json!(5), "boundaries[0].position", "outside the domain"),
         ("/loads/0/body", json!("c"), "loads[0].body", "is not the name of a body"),
         ("/loads/0/ramp", json!(-1), "loads[0].ramp", "must not be negative"),
+        (
+            "/loads/0",
+            json!({ "kind": "pressure", "body": "c", "side": "y-max", "value": 10 }),
+            "loads[0].body",
+            "is not the name of a body",
+        ),
+        (
+            "/loads/0",
+            json!({ "kind": "pore-pressure", "body": "a", "side": "y-max", "value": 10 }),
+            "loads[0].body",
+            "has no pore_fluid",
+        ),
+        ("/domain/periodic", json!(["z"]), "domain.periodic[0]", "does not have this axis"),
+        ("/domain/periodic", json!(["x", "x"]), "domain.periodic[1]", "named twice"),
+        ("/domain/periodic", json!(["y"]), "boundaries[0].side", "periodic along the axis"),
+        (
+            "/boundaries/0/wall",
+            json!({ "kind": "absorbing", "normal": -1 }),
+            "boundaries[0].wall.normal",
+            "negative",
+        ),
+        (
+            "/boundaries/0/wall",
+            json!({ "kind": "absorbing", "spring_length": 0 }),
+            "boundaries[0].wall.spring_length",
+            "positive",
+        ),
+        (
+            "/boundaries/0",
+            json!({ "side": "y-min", "wall": { "kind": "absorbing" }, "velocity": [0, 1] }),
+            "boundaries[0].velocity",
+            "does not move",
+        ),
+        (
+            "/stages/1/excavate",
+            json!([{ "kind": "box", "min": [0, 0], "max": [0, 1] }]),
+            "stages[1].excavate[0].max[0]",
+            "must be above min",
+        ),
         ("/stages", json!([]), "stages", "at least one stage"),
         ("/stages/1/duration", json!(0), "stages[1].duration", "must be positive"),
         ("/stages/0/damping", json!(1.0), "stages[0].damping", "is not in 0..1"),
@@ -355,12 +394,10 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
             c.boundaries[0].wall = Wall::Frictional { friction_coefficient: bad };
         }),
         ("loads[0].value[1]", |c, bad| {
-            let Load::Traction { value, .. } = &mut c.loads[0];
-            value[1] = bad;
+            inside!(Load::Traction { value, .. } = &mut c.loads[0] => &mut value[1], bad);
         }),
         ("loads[0].ramp", |c, bad| {
-            let Load::Traction { ramp, .. } = &mut c.loads[0];
-            *ramp = bad;
+            inside!(Load::Traction { ramp, .. } = &mut c.loads[0] => ramp, bad);
         }),
         ("stages[1].duration", |c, bad| c.stages[1].duration = bad),
         ("stages[1].damping", |c, bad| c.stages[1].damping = bad),
@@ -402,4 +439,44 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
             assert!(errors.0.iter().any(|error| error.path == path), "{path} = {bad}, found\n{errors}");
         }
     }
+}
+
+#[test]
+fn pore_fluids_out_of_range_are_refused_by_name() {
+    let sound = json!({ "porosity": 0.4, "permeability": 1e-3 });
+    let refused = |change: &dyn Fn(&mut Value), path: &str, words: &str| {
+        let mut case = self::sound();
+        case["bodies"][0]["pore_fluid"] = sound.clone();
+        assert!(Case::from_json(&case.to_string()).is_ok());
+        change(&mut case);
+        let text = Case::from_json(&case.to_string()).unwrap_err().to_string();
+        assert!(text.contains(path) && text.contains(words), "{path}, {words}: {text}");
+    };
+    let keys = [
+        ("porosity", json!(0.0), "between 0 and 1"),
+        ("porosity", json!(1.0), "between 0 and 1"),
+        ("permeability", json!(-1e-3), "positive"),
+        ("permeability", Value::Null, "either"),
+        ("density", json!(0), "positive"),
+        ("bulk_modulus", json!(-1), "positive"),
+        ("viscosity", json!(0), "positive"),
+        ("cavitation_strength", json!(-1), "negative"),
+    ];
+    for (key, value, words) in keys {
+        let path = format!("bodies[0].pore_fluid.{key}");
+        refused(&|case| case["bodies"][0]["pore_fluid"][key] = value.clone(), &path, words);
+    }
+    let weightless = |case: &mut Value| case["gravity"] = json!([0, 0]);
+    refused(&weightless, "bodies[0].pore_fluid.permeability", "contains gravity");
+    let undrained = |case: &mut Value| {
+        let skeleton = case["materials"]["sand"].clone();
+        case["materials"]["sand"] =
+            json!({ "model": "undrained", "fluid_bulk_modulus": 1e9, "porosity": 0.4, "skeleton": skeleton });
+    };
+    refused(&undrained, "bodies[0].material", "pore water already");
+    let dry = |case: &mut Value| {
+        case["bodies"][0].as_object_mut().unwrap().remove("pore_fluid");
+        case["boundaries"][0]["drained"] = json!(true);
+    };
+    refused(&dry, "boundaries[0].drained", "no body");
 }

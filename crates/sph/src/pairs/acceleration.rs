@@ -106,7 +106,8 @@ impl<const D: usize> Pairs<'_, D> {
         if quadratic == 0.0 {
             product * sound * linear / (softened * density)
         } else {
-            product * (sound * softened * linear - product * (2.0 * quadratic)) / (softened * softened * density)
+            product * (sound * softened * linear - product * (2.0 * quadratic))
+                / (softened * softened * density)
         }
     }
 }

@@ -206,8 +206,6 @@ impl<const D: usize> Pairs<'_, D> {
 /// `diag(K₀, K₀, 1)` times `vertical`, turned to the direction `up`.
 pub fn geostatic<const D: usize>(vertical: f64, k0: f64, up: &[f64; D]) -> SymTensor {
     let along = |a: usize, b: usize| if a < D && b < D { up[a] * up[b] } else { 0.0 };
-    let value = |a: usize, b: usize| {
-        vertical * (if a == b { k0 } else { 0.0 } + (1.0 - k0) * along(a, b))
-    };
+    let value = |a: usize, b: usize| vertical * (if a == b { k0 } else { 0.0 } + (1.0 - k0) * along(a, b));
     SymTensor([value(0, 0), value(1, 1), value(2, 2), value(0, 1), value(1, 2), value(2, 0)])
 }

@@ -59,7 +59,10 @@ impl<const D: usize> Pairs<'_, D> {
                 let speed: f64 = (0..D).filter(|&c| c != axis).map(|c| own[c] * own[c]).sum::<f64>().sqrt();
                 if speed > STOPPED * most / (p.density[i] * p.sound[i]) {
                     let factor = most / speed * if plane.upper { -1.0 } else { 1.0 };
-                    return Some(Answer { relative: along(1.0), stress: rubbed::<D>(&stress, axis, |c| factor * own[c]) });
+                    return Some(Answer {
+                        relative: along(1.0),
+                        stress: rubbed::<D>(&stress, axis, |c| factor * own[c]),
+                    });
                 }
                 if shear <= most {
                     return Some(Answer { relative: along(-1.0), stress });

@@ -15,8 +15,8 @@ use colluvium_points::{CellList, NeighbourList, ROWS};
 use rayon::prelude::*;
 
 use crate::SphOptions;
-use crate::confinement::Inward;
 use crate::config::{Continuity, SmoothingLength, Symmetrisation, Tensile, WallStress};
+use crate::confinement::Inward;
 use crate::kernel::Smoothing;
 use crate::pairs::Pairs;
 use crate::particles::{Group, Particles};

@@ -178,8 +178,8 @@ impl<const D: usize> SphSolver<D> {
             if let Some(extra) = extra.get(i) {
                 (0..D).for_each(|c| x[c] += dt * extra[c]);
             }
-            let outside = (0..D)
-                .any(|c| !wraps[c] && (x[c] < domain.min[c] - margin || x[c] > domain.max[c] + margin));
+            let outside =
+                (0..D).any(|c| !wraps[c] && (x[c] < domain.min[c] - margin || x[c] > domain.max[c] + margin));
             if far {
                 Some((i, "it moved by more than 0.2 smoothing lengths in a step"))
             } else if !stress.is_finite() {

@@ -36,9 +36,7 @@ pub enum Over {
 fn motion<const D: usize>(l: &Matrix<D>, dt: f64, density: f64, volume: f64) -> Option<Motion> {
     let size = edge::<D>(volume);
     let deformation = Mat3(std::array::from_fn(|a| {
-        std::array::from_fn(|b| {
-            f64::from(u8::from(a == b)) + if a < D && b < D { dt * l[a][b] } else { 0.0 }
-        })
+        std::array::from_fn(|b| f64::from(u8::from(a == b)) + if a < D && b < D { dt * l[a][b] } else { 0.0 })
     }));
     if D == 3 {
         return Motion::from_deformation(&deformation, dt, density, size);
@@ -58,9 +56,8 @@ fn motion<const D: usize>(l: &Matrix<D>, dt: f64, density: f64, volume: f64) -> 
 
 /// The same over the positions at the middle of the step.
 fn centred<const D: usize>(l: &Matrix<D>, dt: f64, density: f64, volume: f64) -> Option<Motion> {
-    let l = Mat3(std::array::from_fn(|a| {
-        std::array::from_fn(|b| if a < D && b < D { l[a][b] } else { 0.0 })
-    }));
+    let l =
+        Mat3(std::array::from_fn(|a| std::array::from_fn(|b| if a < D && b < D { l[a][b] } else { 0.0 })));
     Motion::from_velocity_gradient(&l, dt, density, edge::<D>(volume))
 }
 
