@@ -27,6 +27,7 @@ mod sph_cantilever;
 mod sph_clay;
 mod sph_column;
 mod sph_columns;
+mod sph_cylinders;
 mod sph_flow;
 mod sph_footing;
 mod sph_geostatic;
@@ -109,13 +110,16 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_pairing::BENCHMARK, Some(8), 45),
     Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
     Listed::new(&sph_column::BENCHMARK, None, 300),
-    Listed::new(&sph_slope::BENCHMARK, Some(20), 400),
+    Listed::new(&sph_slope::BENCHMARK, Some(25), 400),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
-    Listed::new(&sph_cantilever::BENCHMARK, Some(40), 300),
-    Listed::new(&sph_columns::BENCHMARK, Some(40), 600),
-    Listed::new(&sph_clay::BENCHMARK, Some(40), 1500),
+    Listed::new(&sph_cantilever::BENCHMARK, Some(20), 300),
+    Listed::new(&sph_columns::BENCHMARK, None, 40),
+    Listed::new(&sph_columns::SWEEP, None, 600),
+    Listed::new(&sph_clay::BENCHMARK, None, 25),
+    Listed::new(&sph_clay::FINE, None, 1500),
+    Listed::new(&sph_cylinders::BENCHMARK, Some(10), 600),
     Listed::new(&sph_footing::BENCHMARK, Some(15), 100),
-    Listed::new(&sph_membrane::BENCHMARK, Some(30), 90),
+    Listed::new(&sph_membrane::BENCHMARK, Some(20), 250),
 ];
 
 /// What a benchmark found.
