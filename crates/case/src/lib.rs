@@ -17,5 +17,5 @@ pub use description::Case;
 pub use error::{CaseError, CaseErrors};
 pub use run::{RunError, RunOptions, RunReport, run};
 pub use solver::{
-    Budget, Equilibrium, Field, FieldData, Method, Plan, Snapshot, Solver, SolverError, TimeStep,
+    Budget, Equilibrium, Field, FieldData, Method, Plan, Reaction, Snapshot, Solver, SolverError, TimeStep,
 };

@@ -1,17 +1,18 @@
 //! Saving and restoring the solver, and the `Solver` face of it.
 
 use colluvium_case::description::{Reset, Stage};
-use colluvium_case::{Budget, Equilibrium, Snapshot, Solver, SolverError, TimeStep};
+use colluvium_case::{Budget, Equilibrium, Reaction, Snapshot, Solver, SolverError, TimeStep};
 use colluvium_constitutive::InitialCondition;
 use colluvium_grid::Basis;
 use serde::{Deserialize, Serialize};
 
+use crate::driven::DrivenState;
 use crate::points::{PointDomain, SavedSet};
 use crate::setup;
 use crate::solver::MpmSolver;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 4;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -24,6 +25,7 @@ struct Saved {
     limit: Option<SavedLimit>,
     external_work: f64,
     sums: [f64; 4],
+    driven: Vec<DrivenState>,
     sets: Vec<SavedSet>,
 }
 
@@ -123,6 +125,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         })
     }
 
+    fn reaction(&self, name: &str) -> Option<Reaction> {
+        let driven = self.driven.iter().find(|driven| driven.name == name)?;
+        Some(Reaction { force: driven.state.force, impulse: driven.state.impulse })
+    }
+
     fn snapshot(&self) -> Snapshot {
         self.take_snapshot()
     }
@@ -142,6 +149,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
             limit: self.limit.as_ref().map(|limit| SavedLimit::new(limit, self.limit_age)),
             external_work: self.external_work,
             sums: [self.sums.unbalanced, self.sums.external, self.sums.work, self.sums.kinetic],
+            driven: self.driven.iter().map(|driven| driven.state).collect(),
             sets: self.sets.iter().map(crate::points::PointSet::save).collect(),
         };
         postcard::to_stdvec(&saved).expect("plain numbers always serialise")
@@ -165,6 +173,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
                 return Err(wrong("its arrays do not fit together"));
             }
         }
+        if saved.driven.len() != self.driven.len() {
+            return Err(wrong("names rigid bodies or patches that the case does not have"));
+        }
+        self.driven.iter_mut().zip(saved.driven).for_each(|(driven, state)| driven.state = state);
         self.time = saved.time;
         self.step = saved.step;
         self.external_work = saved.external_work;

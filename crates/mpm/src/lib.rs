@@ -14,12 +14,15 @@ mod checkpoint;
 mod config;
 mod contact;
 mod dispatch;
+mod driven;
+mod gap;
 mod momentum;
 mod points;
 mod report;
 mod setup;
 mod solver;
 mod stretch;
+mod touch;
 mod transfer;
 mod xpic;
 
@@ -27,7 +30,8 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, DomainStretch, FixedNodes, MpmOptions, ShapeFunctions, StressScheme, Transfer, WallFriction,
+    Contact, ContactTest, DomainStretch, FixedNodes, MpmOptions, ShapeFunctions, StressScheme, Transfer,
+    WallFriction,
 };
 pub use solver::MpmSolver;
 

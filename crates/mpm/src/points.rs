@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 
 /// What a point knows of its own domain, beyond the initial width all points of a body share.
 pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
+    /// Whether it changes in the course of a run.
+    const STRETCHES: bool;
+
     /// Full widths (m) from the initial ones, on cells of edge `cell`.
     fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D];
 
@@ -26,6 +29,8 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
 pub struct FixedDomain;
 
 impl<const D: usize> PointDomain<D> for FixedDomain {
+    const STRETCHES: bool = false;
+
     #[inline(always)]
     fn extent(&self, initial: &[f64; D], _cell: f64) -> [f64; D] {
         *initial
@@ -46,6 +51,8 @@ pub struct PointSet<const D: usize, P> {
     pub body: u32,
     /// Velocity field of the grid that the body has: 0 for all bodies that no contact separates.
     pub field: usize,
+    /// Number of the rigid body among what is driven; `None` for a body that deforms.
+    pub rigid: Option<usize>,
     /// The law.
     pub material: Arc<dyn Material>,
     /// Initial full width of every point's domain (m).
@@ -77,6 +84,9 @@ pub struct PointSet<const D: usize, P> {
     pub affine: Vec<[[f64; D]; D]>,
     /// Room for a vector a point, where the transfer needs one.
     pub scratch: Vec<[f64; D]>,
+    /// Where stress comes before forces and domains stretch: the displacement gradient that the domains follow when
+    /// the step is over, so that all its weights are those of its beginning (MPM sheet P-04); empty otherwise.
+    pub pending: Vec<[[f64; D]; D]>,
     /// Bounds of the slabs within the arrays.
     pub slabs: Vec<usize>,
 }

@@ -10,6 +10,8 @@ use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
 use crate::config::ShapeFunctions;
+use crate::driven::{self, Driven};
+use crate::gap::SurfaceDistance;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
@@ -202,11 +204,13 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     for stage in 0..case.stages.len() {
         walls::<D, S, B>(case, stage, &grid, options)?;
     }
+    let driven = driven::driven(case);
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
-        let set = point_set::<D, P>(case, options, &grid, number, next)?;
+        let mut set = point_set::<D, P>(case, options, &grid, number, next)?;
         next += set.len();
+        set.rigid = case.bodies[number].rigid.then(|| rigid_number(&driven, &case.bodies[number])).flatten();
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
@@ -228,6 +232,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         grid,
         sets,
         contacts,
+        driven,
         axisymmetric: case.space == Space::Axisymmetric,
         gravity: case.gravity3(),
         stage: 0,
@@ -248,12 +253,18 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     }
     if solver.contacts.fields() > 1 {
         solver.contacts.surfaces = vec![Default::default(); solver.nodes.len()];
+        solver.contacts.rows = vec![Default::default(); solver.row_sums.len()];
+        solver.contacts.distance = SurfaceDistance::new::<S, B>();
     }
     solver.set_walls(walls::<D, S, B>(case, 0, &grid, options)?);
     solver.sort();
     solver.start_affine();
     check_fixed_step(&mut solver, options)?;
     Ok(solver)
+}
+
+fn rigid_number(driven: &[Driven], body: &Body) -> Option<usize> {
+    driven.iter().position(|driven| driven.patch.is_none() && driven.name == body.name)
 }
 
 fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
@@ -299,9 +310,11 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         let velocity = body.velocity.at(spatial(x));
         std::array::from_fn(|c| velocity[c])
     };
+    let follows_later = P::STRETCHES && options.stress_update == StressScheme::Usf;
     Ok(PointSet {
         body: number as u32,
         field: 0,
+        rigid: None,
         material,
         extent: [grid.cell / options.points_per_cell as f64; D],
         id: (first_id as u32..(first_id + position.len()) as u32).collect(),
@@ -317,6 +330,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
         traction: Vec::new(),
+        pending: if follows_later { vec![[[0.0; D]; D]; samples.len()] } else { Vec::new() },
         slabs: Vec::new(),
     })
 }

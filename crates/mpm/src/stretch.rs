@@ -50,6 +50,8 @@ impl<const D: usize> Default for StretchingDomain<D> {
 }
 
 impl<const D: usize> PointDomain<D> for StretchingDomain<D> {
+    const STRETCHES: bool = true;
+
     #[inline(always)]
     fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D] {
         widths(initial, |a| self.deformation[a][a], cell)
@@ -85,6 +87,8 @@ impl<const D: usize> Default for TurningDomain<D> {
 }
 
 impl<const D: usize> PointDomain<D> for TurningDomain<D> {
+    const STRETCHES: bool = true;
+
     #[inline(always)]
     fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D] {
         widths(initial, |a| self.stretch[a], cell)

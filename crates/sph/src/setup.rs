@@ -32,6 +32,7 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
     }
+    case.refuse_driven("sph")?;
     if !case.loads.is_empty() {
         return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
     }

@@ -11,7 +11,11 @@ mod finite_strain;
 mod flow;
 mod kinematics;
 mod localisation;
+mod mpm_axisymmetric;
 mod mpm_contact;
+mod mpm_slope;
+mod mpm_step_wave;
+mod mpm_units;
 mod returns;
 mod rigid_motion;
 mod self_weight;
@@ -67,6 +71,10 @@ pub const ALL: &[Listed] = &[
     Listed::new(&self_weight::BENCHMARK, Some(12), 12),
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
     Listed::new(&mpm_contact::BENCHMARK, Some(20), 20),
+    Listed::new(&mpm_units::BENCHMARK, Some(6), 6),
+    Listed::new(&mpm_step_wave::BENCHMARK, Some(1), 1),
+    Listed::new(&mpm_slope::BENCHMARK, Some(20), 300),
+    Listed::new(&mpm_axisymmetric::BENCHMARK, Some(15), 50),
     Listed::new(&column_collapse::BENCHMARK, Some(70), 150),
     Listed::new(&column_a04::BENCHMARK, Some(40), 700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
