@@ -8,6 +8,8 @@ use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use crate::pore_fluid::{PoreFluid, PorePressure};
+
 /// A problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -110,6 +112,9 @@ pub struct Body {
     /// it touches sticks to it, unless the method's options say otherwise; of its material only the density counts.
     #[serde(default)]
     pub rigid: bool,
+    /// Fluid in its pores that moves by itself (coupled two-phase analysis); none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pore_fluid: Option<PoreFluid>,
 }
 
 /// A region in which the velocity of the grid's nodes is prescribed.
@@ -287,6 +292,10 @@ pub struct Boundary {
     /// Velocity of the wall (m/s); at rest by default.
     #[serde(default)]
     pub velocity: Option<Vec<f64>>,
+    /// Whether pore fluid passes freely through the wall, at zero pressure; walls are impermeable otherwise, and a
+    /// side of the domain or of a body without a wall is drained.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub drained: bool,
 }
 
 /// A load.
@@ -304,7 +313,38 @@ pub enum Load {
         /// Time over which it grows from zero (s).
         #[serde(default)]
         ramp: f64,
+        /// How it grows.
+        #[serde(default, skip_serializing_if = "RampShape::is_linear")]
+        ramp_shape: RampShape,
     },
+}
+
+/// How a load grows over its ramp.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RampShape {
+    /// In proportion to time.
+    #[default]
+    Linear,
+    /// As half a wave of a cosine, without a kink at either end.
+    Cosine,
+}
+
+impl RampShape {
+    fn is_linear(&self) -> bool {
+        *self == Self::Linear
+    }
+
+    /// Share of the load at `time` of a ramp of length `ramp` (s).
+    pub fn factor(self, time: f64, ramp: f64) -> f64 {
+        if time >= ramp {
+            return 1.0;
+        }
+        match self {
+            Self::Linear => time / ramp,
+            Self::Cosine => 0.5 * (1.0 - (std::f64::consts::PI * time / ramp).cos()),
+        }
+    }
 }
 
 /// A part of the run with an end of its own.

@@ -9,6 +9,7 @@ mod load;
 pub mod measure;
 pub mod output;
 pub mod plot;
+mod pore_fluid;
 pub mod run;
 pub mod solver;
 mod validate;
@@ -17,5 +18,6 @@ pub use description::Case;
 pub use error::{CaseError, CaseErrors};
 pub use run::{RunError, RunOptions, RunReport, run};
 pub use solver::{
-    Budget, Equilibrium, Field, FieldData, Method, Plan, Reaction, Snapshot, Solver, SolverError, TimeStep,
+    Budget, Equilibrium, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Snapshot, Solver,
+    SolverError, TimeStep,
 };

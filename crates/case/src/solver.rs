@@ -92,6 +92,23 @@ pub struct Budget {
     pub elastic: f64,
     /// Potential energy of gravity, zero at the origin (J).
     pub potential: f64,
+    /// The share of the pore fluid in all of these; `None` where nothing is saturated.
+    pub liquid: Option<PhaseBudget>,
+}
+
+/// Totals of one phase.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PhaseBudget {
+    /// Mass (kg).
+    pub mass: f64,
+    /// Linear momentum (kg m/s).
+    pub momentum: [f64; 3],
+    /// Kinetic energy (J).
+    pub kinetic: f64,
+    /// Energy of compression (J).
+    pub elastic: f64,
+    /// Potential energy of gravity, zero at the origin (J).
+    pub potential: f64,
 }
 
 /// How far from static equilibrium (MPM sheet §2.14).

@@ -2,10 +2,12 @@
 
 use std::collections::HashSet;
 
-use colluvium_constitutive::MaterialError;
+use colluvium_constitutive::{MaterialError, MaterialSpec};
 use colluvium_points::overlap;
 
-use crate::description::{Boundary, InitialStress, Load, Measure, Side, Space, Stage, Velocity, Wall};
+use crate::description::{
+    Boundary, InitialStress, Load, Measure, PoreFluid, PorePressure, Side, Space, Stage, Velocity, Wall,
+};
 use crate::json::closest;
 use crate::{Case, CaseError, CaseErrors};
 
@@ -175,6 +177,12 @@ impl Findings<'_> {
             }
             self.velocity(&format!("{path}.velocity"), &body.velocity);
             self.initial_stress(&format!("{path}.stress"), &body.stress);
+            if let Some(fluid) = &body.pore_fluid {
+                self.pore_fluid(&format!("{path}.pore_fluid"), fluid);
+                if let Some(problem) = case.materials.get(&body.material).and_then(no_skeleton) {
+                    self.report(format!("{path}.material"), format!("{:?} {problem}", body.material));
+                }
+            }
         }
         for second in 1..case.bodies.len() {
             for first in (0..second).filter(|&first| sound[first] && sound[second]) {
@@ -226,8 +234,53 @@ impl Findings<'_> {
         }
     }
 
+    fn pore_fluid(&mut self, path: &str, fluid: &PoreFluid) {
+        let gravity = &self.case.gravity;
+        let at = |key: &str| format!("{path}.{key}");
+        let problem = format!("{} is not between 0 and 1 (both excluded)", fluid.porosity);
+        self.require(fluid.porosity > 0.0 && fluid.porosity < 1.0, at("porosity"), problem);
+        self.positive(at("density"), fluid.density, "kg/m³");
+        self.positive(at("bulk_modulus"), fluid.bulk_modulus, "Pa");
+        self.positive(at("viscosity"), fluid.viscosity, "Pa s");
+        match (fluid.permeability, fluid.intrinsic_permeability) {
+            (Some(value), None) => {
+                self.positive(at("permeability"), value, "m/s");
+                let problem = "a hydraulic conductivity contains gravity and the case has none: give \
+                               intrinsic_permeability (m²)";
+                self.require(gravity.iter().any(|g| *g != 0.0), at("permeability"), problem);
+            }
+            (None, Some(value)) => self.positive(at("intrinsic_permeability"), value, "m²"),
+            _ => self
+                .report(at("permeability"), "give either permeability (m/s) or intrinsic_permeability (m²)"),
+        }
+        match fluid.pressure {
+            PorePressure::None => {}
+            PorePressure::Uniform { value } => self.finite(at("pressure.value"), value),
+            PorePressure::Hydrostatic { surface } => {
+                self.finite(at("pressure.surface"), surface);
+                let along = gravity.iter().filter(|g| **g != 0.0).count();
+                self.require(
+                    along == 1,
+                    at("pressure"),
+                    "a hydrostatic pressure needs gravity along one axis",
+                );
+            }
+        }
+        if let Some(velocity) = &fluid.velocity {
+            self.velocity(&at("velocity"), velocity);
+        }
+        if let Some(strength) = fluid.cavitation_strength {
+            self.not_negative(at("cavitation_strength"), strength, " (Pa)");
+            if let PorePressure::Uniform { value } = fluid.pressure {
+                let problem = format!("{value} is below minus the cavitation strength");
+                self.require(value >= -strength, at("pressure.value"), problem);
+            }
+        }
+    }
+
     fn boundaries(&mut self) {
         let case = self.case;
+        let saturated = case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let mut names = HashSet::new();
         let mut seen: Vec<(Side, f64)> = Vec::new();
         for (number, boundary) in case.boundaries.iter().enumerate() {
@@ -258,6 +311,8 @@ impl Findings<'_> {
             if let Some(velocity) = &boundary.velocity {
                 self.vector(&format!("{path}.velocity"), velocity);
             }
+            let problem = "no body has a pore_fluid that could drain";
+            self.require(saturated || !boundary.drained, format!("{path}.drained"), problem);
         }
     }
 
@@ -265,7 +320,7 @@ impl Findings<'_> {
         let case = self.case;
         let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
         for (number, load) in case.loads.iter().enumerate() {
-            let Load::Traction { body, side, value, ramp } = load;
+            let Load::Traction { body, side, value, ramp, .. } = load;
             let path = format!("loads[{number}]");
             self.name(&format!("{path}.body"), body, &bodies, "the name of a body");
             self.side(&format!("{path}.side"), *side);
@@ -438,6 +493,21 @@ impl Findings<'_> {
 fn driven(case: &Case) -> Vec<&str> {
     let rigid = case.bodies.iter().filter(|body| body.rigid).map(|body| body.name.as_str());
     rigid.chain(case.patches.iter().map(|patch| patch.name.as_str())).collect()
+}
+
+/// Why a material cannot be the skeleton around a pore fluid.
+fn no_skeleton(material: &MaterialSpec) -> Option<&'static str> {
+    if material.is_fluid() {
+        return Some("is a fluid and has no pores");
+    }
+    let mut layer = Some(material);
+    while let Some(spec) = layer {
+        if spec.name() == "undrained" {
+            return Some("holds its pore water already: give its skeleton, or leave out pore_fluid");
+        }
+        layer = spec.inner();
+    }
+    None
 }
 
 /// True for names that can stand in the head of a table.

@@ -7,12 +7,12 @@ use colluvium_grid::Basis;
 use serde::{Deserialize, Serialize};
 
 use crate::driven::DrivenState;
+use crate::momentum::RowSums;
 use crate::points::{PointDomain, SavedSet};
-use crate::setup;
 use crate::solver::MpmSolver;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -26,6 +26,8 @@ struct Saved {
     external_work: f64,
     sums: [f64; 4],
     driven: Vec<DrivenState>,
+    /// Sums of mixture and liquid in a case with pore fluid.
+    phase_sums: Option<[[f64; 4]; 2]>,
     sets: Vec<SavedSet>,
 }
 
@@ -39,7 +41,7 @@ struct SavedLimit {
 }
 
 /// Every reason a time step can be limited by.
-const LIMITS: [&str; 4] = ["nothing", "elastic wave", "viscosity", "fixed by the case"];
+const LIMITS: [&str; 5] = ["nothing", "elastic wave", "viscosity", "fixed by the case", "seepage drag"];
 
 impl SavedLimit {
     fn new(step: &TimeStep, age: u64) -> Self {
@@ -78,9 +80,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         let fresh = start == self.time;
         self.stage = stage;
         self.stage_start = start;
-        let walls = setup::walls::<D, S, B>(&self.case, stage, &self.grid, &self.options)
-            .map_err(|error| SolverError::Checkpoint(error.to_string()))?;
-        self.set_walls(walls);
+        self.set_stage_walls(stage).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
         let case = &self.case;
         let removed: Vec<&String> = case.stages[..=stage].iter().flat_map(|s| &s.remove_bodies).collect();
         let bodies = self.sets.len();
@@ -101,6 +101,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
                 Reset::Velocity => self.sets.iter_mut().for_each(|set| {
                     set.velocity.fill([0.0; D]);
                     set.affine.fill([[0.0; D]; D]);
+                    if let Some(pore) = &mut set.pore {
+                        pore.velocity.fill([0.0; D]);
+                    }
                 }),
                 Reset::Displacement => {
                     self.sets.iter_mut().for_each(|set| set.origin.clone_from(&set.position));
@@ -119,6 +122,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         self.case.stages[self.stage].equilibrium?;
         let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { f64::INFINITY };
         let traction = self.traction_square();
+        if let Some(phases) = &self.two_phase {
+            return Some(self.phase_equilibrium(phases, traction));
+        }
         Some(Equilibrium {
             unbalanced_force: ratio(self.sums.unbalanced.sqrt(), (self.sums.external + traction).sqrt()),
             kinetic_ratio: ratio(self.sums.kinetic, self.external_work.abs()),
@@ -148,8 +154,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
             travel: self.travel,
             limit: self.limit.as_ref().map(|limit| SavedLimit::new(limit, self.limit_age)),
             external_work: self.external_work,
-            sums: [self.sums.unbalanced, self.sums.external, self.sums.work, self.sums.kinetic],
             driven: self.driven.iter().map(|driven| driven.state).collect(),
+            sums: self.sums.to_numbers(),
+            phase_sums: self
+                .two_phase
+                .as_ref()
+                .map(|phases| [phases.sums.mixture.to_numbers(), phases.sums.liquid.to_numbers()]),
             sets: self.sets.iter().map(crate::points::PointSet::save).collect(),
         };
         postcard::to_stdvec(&saved).expect("plain numbers always serialise")
@@ -180,8 +190,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         self.time = saved.time;
         self.step = saved.step;
         self.external_work = saved.external_work;
-        let [unbalanced, external, work, kinetic] = saved.sums;
-        self.sums = crate::momentum::RowSums { unbalanced, external, work, kinetic };
+        self.sums = RowSums::from_numbers(saved.sums);
+        if let (Some(phases), Some([mixture, liquid])) = (&mut self.two_phase, saved.phase_sums) {
+            phases.sums.mixture = RowSums::from_numbers(mixture);
+            phases.sums.liquid = RowSums::from_numbers(liquid);
+        }
         self.limit_age = saved.limit.as_ref().map_or(0, |limit| limit.age);
         self.limit = saved.limit.as_ref().map(SavedLimit::time_step);
         self.restore_layout(saved.travel);

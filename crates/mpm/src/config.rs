@@ -28,7 +28,8 @@ pub struct MpmOptions {
     /// With `transfer` `flip`: share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
     #[serde(default = "one")]
     pub flip: f64,
-    /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1.
+    /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1. Without an entry it is 0.9 in
+    /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag.
     #[serde(default = "half")]
     pub courant: f64,
     /// Fixed time step (s), which must be below the critical one; chosen by the solver when absent.
@@ -60,6 +61,19 @@ pub struct MpmOptions {
     /// What the domains of `cpgimp` points follow.
     #[serde(default)]
     pub domain_stretch: DomainStretch,
+    /// Whether gradients are taken where points are or where they were at the start.
+    #[serde(default)]
+    pub formulation: Formulation,
+    /// Over what the internal force is summed.
+    #[serde(default)]
+    pub integration: Integration,
+    /// With `integration` `mixed`: share of its volume, above 0 and at most 1, that a cell at the boundary of the
+    /// material must hold to count as full.
+    #[serde(default = "full_cell")]
+    pub full_cell: f64,
+    /// Where volumetric strain comes from: a cure of locking, where a material keeps its volume.
+    #[serde(default)]
+    pub volumetric_strain: VolumetricStrain,
     /// Largest volume of a stress-free point over its initial volume: keeps the points of a
     /// cohesionless free front from swelling without bound.
     #[serde(default = "volume_cap")]
@@ -81,6 +95,23 @@ pub enum ShapeFunctions {
     Quadratic,
     /// Cubic B-splines.
     Cubic,
+    /// Convected particle domains: parallelograms that the deformation gradient carries along.
+    Cpdi,
+    /// Dual-domain: linear weights, with gradients that blend into nodal averages towards the faces of cells.
+    DualDomain,
+}
+
+/// Where the gradients of the shape functions are taken (MPM sheet §2.5g).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Formulation {
+    /// Where the points are now.
+    #[default]
+    UpdatedLagrangian,
+    /// Where the points were at the start: no point ever crosses a cell and no body is torn by the grid, but what
+    /// touched at the start stays together, and what did not never meets. Walls hold the nodes they held at the
+    /// start. With `shape` `linear` or `quadratic`.
+    TotalLagrangian,
 }
 
 /// Contact of two bodies (MPM sheet §2.12): they may separate, and slide by Coulomb's law with adhesion.
@@ -186,6 +217,32 @@ impl Transfer {
     }
 }
 
+/// Over what the internal force is summed (MPM sheet §2.16).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integration {
+    /// The points, each with its own stress and volume.
+    #[default]
+    Points,
+    /// The cells that are full of material, each with the average stress of its points, and the points of the others
+    /// (MPM-MIXED): less noise of points that cross cells. Needs `shape` `linear`.
+    Mixed,
+}
+
+/// Where the volumetric strain of a point comes from (MPM sheet §2.17).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum VolumetricStrain {
+    /// The point itself.
+    #[default]
+    Point,
+    /// The average over the points of its cell that have its material; phase by phase with a `pore_fluid`.
+    CellAverage,
+    /// The average over the nodes of its cell, each of which takes the average of the cells around it (nodal mixed
+    /// discretisation).
+    Nodal,
+}
+
 impl MpmOptions {
     /// The defaults on a grid of `cell_size` (m).
     pub fn new(cell_size: f64) -> Self {
@@ -206,6 +263,10 @@ impl MpmOptions {
             wall_friction: WallFriction::default(),
             static_friction_ratio: one(),
             domain_stretch: DomainStretch::default(),
+            formulation: Formulation::default(),
+            integration: Integration::default(),
+            full_cell: full_cell(),
+            volumetric_strain: VolumetricStrain::default(),
             volume_cap: volume_cap(),
         }
     }
@@ -241,8 +302,28 @@ impl MpmOptions {
         if self.domain_stretch != DomainStretch::Diagonal && self.shape != ShapeFunctions::Cpgimp {
             return Err(("domain_stretch", "needs shape cpgimp".to_owned()));
         }
+        self.validate_formulation()?;
+        let fill = self.full_cell;
+        rule("full_cell", fill, fill > 0.0 && fill <= 1.0, "is not in 0..=1 (0 excluded)")?;
+        if fill != full_cell() && self.integration != Integration::Mixed {
+            return Err(("full_cell", "needs integration mixed".to_owned()));
+        }
         let cap = self.volume_cap;
         rule("volume_cap", cap, cap >= 1.0, "must be at least 1")
+    }
+
+    fn validate_formulation(&self) -> Result<(), (&'static str, String)> {
+        if self.formulation == Formulation::UpdatedLagrangian {
+            return Ok(());
+        }
+        if !matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::Quadratic) {
+            return Err(("formulation", "total-lagrangian needs shape linear or quadratic".to_owned()));
+        }
+        if !self.contacts.is_empty() {
+            let problem = "total-lagrangian cannot tell when bodies meet: it needs contacts to be empty";
+            return Err(("formulation", problem.to_owned()));
+        }
+        Ok(())
     }
 
     fn validate_transfer(&self) -> Result<(), (&'static str, String)> {
@@ -289,6 +370,10 @@ fn two() -> usize {
 /// Of MPM sheet §3.2: what round-off leaves.
 fn mass_cutoff() -> f64 {
     1e-12
+}
+/// Of MPM sheet §2.16.
+fn full_cell() -> f64 {
+    0.9
 }
 fn volume_cap() -> f64 {
     1.1

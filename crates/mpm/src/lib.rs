@@ -3,9 +3,10 @@
 //! A body is a set of points that carry mass, velocity, stress and the state of its law. Each step
 //! maps them to a background grid, solves the momentum equation on the nodes and maps the result
 //! back (MPM sheet §3.3; [`MpmSolver`] holds the step). Shape functions are linear, generalised
-//! interpolation (GIMP) with fixed or stretching point domains, or quadratic and cubic B-splines;
+//! interpolation (GIMP) with fixed or stretching point domains, convected particle domains (CPDI), quadratic and cubic
+//! B-splines, or dual-domain;
 //! stress is updated first, last, or last from re-mapped velocities. One dimension, plane strain,
-//! axisymmetry and three dimensions.
+//! axisymmetry and three dimensions. Bodies with a pore fluid are solved as two phases that move apart.
 //!
 //! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
 
@@ -14,25 +15,31 @@ mod checkpoint;
 mod config;
 mod contact;
 mod dispatch;
+mod domains;
 mod driven;
 mod gap;
+mod manufactured;
+mod mixed;
 mod momentum;
 mod points;
 mod report;
 mod setup;
 mod solver;
+mod strain;
 mod stretch;
 mod touch;
 mod transfer;
+mod two_phase;
 mod xpic;
 
 use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, ContactTest, DomainStretch, FixedNodes, MpmOptions, ShapeFunctions, StressScheme, Transfer,
-    WallFriction,
+    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, MpmOptions, ShapeFunctions,
+    StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
+pub use manufactured::{Manufactured, Prescribed};
 pub use solver::MpmSolver;
 
 /// The explicit material point method.
@@ -45,7 +52,8 @@ impl Method for Mpm {
     }
 
     fn summary(&self) -> &'static str {
-        "explicit material point method: MPM, GIMP and B-splines on a structured grid, one phase"
+        "explicit material point method: MPM, GIMP and B-splines on a structured grid, one phase or \
+         skeleton and pore fluid"
     }
 
     fn options_schema(&self) -> Schema {

@@ -18,6 +18,16 @@ pub struct RowSums {
 }
 
 impl RowSums {
+    /// The numbers to keep in a checkpoint.
+    pub fn to_numbers(self) -> [f64; 4] {
+        [self.unbalanced, self.external, self.work, self.kinetic]
+    }
+
+    /// From the numbers of [`RowSums::to_numbers`].
+    pub fn from_numbers([unbalanced, external, work, kinetic]: [f64; 4]) -> Self {
+        Self { unbalanced, external, work, kinetic }
+    }
+
     /// Adds another row.
     pub fn add(&mut self, other: &Self) {
         self.unbalanced += other.unbalanced;

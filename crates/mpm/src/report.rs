@@ -10,11 +10,15 @@ use crate::solver::MpmSolver;
 
 /// The point with the smallest stable step.
 #[derive(Clone, Copy)]
-struct Limit {
-    dt: f64,
-    limit: &'static str,
-    set: usize,
-    index: usize,
+pub struct Limit {
+    /// The step (s).
+    pub dt: f64,
+    /// What limits it.
+    pub limit: &'static str,
+    /// Number of the point's set.
+    pub set: usize,
+    /// Index of the point in it.
+    pub index: usize,
 }
 
 impl Limit {
@@ -24,11 +28,11 @@ impl Limit {
     }
 }
 
-fn spatial<const D: usize>(vector: &[f64; D]) -> [f64; 3] {
+pub fn spatial<const D: usize>(vector: &[f64; D]) -> [f64; 3] {
     std::array::from_fn(|c| if c < D { vector[c] } else { 0.0 })
 }
 
-fn square<const D: usize>(vector: &[f64; D]) -> f64 {
+pub fn square<const D: usize>(vector: &[f64; D]) -> f64 {
     vector.iter().map(|c| c * c).sum()
 }
 
@@ -87,7 +91,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 + square(&set.velocity[index]).sqrt();
             let wave =
                 Limit { dt: self.options.courant * h / speed, limit: "elastic wave", set: number, index };
-            least = least.smaller(wave);
+            least = least.smaller(self.phase_limit(wave, moduli[k]));
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, MPM sheet §2.10.
                 let inertia = self.options.mass_scaling * density;
@@ -125,10 +129,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             ),
             field("pressure", "Pa", scalar(&|s, i| s.stress[i].pressure())),
             field("deviatoric_stress", "Pa", scalar(&|s, i| s.stress[i].q())),
-            field("mass", "kg", scalar(&|s, i| s.mass[i])),
+            field("mass", "kg", scalar(&|s, i| s.mass[i] + s.liquid_mass(i))),
             field("volume", "m3", scalar(&|s, i| s.volume[i])),
-            field("density", "kg/m3", scalar(&|s, i| s.mass[i] / s.volume[i])),
+            field("density", "kg/m3", scalar(&|s, i| (s.mass[i] + s.liquid_mass(i)) / s.volume[i])),
         ];
+        fields.extend(self.pore_fields(&order));
         fields.extend(self.law_fields(&order));
         let extents = |s: &PointSet<D, P>, i: usize| spatial(&s.domain[i].extent(&s.extent, self.grid.cell));
         Snapshot {
@@ -202,6 +207,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             }
         }
+        self.add_liquid(&mut budget);
         budget
     }
 }

@@ -6,16 +6,18 @@ use std::sync::Arc;
 use colluvium_case::description::{Body, Load, Side, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Material};
-use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
+use colluvium_grid::{Basis, Grid, Layout, Mesh, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
 use crate::config::ShapeFunctions;
 use crate::driven::{self, Driven};
 use crate::gap::SurfaceDistance;
+use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
-use crate::points::{PointDomain, PointSet};
+use crate::points::{Ground, PointDomain, PointSet};
 use crate::solver::MpmSolver;
-use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch};
+use crate::strain::CellStrains;
+use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, two_phase};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -28,6 +30,8 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     }
     let options: MpmOptions = case.method_options("mpm")?;
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
+    let options = two_phase::cleared(case, options)?;
+    mixed::cleared(&options, case.bodies.iter().any(|body| body.pore_fluid.is_some()))?;
     Ok(options)
 }
 
@@ -123,8 +127,19 @@ impl dispatch::Visitor for Measure<'_> {
         let time_step = solver.critical_step();
         let points = solver.points();
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
-        let nodes = solver.nodes.len();
-        let per_node = size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { 1 };
+        let nodes = solver.layout.len() * solver.contacts.fields();
+        let phases = if solver.two_phase.is_some() { 2 } else { 1 };
+        let per_node =
+            phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
+        let mut warnings = warnings(self.case, self.options, points);
+        if time_step.limit == "seepage drag" {
+            // MPM sheet P-13.
+            warnings.push(format!(
+                "pore_fluid: the drag of so low a permeability limits the step, to {:.2e} s; where no fluid leaves in \
+                 the time considered use the material `undrained`",
+                time_step.dt
+            ));
+        }
         Ok(Plan {
             points,
             nodes,
@@ -132,7 +147,7 @@ impl dispatch::Visitor for Measure<'_> {
             time_step,
             memory: (points * bytes_per_point::<D, P>() + nodes * per_node) as u64,
             updates_per_second: if D == 3 { 1.5e6 } else { 5e6 },
-            warnings: warnings(self.case, self.options, points),
+            warnings,
         })
     }
 }
@@ -205,6 +220,8 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         walls::<D, S, B>(case, stage, &grid, options)?;
     }
     let driven = driven::driven(case);
+    let layout = Layout::new::<S, B>(&grid);
+    let two_phase = two_phase::two_phase(case, options, &layout);
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
@@ -217,11 +234,13 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     for (number, load) in case.loads.iter().enumerate() {
         apply_load(case, number, load, &mut sets)?;
     }
-    let layout = Layout::new::<S, B>(&grid);
+    let strains = CellStrains::new(case, options, &layout);
+    let stresses = CellStresses::new(options, &layout, contacts.fields());
+    let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
         options: options.clone(),
-        nodes: vec![Node::default(); contacts.fields() * layout.len()],
+        nodes: vec![Node::default(); own_nodes],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
         load_factors: vec![1.0; case.bodies.len()],
@@ -230,6 +249,9 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         closed: [[false; 2]; D],
         layout,
         grid,
+        mesh: Arc::default(),
+        strains,
+        stresses,
         sets,
         contacts,
         driven,
@@ -245,6 +267,8 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         limit_age: 0,
         sums: RowSums::default(),
         external_work: 0.0,
+        two_phase,
+        manufactured: None,
         basis: PhantomData,
     };
     // XPIC sweeps over the same nodes before they hold re-mapped velocities.
@@ -256,7 +280,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         solver.contacts.rows = vec![Default::default(); solver.row_sums.len()];
         solver.contacts.distance = SurfaceDistance::new::<S, B>();
     }
-    solver.set_walls(walls::<D, S, B>(case, 0, &grid, options)?);
+    solver.set_stage_walls(0)?;
     solver.sort();
     solver.start_affine();
     check_fixed_step(&mut solver, options)?;
@@ -298,10 +322,14 @@ fn point_set<const D: usize, P: PointDomain<D>>(
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
     let density = spec.density();
-    let initial: Vec<InitialCondition> = position
+    let mut initial: Vec<InitialCondition> = position
         .iter()
         .map(|x| InitialCondition { stress: body.stress.at(spatial(x), density, case.gravity3()), density })
         .collect();
+    let pore = two_phase::pore_set(case, body, &position, density).map(|(pore, effective)| {
+        initial.iter_mut().zip(effective).for_each(|(condition, stress)| condition.stress = stress);
+        pore
+    });
     let (stress, states) = material.initial(&initial).map_err(|error| {
         let place = &position[error.index];
         CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))
@@ -325,14 +353,32 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         stress,
         states,
         origin: position.clone(),
-        domain: vec![P::default(); position.len()],
+        domain: domains(grid, &position, &path)?,
         affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
         scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
         traction: Vec::new(),
         pending: if follows_later { vec![[[0.0; D]; D]; samples.len()] } else { Vec::new() },
+        pore,
         slabs: Vec::new(),
     })
+}
+
+fn domains<const D: usize, P: PointDomain<D>>(
+    grid: &Grid<D>,
+    position: &[[f64; D]],
+    path: &str,
+) -> Result<Vec<P>, CaseError> {
+    let mesh = Mesh::default();
+    let ground = Ground { grid, mesh: &mesh };
+    let mut domains = vec![P::default(); position.len()];
+    for (domain, x) in domains.iter_mut().zip(position) {
+        let placed = domain.start(&ground, x);
+        placed.map_err(|reason| {
+            CaseError::new(format!("{path}.shape"), format!("the point at {x:?} m: {reason}"))
+        })?;
+    }
+    Ok(domains)
 }
 
 fn samples<const D: usize>(
@@ -392,6 +438,17 @@ fn apply_load<const D: usize, P: PointDomain<D>>(
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Takes the walls of a stage, of all phases.
+    pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
+        let (case, grid, options) = (&self.case, &self.grid, &self.options);
+        let own = walls::<D, S, B>(case, stage, grid, options)?;
+        if let Some(phases) = &mut self.two_phase {
+            phases.walls = two_phase::liquid_walls::<D, S, B>(case, stage, grid, options)?;
+        }
+        self.set_walls(own);
+        Ok(())
+    }
+
     /// Sets the factors on the tractions of each body to those at the end of a step of `dt`.
     pub(crate) fn set_load_factors(&mut self, dt: f64) {
         let end = self.time + dt;
@@ -400,11 +457,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let Load::Traction { body: name, .. } = load;
                 *name == body.name
             };
-            let ramp = self.case.loads.iter().find(of_body).map_or(0.0, |load| {
-                let Load::Traction { ramp, .. } = load;
-                *ramp
+            *factor = self.case.loads.iter().find(of_body).map_or(1.0, |load| {
+                let Load::Traction { ramp, ramp_shape, .. } = load;
+                ramp_shape.factor(end, *ramp)
             });
-            *factor = if ramp > 0.0 { (end / ramp).min(1.0) } else { 1.0 };
         }
     }
 }

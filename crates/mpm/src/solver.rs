@@ -4,15 +4,18 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use colluvium_case::{Case, SolverError, TimeStep};
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
+use colluvium_grid::{Basis, Grid, Lanes, Layout, Mesh, Node, Walls};
 
-use crate::MpmOptions;
 use crate::config::{StressScheme, Transfer};
 use crate::contact::Contacts;
 use crate::driven::Driven;
+use crate::mixed::CellStresses;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
 use crate::points::{PointDomain, PointSet};
+use crate::strain::CellStrains;
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
+use crate::two_phase::TwoPhase;
+use crate::{Manufactured, MpmOptions};
 
 /// Steps between re-evaluations of the critical time step.
 pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
@@ -22,6 +25,8 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) case: Arc<Case>,
     pub(crate) options: MpmOptions,
     pub(crate) grid: Grid<D>,
+    /// The mesh; empty on a structured grid.
+    pub(crate) mesh: Arc<Mesh<D>>,
     pub(crate) layout: Layout<D>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) remapped: Vec<Lanes>,
@@ -30,6 +35,8 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) contacts: Contacts,
     /// Rigid bodies and patches of prescribed velocity.
     pub(crate) driven: Vec<Driven>,
+    pub(crate) strains: CellStrains,
+    pub(crate) stresses: CellStresses,
     /// Factor on the tractions of each body of the case, in this step.
     pub(crate) load_factors: Vec<f64>,
     pub(crate) walls: Walls,
@@ -50,20 +57,29 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) limit_age: u64,
     pub(crate) sums: RowSums,
     pub(crate) external_work: f64,
+    /// Both phases of the nodes; `None` in a case without pore fluid.
+    pub(crate) two_phase: Option<Box<TwoPhase>>,
+    /// A solution to verify against, whose force acts on the points.
+    pub(crate) manufactured: Option<Arc<Manufactured>>,
     pub(crate) basis: PhantomData<B>,
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// One step (MPM sheet §3.3); the numbers are those of the sheet.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        if self.two_phase.is_some() {
+            return self.advance_two_phase(dt);
+        }
         // 0: cells, weights, empty grid.
         self.sort_if_moved();
         self.reset_nodes();
         self.drive(dt);
+        self.push_manufactured();
         let moved = match self.options.stress_update {
             StressScheme::Usl => {
                 self.scatter(Scatter::Everything, dt); // 1
                 self.solve_momentum(dt); // 2–4
+                self.share_strain_if_asked::<SOLVED>(dt); // 7
                 // 5, 7–9
                 self.update_points::<SOLVED>(
                     dt,
@@ -75,6 +91,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.solve_momentum(dt); // 2–4
                 self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, ..PointUpdate::NONE })?; // 5
                 self.remap(); // 6
+                self.share_strain_if_asked::<REMAPPED>(dt); // 7
                 // 7–9
                 self.update_points::<REMAPPED>(
                     dt,
@@ -84,6 +101,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             StressScheme::Usf => {
                 self.scatter(Scatter::Motion, dt); // 1, momentum and mass
                 self.start_velocities();
+                self.share_strain_if_asked::<REMAPPED>(dt); // 7
                 self.update_points::<REMAPPED>(dt, PointUpdate { stress: true, ..PointUpdate::NONE })?; // 7–8
                 self.scatter(Scatter::Forces, dt); // 1, forces
                 self.solve_momentum(dt); // 2–4
@@ -111,7 +129,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.walls = walls;
     }
 
-    fn sort_if_moved(&mut self) {
+    pub(crate) fn sort_if_moved(&mut self) {
         if self.travel < self.grid.cell {
             return;
         }
@@ -123,6 +141,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // Nodes outside the new active region would keep what they hold.
         self.reset_nodes();
         self.reset_remapped();
+        self.strains.reset(&self.layout);
+        self.stresses.reset(&self.layout);
+        if let Some(phases) = &mut self.two_phase {
+            phases.reset(&self.layout);
+        }
         for set in &mut self.sets {
             set.sort(&self.grid);
         }
@@ -134,9 +157,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn find_active_nodes(&mut self) {
         self.layout.clear();
         for set in &mut self.sets {
-            set.slabs = self.layout.add_points(&set.position);
+            set.slabs = self.layout.add_points(&set.anchors());
         }
         self.heaviest = self.sets.iter().flat_map(|s| &s.mass).fold(0.0, |a: f64, &b| a.max(b));
+        if let Some(phases) = &mut self.two_phase {
+            let masses = self.sets.iter().flat_map(|set| (0..set.len()).map(|p| set.liquid_mass(p)));
+            phases.heaviest = masses.fold(0.0, f64::max);
+        }
     }
 
     /// Empties the active nodes of all velocity fields.
@@ -238,7 +265,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     /// Factor on gravity at the end of a step of `dt`.
-    fn gravity_factor(&self, dt: f64) -> f64 {
+    pub(crate) fn gravity_factor(&self, dt: f64) -> f64 {
         self.case.stages[self.stage].gravity_factor(self.time + dt - self.stage_start)
     }
 

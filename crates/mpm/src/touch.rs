@@ -1,11 +1,11 @@
 //! The contact substep: what the laws of [`crate::contact`] do to the nodes (MPM sheet §3.6).
 
-use colluvium_grid::{Basis, Grid, Lanes, Node, Stencil, Walls};
+use colluvium_grid::{Basis, Grid, Lanes, Node, Support, Walls};
 use rayon::prelude::*;
 
 use crate::contact::{ContactLaw, Pair, dot, norm, three};
 use crate::gap::SurfaceDistance;
-use crate::points::PointDomain;
+use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 
 /// Most sweeps over the pairs of three or more bodies, whose contacts act on each other.
@@ -165,21 +165,20 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// of the section.
     pub(crate) fn scatter_surfaces(&mut self) {
         let strides = self.layout.strides();
-        let (sets, grid, axisymmetric) = (&self.sets, &self.grid, self.axisymmetric);
+        let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.contacts.surfaces.chunks_exact_mut(self.layout.len()).enumerate() {
             self.layout.reset(nodes);
             self.layout.scatter(nodes, |slab, window, offset| {
                 for set in of_field(field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let extent = set.domain[p].extent(&set.extent, grid.cell);
-                        let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                         let section = set.volume[p] / if axisymmetric { set.position[p][0] } else { 1.0 };
                         let columns = std::array::from_fn(|j| {
                             let at = |i: usize| if i == j { section } else { 0.0 };
                             Lanes::new([at(0), at(1), at(2), 0.0])
                         });
-                        let volume = Lanes::new([0.0, 0.0, 0.0, section / grid.cell]);
+                        let volume = Lanes::new([0.0, 0.0, 0.0, section / ground.grid.cell]);
                         stencil.deposit_slopes(window, offset, &strides, volume, &columns, |node| node);
                     }
                 }

@@ -2,13 +2,14 @@
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, StateBlock, SymTensor};
-use colluvium_grid::{Basis, Lanes, Stencil};
+use colluvium_grid::{Basis, Lanes, Support};
 use rayon::iter::Either;
 use rayon::prelude::*;
 
 use crate::affine::{affine_momentum, momentum};
-use crate::points::{PointDomain, PointSet};
+use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
+use crate::strain::{lowest_node, set_volumetric};
 
 /// What a scatter carries to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,18 +44,21 @@ impl PointUpdate {
 }
 
 /// What a block of points reports: the largest move along an axis (m), and its first failure.
-type BlockReport = Result<f64, Failure>;
+pub type BlockReport = Result<f64, Failure>;
 
-/// A point that failed: index within its set, and why.
+/// A point that failed.
 pub struct Failure {
-    index: usize,
-    reason: String,
+    /// Index within its set.
+    pub index: usize,
+    /// Why.
+    pub reason: String,
 }
 
 /// One block of points, borrowed from the arrays of their set.
 struct Block<'a, const D: usize, P> {
     first: usize,
     field: usize,
+    body: u32,
     position: &'a mut [[f64; D]],
     velocity: &'a mut [[f64; D]],
     volume: &'a mut [f64],
@@ -67,15 +71,16 @@ struct Block<'a, const D: usize, P> {
     pending: Option<&'a mut [[[f64; D]; D]]>,
 }
 
+/// A vector and a fourth number.
 #[inline(always)]
-fn lanes<const D: usize>(vector: &[f64; D], fourth: f64) -> Lanes {
+pub fn lanes<const D: usize>(vector: &[f64; D], fourth: f64) -> Lanes {
     let at = |c: usize| if c < D { vector[c] } else { 0.0 };
     Lanes::new([at(0), at(1), at(2), fourth])
 }
 
 /// `columns[j] = -V σ e_j`.
 #[inline(always)]
-fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] {
+pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] {
     let s = &stress.0;
     let columns = [
         Lanes::new([s[0], s[3], s[5], 0.0]),
@@ -92,23 +97,30 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Point to grid (step 1), slab by slab.
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
         self.set_load_factors(dt);
+        if what != Scatter::Motion {
+            self.average_stresses();
+        }
         if what != Scatter::Forces {
             self.scatter_surfaces();
         }
         let strides = self.layout.strides();
-        let (sets, grid, axisymmetric) = (&self.sets, &self.grid, self.axisymmetric);
+        let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
         let (loads, transfer) = (&self.load_factors, self.options.transfer);
         let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
+            let full = self.stresses.full_cells(field, self.layout.len());
             self.layout.scatter(nodes, |slab, window, offset| {
                 for set in of_field(field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let extent = set.domain[p].extent(&set.extent, grid.cell);
-                        let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                         let mass = if what == Scatter::Forces { 0.0 } else { set.mass[p] };
                         let motion = lanes(&set.velocity[p], 1.0) * mass;
-                        let volume = if what == Scatter::Motion { 0.0 } else { set.volume[p] };
+                        let left_to_cell = full.is_some_and(|full| {
+                            full[lowest_node::<D, S, B>(ground.grid, &strides, &set.position[p])]
+                        });
+                        let pulls = what != Scatter::Motion && !left_to_cell;
+                        let volume = if pulls { set.volume[p] } else { 0.0 };
                         let columns = force_columns::<D>(&set.stress[p], volume);
                         let mut body = None;
                         if axisymmetric {
@@ -122,12 +134,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         stencil.deposit(window, offset, &strides, motion, &columns, body);
                         if affine {
                             let (moments, columns) =
-                                affine_momentum::<D, S, B, P>(transfer, grid, set, p, &stencil);
+                                affine_momentum::<D, S, B, P>(transfer, ground.grid, set, p, &stencil);
                             moments.deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, momentum);
                         }
                     }
                 }
             });
+        }
+        if what != Scatter::Motion {
+            self.pull_with_cells();
         }
     }
 
@@ -135,19 +150,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn remap(&mut self) {
         self.reset_remapped();
         let strides = self.layout.strides();
-        let (sets, grid, transfer) = (&self.sets, &self.grid, self.options.transfer);
+        let (sets, ground, transfer) = (&self.sets, ground!(self), self.options.transfer);
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.remapped.chunks_exact_mut(self.layout.len()).enumerate() {
             self.layout.scatter(nodes, |slab, window, offset| {
                 for set in of_field(field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let extent = set.domain[p].extent(&set.extent, grid.cell);
-                        let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                         let momentum = lanes(&set.velocity[p], 0.0) * set.mass[p];
                         stencil.deposit_motion(window, offset, &strides, momentum);
                         if transfer.is_affine() {
                             let (moments, columns) =
-                                affine_momentum::<D, S, B, P>(transfer, grid, set, p, &stencil);
+                                affine_momentum::<D, S, B, P>(transfer, ground.grid, set, p, &stencil);
                             moments
                                 .deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, |node| node);
                         }
@@ -252,7 +266,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
-        let (material, extent, field) = (set.material.clone(), set.extent, set.field);
+        let (material, extent, field, body) = (set.material.clone(), set.extent, set.field, set.body);
         let blocks = set.mass.len().div_ceil(BLOCK);
         let pending = if set.pending.is_empty() {
             Either::Left((0..blocks).into_par_iter().map(|_| None))
@@ -280,6 +294,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let mut block = Block {
                     first,
                     field,
+                    body,
                     position,
                     velocity,
                     volume,
@@ -304,7 +319,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
-        let strides = self.layout.strides();
+        let (strides, ground) = (self.layout.strides(), ground!(self));
         let flip = self.options.flip_share();
         let first_node = block.field * self.layout.len();
         let mut moved = 0f64;
@@ -318,8 +333,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }; BLOCK];
         let n = block.position.len();
         for p in 0..n {
-            let width = block.domain[p].extent(extent, self.grid.cell);
-            let stencil = Stencil::<D, S>::new::<B>(&self.grid, &block.position[p], &width);
+            let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], extent);
             let read = if FROM_SOLVED {
                 stencil.gather(&self.nodes[first_node..], &strides)
             } else {
@@ -336,6 +350,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             if what.stress {
                 let radius = block.position[p][0];
                 self.set_motion(&mut motions[p], &read.gradient, velocity[0], radius, dt);
+                if self.strains.is_shared() {
+                    let shared = self.shared_strain(block.body, &block.domain[p], &block.position[p]);
+                    set_volumetric(&mut motions[p], self.normal_strains(), shared[0]);
+                }
                 let stretch = motions[p].deformation.determinant();
                 // Written so that NaN counts as a failure.
                 if !(stretch > 0.0) {
@@ -350,6 +368,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     Some(pending) => pending[p] = gradient,
                     None => block.domain[p].follow(&gradient),
                 }
+                if let Some(reason) = block.domain[p].fault(extent, self.grid.cell) {
+                    return Err(Failure { index: block.first + p, reason });
+                }
             }
             if what.position {
                 if let Some(pending) = &block.pending {
@@ -360,7 +381,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     block.position[p][c] += dt * velocity[c];
                     step = step.max((dt * velocity[c]).abs());
                 }
-                moved = moved.max(step);
+                moved = moved.max(if P::ANCHORED { 0.0 } else { step });
                 self.check_position(&mut block.position[p], step)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
@@ -370,14 +391,21 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 index: block.first + error.index,
                 reason: error.source.to_string(),
             })?;
-            self.cap_volumes(block);
+            self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
         Ok(moved)
     }
 
     /// Motion of the step from the columns of the velocity gradient.
     #[inline(always)]
-    fn set_motion(&self, motion: &mut Motion, columns: &[Lanes; D], radial: f64, radius: f64, dt: f64) {
+    pub(crate) fn set_motion(
+        &self,
+        motion: &mut Motion,
+        columns: &[Lanes; D],
+        radial: f64,
+        radius: f64,
+        dt: f64,
+    ) {
         for (j, column) in columns.iter().enumerate() {
             let column = (*column * dt).to_array();
             for i in 0..D {
@@ -394,12 +422,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// A point without stress does not grow beyond the cap (MPM sheet §2.8, pitfall P-09).
     #[inline]
-    fn cap_volumes(&self, block: &mut Block<'_, D, P>) {
+    pub(crate) fn cap_volumes(&self, volumes: &mut [f64], initial: &[f64], stresses: &[SymTensor]) {
         let cap = self.options.volume_cap;
-        for p in 0..block.volume.len() {
-            let largest = cap * block.initial_volume[p];
-            if block.volume[p] > largest && block.stress[p].0 == [0.0; 6] {
-                block.volume[p] = largest;
+        for ((volume, initial), stress) in volumes.iter_mut().zip(initial).zip(stresses) {
+            let largest = cap * initial;
+            if *volume > largest && stress.0 == [0.0; 6] {
+                *volume = largest;
             }
         }
     }
@@ -407,7 +435,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Refuses a move that cannot be right. A point that round-off carries through a wall on the side
     /// of the domain is put back onto it.
     #[inline(always)]
-    fn check_position(&self, position: &mut [f64; D], step: f64) -> Result<(), String> {
+    pub(crate) fn check_position(&self, position: &mut [f64; D], step: f64) -> Result<(), String> {
         // Written so that NaN counts as a failure.
         if !(step <= 0.5 * self.grid.cell) {
             return Err(format!(
@@ -415,7 +443,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                  (reduce courant or time_step)"
             ));
         }
-        if !self.grid.contains(position) {
+        if !P::ANCHORED && !self.grid.contains(position) {
             for axis in 0..D {
                 let (low, high) = (self.grid.origin[axis], self.upper[axis]);
                 if (position[axis] < low && !self.closed[axis][0])
@@ -433,7 +461,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 }
 
 /// Keeps the larger move, or the failure with the lowest index.
-fn worst(a: BlockReport, b: BlockReport) -> BlockReport {
+pub fn worst(a: BlockReport, b: BlockReport) -> BlockReport {
     match (a, b) {
         (Ok(a), Ok(b)) => Ok(a.max(b)),
         (Err(a), Err(b)) => Err(if a.index <= b.index { a } else { b }),

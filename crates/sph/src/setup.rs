@@ -36,6 +36,13 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
     if !case.loads.is_empty() {
         return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
     }
+    if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
+        let path = format!("bodies[{number}].pore_fluid");
+        return Err(CaseError::new(
+            path,
+            "sph has one phase; where no fluid leaves use the material undrained",
+        ));
+    }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");
         if matches!(boundary.wall, Wall::Frictional { .. }) {

@@ -2,6 +2,7 @@
 
 mod aluminium_bars;
 mod bar;
+mod cantilever;
 mod column_a04;
 mod column_collapse;
 mod contract;
@@ -11,10 +12,14 @@ mod finite_strain;
 mod flow;
 mod kinematics;
 mod localisation;
+mod manufactured;
 mod mpm_axisymmetric;
 mod mpm_contact;
+mod mpm_cut;
+mod mpm_footing;
 mod mpm_slope;
 mod mpm_step_wave;
+mod mpm_two_phase;
 mod mpm_units;
 mod returns;
 mod rigid_motion;
@@ -70,9 +75,16 @@ pub const ALL: &[Listed] = &[
     Listed::new(&bar::BENCHMARK, Some(7), 7),
     Listed::new(&self_weight::BENCHMARK, Some(12), 12),
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
+    Listed::new(&manufactured::AXIS_ALIGNED, Some(4), 15),
+    Listed::new(&manufactured::VORTEX, Some(15), 20),
+    Listed::new(&cantilever::BENCHMARK, Some(15), 30),
     Listed::new(&mpm_contact::BENCHMARK, Some(20), 20),
+    Listed::new(&mpm_two_phase::CONSOLIDATION, Some(15), 22),
+    Listed::new(&mpm_two_phase::WAVES, Some(1), 1),
     Listed::new(&mpm_units::BENCHMARK, Some(6), 6),
     Listed::new(&mpm_step_wave::BENCHMARK, Some(1), 1),
+    Listed::new(&mpm_footing::BENCHMARK, Some(12), 40),
+    Listed::new(&mpm_cut::BENCHMARK, Some(15), 400),
     Listed::new(&mpm_slope::BENCHMARK, Some(20), 300),
     Listed::new(&mpm_axisymmetric::BENCHMARK, Some(15), 50),
     Listed::new(&column_collapse::BENCHMARK, Some(70), 150),

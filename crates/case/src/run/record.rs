@@ -10,7 +10,7 @@ use super::folder::{self, CASE, CHECKPOINT, COLLECTION, FRAMES, MEASURES, SUMMAR
 use super::{RunError, RunOptions};
 use crate::description::Measure;
 use crate::output::{Collection, OutputError, Table, read_frame, write_atomically, write_frame};
-use crate::{Budget, Case, Snapshot, Solver, SolverError, measure};
+use crate::{Budget, Case, PhaseBudget, Snapshot, Solver, SolverError, measure};
 
 /// Where a run stands: everything but the solver that a restart needs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -29,17 +29,21 @@ pub(super) struct Progress {
 
 /// [`Budget`] in a checkpoint.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(super) struct SavedBudget([f64; 10]);
+pub(super) struct SavedBudget([f64; 10], Option<[f64; 7]>);
 
 impl From<Budget> for SavedBudget {
     fn from(b: Budget) -> Self {
         let ([px, py, pz], [lx, ly, lz]) = (b.momentum, b.angular_momentum);
-        Self([b.mass, px, py, pz, lx, ly, lz, b.kinetic, b.elastic, b.potential])
+        let liquid = b.liquid.map(|phase| {
+            let [px, py, pz] = phase.momentum;
+            [phase.mass, px, py, pz, phase.kinetic, phase.elastic, phase.potential]
+        });
+        Self([b.mass, px, py, pz, lx, ly, lz, b.kinetic, b.elastic, b.potential], liquid)
     }
 }
 
 impl From<SavedBudget> for Budget {
-    fn from(SavedBudget(n): SavedBudget) -> Self {
+    fn from(SavedBudget(n, liquid): SavedBudget) -> Self {
         Self {
             mass: n[0],
             momentum: [n[1], n[2], n[3]],
@@ -47,6 +51,13 @@ impl From<SavedBudget> for Budget {
             kinetic: n[7],
             elastic: n[8],
             potential: n[9],
+            liquid: liquid.map(|n| PhaseBudget {
+                mass: n[0],
+                momentum: [n[1], n[2], n[3]],
+                kinetic: n[4],
+                elastic: n[5],
+                potential: n[6],
+            }),
         }
     }
 }
@@ -202,6 +213,15 @@ impl<'a> Recorder<'a> {
         push("kinetic_energy", "J", budget.kinetic);
         push("elastic_energy", "J", budget.elastic);
         push("potential_energy", "J", budget.potential);
+        if let Some(liquid) = budget.liquid {
+            push("liquid_mass", "kg", liquid.mass);
+            for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+                push(&format!("liquid_momentum.{axis}"), "kg m/s", liquid.momentum[c]);
+            }
+            push("liquid_kinetic_energy", "J", liquid.kinetic);
+            push("liquid_elastic_energy", "J", liquid.elastic);
+            push("liquid_potential_energy", "J", liquid.potential);
+        }
         let equilibrium = solver.equilibrium();
         push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
         readings.extend(measure::read(self.case, snapshot, solver.cell_size()));
@@ -317,10 +337,17 @@ impl<'a> Recorder<'a> {
         wall: f64,
     ) -> Result<(), RunError> {
         let budget = |b: Budget| {
-            json!({
+            let mut all = json!({
                 "mass": b.mass, "momentum": b.momentum, "angular_momentum": b.angular_momentum,
                 "kinetic_energy": b.kinetic, "elastic_energy": b.elastic, "potential_energy": b.potential,
-            })
+            });
+            if let Some(liquid) = b.liquid {
+                all["liquid"] = json!({
+                    "mass": liquid.mass, "momentum": liquid.momentum, "kinetic_energy": liquid.kinetic,
+                    "elastic_energy": liquid.elastic, "potential_energy": liquid.potential,
+                });
+            }
+            all
         };
         let names = self.table.columns.iter().map(|(name, _)| name.clone());
         let last = self.table.rows.last().cloned().unwrap_or_default();

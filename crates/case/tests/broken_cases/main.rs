@@ -448,3 +448,43 @@ fn motions_that_make_no_sense_are_named_where_they_are() {
         assert!(errors.0[0].path == path && errors.0[0].problem.contains(words), "{errors}");
     }
 }
+
+#[test]
+fn pore_fluids_out_of_range_are_refused_by_name() {
+    let sound = json!({ "porosity": 0.4, "permeability": 1e-3 });
+    let refused = |change: &dyn Fn(&mut Value), path: &str, words: &str| {
+        let mut case = self::sound();
+        case["bodies"][0]["pore_fluid"] = sound.clone();
+        assert!(Case::from_json(&case.to_string()).is_ok());
+        change(&mut case);
+        let text = Case::from_json(&case.to_string()).unwrap_err().to_string();
+        assert!(text.contains(path) && text.contains(words), "{path}, {words}: {text}");
+    };
+    let keys = [
+        ("porosity", json!(0.0), "between 0 and 1"),
+        ("porosity", json!(1.0), "between 0 and 1"),
+        ("permeability", json!(-1e-3), "positive"),
+        ("permeability", Value::Null, "either"),
+        ("density", json!(0), "positive"),
+        ("bulk_modulus", json!(-1), "positive"),
+        ("viscosity", json!(0), "positive"),
+        ("cavitation_strength", json!(-1), "negative"),
+    ];
+    for (key, value, words) in keys {
+        let path = format!("bodies[0].pore_fluid.{key}");
+        refused(&|case| case["bodies"][0]["pore_fluid"][key] = value.clone(), &path, words);
+    }
+    let weightless = |case: &mut Value| case["gravity"] = json!([0, 0]);
+    refused(&weightless, "bodies[0].pore_fluid.permeability", "contains gravity");
+    let undrained = |case: &mut Value| {
+        let skeleton = case["materials"]["sand"].clone();
+        case["materials"]["sand"] =
+            json!({ "model": "undrained", "fluid_bulk_modulus": 1e9, "porosity": 0.4, "skeleton": skeleton });
+    };
+    refused(&undrained, "bodies[0].material", "pore water already");
+    let dry = |case: &mut Value| {
+        case["bodies"][0].as_object_mut().unwrap().remove("pore_fluid");
+        case["boundaries"][0]["drained"] = json!(true);
+    };
+    refused(&dry, "boundaries[0].drained", "no body");
+}

@@ -1,0 +1,126 @@
+//! The fluid in the pores of a body (MPM sheet §2.3).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::description::Velocity;
+
+/// A fluid that fills the pores of a body and moves by itself. The body's material is then the dry skeleton in
+/// effective stresses: its `density` is that of the grains times one minus the porosity, and the initial stress is
+/// effective.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PoreFluid {
+    /// Initial porosity, between 0 and 1 (both excluded).
+    pub porosity: f64,
+    /// Hydraulic conductivity under the gravity of the case (m/s). Give this or `intrinsic_permeability`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub permeability: Option<f64>,
+    /// Intrinsic permeability (m²), for which `viscosity` counts. Give this or `permeability`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub intrinsic_permeability: Option<f64>,
+    /// Density of the fluid (kg/m³).
+    #[serde(default = "water_density")]
+    pub density: f64,
+    /// Bulk modulus of the fluid (Pa).
+    #[serde(default = "water_bulk_modulus")]
+    pub bulk_modulus: f64,
+    /// Dynamic viscosity of the fluid (Pa s).
+    #[serde(default = "water_viscosity")]
+    pub viscosity: f64,
+    /// Initial pore pressure; zero by default.
+    #[serde(default)]
+    pub pressure: PorePressure,
+    /// Initial velocity of the fluid; that of the body by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<Velocity>,
+    /// Largest tension before the fluid cavitates (Pa), not negative; none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cavitation_strength: Option<f64>,
+}
+
+/// An initial field of pore pressure.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum PorePressure {
+    /// None.
+    #[default]
+    None,
+    /// The same everywhere.
+    Uniform {
+        /// Pressure (Pa), compression-positive.
+        value: f64,
+    },
+    /// Weight of the fluid above, along gravity.
+    Hydrostatic {
+        /// Coordinate of the surface of the fluid along the axis of gravity (m).
+        surface: f64,
+    },
+}
+
+fn water_density() -> f64 {
+    1000.0
+}
+/// At 10 °C with a trace of air, as in the scientific manual of Anura3D.
+fn water_bulk_modulus() -> f64 {
+    2.15e9
+}
+fn water_viscosity() -> f64 {
+    1e-3
+}
+
+impl PoreFluid {
+    /// Drag per Darcy velocity, `ρ g / k` or viscosity over intrinsic permeability (Pa s/m²), under `gravity`
+    /// (m/s², a length).
+    pub fn resistance(&self, gravity: f64) -> f64 {
+        match (self.permeability, self.intrinsic_permeability) {
+            (Some(conductivity), _) => self.density * gravity / conductivity,
+            (None, Some(permeability)) => self.viscosity / permeability,
+            (None, None) => f64::NAN,
+        }
+    }
+
+    /// Density of the saturated body (kg/m³) with a skeleton of the given dry density.
+    pub fn saturated_density(&self, dry: f64) -> f64 {
+        dry + self.porosity * self.density
+    }
+
+    /// Initial pore pressure at `x` (Pa) under `gravity` (m/s²).
+    pub fn pressure_at(&self, x: [f64; 3], gravity: [f64; 3]) -> f64 {
+        match self.pressure {
+            PorePressure::None => 0.0,
+            PorePressure::Uniform { value } => value,
+            PorePressure::Hydrostatic { surface } => {
+                let Some(axis) = (0..3).find(|&axis| gravity[axis] != 0.0) else { return 0.0 };
+                let depth = ((x[axis] - surface) * gravity[axis].signum()).max(0.0);
+                self.density * gravity[axis].abs() * depth
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fluid() -> PoreFluid {
+        serde_json::from_str(r#"{ "porosity": 0.4, "permeability": 1e-3 }"#).unwrap()
+    }
+
+    #[test]
+    fn both_permeabilities_give_the_same_drag() {
+        let hydraulic = fluid();
+        assert!((hydraulic.resistance(9.81) - 9.81e6).abs() < 1e-6);
+        let permeability = Some(1e-3 * 1e-3 / (1000.0 * 9.81));
+        let intrinsic = PoreFluid { permeability: None, intrinsic_permeability: permeability, ..hydraulic };
+        assert!((intrinsic.resistance(0.0) - 9.81e6).abs() < 1e-6);
+    }
+
+    #[test]
+    fn hydrostatic_pressure_grows_along_gravity_from_the_surface() {
+        let fluid = PoreFluid { pressure: PorePressure::Hydrostatic { surface: 2.0 }, ..fluid() };
+        assert_eq!(fluid.pressure_at([0.0, 1.5, 0.0], [0.0, -10.0, 0.0]), 5e3);
+        assert_eq!(fluid.pressure_at([0.0, 2.5, 0.0], [0.0, -10.0, 0.0]), 0.0);
+        assert_eq!(fluid.saturated_density(1590.0), 1990.0);
+    }
+}

@@ -1,0 +1,128 @@
+//! Saturated bodies: skeleton and pore fluid move apart on one set of points, which follow the skeleton
+//! (MPM sheet §2.3, §3.4; "v–w" formulation with a single point set).
+//!
+//! A node holds both phases. The liquid's equation is per volume of liquid, the other one that of the mixture:
+//!
+//! ```text
+//! M_L a_L = f_L - Q (v_L - v_S)          M_S a_S = f - M̄_L a_L
+//! ```
+//!
+//! with `M_L = Σ N ρ_L Ω`, `M̄_L = Σ N n ρ_L Ω`, `M_S = Σ N m_S` and the drag `Q = Σ N n ρ_L g / k Ω`.
+//! Here pore pressure is compression-positive, `p_w = -p_L` of the sheet.
+
+mod fluid;
+mod momentum;
+mod report;
+mod setup;
+mod strain;
+mod transfer;
+
+use colluvium_case::{Equilibrium, SolverError};
+use colluvium_grid::{Basis, Lanes, Layout, Node, Walls};
+
+pub use fluid::{Fluid, PoreSet, SavedPore, critical_step};
+pub use momentum::PhaseSums;
+pub use setup::{cleared, liquid_walls, pore_set, two_phase};
+
+use crate::config::StressScheme;
+use crate::points::PointDomain;
+use crate::solver::MpmSolver;
+use crate::transfer::{PointUpdate, REMAPPED, SOLVED};
+use momentum::PhaseSolve;
+
+/// Entry of the skeleton at a node; until the solve the fourth lane of its force is the drag `Q`.
+pub const SOLID: usize = 0;
+/// Entry of the liquid at a node; its mass is `M̄_L`, and until the solve the fourth lane of its force is `M_L`.
+pub const LIQUID: usize = 1;
+
+/// What a solver with pore fluid holds beside its points.
+pub struct TwoPhase {
+    nodes: Vec<[Node; 2]>,
+    remapped: Vec<[Lanes; 2]>,
+    row_sums: Vec<PhaseSums>,
+    pub(crate) sums: PhaseSums,
+    /// Walls of the liquid.
+    pub(crate) walls: Walls,
+    /// Largest liquid mass of a point (kg).
+    pub(crate) heaviest: f64,
+}
+
+impl TwoPhase {
+    /// Clears the active nodes.
+    pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
+        layout.reset(&mut self.nodes);
+        layout.reset(&mut self.remapped);
+    }
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// One step of both phases (MPM sheet §3.4); the numbers are those of the sheet.
+    pub(crate) fn advance_two_phase(&mut self, dt: f64) -> Result<(), SolverError> {
+        self.sort_if_moved();
+        let Some(mut phases) = self.two_phase.take() else { return Ok(()) };
+        let moved = self.step_phases(&mut phases, dt);
+        self.two_phase = Some(phases);
+        self.travel += moved?;
+        self.time += dt;
+        self.step += 1;
+        self.limit_age += 1;
+        Ok(())
+    }
+
+    fn step_phases(&mut self, phases: &mut TwoPhase, dt: f64) -> Result<f64, SolverError> {
+        self.layout.reset(&mut phases.nodes); // 0
+        self.scatter_phases(phases, dt); // 1
+        self.solve_phases(phases, dt); // 2–4
+        let all = PointUpdate { velocity: true, stress: true, position: true };
+        if self.options.stress_update == StressScheme::Usl {
+            self.share_phase_strains::<SOLVED>(phases, dt); // 7
+            return self.update_phases::<SOLVED>(phases, dt, all); // 5, 7–9
+        }
+        let velocity = PointUpdate { velocity: true, ..PointUpdate::NONE };
+        self.update_phases::<SOLVED>(phases, dt, velocity)?; // 5
+        self.remap_phases(phases); // 6
+        self.share_phase_strains::<REMAPPED>(phases, dt); // 7
+        self.update_phases::<REMAPPED>(phases, dt, PointUpdate { velocity: false, ..all }) // 7–9
+    }
+
+    fn solve_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
+        let stage = &self.case.stages[self.stage];
+        let cutoff = self.options.node_mass_cutoff;
+        let solve = PhaseSolve {
+            dt,
+            gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
+            damping: stage.damping,
+            keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
+            light: [cutoff * self.heaviest, cutoff * phases.heaviest],
+            audit: stage.equilibrium.is_some(),
+            walls: [&self.walls, &phases.walls],
+            nodes: self.layout.nodes(),
+        };
+        let TwoPhase { nodes, row_sums, .. } = phases;
+        self.layout.rows(nodes, row_sums, |row, active, line| solve.row(row, active, line));
+        if solve.audit {
+            let mut sums = PhaseSums::default();
+            for row in row_sums {
+                sums.add(row);
+            }
+            self.external_work += sums.mixture.work;
+            phases.sums = sums;
+        }
+    }
+
+    /// Distance from equilibrium: the larger one of mixture and liquid (MPM sheet §2.14). `traction` is the sum of
+    /// the squares of the tractions (N²).
+    pub(crate) fn phase_equilibrium(&self, phases: &TwoPhase, traction: f64) -> Equilibrium {
+        let PhaseSums { mixture, liquid } = &phases.sums;
+        let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { f64::INFINITY };
+        let of_mixture = (mixture.external + traction).sqrt();
+        // Without weight the liquid has no external force of its own.
+        let of_liquid = if liquid.external > 0.0 { liquid.external.sqrt() } else { of_mixture };
+        let unbalanced =
+            ratio(mixture.unbalanced.sqrt(), of_mixture).max(ratio(liquid.unbalanced.sqrt(), of_liquid));
+        Equilibrium {
+            unbalanced_force: unbalanced,
+            kinetic_ratio: ratio(mixture.kinetic, self.external_work.abs()),
+        }
+    }
+}

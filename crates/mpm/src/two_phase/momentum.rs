@@ -1,0 +1,313 @@
+//! The momentum solve of liquid and mixture on the nodes (MPM sheet §3.4, steps 2–4).
+
+use std::ops::Range;
+
+use colluvium_grid::{Lanes, Node, Walls};
+
+use super::{LIQUID, SOLID};
+use crate::momentum::RowSums;
+
+/// What a row of nodes adds to the measures of equilibrium of both equations.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PhaseSums {
+    /// Of the mixture; work and kinetic energy are those of both phases.
+    pub mixture: RowSums,
+    /// Of the liquid, its equation times the porosity.
+    pub liquid: RowSums,
+}
+
+impl PhaseSums {
+    /// Adds another row.
+    pub fn add(&mut self, other: &Self) {
+        self.mixture.add(&other.mixture);
+        self.liquid.add(&other.liquid);
+    }
+}
+
+/// Everything the solve of one step needs; as [`crate::momentum::MomentumSolve`].
+pub struct PhaseSolve<'a, const D: usize> {
+    /// Step (s).
+    pub dt: f64,
+    /// Gravity at the end of the step (m/s²).
+    pub gravity: [f64; 3],
+    /// Local damping factor of both equations.
+    pub damping: f64,
+    /// Momentum variant of held nodes.
+    pub keep_start: bool,
+    /// Nodes with less mass of a phase than this (kg) are skipped.
+    pub light: [f64; 2],
+    /// Whether to sum the measures of equilibrium.
+    pub audit: bool,
+    /// Boundary conditions of both phases.
+    pub walls: [&'a Walls; 2],
+    /// Nodes per axis.
+    pub nodes: [usize; D],
+}
+
+/// Masses and drag of a node.
+#[derive(Clone, Copy)]
+struct Masses {
+    /// `M_S` (kg).
+    solid: f64,
+    /// `M̄_L` (kg).
+    liquid: f64,
+    /// `M_L` (kg).
+    full: f64,
+    /// `Q` (kg/s).
+    drag: f64,
+}
+
+const VECTOR: Lanes = Lanes::new([1.0, 1.0, 1.0, 0.0]);
+
+impl<const D: usize> PhaseSolve<'_, D> {
+    /// Turns momentum and force of the active nodes of a row into velocity at the end of the step and
+    /// acceleration, of both phases.
+    pub fn row(&self, row: usize, active: Range<usize>, line: &mut [[Node; 2]]) -> PhaseSums {
+        let mut sums = PhaseSums::default();
+        let [gx, gy, gz] = self.gravity;
+        let gravity = Lanes::new([gx, gy, gz, 0.0]);
+        let plain = self.damping == 0.0 && !self.audit;
+        let free = |axis: usize, index: usize| self.walls.iter().all(|walls| walls.is_free(axis, index));
+        let row_free = free(0, row);
+        for number in active {
+            let node = &mut line[number];
+            let masses = Masses {
+                solid: node[SOLID].motion.as_array()[3],
+                liquid: node[LIQUID].motion.as_array()[3],
+                full: node[LIQUID].force.as_array()[3],
+                drag: node[SOLID].force.as_array()[3],
+            };
+            if masses.solid <= self.light[SOLID] {
+                // Too light for forces to mean anything: it moves with the points around it.
+                drift(&mut node[SOLID], masses.solid);
+                drift(&mut node[LIQUID], masses.liquid);
+                continue;
+            }
+            let index = self.index(row, number);
+            if plain && row_free && (1..D).all(|axis| free(axis, index[axis])) {
+                self.free_node(node, &masses, gravity);
+            } else {
+                self.node(&index, node, &masses, &mut sums);
+            }
+        }
+        sums
+    }
+
+    fn index(&self, row: usize, number: usize) -> [usize; 3] {
+        match D {
+            1 => [row, 0, 0],
+            2 => [row, number, 0],
+            _ => [row, number / self.nodes[D - 1], number % self.nodes[D - 1]],
+        }
+    }
+
+    /// A node without walls, damping and audit.
+    #[inline]
+    fn free_node(&self, [solid, liquid]: &mut [Node; 2], masses: &Masses, gravity: Lanes) {
+        let start = solid.motion * VECTOR * (1.0 / masses.solid);
+        let mut weight = masses.solid;
+        let mut carried = Lanes::ZERO;
+        if masses.liquid > self.light[LIQUID] {
+            let of_liquid = liquid.motion * VECTOR * (1.0 / masses.liquid);
+            let force = liquid.force - (of_liquid - start) * masses.drag;
+            let acceleration = force * VECTOR * (1.0 / masses.full) + gravity;
+            liquid.motion = with_mass(of_liquid + acceleration * self.dt, masses.liquid);
+            liquid.force = acceleration;
+            weight += masses.liquid;
+            carried = acceleration * masses.liquid;
+        } else {
+            drift(liquid, masses.liquid);
+        }
+        let force = solid.force * VECTOR + gravity * weight - carried;
+        let acceleration = force * (1.0 / masses.solid);
+        solid.motion = with_mass(start + acceleration * self.dt, masses.solid);
+        solid.force = acceleration;
+    }
+
+    fn node(
+        &self,
+        index: &[usize; 3],
+        [solid, liquid]: &mut [Node; 2],
+        masses: &Masses,
+        sums: &mut PhaseSums,
+    ) {
+        let wet = masses.liquid > self.light[LIQUID];
+        let start = self.start(SOLID, index, solid, masses.solid);
+        let share = if wet { masses.liquid / masses.full } else { 0.0 };
+        // Liquid: force without drag, and its damping.
+        let (mut driving, mut damped) = ([0.0; 3], [0.0; 3]);
+        let mut carried = [0.0; 3];
+        let mut weight = masses.solid;
+        if wet {
+            weight += masses.liquid;
+            let mut from = self.start(LIQUID, index, liquid, masses.liquid);
+            let force = liquid.force.to_array();
+            let mut to = [0.0; 3];
+            let mut unbalanced = [0.0; 3];
+            for c in 0..D {
+                driving[c] = force[c] + masses.full * self.gravity[c];
+                damped[c] = -self.damping * driving[c].abs() * sign(from[c]);
+                unbalanced[c] = driving[c] - masses.drag * (from[c] - start[c]);
+                to[c] = from[c] + self.dt * (unbalanced[c] + damped[c]) / masses.full;
+            }
+            let free = to;
+            self.constrain(LIQUID, index, &mut from, &mut to);
+            for c in 0..D {
+                carried[c] = masses.liquid * (to[c] - from[c]) / self.dt;
+                if self.audit {
+                    let own = masses.liquid * self.gravity[c];
+                    if to[c] == free[c] {
+                        sums.liquid.unbalanced += (share * unbalanced[c]).powi(2);
+                    }
+                    sums.liquid.external += own * own;
+                    sums.mixture.work += own * to[c] * self.dt;
+                    sums.mixture.kinetic += 0.5 * masses.liquid * to[c] * to[c];
+                }
+            }
+            self.finish(liquid, &from, &to, masses.liquid);
+        } else {
+            drift(liquid, masses.liquid);
+        }
+        // Mixture.
+        let motion = solid.motion.to_array();
+        let force = solid.force.to_array();
+        let (mut from, mut to, mut total) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        for c in 0..D {
+            from[c] = motion[c] / masses.solid;
+            total[c] = force[c] + weight * self.gravity[c];
+            let own = -self.damping * (total[c] - share * driving[c]).abs() * sign(from[c]);
+            to[c] = from[c] + self.dt * (total[c] - carried[c] + own + share * damped[c]) / masses.solid;
+        }
+        let free = to;
+        self.constrain(SOLID, index, &mut from, &mut to);
+        if self.audit {
+            for c in 0..D {
+                let (own, all) = (masses.solid * self.gravity[c], weight * self.gravity[c]);
+                if to[c] == free[c] {
+                    sums.mixture.unbalanced += total[c] * total[c];
+                }
+                sums.mixture.external += all * all;
+                sums.mixture.work += own * to[c] * self.dt;
+                sums.mixture.kinetic += 0.5 * masses.solid * to[c] * to[c];
+            }
+        }
+        self.finish(solid, &from, &to, masses.solid);
+    }
+
+    /// Velocity of a phase before the step, walls that hold it included.
+    fn start(&self, phase: usize, index: &[usize; 3], node: &Node, mass: f64) -> [f64; 3] {
+        let motion = node.motion.to_array();
+        let mut start: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / mass } else { 0.0 });
+        let mut end = start;
+        self.constrain(phase, index, &mut start, &mut end);
+        start
+    }
+
+    fn constrain(&self, phase: usize, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3]) {
+        for axis in 0..D {
+            if let Some(wall) = self.walls[phase].at(axis, index[axis]) {
+                wall.constrain(start, end, self.keep_start);
+            }
+        }
+    }
+
+    fn finish(&self, node: &mut Node, start: &[f64; 3], end: &[f64; 3], mass: f64) {
+        let rate = |c: usize| (end[c] - start[c]) / self.dt;
+        node.motion = Lanes::new([end[0], end[1], end[2], mass]);
+        node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
+    }
+}
+
+fn sign(value: f64) -> f64 {
+    if value == 0.0 { 0.0 } else { value.signum() }
+}
+
+fn with_mass(velocity: Lanes, mass: f64) -> Lanes {
+    velocity + Lanes::new([0.0, 0.0, 0.0, mass])
+}
+
+/// A phase too light for forces moves with the points around it.
+fn drift(node: &mut Node, mass: f64) {
+    let inverse = if mass > 0.0 { 1.0 / mass } else { 0.0 };
+    node.motion *= Lanes::new([inverse, inverse, inverse, 1.0]);
+    node.force = Lanes::ZERO;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use colluvium_grid::{Wall, WallKind};
+
+    /// Masses 1590, 400 (liquid) and 1000 kg, drag of k = 10⁻³ m/s.
+    fn node(solid: [f64; 3], liquid: [f64; 3]) -> [Node; 2] {
+        let lanes = |v: [f64; 3], m: f64| Lanes::new([v[0] * m, v[1] * m, v[2] * m, m]);
+        [
+            Node { motion: lanes(solid, 1590.0), force: Lanes::new([0.0, 0.0, 0.0, 0.4 * 9.81e6]) },
+            Node { motion: lanes(liquid, 400.0), force: Lanes::new([0.0, 0.0, 0.0, 1000.0]) },
+        ]
+    }
+
+    fn solve(walls: [&Walls; 2], audit: bool) -> PhaseSolve<'_, 3> {
+        PhaseSolve {
+            dt: 1e-5,
+            gravity: [0.0, -10.0, 0.0],
+            damping: 0.0,
+            keep_start: false,
+            light: [0.0; 2],
+            audit,
+            walls,
+            nodes: [1, 1, 1],
+        }
+    }
+
+    #[test]
+    fn drag_slows_the_liquid_and_keeps_momentum() {
+        let walls = Walls::new(&[1, 1, 1], Vec::new());
+        for audit in [false, true] {
+            let mut line = [node([1.0, 0.0, 0.0], [3.0, 0.0, 0.5])];
+            solve([&walls, &walls], audit).row(0, 0..1, &mut line);
+            let [solid, liquid] = line[0].map(|n| n.motion.to_array());
+            // the difference shrinks by 1 - a dt, a = n rho g / ((1-n) rho_S k) = 4911.17 1/s (the sheet prints
+            // 4910.6); gravity acts on both alike.
+            let keep = 1.0 - 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3) * 1e-5;
+            assert!(((liquid[0] - solid[0]) / 2.0 - keep).abs() < 1e-12, "{audit}");
+            assert!((liquid[1] - solid[1]).abs() < 1e-15 && (liquid[1] + 1e-4).abs() < 1e-15);
+            assert!((1590.0 * solid[0] + 400.0 * liquid[0] - 2790.0).abs() < 1e-9);
+            assert!((1590.0 * solid[2] + 400.0 * liquid[2] - 200.0).abs() < 1e-9);
+            assert_eq!((solid[3], liquid[3]), (1590.0, 400.0));
+        }
+    }
+
+    #[test]
+    fn an_impermeable_wall_takes_the_liquid_out_of_the_mixture_equation() {
+        let free = Walls::new(&[1, 1, 1], Vec::new());
+        let wall = Wall {
+            axis: 1,
+            upper: false,
+            node: 0,
+            kind: WallKind::Smooth,
+            separation: false,
+            velocity: [0.0; 3],
+        };
+        let held = Walls::new(&[1, 1, 1], vec![wall]);
+        let mut line = [node([0.0; 3], [0.0; 3])];
+        solve([&free, &held], false).row(0, 0..1, &mut line);
+        let [solid, liquid] = line[0].map(|n| n.force.to_array());
+        assert_eq!(liquid[1], 0.0);
+        // The skeleton carries the weight of both.
+        assert!((solid[1] + 10.0 * 1990.0 / 1590.0).abs() < 1e-11);
+    }
+
+    #[test]
+    fn a_dry_node_is_one_of_the_skeleton_alone() {
+        let walls = Walls::new(&[1, 1, 1], Vec::new());
+        for audit in [false, true] {
+            let [mut solid, _] = node([1.0, 0.0, 0.0], [0.0; 3]);
+            solid.force = Lanes::ZERO;
+            let mut line = [[solid, Node::default()]];
+            solve([&walls, &walls], audit).row(0, 0..1, &mut line);
+            assert_eq!(line[0][SOLID].force.to_array(), [0.0, -10.0, 0.0, 0.0]);
+            assert_eq!(line[0][LIQUID], Node::default());
+        }
+    }
+}

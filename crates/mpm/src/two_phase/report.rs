@@ -1,0 +1,98 @@
+//! What the pore fluid adds to snapshot and budget.
+
+use colluvium_case::{Budget, Field, FieldData, PhaseBudget};
+use colluvium_constitutive::SymTensor;
+use colluvium_grid::Basis;
+
+use crate::points::{PointDomain, PointSet};
+use crate::report::{Limit, spatial, square};
+use crate::solver::MpmSolver;
+use crate::two_phase::critical_step;
+
+impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
+    /// Porosity of a point; zero where it is dry.
+    pub fn porosity(&self, point: usize) -> f64 {
+        let fluid = self.pore.as_ref().and_then(|pore| pore.fluid);
+        fluid.map_or(0.0, |fluid| fluid.porosity_at(self.volume[point], self.initial_volume[point]))
+    }
+
+    /// Mass of the pore fluid of a point (kg).
+    pub fn liquid_mass(&self, point: usize) -> f64 {
+        let fluid = self.pore.as_ref().and_then(|pore| pore.fluid);
+        fluid.map_or(0.0, |fluid| {
+            let n = fluid.porosity_at(self.volume[point], self.initial_volume[point]);
+            n * fluid.density * self.volume[point]
+        })
+    }
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Fields of the pore fluid, of points in the given order; NaN on dry ones. None where nothing is saturated.
+    pub(crate) fn pore_fields(&self, order: &[(u32, usize, usize)]) -> Vec<Field> {
+        if self.two_phase.is_none() {
+            return Vec::new();
+        }
+        let wet = |s: usize| self.sets[s].pore.as_ref().filter(|pore| pore.fluid.is_some());
+        let pressure = |&(_, s, i): &(u32, usize, usize)| wet(s).map_or(f64::NAN, |pore| pore.pressure[i]);
+        let velocity = |&(_, s, i): &(u32, usize, usize)| {
+            wet(s).map_or([f64::NAN; 3], |pore| spatial(&pore.velocity[i]))
+        };
+        let porosity =
+            |&(_, s, i): &(u32, usize, usize)| wet(s).map_or(f64::NAN, |_| self.sets[s].porosity(i));
+        let total = |&(_, s, i): &(u32, usize, usize)| {
+            let pressure = wet(s).map_or(0.0, |pore| pore.pressure[i]);
+            self.sets[s].stress[i] - SymTensor::isotropic(pressure)
+        };
+        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
+        vec![
+            field("pore_pressure", "Pa", FieldData::Scalar(order.iter().map(pressure).collect())),
+            field("liquid_velocity", "m/s", FieldData::Vector(order.iter().map(velocity).collect())),
+            field("porosity", "", FieldData::Scalar(order.iter().map(porosity).collect())),
+            field("total_stress", "Pa", FieldData::Tensor(order.iter().map(total).collect())),
+        ]
+    }
+
+    /// The limit of a point from that of its skeleton's wave: with pore fluid that of both phases.
+    #[inline]
+    pub(crate) fn phase_limit(&self, wave: Limit, modulus: f64) -> Limit {
+        let (set, i) = (&self.sets[wave.set], wave.index);
+        let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
+        let (n, dry, h) = (set.porosity(i), set.mass[i] / set.volume[i], self.grid.cell);
+        let (step, by_drag) = critical_step(&fluid, n, dry, modulus, h);
+        let dt = self.options.courant / (1.0 / step + square(&set.velocity[i]).sqrt() / h);
+        Limit { dt, limit: if by_drag { "seepage drag" } else { "elastic wave" }, ..wave }
+    }
+
+    /// Adds the pore fluid to the totals.
+    pub(crate) fn add_liquid(&self, budget: &mut Budget) {
+        if self.two_phase.is_none() {
+            return;
+        }
+        let mut liquid = PhaseBudget::default();
+        for set in &self.sets {
+            let Some(pore) = &set.pore else { continue };
+            let Some(fluid) = pore.fluid else { continue };
+            for i in 0..set.len() {
+                let (x, v, m) = (spatial(&set.position[i]), spatial(&pore.velocity[i]), set.liquid_mass(i));
+                liquid.mass += m;
+                liquid.kinetic += 0.5 * m * square(&v);
+                let volume = set.porosity(i) * set.volume[i];
+                liquid.elastic += 0.5 * pore.pressure[i].powi(2) / fluid.bulk_modulus * volume;
+                for c in 0..3 {
+                    let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+                    liquid.momentum[c] += m * v[c];
+                    budget.angular_momentum[c] += m * (x[a] * v[b] - x[b] * v[a]);
+                    liquid.potential -= m * self.gravity[c] * x[c];
+                }
+            }
+        }
+        budget.mass += liquid.mass;
+        budget.kinetic += liquid.kinetic;
+        budget.elastic += liquid.elastic;
+        budget.potential += liquid.potential;
+        for c in 0..3 {
+            budget.momentum[c] += liquid.momentum[c];
+        }
+        budget.liquid = Some(liquid);
+    }
+}

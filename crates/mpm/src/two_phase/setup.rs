@@ -1,0 +1,143 @@
+//! Pore fluid of a case: the points' share of it, and its walls.
+
+use std::collections::BTreeSet;
+
+use colluvium_case::description::{Body, InitialStress, Space, Wall as CaseWall};
+use colluvium_case::{Case, CaseError};
+use colluvium_constitutive::SymTensor;
+use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
+
+use super::{Fluid, PhaseSums, PoreSet, TwoPhase};
+use crate::{MpmOptions, StressScheme, Transfer, setup};
+
+/// Courant number of MUSL in a case with pore fluid that gives none (MPM sheet §2.10).
+const COURANT: f64 = 0.9;
+
+/// Refuses what two phases cannot honour, and fills in their own default.
+pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseError> {
+    let wet = case.bodies.iter().position(|body| body.pore_fluid.is_some());
+    let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
+    let Some(number) = wet else { return Ok(options) };
+    case.refuse_driven("mpm with a pore_fluid")?;
+    if case.space == Space::Axisymmetric {
+        return refuse(&format!("bodies[{number}].pore_fluid"), "is not available in axisymmetry yet");
+    }
+    if options.stress_update == StressScheme::Usf {
+        return refuse(
+            "methods.mpm.stress_update",
+            "usf is not available with a pore_fluid: use musl or usl",
+        );
+    }
+    if options.transfer != Transfer::Flip {
+        return refuse("methods.mpm.transfer", "only flip (or a share of it) is available with a pore_fluid");
+    }
+    if options.mass_scaling != 1.0 {
+        return refuse("methods.mpm.mass_scaling", "is not available with a pore_fluid");
+    }
+    if !options.contacts.is_empty() {
+        return refuse(
+            "methods.mpm.contacts",
+            "are not available with a pore_fluid: the theory of contact is of one phase",
+        );
+    }
+    // The criterion is of the sheet's sequence, which is MUSL; with USL it overshoots at free surfaces.
+    let chosen = case.methods["mpm"].get("courant").is_some();
+    if !chosen && options.stress_update == StressScheme::Musl {
+        options.courant = COURANT;
+    }
+    Ok(options)
+}
+
+/// The nodes of both phases; `None` for a case without pore fluid.
+pub fn two_phase<const D: usize>(
+    case: &Case,
+    options: &MpmOptions,
+    layout: &Layout<D>,
+) -> Option<Box<TwoPhase>> {
+    case.bodies.iter().any(|body| body.pore_fluid.is_some()).then(|| {
+        let length = |needed: bool| if needed { layout.len() } else { 0 };
+        Box::new(TwoPhase {
+            nodes: vec![[Node::default(); 2]; layout.len()],
+            remapped: vec![[Lanes::ZERO; 2]; length(options.stress_update != StressScheme::Usl)],
+            row_sums: vec![PhaseSums::default(); layout.nodes()[0]],
+            sums: PhaseSums::default(),
+            walls: Walls::default(),
+            heaviest: 0.0,
+        })
+    })
+}
+
+/// The walls of the liquid in a stage: smooth, where the case has impermeable ones.
+pub fn liquid_walls<const D: usize, const S: usize, B: Basis<S>>(
+    case: &Case,
+    stage: usize,
+    grid: &Grid<D>,
+    options: &MpmOptions,
+) -> Result<Walls, CaseError> {
+    let mut liquid = case.clone();
+    liquid.boundaries.retain(|boundary| !boundary.drained);
+    for boundary in &mut liquid.boundaries {
+        boundary.separation |= matches!(boundary.wall, CaseWall::Frictional { .. });
+        boundary.wall = CaseWall::Smooth;
+    }
+    let standing: BTreeSet<String> = liquid.boundaries.iter().map(|b| b.name().to_owned()).collect();
+    for stage in &mut liquid.stages {
+        stage.remove_boundaries.retain(|name| standing.contains(name));
+    }
+    setup::walls::<D, S, B>(&liquid, stage, grid, options)
+}
+
+/// What pore fluid adds to points at `position` of a body with a skeleton of density `dry` (kg/m³), and their initial
+/// effective stress. `None` in a case without pore fluid.
+pub fn pore_set<const D: usize>(
+    case: &Case,
+    body: &Body,
+    position: &[[f64; D]],
+    dry: f64,
+) -> Option<(PoreSet<D>, Vec<SymTensor>)> {
+    if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
+        return None;
+    }
+    let gravity = case.gravity3();
+    let spatial = |x: &[f64; D]| std::array::from_fn(|c| if c < D { x[c] } else { 0.0 });
+    let Some(fluid) = &body.pore_fluid else {
+        let stress = position.iter().map(|x| body.stress.at(spatial(x), dry, gravity)).collect();
+        let pore = PoreSet {
+            fluid: None,
+            velocity: vec![[0.0; D]; position.len()],
+            pressure: vec![0.0; position.len()],
+        };
+        return Some((pore, stress));
+    };
+    let strength = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let velocity = fluid.velocity.as_ref().unwrap_or(&body.velocity);
+    let velocity_at = |x: &[f64; D]| {
+        let velocity = velocity.at(spatial(x));
+        std::array::from_fn(|c| velocity[c])
+    };
+    let pressure: Vec<f64> = position.iter().map(|x| fluid.pressure_at(spatial(x), gravity)).collect();
+    let saturated = fluid.saturated_density(dry);
+    let effective = |(x, pressure): (&[f64; D], &f64)| match body.stress {
+        InitialStress::K0 { coefficient, .. } => {
+            // The weight of the saturated soil gives the total vertical stress.
+            let mut stress = body.stress.at(spatial(x), saturated, gravity);
+            if let Some(axis) = (0..3).find(|&axis| gravity[axis] != 0.0) {
+                let vertical = stress[axis] + pressure;
+                stress = SymTensor::isotropic(coefficient * vertical);
+                stress[axis] = vertical;
+            }
+            stress
+        }
+        _ => body.stress.at(spatial(x), dry, gravity),
+    };
+    let stress = position.iter().zip(&pressure).map(effective).collect();
+    let constants = Fluid {
+        density: fluid.density,
+        bulk_modulus: fluid.bulk_modulus,
+        porosity: fluid.porosity,
+        resistance: fluid.resistance(strength),
+        least: fluid.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
+    };
+    let velocity = position.iter().map(velocity_at).collect();
+    Some((PoreSet { fluid: Some(constants), velocity, pressure }, stress))
+}

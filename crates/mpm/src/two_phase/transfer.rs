@@ -1,0 +1,309 @@
+//! The transfers of both phases, and what happens at the points in between (MPM sheet §3.4).
+
+use colluvium_case::SolverError;
+use colluvium_constitutive::{BLOCK, Mat3, Material, Motion, Pore, StateBlock, SymTensor};
+use colluvium_grid::{Basis, Lanes, Support};
+use rayon::prelude::*;
+
+use super::{Fluid, LIQUID, SOLID, TwoPhase};
+use crate::momentum::RowSums;
+use crate::points::{PointDomain, PointSet, ground};
+use crate::solver::MpmSolver;
+use crate::strain::set_volumetric;
+use crate::transfer::{BlockReport, Failure, PointUpdate, force_columns, lanes, worst};
+
+/// One block of points, borrowed from the arrays of their set.
+struct Block<'a, const D: usize, P> {
+    first: usize,
+    position: &'a mut [[f64; D]],
+    velocity: &'a mut [[f64; D]],
+    liquid_velocity: &'a mut [[f64; D]],
+    pressure: &'a mut [f64],
+    volume: &'a mut [f64],
+    stress: &'a mut [SymTensor],
+    states: &'a mut StateBlock,
+    domain: &'a mut [P],
+    mass: &'a [f64],
+    initial_volume: &'a [f64],
+}
+
+/// What the points of a set share.
+struct Shared<'a, const D: usize> {
+    material: &'a dyn Material,
+    extent: [f64; D],
+    body: u32,
+    fluid: Option<Fluid>,
+}
+
+/// Trace of a velocity gradient given by its columns.
+#[inline(always)]
+pub fn trace<const D: usize>(columns: &[Lanes; D]) -> f64 {
+    (0..D).map(|j| columns[j].as_array()[j]).sum()
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Point to grid (step 1), slab by slab.
+    pub(super) fn scatter_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
+        self.set_load_factors(dt);
+        let strides = self.layout.strides();
+        let (sets, ground, loads) = (&self.sets, ground!(self), &self.load_factors);
+        self.layout.scatter(&mut phases.nodes, |slab, window, offset| {
+            for set in sets {
+                let Some(pore) = &set.pore else { continue };
+                for p in set.slabs[slab]..set.slabs[slab + 1] {
+                    let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
+                    let volume = set.volume[p];
+                    let fluid = pore.fluid.map_or([0.0; 3], |fluid| {
+                        let n = fluid.porosity_at(volume, set.initial_volume[p]);
+                        [n * fluid.density, n * fluid.resistance, fluid.density].map(|value| value * volume)
+                    });
+                    let [liquid_mass, drag, full_mass] = fluid;
+                    let motion = [
+                        lanes(&set.velocity[p], 1.0) * set.mass[p],
+                        lanes(&pore.velocity[p], 1.0) * liquid_mass,
+                    ];
+                    let liquid_stress = SymTensor::isotropic(-pore.pressure[p]);
+                    let total = set.stress[p] + liquid_stress;
+                    let columns =
+                        [force_columns::<D>(&total, volume), force_columns::<D>(&liquid_stress, volume)];
+                    let load = loads[set.body as usize];
+                    let traction = set.traction.get(p).map_or([0.0; D], |force| force.map(|c| c * load));
+                    let body = [lanes(&traction, drag), lanes(&[0.0; D], full_mass)];
+                    stencil.deposit_phases(window, offset, &strides, &motion, &columns, &body);
+                }
+            }
+        });
+    }
+
+    /// Maps the updated velocities of the points back to the nodes (step 6), walls included.
+    pub(super) fn remap_phases(&mut self, phases: &mut TwoPhase) {
+        let TwoPhase { nodes, remapped, walls, row_sums, .. } = phases;
+        self.layout.reset(remapped);
+        let strides = self.layout.strides();
+        let (sets, ground) = (&self.sets, ground!(self));
+        self.layout.scatter(remapped, |slab, window, offset| {
+            for set in sets {
+                let Some(pore) = &set.pore else { continue };
+                for p in set.slabs[slab]..set.slabs[slab + 1] {
+                    let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
+                    let momenta = [
+                        lanes(&set.velocity[p], 0.0) * set.mass[p],
+                        lanes(&pore.velocity[p], 0.0) * set.liquid_mass(p),
+                    ];
+                    stencil.deposit_motions(window, offset, &strides, &momenta);
+                }
+            }
+        });
+        let walls = [&self.walls, &*walls];
+        let (row_length, shape) = (strides[0], self.layout.nodes());
+        self.layout.rows(remapped, row_sums, |row, active, line| {
+            for number in active {
+                let index = match D {
+                    1 => [row, 0, 0],
+                    2 => [row, number, 0],
+                    _ => [row, number / shape[D - 1], number % shape[D - 1]],
+                };
+                for phase in [SOLID, LIQUID] {
+                    let solved = nodes[row * row_length + number][phase].motion.to_array();
+                    let velocity = &mut line[number][phase];
+                    if solved[3] <= 0.0 {
+                        *velocity = Lanes::ZERO;
+                        continue;
+                    }
+                    *velocity *= 1.0 / solved[3];
+                    for axis in 0..D {
+                        if let Some(wall) = walls[phase].at(axis, index[axis]) {
+                            let [x, y, z, _] = velocity.to_array();
+                            let mut held = [x, y, z];
+                            wall.constrain_again(&[solved[0], solved[1], solved[2]], &mut held);
+                            *velocity = Lanes::new([held[0], held[1], held[2], 0.0]);
+                        }
+                    }
+                }
+            }
+            super::PhaseSums { mixture: RowSums::default(), liquid: RowSums::default() }
+        });
+    }
+
+    /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
+    pub(super) fn update_phases<const FROM_SOLVED: bool>(
+        &mut self,
+        phases: &TwoPhase,
+        dt: f64,
+        what: PointUpdate,
+    ) -> Result<f64, SolverError> {
+        let mut sets = std::mem::take(&mut self.sets);
+        let mut moved = 0f64;
+        let mut failure = None;
+        for (number, set) in sets.iter_mut().enumerate() {
+            match self.update_phase_set::<FROM_SOLVED>(phases, set, dt, what) {
+                Ok(m) => moved = moved.max(m),
+                Err(f) => {
+                    failure = Some((number, f));
+                    break;
+                }
+            }
+        }
+        self.sets = sets;
+        match failure {
+            None => Ok(moved),
+            Some((number, f)) => Err(self.failed(number, f.index, f.reason)),
+        }
+    }
+
+    fn update_phase_set<const FROM_SOLVED: bool>(
+        &self,
+        phases: &TwoPhase,
+        set: &mut PointSet<D, P>,
+        dt: f64,
+        what: PointUpdate,
+    ) -> BlockReport {
+        let Some(pore) = &mut set.pore else { return Ok(0.0) };
+        let shared =
+            Shared { material: &*set.material, extent: set.extent, body: set.body, fluid: pore.fluid };
+        (
+            set.position.par_chunks_mut(BLOCK),
+            set.velocity.par_chunks_mut(BLOCK),
+            pore.velocity.par_chunks_mut(BLOCK),
+            pore.pressure.par_chunks_mut(BLOCK),
+            set.volume.par_chunks_mut(BLOCK),
+            set.stress.par_chunks_mut(BLOCK),
+            set.states.blocks_mut().par_iter_mut(),
+            set.domain.par_chunks_mut(BLOCK),
+            set.mass.par_chunks(BLOCK),
+            set.initial_volume.par_chunks(BLOCK),
+        )
+            .into_par_iter()
+            .enumerate()
+            .with_min_len(4)
+            .map(|(number, arrays)| {
+                let (position, velocity, liquid_velocity, pressure, volume, stress, states, domain, ..) =
+                    arrays;
+                let (mass, initial_volume) = (arrays.8, arrays.9);
+                let first = number * BLOCK;
+                let mut block = Block {
+                    first,
+                    position,
+                    velocity,
+                    liquid_velocity,
+                    pressure,
+                    volume,
+                    stress,
+                    states,
+                    domain,
+                    mass,
+                    initial_volume,
+                };
+                self.update_phase_block::<FROM_SOLVED>(phases, &mut block, &shared, dt, what)
+            })
+            .reduce(|| Ok(0.0), worst)
+    }
+
+    #[inline]
+    fn update_phase_block<const FROM_SOLVED: bool>(
+        &self,
+        phases: &TwoPhase,
+        block: &mut Block<'_, D, P>,
+        shared: &Shared<'_, D>,
+        dt: f64,
+        what: PointUpdate,
+    ) -> BlockReport {
+        let (strides, ground) = (self.layout.strides(), ground!(self));
+        let mut moved = 0f64;
+        let mut motions = [Motion {
+            deformation: Mat3::IDENTITY,
+            gradient: Mat3::ZERO,
+            dt,
+            density: 0.0,
+            size: shared.extent[0],
+            pore: Pore::default(),
+        }; BLOCK];
+        let n = block.position.len();
+        for p in 0..n {
+            let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], &shared.extent);
+            let read = if FROM_SOLVED {
+                stencil.gather_phases(&phases.nodes, &strides)
+            } else {
+                stencil.gather_velocities(&phases.remapped, &strides)
+            };
+            let velocity = read[SOLID].velocity.to_array();
+            if what.velocity {
+                self.follow_node(&mut block.velocity[p], &read[SOLID], dt);
+                if shared.fluid.is_some() {
+                    self.follow_node(&mut block.liquid_velocity[p], &read[LIQUID], dt);
+                }
+            }
+            if what.stress {
+                let mut strains = [SOLID, LIQUID].map(|phase| dt * trace(&read[phase].gradient));
+                self.set_motion(&mut motions[p], &read[SOLID].gradient, 0.0, 1.0, dt);
+                if self.strains.is_shared() {
+                    strains = self.shared_strain(shared.body, &block.domain[p], &block.position[p]);
+                    set_volumetric(&mut motions[p], D, strains[SOLID]);
+                }
+                self.deform(block, p, &shared.extent, &mut motions[p], shared.fluid.as_ref(), strains)
+                    .map_err(|reason| Failure { index: block.first + p, reason })?;
+            }
+            if what.position {
+                let mut step = 0f64;
+                for c in 0..D {
+                    block.position[p][c] += dt * velocity[c];
+                    step = step.max((dt * velocity[c]).abs());
+                }
+                moved = moved.max(if P::ANCHORED { 0.0 } else { step });
+                self.check_position(&mut block.position[p], step)
+                    .map_err(|reason| Failure { index: block.first + p, reason })?;
+            }
+        }
+        if what.stress {
+            shared.material.update(&motions[..n], block.stress, block.states).map_err(|error| Failure {
+                index: block.first + error.index,
+                reason: error.source.to_string(),
+            })?;
+            self.cap_volumes(block.volume, block.initial_volume, block.stress);
+        }
+        Ok(moved)
+    }
+
+    /// FLIP and PIC (MPM sheet §2.6), alike for both phases.
+    #[inline(always)]
+    fn follow_node(&self, velocity: &mut [f64; D], read: &colluvium_grid::Gathered<D>, dt: f64) {
+        let flip = self.options.flip;
+        let (new, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
+        for c in 0..D {
+            velocity[c] = flip * (velocity[c] + dt * acceleration[c]) + (1.0 - flip) * new[c];
+        }
+    }
+
+    /// Volume, porosity and pore pressure of a point (steps 8, 9), from the volumetric strains of both phases.
+    #[inline(always)]
+    fn deform(
+        &self,
+        block: &mut Block<'_, D, P>,
+        p: usize,
+        extent: &[f64; D],
+        motion: &mut Motion,
+        fluid: Option<&Fluid>,
+        [solid, liquid]: [f64; 2],
+    ) -> Result<(), String> {
+        let stretch = motion.deformation.determinant();
+        // Written so that NaN counts as a failure.
+        if !(stretch > 0.0) {
+            return Err(format!("the step would turn it inside out (volume ratio {stretch})"));
+        }
+        if let Some(fluid) = fluid {
+            // At the porosity before the step, as the sheet has it.
+            let n = fluid.porosity_at(block.volume[p], block.initial_volume[p]);
+            if !Fluid::holds(n) {
+                return Err(format!("its porosity has become {n}, beyond 0.01 to 0.99"));
+            }
+            block.pressure[p] = fluid.pressure_after(block.pressure[p], n, solid, liquid);
+            motion.pore = Pore { pressure: block.pressure[p], saturation: 1.0 };
+        }
+        block.volume[p] *= stretch;
+        motion.density = block.mass[p] / block.volume[p];
+        let gradient: [[f64; D]; D] =
+            std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
+        block.domain[p].follow(&gradient);
+        block.domain[p].fault(extent, self.grid.cell).map_or(Ok(()), Err)
+    }
+}
