@@ -199,7 +199,7 @@ pub fn spectra(tensors: &[SymTensor], out: &mut [Spectrum]) {
 mod tests {
     use super::*;
     use crate::{Corotational, Point, StressUpdate, laws::LinearElasticSpec, laws::StrainMeasure};
-    use crate::{Material, MaterialSpec};
+    use crate::{Material as _, MaterialSpec};
     use proptest::prelude::*;
 
     fn tensors() -> impl Strategy<Value = Vec<SymTensor>> {
