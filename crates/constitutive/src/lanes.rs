@@ -102,7 +102,7 @@ impl Lanes {
         within
     }
 
-    /// Half of the Hughes–Winget rotation of each gradient, see [`crate::corotational::half_rotation`].
+    /// Half of the Hughes–Winget rotation of each gradient, as `half_rotation` of the co-rotational adapter.
     #[inline(never)]
     pub(crate) fn half_rotations(&self, rotations: &mut Rotations) {
         let [_, g1, g2, g3, _, g5, g6, g7, _] = &self.gradient;
@@ -198,8 +198,8 @@ pub fn spectra(tensors: &[SymTensor], out: &mut [Spectrum]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::MaterialSpec;
     use crate::{Corotational, Point, StressUpdate, laws::LinearElasticSpec, laws::StrainMeasure};
+    use crate::{Material as _, MaterialSpec};
     use proptest::prelude::*;
 
     fn tensors() -> impl Strategy<Value = Vec<SymTensor>> {
