@@ -4,6 +4,7 @@ mod bench;
 mod bench_laws;
 mod bench_sph;
 mod benchmarks;
+mod bishop;
 mod compare;
 mod html;
 mod report;

@@ -1,12 +1,16 @@
 //! What a case file says: plain data, SI units, angles in degrees (converted once, on load).
 
+mod strength;
+
 use std::collections::BTreeMap;
 use std::fmt;
 
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+pub use strength::{FactorOfSafety, Weakening};
 
 pub use crate::pore_fluid::{PoreFluid, PorePressure};
 pub use crate::surface::{Load, RampShape};
@@ -171,6 +175,19 @@ pub enum Velocity {
         #[serde(default)]
         phase: f64,
     },
+    /// The first mode of a slender cantilever, at rest behind its clamp.
+    Bending {
+        /// Axis of the beam: 0 is x.
+        along: usize,
+        /// Axis of its deflection.
+        across: usize,
+        /// Coordinate of the clamp along the beam (m).
+        clamp: f64,
+        /// Length of the beam (m).
+        length: f64,
+        /// Velocity of its tip (m/s).
+        tip: f64,
+    },
 }
 
 /// An initial stress field.
@@ -284,6 +301,10 @@ pub struct Boundary {
     pub name: Option<String>,
     /// The side it occupies.
     pub side: Side,
+    /// Name of a physical group of the mesh, whose nodes the wall holds in place of those on and beyond a plane; `side`
+    /// then says only which way the wall faces. For methods with a mesh from a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
     /// Coordinate of the wall's face (m); that side of the domain by default.
     #[serde(default)]
     pub position: Option<f64>,
@@ -332,6 +353,10 @@ pub struct Stage {
     /// Regions whose material vanishes when the stage begins, of whatever body: an excavation in lifts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excavate: Vec<Shape>,
+    /// Strength that is lost when the stage begins, for good or until a later stage says otherwise: counted
+    /// from what the materials are in the case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weakening: Option<Weakening>,
 }
 
 impl Stage {
@@ -445,6 +470,9 @@ pub enum Measure {
         /// Names of fields.
         fields: Vec<String>,
     },
+    /// The factor by which strength may be divided before the bodies no longer come to rest, by trials from
+    /// the state at the end of a stage. Found after the run.
+    FactorOfSafety(FactorOfSafety),
 }
 
 fn whole() -> f64 {

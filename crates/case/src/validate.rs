@@ -1,10 +1,11 @@
 //! What a case must satisfy beyond its schema.
 
+mod strength;
 mod surface;
 
 use std::collections::HashSet;
 
-use colluvium_constitutive::{MaterialError, MaterialSpec};
+use colluvium_constitutive::MaterialSpec;
 use colluvium_points::overlap;
 
 use crate::description::{
@@ -142,10 +143,10 @@ impl Findings<'_> {
             let path = format!("materials.{name}");
             match spec.build() {
                 Ok(_) => {}
-                Err(MaterialError::Parameter { field, value, rule }) => {
-                    self.report(format!("{path}.{field}"), format!("{value} {rule}"));
-                }
-                Err(error) => self.report(&path, error.to_string()),
+                Err(error) => match error.about_parameter() {
+                    Some((field, problem)) => self.report(format!("{path}.{field}"), problem),
+                    None => self.report(&path, error.to_string()),
+                },
             }
             if spec.assumes_plane_strain() && case.space != Space::PlaneStrain {
                 let problem =
@@ -225,6 +226,15 @@ impl Findings<'_> {
                 self.vector(&format!("{path}.wave_vector"), wave_vector);
                 self.finite(format!("{path}.phase"), *phase);
             }
+            Velocity::Bending { along, across, clamp, length, tip } => {
+                let dimension = self.case.dimension();
+                let fits = *along < dimension && *across < dimension && along != across;
+                let problem = format!("{across} and along {along} must be two different axes of the space");
+                self.require(fits, format!("{path}.across"), problem);
+                self.finite(format!("{path}.clamp"), *clamp);
+                self.positive(format!("{path}.length"), *length, "m");
+                self.finite(format!("{path}.tip"), *tip);
+            }
         }
     }
 
@@ -302,7 +312,13 @@ impl Findings<'_> {
             }
             let open = !case.domain.is_periodic(boundary.side.axis());
             self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
-            if self.extent(boundary.side.axis()).is_some() {
+            if let (Some(group), Some(_)) = (&boundary.group, boundary.position) {
+                let problem = format!(
+                    "the wall holds the nodes of the group {group:?}, wherever they are: leave it out"
+                );
+                self.report(format!("{path}.position"), problem);
+            }
+            if boundary.group.is_none() && self.extent(boundary.side.axis()).is_some() {
                 let position = boundary.position(&case.domain);
                 self.inside(format!("{path}.position"), boundary.side.axis(), position);
                 if case.space == Space::Axisymmetric
@@ -340,6 +356,7 @@ impl Findings<'_> {
                 self.report(format!("{path}.name"), format!("{:?} names two stages", stage.name));
             }
             self.stage(&path, stage);
+            self.weakening(number);
         }
     }
 
@@ -414,6 +431,7 @@ impl Findings<'_> {
                         self.positive(format!("{path}.initial_length"), *initial_length, "m");
                     }
                 }
+                Measure::FactorOfSafety(search) => self.factor_of_safety(&path, search),
                 Measure::Profile { axis, height, bin } => {
                     let fits = *axis < dimension && *height < dimension && axis != height;
                     let problem =

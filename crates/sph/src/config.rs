@@ -6,8 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use choices::{
-    Continuity, DensityReset, Integration, Momentum, Regularisation, SmoothWall, SmoothingLength, SoundSpeed,
-    Symmetrisation, Tensile, VelocityGradient, WallStress, WallVelocity,
+    Confined, Confining, Continuity, DensityReset, Formulation, Integration, Momentum, Regularisation,
+    SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, VelocityGradient, WallStress,
+    WallVelocity,
 };
 
 use crate::kernel::Kernel;
@@ -95,6 +96,12 @@ pub struct SphOptions {
     /// density and stress are carried along to first order.
     #[serde(default)]
     pub shifting: f64,
+    /// The configuration that the sums are taken over.
+    #[serde(default)]
+    pub formulation: Formulation,
+    /// Confining pressure of a flexible membrane; none when absent.
+    #[serde(default)]
+    pub confining: Option<Confining>,
     /// Names of bodies that keep their initial field of velocity for good; their stress follows their law.
     #[serde(default)]
     pub held: Vec<String>,
@@ -152,6 +159,8 @@ impl SphOptions {
             density_reset_steps: thirty(),
             xsph: 0.0,
             shifting: 0.0,
+            formulation: Formulation::default(),
+            confining: None,
             held: Vec::new(),
             wall_stress: WallStress::default(),
             wall_velocity: WallVelocity::default(),
@@ -213,6 +222,22 @@ impl SphOptions {
         {
             rule("tensile.strength", strength, (0.0..=1.0).contains(&strength), "is not in 0..=1")?;
             rule("tensile.exponent", exponent, positive(exponent), "must be finite and positive")?;
+        }
+        if let Some(Confining { pressure, ramp, .. }) = self.confining {
+            rule(
+                "confining.pressure",
+                pressure,
+                at_least_zero(pressure),
+                "must be finite and not negative (Pa)",
+            )?;
+            rule("confining.ramp", ramp, at_least_zero(ramp), "must be finite and not negative (s)")?;
+            let ratio = self.smoothing;
+            rule(
+                "smoothing",
+                ratio,
+                (1.0..=1.5).contains(&ratio),
+                "is not in 1..=1.5, for which confining finds surfaces",
+            )?;
         }
         for (name, steps) in [
             ("regularisation_steps", self.regularisation_steps),

@@ -11,6 +11,7 @@
 
 mod checkpoint;
 mod config;
+mod confinement;
 pub mod kernel;
 mod lanes;
 pub mod operators;
@@ -22,14 +23,16 @@ pub mod semi_discrete;
 mod setup;
 mod solver;
 mod tensile;
+mod total;
 mod walls;
 
 use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Continuity, DensityReset, Integration, Momentum, Regularisation, SmoothWall, SmoothingLength, SoundSpeed,
-    SphOptions, Symmetrisation, Tensile, VelocityGradient, WallStress, WallVelocity,
+    Confined, Confining, Continuity, DensityReset, Formulation, Integration, Momentum, Regularisation,
+    SmoothWall, SmoothingLength, SoundSpeed, SphOptions, Symmetrisation, Tensile, VelocityGradient,
+    WallStress, WallVelocity,
 };
 pub use solver::SphSolver;
 

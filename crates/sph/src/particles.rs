@@ -29,6 +29,8 @@ pub struct Group {
     pub density: f64,
     /// The velocities it keeps, where it is held.
     pub held: Option<Velocity>,
+    /// Whether a confining pressure acts on it.
+    pub confined: bool,
     /// Whether its law is one of fluids.
     pub fluid: bool,
 }

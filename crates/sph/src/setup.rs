@@ -7,10 +7,11 @@ use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
 use colluvium_points::{CellList, HalfList, NeighbourList};
 
-use crate::config::{Continuity, DensityReset, SmoothWall, SoundSpeed, SphOptions, WallStress};
+use crate::config::{Continuity, DensityReset, Formulation, SmoothWall, SoundSpeed, SphOptions, WallStress};
 use crate::kernel::Smoothing;
 use crate::particles::{Group, Particles};
 use crate::solver::{Audit, Listed, SphSolver};
+use crate::total::{self, Reference};
 use crate::walls::{Contact, Period, Plane, Walls};
 
 /// Beyond this many particles the ids no longer fit.
@@ -48,6 +49,9 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");
+        if boundary.group.is_some() {
+            return Err(CaseError::new(path("group"), "sph has no mesh with groups of nodes"));
+        }
         if matches!(boundary.wall, Wall::Absorbing { .. }) {
             return Err(CaseError::new(path("wall"), "sph has no absorbing boundaries"));
         }
@@ -75,6 +79,15 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     if case.bodies.iter().all(|body| options.held.contains(&body.name)) {
         return Err(CaseError::new("methods.sph.held", "at least one body must be free to move"));
     }
+    for (number, name) in options.confining.iter().flat_map(|c| c.bodies.iter().flatten()).enumerate() {
+        if !case.bodies.iter().any(|body| body.name == *name) {
+            let problem = format!("{name:?} is not the name of a body");
+            return Err(CaseError::new(format!("methods.sph.confining.bodies[{number}]"), problem));
+        }
+    }
+    if options.formulation == Formulation::TotalLagrangian {
+        total::refuse(case, options)?;
+    }
     check_density_forms(case, options)
 }
 
@@ -83,7 +96,8 @@ fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     let reach = options.kernel.support() * options.length() * options.smoothing_growth.max(1.2);
     for (number, axis) in case.domain.periodic.iter().enumerate() {
         let path = format!("domain.periodic[{number}]");
-        let length = case.domain.max[axis.number()] - case.domain.min[axis.number()];
+        let axis = axis.number();
+        let length = case.domain.max[axis] - case.domain.min[axis];
         if length < reach {
             let problem =
                 format!("the domain is {length} m long, less than the reach of a particle, {reach} m");
@@ -171,7 +185,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
             }
         }
     }
-    let period = |axis: &Axis| {
+    let period = |axis: &colluvium_case::description::Axis| {
         let axis = axis.number();
         Period { axis, low: case.domain.min[axis], high: case.domain.max[axis] }
     };
@@ -258,8 +272,15 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         limit: None,
         limit_age: 0,
         audit: Audit::default(),
+        inward: Vec::new(),
+        reference: None,
     };
     solver.particles.resize(solver.particles.len);
+    if options.formulation == Formulation::TotalLagrangian {
+        let reference = Reference::new(&solver.particles, &solver.smoothing);
+        let reference = reference.map_err(|error| CaseError::new("bodies", error.to_string()))?;
+        solver.reference = Some(Box::new(reference));
+    }
     check_fixed_step(&mut solver, options)?;
     Ok(solver)
 }
@@ -363,7 +384,10 @@ fn add_body<const D: usize>(
     let held = options.held.contains(&body.name).then(|| body.velocity.clone());
     let fluid = spec.facts().kind == Kind::Fluid;
     let (body, end) = (number as u32, start + count);
-    Ok(Group { body, start, end, material, states, youngs_modulus, density, held, fluid })
+    let confined = options.confining.as_ref().is_some_and(|confining| {
+        confining.bodies.as_ref().map_or(held.is_none(), |names| names.contains(&case.bodies[number].name))
+    });
+    Ok(Group { body, start, end, material, states, youngs_modulus, density, held, confined, fluid })
 }
 
 /// Every particle must lie in the domain and in no wall.

@@ -2,6 +2,7 @@
 
 mod aluminium_bars;
 mod bar;
+mod cantilever;
 mod column_a04;
 mod column_collapse;
 mod contract;
@@ -9,8 +10,10 @@ mod critical_state;
 mod element_tests;
 mod finite_strain;
 mod flow;
+mod flow_cycles;
 mod kinematics;
 mod localisation;
+mod manufactured;
 mod mpm_contact;
 mod mpm_liquid;
 mod mpm_saturated;
@@ -18,13 +21,22 @@ mod mpm_two_phase;
 mod returns;
 mod rigid_motion;
 mod self_weight;
+mod simplices;
 mod sph_balance;
+mod sph_cantilever;
+mod sph_clay;
 mod sph_column;
+mod sph_columns;
+mod sph_cylinders;
 mod sph_flow;
+mod sph_footing;
 mod sph_geostatic;
+mod sph_membrane;
 mod sph_operators;
 mod sph_pairing;
 mod sph_shear;
+mod sph_slope;
+mod sph_tensile;
 mod sph_waves;
 mod two_disks;
 
@@ -74,6 +86,10 @@ pub const ALL: &[Listed] = &[
     Listed::new(&bar::BENCHMARK, Some(7), 7),
     Listed::new(&self_weight::BENCHMARK, Some(12), 12),
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
+    Listed::new(&manufactured::AXIS_ALIGNED, Some(4), 15),
+    Listed::new(&manufactured::VORTEX, Some(15), 20),
+    Listed::new(&cantilever::BENCHMARK, Some(15), 30),
+    Listed::new(&simplices::BENCHMARK, Some(5), 5),
     Listed::new(&mpm_contact::BENCHMARK, Some(20), 20),
     Listed::new(&mpm_two_phase::CONSOLIDATION, Some(15), 22),
     Listed::new(&mpm_two_phase::WAVES, Some(1), 1),
@@ -94,6 +110,16 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_pairing::BENCHMARK, Some(8), 45),
     Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
     Listed::new(&sph_column::BENCHMARK, None, 300),
+    Listed::new(&sph_slope::BENCHMARK, Some(25), 400),
+    Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
+    Listed::new(&sph_cantilever::BENCHMARK, Some(20), 300),
+    Listed::new(&sph_columns::BENCHMARK, None, 40),
+    Listed::new(&sph_columns::SWEEP, None, 600),
+    Listed::new(&sph_clay::BENCHMARK, None, 25),
+    Listed::new(&sph_clay::FINE, None, 1500),
+    Listed::new(&sph_cylinders::BENCHMARK, Some(10), 600),
+    Listed::new(&sph_footing::BENCHMARK, Some(15), 100),
+    Listed::new(&sph_membrane::BENCHMARK, Some(20), 250),
 ];
 
 /// What a benchmark found.
@@ -238,9 +264,8 @@ fn run(case: &Case) -> Result<RunReport, String> {
 /// Runs a case in memory, frames kept.
 fn run_by(name: &str, case: &Case) -> Result<RunReport, String> {
     let method = colluvium::method(name).ok_or_else(|| format!("no method {name}"))?;
-    let solver = method.build(case).map_err(|error| error.to_string())?;
     let options = RunOptions { method: name.to_owned(), keep_frames: true, ..RunOptions::default() };
-    colluvium::case::run(case, solver, &options).map_err(|error| error.to_string())
+    colluvium::case::run_method(method, case, &options).map_err(|error| error.to_string())
 }
 
 /// Vectors of a field.
@@ -272,6 +297,18 @@ fn slope(points: &[(f64, f64)]) -> f64 {
         .iter()
         .fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - mx) * (p.1 - my), xx + (p.0 - mx) * (p.0 - mx)));
     xy / xx
+}
+
+/// The outermost particle along x with at least two neighbours within 1.5 spacings (SPH sheet, set S), in m.
+fn held_front(snapshot: &Snapshot, spacing: f64) -> f64 {
+    let x = &snapshot.positions;
+    let near = |a: &[f64; 3], b: &[f64; 3]| {
+        (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() <= (1.5 * spacing).powi(2)
+    };
+    let mut order: Vec<&[f64; 3]> = x.iter().collect();
+    order.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    let held = |a: &&&[f64; 3]| x.iter().filter(|b| near(a, b)).count() > 2;
+    order.iter().find(held).map_or(f64::NAN, |a| a[0])
 }
 
 /// Height of the highest point before `x` (m).

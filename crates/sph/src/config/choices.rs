@@ -207,3 +207,42 @@ pub enum SmoothWall {
     /// Layers of fixed particles that keep the tangential velocity.
     Particles,
 }
+
+/// The configuration that the sums are taken over (sheet §2.14).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Formulation {
+    /// The present one: neighbours change.
+    #[default]
+    Updated,
+    /// The initial one, with corrected gradients: solids that keep their neighbours, free of tensile instability.
+    TotalLagrangian,
+}
+
+/// Confining pressure of a flexible membrane (sheet §2.13 g).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Confining {
+    /// Pressure (Pa), at least 0.
+    pub pressure: f64,
+    /// Time over which it grows from zero (s).
+    #[serde(default)]
+    pub ramp: f64,
+    /// Names of the bodies it acts on; all that are not held when absent.
+    #[serde(default)]
+    pub bodies: Option<Vec<String>>,
+    /// The particles it acts on.
+    #[serde(default)]
+    pub on: Confined,
+}
+
+/// Particles that a confining pressure acts on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Confined {
+    /// Those at the surface and their nearest neighbours.
+    #[default]
+    Surface,
+    /// All: within a body the sum vanishes on even arrangements only.
+    All,
+}

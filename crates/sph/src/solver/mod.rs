@@ -16,10 +16,12 @@ use rayon::prelude::*;
 
 use crate::SphOptions;
 use crate::config::{Continuity, SmoothingLength, Symmetrisation, Tensile, WallStress};
+use crate::confinement::Inward;
 use crate::kernel::Smoothing;
 use crate::pairs::Pairs;
 use crate::particles::{Group, Particles};
 use crate::tensile::repulsion;
+use crate::total::Reference;
 use crate::walls::{Image, Walls};
 
 /// Least number of steps between two sorts by cell.
@@ -87,6 +89,10 @@ pub struct SphSolver<const D: usize> {
     pub(crate) limit: Option<TimeStep>,
     pub(crate) limit_age: u64,
     pub(crate) audit: Audit,
+    /// What a confining pressure needs; empty without.
+    pub(crate) inward: Vec<Inward<D>>,
+    /// The initial configuration, of the total-Lagrangian form.
+    pub(crate) reference: Option<Box<Reference<D>>>,
 }
 
 pub(crate) fn square<const N: usize>(vector: &[f64; N]) -> f64 {
@@ -114,7 +120,9 @@ impl<const D: usize> SphSolver<D> {
         if self.limit.is_none() {
             self.critical_step();
         }
-        self.refresh_neighbours(true)?;
+        if self.reference.is_none() {
+            self.refresh_neighbours(true)?;
+        }
         self.regularise()?;
         self.shift();
         self.integrate(dt)?;

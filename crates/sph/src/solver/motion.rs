@@ -34,6 +34,7 @@ impl<const D: usize> SphSolver<D> {
         self.particles.acceleration = accelerations;
         self.weights = weights;
         (self.weighed, self.accelerated) = (true, true);
+        self.confine(dt);
     }
 
     /// Unbalanced and external forces, kinetic energy and work of the step.

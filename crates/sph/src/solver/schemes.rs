@@ -31,6 +31,7 @@ impl<const D: usize> SphSolver<D> {
     /// Advances the state, not the time.
     pub(crate) fn integrate(&mut self, dt: f64) -> Result<(), SolverError> {
         match self.options.integration {
+            _ if self.reference.is_some() => self.total_leapfrog(dt),
             Integration::Leapfrog => self.leapfrog(dt),
             Integration::LeapfrogRates => self.leapfrog_rates(dt),
             Integration::PredictorCorrector => self.predictor_corrector(dt),
