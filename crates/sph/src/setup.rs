@@ -175,7 +175,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
         };
         match boundary.wall {
             Wall::Smooth if options.smooth_wall == SmoothWall::Mirror => {
-                mirrors.push(plane(Contact::FreeSlip))
+                mirrors.push(plane(Contact::FreeSlip));
             }
             Wall::Smooth => faces.push(plane(Contact::FreeSlip)),
             // Absorbing sides are refused.
@@ -185,7 +185,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
             }
         }
     }
-    let period = |axis: &colluvium_case::description::Axis| {
+    let period = |axis: &Axis| {
         let axis = axis.number();
         Period { axis, low: case.domain.min[axis], high: case.domain.max[axis] }
     };
