@@ -125,6 +125,27 @@ impl Case {
         json::from_value(value, &format!("methods.{name}")).map_err(|errors| errors.first().clone())
     }
 
+    /// Refuses, in the name of `method`, rigid bodies, patches and damping along single axes.
+    ///
+    /// # Errors
+    /// The first of them, by path.
+    pub fn refuse_driven(&self, method: &str) -> Result<(), CaseError> {
+        if let Some(number) = self.bodies.iter().position(|body| body.rigid) {
+            return Err(CaseError::new(
+                format!("bodies[{number}].rigid"),
+                format!("{method} has no rigid bodies"),
+            ));
+        }
+        if !self.patches.is_empty() {
+            return Err(CaseError::new("patches[0]", format!("{method} has no nodes to prescribe")));
+        }
+        if let Some(number) = self.stages.iter().position(|stage| stage.damping_axes.is_some()) {
+            let path = format!("stages[{number}].damping_axes");
+            return Err(CaseError::new(path, format!("{method} damps all axes alike")));
+        }
+        Ok(())
+    }
+
     /// What is allowed but worth a word.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();

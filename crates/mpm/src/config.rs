@@ -119,8 +119,6 @@ pub enum ShapeFunctions {
     Cubic,
     /// Convected particle domains: parallelograms that the deformation gradient carries along.
     Cpdi,
-    /// Dual-domain: linear weights, with gradients that blend into nodal averages towards the faces of cells.
-    DualDomain,
 }
 
 /// Where the gradients of the shape functions are taken (MPM sheet §2.5g).
@@ -152,6 +150,21 @@ pub struct Contact {
     /// bodies' volumes when absent.
     #[serde(default)]
     pub normal: Option<Vec<f64>>,
+    /// When the bodies act on each other.
+    #[serde(default)]
+    pub test: ContactTest,
+}
+
+/// When two bodies act on each other at a node that knows both, besides that their velocities approach (MPM sheet
+/// §2.12).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactTest {
+    /// Where their surfaces touch, by what the node knows of their volumes and surfaces.
+    #[default]
+    Gap,
+    /// Always: contact begins up to a cell early, and what rolls or comes near at an angle is held back.
+    Approach,
 }
 
 /// How velocities pass between points and grid (MPM sheet §2.6).

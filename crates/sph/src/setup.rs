@@ -37,6 +37,7 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         let problem = "sph removes whole bodies only: use remove_bodies";
         return Err(CaseError::new(format!("stages[{number}].excavate"), problem));
     }
+    case.refuse_driven("sph")?;
     if !case.loads.is_empty() {
         return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
     }
