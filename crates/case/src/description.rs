@@ -301,6 +301,10 @@ pub struct Boundary {
     pub name: Option<String>,
     /// The side it occupies.
     pub side: Side,
+    /// Name of a physical group of the mesh, whose nodes the wall holds in place of those on and beyond a plane; `side`
+    /// then says only which way the wall faces. For methods with a mesh from a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
     /// Coordinate of the wall's face (m); that side of the domain by default.
     #[serde(default)]
     pub position: Option<f64>,

@@ -5,7 +5,7 @@ mod surface;
 
 use std::collections::HashSet;
 
-use colluvium_constitutive::{MaterialError, MaterialSpec};
+use colluvium_constitutive::MaterialSpec;
 use colluvium_points::overlap;
 
 use crate::description::{
@@ -143,10 +143,10 @@ impl Findings<'_> {
             let path = format!("materials.{name}");
             match spec.build() {
                 Ok(_) => {}
-                Err(MaterialError::Parameter { field, value, rule }) => {
-                    self.report(format!("{path}.{field}"), format!("{value} {rule}"));
-                }
-                Err(error) => self.report(&path, error.to_string()),
+                Err(error) => match error.about_parameter() {
+                    Some((field, problem)) => self.report(format!("{path}.{field}"), problem),
+                    None => self.report(&path, error.to_string()),
+                },
             }
             if spec.assumes_plane_strain() && case.space != Space::PlaneStrain {
                 let problem =
@@ -312,7 +312,13 @@ impl Findings<'_> {
             }
             let open = !case.domain.is_periodic(boundary.side.axis());
             self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
-            if self.extent(boundary.side.axis()).is_some() {
+            if let (Some(group), Some(_)) = (&boundary.group, boundary.position) {
+                let problem = format!(
+                    "the wall holds the nodes of the group {group:?}, wherever they are: leave it out"
+                );
+                self.report(format!("{path}.position"), problem);
+            }
+            if boundary.group.is_none() && self.extent(boundary.side.axis()).is_some() {
                 let position = boundary.position(&case.domain);
                 self.inside(format!("{path}.position"), boundary.side.axis(), position);
                 if case.space == Space::Axisymmetric

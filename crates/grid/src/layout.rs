@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::{Basis, Grid};
+use crate::{Basis, Grid, Mesh};
 
 /// Order of nodes in memory and of points in a scatter.
 ///
@@ -25,6 +25,8 @@ pub struct Layout<const D: usize> {
     above: usize,
     slab_cells: usize,
     active: Vec<Range<usize>>,
+    /// First node of the window of each slab of a mesh; empty on a structured grid.
+    starts: Vec<usize>,
     periodic: [bool; D],
 }
 
@@ -49,6 +51,7 @@ impl<const D: usize> Layout<D> {
             above: B::ABOVE,
             slab_cells,
             active: vec![0..0; nodes[0]],
+            starts: Vec::new(),
             periodic: [false; D],
         }
     }
@@ -114,6 +117,48 @@ impl<const D: usize> Layout<D> {
         }
     }
 
+    /// The layout of the nodes of a mesh in the box `grid` of cells as large as its largest element. Rows are lines of
+    /// nodes by number, and all are active; slabs are of the box, as a point's element reaches a cell at most.
+    pub fn of_mesh(mesh: &Mesh<D>, grid: &Grid<D>) -> Self {
+        let line = if D == 2 { [64, 1] } else { [8, 8] };
+        let count = mesh.nodes().len();
+        let row = line[0] * line[1];
+        let nodes = std::array::from_fn(|axis| if axis == 0 { count.div_ceil(row) } else { line[axis - 1] });
+        let strides = std::array::from_fn(|axis| {
+            if axis == 0 {
+                row
+            } else if axis == 1 {
+                line[1]
+            } else {
+                1
+            }
+        });
+        let slab_cells = 2 * (1 + MARGIN);
+        let start = |slab: usize| {
+            let cells = (slab * slab_cells) as f64 - (1 + MARGIN) as f64;
+            let bound = grid.origin[0] + cells * grid.cell;
+            mesh.nodes().partition_point(|x| x[0] < bound)
+        };
+        let slabs = grid.cells[0].div_ceil(slab_cells);
+        let rows = 0..nodes[0];
+        Self {
+            grid: *grid,
+            nodes,
+            strides,
+            ghosts: 0,
+            below: 1,
+            above: 1,
+            slab_cells,
+            active: rows.map(|k| 0..row.min(count - k * row)).collect(),
+            starts: (0..slabs).map(start).collect(),
+            periodic: [false; D],
+        }
+    }
+
+    fn is_mesh(&self) -> bool {
+        !self.starts.is_empty()
+    }
+
     /// Nodes per axis, ghosts included.
     pub fn nodes(&self) -> [usize; D] {
         self.nodes
@@ -141,6 +186,9 @@ impl<const D: usize> Layout<D> {
 
     /// Forgets all points.
     pub fn clear(&mut self) {
+        if self.is_mesh() {
+            return;
+        }
         self.active.fill(0..0);
     }
 
@@ -158,6 +206,9 @@ impl<const D: usize> Layout<D> {
         for position in positions {
             let cell = self.grid.cell_of(position);
             bounds[cell[0] / self.slab_cells + 1] += 1;
+            if self.is_mesh() {
+                continue;
+            }
             let across = if D > 1 { reach(cell[1], self.nodes[1]) } else { 0..1 };
             for row in reach(cell[0], self.nodes[0]) {
                 let range = &mut self.active[row];
@@ -209,13 +260,17 @@ impl<const D: usize> Layout<D> {
         for colour in 0..2.min(slabs) {
             let start = if colour == 0 { 0 } else { self.window_start(1) };
             let windows = Windows { colour, numbers: 0..(slabs - colour).div_ceil(2), start };
-            self.scatter_windows(&mut nodes[start * self.strides[0]..], windows, &scatter);
+            self.scatter_windows(&mut nodes[start..], windows, &scatter);
         }
     }
 
-    /// First row of the window of a slab, cut at the grid's end.
+    /// First node of the window of a slab, cut at the grid's end.
     fn window_start(&self, slab: usize) -> usize {
-        (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + MARGIN).min(self.nodes[0])
+        if self.is_mesh() {
+            return self.starts[slab];
+        }
+        let row = (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + MARGIN);
+        row.min(self.nodes[0]) * self.strides[0]
     }
 
     /// Halves the windows until one is left. Unlike a list of windows this allocates nothing.
@@ -226,13 +281,12 @@ impl<const D: usize> Layout<D> {
         scatter: &(impl Fn(usize, &mut [T], usize) + Sync),
     ) {
         let Windows { colour, numbers, start } = windows;
-        let row = self.strides[0];
         if numbers.len() == 1 {
-            return scatter(colour + 2 * numbers.start, nodes, start * row);
+            return scatter(colour + 2 * numbers.start, nodes, start);
         }
         let middle = numbers.start + numbers.len() / 2;
         let cut = self.window_start(colour + 2 * middle);
-        let (lower, upper) = nodes.split_at_mut((cut - start) * row);
+        let (lower, upper) = nodes.split_at_mut(cut - start);
         let half = |nodes: &mut [T], numbers: Range<usize>, start: usize| {
             self.scatter_windows(nodes, Windows { colour, numbers, start }, scatter);
         };
@@ -240,7 +294,7 @@ impl<const D: usize> Layout<D> {
     }
 }
 
-/// Windows `numbers` of every other slab, the first of which starts at row `start`.
+/// Windows `numbers` of every other slab, the first of which starts at node `start`.
 struct Windows {
     colour: usize,
     numbers: Range<usize>,

@@ -162,15 +162,20 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
 
     /// The same nodes with `N (x_i - x_p)` (m) in place of the gradients, and `Σ N (x_i - x_p)²` (m²) along each
     /// axis: what the affine transfers weigh with (MPM sheet §2.6). The mixed second moments are zero, because
-    /// every family reproduces linear fields.
+    /// every family reproduces linear fields. `coordinate(index, cells)` says where a node lies.
     #[inline(always)]
-    pub fn moments<B: Basis<S>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]) {
+    pub(crate) fn moments_at(
+        &self,
+        grid: &Grid<D>,
+        position: &[f64; D],
+        coordinate: impl Fn(usize, usize) -> f64,
+    ) -> (Self, [f64; D]) {
         let mut moments = *self;
         let mut squares = [0.0; D];
         for axis in 0..D {
             let place = (position[axis] - grid.origin[axis]) / grid.cell;
             for k in 0..S {
-                let node = B::coordinate(self.first[axis] + k, grid.cells[axis]);
+                let node = coordinate(self.first[axis] + k, grid.cells[axis]);
                 let arm = (node - place) * grid.cell;
                 moments.gradients[axis][k] = self.weights[axis][k] * arm;
                 squares[axis] += self.weights[axis][k] * arm * arm;

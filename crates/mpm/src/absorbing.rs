@@ -231,7 +231,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 fn free<const D: usize>(walls: &Walls, index: &[usize; 3]) -> [f64; 3] {
     let mut free = [1.0; 3];
     for axis in 0..D {
-        if let Some(wall) = walls.at(axis, index[axis]) {
+        if let Some(wall) = walls.at(axis, index) {
             let own = wall.free_components();
             (0..3).for_each(|c| free[c] *= own[c]);
         }

@@ -1,10 +1,10 @@
 //! Affine transfers, APIC and TPIC (MPM sheet §2.6): points carry the moment or the gradient of the velocity.
 
-use colluvium_grid::{Basis, Grid, Lanes, Node, Stencil};
+use colluvium_grid::{Basis, Grid, Lanes, Node, Support};
 use rayon::prelude::*;
 
 use crate::config::Transfer;
-use crate::points::{PointDomain, PointSet};
+use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
 
 /// Points handled at once.
@@ -23,9 +23,9 @@ pub fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDoma
     grid: &Grid<D>,
     set: &PointSet<D, P>,
     p: usize,
-    stencil: &Stencil<D, S>,
-) -> (Stencil<D, S>, [Lanes; D]) {
-    let (moments, squares) = stencil.moments::<B>(grid, &set.position[p]);
+    stencil: &P::Support<S>,
+) -> (P::Support<S>, [Lanes; D]) {
+    let (moments, squares) = stencil.moments::<S, B>(grid, &set.position[p]);
     let columns = std::array::from_fn(|j| {
         let scale = set.mass[p] * if transfer == Transfer::Apic { 1.0 / squares[j] } else { 1.0 };
         let at = |i: usize| if i < D { scale * set.affine[p][i][j] } else { 0.0 };
@@ -37,13 +37,13 @@ pub fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDoma
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Moments or gradients of the initial velocities, from differences over a cell.
     pub(crate) fn start_affine(&mut self) {
-        let (grid, half) = (&self.grid, 0.5 * self.grid.cell);
+        let (ground, half) = (ground!(self), 0.5 * self.grid.cell);
+        let grid = ground.grid;
         for set in self.sets.iter_mut().filter(|set| !set.affine.is_empty()) {
             let field = &self.case.bodies[set.body as usize].velocity;
             for p in 0..set.affine.len() {
-                let extent = set.domain[p].extent(&set.extent, grid.cell);
-                let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
-                let (_, squares) = stencil.moments::<B>(grid, &set.position[p]);
+                let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
+                let (_, squares) = stencil.moments::<S, B>(grid, &set.position[p]);
                 for j in 0..D {
                     let at = |shift: f64| {
                         let place = |c: usize| set.position[p].get(c).copied().unwrap_or(0.0);
@@ -62,17 +62,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Moments (APIC) or gradients (TPIC) of the solved velocities, at the positions at the start of the step.
     pub(crate) fn gather_affine(&mut self) {
         let strides = self.layout.strides();
-        let (grid, transfer, nodes_per_field) = (&self.grid, self.options.transfer, self.layout.len());
+        let (ground, transfer, nodes_per_field) = (ground!(self), self.options.transfer, self.layout.len());
         for set in &mut self.sets {
             let nodes = &self.nodes[set.field * nodes_per_field..];
             let extent = &set.extent;
             let chunks = set.affine.par_chunks_mut(CHUNK).zip(set.position.par_chunks(CHUNK));
             chunks.zip(set.domain.par_chunks(CHUNK)).for_each(|((affine, position), domain)| {
                 for ((affine, position), domain) in affine.iter_mut().zip(position).zip(domain) {
-                    let width = domain.extent(extent, grid.cell);
-                    let stencil = Stencil::<D, S>::new::<B>(grid, position, &width);
+                    let stencil = domain.support::<S, B>(&ground, position, extent);
                     let slopes = if transfer == Transfer::Apic {
-                        stencil.moments::<B>(grid, position).0.gather(nodes, &strides)
+                        stencil.moments::<S, B>(ground.grid, position).0.gather(nodes, &strides)
                     } else {
                         stencil.gather(nodes, &strides)
                     };

@@ -121,7 +121,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
     }
 
     fn cell_size(&self) -> Option<f64> {
-        Some(self.grid.cell)
+        Some(self.options.cell_size)
     }
 
     fn equilibrium(&self) -> Option<Equilibrium> {

@@ -9,7 +9,12 @@ use serde::{Deserialize, Serialize};
 pub struct MpmOptions {
     /// Edge of the square (cubic) grid cells (m); the domain must be a whole number of cells wide.
     pub cell_size: f64,
-    /// Points per cell and direction.
+    /// A mesh of triangles or tetrahedra in place of the structured grid; needs `shape` `linear`. Measures still count in
+    /// columns of `cell_size`.
+    #[serde(default)]
+    pub mesh: Option<MeshSource>,
+    /// Points per cell and direction. With a `mesh`, 1, 2 or 3 stand for 1, 3 or 6 points a triangle, and 1, 4 or 10 a
+    /// tetrahedron.
     #[serde(default = "two")]
     pub points_per_cell: usize,
     /// Shape functions.
@@ -61,7 +66,17 @@ pub struct MpmOptions {
     /// What the domains of `cpgimp` points follow.
     #[serde(default)]
     pub domain_stretch: DomainStretch,
-    /// Where volumetric strain comes from in cases with a `pore_fluid`.
+    /// Whether gradients are taken where points are or where they were at the start.
+    #[serde(default)]
+    pub formulation: Formulation,
+    /// Over what the internal force is summed.
+    #[serde(default)]
+    pub integration: Integration,
+    /// With `integration` `mixed`: share of its volume, above 0 and at most 1, that a cell at the boundary of the
+    /// material must hold to count as full.
+    #[serde(default = "full_cell")]
+    pub full_cell: f64,
+    /// Where volumetric strain comes from: a cure of locking, where a material keeps its volume.
     #[serde(default)]
     pub volumetric_strain: VolumetricStrain,
     /// Points of fluids where the cells around are filled to less than this share lie on the free surface and carry no
@@ -72,6 +87,19 @@ pub struct MpmOptions {
     /// cohesionless free front from swelling without bound.
     #[serde(default = "volume_cap")]
     pub volume_cap: f64,
+}
+
+/// Where a mesh of triangles (in the plane) or tetrahedra comes from (MPM sheet §2.5b).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum MeshSource {
+    /// The domain, cut into cells of `cell_size` and these into two triangles or six tetrahedra each.
+    Box,
+    /// A file of Gmsh, in text form of version 2.2 or 4.1. Its physical groups can be named by boundaries.
+    File {
+        /// Path, from the folder of the case file.
+        file: String,
+    },
 }
 
 /// Shape functions of the grid.
@@ -89,6 +117,23 @@ pub enum ShapeFunctions {
     Quadratic,
     /// Cubic B-splines.
     Cubic,
+    /// Convected particle domains: parallelograms that the deformation gradient carries along.
+    Cpdi,
+    /// Dual-domain: linear weights, with gradients that blend into nodal averages towards the faces of cells.
+    DualDomain,
+}
+
+/// Where the gradients of the shape functions are taken (MPM sheet §2.5g).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Formulation {
+    /// Where the points are now.
+    #[default]
+    UpdatedLagrangian,
+    /// Where the points were at the start: no point ever crosses a cell and no body is torn by the grid, but what
+    /// touched at the start stays together, and what did not never meets. Walls hold the nodes they held at the
+    /// start. With `shape` `linear` or `quadratic`.
+    TotalLagrangian,
 }
 
 /// Contact of two bodies (MPM sheet §2.12): they may separate, and slide by Coulomb's law with adhesion.
@@ -179,6 +224,18 @@ impl Transfer {
     }
 }
 
+/// Over what the internal force is summed (MPM sheet §2.16).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integration {
+    /// The points, each with its own stress and volume.
+    #[default]
+    Points,
+    /// The cells that are full of material, each with the average stress of its points, and the points of the others
+    /// (MPM-MIXED): less noise of points that cross cells. Needs `shape` `linear`.
+    Mixed,
+}
+
 /// Where the volumetric strain of a point comes from (MPM sheet §2.17).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -186,9 +243,11 @@ pub enum VolumetricStrain {
     /// The point itself.
     #[default]
     Point,
-    /// The average over the points of its cell, phase by phase: against locking where little fluid can leave in
-    /// the time considered.
+    /// The average over the points of its cell that have its material; phase by phase with a `pore_fluid`.
     CellAverage,
+    /// The average over the nodes of its cell, each of which takes the average of the cells around it (nodal mixed
+    /// discretisation).
+    Nodal,
 }
 
 impl MpmOptions {
@@ -196,6 +255,7 @@ impl MpmOptions {
     pub fn new(cell_size: f64) -> Self {
         Self {
             cell_size,
+            mesh: None,
             points_per_cell: two(),
             shape: ShapeFunctions::default(),
             stress_update: StressScheme::default(),
@@ -211,6 +271,9 @@ impl MpmOptions {
             wall_friction: WallFriction::default(),
             static_friction_ratio: one(),
             domain_stretch: DomainStretch::default(),
+            formulation: Formulation::default(),
+            integration: Integration::default(),
+            full_cell: full_cell(),
             volumetric_strain: VolumetricStrain::default(),
             free_surface: None,
             volume_cap: volume_cap(),
@@ -248,11 +311,31 @@ impl MpmOptions {
         if self.domain_stretch != DomainStretch::Diagonal && self.shape != ShapeFunctions::Cpgimp {
             return Err(("domain_stretch", "needs shape cpgimp".to_owned()));
         }
+        self.validate_formulation()?;
+        let fill = self.full_cell;
+        rule("full_cell", fill, fill > 0.0 && fill <= 1.0, "is not in 0..=1 (0 excluded)")?;
+        if fill != full_cell() && self.integration != Integration::Mixed {
+            return Err(("full_cell", "needs integration mixed".to_owned()));
+        }
         if let Some(factor) = self.free_surface {
             rule("free_surface", factor, factor > 0.0 && factor < 1.0, "is not in 0..1 (0 and 1 excluded)")?;
         }
         let cap = self.volume_cap;
         rule("volume_cap", cap, cap >= 1.0, "must be at least 1")
+    }
+
+    fn validate_formulation(&self) -> Result<(), (&'static str, String)> {
+        if self.formulation == Formulation::UpdatedLagrangian {
+            return Ok(());
+        }
+        if !matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::Quadratic) {
+            return Err(("formulation", "total-lagrangian needs shape linear or quadratic".to_owned()));
+        }
+        if !self.contacts.is_empty() {
+            let problem = "total-lagrangian cannot tell when bodies meet: it needs contacts to be empty";
+            return Err(("formulation", problem.to_owned()));
+        }
+        Ok(())
     }
 
     fn validate_transfer(&self) -> Result<(), (&'static str, String)> {
@@ -299,6 +382,10 @@ fn two() -> usize {
 /// Of MPM sheet §3.2: what round-off leaves.
 fn mass_cutoff() -> f64 {
     1e-12
+}
+/// Of MPM sheet §2.16.
+fn full_cell() -> f64 {
+    0.9
 }
 fn volume_cap() -> f64 {
     1.1

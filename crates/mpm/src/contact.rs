@@ -7,11 +7,11 @@
 //! interface lies between the nodes.
 
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, Lanes, Node, Stencil, Walls};
+use colluvium_grid::{Basis, Lanes, Node, Support, Walls};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
-use crate::points::{PointDomain, PointSet};
+use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
 
 /// Gradients of volume within a body, over the largest possible: what points make that no longer lie in rows.
@@ -246,7 +246,7 @@ impl<const D: usize> Touch<'_, D> {
 
     fn wall(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3]) {
         for axis in 0..D {
-            if let Some(wall) = self.walls.at(axis, index[axis]) {
+            if let Some(wall) = self.walls.at(axis, index) {
                 wall.constrain(start, end, self.keep_start);
             }
         }
@@ -308,20 +308,19 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Surface integrals `Σ_p Ω_p ∇N_i` of the bodies, for normals and areas.
     pub(crate) fn scatter_surfaces(&mut self) {
         let strides = self.layout.strides();
-        let (sets, grid) = (&self.sets, &self.grid);
+        let (sets, ground) = (&self.sets, ground!(self));
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.contacts.surfaces.chunks_exact_mut(self.layout.len()).enumerate() {
             self.layout.reset(nodes);
             self.layout.scatter(nodes, |slab, window, offset| {
                 for set in of_field(field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let extent = set.domain[p].extent(&set.extent, grid.cell);
-                        let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                         let columns = std::array::from_fn(|j| {
                             let at = |i: usize| if i == j { set.volume[p] } else { 0.0 };
                             Lanes::new([at(0), at(1), at(2), 0.0])
                         });
-                        let volume = Lanes::new([0.0, 0.0, 0.0, set.volume[p] / grid.cell]);
+                        let volume = Lanes::new([0.0, 0.0, 0.0, set.volume[p] / ground.grid.cell]);
                         stencil.deposit_slopes(window, offset, &strides, volume, &columns, |node| node);
                     }
                 }

@@ -1,10 +1,14 @@
 //! From the run-time choice of dimension and shape functions to the compiled solver.
 
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, CubicSpline, Gimp, Linear, QuadraticSpline, WideGimp};
+use colluvium_grid::{
+    Basis, Corners, CubicSpline, DualDomain, Gimp, Linear, QuadraticSpline, Simplex, WideGimp,
+};
 
 use crate::MpmOptions;
-use crate::config::{DomainStretch, ShapeFunctions};
+use crate::config::{DomainStretch, Formulation, ShapeFunctions};
+use crate::domains::{ConvectedDomain, DualPoint, ReferencePoint};
+use crate::mesh::InElement;
 use crate::points::{FixedDomain, PointDomain};
 use crate::stretch::{StretchingDomain, TurningDomain};
 
@@ -23,6 +27,19 @@ pub fn dispatch<T>(
     options: &MpmOptions,
     visitor: impl Visitor<Output = Result<T, CaseError>>,
 ) -> Result<T, CaseError> {
+    if options.mesh.is_some() {
+        return match case.dimension() {
+            2 => visitor.visit::<2, 3, Simplex, InElement>(),
+            _ => visitor.visit::<3, 4, Simplex, InElement>(),
+        };
+    }
+    if options.shape == ShapeFunctions::Cpdi {
+        return match case.dimension() {
+            1 => visitor.visit::<1, 4, Corners, ConvectedDomain<1>>(),
+            2 => visitor.visit::<2, 16, Corners, ConvectedDomain<2>>(),
+            _ => visitor.visit::<3, 64, Corners, ConvectedDomain<3>>(),
+        };
+    }
     match case.dimension() {
         1 => shape::<1, T>(options, visitor),
         2 => shape::<2, T>(options, visitor),
@@ -35,6 +52,12 @@ fn shape<const D: usize, T>(
     visitor: impl Visitor<Output = Result<T, CaseError>>,
 ) -> Result<T, CaseError> {
     match options.shape {
+        ShapeFunctions::Linear if options.formulation == Formulation::TotalLagrangian => {
+            visitor.visit::<D, 2, Linear, ReferencePoint<D>>()
+        }
+        ShapeFunctions::Quadratic if options.formulation == Formulation::TotalLagrangian => {
+            visitor.visit::<D, 3, QuadraticSpline, ReferencePoint<D>>()
+        }
         ShapeFunctions::Linear => visitor.visit::<D, 2, Linear, FixedDomain>(),
         ShapeFunctions::Ugimp => visitor.visit::<D, 3, Gimp, FixedDomain>(),
         ShapeFunctions::Cpgimp => match options.domain_stretch {
@@ -43,5 +66,7 @@ fn shape<const D: usize, T>(
         },
         ShapeFunctions::Quadratic => visitor.visit::<D, 3, QuadraticSpline, FixedDomain>(),
         ShapeFunctions::Cubic => visitor.visit::<D, 4, CubicSpline, FixedDomain>(),
+        ShapeFunctions::DualDomain => visitor.visit::<D, 4, DualDomain, DualPoint>(),
+        ShapeFunctions::Cpdi => unreachable!("has as many nodes as the dimension says"),
     }
 }

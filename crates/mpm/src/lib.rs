@@ -3,7 +3,8 @@
 //! A body is a set of points that carry mass, velocity, stress and the state of its law. Each step
 //! maps them to a background grid, solves the momentum equation on the nodes and maps the result
 //! back (MPM sheet §3.3; [`MpmSolver`] holds the step). Shape functions are linear, generalised
-//! interpolation (GIMP) with fixed or stretching point domains, or quadratic and cubic B-splines;
+//! interpolation (GIMP) with fixed or stretching point domains, convected particle domains (CPDI), quadratic and cubic
+//! B-splines, or dual-domain;
 //! stress is updated first, last, or last from re-mapped velocities. One dimension, plane strain,
 //! axisymmetry and three dimensions. Bodies with a pore fluid are solved as two phases that move apart.
 //!
@@ -15,13 +16,18 @@ mod checkpoint;
 mod config;
 mod contact;
 mod dispatch;
+mod domains;
 mod free_surface;
 mod loads;
+mod manufactured;
+mod mesh;
+mod mixed;
 mod momentum;
 mod points;
 mod report;
 mod setup;
 mod solver;
+mod strain;
 mod stretch;
 mod transfer;
 mod two_phase;
@@ -31,9 +37,10 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, DomainStretch, FixedNodes, MpmOptions, ShapeFunctions, StressScheme, Transfer, VolumetricStrain,
-    WallFriction,
+    Contact, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions, ShapeFunctions,
+    StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
+pub use manufactured::{Manufactured, Prescribed};
 pub use solver::MpmSolver;
 
 /// The explicit material point method.

@@ -6,9 +6,10 @@
 
 use colluvium_case::description::{Load, Side, Space};
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, Gathered, Stencil};
+use colluvium_grid::{Basis, Gathered, Mesh};
 
-use crate::points::{PointDomain, PointSet};
+use crate::mesh;
+use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
 
 /// One load on the points of a set.
@@ -42,6 +43,7 @@ impl<const D: usize> SurfaceLoad<D> {
 pub fn apply<const D: usize, P: PointDomain<D>>(
     case: &Case,
     number: usize,
+    mesh: &Mesh<D>,
     sets: &mut [PointSet<D, P>],
 ) -> Result<(), CaseError> {
     let load = &case.loads[number];
@@ -69,7 +71,12 @@ pub fn apply<const D: usize, P: PointDomain<D>>(
         };
         per_area.map(|t| t * across * radius)
     };
-    let force = set.position.iter().map(force).collect();
+    let force = if mesh.is_empty() {
+        set.position.iter().map(force).collect()
+    } else {
+        let share = mesh::loaded_areas(case, number, mesh, set)?;
+        share.into_iter().map(|area| per_area.map(|t| t * area)).collect()
+    };
     set.loads.push(SurfaceLoad {
         number,
         liquid: matches!(load, Load::PorePressure { .. }),
@@ -123,7 +130,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn follow_surfaces(
         &mut self,
         dt: f64,
-        read: impl Fn(&Self, usize, &Stencil<D, S>) -> Gathered<D>,
+        read: impl Fn(&Self, usize, &P::Support<S>) -> Gathered<D>,
     ) {
         if !self.sets.iter().any(|set| set.loads.iter().any(|load| load.follows)) {
             return;
@@ -133,8 +140,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let mut loads = std::mem::take(&mut set.loads);
             for load in loads.iter_mut().filter(|load| load.follows) {
                 for (p, force) in load.force.iter_mut().enumerate().filter(|(_, force)| **force != [0.0; D]) {
-                    let extent = set.domain[p].extent(&set.extent, self.grid.cell);
-                    let stencil = Stencil::<D, S>::new::<B>(&self.grid, &set.position[p], &extent);
+                    let ground = ground!(self);
+                    let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                     let motion = read(self, set.field, &stencil);
                     let step: [[f64; D]; D] = std::array::from_fn(|i| {
                         std::array::from_fn(|j| dt * motion.gradient[j].as_array()[i])

@@ -117,7 +117,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         }
         let free_end = end;
         for axis in 0..D {
-            if let Some(wall) = self.walls.at(axis, index[axis]) {
+            if let Some(wall) = self.walls.at(axis, index) {
                 wall.constrain(&mut start, &mut end, self.keep_start);
             }
         }

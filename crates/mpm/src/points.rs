@@ -1,21 +1,92 @@
 //! The material points of one body, as a structure of arrays.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use colluvium_constitutive::{Material, States, SymTensor};
-use colluvium_grid::Grid;
+use colluvium_grid::{Basis, Grid, Mesh, Stencil, Support};
 use serde::{Deserialize, Serialize};
 
 use crate::loads::SurfaceLoad;
 use crate::two_phase::{PoreSet, SavedPore};
 
-/// What a point knows of its own domain, beyond the initial width all points of a body share.
+/// Where points find their nodes.
+#[derive(Clone, Copy)]
+pub struct Ground<'a, const D: usize> {
+    /// The structured grid; with a mesh the box of cells around it.
+    pub grid: &'a Grid<D>,
+    /// The mesh; empty on a structured grid.
+    pub mesh: &'a Mesh<D>,
+}
+
+/// The [`Ground`] of a solver, without borrowing the rest of it.
+macro_rules! ground {
+    ($solver:expr) => {
+        crate::points::Ground { grid: &$solver.grid, mesh: &$solver.mesh }
+    };
+}
+pub(crate) use ground;
+
+/// What a point knows of its own domain, beyond the initial width all points of a body share, and the nodes it
+/// stands on by that.
 pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
+    /// The nodes of a point: `S` per axis, or `S` in all where they are no product over the axes.
+    type Support<const S: usize>: Support<D>;
+
+    /// Whether points look at the grid from where they were at the start (total-Lagrangian).
+    const ANCHORED: bool = false;
+
+    /// Whether points stand in elements of a mesh.
+    const MESHED: bool = false;
+
+    /// The nodes of a point at `position` (m) with initial full widths `initial` (m).
+    fn support<const S: usize, B: Basis<S>>(
+        &self,
+        ground: &Ground<'_, D>,
+        position: &[f64; D],
+        initial: &[f64; D],
+    ) -> Self::Support<S>;
+
     /// Full widths (m) from the initial ones, on cells of edge `cell`.
     fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D];
 
+    /// Takes its place in the initial state.
+    ///
+    /// # Errors
+    /// When there is none, as a reason.
+    fn start(&mut self, _ground: &Ground<'_, D>, _position: &[f64; D]) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Where a point at `position` looks at the grid from (m).
+    #[inline(always)]
+    fn anchor(&self, position: &[f64; D]) -> [f64; D] {
+        *position
+    }
+
+    /// Least distance between nodes around the point (m), which the time step goes by.
+    #[inline(always)]
+    fn spacing(&self, ground: &Ground<'_, D>) -> f64 {
+        ground.grid.cell
+    }
+
+    /// Takes its place after a move; of use on a mesh only.
+    ///
+    /// # Errors
+    /// When there is none, as a reason.
+    #[inline(always)]
+    fn settle(&mut self, _ground: &Ground<'_, D>, _position: &[f64; D]) -> Result<(), String> {
+        Ok(())
+    }
+
     /// Follows the step `f = 1 + gradient` (row `i`, column `j`: `∂u_i/∂x_j`).
     fn follow(&mut self, gradient: &[[f64; D]; D]);
+
+    /// Why the domain can no longer be honoured, if so.
+    #[inline(always)]
+    fn fault(&self, _initial: &[f64; D], _cell: f64) -> Option<String> {
+        None
+    }
 
     /// The numbers to keep in a checkpoint.
     fn to_numbers(self) -> Vec<f64>;
@@ -29,6 +100,17 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
 pub struct FixedDomain;
 
 impl<const D: usize> PointDomain<D> for FixedDomain {
+    type Support<const S: usize> = Stencil<D, S>;
+
+    #[inline(always)]
+    fn support<const S: usize, B: Basis<S>>(
+        &self,
+        ground: &Ground<'_, D>,
+        position: &[f64; D],
+        initial: &[f64; D],
+    ) -> Stencil<D, S> {
+        Stencil::new::<B>(ground.grid, position, initial)
+    }
     #[inline(always)]
     fn extent(&self, initial: &[f64; D], _cell: f64) -> [f64; D] {
         *initial
@@ -94,9 +176,18 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         self.id.len()
     }
 
+    /// Where the points look at the grid from (m).
+    pub fn anchors(&self) -> Cow<'_, [[f64; D]]> {
+        if P::ANCHORED {
+            self.domain.iter().zip(&self.position).map(|(domain, x)| domain.anchor(x)).collect()
+        } else {
+            Cow::Borrowed(&self.position)
+        }
+    }
+
     /// Sorts the points by cell of `grid`.
     pub fn sort(&mut self, grid: &Grid<D>) {
-        let order = colluvium_grid::sort_by_cell(grid, &self.position);
+        let order = colluvium_grid::sort_by_cell(grid, &self.anchors());
         if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
             return;
         }

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Space, Wall as CaseWall};
+use colluvium_case::description::{Body, Boundary, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Material};
 use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
@@ -11,11 +11,13 @@ use colluvium_points::Sample;
 
 use crate::absorbing::{Absorbing, Impedance};
 use crate::config::ShapeFunctions;
+use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
-use crate::points::{PointDomain, PointSet};
+use crate::points::{Ground, PointDomain, PointSet};
 use crate::solver::MpmSolver;
+use crate::strain::CellStrains;
 use crate::{
-    MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads, two_phase,
+    MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads, mesh, two_phase,
 };
 
 /// Beyond this many points the ids no longer fit.
@@ -29,7 +31,10 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     }
     let options: MpmOptions = case.method_options("mpm")?;
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
-    two_phase::cleared(case, options)
+    let options = two_phase::cleared(case, options)?;
+    mesh::cleared(case, &options)?;
+    mixed::cleared(&options, case.bodies.iter().any(|body| body.pore_fluid.is_some()))?;
+    Ok(options)
 }
 
 /// The grid of the case.
@@ -40,7 +45,7 @@ pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>
 }
 
 /// The nodes of the case.
-fn layout<const D: usize, const S: usize, B: Basis<S>>(
+pub fn layout<const D: usize, const S: usize, B: Basis<S>>(
     case: &Case,
     grid: &Grid<D>,
     options: &MpmOptions,
@@ -96,22 +101,33 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
             return Err(CaseError::new(path(), problem));
         }
         let node = if face == grid.cells[axis] { nodes[axis] - 1 - B::GHOSTS } else { face + B::GHOSTS };
-        let kind = match boundary.wall {
-            CaseWall::Absorbing { .. } => continue,
-            CaseWall::Rough => WallKind::Rough,
-            CaseWall::Smooth => WallKind::Smooth,
-            CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
-                WallFriction::Impulse => WallKind::Frictional { coefficient: sliding },
-                WallFriction::Acceleration => {
-                    WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
-                }
-            },
-        };
-        let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
-        let (upper, separation) = (boundary.side.is_max(), boundary.separation);
-        walls.push(Wall { axis, upper, node, kind, separation, velocity });
+        if let Some(kind) = kind(boundary, options) {
+            walls.push(wall(boundary, node, kind));
+        }
     }
     Ok(Walls::new(&nodes, walls))
+}
+
+/// How the wall of a boundary acts; `None` for one that only brakes.
+pub fn kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> {
+    Some(match boundary.wall {
+        CaseWall::Absorbing { .. } => return None,
+        CaseWall::Rough => WallKind::Rough,
+        CaseWall::Smooth => WallKind::Smooth,
+        CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
+            WallFriction::Impulse => WallKind::Frictional { coefficient: sliding },
+            WallFriction::Acceleration => {
+                WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
+            }
+        },
+    })
+}
+
+/// The wall of a boundary with its face at a node.
+pub fn wall(boundary: &Boundary, node: usize, kind: WallKind) -> Wall {
+    let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
+    let (axis, upper, separation) = (boundary.side.axis(), boundary.side.is_max(), boundary.separation);
+    Wall { axis, upper, node, kind, separation, velocity }
 }
 
 fn spatial(values: &[f64]) -> [f64; 3] {
@@ -234,22 +250,28 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     case: &Case,
     options: &MpmOptions,
 ) -> Result<MpmSolver<D, S, B, P>, CaseError> {
-    let grid = grid::<D>(case, options)?;
+    let (grid, mesh, layout) = mesh::terrain::<D, S, B>(case, options)?;
     for stage in 0..case.stages.len() {
-        walls::<D, S, B>(case, stage, &grid, options)?;
+        if mesh.is_empty() {
+            walls::<D, S, B>(case, stage, &grid, options)?;
+        } else {
+            mesh::walls(case, stage, &mesh, &layout, options)?;
+        }
     }
-    let layout = layout::<D, S, B>(case, &grid, options)?;
+    let ground = Ground { grid: &grid, mesh: &mesh };
     let two_phase = two_phase::two_phase(case, options, &layout);
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
-        let set = point_set::<D, P>(case, options, &grid, number, next)?;
+        let set = point_set::<D, P>(case, options, &ground, number, next)?;
         next += set.len();
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
+    let strains = CellStrains::new(case, options, &layout);
+    let stresses = CellStresses::new(options, &layout, contacts.fields());
     for number in 0..case.loads.len() {
-        loads::apply(case, number, &mut sets)?;
+        loads::apply(case, number, &mesh, &mut sets)?;
     }
     let absorbs = case.boundaries.iter().position(|b| matches!(b.wall, CaseWall::Absorbing { .. }));
     let impedances = absorbs.map_or_else(Vec::new, |_| sets.iter().map(Impedance::of).collect());
@@ -271,6 +293,9 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
         layout,
         grid,
+        mesh,
+        strains,
+        stresses,
         sets,
         contacts,
         axisymmetric: case.space == Space::Axisymmetric,
@@ -286,6 +311,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         sums: RowSums::default(),
         external_work: 0.0,
         two_phase,
+        manufactured: None,
         free_surface,
         absorbing: Absorbing::default(),
         impedances,
@@ -321,13 +347,13 @@ fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<
 fn point_set<const D: usize, P: PointDomain<D>>(
     case: &Case,
     options: &MpmOptions,
-    grid: &Grid<D>,
+    ground: &Ground<'_, D>,
     number: usize,
     first_id: usize,
 ) -> Result<PointSet<D, P>, CaseError> {
     let body = &case.bodies[number];
     let path = format!("bodies[{number}]");
-    let samples = samples(options, grid, body, &path, first_id)?;
+    let samples = samples(options, ground, body, &path, first_id)?;
     let spec = &case.materials[&body.material];
     let material: Arc<dyn Material> = spec
         .build()
@@ -356,7 +382,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         body: number as u32,
         field: 0,
         material,
-        extent: [grid.cell / options.points_per_cell as f64; D],
+        extent: [width(ground, options, &samples); D],
         id: (first_id as u32..(first_id + position.len()) as u32).collect(),
         velocity: position.iter().map(velocity_at).collect(),
         mass: volume.iter().map(|v| v * density).collect(),
@@ -365,7 +391,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         stress,
         states,
         origin: position.clone(),
-        domain: vec![P::default(); position.len()],
+        domain: domains(ground, &position, &path)?,
         affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
         scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
@@ -376,15 +402,44 @@ fn point_set<const D: usize, P: PointDomain<D>>(
     })
 }
 
+fn domains<const D: usize, P: PointDomain<D>>(
+    ground: &Ground<'_, D>,
+    position: &[[f64; D]],
+    path: &str,
+) -> Result<Vec<P>, CaseError> {
+    let mut domains = vec![P::default(); position.len()];
+    for (domain, x) in domains.iter_mut().zip(position) {
+        let placed = domain.start(ground, x);
+        placed.map_err(|reason| {
+            CaseError::new(format!("{path}.shape"), format!("the point at {x:?} m: {reason}"))
+        })?;
+    }
+    Ok(domains)
+}
+
+/// Full width of every point of a body (m); in elements the mean one of squares or cubes of their volume.
+fn width<const D: usize>(ground: &Ground<'_, D>, options: &MpmOptions, samples: &[Sample<D>]) -> f64 {
+    if ground.mesh.is_empty() {
+        return ground.grid.cell / options.points_per_cell as f64;
+    }
+    let volume = samples.iter().map(|sample| sample.volume).sum::<f64>() / samples.len() as f64;
+    volume.powf(1.0 / D as f64)
+}
+
 fn samples<const D: usize>(
     options: &MpmOptions,
-    grid: &Grid<D>,
+    ground: &Ground<'_, D>,
     body: &Body,
     path: &str,
     first_id: usize,
 ) -> Result<Vec<Sample<D>>, CaseError> {
-    let samples = colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
-        .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?;
+    let grid = ground.grid;
+    let samples = if ground.mesh.is_empty() {
+        colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
+            .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?
+    } else {
+        mesh::samples(ground.mesh, options, body)
+    };
     if samples.is_empty() {
         let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);
         return Err(CaseError::new(format!("{path}.shape"), problem));
@@ -403,7 +458,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
         let (case, grid, options) = (&self.case, &self.grid, &self.options);
-        let own = walls::<D, S, B>(case, stage, grid, options)?;
+        let own = if self.mesh.is_empty() {
+            walls::<D, S, B>(case, stage, grid, options)?
+        } else {
+            mesh::walls(case, stage, &self.mesh, &self.layout, options)?
+        };
         if let Some(phases) = &mut self.two_phase {
             phases.walls = two_phase::liquid_walls::<D, S, B>(case, stage, grid, options)?;
         }

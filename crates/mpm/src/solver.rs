@@ -4,18 +4,20 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use colluvium_case::{Case, SolverError, TimeStep};
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
+use colluvium_grid::{Basis, Grid, Lanes, Layout, Mesh, Node, Support, Walls};
 use rayon::prelude::*;
 
-use crate::MpmOptions;
 use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{StressScheme, Transfer};
 use crate::contact::Contacts;
 use crate::free_surface::FreeSurface;
+use crate::mixed::CellStresses;
 use crate::momentum::{MomentumSolve, RowSums};
 use crate::points::{PointDomain, PointSet};
+use crate::strain::CellStrains;
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
 use crate::two_phase::TwoPhase;
+use crate::{Manufactured, MpmOptions};
 
 /// Steps between re-evaluations of the critical time step.
 pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
@@ -25,12 +27,16 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) case: Arc<Case>,
     pub(crate) options: MpmOptions,
     pub(crate) grid: Grid<D>,
+    /// The mesh; empty on a structured grid.
+    pub(crate) mesh: Arc<Mesh<D>>,
     pub(crate) layout: Layout<D>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) remapped: Vec<Lanes>,
     pub(crate) row_sums: Vec<RowSums>,
     pub(crate) sets: Vec<PointSet<D, P>>,
     pub(crate) contacts: Contacts,
+    pub(crate) strains: CellStrains,
+    pub(crate) stresses: CellStresses,
     pub(crate) walls: Walls,
     /// Upper corner of the grid (m).
     pub(crate) upper: [f64; D],
@@ -53,6 +59,8 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) external_work: f64,
     /// Both phases of the nodes; `None` in a case without pore fluid.
     pub(crate) two_phase: Option<Box<TwoPhase>>,
+    /// A solution to verify against, whose force acts on the points.
+    pub(crate) manufactured: Option<Arc<Manufactured>>,
     pub(crate) free_surface: Option<Box<FreeSurface<D>>>,
     pub(crate) absorbing: Absorbing,
     /// Of the bodies of the case; empty without absorbing boundaries.
@@ -69,11 +77,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // 0: cells, weights, empty grid.
         self.sort_if_moved();
         self.reset_nodes();
+        self.push_manufactured();
         self.free_surface();
         let moved = match self.options.stress_update {
             StressScheme::Usl => {
                 self.scatter(Scatter::Everything, dt); // 1
                 self.solve_momentum(dt); // 2–4
+                self.share_strain_if_asked::<SOLVED>(dt); // 7
                 self.follow_loads::<SOLVED>(dt);
                 // 5, 7–9
                 self.update_points::<SOLVED>(
@@ -86,6 +96,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.solve_momentum(dt); // 2–4
                 self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, ..PointUpdate::NONE })?; // 5
                 self.remap(); // 6
+                self.share_strain_if_asked::<REMAPPED>(dt); // 7
                 self.follow_loads::<REMAPPED>(dt);
                 // 7–9
                 self.update_points::<REMAPPED>(
@@ -96,6 +107,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             StressScheme::Usf => {
                 self.scatter(Scatter::Motion, dt); // 1, momentum and mass
                 self.start_velocities();
+                self.share_strain_if_asked::<REMAPPED>(dt); // 7
                 self.update_points::<REMAPPED>(dt, PointUpdate { stress: true, ..PointUpdate::NONE })?; // 7–8
                 self.scatter(Scatter::Forces, dt); // 1, forces
                 self.solve_momentum(dt); // 2–4
@@ -169,6 +181,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // Nodes outside the new active region would keep what they hold.
         self.reset_nodes();
         self.reset_remapped();
+        self.strains.reset(&self.layout);
+        self.stresses.reset(&self.layout);
         if let Some(phases) = &mut self.two_phase {
             phases.reset(&self.layout);
         }
@@ -183,7 +197,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn find_active_nodes(&mut self) {
         self.layout.clear();
         for set in &mut self.sets {
-            set.slabs = self.layout.add_points(&set.position);
+            set.slabs = self.layout.add_points(&set.anchors());
         }
         self.heaviest = self.sets.iter().flat_map(|s| &s.mass).fold(0.0, |a: f64, &b| a.max(b));
         if let Some(phases) = &mut self.two_phase {

@@ -1,22 +1,23 @@
 //! Point domains of contiguous-particle GIMP (MPM sheet §2.5c).
 
 use colluvium_constitutive::SymTensor;
+use colluvium_grid::{Basis, Stencil};
 
-use crate::points::PointDomain;
+use crate::points::{Ground, PointDomain};
 
 /// Widths of a domain, in cells.
 const NARROWEST: f64 = 1e-3;
 const WIDEST: f64 = 2.0;
 
-type Square<const D: usize> = [[f64; D]; D];
+pub(crate) type Square<const D: usize> = [[f64; D]; D];
 
-fn identity<const D: usize>() -> Square<D> {
+pub(crate) fn identity<const D: usize>() -> Square<D> {
     std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }))
 }
 
 /// `F ← (1 + gradient) F`.
 #[inline(always)]
-fn follow<const D: usize>(deformation: &mut Square<D>, gradient: &Square<D>) {
+pub(crate) fn follow<const D: usize>(deformation: &mut Square<D>, gradient: &Square<D>) {
     let old = *deformation;
     for i in 0..D {
         for j in 0..D {
@@ -30,7 +31,7 @@ fn widths<const D: usize>(initial: &[f64; D], stretch: impl Fn(usize) -> f64, ce
     std::array::from_fn(|a| (initial[a] * stretch(a)).clamp(NARROWEST * cell, WIDEST * cell))
 }
 
-fn from_numbers<const D: usize>(numbers: &[f64]) -> Square<D> {
+pub(crate) fn from_numbers<const D: usize>(numbers: &[f64]) -> Square<D> {
     let mut square = [[0.0; D]; D];
     square.as_flattened_mut().copy_from_slice(numbers);
     square
@@ -50,6 +51,18 @@ impl<const D: usize> Default for StretchingDomain<D> {
 }
 
 impl<const D: usize> PointDomain<D> for StretchingDomain<D> {
+    type Support<const S: usize> = Stencil<D, S>;
+
+    #[inline(always)]
+    fn support<const S: usize, B: Basis<S>>(
+        &self,
+        ground: &Ground<'_, D>,
+        position: &[f64; D],
+        initial: &[f64; D],
+    ) -> Stencil<D, S> {
+        Stencil::new::<B>(ground.grid, position, &self.extent(initial, ground.grid.cell))
+    }
+
     #[inline(always)]
     fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D] {
         widths(initial, |a| self.deformation[a][a], cell)
@@ -85,6 +98,18 @@ impl<const D: usize> Default for TurningDomain<D> {
 }
 
 impl<const D: usize> PointDomain<D> for TurningDomain<D> {
+    type Support<const S: usize> = Stencil<D, S>;
+
+    #[inline(always)]
+    fn support<const S: usize, B: Basis<S>>(
+        &self,
+        ground: &Ground<'_, D>,
+        position: &[f64; D],
+        initial: &[f64; D],
+    ) -> Stencil<D, S> {
+        Stencil::new::<B>(ground.grid, position, &self.extent(initial, ground.grid.cell))
+    }
+
     #[inline(always)]
     fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D] {
         widths(initial, |a| self.stretch[a], cell)

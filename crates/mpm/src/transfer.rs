@@ -2,12 +2,13 @@
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, StateBlock, SymTensor};
-use colluvium_grid::{Basis, Lanes, Stencil};
+use colluvium_grid::{Basis, Lanes, Support};
 use rayon::prelude::*;
 
 use crate::affine::{affine_momentum, momentum};
-use crate::points::{PointDomain, PointSet};
+use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
+use crate::strain::{lowest_node, set_volumetric};
 
 /// What a scatter carries to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +57,7 @@ pub struct Failure {
 struct Block<'a, const D: usize, P> {
     first: usize,
     field: usize,
+    body: u32,
     position: &'a mut [[f64; D]],
     velocity: &'a mut [[f64; D]],
     volume: &'a mut [f64],
@@ -92,23 +94,30 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Point to grid (step 1), slab by slab.
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
         self.apply_loads(dt);
+        if what != Scatter::Motion {
+            self.average_stresses();
+        }
         if what != Scatter::Forces {
             self.scatter_surfaces();
         }
         let strides = self.layout.strides();
-        let (sets, grid, axisymmetric) = (&self.sets, &self.grid, self.axisymmetric);
+        let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
         let transfer = self.options.transfer;
         let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
+            let full = self.stresses.full_cells(field, self.layout.len());
             self.layout.scatter(nodes, |slab, window, offset| {
                 for set in of_field(field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let extent = set.domain[p].extent(&set.extent, grid.cell);
-                        let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                         let mass = if what == Scatter::Forces { 0.0 } else { set.mass[p] };
                         let motion = lanes(&set.velocity[p], 1.0) * mass;
-                        let volume = if what == Scatter::Motion { 0.0 } else { set.volume[p] };
+                        let left_to_cell = full.is_some_and(|full| {
+                            full[lowest_node::<D, S, B>(ground.grid, &strides, &set.position[p])]
+                        });
+                        let pulls = what != Scatter::Motion && !left_to_cell;
+                        let volume = if pulls { set.volume[p] } else { 0.0 };
                         let columns = force_columns::<D>(&set.stress[p], volume);
                         let mut body = None;
                         if axisymmetric {
@@ -121,7 +130,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         stencil.deposit(window, offset, &strides, motion, &columns, body);
                         if affine {
                             let (moments, columns) =
-                                affine_momentum::<D, S, B, P>(transfer, grid, set, p, &stencil);
+                                affine_momentum::<D, S, B, P>(transfer, ground.grid, set, p, &stencil);
                             moments.deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, momentum);
                         }
                     }
@@ -136,25 +145,27 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             });
         }
+        if what != Scatter::Motion {
+            self.pull_with_cells();
+        }
     }
 
     /// Maps the updated velocities of the points back to the nodes (MUSL, step 6), walls included.
     pub(crate) fn remap(&mut self) {
         self.reset_remapped();
         let strides = self.layout.strides();
-        let (sets, grid, transfer) = (&self.sets, &self.grid, self.options.transfer);
+        let (sets, ground, transfer) = (&self.sets, ground!(self), self.options.transfer);
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.remapped.chunks_exact_mut(self.layout.len()).enumerate() {
             self.layout.scatter(nodes, |slab, window, offset| {
                 for set in of_field(field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let extent = set.domain[p].extent(&set.extent, grid.cell);
-                        let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                         let momentum = lanes(&set.velocity[p], 0.0) * set.mass[p];
                         stencil.deposit_motion(window, offset, &strides, momentum);
                         if transfer.is_affine() {
                             let (moments, columns) =
-                                affine_momentum::<D, S, B, P>(transfer, grid, set, p, &stencil);
+                                affine_momentum::<D, S, B, P>(transfer, ground.grid, set, p, &stencil);
                             moments
                                 .deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, |node| node);
                         }
@@ -197,7 +208,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         _ => [row, number / shape[D - 1], number % shape[D - 1]],
                     };
                     for axis in 0..D {
-                        if let Some(wall) = walls.at(axis, index[axis]) {
+                        if let Some(wall) = walls.at(axis, &index) {
                             let [x, y, z, _] = line[number].to_array();
                             let mut velocity = [x, y, z];
                             let [x, y, z, _] = node.motion.to_array();
@@ -259,7 +270,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
-        let (material, extent, field) = (set.material.clone(), set.extent, set.field);
+        let (material, extent, field, body) = (set.material.clone(), set.extent, set.field, set.body);
         (
             set.position.par_chunks_mut(BLOCK),
             set.velocity.par_chunks_mut(BLOCK),
@@ -278,6 +289,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let mut block = Block {
                     first,
                     field,
+                    body,
                     position,
                     velocity,
                     volume,
@@ -301,7 +313,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
-        let strides = self.layout.strides();
+        let (strides, ground) = (self.layout.strides(), ground!(self));
         let flip = self.options.flip_share();
         let first_node = block.field * self.layout.len();
         let mut moved = 0f64;
@@ -315,8 +327,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }; BLOCK];
         let n = block.position.len();
         for p in 0..n {
-            let width = block.domain[p].extent(extent, self.grid.cell);
-            let stencil = Stencil::<D, S>::new::<B>(&self.grid, &block.position[p], &width);
+            let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], extent);
             let read = if FROM_SOLVED {
                 stencil.gather(&self.nodes[first_node..], &strides)
             } else {
@@ -333,6 +344,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             if what.stress {
                 let radius = block.position[p][0];
                 self.set_motion(&mut motions[p], &read.gradient, velocity[0], radius, dt);
+                if self.strains.is_shared() {
+                    let shared = self.shared_strain(block.body, &block.domain[p], &block.position[p]);
+                    set_volumetric(&mut motions[p], self.normal_strains(), shared[0]);
+                }
                 let stretch = motions[p].deformation.determinant();
                 // Written so that NaN counts as a failure.
                 if !(stretch > 0.0) {
@@ -344,6 +359,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let gradient: [[f64; D]; D] =
                     std::array::from_fn(|i| std::array::from_fn(|j| motions[p].gradient.0[i][j]));
                 block.domain[p].follow(&gradient);
+                if let Some(reason) = block.domain[p].fault(extent, self.grid.cell) {
+                    return Err(Failure { index: block.first + p, reason });
+                }
             }
             if what.position {
                 let mut step = 0f64;
@@ -351,8 +369,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     block.position[p][c] += dt * velocity[c];
                     step = step.max((dt * velocity[c]).abs());
                 }
-                moved = moved.max(step);
-                self.check_position(&mut block.position[p], step)
+                moved = moved.max(if P::ANCHORED { 0.0 } else { step });
+                self.check_position(&mut block.domain[p], &mut block.position[p], step)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
         }
@@ -405,15 +423,24 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Refuses a move that cannot be right. A point that round-off carries through a wall on the side
     /// of the domain is put back onto it.
     #[inline(always)]
-    pub(crate) fn check_position(&self, position: &mut [f64; D], step: f64) -> Result<(), String> {
+    pub(crate) fn check_position(
+        &self,
+        domain: &mut P,
+        position: &mut [f64; D],
+        step: f64,
+    ) -> Result<(), String> {
+        let ground = ground!(self);
         // Written so that NaN counts as a failure.
-        if !(step <= 0.5 * self.grid.cell) {
+        if !(step <= 0.5 * domain.spacing(&ground)) {
             return Err(format!(
-                "it would move {step:.3e} m in one step, more than half a cell: the run has become unstable \
+                "it would move {step:.3e} m in one step, more than half a cell or element: the run has become unstable \
                  (reduce courant or time_step)"
             ));
         }
-        if !self.grid.contains(position) {
+        if P::MESHED {
+            return domain.settle(&ground, position);
+        }
+        if !P::ANCHORED && !self.grid.contains(position) {
             for axis in (0..D).filter(|axis| !self.periodic[*axis]) {
                 let (low, high) = (self.grid.origin[axis], self.upper[axis]);
                 if (position[axis] < low && !self.closed[axis][0])

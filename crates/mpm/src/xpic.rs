@@ -4,11 +4,11 @@
 //! `V ← V - (I - S S⁺)^m V + Δt S a`. The first sweep is the grid's velocity at the start of the step, which the
 //! momentum solve leaves behind; each further order is one sweep over points and grid.
 
-use colluvium_grid::{Basis, Lanes, Stencil};
+use colluvium_grid::{Basis, Lanes, Support};
 use rayon::prelude::*;
 
 use crate::momentum::RowSums;
-use crate::points::{PointDomain, PointSet};
+use crate::points::{Ground, PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
 
 /// Points handled at once.
@@ -17,14 +17,14 @@ const CHUNK: usize = 256;
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Takes `(I - S S⁺)^m V` from the velocities of the points; the update with `Δt S a` is that of FLIP.
     pub(crate) fn filter_velocities(&mut self, dt: f64) {
-        let (layout, nodes_per_field) = (&self.layout, self.layout.len());
+        let (layout, nodes_per_field, ground) = (&self.layout, self.layout.len(), ground!(self));
         for set in &mut self.sets {
             set.scratch.copy_from_slice(&set.velocity);
             let nodes = &self.nodes[set.field * nodes_per_field..];
             let strides = layout.strides();
             // The velocity at the start of the step, walls included.
             let start = |node: &colluvium_grid::Node| node.motion - node.force * dt;
-            subtract::<D, S, B, P>(set, &self.grid, |stencil| stencil.interpolate(nodes, &strides, start));
+            subtract::<D, S, B, P>(set, &ground, |stencil| stencil.interpolate(nodes, &strides, start));
         }
         for _ in 1..self.options.xpic_order {
             self.sweep();
@@ -40,7 +40,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     fn sweep(&mut self) {
         self.reset_remapped();
         let strides = self.layout.strides();
-        let (sets, grid, walls) = (&self.sets, &self.grid, &self.walls);
+        let (sets, ground, walls) = (&self.sets, ground!(self), &self.walls);
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         let (row_length, shape) = (strides[0], self.layout.nodes());
         let fields = self.remapped.chunks_exact_mut(self.layout.len());
@@ -48,8 +48,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             self.layout.scatter(rest, |slab, window, offset| {
                 for set in of_field(field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let extent = set.domain[p].extent(&set.extent, grid.cell);
-                        let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                         let at = |c: usize| if c < D { set.mass[p] * set.scratch[p][c] } else { 0.0 };
                         let momentum = Lanes::new([at(0), at(1), at(2), 0.0]);
                         stencil.deposit_motion(window, offset, &strides, momentum);
@@ -67,7 +66,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         _ => [row, number / shape[D - 1], number % shape[D - 1]],
                     };
                     for axis in 0..D {
-                        if let Some(wall) = walls.at(axis, index[axis]) {
+                        if let Some(wall) = walls.at(axis, &index) {
                             let mut free = [1.0; 4];
                             free[..3].copy_from_slice(&wall.free_components());
                             line[number] *= Lanes::new(free);
@@ -79,7 +78,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         for set in &mut self.sets {
             let nodes = &self.remapped[set.field * self.layout.len()..];
-            subtract::<D, S, B, P>(set, &self.grid, |stencil| {
+            subtract::<D, S, B, P>(set, &ground, |stencil| {
                 stencil.interpolate(nodes, &strides, |node| *node)
             });
         }
@@ -89,15 +88,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 /// Takes from the scratch of every point what `read` finds with its stencil.
 fn subtract<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     set: &mut PointSet<D, P>,
-    grid: &colluvium_grid::Grid<D>,
-    read: impl Fn(&Stencil<D, S>) -> Lanes + Sync,
+    ground: &Ground<'_, D>,
+    read: impl Fn(&P::Support<S>) -> Lanes + Sync,
 ) {
     let extent = &set.extent;
     let chunks = set.scratch.par_chunks_mut(CHUNK).zip(set.position.par_chunks(CHUNK));
     chunks.zip(set.domain.par_chunks(CHUNK)).for_each(|((rest, position), domain)| {
         for ((rest, position), domain) in rest.iter_mut().zip(position).zip(domain) {
-            let width = domain.extent(extent, grid.cell);
-            let read = read(&Stencil::<D, S>::new::<B>(grid, position, &width)).to_array();
+            let read = read(&domain.support::<S, B>(ground, position, extent)).to_array();
             for c in 0..D {
                 rest[c] -= read[c];
             }

@@ -2,6 +2,7 @@
 
 mod aluminium_bars;
 mod bar;
+mod cantilever;
 mod column_a04;
 mod column_collapse;
 mod contract;
@@ -9,8 +10,10 @@ mod critical_state;
 mod element_tests;
 mod finite_strain;
 mod flow;
+mod flow_cycles;
 mod kinematics;
 mod localisation;
+mod manufactured;
 mod mpm_contact;
 mod mpm_liquid;
 mod mpm_saturated;
@@ -18,6 +21,7 @@ mod mpm_two_phase;
 mod returns;
 mod rigid_motion;
 mod self_weight;
+mod simplices;
 mod sph_balance;
 mod sph_cantilever;
 mod sph_clay;
@@ -82,6 +86,10 @@ pub const ALL: &[Listed] = &[
     Listed::new(&bar::BENCHMARK, Some(7), 7),
     Listed::new(&self_weight::BENCHMARK, Some(12), 12),
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
+    Listed::new(&manufactured::AXIS_ALIGNED, Some(4), 15),
+    Listed::new(&manufactured::VORTEX, Some(15), 20),
+    Listed::new(&cantilever::BENCHMARK, Some(15), 30),
+    Listed::new(&simplices::BENCHMARK, Some(5), 5),
     Listed::new(&mpm_contact::BENCHMARK, Some(20), 20),
     Listed::new(&mpm_two_phase::CONSOLIDATION, Some(15), 22),
     Listed::new(&mpm_two_phase::WAVES, Some(1), 1),

@@ -219,6 +219,12 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/output/frames", json!(1e-9), "output.frames", "would give"),
         ("/output/frame", json!(1), "output.frame", "did you mean \"frames\"?"),
         ("/methods/mpm", json!(3), "methods.mpm", "object"),
+        (
+            "/boundaries/0",
+            json!({ "side": "y-min", "group": "base", "position": 0.2, "wall": { "kind": "rough" } }),
+            "boundaries[0].position",
+            "group \"base\"",
+        ),
     ];
     for (pointer, value, path, words) in table {
         let errors = Case::from_json(&with(pointer, value).to_string()).expect_err(pointer);

@@ -18,13 +18,13 @@ mod strain;
 mod transfer;
 
 use colluvium_case::{Equilibrium, SolverError};
-use colluvium_grid::{Basis, Lanes, Layout, Node, Walls};
+use colluvium_grid::{Basis, Lanes, Layout, Node, Support, Walls};
 
 pub use fluid::{Fluid, PoreSet, SavedPore, critical_step};
 pub use momentum::PhaseSums;
 pub use setup::{cleared, liquid_walls, pore_set, two_phase};
 
-use crate::config::{StressScheme, VolumetricStrain};
+use crate::config::StressScheme;
 use crate::points::PointDomain;
 use crate::solver::MpmSolver;
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED};
@@ -39,8 +39,6 @@ pub const LIQUID: usize = 1;
 pub struct TwoPhase {
     nodes: Vec<[Node; 2]>,
     remapped: Vec<[Lanes; 2]>,
-    /// Volume and volumetric strain of the points of each cell, at its lowest node.
-    cells: Vec<Lanes>,
     row_sums: Vec<PhaseSums>,
     pub(crate) sums: PhaseSums,
     /// Walls of the liquid.
@@ -54,7 +52,6 @@ impl TwoPhase {
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         layout.reset(&mut self.nodes);
         layout.reset(&mut self.remapped);
-        layout.reset(&mut self.cells);
     }
 }
 
@@ -78,21 +75,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.scatter_phases(phases, dt); // 1
         self.solve_phases(phases, dt); // 2–4
         let strides = self.layout.strides();
-        let averaged = self.options.volumetric_strain == VolumetricStrain::CellAverage;
         let all = PointUpdate { velocity: true, stress: true, position: true };
         if self.options.stress_update == StressScheme::Usl {
-            if averaged {
-                self.average_strains::<SOLVED>(phases, dt); // 7
-            }
+            self.share_phase_strains::<SOLVED>(phases, dt); // 7
             self.follow_surfaces(dt, |_, _, stencil| stencil.gather_phases(&phases.nodes, &strides)[SOLID]);
             return self.update_phases::<SOLVED>(phases, dt, all); // 5, 7–9
         }
         let velocity = PointUpdate { velocity: true, ..PointUpdate::NONE };
         self.update_phases::<SOLVED>(phases, dt, velocity)?; // 5
         self.remap_phases(phases); // 6
-        if averaged {
-            self.average_strains::<REMAPPED>(phases, dt); // 7
-        }
+        self.share_phase_strains::<REMAPPED>(phases, dt); // 7
         self.follow_surfaces(dt, |_, _, stencil| {
             stencil.gather_velocities(&phases.remapped, &strides)[SOLID]
         });

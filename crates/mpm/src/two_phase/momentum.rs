@@ -208,7 +208,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
 
     fn constrain(&self, phase: usize, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3]) {
         for axis in 0..D {
-            if let Some(wall) = self.walls[phase].at(axis, index[axis]) {
+            if let Some(wall) = self.walls[phase].at(axis, index) {
                 wall.constrain(start, end, self.keep_start);
             }
         }

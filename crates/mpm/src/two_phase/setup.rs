@@ -8,7 +8,6 @@ use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
 
 use super::{Fluid, PhaseSums, PoreSet, TwoPhase};
-use crate::config::VolumetricStrain;
 use crate::{MpmOptions, StressScheme, Transfer, setup};
 
 /// Courant number of MUSL in a case with pore fluid that gives none (MPM sheet §2.10).
@@ -18,12 +17,7 @@ const COURANT: f64 = 0.9;
 pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseError> {
     let wet = case.bodies.iter().position(|body| body.pore_fluid.is_some());
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
-    let Some(number) = wet else {
-        if options.volumetric_strain != VolumetricStrain::Point {
-            return refuse("methods.mpm.volumetric_strain", "needs a body with a pore_fluid");
-        }
-        return Ok(options);
-    };
+    let Some(number) = wet else { return Ok(options) };
     if case.space == Space::Axisymmetric {
         return refuse(&format!("bodies[{number}].pore_fluid"), "is not available in axisymmetry yet");
     }
@@ -67,7 +61,6 @@ pub fn two_phase<const D: usize>(
         Box::new(TwoPhase {
             nodes: vec![[Node::default(); 2]; layout.len()],
             remapped: vec![[Lanes::ZERO; 2]; length(options.stress_update != StressScheme::Usl)],
-            cells: vec![Lanes::ZERO; length(options.volumetric_strain == VolumetricStrain::CellAverage)],
             row_sums: vec![PhaseSums::default(); layout.nodes()[0]],
             sums: PhaseSums::default(),
             walls: Walls::default(),

@@ -2,14 +2,14 @@
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Mat3, Material, Motion, Pore, StateBlock, SymTensor};
-use colluvium_grid::{Basis, Lanes, Stencil};
+use colluvium_grid::{Basis, Lanes, Support};
 use rayon::prelude::*;
 
 use super::{Fluid, LIQUID, SOLID, TwoPhase};
-use crate::config::VolumetricStrain;
 use crate::momentum::RowSums;
-use crate::points::{PointDomain, PointSet};
+use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
+use crate::strain::set_volumetric;
 use crate::transfer::{BlockReport, Failure, PointUpdate, force_columns, lanes, worst};
 
 /// One block of points, borrowed from the arrays of their set.
@@ -31,6 +31,7 @@ struct Block<'a, const D: usize, P> {
 struct Shared<'a, const D: usize> {
     material: &'a dyn Material,
     extent: [f64; D],
+    body: u32,
     fluid: Option<Fluid>,
 }
 
@@ -45,13 +46,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(super) fn scatter_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
         self.apply_loads(dt);
         let strides = self.layout.strides();
-        let (sets, grid) = (&self.sets, &self.grid);
+        let (sets, ground) = (&self.sets, ground!(self));
         self.layout.scatter(&mut phases.nodes, |slab, window, offset| {
             for set in sets {
                 let Some(pore) = &set.pore else { continue };
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let extent = set.domain[p].extent(&set.extent, grid.cell);
-                    let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                    let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                     let volume = set.volume[p];
                     let fluid = pore.fluid.map_or([0.0; 3], |fluid| {
                         let n = fluid.porosity_at(volume, set.initial_volume[p]);
@@ -86,13 +86,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let TwoPhase { nodes, remapped, walls, row_sums, .. } = phases;
         self.layout.reset(remapped);
         let strides = self.layout.strides();
-        let (sets, grid) = (&self.sets, &self.grid);
+        let (sets, ground) = (&self.sets, ground!(self));
         self.layout.scatter(remapped, |slab, window, offset| {
             for set in sets {
                 let Some(pore) = &set.pore else { continue };
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let extent = set.domain[p].extent(&set.extent, grid.cell);
-                    let stencil = Stencil::<D, S>::new::<B>(grid, &set.position[p], &extent);
+                    let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                     let momenta = [
                         lanes(&set.velocity[p], 0.0) * set.mass[p],
                         lanes(&pore.velocity[p], 0.0) * set.liquid_mass(p),
@@ -120,7 +119,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                     *velocity *= 1.0 / solved[3];
                     for axis in 0..D {
-                        if let Some(wall) = walls[phase].at(axis, index[axis]) {
+                        if let Some(wall) = walls[phase].at(axis, &index) {
                             let [x, y, z, _] = velocity.to_array();
                             let mut held = [x, y, z];
                             wall.constrain_again(&[solved[0], solved[1], solved[2]], &mut held);
@@ -167,7 +166,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         what: PointUpdate,
     ) -> BlockReport {
         let Some(pore) = &mut set.pore else { return Ok(0.0) };
-        let shared = Shared { material: &*set.material, extent: set.extent, fluid: pore.fluid };
+        let shared =
+            Shared { material: &*set.material, extent: set.extent, body: set.body, fluid: pore.fluid };
         (
             set.position.par_chunks_mut(BLOCK),
             set.velocity.par_chunks_mut(BLOCK),
@@ -215,8 +215,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
-        let strides = self.layout.strides();
-        let averaged = self.options.volumetric_strain == VolumetricStrain::CellAverage;
+        let (strides, ground) = (self.layout.strides(), ground!(self));
         let mut moved = 0f64;
         let mut motions = [Motion {
             deformation: Mat3::IDENTITY,
@@ -228,8 +227,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }; BLOCK];
         let n = block.position.len();
         for p in 0..n {
-            let width = block.domain[p].extent(&shared.extent, self.grid.cell);
-            let stencil = Stencil::<D, S>::new::<B>(&self.grid, &block.position[p], &width);
+            let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], &shared.extent);
             let read = if FROM_SOLVED {
                 stencil.gather_phases(&phases.nodes, &strides)
             } else {
@@ -245,16 +243,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             if what.stress {
                 let mut strains = [SOLID, LIQUID].map(|phase| dt * trace(&read[phase].gradient));
                 self.set_motion(&mut motions[p], &read[SOLID].gradient, 0.0, 1.0, dt);
-                if averaged {
-                    let average = self.cell_strains(phases, &block.position[p]);
-                    let extra = (average[SOLID] - strains[SOLID]) / D as f64;
-                    for a in 0..D {
-                        motions[p].gradient.0[a][a] += extra;
-                        motions[p].deformation.0[a][a] += extra;
-                    }
-                    strains = average;
+                if self.strains.is_shared() {
+                    strains = self.shared_strain(shared.body, &block.domain[p], &block.position[p]);
+                    set_volumetric(&mut motions[p], D, strains[SOLID]);
                 }
-                self.deform(block, p, &mut motions[p], shared.fluid.as_ref(), strains)
+                self.deform(block, p, &shared.extent, &mut motions[p], shared.fluid.as_ref(), strains)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
             if what.position {
@@ -263,8 +256,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     block.position[p][c] += dt * velocity[c];
                     step = step.max((dt * velocity[c]).abs());
                 }
-                moved = moved.max(step);
-                self.check_position(&mut block.position[p], step)
+                moved = moved.max(if P::ANCHORED { 0.0 } else { step });
+                self.check_position(&mut block.domain[p], &mut block.position[p], step)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
         }
@@ -294,6 +287,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         &self,
         block: &mut Block<'_, D, P>,
         p: usize,
+        extent: &[f64; D],
         motion: &mut Motion,
         fluid: Option<&Fluid>,
         [solid, liquid]: [f64; 2],
@@ -317,6 +311,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let gradient: [[f64; D]; D] =
             std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
         block.domain[p].follow(&gradient);
-        Ok(())
+        block.domain[p].fault(extent, self.grid.cell).map_or(Ok(()), Err)
     }
 }

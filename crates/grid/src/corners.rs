@@ -1,0 +1,217 @@
+//! Shape functions of convected particle domains (Sadeghirad et al. 2011; MPM sheet §2.5e).
+
+use crate::{Basis, Grid, NodeList};
+
+/// Linear functions of the grid, read at the corners of the points' domains (CPDI). `S` is the number of nodes of a
+/// point in all, those of its `2^D` corners: `4^D`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Corners;
+
+const GHOSTS: usize = 2;
+
+impl<const S: usize> Basis<S> for Corners {
+    const NAME: &'static str = "cpdi";
+    const GHOSTS: usize = GHOSTS;
+    const BELOW: usize = 2;
+    const ABOVE: usize = 3;
+
+    fn nodes(cells: usize) -> usize {
+        cells + 1 + 2 * GHOSTS
+    }
+
+    fn coordinate(index: usize, _cells: usize) -> f64 {
+        index as f64 - GHOSTS as f64
+    }
+
+    #[inline]
+    fn evaluate(x: f64, _width: f64, cells: usize) -> (usize, [f64; S], [f64; S]) {
+        let (first, s) = Corners::locate(x, cells);
+        let (mut w, mut g) = ([0.0; S], [0.0; S]);
+        (w[0], w[1]) = (1.0 - s, s);
+        (g[0], g[1]) = (-1.0, 1.0);
+        (first, w, g)
+    }
+}
+
+impl Corners {
+    /// How far from its point, along an axis and in cells, a corner may lie: as far as the layers of ghost nodes go.
+    pub const REACH: f64 = GHOSTS as f64;
+
+    #[inline(always)]
+    fn locate(x: f64, cells: usize) -> (usize, f64) {
+        let local = (x + GHOSTS as f64).max(0.0);
+        let first = (local as usize).min(cells + 2 * GHOSTS - 1);
+        (first, local - first as f64)
+    }
+
+    /// The nodes of a parallelogram (parallelepiped) around `centre` (m) with the half-edges `edges[a]` (m).
+    ///
+    /// With `s = ±1` for the two ends of each edge and the vectors `d_a` dual to the edges, a corner has the weight
+    /// `1/2^D` and the gradient `Σ_a s_a d_a / 2^D`.
+    #[inline(always)]
+    pub fn nodes<const D: usize, const S: usize>(
+        grid: &Grid<D>,
+        centre: &[f64; D],
+        edges: &[[f64; D]; D],
+    ) -> NodeList<D, S> {
+        let share = 1.0 / (1 << D) as f64;
+        let dual = dual(edges);
+        let mut list = NodeList::EMPTY;
+        for corner in 0..1 << D {
+            let sign = |axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+            let (mut place, mut slope) = (*centre, [0.0; D]);
+            for axis in 0..D {
+                for c in 0..D {
+                    place[c] += sign(axis) * edges[axis][c];
+                    slope[c] += sign(axis) * share * dual[axis][c];
+                }
+            }
+            Self::corner(grid, &place, share, &slope, &mut list, corner << D);
+        }
+        list
+    }
+
+    /// Writes the `2^D` nodes of a corner from entry `first` on.
+    #[inline(always)]
+    fn corner<const D: usize, const S: usize>(
+        grid: &Grid<D>,
+        place: &[f64; D],
+        share: f64,
+        slope: &[f64; D],
+        list: &mut NodeList<D, S>,
+        first: usize,
+    ) {
+        let local = grid.local(place);
+        let found: [(usize, f64); D] = std::array::from_fn(|a| Self::locate(local[a], grid.cells[a]));
+        for k in 0..1 << D {
+            let (mut number, mut weight) = (0, 1.0);
+            for axis in 0..D {
+                let (cell, s) = found[axis];
+                let upper = k >> axis & 1;
+                number = number * <Self as Basis<1>>::nodes(grid.cells[axis]) + cell + upper;
+                weight *= if upper == 1 { s } else { 1.0 - s };
+                list.places[first + k][axis] =
+                    grid.origin[axis] + ((cell + upper) as f64 - GHOSTS as f64) * grid.cell;
+            }
+            list.nodes[first + k] = number as u32;
+            list.weights[first + k] = share * weight;
+            list.gradients[first + k] = slope.map(|c| c * weight);
+        }
+    }
+}
+
+/// The vectors dual to `edges`: `d_a · r_b = 1` for `a = b`, else zero.
+#[inline(always)]
+fn dual<const D: usize>(edges: &[[f64; D]; D]) -> [[f64; D]; D] {
+    let r = |a: usize, c: usize| edges[a][c];
+    let mut dual = [[0.0; D]; D];
+    match D {
+        1 => dual[0][0] = 1.0 / r(0, 0),
+        2 => {
+            let inverse = 1.0 / (r(0, 0) * r(1, 1) - r(0, 1) * r(1, 0));
+            dual[0][0] = r(1, 1) * inverse;
+            dual[0][1] = -r(1, 0) * inverse;
+            dual[1][0] = -r(0, 1) * inverse;
+            dual[1][1] = r(0, 0) * inverse;
+        }
+        _ => {
+            let cross = |a: usize, b: usize, c: usize| {
+                let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+                r(a, i) * r(b, j) - r(a, j) * r(b, i)
+            };
+            let volume: f64 = (0..3).map(|c| r(0, c) * cross(1, 2, c)).sum();
+            for a in 0..3 {
+                for c in 0..3 {
+                    dual[a][c] = cross((a + 1) % 3, (a + 2) % 3, c) / volume;
+                }
+            }
+        }
+    }
+    dual
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Layout, Support};
+    use proptest::prelude::*;
+
+    /// Sums over the nodes: weights, gradients, `N x`, `x ⊗ ∇N`.
+    fn reproduces<const D: usize, const S: usize>(centre: [f64; D], edges: [[f64; D]; D]) {
+        let grid = Grid::new([0.0; D], [0.9; D], 0.1).unwrap();
+        let list: NodeList<D, S> = Corners::nodes(&grid, &centre, &edges);
+        let strides = Layout::<D>::new::<S, Corners>(&grid).strides();
+        let (mut one, mut zero, mut place, mut unit) = (0.0, [0.0; D], [0.0; D], [[0.0; D]; D]);
+        let mut k = 0;
+        list.for_each(&strides, |number, w, g| {
+            let mut rest = number;
+            for axis in 0..D {
+                let index = rest / strides[axis];
+                rest %= strides[axis];
+                let x = <Corners as Basis<S>>::coordinate(index, 9) * 0.1;
+                assert!((x - list.places[k][axis]).abs() < 1e-14, "the list knows where its nodes are");
+            }
+            one += w;
+            for i in 0..D {
+                zero[i] += g[i];
+                place[i] += w * list.places[k][i];
+                for j in 0..D {
+                    unit[i][j] += list.places[k][i] * g[j];
+                }
+            }
+            k += 1;
+        });
+        assert!((one - 1.0).abs() < 1e-13);
+        for i in 0..D {
+            assert!((place[i] - centre[i]).abs() < 1e-13 && zero[i].abs() < 1e-10);
+            for j in 0..D {
+                let exact = if i == j { 1.0 } else { 0.0 };
+                assert!((unit[i][j] - exact).abs() < 1e-11, "{unit:?}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn linear_fields_are_reproduced(
+            x in proptest::array::uniform3(0.0..0.9f64), r in proptest::array::uniform9(-0.02..0.02f64),
+        ) {
+            let edge = |a: usize, c: usize| r[3 * a + c] + if a == c { 0.05 } else { 0.0 };
+            reproduces::<1, 4>([x[0]], [[edge(0, 0)]]);
+            reproduces::<2, 16>([x[0], x[1]], std::array::from_fn(|a| std::array::from_fn(|c| edge(a, c))));
+            reproduces::<3, 64>(x, std::array::from_fn(|a| std::array::from_fn(|c| edge(a, c))));
+        }
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_explicit_form_in_the_plane() {
+        // MPM sheet §2.5e: corners 1..4 = (--), (+-), (++), (-+), V = 4 |r1 × r2|.
+        let grid = Grid::new([0.0; 2], [1.0; 2], 0.25).unwrap();
+        let (centre, r) = ([0.43, 0.58], [[0.11, 0.03], [-0.02, 0.09]]);
+        let list: NodeList<2, 16> = Corners::nodes(&grid, &centre, &r);
+        let volume = 4.0 * (r[0][0] * r[1][1] - r[0][1] * r[1][0]);
+        let hat = |node: &[f64; 2], sign: [f64; 2]| -> f64 {
+            let distance =
+                |c: usize| (centre[c] + sign[0] * r[0][c] + sign[1] * r[1][c] - node[c]).abs() / 0.25;
+            (0..2).map(|c| (1.0 - distance(c)).max(0.0)).product()
+        };
+        for i in 0..5 {
+            for j in 0..5 {
+                let node = [0.25 * f64::from(i), 0.25 * f64::from(j)];
+                let [n1, n2, n3, n4] =
+                    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|s| hat(&node, s));
+                let exact = [
+                    ((n1 - n3) * (r[0][1] - r[1][1]) + (n2 - n4) * (r[0][1] + r[1][1])) / volume,
+                    ((n1 - n3) * (r[1][0] - r[0][0]) - (n2 - n4) * (r[0][0] + r[1][0])) / volume,
+                ];
+                let mut sum = (0.0, [0.0; 2]);
+                for k in (0..16).filter(|&k| (0..2).all(|c| (list.places[k][c] - node[c]).abs() < 1e-12)) {
+                    sum.0 += list.weights[k];
+                    (0..2).for_each(|c| sum.1[c] += list.gradients[k][c]);
+                }
+                assert!((sum.0 - 0.25 * (n1 + n2 + n3 + n4)).abs() < 1e-14);
+                assert!((0..2).all(|c| (sum.1[c] - exact[c]).abs() < 1e-12), "{:?} for {exact:?}", sum.1);
+            }
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! Volumetric strain that the points of a neighbourhood share, against locking (MPM sheet §2.17).
+//!
+//! Bodies of one material share it; each material has its own.
+
+use colluvium_case::Case;
+use colluvium_constitutive::Motion;
+use colluvium_grid::{Basis, Grid, Lanes, Layout, Support};
+
+use crate::MpmOptions;
+use crate::config::VolumetricStrain;
+use crate::momentum::RowSums;
+use crate::points::{PointDomain, PointSet, ground};
+use crate::solver::MpmSolver;
+use crate::transfer::SOLVED;
+
+/// The volumetric strains of a step, by cell. An entry of the arrays is a cell, named by its lowest node, or a node.
+#[derive(Clone, Debug, Default)]
+pub struct CellStrains {
+    /// Number of the material of each body.
+    materials: Vec<usize>,
+    /// Volume and volume times strain of the skeleton, and of the liquid; material after material. Empty where points
+    /// keep their own strain.
+    cells: Vec<Lanes>,
+    /// The same at nodes; empty without nodal averages.
+    nodes: Vec<Lanes>,
+}
+
+impl CellStrains {
+    /// Empty arrays for what the options ask for.
+    pub fn new<const D: usize>(case: &Case, options: &MpmOptions, layout: &Layout<D>) -> Self {
+        let first = |body: usize| {
+            let same =
+                |other: &colluvium_case::description::Body| other.material == case.bodies[body].material;
+            case.bodies.iter().position(same).unwrap_or(body)
+        };
+        let firsts: Vec<usize> = (0..case.bodies.len()).map(first).collect();
+        let mut distinct = firsts.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        let materials: Vec<usize> =
+            firsts.iter().map(|f| distinct.iter().position(|d| d == f).unwrap_or(0)).collect();
+        let length = |wanted: bool| if wanted { distinct.len() * layout.len() } else { 0 };
+        let kind = options.volumetric_strain;
+        Self {
+            cells: vec![Lanes::ZERO; length(kind != VolumetricStrain::Point)],
+            nodes: vec![Lanes::ZERO; length(kind == VolumetricStrain::Nodal)],
+            materials,
+        }
+    }
+
+    /// Whether points share strains.
+    #[inline(always)]
+    pub fn is_shared(&self) -> bool {
+        !self.cells.is_empty()
+    }
+
+    /// Empties the active entries.
+    pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
+        for values in [&mut self.cells, &mut self.nodes] {
+            values.chunks_exact_mut(layout.len()).for_each(|values| layout.reset(values));
+        }
+    }
+
+    /// Volumetric strains of skeleton and liquid in a cell, for points of a body.
+    #[inline(always)]
+    pub fn at(&self, body: u32, entries: usize, cell: usize) -> [f64; 2] {
+        let [volume, solid, moved, liquid] =
+            self.cells[self.materials[body as usize] * entries + cell].to_array();
+        [solid / volume, if moved > 0.0 { liquid / moved } else { 0.0 }]
+    }
+
+    /// Cells give their average to their nodes (6.35), and nodes back to the cells (6.36); `size` is the volume of the
+    /// cells in a row over that of any other.
+    fn pass_through_nodes<const D: usize>(
+        &mut self,
+        layout: &Layout<D>,
+        row_sums: &mut [RowSums],
+        size: impl Fn(usize) -> f64 + Sync,
+    ) {
+        let (strides, row) = (layout.strides(), layout.strides()[0]);
+        let offsets: [usize; 8] =
+            std::array::from_fn(|corner| (0..D).map(|a| (corner >> a & 1) * strides[a]).sum());
+        let corners = &offsets[..1 << D];
+        let len = layout.len();
+        for (cells, nodes) in self.cells.chunks_exact_mut(len).zip(self.nodes.chunks_exact_mut(len)) {
+            layout.rows(nodes, row_sums, |number, active, line| {
+                for node in active {
+                    let mut sum = Lanes::ZERO;
+                    for offset in corners {
+                        let Some(cell) = (number * row + node).checked_sub(*offset) else { continue };
+                        let [volume, solid, moved, liquid] = cells[cell].to_array();
+                        let size = size(cell / row);
+                        if volume > 0.0 {
+                            sum += Lanes::new([size, size * solid / volume, 0.0, 0.0]);
+                        }
+                        if moved > 0.0 {
+                            sum += Lanes::new([0.0, 0.0, size, size * liquid / moved]);
+                        }
+                    }
+                    line[node] = sum;
+                }
+                RowSums::default()
+            });
+            layout.rows(cells, row_sums, |number, active, line| {
+                for cell in active {
+                    let [volume, _, moved, _] = line[cell].to_array();
+                    if volume <= 0.0 {
+                        continue;
+                    }
+                    let mut mean = [0.0; 2];
+                    for offset in corners {
+                        let [sizes, solid, wet, liquid] = nodes[number * row + cell + offset].to_array();
+                        mean[0] += solid / sizes;
+                        mean[1] += if wet > 0.0 { liquid / wet } else { 0.0 };
+                    }
+                    let share = 1.0 / corners.len() as f64;
+                    let wet = if moved > 0.0 { 1.0 } else { 0.0 };
+                    line[cell] = Lanes::new([1.0, share * mean[0], wet, share * mean[1]]);
+                }
+                RowSums::default()
+            });
+        }
+    }
+}
+
+/// Number of the lowest node of the cell that holds `position`.
+#[inline(always)]
+pub fn lowest_node<const D: usize, const S: usize, B: Basis<S>>(
+    grid: &Grid<D>,
+    strides: &[usize; D],
+    position: &[f64; D],
+) -> usize {
+    let cell = grid.cell_of(position);
+    (0..D).map(|axis| (cell[axis] + B::GHOSTS) * strides[axis]).sum()
+}
+
+/// Gives a motion the volumetric strain `dilation` by its first `normal` components: the two of the plane, so that
+/// nothing strains out of it, or all three.
+#[inline(always)]
+pub fn set_volumetric(motion: &mut Motion, normal: usize, dilation: f64) {
+    let own: f64 = (0..normal).map(|c| motion.gradient.0[c][c]).sum();
+    let extra = (dilation - own) / normal as f64;
+    for c in 0..normal {
+        motion.gradient.0[c][c] += extra;
+        motion.deformation.0[c][c] += extra;
+    }
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// How many normal strains there are.
+    #[inline(always)]
+    pub(crate) fn normal_strains(&self) -> usize {
+        if self.axisymmetric { 3 } else { D }
+    }
+
+    /// Shares the volumetric strains of the step, which `read` gives for skeleton and liquid at a point.
+    pub(crate) fn share_strains(
+        &mut self,
+        read: impl Fn(&Self, &PointSet<D, P>, usize, &P::Support<S>) -> [f64; 2] + Sync,
+    ) {
+        let mut strains = std::mem::take(&mut self.strains);
+        strains.reset(&self.layout);
+        let (strides, ground, len) = (self.layout.strides(), ground!(self), self.layout.len());
+        for (material, cells) in strains.cells.chunks_exact_mut(len).enumerate() {
+            let of_material = |set: &&PointSet<D, P>| strains.materials[set.body as usize] == material;
+            self.layout.scatter(cells, |slab, window, offset| {
+                for set in self.sets.iter().filter(of_material) {
+                    let wet = set.pore.as_ref().is_some_and(|pore| pore.fluid.is_some());
+                    for p in set.slabs[slab]..set.slabs[slab + 1] {
+                        let support = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
+                        let [solid, liquid] = read(self, set, p, &support);
+                        let volume = set.volume[p];
+                        let moved = if wet { volume } else { 0.0 };
+                        let place = set.domain[p].anchor(&set.position[p]);
+                        window[lowest_node::<D, S, B>(ground.grid, &strides, &place) - offset] +=
+                            Lanes::new([volume, volume * solid, moved, moved * liquid]);
+                    }
+                }
+            });
+        }
+        if !strains.nodes.is_empty() {
+            let (grid, axisymmetric) = (self.grid, self.axisymmetric);
+            let size = |row: usize| {
+                if axisymmetric {
+                    grid.origin[0] + (row as f64 - B::GHOSTS as f64 + 0.5) * grid.cell
+                } else {
+                    1.0
+                }
+            };
+            let mut row_sums = std::mem::take(&mut self.row_sums);
+            strains.pass_through_nodes(&self.layout, &mut row_sums, size);
+            self.row_sums = row_sums;
+        }
+        self.strains = strains;
+    }
+
+    /// Shares the volumetric strains of one phase, where the case asks for it.
+    pub(crate) fn share_strain_if_asked<const FROM_SOLVED: bool>(&mut self, dt: f64) {
+        if !self.strains.is_shared() {
+            return;
+        }
+        let (strides, len) = (self.layout.strides(), self.layout.len());
+        self.share_strains(|solver, set, p, support| {
+            let first = set.field * len;
+            let read = if FROM_SOLVED == SOLVED {
+                support.gather(&solver.nodes[first..], &strides)
+            } else {
+                support.gather_velocity(&solver.remapped[first..], &strides)
+            };
+            let trace: f64 = (0..D).map(|j| read.gradient[j].as_array()[j]).sum();
+            let hoop =
+                if solver.axisymmetric { read.velocity.as_array()[0] / set.position[p][0] } else { 0.0 };
+            [dt * (trace + hoop), 0.0]
+        });
+    }
+
+    /// Shared volumetric strains of skeleton and liquid at a point of a body.
+    #[inline(always)]
+    pub(crate) fn shared_strain(&self, body: u32, domain: &P, position: &[f64; D]) -> [f64; 2] {
+        let place = domain.anchor(position);
+        let cell = lowest_node::<D, S, B>(&self.grid, &self.layout.strides(), &place);
+        self.strains.at(body, self.layout.len(), cell)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use colluvium_constitutive::{Mat3, Pore};
+    use colluvium_grid::Linear;
+
+    fn motion(gradient: [[f64; 3]; 3]) -> Motion {
+        let mut deformation = gradient;
+        (0..3).for_each(|c| deformation[c][c] += 1.0);
+        let (gradient, deformation) = (Mat3(gradient), Mat3(deformation));
+        Motion { deformation, gradient, dt: 1.0, density: 1.0, size: 1.0, pore: Pore::default() }
+    }
+
+    #[test]
+    fn the_trace_becomes_the_shared_one_and_the_rest_stays() {
+        // MPM sheet A-35.
+        let start = [[0.01, 0.02, 0.0], [0.005, -0.03, 0.0], [0.0; 3]];
+        let mut plane = motion(start);
+        set_volumetric(&mut plane, 2, 0.004);
+        let g = plane.gradient.0;
+        assert!((g[0][0] + g[1][1] - 0.004).abs() < 1e-16 && g[2][2] == 0.0, "nothing out of the plane");
+        assert!((g[0][0] - g[1][1] - 0.04).abs() < 1e-16 && g[0][1] == 0.02 && g[1][0] == 0.005);
+        let mut solid = motion(start);
+        set_volumetric(&mut solid, 3, 0.004);
+        let g = solid.gradient.0;
+        assert!(((0..3).map(|c| g[c][c]).sum::<f64>() - 0.004).abs() < 1e-16);
+        assert!((g[0][0] - g[2][2] - 0.01).abs() < 1e-16);
+        let determinant = solid.deformation.determinant();
+        assert!((determinant - 1.0 - 0.004).abs() < 1e-3, "and the deformation with it");
+    }
+
+    /// Strains of the cells of a 3 × 2 grid after passing through the nodes; cells without points are `None`.
+    fn passed(strains: [[Option<f64>; 2]; 3]) -> [[f64; 2]; 3] {
+        let grid = Grid::new([0.0; 2], [3.0, 2.0], 1.0).unwrap();
+        let mut layout = Layout::new::<2, Linear>(&grid);
+        layout.add_points(&[[0.5, 0.5], [1.5, 0.5], [2.5, 1.5]]);
+        let number = |i: usize, j: usize| {
+            lowest_node::<2, 2, Linear>(&grid, &layout.strides(), &[i as f64 + 0.5, j as f64 + 0.5])
+        };
+        let (cells, nodes) = (vec![Lanes::ZERO; layout.len()], vec![Lanes::ZERO; layout.len()]);
+        let mut shared = CellStrains { materials: vec![0], cells, nodes };
+        for (i, column) in strains.iter().enumerate() {
+            for (j, strain) in column.iter().enumerate() {
+                if let Some(strain) = strain {
+                    shared.cells[number(i, j)] = Lanes::new([0.7, 0.7 * strain, 0.0, 0.0]);
+                }
+            }
+        }
+        shared.pass_through_nodes(&layout, &mut vec![RowSums::default(); 4], |_| 1.0);
+        std::array::from_fn(|i| std::array::from_fn(|j| shared.at(0, layout.len(), number(i, j))[0]))
+    }
+
+    #[test]
+    fn uniform_strain_passes_unchanged() {
+        for column in passed([[Some(0.3); 2], [Some(0.3); 2], [None, Some(0.3)]]) {
+            assert!(column.iter().all(|s| s.is_nan() || (s - 0.3).abs() < 1e-15), "{column:?}");
+        }
+    }
+
+    #[test]
+    fn nodes_average_the_cells_around_them_and_cells_their_nodes() {
+        // One row of three cells: nodes between see two cells, those at the ends one.
+        let out = passed([[Some(1.0), None], [Some(2.0), None], [Some(6.0), None]]);
+        let exact = [(1.0 + 1.5) / 2.0, (1.5 + 4.0) / 2.0, (4.0 + 6.0) / 2.0];
+        for (column, exact) in out.iter().zip(exact) {
+            assert!((column[0] - exact).abs() < 1e-15, "{out:?}");
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! Convected domains, dual domains and the total-Lagrangian form: what every shape must keep, and what each is for.
+
+use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, run};
+use colluvium_mpm::Mpm;
+use serde_json::{Value, json};
+
+/// A block of an elastic material that nothing acts on; `more` replaces or adds keys.
+#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
+fn case(more: Value) -> Case {
+    let mut text = json!({
+        "title": "test", "space": "plane-strain",
+        "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
+                     "velocity": { "kind": "uniform", "value": [6, 1] } }],
+        "stages": [{ "name": "s", "duration": 0.2 }],
+        "methods": { "mpm": { "cell_size": 0.1 } }
+    });
+    for (key, value) in more.as_object().unwrap() {
+        text[key] = value.clone();
+    }
+    Case::from_json(&text.to_string()).unwrap()
+}
+
+fn solve(case: &Case) -> RunReport {
+    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
+}
+
+fn largest_stress(report: &RunReport) -> f64 {
+    let Some(FieldData::Tensor(stress)) = report.snapshot.field("stress").map(|f| &f.data) else {
+        panic!("no stress")
+    };
+    stress.iter().flat_map(|s| s.0).fold(0.0, |a: f64, s| a.max(s.abs()))
+}
+
+/// Every shape of this file, as options of the method.
+fn options() -> Vec<Value> {
+    let option = |shape: &str, formulation: &str| json!({ "cell_size": 0.1, "shape": shape, "formulation": formulation });
+    vec![
+        option("cpdi", "updated-lagrangian"),
+        option("dual-domain", "updated-lagrangian"),
+        option("linear", "total-lagrangian"),
+        option("quadratic", "total-lagrangian"),
+    ]
+}
+
+#[test]
+fn a_body_that_flies_through_the_grid_feels_nothing() {
+    // MPM sheet A-04: 12 cells along x, 2 along y.
+    for options in options() {
+        let report = solve(&case(json!({ "methods": { "mpm": options } })));
+        let Some(FieldData::Vector(moved)) = report.snapshot.field("displacement").map(|f| &f.data) else {
+            panic!("no displacement")
+        };
+        for u in moved {
+            assert!((u[0] - 1.2).abs() < 1e-11 && (u[1] - 0.2).abs() < 1e-11, "{options}: {u:?}");
+        }
+        // Relative to the modulus.
+        assert!(largest_stress(&report) < 1e-9 * 1e6, "{options}: {} Pa", largest_stress(&report));
+    }
+}
+
+#[test]
+fn mass_and_momentum_of_a_free_body_are_conserved() {
+    // MPM sheet A-02.
+    for options in options() {
+        let report = solve(&case(json!({
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.8, 0.5], "radius": 0.25 },
+                         "velocity": { "kind": "linear", "value": [0.3, -0.2], "origin": [0.8, 0.5],
+                                       "gradient": [[1.0, 0.4], [-0.8, -1.0]] } }],
+            "methods": { "mpm": options }
+        })));
+        assert_eq!(report.end.mass, report.start.mass);
+        for c in 0..2 {
+            let change = report.end.momentum[c] - report.start.momentum[c];
+            assert!(change.abs() < 1e-12 * report.start.mass, "{options}: {change}");
+        }
+    }
+}
+
+#[test]
+fn a_block_in_three_dimensions_and_a_bar_keep_their_momentum_with_convected_domains() {
+    for (space, dimension) in [("1d", 1), ("3d", 3)] {
+        let pick = |v: &[f64]| v[..dimension].to_vec();
+        let gradient: Vec<Vec<f64>> = (0..dimension)
+            .map(|i| (0..dimension).map(|j| if i == j { 2.0 } else { 0.5 }).collect())
+            .collect();
+        let report = solve(&case(json!({
+            "space": space, "domain": { "min": pick(&[0.0; 3]), "max": pick(&[1.0; 3]) }, "gravity": pick(&[0.0; 3]),
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": pick(&[0.3; 3]), "max": pick(&[0.7; 3]) },
+                         "velocity": { "kind": "linear", "value": pick(&[0.3, -0.2, 0.1]), "origin": pick(&[0.5; 3]),
+                                       "gradient": gradient } }],
+            "stages": [{ "name": "s", "duration": 0.02 }],
+            "methods": { "mpm": { "cell_size": 0.1, "shape": "cpdi" } }
+        })));
+        for c in 0..dimension {
+            let change = report.end.momentum[c] - report.start.momentum[c];
+            assert!(change.abs() < 1e-12 * report.start.mass, "{space}: {change}");
+        }
+        assert!(largest_stress(&report) > 1e3, "{space}: it does swing");
+    }
+}
+
+#[test]
+fn a_body_that_is_torn_is_named() {
+    let case = case(json!({
+        "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1.0, "poissons_ratio": 0.0 } },
+        "domain": { "min": [0, 0], "max": [6, 1] },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
+                     "velocity": { "kind": "linear", "value": [6, 0], "origin": [0.4, 0.5], "gradient": [[20, 0], [0, 0]] } }],
+        "stages": [{ "name": "s", "duration": 0.6 }],
+        "methods": { "mpm": { "cell_size": 0.1, "shape": "cpdi", "stress_update": "usl" } }
+    }));
+    let error = run(&case, Mpm.build(&case).unwrap(), &RunOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("corners of a cpdi domain"), "{error}");
+}
+
+#[test]
+fn the_total_lagrangian_form_turns_without_stress() {
+    // A quarter turn: updated forms cross cells, the reference does not.
+    let spin = std::f64::consts::FRAC_PI_2;
+    let report = solve(&case(json!({
+        "domain": { "min": [-0.5, -0.5], "max": [0.5, 0.5] },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.3], "max": [0.3, 0.3] },
+                     "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -spin], [spin, 0]] } }],
+        "stages": [{ "name": "turn", "duration": 1.0 }],
+        "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "formulation": "total-lagrangian" } }
+    })));
+    for (x, u) in report.snapshot.positions.iter().zip(
+        report
+            .snapshot
+            .field("displacement")
+            .map(|f| &f.data)
+            .and_then(|data| if let FieldData::Vector(u) = data { Some(u) } else { None })
+            .unwrap(),
+    ) {
+        let start = [x[0] - u[0], x[1] - u[1]];
+        assert!((x[0] + start[1]).abs() < 5e-3 && (x[1] - start[0]).abs() < 5e-3, "{x:?} from {start:?}");
+    }
+}
+
+#[test]
+fn what_the_shapes_cannot_honour_is_refused_by_name() {
+    for (path, options) in [
+        ("formulation", json!({ "formulation": "total-lagrangian" })),
+        ("integration", json!({ "integration": "mixed" })),
+        ("full_cell", json!({ "shape": "linear", "full_cell": 0.5 })),
+        ("full_cell", json!({ "shape": "linear", "integration": "mixed", "full_cell": 1.5 })),
+        ("transfer", json!({ "shape": "cpdi", "transfer": "apic" })),
+        ("shape", json!({ "mesh": { "kind": "box" } })),
+        ("shape", json!({ "shape": "cpdi", "mesh": { "kind": "box" } })),
+    ] {
+        let mut all = json!({ "cell_size": 0.1 });
+        all.as_object_mut().unwrap().extend(options.as_object().unwrap().clone());
+        let error =
+            Mpm.build(&case(json!({ "methods": { "mpm": all } }))).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(&format!("methods.mpm.{path}")), "{options}: {error}");
+    }
+}
