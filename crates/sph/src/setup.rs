@@ -185,7 +185,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
             }
         }
     }
-    let period = |axis: &colluvium_case::description::Axis| {
+    let period = |axis: &Axis| {
         let axis = axis.number();
         Period { axis, low: case.domain.min[axis], high: case.domain.max[axis] }
     };

@@ -85,7 +85,7 @@ fn forward(outcome: &mut Outcome) -> Result<(), String> {
             outcome.show(
                 "viscosity 0, forward algorithm: front (m)",
                 "at least 0.485",
-                front(&report.snapshot),
+                front(&report.snapshot, SPACING),
                 reason,
             );
             let claim = "does not vanish";
