@@ -198,8 +198,8 @@ pub fn spectra(tensors: &[SymTensor], out: &mut [Spectrum]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::MaterialSpec;
     use crate::{Corotational, Point, StressUpdate, laws::LinearElasticSpec, laws::StrainMeasure};
-    use crate::{Material as _, MaterialSpec};
     use proptest::prelude::*;
 
     fn tensors() -> impl Strategy<Value = Vec<SymTensor>> {
