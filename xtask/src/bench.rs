@@ -13,8 +13,11 @@ pub struct Arguments {
     /// Only settings whose name contains this.
     filter: Option<String>,
     /// Leave out the runs with a million points.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "points")]
     small: bool,
+    /// About so many points instead of ten thousand and a million.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(100..))]
+    points: Option<u32>,
     /// Measure the bandwidth of memory as well (takes 0.8 GB).
     #[arg(long)]
     bandwidth: bool,
@@ -34,6 +37,9 @@ const DENSITY: f64 = 2000.0;
 const YOUNGS_MODULUS: f64 = 1e6;
 const POISSONS_RATIO: f64 = 0.3;
 const GRAVITY: f64 = -0.1;
+
+/// The elastic soil with water in its pores, solved as two phases.
+const SATURATED: &str = "two-phase";
 
 /// What is measured.
 struct Setting {
@@ -68,12 +74,15 @@ impl Setting {
         let mut material = json!({
             "model": self.model, "density": DENSITY, "youngs_modulus": YOUNGS_MODULUS, "poissons_ratio": POISSONS_RATIO
         });
-        if self.model != "linear-elastic" {
+        let saturated = self.model == SATURATED;
+        if saturated {
+            material["model"] = json!("linear-elastic");
+        } else if self.model != "linear-elastic" {
             // Weak enough that the block yields under its weight.
             material["friction_angle"] = json!(20.0);
             material["cohesion"] = json!(0.1);
         }
-        let text = json!({
+        let mut text = json!({
             "title": "throughput",
             "space": if self.dimension == 2 { "plane-strain" } else { "3d" },
             "domain": { "min": floor, "max": all(1.0 + 4.0 * cell) },
@@ -84,6 +93,10 @@ impl Setting {
             "stages": [{ "name": "shake", "duration": 1.0 }],
             "methods": { "mpm": { "cell_size": cell, "shape": self.shape, "stress_update": self.scheme } }
         });
+        if saturated {
+            text["bodies"][0]["pore_fluid"] =
+                json!({ "porosity": 0.4, "permeability": 1e-3, "bulk_modulus": 1e7 });
+        }
         Case::from_json(&text.to_string()).map_err(|errors| errors.to_string())
     }
 
@@ -206,12 +219,16 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         println!("# memory bandwidth on {threads} threads: {:.1} GB/s", bandwidth(threads)?);
     }
     println!("# million point-updates per second of wall-clock time");
-    let sizes: &[usize] = if arguments.small { &[10_000] } else { &[10_000, 1_000_000] };
+    let sizes = match (arguments.points, arguments.small) {
+        (Some(points), _) => vec![points as usize],
+        (None, true) => vec![10_000],
+        (None, false) => vec![10_000, 1_000_000],
+    };
     let wanted = |setting: &Setting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
     if !arguments.race {
-        table(sizes, arguments.seconds, wanted)?;
+        table(&sizes, arguments.seconds, wanted)?;
     }
-    race(sizes, arguments.seconds, wanted)?;
+    race(&sizes, arguments.seconds, wanted)?;
     if let Some(memory) = peak_memory() {
         println!("# peak memory {memory:.0} MB");
     }
@@ -227,6 +244,8 @@ fn table(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> Re
                 ("musl", "linear-elastic"),
                 ("usl", "drucker-prager"),
                 ("usl", "mohr-coulomb"),
+                ("usl", SATURATED),
+                ("musl", SATURATED),
             ] {
                 for &points in sizes {
                     for threads in [1, 2] {

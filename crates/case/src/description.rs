@@ -9,6 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use crate::pore_fluid::{PoreFluid, PorePressure};
+pub use crate::surface::{Load, RampShape};
 
 /// A problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -90,6 +91,35 @@ pub struct Domain {
     pub min: Vec<f64>,
     /// Upper corner (m).
     pub max: Vec<f64>,
+    /// Axes along which the domain repeats itself: what leaves on one side comes in on the other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub periodic: Vec<Axis>,
+}
+
+/// An axis of the space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
+impl Axis {
+    /// Its number, from zero.
+    pub fn number(self) -> usize {
+        self as usize
+    }
+}
+
+impl Domain {
+    /// Whether the domain repeats itself along an axis.
+    pub fn is_periodic(&self, axis: usize) -> bool {
+        self.periodic.iter().any(|periodic| periodic.number() == axis)
+    }
 }
 
 /// A region filled with one material.
@@ -270,6 +300,20 @@ pub enum Wall {
         /// Coefficient of friction, tangent of the friction angle of the interface.
         friction_coefficient: f64,
     },
+    /// No wall: dashpots that take up the waves which arrive, as if the material went on (Lysmer and Kuhlemeyer).
+    /// For small motions of bodies that reach to it; it carries no lasting stress.
+    Absorbing {
+        /// Factor on the dashpot normal to the face, `ρ c_P`; 1 lets plane waves out that arrive at a right angle.
+        #[serde(default = "whole")]
+        normal: f64,
+        /// Factor on the dashpots along the face, `ρ c_S`.
+        #[serde(default = "whole")]
+        tangential: f64,
+        /// Thickness of material whose stiffness acts as a spring beside the dashpots, against creep (m); none when
+        /// absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        spring_length: Option<f64>,
+    },
 }
 
 /// A wall on a side of the domain, or on an inner plane parallel to one.
@@ -281,6 +325,10 @@ pub struct Boundary {
     pub name: Option<String>,
     /// The side it occupies.
     pub side: Side,
+    /// Name of a physical group of the mesh, whose nodes the wall holds in place of those on and beyond a plane; `side`
+    /// then says only which way the wall faces. For methods with a mesh from a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
     /// Coordinate of the wall's face (m); that side of the domain by default.
     #[serde(default)]
     pub position: Option<f64>,
@@ -296,55 +344,6 @@ pub struct Boundary {
     /// side of the domain or of a body without a wall is drained.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub drained: bool,
-}
-
-/// A load.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Load {
-    /// A traction (Pa) on one side of a body, carried by its outermost points, unchanged in direction.
-    Traction {
-        /// Body it acts on.
-        body: String,
-        /// Side of the body's bounding box it acts on.
-        side: Side,
-        /// Traction vector (Pa).
-        value: Vec<f64>,
-        /// Time over which it grows from zero (s).
-        #[serde(default)]
-        ramp: f64,
-        /// How it grows.
-        #[serde(default, skip_serializing_if = "RampShape::is_linear")]
-        ramp_shape: RampShape,
-    },
-}
-
-/// How a load grows over its ramp.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum RampShape {
-    /// In proportion to time.
-    #[default]
-    Linear,
-    /// As half a wave of a cosine, without a kink at either end.
-    Cosine,
-}
-
-impl RampShape {
-    fn is_linear(&self) -> bool {
-        *self == Self::Linear
-    }
-
-    /// Share of the load at `time` of a ramp of length `ramp` (s).
-    pub fn factor(self, time: f64, ramp: f64) -> f64 {
-        if time >= ramp {
-            return 1.0;
-        }
-        match self {
-            Self::Linear => time / ramp,
-            Self::Cosine => 0.5 * (1.0 - (std::f64::consts::PI * time / ramp).cos()),
-        }
-    }
 }
 
 /// A part of the run with an end of its own.
@@ -381,6 +380,9 @@ pub struct Stage {
     /// Names of bodies that vanish when the stage begins, e.g. an excavation.
     #[serde(default)]
     pub remove_bodies: Vec<String>,
+    /// Regions whose material vanishes when the stage begins, of whatever body: an excavation in lifts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub excavate: Vec<Shape>,
 }
 
 impl Stage {

@@ -12,6 +12,7 @@ pub mod plot;
 mod pore_fluid;
 pub mod run;
 pub mod solver;
+mod surface;
 mod validate;
 
 pub use description::Case;

@@ -37,7 +37,18 @@ impl Case {
         let text = std::fs::read_to_string(path).map_err(|error| {
             CaseError::new(path.display().to_string(), format!("cannot be read: {error}"))
         })?;
-        Self::from_json(&text)
+        let mut case = Self::from_json(&text)?;
+        case.resolve_files(path.parent().unwrap_or(Path::new("")));
+        Ok(case)
+    }
+
+    /// Files that the options of a method name (`mesh.file`) are meant from the folder of the case.
+    fn resolve_files(&mut self, folder: &Path) {
+        for options in self.methods.values_mut() {
+            if let Some(Value::String(file)) = options.pointer_mut("/mesh/file") {
+                *file = folder.join(&*file).display().to_string();
+            }
+        }
     }
 
     /// The case as JSON text.

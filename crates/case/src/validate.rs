@@ -1,12 +1,14 @@
 //! What a case must satisfy beyond its schema.
 
+mod surface;
+
 use std::collections::HashSet;
 
 use colluvium_constitutive::{MaterialError, MaterialSpec};
 use colluvium_points::overlap;
 
 use crate::description::{
-    Boundary, InitialStress, Load, Measure, PoreFluid, PorePressure, Side, Space, Stage, Velocity, Wall,
+    Boundary, InitialStress, Measure, PoreFluid, PorePressure, Side, Space, Stage, Velocity, Wall,
 };
 use crate::json::closest;
 use crate::{Case, CaseError, CaseErrors};
@@ -113,6 +115,16 @@ impl Findings<'_> {
         self.vector("gravity", &case.gravity);
         for (axis, (min, max)) in case.domain.min.iter().zip(&case.domain.max).enumerate() {
             self.require(min < max, format!("domain.max[{axis}]"), format!("{max} must be above min, {min}"));
+        }
+        for (number, axis) in case.domain.periodic.iter().enumerate() {
+            let path = format!("domain.periodic[{number}]");
+            let dimension = case.dimension();
+            let problem = format!("a space of {dimension} dimensions does not have this axis");
+            self.require(axis.number() < dimension, path.clone(), problem);
+            let twice = case.domain.periodic[..number].contains(axis);
+            self.require(!twice, path.clone(), "is named twice");
+            let radial = case.space == Space::Axisymmetric && axis.number() == 0;
+            self.require(!radial, path, "the distance from the axis of symmetry cannot repeat itself");
         }
         if case.space == Space::Axisymmetric {
             let least = case.domain.min.first().copied().unwrap_or(0.0);
@@ -289,7 +301,15 @@ impl Findings<'_> {
             if !names.insert(boundary.name()) {
                 self.report(format!("{path}.name"), format!("{:?} names two boundaries", boundary.name()));
             }
-            if self.extent(boundary.side.axis()).is_some() {
+            let open = !case.domain.is_periodic(boundary.side.axis());
+            self.require(open, format!("{path}.side"), "the domain is periodic along the axis of this side");
+            if let (Some(group), Some(_)) = (&boundary.group, boundary.position) {
+                let problem = format!(
+                    "the wall holds the nodes of the group {group:?}, wherever they are: leave it out"
+                );
+                self.report(format!("{path}.position"), problem);
+            }
+            if boundary.group.is_none() && self.extent(boundary.side.axis()).is_some() {
                 let position = boundary.position(&case.domain);
                 self.inside(format!("{path}.position"), boundary.side.axis(), position);
                 if case.space == Space::Axisymmetric
@@ -311,21 +331,9 @@ impl Findings<'_> {
             if let Some(velocity) = &boundary.velocity {
                 self.vector(&format!("{path}.velocity"), velocity);
             }
+            self.absorbing(&path, boundary);
             let problem = "no body has a pore_fluid that could drain";
             self.require(saturated || !boundary.drained, format!("{path}.drained"), problem);
-        }
-    }
-
-    fn loads(&mut self) {
-        let case = self.case;
-        let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
-        for (number, load) in case.loads.iter().enumerate() {
-            let Load::Traction { body, side, value, ramp, .. } = load;
-            let path = format!("loads[{number}]");
-            self.name(&format!("{path}.body"), body, &bodies, "the name of a body");
-            self.side(&format!("{path}.side"), *side);
-            self.vector(&format!("{path}.value"), value);
-            self.not_negative(format!("{path}.ramp"), *ramp, " (s)");
         }
     }
 
@@ -410,6 +418,11 @@ impl Findings<'_> {
         for (number, name) in stage.remove_boundaries.iter().enumerate() {
             let path = format!("{path}.remove_boundaries[{number}]");
             self.name(&path, name, &boundaries, "the name of a boundary");
+        }
+        for (number, shape) in stage.excavate.iter().enumerate() {
+            if let Err(error) = shape.validate(case.dimension()) {
+                self.report(format!("{path}.excavate[{number}].{}", error.path), error.problem);
+            }
         }
         let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
         for (number, name) in stage.remove_bodies.iter().enumerate() {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::{Basis, Grid};
+use crate::{Basis, Grid, Mesh};
 
 /// Order of nodes in memory and of points in a scatter.
 ///
@@ -25,6 +25,9 @@ pub struct Layout<const D: usize> {
     above: usize,
     slab_cells: usize,
     active: Vec<Range<usize>>,
+    /// First node of the window of each slab of a mesh; empty on a structured grid.
+    starts: Vec<usize>,
+    periodic: [bool; D],
 }
 
 /// Cells a point may move along an axis before the points must be sorted again.
@@ -48,7 +51,112 @@ impl<const D: usize> Layout<D> {
             above: B::ABOVE,
             slab_cells,
             active: vec![0..0; nodes[0]],
+            starts: Vec::new(),
+            periodic: [false; D],
         }
+    }
+
+    /// The same nodes with the slabs of another layout on the same grid, whose shape functions reach at least as far.
+    #[must_use]
+    pub fn with_slabs_of(mut self, other: &Self) -> Self {
+        self.slab_cells = other.slab_cells;
+        self
+    }
+
+    /// The same grid, repeating itself along the given axes; `None` where it has too few cells for that, or nodes that
+    /// are not the same at both ends (splines with open knots).
+    #[must_use]
+    pub fn repeating(mut self, periodic: [bool; D]) -> Option<Self> {
+        for axis in (0..D).filter(|axis| periodic[*axis]) {
+            let cells = self.grid.cells[axis];
+            if cells <= 2 * self.ghosts || self.nodes[axis] != cells + 1 + 2 * self.ghosts {
+                return None;
+            }
+        }
+        self.periodic = periodic;
+        Some(self)
+    }
+
+    /// Gives nodes that are the same in a periodic grid the sum of what each of them has; `add` adds to a node.
+    pub fn fold<T: Copy>(&self, nodes: &mut [T], add: impl Fn(&mut T, &T)) {
+        for axis in (0..D).filter(|axis| self.periodic[*axis]) {
+            let (stride, cells) = (self.strides[axis], self.grid.cells[axis]);
+            let line = stride * self.nodes[axis];
+            for block in nodes.chunks_exact_mut(line) {
+                for place in 0..(2 * self.ghosts + 1) * stride {
+                    let mut sum = block[place];
+                    add(&mut sum, &block[place + cells * stride]);
+                    block[place] = sum;
+                    block[place + cells * stride] = sum;
+                }
+            }
+        }
+    }
+
+    /// Makes the images of active nodes active.
+    fn wake_images(&mut self) {
+        if (1..D).any(|axis| self.periodic[axis]) {
+            let whole = 0..self.strides[0];
+            self.active
+                .iter_mut()
+                .filter(|range| range.start < range.end)
+                .for_each(|range| *range = whole.clone());
+        }
+        if self.periodic[0] {
+            for row in 0..=2 * self.ghosts {
+                let image = row + self.grid.cells[0];
+                let (a, b) = (self.active[row].clone(), self.active[image].clone());
+                let both = match (Range::is_empty(&a), Range::is_empty(&b)) {
+                    (true, _) => b,
+                    (_, true) => a,
+                    _ => a.start.min(b.start)..a.end.max(b.end),
+                };
+                self.active[row] = both.clone();
+                self.active[image] = both;
+            }
+        }
+    }
+
+    /// The layout of the nodes of a mesh in the box `grid` of cells as large as its largest element. Rows are lines of
+    /// nodes by number, and all are active; slabs are of the box, as a point's element reaches a cell at most.
+    pub fn of_mesh(mesh: &Mesh<D>, grid: &Grid<D>) -> Self {
+        let line = if D == 2 { [64, 1] } else { [8, 8] };
+        let count = mesh.nodes().len();
+        let row = line[0] * line[1];
+        let nodes = std::array::from_fn(|axis| if axis == 0 { count.div_ceil(row) } else { line[axis - 1] });
+        let strides = std::array::from_fn(|axis| {
+            if axis == 0 {
+                row
+            } else if axis == 1 {
+                line[1]
+            } else {
+                1
+            }
+        });
+        let slab_cells = 2 * (1 + MARGIN);
+        let start = |slab: usize| {
+            let cells = (slab * slab_cells) as f64 - (1 + MARGIN) as f64;
+            let bound = grid.origin[0] + cells * grid.cell;
+            mesh.nodes().partition_point(|x| x[0] < bound)
+        };
+        let slabs = grid.cells[0].div_ceil(slab_cells);
+        let rows = 0..nodes[0];
+        Self {
+            grid: *grid,
+            nodes,
+            strides,
+            ghosts: 0,
+            below: 1,
+            above: 1,
+            slab_cells,
+            active: rows.map(|k| 0..row.min(count - k * row)).collect(),
+            starts: (0..slabs).map(start).collect(),
+            periodic: [false; D],
+        }
+    }
+
+    fn is_mesh(&self) -> bool {
+        !self.starts.is_empty()
     }
 
     /// Nodes per axis, ghosts included.
@@ -78,6 +186,9 @@ impl<const D: usize> Layout<D> {
 
     /// Forgets all points.
     pub fn clear(&mut self) {
+        if self.is_mesh() {
+            return;
+        }
         self.active.fill(0..0);
     }
 
@@ -95,6 +206,9 @@ impl<const D: usize> Layout<D> {
         for position in positions {
             let cell = self.grid.cell_of(position);
             bounds[cell[0] / self.slab_cells + 1] += 1;
+            if self.is_mesh() {
+                continue;
+            }
             let across = if D > 1 { reach(cell[1], self.nodes[1]) } else { 0..1 };
             for row in reach(cell[0], self.nodes[0]) {
                 let range = &mut self.active[row];
@@ -106,6 +220,7 @@ impl<const D: usize> Layout<D> {
                 };
             }
         }
+        self.wake_images();
         for slab in 1..bounds.len() {
             bounds[slab] += bounds[slab - 1];
         }
@@ -145,13 +260,17 @@ impl<const D: usize> Layout<D> {
         for colour in 0..2.min(slabs) {
             let start = if colour == 0 { 0 } else { self.window_start(1) };
             let windows = Windows { colour, numbers: 0..(slabs - colour).div_ceil(2), start };
-            self.scatter_windows(&mut nodes[start * self.strides[0]..], windows, &scatter);
+            self.scatter_windows(&mut nodes[start..], windows, &scatter);
         }
     }
 
-    /// First row of the window of a slab, cut at the grid's end.
+    /// First node of the window of a slab, cut at the grid's end.
     fn window_start(&self, slab: usize) -> usize {
-        (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + MARGIN).min(self.nodes[0])
+        if self.is_mesh() {
+            return self.starts[slab];
+        }
+        let row = (slab * self.slab_cells + self.ghosts).saturating_sub(self.below + MARGIN);
+        row.min(self.nodes[0]) * self.strides[0]
     }
 
     /// Halves the windows until one is left. Unlike a list of windows this allocates nothing.
@@ -162,13 +281,12 @@ impl<const D: usize> Layout<D> {
         scatter: &(impl Fn(usize, &mut [T], usize) + Sync),
     ) {
         let Windows { colour, numbers, start } = windows;
-        let row = self.strides[0];
         if numbers.len() == 1 {
-            return scatter(colour + 2 * numbers.start, nodes, start * row);
+            return scatter(colour + 2 * numbers.start, nodes, start);
         }
         let middle = numbers.start + numbers.len() / 2;
         let cut = self.window_start(colour + 2 * middle);
-        let (lower, upper) = nodes.split_at_mut((cut - start) * row);
+        let (lower, upper) = nodes.split_at_mut(cut - start);
         let half = |nodes: &mut [T], numbers: Range<usize>, start: usize| {
             self.scatter_windows(nodes, Windows { colour, numbers, start }, scatter);
         };
@@ -176,7 +294,7 @@ impl<const D: usize> Layout<D> {
     }
 }
 
-/// Windows `numbers` of every other slab, the first of which starts at row `start`.
+/// Windows `numbers` of every other slab, the first of which starts at node `start`.
 struct Windows {
     colour: usize,
     numbers: Range<usize>,
@@ -245,6 +363,36 @@ mod tests {
         assert!((active - exact).abs() < 1e-11 * exact, "{}: active nodes hold {active}", B::NAME);
         layout.reset(&mut nodes);
         assert!(nodes.iter().all(|n| *n == Node::default()), "reset clears everything touched");
+    }
+
+    #[test]
+    fn a_periodic_grid_gives_images_the_sum_of_both() {
+        let grid = Grid::new([0.0; 2], [0.5, 0.3], 0.1).unwrap();
+        assert!(Layout::new::<3, QuadraticSpline>(&grid).repeating([true, false]).is_none());
+        assert!(Layout::new::<4, WideGimp>(&grid).repeating([false, true]).is_none(), "too few cells");
+        let layout = Layout::new::<3, Gimp>(&grid);
+        let mut layout = layout.repeating([true, true]).unwrap();
+        let points = [[0.01, 0.02], [0.26, 0.29]];
+        let bounds = layout.add_points(&points);
+        let mut nodes = vec![Node::default(); layout.len()];
+        let strides = layout.strides();
+        layout.scatter(&mut nodes, |slab, window, offset| {
+            for x in &points[bounds[slab]..bounds[slab + 1]] {
+                let stencil = Stencil::<2, 3>::new::<Gimp>(&grid, x, &[0.05; 2]);
+                stencil.deposit(window, offset, &strides, crate::Lanes::ONE, &[crate::Lanes::ZERO; 2], None);
+            }
+        });
+        layout.fold(&mut nodes, |sum, node| sum.motion += node.motion);
+        // Nodes -1 to 6 along x and -1 to 4 along y: -1, 0, 1 are 4, 5, 6 and 2, 3, 4.
+        let mass = |i: usize, j: usize| nodes[i * strides[0] + j].motion.to_array()[3];
+        for i in 0..8 {
+            assert!((0..3).all(|j| mass(i, j) == mass(i, j + 3)), "{i}");
+        }
+        assert!((0..6).all(|j| (0..3).all(|i| mass(i, j) == mass(i + 5, j))));
+        let each_once: f64 = (1..6).flat_map(|i| (1..4).map(move |j| (i, j))).map(|(i, j)| mass(i, j)).sum();
+        assert!((each_once - 2.0).abs() < 1e-14, "{each_once}");
+        layout.reset(&mut nodes);
+        assert!(nodes.iter().all(|node| *node == Node::default()), "images are active");
     }
 
     proptest! {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use thiserror::Error;
 
-use crate::{Grid, NodeList};
+use crate::{Basis, Grid, NodeList};
 
 /// No element: what lies across a facet on the boundary.
 const NONE: u32 = u32::MAX;
@@ -69,6 +69,29 @@ pub enum MeshError {
         /// Number of another.
         second: usize,
     },
+}
+
+/// Marks the shape functions of a mesh, which has no axes: `S` nodes a point, `D + 1` of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Simplex;
+
+impl<const S: usize> Basis<S> for Simplex {
+    const NAME: &'static str = "mesh";
+    const GHOSTS: usize = 0;
+    const BELOW: usize = 1;
+    const ABOVE: usize = 1;
+
+    fn nodes(cells: usize) -> usize {
+        cells + 1
+    }
+
+    fn coordinate(index: usize, _cells: usize) -> f64 {
+        index as f64
+    }
+
+    fn evaluate(x: f64, _width: f64, _cells: usize) -> (usize, [f64; S], [f64; S]) {
+        (x.max(0.0) as usize, [0.0; S], [0.0; S])
+    }
 }
 
 /// A triangle or tetrahedron, with its shape functions `N_i(x) = values[i] + gradients[i] · x`.

@@ -45,6 +45,8 @@ pub struct Walls {
     walls: Vec<Wall>,
     /// `lookup[axis][index]`: number of the wall plus one, zero for none.
     lookup: [Vec<u8>; 3],
+    /// On a mesh: distance between neighbouring entries of a node's index, and `lookup` is by node.
+    strides: Option<[usize; 3]>,
 }
 
 impl Walls {
@@ -60,22 +62,41 @@ impl Walls {
             let range = if wall.upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
             nodes[range].fill(number as u8 + 1);
         }
-        Self { walls, lookup }
+        Self { walls, lookup, strides: None }
     }
 
-    /// The wall that holds nodes of index `index` along `axis`.
+    /// The walls of a mesh with `count` nodes (of a layout with `strides`), each with the nodes it holds.
+    pub fn of_nodes<const D: usize>(strides: [usize; D], count: usize, walls: Vec<(Wall, Vec<u32>)>) -> Self {
+        let mut lookup: [Vec<u8>; 3] = Default::default();
+        lookup[..D].fill(vec![0; count]);
+        for (number, (wall, nodes)) in walls.iter().enumerate() {
+            nodes.iter().for_each(|&node| lookup[wall.axis][node as usize] = number as u8 + 1);
+        }
+        let strides = std::array::from_fn(|axis| strides.get(axis).copied().unwrap_or(0));
+        Self { walls: walls.into_iter().map(|(wall, _)| wall).collect(), lookup, strides: Some(strides) }
+    }
+
+    /// The wall normal to `axis` that holds the node with an index along each axis.
     #[inline]
-    pub fn at(&self, axis: usize, index: usize) -> Option<&Wall> {
-        match self.lookup[axis][index] {
+    pub fn at(&self, axis: usize, index: &[usize; 3]) -> Option<&Wall> {
+        let entry = match self.strides {
+            None => index[axis],
+            Some(strides) => (0..3).map(|a| index[a] * strides[a]).sum(),
+        };
+        match self.lookup[axis][entry] {
             0 => None,
             number => Some(&self.walls[number as usize - 1]),
         }
     }
 
-    /// True when no wall is normal to `axis` at `index`: the quick test of a node's row.
+    /// True when no wall is normal to `axis` at `index`: the quick test of a node's row. On a mesh with walls no row is
+    /// known to be free.
     #[inline]
     pub fn is_free(&self, axis: usize, index: usize) -> bool {
-        self.lookup[axis][index] == 0
+        match self.strides {
+            None => self.lookup[axis][index] == 0,
+            Some(_) => self.walls.is_empty(),
+        }
     }
 }
 
@@ -255,7 +276,9 @@ mod tests {
     fn lookup_covers_everything_beyond_the_face() {
         let upper = Wall { upper: true, node: 3, axis: 0, ..floor(WallKind::Rough, false) };
         let walls = Walls::new(&[6, 5], vec![floor(WallKind::Smooth, false), upper]);
-        assert!(walls.at(1, 0).is_some() && walls.is_free(1, 1));
-        assert!(walls.is_free(0, 2) && walls.at(0, 3) == walls.at(0, 5) && !walls.is_free(0, 5));
+        assert!(walls.at(1, &[2, 0, 0]).is_some() && walls.is_free(1, 1));
+        assert!(
+            walls.is_free(0, 2) && walls.at(0, &[3, 1, 0]) == walls.at(0, &[5, 1, 0]) && !walls.is_free(0, 5)
+        );
     }
 }

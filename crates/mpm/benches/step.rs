@@ -6,13 +6,13 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use serde_json::json;
 
 /// A block that settles on a rough floor under a little gravity: two points per cell and direction.
-fn block(dimension: usize, cells: usize, shape: &str, scheme: &str) -> Case {
+fn block(dimension: usize, cells: usize, shape: &str, scheme: &str, saturated: bool) -> Case {
     let cell = 1.0 / cells as f64;
     let all = |value: f64| vec![value; dimension];
     let (mut gravity, mut floor) = (all(0.0), all(-4.0 * cell));
     gravity[1] = -0.1;
     floor[1] = 0.0;
-    let text = json!({
+    let mut text = json!({
         "title": "step",
         "space": if dimension == 2 { "plane-strain" } else { "3d" },
         "domain": { "min": floor, "max": all(1.0 + 4.0 * cell) },
@@ -23,6 +23,10 @@ fn block(dimension: usize, cells: usize, shape: &str, scheme: &str) -> Case {
         "stages": [{ "name": "settle", "duration": 1.0 }],
         "methods": { "mpm": { "cell_size": cell, "shape": shape, "stress_update": scheme } }
     });
+    if saturated {
+        text["bodies"][0]["pore_fluid"] =
+            json!({ "porosity": 0.4, "permeability": 1e-3, "bulk_modulus": 1e7 });
+    }
     Case::from_json(&text.to_string()).expect("a valid case")
 }
 
@@ -30,11 +34,16 @@ fn step(criterion: &mut Criterion, dimension: usize, cells: usize) {
     let mut group = criterion.benchmark_group(format!("{dimension}d step"));
     group.sample_size(10);
     for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic"] {
-        for scheme in ["usl", "musl"] {
-            let mut solver = Mpm.build(&block(dimension, cells, shape, scheme)).expect("a solver");
+        for (name, scheme, saturated) in [
+            ("usl", "usl", false),
+            ("musl", "musl", false),
+            ("usl, two phases", "usl", true),
+            ("musl, two phases", "musl", true),
+        ] {
+            let mut solver = Mpm.build(&block(dimension, cells, shape, scheme, saturated)).expect("a solver");
             solver.begin_stage(0, 0.0).expect("a stage");
             group.throughput(Throughput::Elements(solver.points() as u64));
-            group.bench_function(BenchmarkId::new(shape, scheme), |bencher| {
+            group.bench_function(BenchmarkId::new(shape, name), |bencher| {
                 bencher.iter(|| {
                     let dt = solver.time_step().dt;
                     solver.step(dt).expect("a stable step");

@@ -28,6 +28,8 @@ struct Saved {
     driven: Vec<DrivenState>,
     /// Sums of mixture and liquid in a case with pore fluid.
     phase_sums: Option<[[f64; 4]; 2]>,
+    /// Displacements at absorbing boundaries, by their number.
+    absorbed: Vec<(usize, Vec<[f64; 3]>)>,
     sets: Vec<SavedSet>,
 }
 
@@ -80,16 +82,22 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         let fresh = start == self.time;
         self.stage = stage;
         self.stage_start = start;
-        self.set_stage_walls(stage).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
         let case = &self.case;
         let removed: Vec<&String> = case.stages[..=stage].iter().flat_map(|s| &s.remove_bodies).collect();
-        let bodies = self.sets.len();
+        let points = self.points();
         self.sets.retain(|set| !removed.contains(&&case.bodies[set.body as usize].name));
+        if fresh {
+            let pits = &case.stages[stage].excavate;
+            let dug = |x: &[f64; D]| pits.iter().any(|pit| pit.contains(x));
+            self.sets.iter_mut().for_each(|set| set.retain(|x| !dug(x)));
+            self.sets.retain(|set| set.len() > 0);
+        }
+        self.set_stage_walls(stage).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
         if fresh {
             self.external_work = 0.0;
             self.limit = None;
         }
-        if self.sets.len() != bodies {
+        if self.points() != points {
             self.sort();
         }
         Ok(())
@@ -115,7 +123,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
     }
 
     fn cell_size(&self) -> Option<f64> {
-        Some(self.grid.cell)
+        Some(self.options.cell_size)
     }
 
     fn equilibrium(&self) -> Option<Equilibrium> {
@@ -160,6 +168,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
                 .two_phase
                 .as_ref()
                 .map(|phases| [phases.sums.mixture.to_numbers(), phases.sums.liquid.to_numbers()]),
+            absorbed: self.absorbing.moved.clone().into_iter().collect(),
             sets: self.sets.iter().map(crate::points::PointSet::save).collect(),
         };
         postcard::to_stdvec(&saved).expect("plain numbers always serialise")
@@ -197,6 +206,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         }
         self.limit_age = saved.limit.as_ref().map_or(0, |limit| limit.age);
         self.limit = saved.limit.as_ref().map(SavedLimit::time_step);
+        self.absorbing.moved = saved.absorbed.into_iter().collect();
         self.restore_layout(saved.travel);
         Ok(())
     }

@@ -9,7 +9,12 @@ use serde::{Deserialize, Serialize};
 pub struct MpmOptions {
     /// Edge of the square (cubic) grid cells (m); the domain must be a whole number of cells wide.
     pub cell_size: f64,
-    /// Points per cell and direction.
+    /// A mesh of triangles or tetrahedra in place of the structured grid; needs `shape` `linear`. Measures still count in
+    /// columns of `cell_size`.
+    #[serde(default)]
+    pub mesh: Option<MeshSource>,
+    /// Points per cell and direction. With a `mesh`, 1, 2 or 3 stand for 1, 3 or 6 points a triangle, and 1, 4 or 10 a
+    /// tetrahedron.
     #[serde(default = "two")]
     pub points_per_cell: usize,
     /// Shape functions.
@@ -74,10 +79,27 @@ pub struct MpmOptions {
     /// Where volumetric strain comes from: a cure of locking, where a material keeps its volume.
     #[serde(default)]
     pub volumetric_strain: VolumetricStrain,
+    /// Points of fluids where the cells around are filled to less than this share lie on the free surface and carry no
+    /// stress, 0 to 1 (both excluded), e.g. 0.7; no such points when absent.
+    #[serde(default)]
+    pub free_surface: Option<f64>,
     /// Largest volume of a stress-free point over its initial volume: keeps the points of a
     /// cohesionless free front from swelling without bound.
     #[serde(default = "volume_cap")]
     pub volume_cap: f64,
+}
+
+/// Where a mesh of triangles (in the plane) or tetrahedra comes from (MPM sheet §2.5b).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum MeshSource {
+    /// The domain, cut into cells of `cell_size` and these into two triangles or six tetrahedra each.
+    Box,
+    /// A file of Gmsh, in text form of version 2.2 or 4.1. Its physical groups can be named by boundaries.
+    File {
+        /// Path, from the folder of the case file.
+        file: String,
+    },
 }
 
 /// Shape functions of the grid.
@@ -248,6 +270,7 @@ impl MpmOptions {
     pub fn new(cell_size: f64) -> Self {
         Self {
             cell_size,
+            mesh: None,
             points_per_cell: two(),
             shape: ShapeFunctions::default(),
             stress_update: StressScheme::default(),
@@ -267,6 +290,7 @@ impl MpmOptions {
             integration: Integration::default(),
             full_cell: full_cell(),
             volumetric_strain: VolumetricStrain::default(),
+            free_surface: None,
             volume_cap: volume_cap(),
         }
     }
@@ -307,6 +331,9 @@ impl MpmOptions {
         rule("full_cell", fill, fill > 0.0 && fill <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if fill != full_cell() && self.integration != Integration::Mixed {
             return Err(("full_cell", "needs integration mixed".to_owned()));
+        }
+        if let Some(factor) = self.free_surface {
+            rule("free_surface", factor, factor > 0.0 && factor < 1.0, "is not in 0..1 (0 and 1 excluded)")?;
         }
         let cap = self.volume_cap;
         rule("volume_cap", cap, cap >= 1.0, "must be at least 1")

@@ -1,11 +1,14 @@
 //! From the run-time choice of dimension and shape functions to the compiled solver.
 
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, Corners, CubicSpline, DualDomain, Gimp, Linear, QuadraticSpline, WideGimp};
+use colluvium_grid::{
+    Basis, Corners, CubicSpline, DualDomain, Gimp, Linear, QuadraticSpline, Simplex, WideGimp,
+};
 
 use crate::MpmOptions;
 use crate::config::{DomainStretch, Formulation, ShapeFunctions};
 use crate::domains::{ConvectedDomain, DualPoint, ReferencePoint};
+use crate::mesh::InElement;
 use crate::points::{FixedDomain, PointDomain};
 use crate::stretch::{StretchingDomain, TurningDomain};
 
@@ -24,6 +27,12 @@ pub fn dispatch<T>(
     options: &MpmOptions,
     visitor: impl Visitor<Output = Result<T, CaseError>>,
 ) -> Result<T, CaseError> {
+    if options.mesh.is_some() {
+        return match case.dimension() {
+            2 => visitor.visit::<2, 3, Simplex, InElement>(),
+            _ => visitor.visit::<3, 4, Simplex, InElement>(),
+        };
+    }
     if options.shape == ShapeFunctions::Cpdi {
         return match case.dimension() {
             1 => visitor.visit::<1, 4, Corners, ConvectedDomain<1>>(),

@@ -10,6 +10,7 @@
 //!
 //! [`Mpm`] is the way in: it turns a [`Case`] into a [`Solver`].
 
+mod absorbing;
 mod affine;
 mod checkpoint;
 mod config;
@@ -17,8 +18,11 @@ mod contact;
 mod dispatch;
 mod domains;
 mod driven;
+mod free_surface;
 mod gap;
+mod loads;
 mod manufactured;
+mod mesh;
 mod mixed;
 mod momentum;
 mod points;
@@ -36,7 +40,7 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, MpmOptions, ShapeFunctions,
+    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions, ShapeFunctions,
     StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};

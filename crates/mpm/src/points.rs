@@ -7,6 +7,7 @@ use colluvium_constitutive::{Material, States, SymTensor};
 use colluvium_grid::{Basis, Grid, Mesh, Stencil, Support};
 use serde::{Deserialize, Serialize};
 
+use crate::loads::SurfaceLoad;
 use crate::two_phase::{PoreSet, SavedPore};
 
 /// Where points find their nodes.
@@ -38,6 +39,9 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     /// Whether points look at the grid from where they were at the start (total-Lagrangian).
     const ANCHORED: bool = false;
 
+    /// Whether points stand in elements of a mesh.
+    const MESHED: bool = false;
+
     /// The nodes of a point at `position` (m) with initial full widths `initial` (m).
     fn support<const S: usize, B: Basis<S>>(
         &self,
@@ -61,6 +65,21 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     #[inline(always)]
     fn anchor(&self, position: &[f64; D]) -> [f64; D] {
         *position
+    }
+
+    /// Least distance between nodes around the point (m), which the time step goes by.
+    #[inline(always)]
+    fn spacing(&self, ground: &Ground<'_, D>) -> f64 {
+        ground.grid.cell
+    }
+
+    /// Takes its place after a move; of use on a mesh only.
+    ///
+    /// # Errors
+    /// When there is none, as a reason.
+    #[inline(always)]
+    fn settle(&mut self, _ground: &Ground<'_, D>, _position: &[f64; D]) -> Result<(), String> {
+        Ok(())
     }
 
     /// Follows the step `f = 1 + gradient` (row `i`, column `j`: `∂u_i/∂x_j`).
@@ -143,7 +162,9 @@ pub struct PointSet<const D: usize, P> {
     pub origin: Vec<[f64; D]>,
     /// What the points know of their domains.
     pub domain: Vec<P>,
-    /// Traction forces at full load (N); empty where the body carries none.
+    /// Loads on the points.
+    pub loads: Vec<SurfaceLoad<D>>,
+    /// Sum of their forces in this step (N); empty where the body carries none.
     pub traction: Vec<[f64; D]>,
     /// For the affine transfers, empty otherwise: moment `Σ N v (x_i - x_p)ᵀ` of the velocity (APIC, m²/s) or its
     /// gradient (TPIC, 1/s); row `i`, column `j`.
@@ -180,26 +201,41 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
             return;
         }
+        self.reorder(&order);
+    }
+
+    /// Keeps the points of which `keep` approves, by their place.
+    pub fn retain(&mut self, keep: impl Fn(&[f64; D]) -> bool) {
+        let order: Vec<u32> = (0..self.len() as u32).filter(|&i| keep(&self.position[i as usize])).collect();
+        if order.len() < self.len() {
+            self.reorder(&order);
+            self.scratch.truncate(order.len());
+        }
+    }
+
+    /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
+    fn reorder(&mut self, order: &[u32]) {
         fn permute<T: Copy>(values: &mut Vec<T>, order: &[u32]) {
             if !values.is_empty() {
                 *values = order.iter().map(|&i| values[i as usize]).collect();
             }
         }
-        permute(&mut self.id, &order);
-        permute(&mut self.position, &order);
-        permute(&mut self.velocity, &order);
-        permute(&mut self.mass, &order);
-        permute(&mut self.volume, &order);
-        permute(&mut self.initial_volume, &order);
-        permute(&mut self.stress, &order);
-        permute(&mut self.origin, &order);
-        permute(&mut self.domain, &order);
-        permute(&mut self.traction, &order);
-        permute(&mut self.affine, &order);
+        permute(&mut self.id, order);
+        permute(&mut self.position, order);
+        permute(&mut self.velocity, order);
+        permute(&mut self.mass, order);
+        permute(&mut self.volume, order);
+        permute(&mut self.initial_volume, order);
+        permute(&mut self.stress, order);
+        permute(&mut self.origin, order);
+        permute(&mut self.domain, order);
+        permute(&mut self.traction, order);
+        self.loads.iter_mut().for_each(|load| load.permute(order));
+        permute(&mut self.affine, order);
         if let Some(pore) = &mut self.pore {
-            pore.permute(&order);
+            pore.permute(order);
         }
-        self.states = self.states.permuted(&order);
+        self.states = self.states.permuted(order);
     }
 
     /// Everything that changes, for a checkpoint.
@@ -216,7 +252,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             states: self.material.save(&self.states),
             origin: self.origin.as_flattened().to_vec(),
             domain: self.domain.iter().flat_map(|d| d.to_numbers()).collect(),
-            traction: self.traction.as_flattened().to_vec(),
+            loads: self.loads.iter().map(|load| load.force.as_flattened().to_vec()).collect(),
             affine: self.affine.as_flattened().as_flattened().to_vec(),
             pore: self.pore.as_ref().map(PoreSet::save),
             slabs: self.slabs.clone(),
@@ -233,8 +269,9 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             && vectors.iter().all(|a| a.len() == n * D)
             && saved.stress.len() == n
             && saved.domain.len() == n * per_domain
-            && (saved.traction.is_empty() || saved.traction.len() == n * D)
-            && saved.affine.len() == self.affine.len() * D * D
+            && saved.loads.len() == self.loads.len()
+            && saved.loads.iter().all(|force| force.len() == n * D)
+            && saved.affine.len() == if self.affine.is_empty() { 0 } else { n * D * D }
             && saved.slabs.last() == Some(&n);
         let states = self.material.load(&saved.states)?;
         if !fits || states.len() != n {
@@ -259,7 +296,13 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             0 => vec![P::default(); n],
             width => saved.domain.chunks(width).map(P::from_numbers).collect(),
         };
-        self.traction = vectors(&saved.traction);
+        for (load, force) in self.loads.iter_mut().zip(&saved.loads) {
+            load.restore(vectors(force));
+        }
+        // Points may have been removed since the start.
+        self.traction.truncate(n);
+        self.scratch.truncate(n);
+        self.affine.truncate(n);
         self.affine.as_flattened_mut().as_flattened_mut().copy_from_slice(&saved.affine);
         self.slabs = saved.slabs;
         Some(())
@@ -280,7 +323,7 @@ pub struct SavedSet {
     states: Vec<u8>,
     origin: Vec<f64>,
     domain: Vec<f64>,
-    traction: Vec<f64>,
+    loads: Vec<Vec<f64>>,
     affine: Vec<f64>,
     pore: Option<SavedPore>,
     slabs: Vec<usize>,

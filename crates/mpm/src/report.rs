@@ -5,7 +5,7 @@ use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
 use colluvium_grid::Basis;
 use rayon::prelude::*;
 
-use crate::points::{PointDomain, PointSet};
+use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
 
 /// The point with the smallest stable step.
@@ -75,7 +75,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     fn block_limit(&self, number: usize, first: usize, stress: &[SymTensor], states: &StateBlock) -> Limit {
         let set = &self.sets[number];
-        let h = self.grid.cell;
+        let ground = ground!(self);
         let mut moduli = [0.0; BLOCK];
         let mut viscosities = [0.0; BLOCK];
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
@@ -83,6 +83,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let mut least = Limit { dt: f64::INFINITY, limit: "nothing", set: number, index: first };
         for k in 0..stress.len() {
             let index = first + k;
+            let h = set.domain[index].spacing(&ground);
             let density = set.mass[index] / set.volume[index];
             if set.rigid.is_some() {
                 (moduli[k], viscosities[k]) = (0.0, 0.0);

@@ -3,12 +3,13 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Load, Side, Space, Wall as CaseWall};
+use colluvium_case::description::{Body, Boundary, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Material};
-use colluvium_grid::{Basis, Grid, Layout, Mesh, Node, Wall, WallKind, Walls};
+use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
+use crate::absorbing::{Absorbing, Impedance};
 use crate::config::ShapeFunctions;
 use crate::driven::{self, Driven};
 use crate::gap::SurfaceDistance;
@@ -17,7 +18,9 @@ use crate::momentum::RowSums;
 use crate::points::{Ground, PointDomain, PointSet};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
-use crate::{MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, two_phase};
+use crate::{
+    MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads, mesh, two_phase,
+};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -31,6 +34,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     let options: MpmOptions = case.method_options("mpm")?;
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
     let options = two_phase::cleared(case, options)?;
+    mesh::cleared(case, &options)?;
     mixed::cleared(&options, case.bodies.iter().any(|body| body.pore_fluid.is_some()))?;
     Ok(options)
 }
@@ -40,6 +44,27 @@ pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     Grid::new(corner(&case.domain.min), corner(&case.domain.max), options.cell_size)
         .map_err(|error| CaseError::new("methods.mpm.cell_size", error.to_string()))
+}
+
+/// The nodes of the case.
+pub fn layout<const D: usize, const S: usize, B: Basis<S>>(
+    case: &Case,
+    grid: &Grid<D>,
+    options: &MpmOptions,
+) -> Result<Layout<D>, CaseError> {
+    let layout = Layout::new::<S, B>(grid);
+    if case.domain.periodic.is_empty() {
+        return Ok(layout);
+    }
+    if !options.contacts.is_empty() {
+        return Err(CaseError::new("domain.periodic", "is not available with contacts"));
+    }
+    let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
+    layout.repeating(periodic).ok_or_else(|| {
+        let problem =
+            "needs shape linear, ugimp or cpgimp, and along a periodic axis at least 3 cells (cpgimp: 5)";
+        CaseError::new("domain.periodic", problem)
+    })
 }
 
 /// The walls of a stage.
@@ -78,21 +103,33 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
             return Err(CaseError::new(path(), problem));
         }
         let node = if face == grid.cells[axis] { nodes[axis] - 1 - B::GHOSTS } else { face + B::GHOSTS };
-        let kind = match boundary.wall {
-            CaseWall::Rough => WallKind::Rough,
-            CaseWall::Smooth => WallKind::Smooth,
-            CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
-                WallFriction::Impulse => WallKind::Frictional { coefficient: sliding },
-                WallFriction::Acceleration => {
-                    WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
-                }
-            },
-        };
-        let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
-        let (upper, separation) = (boundary.side.is_max(), boundary.separation);
-        walls.push(Wall { axis, upper, node, kind, separation, velocity });
+        if let Some(kind) = kind(boundary, options) {
+            walls.push(wall(boundary, node, kind));
+        }
     }
     Ok(Walls::new(&nodes, walls))
+}
+
+/// How the wall of a boundary acts; `None` for one that only brakes.
+pub fn kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> {
+    Some(match boundary.wall {
+        CaseWall::Absorbing { .. } => return None,
+        CaseWall::Rough => WallKind::Rough,
+        CaseWall::Smooth => WallKind::Smooth,
+        CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
+            WallFriction::Impulse => WallKind::Frictional { coefficient: sliding },
+            WallFriction::Acceleration => {
+                WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
+            }
+        },
+    })
+}
+
+/// The wall of a boundary with its face at a node.
+pub fn wall(boundary: &Boundary, node: usize, kind: WallKind) -> Wall {
+    let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
+    let (axis, upper, separation) = (boundary.side.axis(), boundary.side.is_max(), boundary.separation);
+    Wall { axis, upper, node, kind, separation, velocity }
 }
 
 fn spatial(values: &[f64]) -> [f64; 3] {
@@ -215,27 +252,44 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     case: &Case,
     options: &MpmOptions,
 ) -> Result<MpmSolver<D, S, B, P>, CaseError> {
-    let grid = grid::<D>(case, options)?;
+    let (grid, mesh, layout) = mesh::terrain::<D, S, B>(case, options)?;
     for stage in 0..case.stages.len() {
-        walls::<D, S, B>(case, stage, &grid, options)?;
+        if mesh.is_empty() {
+            walls::<D, S, B>(case, stage, &grid, options)?;
+        } else {
+            mesh::walls(case, stage, &mesh, &layout, options)?;
+        }
+    }
+    if !mesh.is_empty() {
+        case.refuse_driven("mpm on a mesh of simplices")?;
+    }
+    if options.formulation == Formulation::TotalLagrangian {
+        case.refuse_driven("the total-Lagrangian formulation of mpm")?;
     }
     let driven = driven::driven(case);
-    let layout = Layout::new::<S, B>(&grid);
+    let ground = Ground { grid: &grid, mesh: &mesh };
     let two_phase = two_phase::two_phase(case, options, &layout);
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
-        let mut set = point_set::<D, P>(case, options, &grid, number, next)?;
+        let mut set = point_set::<D, P>(case, options, &ground, number, next)?;
         next += set.len();
         set.rigid = case.bodies[number].rigid.then(|| rigid_number(&driven, &case.bodies[number])).flatten();
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
-    for (number, load) in case.loads.iter().enumerate() {
-        apply_load(case, number, load, &mut sets)?;
-    }
     let strains = CellStrains::new(case, options, &layout);
     let stresses = CellStresses::new(options, &layout, contacts.fields());
+    for number in 0..case.loads.len() {
+        loads::apply(case, number, &mesh, &mut sets)?;
+    }
+    let absorbs = case.boundaries.iter().position(|b| matches!(b.wall, CaseWall::Absorbing { .. }));
+    let impedances = absorbs.map_or_else(Vec::new, |_| sets.iter().map(Impedance::of).collect());
+    if let (Some(number), true) = (absorbs, contacts.fields() > 1) {
+        let problem = "an absorbing boundary is not available with contacts";
+        return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
+    }
+    let free_surface = free_surface::free_surface(case, options, &grid, &layout)?;
     let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
@@ -243,13 +297,13 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         nodes: vec![Node::default(); own_nodes],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
-        load_factors: vec![1.0; case.bodies.len()],
         walls: Walls::default(),
         upper: grid.upper(),
         closed: [[false; 2]; D],
+        periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
         layout,
         grid,
-        mesh: Arc::default(),
+        mesh,
         strains,
         stresses,
         sets,
@@ -269,6 +323,9 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         external_work: 0.0,
         two_phase,
         manufactured: None,
+        free_surface,
+        absorbing: Absorbing::default(),
+        impedances,
         basis: PhantomData,
     };
     // XPIC sweeps over the same nodes before they hold re-mapped velocities.
@@ -307,13 +364,13 @@ fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<
 fn point_set<const D: usize, P: PointDomain<D>>(
     case: &Case,
     options: &MpmOptions,
-    grid: &Grid<D>,
+    ground: &Ground<'_, D>,
     number: usize,
     first_id: usize,
 ) -> Result<PointSet<D, P>, CaseError> {
     let body = &case.bodies[number];
     let path = format!("bodies[{number}]");
-    let samples = samples(options, grid, body, &path, first_id)?;
+    let samples = samples(options, ground, body, &path, first_id)?;
     let spec = &case.materials[&body.material];
     let material: Arc<dyn Material> = spec
         .build()
@@ -344,7 +401,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         field: 0,
         rigid: None,
         material,
-        extent: [grid.cell / options.points_per_cell as f64; D],
+        extent: [width(ground, options, &samples); D],
         id: (first_id as u32..(first_id + position.len()) as u32).collect(),
         velocity: position.iter().map(velocity_at).collect(),
         mass: volume.iter().map(|v| v * density).collect(),
@@ -353,10 +410,11 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         stress,
         states,
         origin: position.clone(),
-        domain: domains(grid, &position, &path)?,
+        domain: domains(ground, &position, &path)?,
         affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
         scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
+        loads: Vec::new(),
         traction: Vec::new(),
         pending: if follows_later { vec![[[0.0; D]; D]; samples.len()] } else { Vec::new() },
         pore,
@@ -365,15 +423,13 @@ fn point_set<const D: usize, P: PointDomain<D>>(
 }
 
 fn domains<const D: usize, P: PointDomain<D>>(
-    grid: &Grid<D>,
+    ground: &Ground<'_, D>,
     position: &[[f64; D]],
     path: &str,
 ) -> Result<Vec<P>, CaseError> {
-    let mesh = Mesh::default();
-    let ground = Ground { grid, mesh: &mesh };
     let mut domains = vec![P::default(); position.len()];
     for (domain, x) in domains.iter_mut().zip(position) {
-        let placed = domain.start(&ground, x);
+        let placed = domain.start(ground, x);
         placed.map_err(|reason| {
             CaseError::new(format!("{path}.shape"), format!("the point at {x:?} m: {reason}"))
         })?;
@@ -381,15 +437,29 @@ fn domains<const D: usize, P: PointDomain<D>>(
     Ok(domains)
 }
 
+/// Full width of every point of a body (m); in elements the mean one of squares or cubes of their volume.
+fn width<const D: usize>(ground: &Ground<'_, D>, options: &MpmOptions, samples: &[Sample<D>]) -> f64 {
+    if ground.mesh.is_empty() {
+        return ground.grid.cell / options.points_per_cell as f64;
+    }
+    let volume = samples.iter().map(|sample| sample.volume).sum::<f64>() / samples.len() as f64;
+    volume.powf(1.0 / D as f64)
+}
+
 fn samples<const D: usize>(
     options: &MpmOptions,
-    grid: &Grid<D>,
+    ground: &Ground<'_, D>,
     body: &Body,
     path: &str,
     first_id: usize,
 ) -> Result<Vec<Sample<D>>, CaseError> {
-    let samples = colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
-        .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?;
+    let grid = ground.grid;
+    let samples = if ground.mesh.is_empty() {
+        colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
+            .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?
+    } else {
+        mesh::samples(ground.mesh, options, body)
+    };
     if samples.is_empty() {
         let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);
         return Err(CaseError::new(format!("{path}.shape"), problem));
@@ -404,63 +474,19 @@ fn samples<const D: usize>(
     Ok(samples)
 }
 
-/// Gives the outermost layer of points of the loaded side its share of the traction (MPM sheet §2.11).
-fn apply_load<const D: usize, P: PointDomain<D>>(
-    case: &Case,
-    number: usize,
-    load: &Load,
-    sets: &mut [PointSet<D, P>],
-) -> Result<(), CaseError> {
-    let Load::Traction { body, side, value, .. } = load;
-    let set = sets.iter_mut().find(|set| case.bodies[set.body as usize].name == *body);
-    let Some(set) = set else {
-        return Err(CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")));
-    };
-    if set.traction.is_empty() {
-        set.traction = vec![[0.0; D]; set.position.len()];
-    }
-    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
-    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
-    let across: f64 = (0..D).filter(|c| *c != axis).map(|c| set.extent[c]).product();
-    for (position, force) in set.position.iter().zip(&mut set.traction) {
-        if sign * position[axis] > outermost - 0.5 * set.extent[axis] {
-            let radius = match (case.space, side) {
-                (Space::Axisymmetric, Side::XMin | Side::XMax) => position[0] + sign * 0.5 * set.extent[0],
-                (Space::Axisymmetric, _) => position[0],
-                _ => 1.0,
-            };
-            for c in 0..D {
-                force[c] += value[c] * across * radius;
-            }
-        }
-    }
-    Ok(())
-}
-
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
         let (case, grid, options) = (&self.case, &self.grid, &self.options);
-        let own = walls::<D, S, B>(case, stage, grid, options)?;
+        let own = if self.mesh.is_empty() {
+            walls::<D, S, B>(case, stage, grid, options)?
+        } else {
+            mesh::walls(case, stage, &self.mesh, &self.layout, options)?
+        };
         if let Some(phases) = &mut self.two_phase {
             phases.walls = two_phase::liquid_walls::<D, S, B>(case, stage, grid, options)?;
         }
         self.set_walls(own);
-        Ok(())
-    }
-
-    /// Sets the factors on the tractions of each body to those at the end of a step of `dt`.
-    pub(crate) fn set_load_factors(&mut self, dt: f64) {
-        let end = self.time + dt;
-        for (body, factor) in self.case.bodies.iter().zip(&mut self.load_factors) {
-            let of_body = |load: &&Load| {
-                let Load::Traction { body: name, .. } = load;
-                *name == body.name
-            };
-            *factor = self.case.loads.iter().find(of_body).map_or(1.0, |load| {
-                let Load::Traction { ramp, ramp_shape, .. } = load;
-                ramp_shape.factor(end, *ramp)
-            });
-        }
+        self.set_absorbing(stage)
     }
 }

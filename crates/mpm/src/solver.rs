@@ -4,11 +4,14 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use colluvium_case::{Case, SolverError, TimeStep};
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Mesh, Node, Walls};
+use colluvium_grid::{Basis, Grid, Lanes, Layout, Mesh, Node, Support, Walls};
+use rayon::prelude::*;
 
+use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{StressScheme, Transfer};
 use crate::contact::Contacts;
 use crate::driven::Driven;
+use crate::free_surface::FreeSurface;
 use crate::mixed::CellStresses;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
 use crate::points::{PointDomain, PointSet};
@@ -37,13 +40,13 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) driven: Vec<Driven>,
     pub(crate) strains: CellStrains,
     pub(crate) stresses: CellStresses,
-    /// Factor on the tractions of each body of the case, in this step.
-    pub(crate) load_factors: Vec<f64>,
     pub(crate) walls: Walls,
     /// Upper corner of the grid (m).
     pub(crate) upper: [f64; D],
     /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
     pub(crate) closed: [[bool; 2]; D],
+    /// Axes along which the domain repeats itself.
+    pub(crate) periodic: [bool; D],
     pub(crate) axisymmetric: bool,
     pub(crate) gravity: [f64; 3],
     pub(crate) stage: usize,
@@ -61,6 +64,10 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) two_phase: Option<Box<TwoPhase>>,
     /// A solution to verify against, whose force acts on the points.
     pub(crate) manufactured: Option<Arc<Manufactured>>,
+    pub(crate) free_surface: Option<Box<FreeSurface<D>>>,
+    pub(crate) absorbing: Absorbing,
+    /// Of the bodies of the case; empty without absorbing boundaries.
+    pub(crate) impedances: Vec<Impedance>,
     pub(crate) basis: PhantomData<B>,
 }
 
@@ -75,11 +82,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.reset_nodes();
         self.drive(dt);
         self.push_manufactured();
+        self.free_surface();
         let moved = match self.options.stress_update {
             StressScheme::Usl => {
                 self.scatter(Scatter::Everything, dt); // 1
                 self.solve_momentum(dt); // 2–4
                 self.share_strain_if_asked::<SOLVED>(dt); // 7
+                self.follow_loads::<SOLVED>(dt);
                 // 5, 7–9
                 self.update_points::<SOLVED>(
                     dt,
@@ -92,6 +101,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, ..PointUpdate::NONE })?; // 5
                 self.remap(); // 6
                 self.share_strain_if_asked::<REMAPPED>(dt); // 7
+                self.follow_loads::<REMAPPED>(dt);
                 // 7–9
                 self.update_points::<REMAPPED>(
                     dt,
@@ -105,6 +115,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.update_points::<REMAPPED>(dt, PointUpdate { stress: true, ..PointUpdate::NONE })?; // 7–8
                 self.scatter(Scatter::Forces, dt); // 1, forces
                 self.solve_momentum(dt); // 2–4
+                self.follow_loads::<SOLVED>(dt);
                 // 5, 9
                 self.update_points::<SOLVED>(
                     dt,
@@ -114,6 +125,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         };
         // 10
         self.travel += moved.max(self.move_driven(dt));
+        self.wrap();
         self.time += dt;
         self.step += 1;
         self.limit_age += 1;
@@ -134,6 +146,38 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             return;
         }
         self.sort();
+    }
+
+    /// Brings points back that left through a periodic side, on the other one.
+    pub(crate) fn wrap(&mut self) {
+        if self.periodic == [false; D] {
+            return;
+        }
+        let (low, high, periodic) = (self.grid.origin, self.upper, self.periodic);
+        let mut wrapped = false;
+        for set in &mut self.sets {
+            let points = set.position.par_iter_mut().zip(&mut set.origin);
+            wrapped |= points
+                .map(|(position, origin)| {
+                    let mut any = false;
+                    for axis in (0..D).filter(|axis| periodic[*axis]) {
+                        let shift = match position[axis] {
+                            x if x < low[axis] => high[axis] - low[axis],
+                            x if x >= high[axis] => low[axis] - high[axis],
+                            _ => continue,
+                        };
+                        position[axis] = (position[axis] + shift).clamp(low[axis], high[axis]);
+                        origin[axis] += shift;
+                        any = true;
+                    }
+                    any
+                })
+                .reduce(|| false, |a, b| a | b);
+        }
+        if wrapped {
+            // They are in other slabs now.
+            self.travel = f64::INFINITY;
+        }
     }
 
     /// Sorts all points by cell and finds the active nodes.
@@ -180,6 +224,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
+    fn follow_loads<const FROM_SOLVED: bool>(&mut self, dt: f64) {
+        let strides = self.layout.strides();
+        self.follow_surfaces(dt, |solver, field, stencil| {
+            let first = field * solver.layout.len();
+            if FROM_SOLVED {
+                stencil.gather(&solver.nodes[first..], &strides)
+            } else {
+                stencil.gather_velocity(&solver.remapped[first..], &strides)
+            }
+        });
+    }
+
     fn solve_momentum(&mut self, dt: f64) {
         let stage = &self.case.stages[self.stage];
         let damping = stage.damping_of_axes();
@@ -201,6 +257,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 RowSums::default()
             });
         }
+        self.absorb(dt);
         self.hold_rigid();
         self.touch(dt);
         self.hold_patches(dt);
@@ -255,7 +312,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 (0..D).map(|c| force[c] * velocity[c]).sum::<f64>()
             };
             let power: f64 = set.traction.iter().zip(&set.velocity).map(power).sum();
-            work += dt * self.load_factors[set.body as usize] * power;
+            work += dt * power;
         }
         for driven in &self.driven {
             let velocity = driven.rigid_velocity();

@@ -94,7 +94,7 @@ impl<const D: usize> Touch<'_, D> {
 
     fn wall(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3]) {
         for axis in 0..D {
-            if let Some(wall) = self.walls.at(axis, index[axis]) {
+            if let Some(wall) = self.walls.at(axis, index) {
                 wall.constrain(start, end, self.keep_start);
             }
         }

@@ -96,7 +96,7 @@ pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes;
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Point to grid (step 1), slab by slab.
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
-        self.set_load_factors(dt);
+        self.apply_loads(dt);
         if what != Scatter::Motion {
             self.average_stresses();
         }
@@ -105,7 +105,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         let strides = self.layout.strides();
         let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
-        let (loads, transfer) = (&self.load_factors, self.options.transfer);
+        let transfer = self.options.transfer;
         let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
@@ -128,8 +128,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                             body = Some(Lanes::new([hoop, 0.0, 0.0, 0.0]));
                         }
                         if !set.traction.is_empty() && what != Scatter::Motion {
-                            let traction = lanes(&set.traction[p], 0.0) * loads[set.body as usize];
-                            body = Some(body.unwrap_or(Lanes::ZERO) + traction);
+                            body = Some(body.unwrap_or(Lanes::ZERO) + lanes(&set.traction[p], 0.0));
                         }
                         stencil.deposit(window, offset, &strides, motion, &columns, body);
                         if affine {
@@ -138,6 +137,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                             moments.deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, momentum);
                         }
                     }
+                }
+            });
+            self.layout.fold(nodes, |sum, node| {
+                if what != Scatter::Forces {
+                    sum.motion += node.motion;
+                }
+                if what != Scatter::Motion {
+                    sum.force += node.force;
                 }
             });
         }
@@ -168,6 +175,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                 }
             });
+            self.layout.fold(nodes, |sum, node| *sum += *node);
         }
         self.velocities_of_remapped(false);
     }
@@ -203,7 +211,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         _ => [row, number / shape[D - 1], number % shape[D - 1]],
                     };
                     for axis in 0..D {
-                        if let Some(wall) = walls.at(axis, index[axis]) {
+                        if let Some(wall) = walls.at(axis, &index) {
                             let [x, y, z, _] = line[number].to_array();
                             let mut velocity = [x, y, z];
                             let [x, y, z, _] = node.motion.to_array();
@@ -382,7 +390,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     step = step.max((dt * velocity[c]).abs());
                 }
                 moved = moved.max(if P::ANCHORED { 0.0 } else { step });
-                self.check_position(&mut block.position[p], step)
+                self.check_position(&mut block.domain[p], &mut block.position[p], step)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
         }
@@ -435,16 +443,25 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Refuses a move that cannot be right. A point that round-off carries through a wall on the side
     /// of the domain is put back onto it.
     #[inline(always)]
-    pub(crate) fn check_position(&self, position: &mut [f64; D], step: f64) -> Result<(), String> {
+    pub(crate) fn check_position(
+        &self,
+        domain: &mut P,
+        position: &mut [f64; D],
+        step: f64,
+    ) -> Result<(), String> {
+        let ground = ground!(self);
         // Written so that NaN counts as a failure.
-        if !(step <= 0.5 * self.grid.cell) {
+        if !(step <= 0.5 * domain.spacing(&ground)) {
             return Err(format!(
-                "it would move {step:.3e} m in one step, more than half a cell: the run has become unstable \
+                "it would move {step:.3e} m in one step, more than half a cell or element: the run has become unstable \
                  (reduce courant or time_step)"
             ));
         }
+        if P::MESHED {
+            return domain.settle(&ground, position);
+        }
         if !P::ANCHORED && !self.grid.contains(position) {
-            for axis in 0..D {
+            for axis in (0..D).filter(|axis| !self.periodic[*axis]) {
                 let (low, high) = (self.grid.origin[axis], self.upper[axis]);
                 if (position[axis] < low && !self.closed[axis][0])
                     || (position[axis] > high && !self.closed[axis][1])

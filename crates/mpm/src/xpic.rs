@@ -55,6 +55,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                 }
             });
+            self.layout.fold(rest, |sum, node| *sum += *node);
             self.layout.rows(rest, &mut self.row_sums, |row, active, line| {
                 for number in active {
                     let mass = nodes[row * row_length + number].motion.as_array()[3];
@@ -65,7 +66,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         _ => [row, number / shape[D - 1], number % shape[D - 1]],
                     };
                     for axis in 0..D {
-                        if let Some(wall) = walls.at(axis, index[axis]) {
+                        if let Some(wall) = walls.at(axis, &index) {
                             let mut free = [1.0; 4];
                             free[..3].copy_from_slice(&wall.free_components());
                             line[number] *= Lanes::new(free);

@@ -138,3 +138,22 @@ fn the_total_lagrangian_form_turns_without_stress() {
         assert!((x[0] + start[1]).abs() < 5e-3 && (x[1] - start[0]).abs() < 5e-3, "{x:?} from {start:?}");
     }
 }
+
+#[test]
+fn what_the_shapes_cannot_honour_is_refused_by_name() {
+    for (path, options) in [
+        ("formulation", json!({ "formulation": "total-lagrangian" })),
+        ("integration", json!({ "integration": "mixed" })),
+        ("full_cell", json!({ "shape": "linear", "full_cell": 0.5 })),
+        ("full_cell", json!({ "shape": "linear", "integration": "mixed", "full_cell": 1.5 })),
+        ("transfer", json!({ "shape": "cpdi", "transfer": "apic" })),
+        ("shape", json!({ "mesh": { "kind": "box" } })),
+        ("shape", json!({ "shape": "cpdi", "mesh": { "kind": "box" } })),
+    ] {
+        let mut all = json!({ "cell_size": 0.1 });
+        all.as_object_mut().unwrap().extend(options.as_object().unwrap().clone());
+        let error =
+            Mpm.build(&case(json!({ "methods": { "mpm": all } }))).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(&format!("methods.mpm.{path}")), "{options}: {error}");
+    }
+}

@@ -231,7 +231,6 @@ fn what_two_phases_cannot_honour_is_refused_by_name() {
         ("stress_update", json!("usf")),
         ("transfer", json!("tpic")),
         ("transfer", json!("xpic")),
-        ("mass_scaling", json!(4)),
         ("contacts", json!([{ "bodies": ["b", "dry"] }])),
     ];
     for (key, value) in options {

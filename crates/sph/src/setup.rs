@@ -33,6 +33,13 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
         return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
     }
     case.refuse_driven("sph")?;
+    if let Some(number) = case.stages.iter().position(|stage| !stage.excavate.is_empty()) {
+        let problem = "sph removes whole bodies only: use remove_bodies";
+        return Err(CaseError::new(format!("stages[{number}].excavate"), problem));
+    }
+    if !case.domain.periodic.is_empty() {
+        return Err(CaseError::new("domain.periodic", "sph has no periodic boundaries"));
+    }
     if !case.loads.is_empty() {
         return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
     }
@@ -47,6 +54,12 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
         let path = |key: &str| format!("boundaries[{number}].{key}");
         if matches!(boundary.wall, Wall::Frictional { .. }) {
             return Err(CaseError::new(path("wall"), "sph has rough and smooth walls, none with friction"));
+        }
+        if boundary.group.is_some() {
+            return Err(CaseError::new(path("group"), "sph has no mesh with groups of nodes"));
+        }
+        if matches!(boundary.wall, Wall::Absorbing { .. }) {
+            return Err(CaseError::new(path("wall"), "sph has no absorbing boundaries"));
         }
         if boundary.separation {
             return Err(CaseError::new(path("separation"), "material cannot lift off the walls of sph"));
@@ -73,7 +86,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
         };
         match boundary.wall {
             Wall::Smooth => mirrors.push(plane),
-            Wall::Rough | Wall::Frictional { .. } => rough.push(plane),
+            Wall::Rough | Wall::Frictional { .. } | Wall::Absorbing { .. } => rough.push(plane),
         }
     }
     let span = (corner(&case.domain.min), corner(&case.domain.max));

@@ -17,6 +17,8 @@ mod mpm_axisymmetric;
 mod mpm_contact;
 mod mpm_cut;
 mod mpm_footing;
+mod mpm_liquid;
+mod mpm_saturated;
 mod mpm_slope;
 mod mpm_step_wave;
 mod mpm_two_phase;
@@ -24,6 +26,7 @@ mod mpm_units;
 mod returns;
 mod rigid_motion;
 mod self_weight;
+mod simplices;
 mod sph_column;
 mod sph_geostatic;
 mod sph_operators;
@@ -78,6 +81,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&manufactured::AXIS_ALIGNED, Some(4), 15),
     Listed::new(&manufactured::VORTEX, Some(15), 20),
     Listed::new(&cantilever::BENCHMARK, Some(15), 30),
+    Listed::new(&simplices::BENCHMARK, Some(5), 5),
     Listed::new(&mpm_contact::BENCHMARK, Some(20), 20),
     Listed::new(&mpm_two_phase::CONSOLIDATION, Some(15), 22),
     Listed::new(&mpm_two_phase::WAVES, Some(1), 1),
@@ -87,6 +91,12 @@ pub const ALL: &[Listed] = &[
     Listed::new(&mpm_cut::BENCHMARK, Some(15), 400),
     Listed::new(&mpm_slope::BENCHMARK, Some(20), 300),
     Listed::new(&mpm_axisymmetric::BENCHMARK, Some(15), 50),
+    Listed::new(&mpm_saturated::PHASES, Some(2), 2),
+    Listed::new(&mpm_saturated::GRAVITY, Some(4), 4),
+    Listed::new(&mpm_saturated::ABSORBING, Some(2), 2),
+    Listed::new(&mpm_liquid::HYDROSTATIC, Some(2), 2),
+    Listed::new(&mpm_liquid::VISCOUS, Some(4), 4),
+    Listed::new(&mpm_liquid::DAM_BREAK, Some(6), 40),
     Listed::new(&column_collapse::BENCHMARK, Some(70), 150),
     Listed::new(&column_a04::BENCHMARK, Some(40), 700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
@@ -261,6 +271,16 @@ fn stresses(snapshot: &Snapshot) -> Vec<colluvium::constitutive::SymTensor> {
 /// A column of the measures; empty where there is none.
 fn series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
     report.table.pairs("time", name).unwrap_or_default()
+}
+
+/// Slope of the straight line through the points, by least squares.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let n = points.len() as f64;
+    let (mx, my) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
+    let (xy, xx) = points
+        .iter()
+        .fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - mx) * (p.1 - my), xx + (p.0 - mx) * (p.0 - mx)));
+    xy / xx
 }
 
 /// Height of the highest point before `x` (m).

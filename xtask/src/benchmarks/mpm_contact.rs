@@ -3,7 +3,7 @@
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 use colluvium::case::{Case, RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, run, set, stresses, vectors};
+use super::{Benchmark, Outcome, case, run, set, slope, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -46,16 +46,6 @@ fn history(report: &RunReport, field: &str, body: u32, start: f64) -> Vec<(f64, 
 /// Mean way along x of a body in time.
 fn ways(report: &RunReport, body: u32) -> Vec<(f64, f64)> {
     report.frames.iter().map(|frame| (frame.time, mean(frame, "displacement", body, 0))).collect()
-}
-
-/// Slope of the straight line through the points, by least squares.
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let n = points.len() as f64;
-    let (mx, my) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.0 / n, y + p.1 / n));
-    let (xy, xx) = points
-        .iter()
-        .fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - mx) * (p.1 - my), xx + (p.0 - mx) * (p.0 - mx)));
-    xy / xx
 }
 
 /// Two equal bars, A-13: 1 m long, 1000 kg/m³, 10 m/s wave speed, ±0.1 m/s.

@@ -141,7 +141,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "/boundaries/0/wall/kind",
             json!("ruff"),
             "boundaries[0].wall.kind",
-            "is not one of rough, smooth, frictional",
+            "is not one of rough, smooth, frictional, absorbing",
         ),
         (
             "/boundaries/0/wall/friction_coefficient",
@@ -152,6 +152,45 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/boundaries/0/position", json!(5), "boundaries[0].position", "outside the domain"),
         ("/loads/0/body", json!("c"), "loads[0].body", "is not the name of a body"),
         ("/loads/0/ramp", json!(-1), "loads[0].ramp", "must not be negative"),
+        (
+            "/loads/0",
+            json!({ "kind": "pressure", "body": "c", "side": "y-max", "value": 10 }),
+            "loads[0].body",
+            "is not the name of a body",
+        ),
+        (
+            "/loads/0",
+            json!({ "kind": "pore-pressure", "body": "a", "side": "y-max", "value": 10 }),
+            "loads[0].body",
+            "has no pore_fluid",
+        ),
+        ("/domain/periodic", json!(["z"]), "domain.periodic[0]", "does not have this axis"),
+        ("/domain/periodic", json!(["x", "x"]), "domain.periodic[1]", "named twice"),
+        ("/domain/periodic", json!(["y"]), "boundaries[0].side", "periodic along the axis"),
+        (
+            "/boundaries/0/wall",
+            json!({ "kind": "absorbing", "normal": -1 }),
+            "boundaries[0].wall.normal",
+            "negative",
+        ),
+        (
+            "/boundaries/0/wall",
+            json!({ "kind": "absorbing", "spring_length": 0 }),
+            "boundaries[0].wall.spring_length",
+            "positive",
+        ),
+        (
+            "/boundaries/0",
+            json!({ "side": "y-min", "wall": { "kind": "absorbing" }, "velocity": [0, 1] }),
+            "boundaries[0].velocity",
+            "does not move",
+        ),
+        (
+            "/stages/1/excavate",
+            json!([{ "kind": "box", "min": [0, 0], "max": [0, 1] }]),
+            "stages[1].excavate[0].max[0]",
+            "must be above min",
+        ),
         ("/stages", json!([]), "stages", "at least one stage"),
         ("/stages/1/duration", json!(0), "stages[1].duration", "must be positive"),
         ("/stages/0/damping", json!(1.0), "stages[0].damping", "is not in 0..1"),
@@ -193,6 +232,12 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/output/frames", json!(1e-9), "output.frames", "would give"),
         ("/output/frame", json!(1), "output.frame", "did you mean \"frames\"?"),
         ("/methods/mpm", json!(3), "methods.mpm", "object"),
+        (
+            "/boundaries/0",
+            json!({ "side": "y-min", "group": "base", "position": 0.2, "wall": { "kind": "rough" } }),
+            "boundaries[0].position",
+            "group \"base\"",
+        ),
     ];
     for (pointer, value, path, words) in table {
         let errors = Case::from_json(&with(pointer, value).to_string()).expect_err(pointer);
@@ -368,12 +413,10 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
             c.boundaries[0].wall = Wall::Frictional { friction_coefficient: bad };
         }),
         ("loads[0].value[1]", |c, bad| {
-            let Load::Traction { value, .. } = &mut c.loads[0];
-            value[1] = bad;
+            inside!(Load::Traction { value, .. } = &mut c.loads[0] => &mut value[1], bad);
         }),
         ("loads[0].ramp", |c, bad| {
-            let Load::Traction { ramp, .. } = &mut c.loads[0];
-            *ramp = bad;
+            inside!(Load::Traction { ramp, .. } = &mut c.loads[0] => ramp, bad);
         }),
         ("stages[1].duration", |c, bad| c.stages[1].duration = bad),
         ("stages[1].damping", |c, bad| c.stages[1].damping = bad),

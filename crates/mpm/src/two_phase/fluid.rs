@@ -50,6 +50,8 @@ pub struct PoreSet<const D: usize> {
     pub velocity: Vec<[f64; D]>,
     /// Pore pressures (Pa), compression-positive.
     pub pressure: Vec<f64>,
+    /// Forces of prescribed boundary pressures in this step (N); empty where there are none.
+    pub traction: Vec<[f64; D]>,
 }
 
 /// The arrays of a [`PoreSet`] in a checkpoint.
@@ -64,6 +66,9 @@ impl<const D: usize> PoreSet<D> {
     pub fn permute(&mut self, order: &[u32]) {
         self.velocity = order.iter().map(|&i| self.velocity[i as usize]).collect();
         self.pressure = order.iter().map(|&i| self.pressure[i as usize]).collect();
+        if !self.traction.is_empty() {
+            self.traction = order.iter().map(|&i| self.traction[i as usize]).collect();
+        }
     }
 
     /// Everything that changes, for a checkpoint.
@@ -76,6 +81,7 @@ impl<const D: usize> PoreSet<D> {
         if saved.velocity.len() != n * D || saved.pressure.len() != n {
             return None;
         }
+        self.traction.truncate(n);
         self.velocity = saved.velocity.as_chunks().0.to_vec();
         self.pressure = saved.pressure;
         Some(())

@@ -18,7 +18,7 @@ mod strain;
 mod transfer;
 
 use colluvium_case::{Equilibrium, SolverError};
-use colluvium_grid::{Basis, Lanes, Layout, Node, Walls};
+use colluvium_grid::{Basis, Lanes, Layout, Node, Support, Walls};
 
 pub use fluid::{Fluid, PoreSet, SavedPore, critical_step};
 pub use momentum::PhaseSums;
@@ -63,6 +63,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let moved = self.step_phases(&mut phases, dt);
         self.two_phase = Some(phases);
         self.travel += moved?;
+        self.wrap();
         self.time += dt;
         self.step += 1;
         self.limit_age += 1;
@@ -73,40 +74,45 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.layout.reset(&mut phases.nodes); // 0
         self.scatter_phases(phases, dt); // 1
         self.solve_phases(phases, dt); // 2–4
+        let strides = self.layout.strides();
         let all = PointUpdate { velocity: true, stress: true, position: true };
         if self.options.stress_update == StressScheme::Usl {
             self.share_phase_strains::<SOLVED>(phases, dt); // 7
+            self.follow_surfaces(dt, |_, _, stencil| stencil.gather_phases(&phases.nodes, &strides)[SOLID]);
             return self.update_phases::<SOLVED>(phases, dt, all); // 5, 7–9
         }
         let velocity = PointUpdate { velocity: true, ..PointUpdate::NONE };
         self.update_phases::<SOLVED>(phases, dt, velocity)?; // 5
         self.remap_phases(phases); // 6
         self.share_phase_strains::<REMAPPED>(phases, dt); // 7
+        self.follow_surfaces(dt, |_, _, stencil| {
+            stencil.gather_velocities(&phases.remapped, &strides)[SOLID]
+        });
         self.update_phases::<REMAPPED>(phases, dt, PointUpdate { velocity: false, ..all }) // 7–9
     }
 
     fn solve_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
         let stage = &self.case.stages[self.stage];
+        let TwoPhase { nodes, row_sums, walls, heaviest, sums, .. } = phases;
         let cutoff = self.options.node_mass_cutoff;
         let solve = PhaseSolve {
             dt,
             gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
             damping: stage.damping,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
-            light: [cutoff * self.heaviest, cutoff * phases.heaviest],
+            inertia: self.options.mass_scaling,
+            light: [cutoff * self.heaviest, cutoff * *heaviest],
             audit: stage.equilibrium.is_some(),
-            walls: [&self.walls, &phases.walls],
+            walls: [&self.walls, walls],
             nodes: self.layout.nodes(),
         };
-        let TwoPhase { nodes, row_sums, .. } = phases;
+        let audit = solve.audit;
         self.layout.rows(nodes, row_sums, |row, active, line| solve.row(row, active, line));
-        if solve.audit {
-            let mut sums = PhaseSums::default();
-            for row in row_sums {
-                sums.add(row);
-            }
+        self.absorb_phases(nodes, walls, dt);
+        if audit {
+            *sums = PhaseSums::default();
+            row_sums.iter().for_each(|row| sums.add(row));
             self.external_work += sums.mixture.work;
-            phases.sums = sums;
         }
     }
 

@@ -34,6 +34,8 @@ pub struct PhaseSolve<'a, const D: usize> {
     pub damping: f64,
     /// Momentum variant of held nodes.
     pub keep_start: bool,
+    /// Inertia over mass (mass scaling); weight and drag stay what they are.
+    pub inertia: f64,
     /// Nodes with less mass of a phase than this (kg) are skipped.
     pub light: [f64; 2],
     /// Whether to sum the measures of equilibrium.
@@ -110,16 +112,16 @@ impl<const D: usize> PhaseSolve<'_, D> {
         if masses.liquid > self.light[LIQUID] {
             let of_liquid = liquid.motion * VECTOR * (1.0 / masses.liquid);
             let force = liquid.force - (of_liquid - start) * masses.drag;
-            let acceleration = force * VECTOR * (1.0 / masses.full) + gravity;
+            let acceleration = (force * VECTOR * (1.0 / masses.full) + gravity) * (1.0 / self.inertia);
             liquid.motion = with_mass(of_liquid + acceleration * self.dt, masses.liquid);
             liquid.force = acceleration;
             weight += masses.liquid;
-            carried = acceleration * masses.liquid;
+            carried = acceleration * (masses.liquid * self.inertia);
         } else {
             drift(liquid, masses.liquid);
         }
         let force = solid.force * VECTOR + gravity * weight - carried;
-        let acceleration = force * (1.0 / masses.solid);
+        let acceleration = force * (1.0 / (masses.solid * self.inertia));
         solid.motion = with_mass(start + acceleration * self.dt, masses.solid);
         solid.force = acceleration;
     }
@@ -148,12 +150,12 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 driving[c] = force[c] + masses.full * self.gravity[c];
                 damped[c] = -self.damping * driving[c].abs() * sign(from[c]);
                 unbalanced[c] = driving[c] - masses.drag * (from[c] - start[c]);
-                to[c] = from[c] + self.dt * (unbalanced[c] + damped[c]) / masses.full;
+                to[c] = from[c] + self.dt * (unbalanced[c] + damped[c]) / (self.inertia * masses.full);
             }
             let free = to;
             self.constrain(LIQUID, index, &mut from, &mut to);
             for c in 0..D {
-                carried[c] = masses.liquid * (to[c] - from[c]) / self.dt;
+                carried[c] = self.inertia * masses.liquid * (to[c] - from[c]) / self.dt;
                 if self.audit {
                     let own = masses.liquid * self.gravity[c];
                     if to[c] == free[c] {
@@ -161,7 +163,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
                     }
                     sums.liquid.external += own * own;
                     sums.mixture.work += own * to[c] * self.dt;
-                    sums.mixture.kinetic += 0.5 * masses.liquid * to[c] * to[c];
+                    sums.mixture.kinetic += 0.5 * self.inertia * masses.liquid * to[c] * to[c];
                 }
             }
             self.finish(liquid, &from, &to, masses.liquid);
@@ -176,7 +178,8 @@ impl<const D: usize> PhaseSolve<'_, D> {
             from[c] = motion[c] / masses.solid;
             total[c] = force[c] + weight * self.gravity[c];
             let own = -self.damping * (total[c] - share * driving[c]).abs() * sign(from[c]);
-            to[c] = from[c] + self.dt * (total[c] - carried[c] + own + share * damped[c]) / masses.solid;
+            let force = total[c] - carried[c] + own + share * damped[c];
+            to[c] = from[c] + self.dt * force / (self.inertia * masses.solid);
         }
         let free = to;
         self.constrain(SOLID, index, &mut from, &mut to);
@@ -188,7 +191,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 }
                 sums.mixture.external += all * all;
                 sums.mixture.work += own * to[c] * self.dt;
-                sums.mixture.kinetic += 0.5 * masses.solid * to[c] * to[c];
+                sums.mixture.kinetic += 0.5 * self.inertia * masses.solid * to[c] * to[c];
             }
         }
         self.finish(solid, &from, &to, masses.solid);
@@ -205,7 +208,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
 
     fn constrain(&self, phase: usize, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3]) {
         for axis in 0..D {
-            if let Some(wall) = self.walls[phase].at(axis, index[axis]) {
+            if let Some(wall) = self.walls[phase].at(axis, index) {
                 wall.constrain(start, end, self.keep_start);
             }
         }
@@ -253,6 +256,7 @@ mod tests {
             gravity: [0.0, -10.0, 0.0],
             damping: 0.0,
             keep_start: false,
+            inertia: 1.0,
             light: [0.0; 2],
             audit,
             walls,
@@ -308,6 +312,124 @@ mod tests {
             solve([&walls, &walls], audit).row(0, 0..1, &mut line);
             assert_eq!(line[0][SOLID].force.to_array(), [0.0, -10.0, 0.0, 0.0]);
             assert_eq!(line[0][LIQUID], Node::default());
+        }
+    }
+
+    #[test]
+    fn damping_weighs_the_liquid_with_its_share_of_the_mixture() {
+        // Sheet §2.13, with n_i = 0.4, f_w = (-10 000, 0, 0), f = (-19 900 + 5000, 0, 0), without drag.
+        let free = Walls::new(&[1, 1, 1], Vec::new());
+        let [mut solid, mut liquid] = node([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
+        solid.force = Lanes::new([5000.0, 0.0, 0.0, 0.0]);
+        liquid.force = Lanes::new([0.0, 0.0, 0.0, 1000.0]);
+        let mut line = [[solid, liquid]];
+        let damped = PhaseSolve { damping: 0.5, gravity: [-10.0, 0.0, 0.0], ..solve([&free, &free], false) };
+        damped.row(0, 0..1, &mut line);
+        let [solid, liquid] = line[0].map(|n| n.force.to_array()[0]);
+        // The liquid moves with its force: 10 000 - 0.5 × 10 000 of it are left.
+        assert!((liquid + 5.0).abs() < 1e-12, "{liquid}");
+        let (mixture, of_liquid) = (-19_900.0 + 5000.0, -10_000.0);
+        let own = -0.5 * f64::abs(mixture - 0.4 * of_liquid);
+        let exact = (mixture - 400.0 * liquid + own + 0.4 * 5000.0) / 1590.0;
+        assert!((solid - exact).abs() < 1e-12, "{solid} instead of {exact}");
+    }
+
+    #[test]
+    fn scaled_inertia_leaves_weight_and_drag_as_they_are() {
+        let free = Walls::new(&[1, 1, 1], Vec::new());
+        for audit in [false, true] {
+            let [plain, heavy] = [1.0, 9.0].map(|inertia| {
+                let mut line = [node([1.0, 0.0, 0.0], [3.0, 0.0, 0.5])];
+                PhaseSolve { inertia, ..solve([&free, &free], audit) }.row(0, 0..1, &mut line);
+                line[0].map(|n| n.force.to_array())
+            });
+            for phase in [SOLID, LIQUID] {
+                for c in 0..3 {
+                    let (a, b) = (plain[phase][c], heavy[phase][c]);
+                    assert!((a - 9.0 * b).abs() < 1e-12 * a.abs().max(1.0), "{a}, {b}, {audit}");
+                }
+            }
+        }
+    }
+
+    /// Largest speed over the one at the start in `steps` steps of one lumped element of fixed length, whose ends are
+    /// free.
+    fn growth((n, grains, modulus, bulk, k, length): Element, dt: f64, steps: usize) -> f64 {
+        let walls = Walls::new(&[2], Vec::new());
+        let solve = PhaseSolve::<1> {
+            dt,
+            gravity: [0.0; 3],
+            damping: 0.0,
+            keep_start: false,
+            inertia: 1.0,
+            light: [0.0; 2],
+            audit: false,
+            walls: [&walls, &walls],
+            nodes: [2],
+        };
+        let fluid = crate::two_phase::Fluid {
+            density: 1000.0,
+            bulk_modulus: bulk,
+            porosity: n,
+            resistance: 9810.0 / k,
+            least: f64::NEG_INFINITY,
+        };
+        let half = 0.5 * length;
+        let masses = [(1.0 - n) * grains, n * fluid.density].map(|density| density * half);
+        let mut velocities = [[1e-6, -2e-6], [-1e-6, 2e-6]];
+        let (mut stress, mut pressure, mut largest) = (0.0, 0.0, 0f64);
+        for _ in 0..steps {
+            let mut line = [[Node::default(); 2]; 2];
+            for (end, sign) in [(0, 1.0), (1, -1.0)] {
+                let motion = |phase: usize| {
+                    let momentum = masses[phase] * velocities[end][phase];
+                    Lanes::new([momentum, 0.0, 0.0, masses[phase]])
+                };
+                let of_solid =
+                    Lanes::new([sign * (stress - pressure), 0.0, 0.0, n * fluid.resistance * half]);
+                let of_liquid = Lanes::new([-sign * pressure, 0.0, 0.0, fluid.density * half]);
+                line[end] = [
+                    Node { motion: motion(SOLID), force: of_solid },
+                    Node { motion: motion(LIQUID), force: of_liquid },
+                ];
+                // A row is a line of nodes across the first axis: in one dimension a single one.
+                solve.row(end, 0..1, &mut line[end..=end]);
+                velocities[end] = line[end].map(|node| node.motion.to_array()[0]);
+            }
+            let strain = |phase: usize| dt * (velocities[1][phase] - velocities[0][phase]) / length;
+            stress += modulus * strain(SOLID);
+            pressure = fluid.pressure_after(pressure, n, strain(SOLID), strain(LIQUID));
+            largest = velocities.as_flattened().iter().fold(largest, |a, v| a.max(v.abs() / 1e-6));
+        }
+        largest
+    }
+
+    /// Porosity, density of grains, moduli of skeleton and fluid, conductivity, length.
+    type Element = (f64, f64, f64, f64, f64, f64);
+
+    #[test]
+    fn one_element_is_stable_below_the_exact_step_and_not_above_it() {
+        // Sheet §2.10: the exact limit of a single lumped element.
+        let table: [(Element, f64); 7] = [
+            ((0.4, 2650.0, 1e7, 2.15e9, 1e-3, 0.1), 5.368209e-5),
+            ((0.4, 2650.0, 1e7, 2.15e9, 1e-5, 0.1), 4.067833e-6),
+            ((0.4, 2650.0, 1e7, 2.15e9, 1e-7, 0.1), 4.072349e-8),
+            ((0.4, 2650.0, 5e9, 2.0e9, 1e-2, 0.05), 2.230461e-5),
+            ((0.4, 2650.0, 5e9, 2.0e9, 1e-5, 0.05), 4.039088e-6),
+            ((0.3, 2700.0, 1e8, 3e9, 1e-4, 0.01), 4.190370e-6),
+            ((0.4, 2650.0, 1e7, 2.15e9, 1e3, 0.1), 5.447948e-5),
+        ];
+        for (element, exact) in table {
+            let (stable, unstable) =
+                (growth(element, 0.95 * exact, 100_000), growth(element, 1.05 * exact, 1000));
+            assert!(stable < 100.0, "{element:?}: grows by {stable}");
+            assert!(unstable > 1e6, "{element:?}: grows by {unstable} only");
+            let (least, most) =
+                (growth(element, 0.9999 * exact, 100_000), growth(element, 1.0001 * exact, 100_000));
+            assert!(
+                least < 1e3 && most > 1e3,
+                "{element:?}: the limit is that of the sheet, {least}, {most}"
+            );
         }
     }
 }

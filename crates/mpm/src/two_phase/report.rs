@@ -7,7 +7,7 @@ use colluvium_grid::Basis;
 use crate::points::{PointDomain, PointSet};
 use crate::report::{Limit, spatial, square};
 use crate::solver::MpmSolver;
-use crate::two_phase::critical_step;
+use crate::two_phase::{Fluid, critical_step};
 
 impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
     /// Porosity of a point; zero where it is dry.
@@ -58,7 +58,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let (set, i) = (&self.sets[wave.set], wave.index);
         let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
         let (n, dry, h) = (set.porosity(i), set.mass[i] / set.volume[i], self.grid.cell);
-        let (step, by_drag) = critical_step(&fluid, n, dry, modulus, h);
+        // In time over the root of the scale of inertia the equations are those without it, with a weaker drag.
+        let scale = self.options.mass_scaling.sqrt();
+        let scaled = Fluid { resistance: fluid.resistance / scale, ..fluid };
+        let (step, by_drag) = critical_step(&scaled, n, dry, modulus, h);
+        let step = scale * step;
         let dt = self.options.courant / (1.0 / step + square(&set.velocity[i]).sqrt() / h);
         Limit { dt, limit: if by_drag { "seepage drag" } else { "elastic wave" }, ..wave }
     }

@@ -31,8 +31,11 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
     if options.transfer != Transfer::Flip {
         return refuse("methods.mpm.transfer", "only flip (or a share of it) is available with a pore_fluid");
     }
-    if options.mass_scaling != 1.0 {
-        return refuse("methods.mpm.mass_scaling", "is not available with a pore_fluid");
+    if options.free_surface.is_some() {
+        return refuse(
+            "methods.mpm.free_surface",
+            "is of liquids without grains and not available with a pore_fluid",
+        );
     }
     if !options.contacts.is_empty() {
         return refuse(
@@ -76,6 +79,7 @@ pub fn liquid_walls<const D: usize, const S: usize, B: Basis<S>>(
 ) -> Result<Walls, CaseError> {
     let mut liquid = case.clone();
     liquid.boundaries.retain(|boundary| !boundary.drained);
+    liquid.boundaries.retain(|boundary| !matches!(boundary.wall, CaseWall::Absorbing { .. }));
     for boundary in &mut liquid.boundaries {
         boundary.separation |= matches!(boundary.wall, CaseWall::Frictional { .. });
         boundary.wall = CaseWall::Smooth;
@@ -106,6 +110,7 @@ pub fn pore_set<const D: usize>(
             fluid: None,
             velocity: vec![[0.0; D]; position.len()],
             pressure: vec![0.0; position.len()],
+            traction: Vec::new(),
         };
         return Some((pore, stress));
     };
@@ -139,5 +144,5 @@ pub fn pore_set<const D: usize>(
         least: fluid.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
     };
     let velocity = position.iter().map(velocity_at).collect();
-    Some((PoreSet { fluid: Some(constants), velocity, pressure }, stress))
+    Some((PoreSet { fluid: Some(constants), velocity, pressure, traction: Vec::new() }, stress))
 }

@@ -44,9 +44,9 @@ pub fn trace<const D: usize>(columns: &[Lanes; D]) -> f64 {
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Point to grid (step 1), slab by slab.
     pub(super) fn scatter_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
-        self.set_load_factors(dt);
+        self.apply_loads(dt);
         let strides = self.layout.strides();
-        let (sets, ground, loads) = (&self.sets, ground!(self), &self.load_factors);
+        let (sets, ground) = (&self.sets, ground!(self));
         self.layout.scatter(&mut phases.nodes, |slab, window, offset| {
             for set in sets {
                 let Some(pore) = &set.pore else { continue };
@@ -66,11 +66,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     let total = set.stress[p] + liquid_stress;
                     let columns =
                         [force_columns::<D>(&total, volume), force_columns::<D>(&liquid_stress, volume)];
-                    let load = loads[set.body as usize];
-                    let traction = set.traction.get(p).map_or([0.0; D], |force| force.map(|c| c * load));
-                    let body = [lanes(&traction, drag), lanes(&[0.0; D], full_mass)];
+                    let of_loads = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
+                    let body =
+                        [lanes(&of_loads(&set.traction), drag), lanes(&of_loads(&pore.traction), full_mass)];
                     stencil.deposit_phases(window, offset, &strides, &motion, &columns, &body);
                 }
+            }
+        });
+        self.layout.fold(&mut phases.nodes, |sum, node| {
+            for phase in [SOLID, LIQUID] {
+                sum[phase].motion += node[phase].motion;
+                sum[phase].force += node[phase].force;
             }
         });
     }
@@ -94,6 +100,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             }
         });
+        self.layout.fold(remapped, |sum, node| [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]));
         let walls = [&self.walls, &*walls];
         let (row_length, shape) = (strides[0], self.layout.nodes());
         self.layout.rows(remapped, row_sums, |row, active, line| {
@@ -112,7 +119,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                     *velocity *= 1.0 / solved[3];
                     for axis in 0..D {
-                        if let Some(wall) = walls[phase].at(axis, index[axis]) {
+                        if let Some(wall) = walls[phase].at(axis, &index) {
                             let [x, y, z, _] = velocity.to_array();
                             let mut held = [x, y, z];
                             wall.constrain_again(&[solved[0], solved[1], solved[2]], &mut held);
@@ -250,7 +257,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     step = step.max((dt * velocity[c]).abs());
                 }
                 moved = moved.max(if P::ANCHORED { 0.0 } else { step });
-                self.check_position(&mut block.position[p], step)
+                self.check_position(&mut block.domain[p], &mut block.position[p], step)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
         }

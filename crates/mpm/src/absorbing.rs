@@ -1,0 +1,289 @@
+//! Boundaries that let waves out (Lysmer & Kuhlemeyer 1969; MPM sheet §2.11).
+//!
+//! Dashpots `t_n = -a ρ c_P v_n`, `t_t = -b ρ c_S v_t` on the face, and springs `t = -(E/δ) u` against creep where the
+//! case gives their length. With a pore fluid the skeleton's dashpot is that of the undrained mixture, `ρ c_1`, and the
+//! liquid has its own, `n ρ_L √(K_L/ρ_L)`. Velocities are those at the end of the step: stable at any step.
+//!
+//! A node's share of the face is that of the points in the layer of cells behind it, where they are at the start.
+
+use std::collections::BTreeMap;
+
+use colluvium_case::CaseError;
+use colluvium_case::description::Wall as CaseWall;
+use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
+use colluvium_grid::{Basis, Grid, Lanes, Node, Stencil, Walls};
+
+use crate::points::{PointDomain, PointSet};
+use crate::solver::MpmSolver;
+use crate::two_phase::{LIQUID, SOLID};
+
+/// The absorbing faces of a stage.
+#[derive(Debug, Default)]
+pub struct Absorbing {
+    faces: Vec<Face>,
+    /// How far the nodes of each face have moved (m), by the number of the boundary.
+    pub moved: BTreeMap<usize, Vec<[f64; 3]>>,
+}
+
+#[derive(Debug)]
+struct Face {
+    /// Index into `Case::boundaries`.
+    number: usize,
+    nodes: Vec<FaceNode>,
+}
+
+/// Dashpots and springs of a node, component by component.
+#[derive(Clone, Copy, Debug, Default)]
+struct FaceNode {
+    /// Number of the node.
+    place: usize,
+    index: [usize; 3],
+    /// Of skeleton or single phase (N s/m).
+    solid: [f64; 3],
+    /// Of the liquid (N s/m).
+    liquid: [f64; 3],
+    /// (N/m)
+    spring: [f64; 3],
+}
+
+/// What a body's material answers a wave with: `ρ c_P`, `ρ c_S` (Pa s/m), P-wave and shear modulus (Pa), and the
+/// liquid's `n ρ_L c_L` (Pa s/m).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Impedance {
+    normal: f64,
+    shear: f64,
+    modulus: f64,
+    shear_modulus: f64,
+    liquid: f64,
+}
+
+impl Impedance {
+    /// From the points of a body at the start: the mean of their moduli.
+    pub fn of<const D: usize, P>(set: &PointSet<D, P>) -> Self {
+        let (mut modulus, mut shear_modulus) = (0.0, 0.0);
+        let share = 1.0 / set.stress.len() as f64;
+        for (block, (stress, states)) in set.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate() {
+            let mut moduli = [0.0; BLOCK];
+            set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
+            for (k, stress) in stress.iter().enumerate() {
+                let p = block * BLOCK + k;
+                let motion = Motion {
+                    deformation: Mat3::IDENTITY,
+                    gradient: Mat3::ZERO,
+                    dt: 1.0,
+                    density: set.mass[p] / set.volume[p],
+                    size: set.extent[0],
+                    pore: Pore::default(),
+                };
+                modulus += share * moduli[k];
+                let tangent = set.material.tangent(&motion, stress, states, k);
+                shear_modulus += share * tangent.map_or(0.0, |tangent| tangent.0[3][3].max(0.0));
+            }
+        }
+        let dry = set.mass[0] / set.volume[0];
+        let fluid = set.pore.as_ref().and_then(|pore| pore.fluid);
+        let (density, stiff, liquid) = fluid.map_or((dry, modulus, 0.0), |fluid| {
+            let n = fluid.porosity;
+            let own = n * (fluid.density * fluid.bulk_modulus).sqrt();
+            (dry + n * fluid.density, modulus + fluid.bulk_modulus / n, own)
+        });
+        Self {
+            normal: (density * stiff).sqrt(),
+            shear: (density * shear_modulus).sqrt(),
+            modulus,
+            shear_modulus,
+            liquid,
+        }
+    }
+}
+
+/// The dashpot of a face as the case has it.
+#[derive(Clone, Copy)]
+struct Law {
+    axis: usize,
+    upper: bool,
+    /// Grid line of the face, counted in cells.
+    face: usize,
+    normal: f64,
+    tangential: f64,
+    spring_length: Option<f64>,
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Takes the absorbing boundaries of a stage; what stood before keeps the displacements of its springs.
+    pub(crate) fn set_absorbing(&mut self, stage: usize) -> Result<(), CaseError> {
+        let mut faces = Vec::new();
+        for (number, boundary) in self.case.active_boundaries(stage) {
+            let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { continue };
+            let axis = boundary.side.axis();
+            let line = (boundary.position(&self.case.domain) - self.grid.origin[axis]) / self.grid.cell;
+            let (face, upper) = (line.round() as usize, boundary.side.is_max());
+            let law = Law { axis, upper, face, normal, tangential, spring_length };
+            faces.push(Face { number, nodes: self.face_nodes(&law) });
+        }
+        let moved = &mut self.absorbing.moved;
+        moved.retain(|number, _| faces.iter().any(|face| face.number == *number));
+        for face in &faces {
+            let nodes = moved.entry(face.number).or_default();
+            if nodes.len() != face.nodes.len() {
+                *nodes = vec![[0.0; 3]; face.nodes.len()];
+            }
+        }
+        self.absorbing.faces = faces;
+        Ok(())
+    }
+
+    /// Nodes of a face with their dashpots, in the order of their numbers.
+    fn face_nodes(&self, law: &Law) -> Vec<FaceNode> {
+        let (grid, strides) = (&self.grid, self.layout.strides());
+        let nodes = self.layout.nodes();
+        let normal_index = if law.face == grid.cells[law.axis] {
+            nodes[law.axis] - 1 - B::GHOSTS
+        } else {
+            law.face + B::GHOSTS
+        };
+        let mut found: BTreeMap<usize, FaceNode> = BTreeMap::new();
+        // By id, so that the sums do not depend on how the points are sorted at the time.
+        let mut layer: Vec<(u32, usize, usize)> = Vec::new();
+        for (number, set) in self.sets.iter().enumerate() {
+            let within = (0..set.len()).filter(|&p| behind(grid, law, &set.origin[p]));
+            layer.extend(within.map(|p| (set.id[p], number, p)));
+        }
+        layer.sort_unstable();
+        for (_, number, p) in layer {
+            let (set, impedance) = (&self.sets[number], &self.impedances[self.sets[number].body as usize]);
+            let area = set.initial_volume[p] / grid.cell;
+            let stencil = Stencil::<D, S>::new::<B>(grid, &set.origin[p], &set.extent);
+            for_each_across::<D, S>(&stencil, law.axis, |mut index, weight| {
+                index[law.axis] = normal_index;
+                let place = (0..D).map(|axis| index[axis] * strides[axis]).sum();
+                let node = found.entry(place).or_insert(FaceNode { place, index, ..FaceNode::default() });
+                for c in 0..D {
+                    let share = area * weight;
+                    if c == law.axis {
+                        node.solid[c] += law.normal * impedance.normal * share;
+                        node.liquid[c] += law.normal * impedance.liquid * share;
+                    } else {
+                        node.solid[c] += law.tangential * impedance.shear * share;
+                    }
+                    if let Some(length) = law.spring_length {
+                        let modulus = if c == law.axis { impedance.modulus } else { impedance.shear_modulus };
+                        node.spring[c] += modulus / length * share;
+                    }
+                }
+            });
+        }
+        found.into_values().collect()
+    }
+
+    /// Dashpots and springs on the solved nodes of one phase.
+    pub(crate) fn absorb(&mut self, dt: f64) {
+        let inertia = self.options.mass_scaling;
+        for face in &self.absorbing.faces {
+            let Some(moved) = self.absorbing.moved.get_mut(&face.number) else { continue };
+            for (at, moved) in face.nodes.iter().zip(moved) {
+                let node = &mut self.nodes[at.place];
+                let mass = inertia * node.motion.as_array()[3];
+                if mass > 0.0 {
+                    brake(node, mass, &at.solid, &at.spring, moved, &free::<D>(&self.walls, &at.index), dt);
+                }
+            }
+        }
+    }
+
+    /// Dashpots and springs on the solved nodes of both phases; `walls` are those of the liquid.
+    pub(crate) fn absorb_phases(&mut self, nodes: &mut [[Node; 2]], walls: &Walls, dt: f64) {
+        let inertia = self.options.mass_scaling;
+        for face in &self.absorbing.faces {
+            let Some(moved) = self.absorbing.moved.get_mut(&face.number) else { continue };
+            for (at, moved) in face.nodes.iter().zip(moved) {
+                let node = &mut nodes[at.place];
+                let [solid, liquid] = [SOLID, LIQUID].map(|phase| node[phase].motion.as_array()[3]);
+                if solid <= 0.0 {
+                    continue;
+                }
+                let free_solid = free::<D>(&self.walls, &at.index);
+                if liquid > 0.0 {
+                    let before = node[LIQUID].motion;
+                    let mask = free::<D>(walls, &at.index);
+                    brake(
+                        &mut node[LIQUID],
+                        inertia * liquid,
+                        &at.liquid,
+                        &[0.0; 3],
+                        &mut [0.0; 3],
+                        &mask,
+                        dt,
+                    );
+                    // What the liquid no longer takes of the force on the mixture is the skeleton's.
+                    let [x, y, z] = free_solid;
+                    let back = (before - node[LIQUID].motion) * Lanes::new([x, y, z, 0.0]) * (liquid / solid);
+                    node[SOLID].motion += back;
+                    node[SOLID].force += back * (1.0 / dt);
+                }
+                brake(&mut node[SOLID], inertia * solid, &at.solid, &at.spring, moved, &free_solid, dt);
+            }
+        }
+    }
+}
+
+/// One for components that no wall holds, zero for the others.
+fn free<const D: usize>(walls: &Walls, index: &[usize; 3]) -> [f64; 3] {
+    let mut free = [1.0; 3];
+    for axis in 0..D {
+        if let Some(wall) = walls.at(axis, index) {
+            let own = wall.free_components();
+            (0..3).for_each(|c| free[c] *= own[c]);
+        }
+    }
+    free
+}
+
+/// Solves `m (v - v*)/dt = -D v - k (u + dt v)` for the velocity `v` of a node that would end with `v*`.
+fn brake(
+    node: &mut Node,
+    mass: f64,
+    dashpot: &[f64; 3],
+    spring: &[f64; 3],
+    moved: &mut [f64; 3],
+    free: &[f64; 3],
+    dt: f64,
+) {
+    let (mut motion, mut rate) = (node.motion.to_array(), node.force.to_array());
+    for c in 0..3 {
+        if free[c] > 0.0 {
+            let pull = dt * spring[c] * moved[c];
+            let slower = (mass * motion[c] - pull) / (mass + dt * dashpot[c] + dt * dt * spring[c]);
+            rate[c] += (slower - motion[c]) / dt;
+            motion[c] = slower;
+        }
+        moved[c] += dt * motion[c];
+    }
+    node.motion = Lanes::new(motion);
+    node.force = Lanes::new(rate);
+}
+
+/// Whether a place lies in the layer of cells behind a face.
+fn behind<const D: usize>(grid: &Grid<D>, law: &Law, position: &[f64; D]) -> bool {
+    let place = (position[law.axis] - grid.origin[law.axis]) / grid.cell - law.face as f64;
+    if law.upper { place > -1.0 && place < 0.0 } else { place > 0.0 && place < 1.0 }
+}
+
+/// Calls `visit` for the nodes of a stencil across an axis, with their weights in the other directions.
+fn for_each_across<const D: usize, const S: usize>(
+    stencil: &Stencil<D, S>,
+    axis: usize,
+    mut visit: impl FnMut([usize; 3], f64),
+) {
+    for number in 0..S.pow(D as u32 - 1) {
+        let (mut rest, mut index, mut weight) = (number, [0; 3], 1.0);
+        for other in (0..D).filter(|other| *other != axis) {
+            index[other] = stencil.first[other] + rest % S;
+            weight *= stencil.weights[other][rest % S];
+            rest /= S;
+        }
+        if weight > 0.0 {
+            visit(index, weight);
+        }
+    }
+}

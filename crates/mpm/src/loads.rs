@@ -1,0 +1,206 @@
+//! Loads on the surface of bodies, carried by points (MPM sheet §2.11).
+//!
+//! Each of the outermost points of a loaded side carries its share of the area as a vector. A traction keeps what it
+//! is at the start ("dead load"); a pressure follows the surface: its area vector turns and grows with the motion of the
+//! point by Nanson's formula, `dA ← det f f⁻ᵀ dA`.
+
+use colluvium_case::description::{Load, Side, Space};
+use colluvium_case::{Case, CaseError};
+use colluvium_grid::{Basis, Gathered, Mesh};
+
+use crate::mesh;
+use crate::points::{PointDomain, PointSet, ground};
+use crate::solver::MpmSolver;
+
+/// One load on the points of a set.
+pub struct SurfaceLoad<const D: usize> {
+    /// Index into `Case::loads`.
+    pub number: usize,
+    /// Whether it acts on the pore fluid.
+    pub liquid: bool,
+    /// Whether it follows the surface.
+    pub follows: bool,
+    /// Force of each point at full load (N); zero within the body.
+    pub force: Vec<[f64; D]>,
+    /// Share that was last applied.
+    applied: f64,
+}
+
+impl<const D: usize> SurfaceLoad<D> {
+    /// Puts the points in a new order.
+    pub fn permute(&mut self, order: &[u32]) {
+        self.force = order.iter().map(|&i| self.force[i as usize]).collect();
+    }
+
+    /// Takes the forces of a checkpoint.
+    pub fn restore(&mut self, force: Vec<[f64; D]>) {
+        self.force = force;
+        self.applied = f64::NAN;
+    }
+}
+
+/// Gives the outermost layer of points of the loaded side its share of load `number` (MPM sheet §2.11).
+pub fn apply<const D: usize, P: PointDomain<D>>(
+    case: &Case,
+    number: usize,
+    mesh: &Mesh<D>,
+    sets: &mut [PointSet<D, P>],
+) -> Result<(), CaseError> {
+    let load = &case.loads[number];
+    let (body, side) = (load.body(), load.side());
+    let Some(set) = sets.iter_mut().find(|set| case.bodies[set.body as usize].name == body) else {
+        return Err(CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")));
+    };
+    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
+    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
+    let across: f64 = (0..D).filter(|c| *c != axis).map(|c| set.extent[c]).product();
+    let per_area: [f64; D] = match load {
+        Load::Traction { value, .. } => std::array::from_fn(|c| value[c]),
+        Load::Pressure { value, .. } | Load::PorePressure { value, .. } => {
+            std::array::from_fn(|c| if c == axis { -sign * value } else { 0.0 })
+        }
+    };
+    let force = |position: &[f64; D]| {
+        if sign * position[axis] <= outermost - 0.5 * set.extent[axis] {
+            return [0.0; D];
+        }
+        let radius = match (case.space, side) {
+            (Space::Axisymmetric, Side::XMin | Side::XMax) => position[0] + sign * 0.5 * set.extent[0],
+            (Space::Axisymmetric, _) => position[0],
+            _ => 1.0,
+        };
+        per_area.map(|t| t * across * radius)
+    };
+    let force = if mesh.is_empty() {
+        set.position.iter().map(force).collect()
+    } else {
+        let share = mesh::loaded_areas(case, number, mesh, set)?;
+        share.into_iter().map(|area| per_area.map(|t| t * area)).collect()
+    };
+    set.loads.push(SurfaceLoad {
+        number,
+        liquid: matches!(load, Load::PorePressure { .. }),
+        follows: !matches!(load, Load::Traction { .. }),
+        force,
+        applied: f64::NAN,
+    });
+    set.traction.resize(set.position.len(), [0.0; D]);
+    if let Some(pore) = &mut set.pore {
+        pore.traction.resize(set.position.len(), [0.0; D]);
+    }
+    Ok(())
+}
+
+impl<const D: usize, P> PointSet<D, P> {
+    /// Forces of all loads of the set at `time` (s) on its points.
+    fn apply_loads(&mut self, case: &Case, time: f64) {
+        let factor = |load: &SurfaceLoad<D>| case.loads[load.number].factor(time);
+        if self.loads.iter().all(|load| !load.follows && load.applied == factor(load)) {
+            return;
+        }
+        self.traction.fill([0.0; D]);
+        if let Some(pore) = &mut self.pore {
+            pore.traction.fill([0.0; D]);
+        }
+        for load in &mut self.loads {
+            load.applied = factor(load);
+            let forces = match &mut self.pore {
+                Some(pore) if load.liquid => &mut pore.traction,
+                _ => &mut self.traction,
+            };
+            for (sum, force) in forces.iter_mut().zip(&load.force) {
+                for c in 0..D {
+                    sum[c] += load.applied * force[c];
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Sets the forces of the loads to those at the end of a step of `dt`.
+    pub(crate) fn apply_loads(&mut self, dt: f64) {
+        for set in self.sets.iter_mut().filter(|set| !set.loads.is_empty()) {
+            set.apply_loads(&self.case, self.time + dt);
+        }
+    }
+
+    /// Turns and stretches what follows the surface with the motion that `read` finds on the nodes of a velocity
+    /// field, before the points move.
+    pub(crate) fn follow_surfaces(
+        &mut self,
+        dt: f64,
+        read: impl Fn(&Self, usize, &P::Support<S>) -> Gathered<D>,
+    ) {
+        if !self.sets.iter().any(|set| set.loads.iter().any(|load| load.follows)) {
+            return;
+        }
+        let mut sets = std::mem::take(&mut self.sets);
+        for set in &mut sets {
+            let mut loads = std::mem::take(&mut set.loads);
+            for load in loads.iter_mut().filter(|load| load.follows) {
+                for (p, force) in load.force.iter_mut().enumerate().filter(|(_, force)| **force != [0.0; D]) {
+                    let ground = ground!(self);
+                    let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
+                    let motion = read(self, set.field, &stencil);
+                    let step: [[f64; D]; D] = std::array::from_fn(|i| {
+                        std::array::from_fn(|j| dt * motion.gradient[j].as_array()[i])
+                    });
+                    // In axisymmetry the circle that the point stands for widens.
+                    let hoop = if self.axisymmetric {
+                        dt * motion.velocity.as_array()[0] / set.position[p][0]
+                    } else {
+                        0.0
+                    };
+                    *force = nanson(&step, force).map(|c| c * (1.0 + hoop));
+                }
+            }
+            set.loads = loads;
+        }
+        self.sets = sets;
+    }
+}
+
+/// `det f f⁻ᵀ a` for `f = 1 + step`: the cofactor of `f` times `a`.
+fn nanson<const D: usize>(step: &[[f64; D]; D], a: &[f64; D]) -> [f64; D] {
+    let f = |i: usize, j: usize| step[i][j] + if i == j { 1.0 } else { 0.0 };
+    std::array::from_fn(|i| {
+        (0..D)
+            .map(|j| {
+                let cofactor = match D {
+                    1 => 1.0,
+                    2 => {
+                        if i == j {
+                            f(1 - i, 1 - j)
+                        } else {
+                            -f(j, i)
+                        }
+                    }
+                    _ => {
+                        let ([a, b], [c, d]) = ([(i + 1) % 3, (i + 2) % 3], [(j + 1) % 3, (j + 2) % 3]);
+                        f(a, c) * f(b, d) - f(a, d) * f(b, c)
+                    }
+                };
+                cofactor * a[j]
+            })
+            .sum()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn area_vectors_turn_with_the_surface_and_grow_with_it() {
+        // f = 2 along x, 3 along y, 5 along z: the area normal to x grows by 15.
+        let step = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 4.0]];
+        assert_eq!(nanson(&step, &[1.0, 1.0, 1.0]), [15.0, 10.0, 6.0]);
+        let turned = nanson(&[[-1.0, -1.0], [1.0, -1.0]], &[1.0, 0.0]);
+        assert_eq!(turned, [0.0, 1.0], "a quarter turn");
+        assert_eq!(nanson(&[[0.5]], &[2.0]), [2.0]);
+        // Shear along x leaves the surface normal to y as it is and tilts the one normal to x.
+        assert_eq!(nanson(&[[0.0, 0.5], [0.0, 0.0]], &[0.0, 1.0]), [0.0, 1.0]);
+        assert_eq!(nanson(&[[0.0, 0.5], [0.0, 0.0]], &[1.0, 0.0]), [1.0, -0.5]);
+    }
+}

@@ -1,0 +1,349 @@
+//! Meshes of triangles and tetrahedra in place of the structured grid (MPM sheet §2.5b, §2.11, §3.1, §3.2).
+
+use std::path::Path;
+use std::sync::Arc;
+
+use colluvium_case::description::{Body, Boundary, Space, Wall as CaseWall};
+use colluvium_case::{Case, CaseError};
+use colluvium_grid::{Basis, Grid, Layout, Mesh, NodeList, Wall, WallKind, Walls};
+use colluvium_points::Sample;
+
+use crate::config::{Integration, MeshSource, ShapeFunctions, VolumetricStrain};
+use crate::points::{Ground, PointDomain, PointSet};
+use crate::setup;
+use crate::{Formulation, MpmOptions, Transfer};
+
+/// The element a point is in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InElement {
+    element: u32,
+}
+
+impl<const D: usize> PointDomain<D> for InElement {
+    type Support<const S: usize> = NodeList<D, S>;
+
+    const MESHED: bool = true;
+
+    #[inline(always)]
+    fn support<const S: usize, B: Basis<S>>(
+        &self,
+        ground: &Ground<'_, D>,
+        position: &[f64; D],
+        _initial: &[f64; D],
+    ) -> NodeList<D, S> {
+        ground.mesh.support(self.element, position)
+    }
+
+    #[inline(always)]
+    fn extent(&self, initial: &[f64; D], _cell: f64) -> [f64; D] {
+        *initial
+    }
+
+    #[inline(always)]
+    fn spacing(&self, ground: &Ground<'_, D>) -> f64 {
+        ground.mesh.elements()[self.element as usize].height
+    }
+
+    fn start(&mut self, ground: &Ground<'_, D>, position: &[f64; D]) -> Result<(), String> {
+        self.element = ground.mesh.locate(position).ok_or("it lies outside the mesh")?;
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn settle(&mut self, ground: &Ground<'_, D>, position: &[f64; D]) -> Result<(), String> {
+        let found = ground.mesh.walk(self.element, position);
+        self.element = found.ok_or("it left the mesh: enlarge the mesh or add a wall on that side")?;
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn follow(&mut self, _gradient: &[[f64; D]; D]) {}
+
+    fn to_numbers(self) -> Vec<f64> {
+        vec![f64::from(self.element)]
+    }
+
+    fn from_numbers(numbers: &[f64]) -> Self {
+        Self { element: numbers[0] as u32 }
+    }
+}
+
+/// Refuses what elements cannot honour.
+pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
+    not_axis_by_axis(case, options)?;
+    let grouped = case.boundaries.iter().position(|boundary| boundary.group.is_some());
+    let Some(source) = &options.mesh else {
+        return match grouped {
+            Some(number) => {
+                let problem = "needs methods.mpm.mesh from a file: a structured grid has no groups of nodes";
+                Err(CaseError::new(format!("boundaries[{number}].group"), problem))
+            }
+            None => Ok(()),
+        };
+    };
+    if let (Some(number), MeshSource::Box) = (grouped, source) {
+        let problem = "needs methods.mpm.mesh from a file: a box has no groups of nodes";
+        return Err(CaseError::new(format!("boundaries[{number}].group"), problem));
+    }
+    if case.dimension() == 1 {
+        return refuse("mesh", "needs two or three dimensions");
+    }
+    if options.shape != ShapeFunctions::Linear {
+        let problem = "a mesh of triangles or tetrahedra has linear shape functions only: gimp, cpdi, splines and dual-domain need \
+             a structured grid";
+        return refuse("shape", problem);
+    }
+    if options.transfer == Transfer::Apic {
+        return refuse("transfer", "apic is not available on a mesh: use tpic");
+    }
+    if options.formulation != Formulation::UpdatedLagrangian {
+        return refuse("formulation", "total-lagrangian is not available on a mesh");
+    }
+    if options.integration != Integration::Points {
+        return refuse("integration", "mixed is not available on a mesh yet");
+    }
+    if options.volumetric_strain != VolumetricStrain::Point {
+        return refuse("volumetric_strain", "only point is available on a mesh yet");
+    }
+    if !options.contacts.is_empty() {
+        return refuse("contacts", "are not available on a mesh yet");
+    }
+    if !(1..=3).contains(&options.points_per_cell) {
+        let problem = format!(
+            "{} is not in 1..=3 (1, 3 or 6 points a triangle; 1, 4 or 10 a tetrahedron)",
+            options.points_per_cell
+        );
+        return refuse("points_per_cell", &problem);
+    }
+    if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
+        let problem = "is not available on a mesh yet";
+        return Err(CaseError::new(format!("bodies[{number}].pore_fluid"), problem));
+    }
+    Ok(())
+}
+
+/// Refuses absorbing sides, periodic domains and free surfaces where they are not what they are on a structured grid of
+/// products over the axes.
+fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
+    let special = options.mesh.is_some()
+        || options.formulation == Formulation::TotalLagrangian
+        || matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::DualDomain);
+    let absorbing = |boundary: &Boundary| matches!(boundary.wall, CaseWall::Absorbing { .. });
+    if let Some(number) = case.boundaries.iter().position(absorbing).filter(|_| special) {
+        let problem = "an absorbing boundary needs a structured grid with shape linear, ugimp, cpgimp, quadratic or cubic";
+        return refuse(&format!("boundaries[{number}].wall"), problem);
+    }
+    let shared =
+        options.volumetric_strain == VolumetricStrain::Nodal || options.integration == Integration::Mixed;
+    if !case.domain.periodic.is_empty() && (special || shared) {
+        let problem = "is not available with a mesh, total-lagrangian, cpdi, dual-domain, nodal volumetric strain or mixed \
+                       integration";
+        return refuse("domain.periodic", problem);
+    }
+    if options.free_surface.is_some()
+        && (options.mesh.is_some() || options.formulation == Formulation::TotalLagrangian)
+    {
+        return refuse("methods.mpm.free_surface", "is not available with a mesh or total-lagrangian");
+    }
+    Ok(())
+}
+
+/// Grid, mesh and order of the nodes of a case; without a mesh it is empty.
+pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
+    case: &Case,
+    options: &MpmOptions,
+) -> Result<(Grid<D>, Arc<Mesh<D>>, Layout<D>), CaseError> {
+    let Some(source) = &options.mesh else {
+        let grid = setup::grid::<D>(case, options)?;
+        let layout = setup::layout::<D, S, B>(case, &grid, options)?;
+        return Ok((grid, Arc::default(), layout));
+    };
+    let mesh = match source {
+        MeshSource::Box => Mesh::of_grid(&setup::grid::<D>(case, options)?)
+            .map_err(|error| CaseError::new("methods.mpm.mesh", error.to_string()))?,
+        MeshSource::File { file } => read(Path::new(file))?,
+    };
+    let Some(grid) = mesh.cells() else {
+        return Err(CaseError::new("methods.mpm.mesh", "is empty"));
+    };
+    let beyond = |x: &[f64; D], c: usize| {
+        let (low, high) = (case.domain.min[c], case.domain.max[c]);
+        let slack = 1e-9 * (high - low);
+        x[c] < low - slack || x[c] > high + slack
+    };
+    if let Some(x) = mesh.nodes().iter().find(|x| (0..D).any(|c| beyond(x, c))) {
+        let problem = format!("the mesh has a node at {x:?} m, outside the domain");
+        return Err(CaseError::new("domain", problem));
+    }
+    let layout = Layout::of_mesh(&mesh, &grid);
+    Ok((grid, Arc::new(mesh), layout))
+}
+
+fn read<const D: usize>(file: &Path) -> Result<Mesh<D>, CaseError> {
+    let fail =
+        |problem: String| CaseError::new("methods.mpm.mesh.file", format!("{}: {problem}", file.display()));
+    let text = std::fs::read_to_string(file).map_err(|error| fail(format!("cannot be read: {error}")))?;
+    Mesh::from_msh(&text).map_err(|error| fail(error.to_string()))
+}
+
+/// Barycentric coordinates of the points of an element, `count (count + 1) …` of them on a lattice: 1, 3 or 6 in a
+/// triangle, 1, 4 or 10 in a tetrahedron.
+fn lattice<const D: usize>(count: usize) -> Vec<[f64; 4]> {
+    // Of the rules of second order with three and four points.
+    let inset = if D == 2 { 1.0 / 3.0 } else { 0.5 * (5f64.sqrt() - 1.0) / 2.0 };
+    let sum = (count - 1) as f64 + (D + 1) as f64 * inset;
+    let mut points = Vec::new();
+    let mut index = [0usize; 4];
+    'all: loop {
+        let used: usize = index[1..=D].iter().sum();
+        if used < count {
+            index[0] = count - 1 - used;
+            points.push(std::array::from_fn(|k| if k <= D { (index[k] as f64 + inset) / sum } else { 0.0 }));
+        }
+        for k in 1..=D {
+            index[k] += 1;
+            if index[k] < count {
+                continue 'all;
+            }
+            index[k] = 0;
+        }
+        return points;
+    }
+}
+
+/// Points of a body: those of every element that lie in its shape.
+pub fn samples<const D: usize>(mesh: &Mesh<D>, options: &MpmOptions, body: &Body) -> Vec<Sample<D>> {
+    let points = lattice::<D>(options.points_per_cell);
+    let mut samples = Vec::new();
+    for (number, element) in mesh.elements().iter().enumerate() {
+        for local in &points {
+            let position = mesh.place(number as u32, &local[..=D]);
+            if body.shape.contains(&position) {
+                samples.push(Sample { position, volume: element.volume / points.len() as f64 });
+            }
+        }
+    }
+    samples
+}
+
+/// The walls of a stage: the nodes of a group, or those on and beyond a plane.
+pub fn walls<const D: usize>(
+    case: &Case,
+    stage: usize,
+    mesh: &Mesh<D>,
+    layout: &Layout<D>,
+    options: &MpmOptions,
+) -> Result<Walls, CaseError> {
+    let mut walls = Vec::new();
+    if case.space == Space::Axisymmetric {
+        let on_axis = numbered(mesh, |x| x[0] <= 1e-9 * mesh.height());
+        let kind = WallKind::Smooth;
+        let axis = Wall { axis: 0, upper: false, node: 0, kind, separation: false, velocity: [0.0; 3] };
+        walls.push((axis, on_axis));
+    }
+    for (number, boundary) in case.active_boundaries(stage) {
+        let nodes = match &boundary.group {
+            Some(name) => group(mesh, number, name)?,
+            None => on_plane(case, mesh, number, boundary)?,
+        };
+        if let Some(kind) = setup::kind(boundary, options) {
+            walls.push((setup::wall(boundary, 0, kind), nodes));
+        }
+    }
+    Ok(Walls::of_nodes(layout.strides(), layout.len(), walls))
+}
+
+fn numbered<const D: usize>(mesh: &Mesh<D>, picks: impl Fn(&[f64; D]) -> bool) -> Vec<u32> {
+    (0u32..).zip(mesh.nodes()).filter(|(_, x)| picks(x)).map(|(number, _)| number).collect()
+}
+
+fn group<const D: usize>(mesh: &Mesh<D>, number: usize, name: &str) -> Result<Vec<u32>, CaseError> {
+    mesh.group(name).map(<[u32]>::to_vec).ok_or_else(|| {
+        let known: Vec<&str> = mesh.groups().collect();
+        let problem = format!("{name:?} is no physical group of the mesh, which has {known:?}");
+        CaseError::new(format!("boundaries[{number}].group"), problem)
+    })
+}
+
+fn on_plane<const D: usize>(
+    case: &Case,
+    mesh: &Mesh<D>,
+    number: usize,
+    boundary: &Boundary,
+) -> Result<Vec<u32>, CaseError> {
+    let (axis, face) = (boundary.side.axis(), boundary.position(&case.domain));
+    let slack = 1e-6 * mesh.height();
+    let sign = if boundary.side.is_max() { 1.0 } else { -1.0 };
+    let nodes = numbered(mesh, |x| sign * (x[axis] - face) >= -slack);
+    let touches = nodes.iter().any(|&n| (mesh.nodes()[n as usize][axis] - face).abs() <= slack);
+    if touches {
+        return Ok(nodes);
+    }
+    let problem = format!("no node of the mesh lies on the wall at {face} m");
+    Err(CaseError::new(format!("boundaries[{number}].position"), problem))
+}
+
+/// Loaded area (m²; m in the plane, per radian in axisymmetry) that each point of a set carries: facets of the filled
+/// elements on the loaded side, shared by the points next to them (MPM sheet §2.11).
+pub fn loaded_areas<const D: usize, P: PointDomain<D>>(
+    case: &Case,
+    number: usize,
+    mesh: &Mesh<D>,
+    set: &PointSet<D, P>,
+) -> Result<Vec<f64>, CaseError> {
+    let side = case.loads[number].side();
+    let element_of: Vec<u32> = set.position.iter().filter_map(|x| mesh.locate(x)).collect();
+    let mut count = vec![0u32; mesh.elements().len()];
+    element_of.iter().for_each(|&e| count[e as usize] += 1);
+    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
+    let place = |n: u32| mesh.nodes()[n as usize];
+    let filled = |e: u32| count[e as usize] > 0;
+    let reach = |e: u32| mesh.elements()[e as usize].nodes[..=D].iter().map(|&n| sign * place(n)[axis]);
+    let all = 0..count.len() as u32;
+    let outermost = all.filter(|&e| filled(e)).flat_map(reach).fold(f64::NEG_INFINITY, f64::max);
+    let slack = 1e-6 * mesh.height();
+    let mut share = vec![0.0; count.len()];
+    for (element, opposite) in mesh.boundary(filled) {
+        let nodes: Vec<[f64; D]> = mesh.facet_nodes(element, opposite).map(place).collect();
+        if nodes.iter().any(|x| sign * x[axis] < outermost - slack) {
+            continue;
+        }
+        let radius = if case.space == Space::Axisymmetric {
+            nodes.iter().map(|x| x[0]).sum::<f64>() / D as f64
+        } else {
+            1.0
+        };
+        let points = f64::from(count[element as usize]);
+        share[element as usize] += mesh.facet_area(element, opposite) * radius / points;
+    }
+    if share.iter().all(|s| *s == 0.0) {
+        let problem = "the body has no facet of the mesh on that side";
+        return Err(CaseError::new(format!("loads[{number}].side"), problem));
+    }
+    Ok(element_of.into_iter().map(|element| share[element as usize]).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_lie_where_the_sheet_says() {
+        assert_eq!([1, 2, 3].map(|n| lattice::<2>(n).len()), [1, 3, 6]);
+        assert_eq!([1, 2, 3].map(|n| lattice::<3>(n).len()), [1, 4, 10]);
+        let close = |a: f64, b: f64| (a - b).abs() < 1e-7;
+        for point in lattice::<2>(2) {
+            assert!(point[..3].iter().all(|c| close(*c, 1.0 / 6.0) || close(*c, 2.0 / 3.0)), "{point:?}");
+        }
+        for point in lattice::<3>(2) {
+            assert!(point.iter().all(|c| close(*c, 0.585_410_2) || close(*c, 0.138_196_6)), "{point:?}");
+        }
+        for count in 1..=3 {
+            for point in lattice::<3>(count) {
+                assert!((point.iter().sum::<f64>() - 1.0).abs() < 1e-15 && point.iter().all(|c| *c > 0.0));
+            }
+        }
+    }
+}

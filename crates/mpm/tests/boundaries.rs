@@ -1,0 +1,290 @@
+//! Loads that follow the surface, periodic and absorbing sides, excavation (MPM sheet §2.11).
+
+use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_mpm::Mpm;
+use serde_json::{Value, json};
+
+/// An elastic block in a box without gravity; `more` replaces or adds keys.
+#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
+fn case(more: Value) -> Case {
+    let mut text = json!({
+        "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }],
+        "stages": [{ "name": "s", "duration": 1.0 }],
+        "methods": { "mpm": { "cell_size": 0.05 } }
+    });
+    for (key, value) in more.as_object().unwrap() {
+        text[key] = value.clone();
+    }
+    Case::from_json(&text.to_string()).unwrap()
+}
+
+fn solve(case: &Case) -> RunReport {
+    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
+}
+
+fn begin(case: &Case) -> Box<dyn Solver> {
+    let mut solver = Mpm.build(case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    solver
+}
+
+fn advance_to(solver: &mut dyn Solver, end: f64) {
+    while solver.time() < end {
+        let dt = solver.time_step().dt;
+        solver.step(dt).unwrap();
+    }
+}
+
+fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
+    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
+    values.clone()
+}
+
+fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
+    let Some(FieldData::Scalar(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
+    values.clone()
+}
+
+/// Force on the whole body in the next step (N).
+fn force(solver: &mut dyn Solver) -> [f64; 2] {
+    let (before, dt) = (solver.budget().momentum, solver.time_step().dt);
+    solver.step(dt).unwrap();
+    let after = solver.budget().momentum;
+    [(after[0] - before[0]) / dt, (after[1] - before[1]) / dt]
+}
+
+#[test]
+fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
+    // A quarter turn in a second.
+    let rate = std::f64::consts::FRAC_PI_2;
+    let spin = json!({ "kind": "linear", "value": [0, 0], "origin": [0.5, 0.5], "gradient": [[0, -rate], [rate, 0]] });
+    let body = json!([{ "name": "b", "material": "m", "velocity": spin,
+                        "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }]);
+    let loads = [
+        (json!({ "kind": "pressure", "body": "b", "side": "x-max", "value": 10 }), [0.0, -3.0]),
+        (json!({ "kind": "traction", "body": "b", "side": "x-max", "value": [-10, 0] }), [-3.0, 0.0]),
+    ];
+    for scheme in ["usf", "usl", "musl"] {
+        for (load, exact) in &loads {
+            let case = case(json!({
+                "bodies": body, "loads": [load], "methods": { "mpm": { "cell_size": 0.05, "stress_update": scheme } }
+            }));
+            let mut solver = begin(&case);
+            let start = force(&mut *solver);
+            assert!((start[0] + 3.0).abs() < 0.02 && start[1].abs() < 0.02, "{start:?}");
+            advance_to(&mut *solver, 1.0);
+            let end = force(&mut *solver);
+            // The outer points turn a little less than the mean: inertia stretches the block as it spins.
+            assert!(
+                (0..2).all(|c| (end[c] - exact[c]).abs() < 0.1),
+                "{scheme}: {end:?} instead of {exact:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn each_load_of_a_body_grows_over_its_own_ramp() {
+    let load = |side: &str, value: Value, ramp: f64| json!({ "kind": "traction", "body": "b", "side": side, "value": value, "ramp": ramp });
+    let case = case(json!({
+        "loads": [load("x-max", json!([10, 0]), 0.1), load("y-max", json!([0, 20]), 0.4)],
+        "stages": [{ "name": "s", "duration": 0.2 }]
+    }));
+    let momentum = solve(&case).end.momentum;
+    // 3 N and 6 N at full load: 3 × (0.2 - 0.05) and 6 × 0.2² / (2 × 0.4), but for the last part of the step.
+    assert!(
+        (momentum[0] / 0.45 - 1.0).abs() < 0.02 && (momentum[1] / 0.3 - 1.0).abs() < 0.02,
+        "{momentum:?}"
+    );
+}
+
+#[test]
+fn water_at_the_boundary_fills_the_pores_with_its_pressure() {
+    let text = json!({
+        "title": "soak", "space": "1d", "domain": { "min": [0], "max": [1.1] }, "gravity": [0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+                     "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10 } }],
+        "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],
+        "loads": [{ "kind": "pore-pressure", "body": "b", "side": "x-max", "value": 1e4, "ramp": 0.02 }],
+        "stages": [{ "name": "s", "duration": 2.5 }],
+        "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear" } }
+    });
+    let snapshot = solve(&Case::from_json(&text.to_string()).unwrap()).snapshot;
+    let Some(FieldData::Tensor(effective)) = snapshot.field("stress").map(|f| &f.data) else {
+        panic!("no stress")
+    };
+    // No total stress: the skeleton swells. After T = 2.5 consolidation lacks 0.3 %.
+    for (pressure, stress) in scalars(&snapshot, "pore_pressure").iter().zip(effective) {
+        assert!((pressure / 1e4 - 1.0).abs() < 0.01, "{pressure}");
+        assert!((stress.0[0] / 1e4 - 1.0).abs() < 0.01, "{stress:?}");
+    }
+}
+
+#[test]
+fn boundary_pressures_of_the_fluid_need_pores_and_no_shut_wall() {
+    let with = |body: &str, walls: Value| {
+        let mut text: Value = serde_json::from_str(&case(json!({})).to_json()).unwrap();
+        text["bodies"][0]["pore_fluid"] = json!({ "porosity": 0.4, "intrinsic_permeability": 1e-10 });
+        text["bodies"].as_array_mut().unwrap().push(
+            json!({ "name": "dry", "material": "m", "shape": { "kind": "box", "min": [0.65, 0], "max": [0.9, 0.3] } }),
+        );
+        text["boundaries"] = walls;
+        text["loads"] = json!([{ "kind": "pore-pressure", "body": body, "side": "x-min", "value": 10 }]);
+        Case::from_json(&text.to_string()).map(|_| ()).map_err(|errors| errors.to_string())
+    };
+    assert_eq!(with("b", json!([])), Ok(()));
+    assert!(with("dry", json!([])).unwrap_err().contains("loads[0].body"));
+    let wall = |drained: bool| json!([{ "side": "x-min", "position": 0.35, "wall": { "kind": "smooth" }, "drained": drained }]);
+    assert!(with("b", wall(false)).unwrap_err().contains("loads[0].side"));
+    assert_eq!(with("b", wall(true)), Ok(()));
+}
+
+/// A block that flies through periodic sides, and is crushed a little meanwhile by its own velocity.
+fn drifting(shape: &str, transfer: &str, shrink: f64) -> Case {
+    let motion = json!({ "kind": "linear", "value": [3.0, -2.0], "origin": [0.5, 0.5],
+                         "gradient": [[-shrink, 0], [0, shrink]] });
+    case(json!({
+        "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] },
+        "bodies": [{ "name": "b", "material": "m", "velocity": motion,
+                     "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }],
+        "stages": [{ "name": "s", "duration": 0.7 }],
+        "methods": { "mpm": { "cell_size": 0.05, "shape": shape, "transfer": transfer } }
+    }))
+}
+
+#[test]
+fn a_body_flies_through_periodic_sides_without_noticing() {
+    for (shape, transfer) in [("linear", "flip"), ("ugimp", "flip"), ("cpgimp", "tpic"), ("ugimp", "xpic")] {
+        let report = solve(&drifting(shape, transfer, 0.0));
+        let snapshot = &report.snapshot;
+        for ((v, u), x) in vectors(snapshot, "velocity")
+            .iter()
+            .zip(vectors(snapshot, "displacement"))
+            .zip(&snapshot.positions)
+        {
+            assert!((v[0] - 3.0).abs() < 1e-11 && (v[1] + 2.0).abs() < 1e-11, "{shape}: {v:?}");
+            assert!((u[0] - 2.1).abs() < 1e-11 && (u[1] + 1.4).abs() < 1e-11, "{shape}: {u:?}");
+            assert!(x[..2].iter().all(|x| (0.0..=1.0).contains(x)));
+        }
+        assert!(scalars(snapshot, "deviatoric_stress").iter().all(|q| *q < 1e-5), "{shape}");
+    }
+}
+
+#[test]
+fn where_the_seam_lies_makes_no_difference() {
+    // A crushed block that rests in the middle of the domain, and one that begins across the seam.
+    for shape in ["linear", "ugimp", "cpgimp"] {
+        let budgets = [0.0, 0.5].map(|seam: f64| {
+            let mut case = drifting(shape, "flip", 0.2);
+            let motion = json!({ "kind": "sine", "amplitude": [0.05, 0.0], "wave_vector": [2.0 * std::f64::consts::PI, 0] });
+            let block = |low: f64, high: f64| json!({ "kind": "box", "min": [low, 0.35], "max": [high, 0.65] });
+            let (low, high) = (0.35 + seam, 0.65 + seam);
+            let pieces = if seam == 0.0 { vec![block(low, high)] } else { vec![block(low, 1.0), block(0.0, high - 1.0)] };
+            let phase = 360.0 * -seam;
+            case.bodies = pieces
+                .into_iter()
+                .enumerate()
+                .map(|(number, shape)| {
+                    let mut motion = motion.clone();
+                    motion["phase"] = json!(phase);
+                    serde_json::from_value(json!({
+                        "name": format!("b{number}"), "material": "m", "shape": shape, "velocity": motion
+                    }))
+                    .unwrap()
+                })
+                .collect();
+            case.stages[0].duration = 0.05;
+            solve(&case).end
+        });
+        let [whole, cut] = budgets;
+        assert!((whole.kinetic / cut.kinetic - 1.0).abs() < 1e-9, "{shape}: {whole:?}, {cut:?}");
+        assert!((whole.elastic / cut.elastic - 1.0).abs() < 1e-9, "{shape}: {whole:?}, {cut:?}");
+    }
+}
+
+#[test]
+fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
+    let case = drifting("ugimp", "flip", 0.5);
+    let hash = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| solve(&case).snapshot.hash())
+    };
+    assert_eq!(hash(1), hash(2));
+    restarts(&case, 0.3, 0.5);
+}
+
+fn restarts(case: &Case, middle: f64, end: f64) {
+    let mut whole = begin(case);
+    advance_to(&mut *whole, middle);
+    let saved = whole.save();
+    let mut again = begin(case);
+    again.restore(&saved).unwrap();
+    again.begin_stage(0, 0.0).unwrap();
+    advance_to(&mut *again, end);
+    advance_to(&mut *whole, end);
+    assert_eq!(again.snapshot().hash(), whole.snapshot().hash());
+}
+
+#[test]
+fn absorbing_sides_with_springs_survive_a_restart() {
+    let case = case(json!({
+        "bodies": [{ "name": "b", "material": "m", "velocity": { "kind": "uniform", "value": [0.1, 0.05] },
+                     "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }],
+        "boundaries": [{ "side": "x-max", "position": 0.65, "wall": { "kind": "absorbing", "spring_length": 0.3 } }]
+    }));
+    restarts(&case, 0.02, 0.04);
+    // The spring brings it back where it was.
+    let mut solver = begin(&case);
+    advance_to(&mut *solver, 1.0);
+    let mean = vectors(&solver.snapshot(), "displacement").iter().map(|u| u[0]).sum::<f64>() / 144.0;
+    assert!(mean.abs() < 1e-4, "{mean}");
+}
+
+#[test]
+fn what_is_dug_out_is_gone_and_the_rest_goes_on() {
+    let case = case(json!({
+        "gravity": [0, -10],
+        "boundaries": [{ "side": "y-min", "position": 0.35, "wall": { "kind": "rough" } }],
+        "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -10] }],
+        "stages": [{ "name": "all", "duration": 0.02 },
+                   { "name": "dug", "duration": 0.02,
+                     "excavate": [{ "kind": "box", "min": [0.5, 0.5], "max": [0.65, 0.65] }] }],
+        "methods": { "mpm": { "cell_size": 0.05, "transfer": "xpic" } }
+    }));
+    let report = solve(&case);
+    assert_eq!(report.snapshot.ids.len(), 108);
+    assert!((report.end.mass - 67.5).abs() < 1e-9);
+    assert!(report.snapshot.positions.iter().all(|x| x[0] < 0.5 || x[1] < 0.5));
+    let mut whole = begin(&case);
+    whole.step(1e-4).unwrap();
+    let start = whole.time();
+    whole.begin_stage(1, start).unwrap();
+    whole.step(1e-4).unwrap();
+    let mut again = begin(&case);
+    again.restore(&whole.save()).unwrap();
+    again.begin_stage(1, start).unwrap();
+    for solver in [&mut whole, &mut again] {
+        solver.step(1e-4).unwrap();
+    }
+    assert_eq!(again.snapshot().hash(), whole.snapshot().hash());
+}
+
+#[test]
+fn what_cannot_be_periodic_is_refused_by_name() {
+    let refused = |options: Value| {
+        let mut case = drifting("ugimp", "flip", 0.0);
+        case.methods.insert("mpm".into(), options);
+        Mpm.plan(&case).unwrap_err().to_string()
+    };
+    assert!(refused(json!({ "cell_size": 0.05, "shape": "quadratic" })).starts_with("domain.periodic"));
+    assert!(refused(json!({ "cell_size": 0.5 })).starts_with("domain.periodic"));
+    let mut text: Value = serde_json::from_str(&drifting("ugimp", "flip", 0.0).to_json()).unwrap();
+    text["boundaries"] = json!([{ "side": "x-min", "wall": { "kind": "smooth" } }]);
+    assert!(Case::from_json(&text.to_string()).unwrap_err().to_string().contains("boundaries[0].side"));
+    text["boundaries"] = json!([]);
+    text["domain"]["periodic"] = json!(["z"]);
+    assert!(Case::from_json(&text.to_string()).unwrap_err().to_string().contains("domain.periodic[0]"));
+}

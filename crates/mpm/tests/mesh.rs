@@ -1,0 +1,273 @@
+//! Triangles and tetrahedra: what every mesh must keep, and what a file must say.
+
+use std::fmt::Write as _;
+
+use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_mpm::Mpm;
+use serde_json::{Value, json};
+
+/// A block of an elastic material on triangles; `more` replaces or adds keys.
+fn text(more: &Value) -> Value {
+    let mut text = json!({
+        "title": "test", "space": "plane-strain",
+        "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
+                     "velocity": { "kind": "uniform", "value": [6, 1] } }],
+        "stages": [{ "name": "s", "duration": 0.2 }],
+        "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "mesh": { "kind": "box" } } }
+    });
+    for (key, value) in more.as_object().unwrap() {
+        text[key] = value.clone();
+    }
+    text
+}
+
+#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
+fn case(more: Value) -> Case {
+    Case::from_json(&text(&more).to_string()).unwrap()
+}
+
+fn solve(case: &Case) -> RunReport {
+    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
+}
+
+fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
+    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
+    values.clone()
+}
+
+fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
+    let Some(FieldData::Tensor(stress)) = snapshot.field("stress").map(|f| &f.data) else {
+        panic!("no stress")
+    };
+    stress.iter().map(|s| s.0).collect()
+}
+
+#[test]
+fn a_body_that_flies_through_elements_feels_nothing() {
+    // MPM sheet A-04.
+    for points in [1, 2, 3] {
+        let report = solve(&case(json!({
+            "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": points, "shape": "linear", "mesh": { "kind": "box" } } }
+        })));
+        for u in vectors(&report.snapshot, "displacement") {
+            assert!((u[0] - 1.2).abs() < 1e-11 && (u[1] - 0.2).abs() < 1e-11, "{points}: {u:?}");
+        }
+        let stress = stresses(&report.snapshot).iter().flatten().fold(0.0, |a: f64, s| a.max(s.abs()));
+        assert!(stress < 1e-9 * 1e6, "{points}: {stress} Pa");
+    }
+}
+
+/// A swinging ball in tetrahedra.
+fn ball(scheme: &str) -> Case {
+    case(json!({
+        "space": "3d", "domain": { "min": [0, 0, 0], "max": [1, 1, 1] }, "gravity": [0, 0, 0],
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5, 0.5], "radius": 0.25 },
+                     "velocity": { "kind": "linear", "value": [0.3, -0.2, 0.1], "origin": [0.5, 0.5, 0.5],
+                                   "gradient": [[1, 0.4, 0], [-0.8, -1, 0.3], [0, 0.2, 0.5]] } }],
+        "stages": [{ "name": "s", "duration": 0.1 }],
+        "methods": { "mpm": { "cell_size": 0.125, "shape": "linear", "stress_update": scheme, "mesh": { "kind": "box" },
+                              "node_mass_cutoff": if scheme == "usl" { 0.05 } else { 1e-12 } } }
+    }))
+}
+
+#[test]
+fn mass_and_momentum_are_conserved_and_threads_do_not_matter() {
+    for scheme in ["usl", "musl", "usf"] {
+        let case = ball(scheme);
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| solve(&case))
+        };
+        let report = on(1);
+        assert_eq!(report.snapshot.hash(), on(2).snapshot.hash(), "{scheme}");
+        assert_eq!(report.end.mass, report.start.mass);
+        for c in 0..3 {
+            let change = report.end.momentum[c] - report.start.momentum[c];
+            assert!(change.abs() < 1e-12 * report.start.mass, "{scheme}: {change}");
+        }
+    }
+}
+
+#[test]
+fn a_restored_solver_continues_to_the_last_bit() {
+    let case = ball("musl");
+    let advance = |solver: &mut dyn Solver, steps: usize| {
+        for _ in 0..steps {
+            let dt = solver.time_step().dt;
+            solver.step(dt).unwrap();
+        }
+    };
+    let mut whole = Mpm.build(&case).unwrap();
+    whole.begin_stage(0, 0.0).unwrap();
+    advance(&mut *whole, 23);
+    let mut again = Mpm.build(&case).unwrap();
+    again.restore(&whole.save()).unwrap();
+    again.begin_stage(0, 0.0).unwrap();
+    advance(&mut *whole, 40);
+    advance(&mut *again, 40);
+    assert_eq!(whole.snapshot().hash(), again.snapshot().hash());
+}
+
+#[test]
+fn the_time_step_goes_by_the_least_height() {
+    // Right triangles with legs of 0.1 m: 2 A / l_max = 0.1 / √2.
+    let still = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }] });
+    let mut solver = Mpm.build(&case(still)).unwrap();
+    let modulus: f64 = 1e6 * 0.75 / (1.25 * 0.5);
+    let exact = 0.5 * 0.1 / 2f64.sqrt() / (modulus / 1000.0).sqrt();
+    assert!((solver.time_step().dt / exact - 1.0).abs() < 1e-9, "{}", solver.time_step().dt);
+}
+
+/// A block above a floor that it has not reached yet.
+fn falling(floor: bool) -> Result<RunReport, String> {
+    let mut more = json!({
+        "gravity": [0, -10],
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.6, 0.5], "max": [1.2, 0.8] },
+                     "velocity": { "kind": "uniform", "value": [0, -1] } }],
+        "stages": [{ "name": "s", "duration": 0.4 }]
+    });
+    if floor {
+        more["boundaries"] = json!([{ "side": "y-min", "position": 0.2, "wall": { "kind": "smooth" } }]);
+    }
+    let case = case(more);
+    run(&case, Mpm.build(&case).unwrap(), &RunOptions::default()).map_err(|error| error.to_string())
+}
+
+#[test]
+fn walls_hold_nodes_that_no_point_has_touched_yet() {
+    // MPM sheet S-08: no deeper than an element; without the wall it falls through.
+    let lowest =
+        |report: &RunReport| report.snapshot.positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+    assert!(lowest(&falling(true).unwrap()) > 0.2 - 0.1);
+    assert!(
+        falling(false).map_or_else(|error| error.contains("left the mesh"), |report| lowest(&report) < 0.1)
+    );
+}
+
+#[test]
+fn weight_at_rest_makes_the_stress_of_an_oedometer() {
+    for (space, corner) in [("plane-strain", &[0.4, 1.0][..]), ("3d", &[0.2, 1.0, 0.2][..])] {
+        let dimension = corner.len();
+        let walls: Vec<Value> = ["x-min", "x-max", "y-min", "z-min", "z-max"]
+            .iter()
+            .filter(|side| dimension == 3 || !side.starts_with('z'))
+            .map(|side| json!({ "side": side, "wall": { "kind": "smooth" } }))
+            .collect();
+        let mut gravity = vec![0.0; dimension];
+        gravity[1] = -10.0;
+        let mut high = corner.to_vec();
+        high[1] += 0.2;
+        let report = solve(&case(json!({
+            "space": space, "gravity": gravity, "boundaries": walls,
+            "domain": { "min": vec![0.0; dimension], "max": high },
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.25 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": vec![0.0; dimension], "max": corner } }],
+            "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-5 } }]
+        })));
+        let displacement = vectors(&report.snapshot, "displacement");
+        for ((x, u), s) in report.snapshot.positions.iter().zip(&displacement).zip(stresses(&report.snapshot))
+        {
+            let vertical = -1000.0 * 10.0 * (1.0 - (x[1] - u[1]));
+            // Constant in an element: the weight of one.
+            assert!(
+                (s[1] - vertical).abs() < 1000.0 * 10.0 * 0.1,
+                "{space}: {} for {vertical} at {x:?}",
+                s[1]
+            );
+        }
+    }
+}
+
+#[test]
+fn a_traction_gives_its_impulse() {
+    let report = solve(&case(json!({
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
+        "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50] }],
+        "stages": [{ "name": "s", "duration": 0.02 }]
+    })));
+    assert!((report.end.momentum[0] - 200.0 * 0.4 * 0.02).abs() < 1e-10);
+    assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.02).abs() < 1e-10);
+}
+
+/// A rectangle of `nx × ny` squares of 0.25 m in two triangles each, as Gmsh 2.2, its base the group "base".
+fn msh(nx: usize, ny: usize) -> String {
+    let number = |i: usize, j: usize| i * (ny + 1) + j + 1;
+    let mut text =
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n1\n1 3 \"base\"\n$EndPhysicalNames\n"
+            .to_owned();
+    writeln!(text, "$Nodes\n{}", (nx + 1) * (ny + 1)).unwrap();
+    for i in 0..=nx {
+        for j in 0..=ny {
+            writeln!(text, "{} {} {} 0", number(i, j), 0.25 * i as f64, 0.25 * j as f64).unwrap();
+        }
+    }
+    writeln!(text, "$EndNodes\n$Elements\n{}", nx + 2 * nx * ny).unwrap();
+    for i in 0..nx {
+        writeln!(text, "{} 1 2 3 1 {} {}", i + 1, number(i, 0), number(i + 1, 0)).unwrap();
+        for j in 0..ny {
+            let (a, b, c, d) = (number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1));
+            writeln!(
+                text,
+                "{} 2 2 0 1 {a} {b} {c}\n{} 2 2 0 1 {a} {c} {d}",
+                10_000 + 2 * (i * ny + j),
+                10_001 + 2 * (i * ny + j)
+            )
+            .unwrap();
+        }
+    }
+    text + "$EndElements\n"
+}
+
+#[test]
+fn a_file_of_gmsh_gives_mesh_and_walls() {
+    let folder = std::env::temp_dir().join(format!("colluvium-mesh-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("rectangle.msh"), msh(8, 4)).unwrap();
+    let write = |wall: Value, file: &str| {
+        let text = text(&json!({
+            "gravity": [0, -10],
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.5, 0], "max": [1.5, 0.5] } }],
+            "boundaries": [wall],
+            "stages": [{ "name": "settle", "duration": 20, "damping": 0.7, "equilibrium": { "unbalanced_force": 1e-3, "kinetic_energy": 1e-3 } }],
+            "methods": { "mpm": { "cell_size": 0.25, "shape": "linear", "mesh": { "kind": "file", "file": file } } }
+        }));
+        std::fs::write(folder.join("case.json"), text.to_string()).unwrap();
+        Case::load(&folder.join("case.json")).unwrap()
+    };
+    let by_group = solve(&write(
+        json!({ "side": "y-min", "group": "base", "wall": { "kind": "rough" } }),
+        "rectangle.msh",
+    ));
+    let by_plane = solve(&write(json!({ "side": "y-min", "wall": { "kind": "rough" } }), "rectangle.msh"));
+    assert_eq!(by_group.snapshot.hash(), by_plane.snapshot.hash());
+    let refuse = |wall: Value, file: &str| Mpm.build(&write(wall, file)).map(|_| ()).unwrap_err().to_string();
+    let rough = json!({ "kind": "rough" });
+    let error = refuse(json!({ "side": "y-min", "group": "top", "wall": rough }), "rectangle.msh");
+    assert!(error.contains("boundaries[0].group") && error.contains("[\"base\"]"), "{error}");
+    let error = refuse(json!({ "side": "y-min", "position": 0.1, "wall": rough }), "rectangle.msh");
+    assert!(error.contains("no node of the mesh lies on the wall"), "{error}");
+    let error = refuse(json!({ "side": "y-min", "wall": rough }), "none.msh");
+    assert!(error.contains("methods.mpm.mesh.file") && error.contains("cannot be read"), "{error}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn what_a_mesh_cannot_honour_is_refused_by_name() {
+    for (key, value) in [
+        ("shape", json!("ugimp")),
+        ("shape", json!("quadratic")),
+        ("shape", json!("cpdi")),
+        ("transfer", json!("apic")),
+        ("formulation", json!("total-lagrangian")),
+        ("integration", json!("mixed")),
+        ("points_per_cell", json!(4)),
+    ] {
+        let mut text = text(&json!({}));
+        text["methods"]["mpm"][key] = value.clone();
+        let case = Case::from_json(&text.to_string()).unwrap();
+        let error = Mpm.build(&case).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(&format!("methods.mpm.{key}")), "{key} {value}: {error}");
+    }
+}
