@@ -24,6 +24,9 @@ pub struct Arguments {
     /// Only the race against the textbook kernel.
     #[arg(long)]
     race: bool,
+    /// Particle-updates per second of smoothed particle hydrodynamics instead.
+    #[arg(long)]
+    sph: bool,
     /// Stress updates per second of every law instead.
     #[arg(long)]
     laws: bool,
@@ -162,7 +165,11 @@ impl Setting {
 }
 
 /// Million point-updates per second of `step`, over about so many seconds.
-fn rate(points: usize, seconds: f64, mut step: impl FnMut() -> Result<(), String>) -> Result<f64, String> {
+pub fn rate(
+    points: usize,
+    seconds: f64,
+    mut step: impl FnMut() -> Result<(), String>,
+) -> Result<f64, String> {
     // The first steps fill the caches.
     for _ in 0..3 {
         step()?;
@@ -219,6 +226,15 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         println!("# memory bandwidth on {threads} threads: {:.1} GB/s", bandwidth(threads)?);
     }
     println!("# million point-updates per second of wall-clock time");
+    if arguments.sph {
+        let sizes = match (arguments.points, arguments.small) {
+            (Some(points), _) => vec![points as usize],
+            (None, true) => vec![10_000],
+            (None, false) => vec![10_000, 100_000, 1_000_000],
+        };
+        crate::bench_sph::table(&sizes, arguments.seconds, arguments.filter.as_deref())?;
+        return Ok(true);
+    }
     let sizes = match (arguments.points, arguments.small) {
         (Some(points), _) => vec![points as usize],
         (None, true) => vec![10_000],

@@ -1,12 +1,16 @@
 //! What a case file says: plain data, SI units, angles in degrees (converted once, on load).
 
+mod strength;
+
 use std::collections::BTreeMap;
 use std::fmt;
 
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+pub use strength::{FactorOfSafety, Weakening};
 
 pub use crate::pore_fluid::{PoreFluid, PorePressure};
 pub use crate::surface::{Load, RampShape};
@@ -212,6 +216,19 @@ pub enum Velocity {
         #[serde(default)]
         phase: f64,
     },
+    /// The first mode of a slender cantilever, at rest behind its clamp.
+    Bending {
+        /// Axis of the beam: 0 is x.
+        along: usize,
+        /// Axis of its deflection.
+        across: usize,
+        /// Coordinate of the clamp along the beam (m).
+        clamp: f64,
+        /// Length of the beam (m).
+        length: f64,
+        /// Velocity of its tip (m/s).
+        tip: f64,
+    },
 }
 
 /// An initial stress field.
@@ -383,6 +400,10 @@ pub struct Stage {
     /// Regions whose material vanishes when the stage begins, of whatever body: an excavation in lifts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excavate: Vec<Shape>,
+    /// Strength that is lost when the stage begins, for good or until a later stage says otherwise: counted
+    /// from what the materials are in the case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weakening: Option<Weakening>,
 }
 
 impl Stage {
@@ -508,6 +529,9 @@ pub enum Measure {
         /// Name of the rigid body or patch.
         of: String,
     },
+    /// The factor by which strength may be divided before the bodies no longer come to rest, by trials from
+    /// the state at the end of a stage. Found after the run.
+    FactorOfSafety(FactorOfSafety),
 }
 
 fn whole() -> f64 {

@@ -1,5 +1,6 @@
 //! What a case must satisfy beyond its schema.
 
+mod strength;
 mod surface;
 
 use std::collections::HashSet;
@@ -226,6 +227,15 @@ impl Findings<'_> {
                 self.vector(&format!("{path}.wave_vector"), wave_vector);
                 self.finite(format!("{path}.phase"), *phase);
             }
+            Velocity::Bending { along, across, clamp, length, tip } => {
+                let dimension = self.case.dimension();
+                let fits = *along < dimension && *across < dimension && along != across;
+                let problem = format!("{across} and along {along} must be two different axes of the space");
+                self.require(fits, format!("{path}.across"), problem);
+                self.finite(format!("{path}.clamp"), *clamp);
+                self.positive(format!("{path}.length"), *length, "m");
+                self.finite(format!("{path}.tip"), *tip);
+            }
         }
     }
 
@@ -387,6 +397,7 @@ impl Findings<'_> {
                 self.report(format!("{path}.name"), format!("{:?} names two stages", stage.name));
             }
             self.stage(&path, stage);
+            self.weakening(number);
         }
     }
 
@@ -466,6 +477,7 @@ impl Findings<'_> {
                         self.positive(format!("{path}.initial_length"), *initial_length, "m");
                     }
                 }
+                Measure::FactorOfSafety(search) => self.factor_of_safety(&path, search),
                 Measure::Profile { axis, height, bin } => {
                     let fits = *axis < dimension && *height < dimension && axis != height;
                     let problem =

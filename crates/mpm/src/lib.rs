@@ -40,8 +40,8 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions, ShapeFunctions,
-    StressScheme, Transfer, VolumetricStrain, WallFriction,
+    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions,
+    ShapeFunctions, StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};
 pub use solver::MpmSolver;

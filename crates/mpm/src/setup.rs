@@ -19,7 +19,8 @@ use crate::points::{Ground, PointDomain, PointSet};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::{
-    MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads, mesh, two_phase,
+    Formulation, MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads,
+    mesh, two_phase,
 };
 
 /// Beyond this many points the ids no longer fit.

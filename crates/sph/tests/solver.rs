@@ -39,7 +39,7 @@ fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
 
 /// A block that slides on a rough floor against a smooth wall: everything moves, everything yields.
 fn crash(options: &Value) -> Case {
-    let mut methods = json!({ "spacing": 0.02 });
+    let mut methods = json!({ "spacing": 0.025 });
     for (key, value) in options.as_object().unwrap() {
         methods[key] = value.clone();
     }
@@ -49,22 +49,30 @@ fn crash(options: &Value) -> Case {
             "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.3,
             "friction_angle": 20, "cohesion": 500, "matching": "plane-strain"
         } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.04, 0], "max": [0.34, 0.28] },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.05, 0], "max": [0.3, 0.25] },
                      "velocity": { "kind": "uniform", "value": [-0.3, 0.0] } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } },
                        { "side": "x-min", "wall": { "kind": "smooth" } }],
-        "stages": [{ "name": "s", "duration": 0.2 }],
+        "stages": [{ "name": "s", "duration": 0.1 }],
         "methods": { "sph": methods }
     }))
 }
 
-fn variants() -> [Value; 3] {
-    [
+fn variants() -> Vec<Value> {
+    vec![
         json!({}),
         json!({ "momentum": "rho-rho", "continuity": "volume", "velocity_gradient": "corrected",
                 "regularisation": "mls", "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 } }),
         json!({ "kernel": "wendland-c2", "smoothing": 1.5, "wall_stress": "extrapolated", "regularisation": "shepard",
                 "damping": 0.01, "sound_speed": "youngs-modulus" }),
+        json!({ "smoothing_length": "density", "symmetrisation": "grad-h", "integration": "position-verlet", "xsph": 0.3 }),
+        json!({ "smoothing_length": "density", "symmetrisation": "kernel", "integration": "velocity-verlet",
+                "smooth_wall": "particles", "wall_velocity": "linear", "stress_diffusion": 0.1 }),
+        json!({ "smoothing_length": "rate", "symmetrisation": "harmonic", "shifting": 0.5, "wall_guard": 0.01 }),
+        json!({ "integration": "leapfrog-rates", "regularisation": "mls", "kernel": "quintic-spline" }),
+        json!({ "integration": "predictor-corrector", "kernel": "gaussian" }),
+        json!({ "integration": "verlet", "kernel": "wendland-c4" }),
+        json!({ "integration": "runge-kutta4", "kernel": "wendland-c6", "smoothing": 1.5 }),
     ]
 }
 
@@ -92,14 +100,14 @@ fn a_restored_solver_continues_to_the_last_bit() {
         let case = crash(&options);
         let mut whole = Sph.build(&case).unwrap();
         whole.begin_stage(0, 0.0).unwrap();
-        for cut in [1, 37, 62, 64] {
+        for cut in [1, 37, 64] {
             advance(&mut *whole, cut);
             let saved = whole.save();
             let mut again = Sph.build(&case).unwrap();
             again.restore(&saved).unwrap();
             again.begin_stage(0, 0.0).unwrap();
-            advance(&mut *again, 50);
-            advance(&mut *whole, 50);
+            advance(&mut *again, 30);
+            advance(&mut *whole, 30);
             assert_eq!(again.snapshot().hash(), whole.snapshot().hash(), "{options}, cut after {cut} steps");
         }
         let saved = whole.save();
@@ -246,12 +254,7 @@ fn what_cannot_be_honoured_is_refused_by_name() {
             json!({ "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1] }] }),
             "loads[0]",
         ),
-        (
-            wall(json!({ "wall": { "kind": "frictional", "friction_coefficient": 0.3 } })),
-            "boundaries[0].wall",
-        ),
         (wall(json!({ "separation": true })), "boundaries[0].separation"),
-        (wall(json!({ "velocity": [1, 0] })), "boundaries[0].velocity"),
         (wall(json!({ "position": 0.5 })), "bodies[0].shape"),
         (json!({ "methods": {} }), "methods.sph"),
         (json!({ "methods": { "sph": { "spacing": 0.05, "smoothing": 2.5 } } }), "methods.sph.smoothing"),
