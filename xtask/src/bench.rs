@@ -226,20 +226,16 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         println!("# memory bandwidth on {threads} threads: {:.1} GB/s", bandwidth(threads)?);
     }
     println!("# million point-updates per second of wall-clock time");
-    if arguments.sph {
-        let sizes = match (arguments.points, arguments.small) {
-            (Some(points), _) => vec![points as usize],
-            (None, true) => vec![10_000],
-            (None, false) => vec![10_000, 100_000, 1_000_000],
-        };
-        crate::bench_sph::table(&sizes, arguments.seconds, arguments.filter.as_deref())?;
-        return Ok(true);
-    }
     let sizes = match (arguments.points, arguments.small) {
         (Some(points), _) => vec![points as usize],
         (None, true) => vec![10_000],
         (None, false) => vec![10_000, 1_000_000],
     };
+    if arguments.sph {
+        let middle = if sizes.len() > 1 { vec![sizes[0], 100_000, sizes[1]] } else { sizes };
+        crate::bench_sph::table(&middle, arguments.seconds, arguments.filter.as_deref())?;
+        return Ok(true);
+    }
     let wanted = |setting: &Setting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
     if !arguments.race {
         table(&sizes, arguments.seconds, wanted)?;

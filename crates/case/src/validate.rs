@@ -5,7 +5,7 @@ mod surface;
 
 use std::collections::HashSet;
 
-use colluvium_constitutive::{MaterialError, MaterialSpec};
+use colluvium_constitutive::MaterialSpec;
 use colluvium_points::overlap;
 
 use crate::description::{
@@ -144,10 +144,10 @@ impl Findings<'_> {
             let path = format!("materials.{name}");
             match spec.build() {
                 Ok(_) => {}
-                Err(MaterialError::Parameter { field, value, rule }) => {
-                    self.report(format!("{path}.{field}"), format!("{value} {rule}"));
-                }
-                Err(error) => self.report(&path, error.to_string()),
+                Err(error) => match error.about_parameter() {
+                    Some((field, problem)) => self.report(format!("{path}.{field}"), problem),
+                    None => self.report(&path, error.to_string()),
+                },
             }
             if spec.assumes_plane_strain() && case.space != Space::PlaneStrain {
                 let problem =

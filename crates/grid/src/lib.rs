@@ -3,14 +3,13 @@
 //! A [`Grid`] is a box of equal square (cubic) cells in one, two or three dimensions. A [`Basis`]
 //! gives the shape functions of one axis (linear, GIMP, quadratic and cubic B-splines); a
 //! [`Stencil`] is their product at a point, with [`Stencil::deposit`] (point to grid) and
-//! [`Stencil::gather`] (grid to point). What is no such product ([`Corners`] of convected domains, [`DualNodes`],
+//! [`Stencil::gather`] (grid to point). What is no such product ([`Corners`] of convected domains,
 //! the elements of a [`Mesh`]) offers the same transfers as a [`Support`]. [`Layout`] keeps points sorted by cell and lets slabs of
 //! cells scatter in parallel in an order fixed by the data: results are the same on any number of
 //! threads. [`Walls`] imposes the boundary conditions on the nodes.
 
 mod basis;
 mod corners;
-mod dual;
 mod grid;
 mod layout;
 mod mesh;
@@ -23,7 +22,6 @@ mod walls;
 
 pub use basis::{Basis, CubicSpline, Gimp, Linear, QuadraticSpline, WideGimp};
 pub use corners::Corners;
-pub use dual::{DualDomain, DualNodes};
 pub use grid::{Grid, GridError};
 pub use layout::{Layout, sort_by_cell};
 pub use mesh::{Element, Mesh, MeshError, Simplex};

@@ -119,8 +119,6 @@ pub enum ShapeFunctions {
     Cubic,
     /// Convected particle domains: parallelograms that the deformation gradient carries along.
     Cpdi,
-    /// Dual-domain: linear weights, with gradients that blend into nodal averages towards the faces of cells.
-    DualDomain,
 }
 
 /// Where the gradients of the shape functions are taken (MPM sheet §2.5g).

@@ -1,13 +1,11 @@
 //! From the run-time choice of dimension and shape functions to the compiled solver.
 
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{
-    Basis, Corners, CubicSpline, DualDomain, Gimp, Linear, QuadraticSpline, Simplex, WideGimp,
-};
+use colluvium_grid::{Basis, Corners, CubicSpline, Gimp, Linear, QuadraticSpline, Simplex, WideGimp};
 
 use crate::MpmOptions;
 use crate::config::{DomainStretch, Formulation, ShapeFunctions};
-use crate::domains::{ConvectedDomain, DualPoint, ReferencePoint};
+use crate::domains::{ConvectedDomain, ReferencePoint};
 use crate::mesh::InElement;
 use crate::points::{FixedDomain, PointDomain};
 use crate::stretch::{StretchingDomain, TurningDomain};
@@ -66,7 +64,6 @@ fn shape<const D: usize, T>(
         },
         ShapeFunctions::Quadratic => visitor.visit::<D, 3, QuadraticSpline, FixedDomain>(),
         ShapeFunctions::Cubic => visitor.visit::<D, 4, CubicSpline, FixedDomain>(),
-        ShapeFunctions::DualDomain => visitor.visit::<D, 4, DualDomain, DualPoint>(),
         ShapeFunctions::Cpdi => unreachable!("has as many nodes as the dimension says"),
     }
 }

@@ -1,6 +1,6 @@
-//! Point domains that stand on other nodes than a product of one basis per axis (MPM sheet §2.5b, e–g).
+//! Point domains that stand on other nodes than a product of one basis per axis (MPM sheet §2.5e, g).
 
-use colluvium_grid::{Basis, Corners, DualNodes, NodeList, Pulled, Stencil};
+use colluvium_grid::{Basis, Corners, NodeList, Pulled, Stencil};
 
 use crate::points::{Ground, PointDomain};
 use crate::stretch::{Square, follow, from_numbers, identity};
@@ -70,40 +70,6 @@ impl<const D: usize> PointDomain<D> for ConvectedDomain<D> {
 
     fn from_numbers(numbers: &[f64]) -> Self {
         Self { deformation: from_numbers(numbers) }
-    }
-}
-
-/// A domain without width whose gradients are those of dual-domain MPM.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct DualPoint;
-
-impl<const D: usize> PointDomain<D> for DualPoint {
-    type Support<const S: usize> = DualNodes<D, S>;
-
-    #[inline(always)]
-    fn support<const S: usize, B: Basis<S>>(
-        &self,
-        ground: &Ground<'_, D>,
-        position: &[f64; D],
-        _initial: &[f64; D],
-    ) -> DualNodes<D, S> {
-        DualNodes::new::<B>(ground.grid, position)
-    }
-
-    #[inline(always)]
-    fn extent(&self, initial: &[f64; D], _cell: f64) -> [f64; D] {
-        *initial
-    }
-
-    #[inline(always)]
-    fn follow(&mut self, _gradient: &Square<D>) {}
-
-    fn to_numbers(self) -> Vec<f64> {
-        Vec::new()
-    }
-
-    fn from_numbers(_numbers: &[f64]) -> Self {
-        Self
     }
 }
 

@@ -3,8 +3,8 @@
 //! A body is a set of points that carry mass, velocity, stress and the state of its law. Each step
 //! maps them to a background grid, solves the momentum equation on the nodes and maps the result
 //! back (MPM sheet §3.3; [`MpmSolver`] holds the step). Shape functions are linear, generalised
-//! interpolation (GIMP) with fixed or stretching point domains, convected particle domains (CPDI), quadratic and cubic
-//! B-splines, or dual-domain;
+//! interpolation (GIMP) with fixed or stretching point domains, convected particle domains (CPDI), or quadratic and
+//! cubic B-splines;
 //! stress is updated first, last, or last from re-mapped velocities. One dimension, plane strain,
 //! axisymmetry and three dimensions. Bodies with a pore fluid are solved as two phases that move apart.
 //!

@@ -66,19 +66,26 @@ fn a_pressure_turns_with_the_surface_and_a_traction_does_not() {
         (json!({ "kind": "pressure", "body": "b", "side": "x-max", "value": 10 }), [0.0, -3.0]),
         (json!({ "kind": "traction", "body": "b", "side": "x-max", "value": [-10, 0] }), [-3.0, 0.0]),
     ];
-    for scheme in ["usf", "usl", "musl"] {
+    for scheme in ["apic", "usf", "usl", "musl"] {
         for (load, exact) in &loads {
-            let case = case(json!({
-                "bodies": body, "loads": [load], "methods": { "mpm": { "cell_size": 0.05, "stress_update": scheme } }
-            }));
+            let options = match scheme {
+                "apic" => {
+                    json!({ "cell_size": 0.05, "shape": "quadratic", "transfer": "apic", "stress_update": "usl" })
+                }
+                _ => json!({ "cell_size": 0.05, "stress_update": scheme }),
+            };
+            let case = case(json!({ "bodies": body, "loads": [load], "methods": { "mpm": options } }));
             let mut solver = begin(&case);
             let start = force(&mut *solver);
             assert!((start[0] + 3.0).abs() < 0.02 && start[1].abs() < 0.02, "{start:?}");
             advance_to(&mut *solver, 1.0);
             let end = force(&mut *solver);
-            // The outer points turn a little less than the mean: inertia stretches the block as it spins.
+            assert!((end[0].hypot(end[1]) - 3.0).abs() < 0.05, "{scheme}: {end:?}");
+            // The affine transfer keeps the spin; with the others it is weaker next to a free surface, where the lumped
+            // mass of a node does not lie at the node, and the surface that its points make lags behind.
+            let lag = if scheme == "apic" { 0.15 } else { 1.1 };
             assert!(
-                (0..2).all(|c| (end[c] - exact[c]).abs() < 0.1),
+                (0..2).all(|c| (end[c] - exact[c]).abs() < lag),
                 "{scheme}: {end:?} instead of {exact:?}"
             );
         }
@@ -116,10 +123,14 @@ fn water_at_the_boundary_fills_the_pores_with_its_pressure() {
     let Some(FieldData::Tensor(effective)) = snapshot.field("stress").map(|f| &f.data) else {
         panic!("no stress")
     };
-    // No total stress: the skeleton swells. After T = 2.5 consolidation lacks 0.3 %.
-    for (pressure, stress) in scalars(&snapshot, "pore_pressure").iter().zip(effective) {
-        assert!((pressure / 1e4 - 1.0).abs() < 0.01, "{pressure}");
-        assert!((stress.0[0] / 1e4 - 1.0).abs() < 0.01, "{stress:?}");
+    // No total stress: the skeleton swells. After T = 2.5 consolidation lacks 0.3 %. The load is spread over the outermost
+    // cell, whose point feels the share of the end node.
+    for ((x, pressure), stress) in
+        snapshot.positions.iter().zip(scalars(&snapshot, "pore_pressure")).zip(effective)
+    {
+        let exact = if x[0] < 0.9 { 1e4 } else { 1e5 * (x[0] - 0.9) };
+        assert!((pressure / exact - 1.0).abs() < 0.01, "{pressure}");
+        assert!((stress.0[0] / exact - 1.0).abs() < 0.01, "{stress:?}");
     }
 }
 

@@ -37,7 +37,7 @@ fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
     values.clone()
 }
 
-const SHAPES: [&str; 7] = ["linear", "ugimp", "cpgimp", "quadratic", "cubic", "cpdi", "dual-domain"];
+const SHAPES: [&str; 6] = ["linear", "ugimp", "cpgimp", "quadratic", "cubic", "cpdi"];
 const SCHEMES: [&str; 3] = ["usf", "usl", "musl"];
 
 /// A block that is thrown against a rough floor: everything moves, everything yields.

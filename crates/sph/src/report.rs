@@ -71,7 +71,8 @@ impl<const D: usize> SphSolver<D> {
     /// Velocities at the time of the positions (m/s).
     fn velocity(&self, i: usize) -> [f64; D] {
         let p = &self.particles;
-        let half = if self.lags() { 0.5 * self.last_step } else { 0.0 };
+        let held = self.groups.iter().any(|group| group.held.is_some() && group.range().contains(&i));
+        let half = if self.lags() && !held { 0.5 * self.last_step } else { 0.0 };
         std::array::from_fn(|c| p.velocity[i][c] + half * p.acceleration[i][c])
     }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Space, Wall};
+use colluvium_case::description::{Axis, Body, Space, Wall};
 use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
 use colluvium_points::{CellList, HalfList, NeighbourList};
@@ -92,7 +92,7 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     check_density_forms(case, options)
 }
 
-/// Periodic axes must be of the space, once each, and longer than the reach of a particle.
+/// Periodic axes must be longer than the reach of a particle, and a whole number of spacings.
 fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     let reach = options.kernel.support() * options.length() * options.smoothing_growth.max(1.2);
     for (number, axis) in case.domain.periodic.iter().enumerate() {
@@ -106,7 +106,8 @@ fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         }
         let count = length / options.spacing;
         if (count - count.round()).abs() > 1e-6 {
-            let problem = format!("the domain is {count} spacings long: a whole number is needed");
+            let problem =
+                format!("the domain is {count} spacings of methods.sph long: a whole number is needed");
             return Err(CaseError::new(path, problem));
         }
     }
@@ -178,13 +179,14 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
                 mirrors.push(plane(Contact::FreeSlip))
             }
             Wall::Smooth => faces.push(plane(Contact::FreeSlip)),
+            // Absorbing sides are refused.
             Wall::Rough | Wall::Absorbing { .. } => faces.push(plane(Contact::NoSlip)),
             Wall::Frictional { friction_coefficient } => {
                 faces.push(plane(Contact::Friction(friction_coefficient)));
             }
         }
     }
-    let period = |axis: &colluvium_case::description::Axis| {
+    let period = |axis: &Axis| {
         let axis = axis.number();
         Period { axis, low: case.domain.min[axis], high: case.domain.max[axis] }
     };

@@ -82,7 +82,7 @@ pub struct Walls<const D: usize> {
 
 impl<const D: usize> Walls<D> {
     /// The walls, those of particles in layers as deep as `reach` (m) over the box from `low` to `high` and as
-    /// far beyond it where it is not periodic.
+    /// far beyond it, which is also what periods of whole spacings make of them.
     pub fn new(
         mirrors: Vec<Plane<D>>,
         faces: Vec<Plane<D>>,
@@ -100,8 +100,7 @@ impl<const D: usize> Walls<D> {
                     return (0..layers).map(|k| plane.position + sign * (k as f64 + 0.5) * spacing).collect();
                 }
                 let count = ((high[axis] - low[axis]) / spacing - 1e-9).ceil() as i64;
-                let beyond = if periods.iter().any(|period| period.axis == axis) { 0 } else { layers };
-                (-beyond..count + beyond).map(|k| low[axis] + (k as f64 + 0.5) * spacing).collect()
+                (-layers..count + layers).map(|k| low[axis] + (k as f64 + 0.5) * spacing).collect()
             };
             let lines: [Vec<f64>; D] = std::array::from_fn(line);
             let total: usize = lines.iter().map(Vec::len).product();
@@ -257,9 +256,13 @@ mod tests {
     }
 
     #[test]
-    fn walls_along_a_period_end_with_it() {
+    fn walls_go_on_beyond_the_end_of_a_period() {
         let periods = vec![Period { axis: 0, low: 0.0, high: 1.0 }];
         let walls = Walls::<2>::new(Vec::new(), vec![plane(1)], periods, ([0.0, 0.0], [1.0, 1.0]), 0.1, 0.24);
-        assert_eq!(walls.particles.len(), 3 * 10);
+        for x in &walls.particles {
+            let image = [if x[0] < 0.5 { x[0] + 1.0 } else { x[0] - 1.0 }, x[1]];
+            let near = |y: &[f64; 2]| (y[0] - image[0]).hypot(y[1] - image[1]) < 1e-9;
+            assert!(image[0] < -0.3 || image[0] > 1.3 || walls.particles.iter().any(near), "{image:?}");
+        }
     }
 }

@@ -255,12 +255,65 @@ fn what_cannot_be_honoured_is_refused_by_name() {
             "loads[0]",
         ),
         (wall(json!({ "separation": true })), "boundaries[0].separation"),
+        (
+            json!({ "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }],
+                    "methods": { "sph": { "spacing": 0.05, "wall_stress": "interpolated" } } }),
+            "boundaries[0].wall",
+        ),
         (wall(json!({ "position": 0.5 })), "bodies[0].shape"),
+        (json!({ "domain": { "min": [0, 0], "max": [1.03, 1], "periodic": ["x"] } }), "domain.periodic[0]"),
         (json!({ "methods": {} }), "methods.sph"),
         (json!({ "methods": { "sph": { "spacing": 0.05, "smoothing": 2.5 } } }), "methods.sph.smoothing"),
         (json!({ "methods": { "sph": { "spacing": 0.05, "time_step": 1 } } }), "methods.sph.time_step"),
     ];
-    for (more, path) in table {
+    let with = |sph: Value| {
+        let mut methods = json!({ "spacing": 0.05 });
+        for (key, value) in sph.as_object().unwrap() {
+            methods[key] = value.clone();
+        }
+        json!({ "methods": { "sph": methods } })
+    };
+    let options = [
+        (json!({ "spacing": 0 }), "spacing"),
+        (json!({ "smoothing": 0.5 }), "smoothing"),
+        (json!({ "kernel": "gaussian", "smoothing": 2.5 }), "smoothing"),
+        (json!({ "smoothing_growth": 0.5 }), "smoothing_growth"),
+        (json!({ "viscosity_linear": -1 }), "viscosity_linear"),
+        (json!({ "viscosity_quadratic": -1 }), "viscosity_quadratic"),
+        (json!({ "damping": -0.1 }), "damping"),
+        (json!({ "courant": 1.5 }), "courant"),
+        (json!({ "courant": 0 }), "courant"),
+        (
+            json!({ "tensile": { "kind": "artificial-stress", "strength": 2, "exponent": 2.55 } }),
+            "tensile.strength",
+        ),
+        (
+            json!({ "tensile": { "kind": "artificial-pressure", "strength": 0.5, "exponent": 0 } }),
+            "tensile.exponent",
+        ),
+        (json!({ "regularisation_steps": 0 }), "regularisation_steps"),
+        (json!({ "stress_diffusion": 0.6 }), "stress_diffusion"),
+        (json!({ "density_diffusion": 0.6 }), "density_diffusion"),
+        (json!({ "density_diffusion": 0.1 }), "density_diffusion"),
+        (json!({ "density_reset": "shepard" }), "density_reset"),
+        (json!({ "density_reset_steps": 0 }), "density_reset_steps"),
+        (json!({ "xsph": 1.5 }), "xsph"),
+        (json!({ "shifting": -1 }), "shifting"),
+        (json!({ "wall_guard": -1 }), "wall_guard"),
+        (json!({ "continuity": "summation" }), "continuity"),
+        (json!({ "symmetrisation": "grad-h" }), "symmetrisation"),
+        (
+            json!({ "smoothing_length": "density", "symmetrisation": "grad-h", "momentum": "rho-rho" }),
+            "momentum",
+        ),
+        (json!({ "smoothing_length": "density", "wall_stress": "interpolated" }), "wall_stress"),
+        (json!({ "smoothing_length": "rate", "integration": "verlet" }), "smoothing_length"),
+        (json!({ "held": ["nobody"] }), "held[0]"),
+        (json!({ "held": ["b"] }), "held"),
+    ];
+    let options = options.map(|(sph, name)| (with(sph), format!("methods.sph.{name}")));
+    let table = table.map(|(more, path)| (more, path.to_owned()));
+    for (more, path) in table.into_iter().chain(options) {
         let error = Sph.plan(&case(more)).unwrap_err().to_string();
         assert!(error.starts_with(&format!("{path}: ")), "{error}");
     }

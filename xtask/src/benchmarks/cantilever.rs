@@ -69,8 +69,9 @@ fn deflected(load: f64, cell: f64) -> Result<(Vec<(f64, f64)>, [f64; 2]), String
     set(&mut case, "cell_size", cell);
     let force = load * STIFFNESS / (LENGTH * LENGTH);
     for of_case in &mut case.loads {
-        let Load::Traction { value, .. } = of_case;
-        *value = vec![0.0, -force / HEIGHT];
+        if let Load::Traction { value, .. } = of_case {
+            *value = vec![0.0, -force / HEIGHT];
+        }
     }
     let report = run(&case)?;
     let axis = axis(&report.snapshot);

@@ -10,6 +10,7 @@ mod critical_state;
 mod element_tests;
 mod finite_strain;
 mod flow;
+mod flow_cycles;
 mod kinematics;
 mod localisation;
 mod manufactured;
@@ -30,6 +31,7 @@ mod sph_cantilever;
 mod sph_clay;
 mod sph_column;
 mod sph_columns;
+mod sph_cylinders;
 mod sph_flow;
 mod sph_footing;
 mod sph_geostatic;
@@ -116,13 +118,16 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_pairing::BENCHMARK, Some(8), 45),
     Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
     Listed::new(&sph_column::BENCHMARK, None, 300),
-    Listed::new(&sph_slope::BENCHMARK, Some(20), 400),
+    Listed::new(&sph_slope::BENCHMARK, Some(25), 400),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
-    Listed::new(&sph_cantilever::BENCHMARK, Some(40), 300),
-    Listed::new(&sph_columns::BENCHMARK, Some(40), 600),
-    Listed::new(&sph_clay::BENCHMARK, Some(40), 1500),
+    Listed::new(&sph_cantilever::BENCHMARK, Some(20), 300),
+    Listed::new(&sph_columns::BENCHMARK, None, 40),
+    Listed::new(&sph_columns::SWEEP, None, 600),
+    Listed::new(&sph_clay::BENCHMARK, None, 25),
+    Listed::new(&sph_clay::FINE, None, 1500),
+    Listed::new(&sph_cylinders::BENCHMARK, Some(10), 600),
     Listed::new(&sph_footing::BENCHMARK, Some(15), 100),
-    Listed::new(&sph_membrane::BENCHMARK, Some(30), 90),
+    Listed::new(&sph_membrane::BENCHMARK, Some(20), 250),
 ];
 
 /// What a benchmark found.

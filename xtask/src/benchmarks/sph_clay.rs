@@ -13,6 +13,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// The source's resolutions, to the end.
+pub const FINE: Benchmark = Benchmark {
+    id: "sph/sensitive-clay-fine",
+    title: "Retrogressive slope of sensitive clay at the source's resolutions, SPH",
+    run: |_| slopes(false),
+    ..BENCHMARK
+};
+
 /// The initial toe (m), and how long gravity acts before the release (s).
 const TOE: f64 = 25.0;
 const RELEASE: f64 = 1.0;
@@ -51,7 +59,11 @@ fn slides(report: &RunReport, step: f64) -> usize {
     count
 }
 
-fn run(quick: bool) -> Result<Outcome, String> {
+fn run(_quick: bool) -> Result<Outcome, String> {
+    slopes(true)
+}
+
+fn slopes(quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     let mut chart = LineChart {
         title: "Front of the sliding clay".into(),

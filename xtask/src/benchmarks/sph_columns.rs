@@ -14,6 +14,18 @@ pub const BENCHMARK: Benchmark = Benchmark {
     run,
 };
 
+/// The aspect ratios that are left out there.
+pub const SWEEP: Benchmark = Benchmark {
+    id: "sph/columns-sweep",
+    title: "Columns of all aspect ratios of the sheet, SPH",
+    run: |_| sweep(&[0.25, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0], SETS),
+    ..BENCHMARK
+};
+
+/// Name, friction angle and regularisation.
+type Set = (&'static str, f64, &'static str);
+const SETS: &[Set] = &[("31 degrees, MLS", 31.0, "mls"), ("S1", 21.9, "none")];
+
 const SPACING: f64 = 0.005;
 
 /// Run-out over initial width after Lube et al. 2005.
@@ -48,10 +60,14 @@ fn with_friction(case: &mut Case, angle: f64) -> Result<(), String> {
     Ok(())
 }
 
-fn run(quick: bool) -> Result<Outcome, String> {
-    let mut outcome = Outcome::default();
+fn run(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = sweep(&[0.5, 1.0, 2.0], &SETS[..1])?;
     regularised(&mut outcome)?;
-    let ratios: &[f64] = if quick { &[0.5, 1.0, 2.0] } else { &[0.25, 0.5, 1.0, 2.0, 4.0, 6.0, 10.0] };
+    Ok(outcome)
+}
+
+fn sweep(ratios: &[f64], sets: &[Set]) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
     let mut chart = LineChart {
         title: "Run-out of columns".into(),
         x_label: "aspect ratio".into(),
@@ -64,11 +80,6 @@ fn run(quick: bool) -> Result<Outcome, String> {
     {
         chart.series.push(Series::new(name, fine.iter().map(|&a| (a, law(a))).collect(), Style::Dashed));
     }
-    let sets: &[(&str, f64, &str)] = if quick {
-        &[("31 degrees, MLS", 31.0, "mls")]
-    } else {
-        &[("31 degrees, MLS", 31.0, "mls"), ("S1", 21.9, "none")]
-    };
     for &(name, friction, regularisation) in sets {
         let mut found = Vec::new();
         for &a in ratios {
@@ -115,13 +126,13 @@ fn judge(outcome: &mut Outcome, name: &str, friction: f64, found: &[(f64, f64)])
         covariance / points.iter().map(|p| (p.0 - x).powi(2)).sum::<f64>()
     };
     let low = slope(&|a| a <= 2.0);
-    outcome.within(
-        format!("{name}: slope of the logarithms, a ≤ 2"),
-        "1.0 ± 0.15",
-        low,
-        (0.85, 1.15),
-        "B-09",
-    );
+    let label = format!("{name}: slope of the logarithms, a ≤ 2");
+    if found.iter().any(|(a, _)| *a < 0.5) {
+        outcome.within(label, "1.0 ± 0.15", low, (0.85, 1.15), "B-09");
+    } else {
+        let reason = "judged with all aspect ratios only: at 0.5, 1 and 2 alone Lube's law itself has 1.21";
+        outcome.show(label, "1.0 ± 0.15", low, reason);
+    }
     if found.iter().any(|(a, _)| *a >= 6.0) {
         let high = slope(&|a| a >= 4.0);
         outcome.within(
@@ -136,12 +147,14 @@ fn judge(outcome: &mut Outcome, name: &str, friction: f64, found: &[(f64, f64)])
 
 /// B-03: noise of the vertical stress in the flowing zone, with and without regularisation.
 fn regularised(outcome: &mut Outcome) -> Result<(), String> {
-    let mut noise = Vec::new();
+    let (mut noise, mut full) = (Vec::new(), Vec::new());
     for regularisation in ["none", "mls"] {
         let mut case = case("sph/aluminium-bars")?;
         case.stages[0].duration = 0.2;
         set_of(&mut case, "sph", "regularisation", regularisation);
-        let value = fluctuation(&run_by("sph", &case)?.snapshot);
+        let snapshot = run_by("sph", &case)?.snapshot;
+        let value = fluctuation(&snapshot, 0);
+        full.push(fluctuation(&snapshot, FULL));
         let reason = "judged by its ratio";
         outcome.show(
             format!("B-03, regularisation {regularisation}: rms of the noise of σ_yy at 0.2 s (Pa)"),
@@ -159,11 +172,22 @@ fn regularised(outcome: &mut Outcome) -> Result<(), String> {
         (3.0, 1e6),
         reason,
     );
+    let reason = "not judged: without the particles at the surface, whose mean is one-sided";
+    outcome.show(
+        "B-03: the same ratio of particles with a full support",
+        "at least 3",
+        full[0] / full[1],
+        reason,
+    );
     Ok(())
 }
 
-/// Rms difference of the vertical stress of moving particles from its moving-least-squares mean (Pa).
-fn fluctuation(snapshot: &Snapshot) -> f64 {
+/// Neighbours of a particle with a full support: 20 on the lattice of this kernel and smoothing length.
+const FULL: usize = 18;
+
+/// Rms difference of the vertical stress from its moving-least-squares mean (Pa), over the moving particles with at
+/// least so many neighbours.
+fn fluctuation(snapshot: &Snapshot, least: usize) -> f64 {
     let (stress, velocity) = (stresses(snapshot), vectors(snapshot, "velocity"));
     let h = 1.2 * SPACING;
     let fastest = velocity.iter().map(|v| v[0].hypot(v[1])).fold(0.0, f64::max);
@@ -172,13 +196,14 @@ fn fluctuation(snapshot: &Snapshot) -> f64 {
         if velocity[i][0].hypot(velocity[i][1]) < 0.1 * fastest {
             continue;
         }
-        let (mut matrix, mut right) = ([[0.0; 3]; 3], [0.0; 3]);
+        let (mut matrix, mut right, mut count) = ([[0.0; 3]; 3], [0.0; 3], 0);
         for (other, s) in snapshot.positions.iter().zip(&stress) {
             let apart = [(other[0] - x[0]) / h, (other[1] - x[1]) / h];
             let q = apart[0].hypot(apart[1]);
             if q >= 2.0 {
                 continue;
             }
+            count += 1;
             let weight = if q < 1.0 { 2.0 / 3.0 - q * q + 0.5 * q.powi(3) } else { (2.0 - q).powi(3) / 6.0 };
             let basis = [1.0, apart[0], apart[1]];
             for a in 0..3 {
@@ -187,6 +212,9 @@ fn fluctuation(snapshot: &Snapshot) -> f64 {
                 }
                 right[a] += weight * basis[a] * s.at(1, 1);
             }
+        }
+        if count <= least {
+            continue;
         }
         if let Some(mean) = colluvium::constitutive::Mat3(matrix).inverse() {
             let value: f64 = (0..3).map(|b| mean.0[0][b] * right[b]).sum();

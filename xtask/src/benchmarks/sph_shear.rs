@@ -192,7 +192,8 @@ fn slow(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
 
 /// V-31: Drucker–Prager without dilatancy keeps its pressure.
 fn plastic(outcome: &mut Outcome) -> Result<(), String> {
-    let mut case = frame(1.0, 50e3)?;
+    // Slow, for the steady state of small steps: a step of the strain at yield would leave s_xx a tenth too large.
+    let mut case = frame(0.1, 50e3)?;
     case.materials.insert(
         "m".into(),
         parse(json!({
@@ -201,7 +202,7 @@ fn plastic(outcome: &mut Outcome) -> Result<(), String> {
         }))?,
     );
     let mut solver = start(&case)?;
-    while solver.time() < 0.15 {
+    while solver.time() < 0.6 {
         advance(&mut *solver)?;
     }
     let snapshot = solver.snapshot();
@@ -214,16 +215,8 @@ fn plastic(outcome: &mut Outcome) -> Result<(), String> {
     let shear = strength * (1.0 - ratio * ratio).sqrt();
     outcome.near("V-31, s_xy (Pa)", shear, 0.02, stress.0[3], reason);
     let deviator = stress.deviator();
-    let reason = "V-31: 2 %, of the strength: s_xx is less than a hundredth of it";
-    let exact = strength * ratio;
     let found = 0.5 * (deviator.0[0] - deviator.0[1]);
-    outcome.within(
-        "V-31, s_xx (Pa)",
-        &format!("{exact:.2}"),
-        found,
-        (exact - 0.02 * strength, exact + 0.02 * strength),
-        reason,
-    );
+    outcome.near("V-31, s_xx (Pa)", strength * ratio, 0.02, found, reason);
     let central: Vec<f64> = snapshot
         .positions
         .iter()

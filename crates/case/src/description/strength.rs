@@ -117,7 +117,7 @@ impl Case {
             }
             match spec.strength_reduced(&reduction) {
                 Ok(reduced) => (*spec, any) = (reduced, true),
-                Err(MaterialError::Choice { field: "material", .. }) if named.is_none() => {}
+                Err(MaterialError::Choice { field, .. }) if named.is_none() && field == "model" => {}
                 Err(error) => return Err(CaseError::new(path, format!("material {name:?}: {error}"))),
             }
         }

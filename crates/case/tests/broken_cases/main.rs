@@ -135,6 +135,12 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "bodies[0].velocity.value",
             "1 entries",
         ),
+        (
+            "/bodies/0/velocity",
+            json!({ "kind": "bending", "along": 0, "across": 0, "clamp": 0, "length": 1, "tip": 1 }),
+            "bodies[0].velocity.across",
+            "two different axes",
+        ),
         ("/bodies", json!([]), "bodies", "at least one body"),
         ("/boundaries/0/side", json!("z-min"), "boundaries[0].side", "z-min is normal to an axis"),
         (
@@ -203,6 +209,13 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "is not the name of a boundary",
         ),
         ("/stages/1/name", json!("settle"), "stages[1].name", "names two stages"),
+        ("/stages/1/weakening", json!({ "factor": 0 }), "stages[1].weakening.factor", "0 must be positive"),
+        (
+            "/stages/1/weakening",
+            json!({ "factor": 2, "materials": ["snad"] }),
+            "stages[1].weakening.materials[0]",
+            "did you mean \"sand\"?",
+        ),
         ("/measures/front/side", json!("up"), "measures.front.side", "is not one of"),
         ("/measures/front/quantile", json!(1.5), "measures.front.quantile", "1.5 is not in 0..=1"),
         ("/measures/front/cell", json!(0), "measures.front.cell", "0 must be positive (m)"),
