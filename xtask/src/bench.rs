@@ -24,6 +24,9 @@ pub struct Arguments {
     /// Only the race against the textbook kernel.
     #[arg(long)]
     race: bool,
+    /// Particle-updates per second of smoothed particle hydrodynamics instead.
+    #[arg(long)]
+    sph: bool,
     /// Stress updates per second of every law instead.
     #[arg(long)]
     laws: bool,
@@ -162,7 +165,11 @@ impl Setting {
 }
 
 /// Million point-updates per second of `step`, over about so many seconds.
-fn rate(points: usize, seconds: f64, mut step: impl FnMut() -> Result<(), String>) -> Result<f64, String> {
+pub fn rate(
+    points: usize,
+    seconds: f64,
+    mut step: impl FnMut() -> Result<(), String>,
+) -> Result<f64, String> {
     // The first steps fill the caches.
     for _ in 0..3 {
         step()?;
@@ -224,6 +231,11 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         (None, true) => vec![10_000],
         (None, false) => vec![10_000, 1_000_000],
     };
+    if arguments.sph {
+        let middle = if sizes.len() > 1 { vec![sizes[0], 100_000, sizes[1]] } else { sizes };
+        crate::bench_sph::table(&middle, arguments.seconds, arguments.filter.as_deref())?;
+        return Ok(true);
+    }
     let wanted = |setting: &Setting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
     if !arguments.race {
         table(&sizes, arguments.seconds, wanted)?;

@@ -2,7 +2,9 @@
 
 mod bench;
 mod bench_laws;
+mod bench_sph;
 mod benchmarks;
+mod bishop;
 mod compare;
 mod html;
 mod report;

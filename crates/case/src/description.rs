@@ -1,12 +1,16 @@
 //! What a case file says: plain data, SI units, angles in degrees (converted once, on load).
 
+mod strength;
+
 use std::collections::BTreeMap;
 use std::fmt;
 
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+pub use strength::{FactorOfSafety, Weakening};
 
 pub use crate::pore_fluid::{PoreFluid, PorePressure};
 pub use crate::surface::{Load, RampShape};
@@ -39,6 +43,9 @@ pub struct Case {
     /// Loads on bodies.
     #[serde(default)]
     pub loads: Vec<Load>,
+    /// Regions in which the velocity of the grid is prescribed, by the `motions` of the stages; for methods with a grid.
+    #[serde(default)]
+    pub patches: Vec<Patch>,
     /// Stages, run one after another.
     pub stages: Vec<Stage>,
     /// What is written.
@@ -135,9 +142,47 @@ pub struct Body {
     /// Initial stress; stress-free by default.
     #[serde(default)]
     pub stress: InitialStress,
+    /// Whether it keeps its shape and moves as the `motions` of the stages say, at rest where they say nothing. What
+    /// it touches sticks to it, unless the method's options say otherwise; of its material only the density counts.
+    #[serde(default)]
+    pub rigid: bool,
     /// Fluid in its pores that moves by itself (coupled two-phase analysis); none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pore_fluid: Option<PoreFluid>,
+}
+
+/// A region in which the velocity of the grid's nodes is prescribed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Patch {
+    /// Name, for the `motions` of the stages: without one in a stage the patch does nothing.
+    pub name: String,
+    /// Where the nodes are at the start; those on its surface belong to it.
+    pub region: Shape,
+    /// Whether the region goes along with its velocity, as a rigid plate does.
+    #[serde(default)]
+    pub moves: bool,
+}
+
+/// The prescribed motion of a rigid body or of a patch in a stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PrescribedMotion {
+    /// Name of the rigid body or patch.
+    pub of: String,
+    /// Velocity (m/s), one number per space dimension; for a patch null leaves a component free.
+    pub velocity: Vec<Option<f64>>,
+    /// Time over which it grows from zero (s), counted from the beginning of the stage.
+    #[serde(default)]
+    pub ramp: f64,
+}
+
+impl PrescribedMotion {
+    /// Velocity after `elapsed` seconds of the stage (m/s); `None` for a component that is free.
+    pub fn velocity_at(&self, elapsed: f64) -> [Option<f64>; 3] {
+        let factor = if self.ramp > 0.0 { (elapsed / self.ramp).clamp(0.0, 1.0) } else { 1.0 };
+        std::array::from_fn(|c| self.velocity.get(c).copied().flatten().map(|v| factor * v))
+    }
 }
 
 /// An initial velocity field (m/s).
@@ -170,6 +215,19 @@ pub enum Velocity {
         /// Phase (degrees).
         #[serde(default)]
         phase: f64,
+    },
+    /// The first mode of a slender cantilever, at rest behind its clamp.
+    Bending {
+        /// Axis of the beam: 0 is x.
+        along: usize,
+        /// Axis of its deflection.
+        across: usize,
+        /// Coordinate of the clamp along the beam (m).
+        clamp: f64,
+        /// Length of the beam (m).
+        length: f64,
+        /// Velocity of its tip (m/s).
+        tip: f64,
     },
 }
 
@@ -318,12 +376,18 @@ pub struct Stage {
     /// against the motion. For quasi-static stages only.
     #[serde(default)]
     pub damping: f64,
+    /// Axes along which `damping` acts (0 is x); all when absent.
+    #[serde(default)]
+    pub damping_axes: Option<Vec<usize>>,
     /// Time over which gravity grows linearly from zero (s).
     #[serde(default)]
     pub gravity_ramp: f64,
     /// Ends the stage early, at rest.
     #[serde(default)]
     pub equilibrium: Option<EquilibriumCriterion>,
+    /// Prescribed motions of rigid bodies and patches.
+    #[serde(default)]
+    pub motions: Vec<PrescribedMotion>,
     /// What is set back at the end of the stage.
     #[serde(default)]
     pub reset: Vec<Reset>,
@@ -336,12 +400,22 @@ pub struct Stage {
     /// Regions whose material vanishes when the stage begins, of whatever body: an excavation in lifts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excavate: Vec<Shape>,
+    /// Strength that is lost when the stage begins, for good or until a later stage says otherwise: counted
+    /// from what the materials are in the case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weakening: Option<Weakening>,
 }
 
 impl Stage {
     /// Factor on gravity after `elapsed` seconds of the stage, 0 to 1.
     pub fn gravity_factor(&self, elapsed: f64) -> f64 {
         if self.gravity_ramp > 0.0 { (elapsed / self.gravity_ramp).min(1.0) } else { 1.0 }
+    }
+
+    /// Local damping factor of each axis.
+    pub fn damping_of_axes(&self) -> [f64; 3] {
+        let acts = |axis: &usize| self.damping_axes.as_ref().is_none_or(|axes| axes.contains(axis));
+        std::array::from_fn(|axis| if acts(&axis) { self.damping } else { 0.0 })
     }
 }
 
@@ -448,6 +522,15 @@ pub enum Measure {
         radius: f64,
         /// Names of fields.
         fields: Vec<String>,
+    },
+    /// The factor by which strength may be divided before the bodies no longer come to rest, by trials from
+    /// the state at the end of a stage. Found after the run.
+    FactorOfSafety(FactorOfSafety),
+    /// Force of the material on a rigid body or a patch (N; per metre in plane strain, per radian in axisymmetry): in
+    /// the last step, and its impulse since the start (N s), whose slope is the mean force.
+    Reaction {
+        /// Name of the rigid body or patch.
+        of: String,
     },
 }
 

@@ -17,7 +17,8 @@ mod validate;
 
 pub use description::Case;
 pub use error::{CaseError, CaseErrors};
-pub use run::{RunError, RunOptions, RunReport, run};
+pub use run::{RunError, RunOptions, RunReport, Safety, run, run_method};
 pub use solver::{
-    Budget, Equilibrium, Field, FieldData, Method, PhaseBudget, Plan, Snapshot, Solver, SolverError, TimeStep,
+    Budget, Equilibrium, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Snapshot, Solver,
+    SolverError, TimeStep,
 };

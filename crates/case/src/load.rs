@@ -125,6 +125,27 @@ impl Case {
         json::from_value(value, &format!("methods.{name}")).map_err(|errors| errors.first().clone())
     }
 
+    /// Refuses, in the name of `method`, rigid bodies, patches and damping along single axes.
+    ///
+    /// # Errors
+    /// The first of them, by path.
+    pub fn refuse_driven(&self, method: &str) -> Result<(), CaseError> {
+        if let Some(number) = self.bodies.iter().position(|body| body.rigid) {
+            return Err(CaseError::new(
+                format!("bodies[{number}].rigid"),
+                format!("{method} has no rigid bodies"),
+            ));
+        }
+        if !self.patches.is_empty() {
+            return Err(CaseError::new("patches[0]", format!("{method} has no nodes to prescribe")));
+        }
+        if let Some(number) = self.stages.iter().position(|stage| stage.damping_axes.is_some()) {
+            let path = format!("stages[{number}].damping_axes");
+            return Err(CaseError::new(path, format!("{method} damps all axes alike")));
+        }
+        Ok(())
+    }
+
     /// What is allowed but worth a word.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
@@ -159,6 +180,13 @@ fn spatial(values: &[f64]) -> [f64; 3] {
     std::array::from_fn(|c| values.get(c).copied().unwrap_or(0.0))
 }
 
+/// Shape of the first mode of a cantilever at `x` of its length; the root is that of `cos kL cosh kL = -1`.
+fn cantilever(x: f64) -> f64 {
+    const ROOT: f64 = 1.875_104_068_711_961_3;
+    let (k, kx) = (ROOT, ROOT * x);
+    (k.cos() + k.cosh()) * (kx.cosh() - kx.cos()) + (k.sin() - k.sinh()) * (kx.sinh() - kx.sin())
+}
+
 impl Velocity {
     /// Velocity at `x` (m/s).
     pub fn at(&self, x: [f64; 3]) -> [f64; 3] {
@@ -176,6 +204,11 @@ impl Velocity {
                 let k = spatial(wave_vector);
                 let angle = k[0] * x[0] + k[1] * x[1] + k[2] * x[2] + phase.to_radians();
                 spatial(amplitude).map(|a| a * angle.sin())
+            }
+            Self::Bending { along, across, clamp, length, tip } => {
+                let place = ((x[*along] - clamp) / length).max(0.0);
+                let value = tip * cantilever(place) / cantilever(1.0);
+                std::array::from_fn(|c| if c == *across { value } else { 0.0 })
             }
         }
     }

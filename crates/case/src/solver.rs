@@ -120,6 +120,15 @@ pub struct Equilibrium {
     pub kinetic_ratio: f64,
 }
 
+/// What the material does to a rigid body or to a patch of prescribed velocity.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reaction {
+    /// Force in the last step (N; per metre in plane strain, per radian in axisymmetry).
+    pub force: [f64; 3],
+    /// Impulse since the start (N s).
+    pub impulse: [f64; 3],
+}
+
 /// One named quantity on the points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
@@ -231,6 +240,12 @@ pub trait Solver: Send {
 
     /// Distance from equilibrium after the last step; `None` where the method has no measure of it.
     fn equilibrium(&self) -> Option<Equilibrium>;
+
+    /// Force of the material on the rigid body or patch `name`; `None` for methods without them.
+    fn reaction(&self, name: &str) -> Option<Reaction> {
+        let _ = name;
+        None
+    }
 
     /// Everything on the points, in the order of ids.
     fn snapshot(&self) -> Snapshot;

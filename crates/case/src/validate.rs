@@ -1,10 +1,11 @@
 //! What a case must satisfy beyond its schema.
 
+mod strength;
 mod surface;
 
 use std::collections::HashSet;
 
-use colluvium_constitutive::{MaterialError, MaterialSpec};
+use colluvium_constitutive::MaterialSpec;
 use colluvium_points::overlap;
 
 use crate::description::{
@@ -36,6 +37,7 @@ pub fn validate(case: &Case) -> Result<(), CaseErrors> {
     findings.bodies();
     findings.boundaries();
     findings.loads();
+    findings.patches();
     findings.stages();
     findings.output();
     findings.measures();
@@ -142,10 +144,10 @@ impl Findings<'_> {
             let path = format!("materials.{name}");
             match spec.build() {
                 Ok(_) => {}
-                Err(MaterialError::Parameter { field, value, rule }) => {
-                    self.report(format!("{path}.{field}"), format!("{value} {rule}"));
-                }
-                Err(error) => self.report(&path, error.to_string()),
+                Err(error) => match error.about_parameter() {
+                    Some((field, problem)) => self.report(format!("{path}.{field}"), problem),
+                    None => self.report(&path, error.to_string()),
+                },
             }
             if spec.assumes_plane_strain() && case.space != Space::PlaneStrain {
                 let problem =
@@ -224,6 +226,15 @@ impl Findings<'_> {
                 self.vector(&format!("{path}.amplitude"), amplitude);
                 self.vector(&format!("{path}.wave_vector"), wave_vector);
                 self.finite(format!("{path}.phase"), *phase);
+            }
+            Velocity::Bending { along, across, clamp, length, tip } => {
+                let dimension = self.case.dimension();
+                let fits = *along < dimension && *across < dimension && along != across;
+                let problem = format!("{across} and along {along} must be two different axes of the space");
+                self.require(fits, format!("{path}.across"), problem);
+                self.finite(format!("{path}.clamp"), *clamp);
+                self.positive(format!("{path}.length"), *length, "m");
+                self.finite(format!("{path}.tip"), *tip);
             }
         }
     }
@@ -336,6 +347,46 @@ impl Findings<'_> {
         }
     }
 
+    fn patches(&mut self) {
+        let case = self.case;
+        let mut names: HashSet<&String> = case.bodies.iter().map(|body| &body.name).collect();
+        for (number, patch) in case.patches.iter().enumerate() {
+            let path = format!("patches[{number}]");
+            if !names.insert(&patch.name) {
+                let problem = format!("{:?} names a body or another patch too", patch.name);
+                self.report(format!("{path}.name"), problem);
+            }
+            if let Err(error) = patch.region.validate(case.dimension()) {
+                self.report(format!("{path}.region.{}", error.path), error.problem);
+            }
+        }
+    }
+
+    fn motions(&mut self, path: &str, stage: &Stage) {
+        let case = self.case;
+        let driven = driven(case);
+        let mut seen = HashSet::new();
+        for (number, motion) in stage.motions.iter().enumerate() {
+            let path = format!("{path}.motions[{number}]");
+            self.name(&format!("{path}.of"), &motion.of, &driven, "the name of a rigid body or of a patch");
+            let problem = format!("{:?} has two motions in the stage", motion.of);
+            self.require(seen.insert(&motion.of), format!("{path}.of"), problem);
+            let dimension = case.dimension();
+            let count = motion.velocity.len();
+            let problem = format!("has {count} entries, the space has {dimension} dimensions");
+            self.require(count == dimension, format!("{path}.velocity"), problem);
+            let rigid = case.bodies.iter().any(|body| body.rigid && body.name == motion.of);
+            for (axis, velocity) in motion.velocity.iter().enumerate() {
+                let path = format!("{path}.velocity[{axis}]");
+                match velocity {
+                    Some(velocity) => self.finite(path, *velocity),
+                    None => self.require(!rigid, path, "is null: a rigid body has no free component"),
+                }
+            }
+            self.not_negative(format!("{path}.ramp"), motion.ramp, " (s)");
+        }
+    }
+
     fn stages(&mut self) {
         let case = self.case;
         self.require(!case.stages.is_empty(), "stages", "at least one stage is needed");
@@ -346,6 +397,7 @@ impl Findings<'_> {
                 self.report(format!("{path}.name"), format!("{:?} names two stages", stage.name));
             }
             self.stage(&path, stage);
+            self.weakening(number);
         }
     }
 
@@ -357,6 +409,11 @@ impl Findings<'_> {
         self.require((0.0..1.0).contains(&damping), format!("{path}.damping"), problem);
         let problem = format!("{ramp} is not between 0 and the stage's duration, {duration} s");
         self.require((0.0..=duration).contains(&ramp), format!("{path}.gravity_ramp"), problem);
+        self.motions(path, stage);
+        for (number, axis) in stage.damping_axes.iter().flatten().enumerate() {
+            let problem = format!("{axis} is not an axis of a space of {} dimensions", case.dimension());
+            self.require(*axis < case.dimension(), format!("{path}.damping_axes[{number}]"), problem);
+        }
         if let Some(criterion) = &stage.equilibrium {
             let bounds = [
                 ("unbalanced_force", criterion.unbalanced_force),
@@ -420,12 +477,17 @@ impl Findings<'_> {
                         self.positive(format!("{path}.initial_length"), *initial_length, "m");
                     }
                 }
+                Measure::FactorOfSafety(search) => self.factor_of_safety(&path, search),
                 Measure::Profile { axis, height, bin } => {
                     let fits = *axis < dimension && *height < dimension && axis != height;
                     let problem =
                         format!("{axis} and height {height} must be two different axes of the space");
                     self.require(fits, format!("{path}.axis"), problem);
                     self.positive(format!("{path}.bin"), *bin, "m");
+                }
+                Measure::Reaction { of } => {
+                    let driven = driven(case);
+                    self.name(&format!("{path}.of"), of, &driven, "the name of a rigid body or of a patch");
                 }
                 Measure::Probe { position, radius, fields } => {
                     self.vector(&format!("{path}.position"), position);
@@ -450,6 +512,12 @@ impl Findings<'_> {
             self.require(options.is_object(), format!("methods.{name}"), problem);
         }
     }
+}
+
+/// Names of rigid bodies and patches: what can be driven.
+fn driven(case: &Case) -> Vec<&str> {
+    let rigid = case.bodies.iter().filter(|body| body.rigid).map(|body| body.name.as_str());
+    rigid.chain(case.patches.iter().map(|patch| patch.name.as_str())).collect()
 }
 
 /// Why a material cannot be the skeleton around a pore fluid.

@@ -1,13 +1,22 @@
 //! The co-rotational adapter: an objective stress update from a small-strain law.
 
-use crate::{InitialCondition, Mat3, MaterialError, Motion, Point, SmallStrain, StressUpdate, Tangent};
+use crate::lanes::{Lanes, Rotations};
+use crate::laws::substep::{self, Advance, substepped};
+use crate::tangent::numerical_tangent;
+use crate::{
+    BatchError, InitialCondition, Mat3, MaterialError, Motion, Point, SmallStrain, StressUpdate, SymTensor,
+    Tangent,
+};
 
 /// Makes a [`SmallStrain`] law objective (constitutive sheet §3.2): stress is carried by half the
 /// Hughes–Winget rotation of the step, updated with the strain increment in that frame, and carried
 /// by the other half. Second-order accurate, exact for a rigid step, and keeps the yield condition
-/// of isotropic laws.
+/// of isotropic laws. Steps larger than [`SmallStrain::largest_step`] are divided (§3.8).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corotational<L>(pub L);
+
+/// Strain increment that no step reaches.
+const LARGEST: f64 = 1.0 - f64::EPSILON;
 
 /// Half of the Hughes–Winget rotation `Q = (1 - W/2)⁻¹(1 + W/2)` of the spin increment `W = dt W`:
 /// `Q_h² = Q` to machine precision. `None` where there is no spin.
@@ -35,14 +44,77 @@ pub fn half_rotation(gradient: &Mat3) -> Option<Mat3> {
 }
 
 impl<L: SmallStrain> Corotational<L> {
+    /// The law's step in the frame that turns along.
     #[inline]
-    fn finite(&self, point: Point<L::State>) -> Result<Point<L::State>, MaterialError> {
+    fn advance(
+        &self,
+        strain: &SymTensor,
+        motion: &Motion,
+        old: &Point<L::State>,
+    ) -> Result<Point<L::State>, MaterialError> {
+        let largest = self.0.largest_step();
+        if strain.dot(strain) <= largest * largest {
+            match self.0.update(strain, motion, old) {
+                Err(MaterialError::NotConverged { .. }) => {}
+                result => return result,
+            }
+        }
+        Ok(self.divided(strain, motion, old)?.point)
+    }
+
+    /// The same in parts, with the work dissipated.
+    #[cold]
+    fn divided(
+        &self,
+        strain: &SymTensor,
+        motion: &Motion,
+        old: &Point<L::State>,
+    ) -> Result<Advance<L::State>, MaterialError> {
+        let whole = strain.norm();
+        substepped(self.0.name(), strain, self.0.largest_step(), old, |part, from| {
+            let share = part.norm() / whole;
+            let motion = Motion { gradient: motion.gradient * share, dt: motion.dt * share, ..*motion };
+            let point = self.0.update(part, &motion, from)?;
+            let dissipated = self.0.dissipation(part, &motion, from, &point).unwrap_or(0.0);
+            Ok(Advance { point, dissipated })
+        })
+    }
+
+    fn is_divided(&self, strain: &SymTensor) -> bool {
+        substep::count(strain, self.0.largest_step()) > 1
+    }
+
+    /// The point carried by a rotation.
+    #[inline]
+    fn turned(&self, point: &Point<L::State>, rotation: &Mat3) -> Point<L::State> {
+        let mut turned = Point { stress: point.stress.rotated(rotation), state: point.state.clone() };
+        self.0.rotate_state(&mut turned.state, rotation);
+        turned
+    }
+
+    #[inline]
+    fn finite(&self, stress: &SymTensor) -> Result<(), MaterialError> {
         // NaN and infinity make the sum NaN.
-        if point.stress.0.iter().sum::<f64>() * 0.0 == 0.0 {
-            Ok(point)
+        if stress.0.iter().sum::<f64>() * 0.0 == 0.0 {
+            Ok(())
         } else {
             Err(MaterialError::Motion { model: self.0.name(), reason: "the stress is not finite" })
         }
+    }
+
+    /// A batch in which some motion cannot be used.
+    #[cold]
+    fn one_by_one(
+        &self,
+        motions: &[Motion],
+        stresses: &[SymTensor],
+        states: &[L::State],
+    ) -> Result<(), BatchError> {
+        for (index, ((motion, stress), state)) in motions.iter().zip(stresses).zip(states).enumerate() {
+            let old = Point { stress: *stress, state: state.clone() };
+            self.update(motion, &old).map_err(|source| BatchError { index, source })?;
+        }
+        Ok(())
     }
 }
 
@@ -71,14 +143,49 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
             });
         }
         let Some(half) = half_rotation(&motion.gradient) else {
-            return self.finite(self.0.update(&strain, motion, old)?);
+            let new = self.advance(&strain, motion, old)?;
+            return self.finite(&new.stress).map(|()| new);
         };
-        let mut turned = Point { stress: old.stress.rotated(&half), state: old.state.clone() };
-        self.0.rotate_state(&mut turned.state, &half);
-        let mut new = self.0.update(&strain, motion, &turned)?;
+        let mut new = self.advance(&strain, motion, &self.turned(old, &half))?;
         new.stress = new.stress.rotated(&half);
         self.0.rotate_state(&mut new.state, &half);
-        self.finite(new)
+        self.finite(&new.stress).map(|()| new)
+    }
+
+    /// The rotations of all points at once, component by component, the law one by one.
+    #[inline]
+    fn update_batch(
+        &self,
+        motions: &[Motion],
+        stresses: &mut [SymTensor],
+        states: &mut [L::State],
+    ) -> Result<(), BatchError> {
+        let (mut lanes, mut rotations) = (Lanes::EMPTY, Rotations::EMPTY);
+        lanes.fill(motions, stresses);
+        let small = lanes.are_within(self.0.largest_step().min(LARGEST));
+        if !small && !lanes.are_within(LARGEST) {
+            return self.one_by_one(motions, stresses, states);
+        }
+        lanes.half_rotations(&mut rotations);
+        rotations.carry(&mut lanes.stress);
+        if !(small && self.0.update_lanes(&mut lanes, states)) {
+            for (index, (motion, state)) in motions.iter().zip(states).enumerate() {
+                let mut old = Point { stress: lanes.stress_of(index), state: state.clone() };
+                let rotation = rotations.of(index);
+                self.0.rotate_state(&mut old.state, &rotation);
+                let new = self.advance(&motion.strain_increment(), motion, &old);
+                let mut new = new.map_err(|source| BatchError { index, source })?;
+                self.0.rotate_state(&mut new.state, &rotation);
+                lanes.set_stress(index, &new.stress);
+                *state = new.state;
+            }
+        }
+        rotations.carry(&mut lanes.stress);
+        for (index, stress) in stresses.iter_mut().enumerate() {
+            *stress = lanes.stress_of(index);
+            self.finite(stress).map_err(|source| BatchError { index, source })?;
+        }
+        Ok(())
     }
 
     fn wave_modulus(&self, point: &Point<L::State>) -> f64 {
@@ -86,12 +193,17 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<L::State>) -> Result<Tangent, MaterialError> {
-        if half_rotation(&motion.gradient).is_none()
-            && let Some(tangent) = self.0.tangent(&motion.strain_increment(), motion, old)
-        {
-            return Ok(tangent);
+        let strain = motion.strain_increment();
+        let analytic = match half_rotation(&motion.gradient) {
+            _ if self.is_divided(&strain) => None,
+            None => self.0.tangent(&strain, motion, old),
+            // The spin is held, so that its rotation is that of the stress rows alone.
+            Some(half) => self.0.tangent(&strain, motion, &self.turned(old, &half)).map(|t| t.rotated(&half)),
+        };
+        match analytic {
+            Some(tangent) => Ok(tangent),
+            None => numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress)),
         }
-        crate::tangent::numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress))
     }
 
     fn yield_value(&self, point: &Point<L::State>) -> Option<f64> {
@@ -108,15 +220,13 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
 
     fn dissipation(&self, motion: &Motion, old: &Point<L::State>, new: &Point<L::State>) -> Option<f64> {
         let strain = motion.strain_increment();
-        let Some(half) = half_rotation(&motion.gradient) else {
-            return self.0.dissipation(&strain, motion, old, new);
-        };
-        let turned = |point: &Point<L::State>, by: &Mat3| {
-            let mut turned = Point { stress: point.stress.rotated(by), state: point.state.clone() };
-            self.0.rotate_state(&mut turned.state, by);
-            turned
-        };
-        self.0.dissipation(&strain, motion, &turned(old, &half), &turned(new, &half.transpose()))
+        let rotation = half_rotation(&motion.gradient).unwrap_or(Mat3::IDENTITY);
+        let (old, new) = (self.turned(old, &rotation), self.turned(new, &rotation.transpose()));
+        let whole = self.0.dissipation(&strain, motion, &old, &new)?;
+        if self.is_divided(&strain) {
+            return Some(self.divided(&strain, motion, &old).ok()?.dissipated);
+        }
+        Some(whole)
     }
 
     fn output_names(&self) -> &'static [&'static str] {

@@ -6,20 +6,24 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum MaterialError {
     /// A parameter lies outside its range.
-    #[error("{field}: {value} {rule}")]
+    #[error("{field}: {value} {rule}{}", of(model))]
     Parameter {
+        /// Name of the model as it stands in a case file; empty where a law is built by itself.
+        model: &'static str,
         /// Name of the parameter as it stands in a case file.
-        field: &'static str,
+        field: String,
         /// The value given, in the units of the case file.
         value: f64,
         /// The rule it breaks, e.g. `is not in 0..=60 degrees`.
         rule: String,
     },
     /// Options that do not go together, or a part that is missing.
-    #[error("{field}: {rule}")]
+    #[error("{field}: {rule}{}", of(model))]
     Choice {
+        /// Name of the model as it stands in a case file; empty where a law is built by itself.
+        model: &'static str,
         /// Name of the option as it stands in a case file.
-        field: &'static str,
+        field: String,
         /// The rule it breaks.
         rule: String,
     },
@@ -47,6 +51,63 @@ pub enum MaterialError {
         /// Where it stopped.
         reason: &'static str,
     },
+}
+
+/// The model's name behind a message.
+fn of(model: &str) -> String {
+    if model.is_empty() { String::new() } else { format!(" ({model})") }
+}
+
+impl MaterialError {
+    /// `field` has the value `value`, which breaks `rule`.
+    pub(crate) fn parameter(field: impl Into<String>, value: f64, rule: impl Into<String>) -> Self {
+        Self::Parameter { model: "", field: field.into(), value, rule: rule.into() }
+    }
+
+    /// `field` was chosen against `rule`.
+    pub(crate) fn choice(field: impl Into<String>, rule: impl Into<String>) -> Self {
+        Self::Choice { model: "", field: field.into(), rule: rule.into() }
+    }
+
+    /// The same error of a parameter, said of `name`; an inner material's keeps its own name.
+    pub(crate) fn of_model(mut self, name: &'static str) -> Self {
+        if let Self::Parameter { model, .. } | Self::Choice { model, .. } = &mut self
+            && model.is_empty()
+        {
+            *model = name;
+        }
+        self
+    }
+
+    /// The same error of a parameter, of a material that stands under the key `part` of another.
+    pub(crate) fn under(mut self, part: &str) -> Self {
+        if let Self::Parameter { field, .. } | Self::Choice { field, .. } = &mut self {
+            *field = format!("{part}.{field}");
+        }
+        self
+    }
+
+    /// The same error of the parameter `from`, under the key `to`.
+    pub(crate) fn renamed(mut self, from: &str, to: &str) -> Self {
+        if let Self::Parameter { field, .. } | Self::Choice { field, .. } = &mut self
+            && field == from
+        {
+            *field = to.to_owned();
+        }
+        self
+    }
+
+    /// Key of the parameter that the error is about, and what is wrong with it, the model's name included;
+    /// `None` for errors about no parameter.
+    pub fn about_parameter(&self) -> Option<(&str, String)> {
+        match self {
+            Self::Parameter { model, field, value, rule } => {
+                Some((field, format!("{value} {rule}{}", of(model))))
+            }
+            Self::Choice { model, field, rule } => Some((field, format!("{rule}{}", of(model)))),
+            _ => None,
+        }
+    }
 }
 
 /// A [`MaterialError`] and the index, within the batch, of the point it happened at.

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::laws::Elasticity;
+use crate::laws::substep::{self, divided};
 use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent, shear_moduli};
 use crate::{
     InitialCondition, Mat3, MaterialError, Motion, Point, SmallStrain, Spectrum, StressUpdate, SymTensor,
@@ -106,24 +107,17 @@ impl<L: PrincipalReturn> Hencky<L> {
         let stresses = stresses(self.0.elasticity(), strains);
         Ok(Trial { elastic, spectrum, strains, stresses, jacobian: old.state.jacobian * stretch })
     }
-}
 
-impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
-    type State = HenckyState<L::State>;
-
-    fn name(&self) -> &'static str {
-        self.0.name()
-    }
-
-    fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
-        let inner = self.0.initial(initial)?;
-        let spectrum = inner.stress.spectrum();
-        let elastic = strains(self.0.elasticity(), spectrum.values).map(|e| (2.0 * e).exp_m1());
-        let state = HenckyState { elastic: spectrum.compose(elastic), jacobian: 1.0, inner: inner.state };
-        Ok(Point { stress: inner.stress, state })
-    }
-
-    fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError> {
+    /// The step taken whole, whatever its size.
+    ///
+    /// # Errors
+    /// As [`StressUpdate::update`].
+    #[inline]
+    pub fn undivided(
+        &self,
+        motion: &Motion,
+        old: &Point<HenckyState<L::State>>,
+    ) -> Result<Point<HenckyState<L::State>>, MaterialError> {
         if motion.deformation == Mat3::IDENTITY {
             return Ok(old.clone());
         }
@@ -141,9 +135,57 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         Ok(Point { stress, state: HenckyState { elastic, jacobian, inner } })
     }
 
+    fn undivided_dissipation(
+        &self,
+        motion: &Motion,
+        old: &Point<HenckyState<L::State>>,
+        new: &Point<HenckyState<L::State>>,
+    ) -> Option<f64> {
+        let trial = self.trial(motion, old).ok()?;
+        let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner).ok()?;
+        let kept = strains(self.0.elasticity(), stress);
+        let work: f64 = (0..3).map(|a| stress[a] * (trial.strains[a] - kept[a])).sum();
+        Some(work / new.state.jacobian)
+    }
+
+    fn is_divided(&self, motion: &Motion) -> bool {
+        substep::count(&motion.strain_increment(), self.0.largest_step()) > 1
+    }
+}
+
+impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
+    type State = HenckyState<L::State>;
+
+    fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
+        let inner = self.0.initial(initial)?;
+        let spectrum = inner.stress.spectrum();
+        let elastic = strains(self.0.elasticity(), spectrum.values).map(|e| (2.0 * e).exp_m1());
+        let state = HenckyState { elastic: spectrum.compose(elastic), jacobian: 1.0, inner: inner.state };
+        Ok(Point { stress: inner.stress, state })
+    }
+
+    #[inline]
+    fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError> {
+        let (strain, largest) = (motion.strain_increment(), self.0.largest_step());
+        if strain.dot(&strain) <= largest * largest {
+            match self.undivided(motion, old) {
+                Err(MaterialError::NotConverged { .. }) => {}
+                result => return result,
+            }
+        }
+        divided(motion, largest, old, |part, from| self.undivided(part, from))
+    }
+
     fn tangent(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Tangent, MaterialError> {
         let trial = self.trial(motion, old)?;
         let analytic = || {
+            if self.is_divided(motion) {
+                return None;
+            }
             let block = self.0.principal_tangent(trial.stresses, &old.state.inner)?;
             let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner).ok()?;
             let squares = trial.spectrum.values.map(|b| 1.0 + b);
@@ -163,11 +205,16 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         old: &Point<Self::State>,
         new: &Point<Self::State>,
     ) -> Option<f64> {
-        let trial = self.trial(motion, old).ok()?;
-        let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner).ok()?;
-        let kept = strains(self.0.elasticity(), stress);
-        let work: f64 = (0..3).map(|a| stress[a] * (trial.strains[a] - kept[a])).sum();
-        Some(work / new.state.jacobian)
+        if self.is_divided(motion) {
+            let sum = |part: &Motion, (sum, from): &(f64, Point<Self::State>)| {
+                let next = self.undivided(part, from)?;
+                let dissipated = self.undivided_dissipation(part, from, &next).unwrap_or(0.0);
+                Ok((sum + dissipated, next))
+            };
+            let parts = divided(motion, self.0.largest_step(), &(0.0, old.clone()), sum);
+            return parts.ok().map(|(sum, _)| sum);
+        }
+        self.undivided_dissipation(motion, old, new)
     }
 
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {

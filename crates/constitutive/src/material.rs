@@ -295,16 +295,10 @@ impl<L: StressUpdate> Material for L {
         stresses: &mut [SymTensor],
         states: &mut StateBlock,
     ) -> Result<(), BatchError> {
-        let states = typed_mut::<L::State>(states);
-        for (index, ((motion, stress), state)) in motions.iter().zip(stresses).zip(states).enumerate() {
-            let old = Point { stress: *stress, state: state.clone() };
-            let new = motion.check(StressUpdate::name(self));
-            let new = new.and_then(|()| StressUpdate::update(self, motion, &old));
-            let new = new.map_err(|source| BatchError { index, source })?;
-            *stress = new.stress;
-            *state = new.state;
+        for (index, motion) in motions.iter().enumerate() {
+            motion.check(StressUpdate::name(self)).map_err(|source| BatchError { index, source })?;
         }
-        Ok(())
+        self.update_batch(motions, stresses, typed_mut::<L::State>(states))
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {

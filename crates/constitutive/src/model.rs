@@ -88,7 +88,7 @@ impl StrainMeasure {
 
 /// An error naming `field` unless `holds`.
 pub(crate) fn check(field: &'static str, value: f64, holds: bool, rule: &str) -> Result<(), MaterialError> {
-    if holds { Ok(()) } else { Err(MaterialError::Parameter { field, value, rule: rule.to_owned() }) }
+    if holds { Ok(()) } else { Err(MaterialError::parameter(field, value, rule)) }
 }
 
 /// `value` must be finite and positive; `unit` is named in the error.

@@ -56,6 +56,17 @@ impl Motion {
         Some(Self { deformation: *f, gradient, dt, density, size, pore: Pore::default() })
     }
 
+    /// The first of `count` equal parts of the step, a power of two; `None` where it turns by more than a right
+    /// angle and a half. Density is that of the end of the step.
+    pub(crate) fn part(&self, count: u32) -> Option<Self> {
+        let mut deformation = self.deformation;
+        for _ in 0..count.trailing_zeros() {
+            deformation = deformation.square_root()?;
+        }
+        let part = Self::from_deformation(&deformation, self.dt / f64::from(count), self.density, self.size)?;
+        Some(Self { pore: self.pore, ..part })
+    }
+
     /// What a step must be for any law (constitutive sheet §7): time passes, the volume changes by no more than
     /// a factor of two and does not turn inside out, density is a positive number.
     #[inline]

@@ -43,8 +43,12 @@ macro_rules! models {
             /// # Errors
             /// The first parameter out of range.
             pub fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-                crate::model::positive("density", self.density(), "kg/m³")?;
-                match self { $(Self::$variant(spec) => spec.build(),)* }
+                let density = match self.inner() {
+                    None => crate::model::positive("density", self.density(), "kg/m³"),
+                    Some(_) => Ok(()),
+                };
+                let law = || match self { $(Self::$variant(spec) => spec.build(),)* };
+                density.and_then(|()| law()).map_err(|error| error.of_model(self.name()))
             }
 
             /// What is allowed but worth a word, each starting with the parameter's name.
@@ -63,13 +67,11 @@ macro_rules! models {
             /// For models without a strength to reduce, and where the reduced peak falls below the residual.
             pub fn strength_reduced(&self, reduction: &StrengthReduction) -> Result<Self, MaterialError> {
                 crate::model::positive("factor", reduction.factor, "")?;
-                let none = || MaterialError::Choice {
-                    field: "material",
-                    rule: format!("{} has no strength to reduce", self.name()),
-                };
+                let none = || MaterialError::choice("model", format!("{} has no strength to reduce", self.name()));
                 match self {
                     $(Self::$variant(spec) => {
-                        spec.strength_reduced(reduction).ok_or_else(none)?.map(Self::$variant)
+                        let reduced = spec.strength_reduced(reduction).ok_or_else(none)?.map(Self::$variant);
+                        reduced.map_err(|error| error.of_model(self.name()))
                     })*
                 }
             }

@@ -11,16 +11,18 @@ pub struct Spectrum {
     pub directions: [[f64; 3]; 3],
 }
 
+#[inline(always)]
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+#[inline(always)]
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Largest root of `x³ - 3x - 2c` for `0 ≤ c ≤ 1`, that is `2 cos(acos(c)/3)`, between √3 and 2.
-#[inline]
+#[inline(always)]
 fn largest_root(c: f64) -> f64 {
     let root3 = 3f64.sqrt();
     let mut x = root3 + c * (1.0 / 3.0 + c * (5.0 / 3.0 - root3));
@@ -54,15 +56,30 @@ fn extreme(deviator: &SymTensor) -> Option<Extreme> {
 
 /// Rotation `(cos, sin)` to the eigenvector of the larger eigenvalue of `[[a, c], [c, b]]`, and both
 /// eigenvalues, the larger first.
-#[inline]
+#[inline(always)]
 fn planar_eigen(a: f64, b: f64, c: f64) -> ([f64; 2], [f64; 2]) {
     let (centre, half) = (0.5 * (a + b), 0.5 * (a - b));
     let radius = (half * half + c * c).sqrt();
     // Of the two forms of the eigenvector, the one without cancellation.
-    let v = if half >= 0.0 { [half + radius, c] } else { [c, radius - half] };
-    let length = (v[0] * v[0] + v[1] * v[1]).sqrt();
-    let rotation = if length > 0.0 { [v[0] / length, v[1] / length] } else { [1.0, 0.0] };
-    (rotation, [centre + radius, centre - radius])
+    let longer = half.abs() + radius;
+    let (x, y) = if half >= 0.0 { (longer, c) } else { (c, longer) };
+    let length = (x * x + y * y).sqrt();
+    let apart = length > 0.0;
+    let (cos, sin) = (x / length, y / length);
+    ([if apart { cos } else { 1.0 }, if apart { sin } else { 0.0 }], [centre + radius, centre - radius])
+}
+
+/// Of three vectors the longest, with unit length.
+#[inline(always)]
+fn longest_unit(vectors: [[f64; 3]; 3]) -> [f64; 3] {
+    let [a, b, c] = vectors;
+    let (la, lb, lc) = (dot(a, a), dot(b, b), dot(c, c));
+    let first = la >= lb;
+    let (x, y, z, l) = if first { (a[0], a[1], a[2], la) } else { (b[0], b[1], b[2], lb) };
+    let second = l >= lc;
+    let (x, y, z, l) = if second { (x, y, z, l) } else { (c[0], c[1], c[2], lc) };
+    let length = l.sqrt();
+    [x / length, y / length, z / length]
 }
 
 impl SymTensor {
@@ -85,76 +102,61 @@ impl SymTensor {
     /// the other two from the plane across it.
     #[inline]
     pub fn spectrum(&self) -> Spectrum {
+        self.spectrum_without_branches()
+    }
+
+    /// [`SymTensor::spectrum`] for loops over many tensors.
+    #[inline(always)]
+    pub(crate) fn spectrum_without_branches(&self) -> Spectrum {
         let mean = self.trace() / 3.0;
-        let deviator = self.deviator();
-        let size = deviator.0.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-        // Written so that a tensor that is not finite goes this way.
-        if !(size > 0.0 && size.is_finite()) {
-            return Spectrum { values: [mean; 3], directions: Mat3::IDENTITY.0 };
-        }
+        let [xx, yy, zz, xy, yz, zx] = self.deviator().0;
+        let size = xx.abs().max(yy.abs()).max(zz.abs()).max(xy.abs()).max(yz.abs()).max(zx.abs());
+        let scale = 1.0 / size;
+        let scaled = Self([xx * scale, yy * scale, zz * scale, xy * scale, yz * scale, zx * scale]);
         // Close to an isotropic tensor the trace of the deviator is round-off as large as the deviator.
-        let scaled = deviator * (1.0 / size);
         let s = scaled.deviator();
-        let mean = mean + size * scaled.trace() / 3.0;
+        let radius = (0.5 * s.dot(&s) / 3.0).sqrt();
+        // Also false where the tensor is not finite.
+        let regular = (size < f64::MAX) & (size > 0.0) & (radius > 0.0);
+        let shift = if regular { mean + size * scaled.trace() / 3.0 } else { mean };
+
+        let cos3 = s.determinant() / (2.0 * radius * radius * radius);
+        let largest = cos3 >= 0.0;
+        let far = radius * largest_root(cos3.abs().min(1.0));
+        let far = if largest { far } else { -far };
         let [xx, yy, zz, xy, yz, zx] = s.0;
-        let (values, directions) = if yz == 0.0 && zx == 0.0 {
-            // z is a principal direction already.
-            let ([cos, sin], [high, low]) = planar_eigen(xx, yy, xy);
-            let (u, v, z) = ([cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]);
-            if zz >= high {
-                ([zz, high, low], [z, u, v])
-            } else if zz >= low {
-                // Right-handed: u × z = -v.
-                ([high, zz, low], [u, z, v.map(|c| -c)])
-            } else {
-                ([high, low, zz], [u, v, z])
-            }
-        } else {
-            s.general_spectrum()
-        };
-        Spectrum { values: values.map(|v| mean + size * v), directions }
-    }
-
-    fn general_spectrum(&self) -> ([f64; 3], [[f64; 3]; 3]) {
-        let Some(Extreme { radius, multiple, largest }) = extreme(self) else {
-            return ([0.0; 3], Mat3::IDENTITY.0);
-        };
-        let far = if largest { radius * multiple } else { -radius * multiple };
-        let w = self.direction(far);
-        let u = if w[0].abs() > w[1].abs() {
-            normalised([-w[2], 0.0, w[0]])
-        } else {
-            normalised([0.0, w[2], -w[1]])
-        };
+        let rows = [[xx - far, xy, zx], [xy, yy - far, yz], [zx, yz, zz - far]];
+        let w = longest_unit([cross(rows[0], rows[1]), cross(rows[1], rows[2]), cross(rows[2], rows[0])]);
+        let leans = w[0].abs() > w[1].abs();
+        let across = if leans { w[0] } else { w[1] };
+        let length = (w[2] * w[2] + across * across).sqrt();
+        let (p, q) = (w[2] / length, across / length);
+        let u = [if leans { -p } else { 0.0 }, if leans { 0.0 } else { p }, if leans { q } else { -q }];
         let v = cross(w, u);
-        let (su, sv) = (self.apply(u), self.apply(v));
+        let (sw, su, sv) = (s.apply(w), s.apply(u), s.apply(v));
         let ([cos, sin], [high, low]) = planar_eigen(dot(u, su), dot(v, sv), dot(u, sv));
-        let far = dot(w, self.apply(w));
-        let first: [f64; 3] = std::array::from_fn(|c| cos * u[c] + sin * v[c]);
-        let second: [f64; 3] = std::array::from_fn(|c| cos * v[c] - sin * u[c]);
-        if largest { ([far, high, low], [w, first, second]) } else { ([high, low, far], [first, second, w]) }
-    }
+        let far = dot(w, sw);
+        let first = [cos * u[0] + sin * v[0], cos * u[1] + sin * v[1], cos * u[2] + sin * v[2]];
+        let second = [cos * v[0] - sin * u[0], cos * v[1] - sin * u[1], cos * v[2] - sin * u[2]];
 
-    /// Direction of the single eigenvalue `value`: the longest cross product of two rows of `σ - λ 1`.
-    #[inline]
-    fn direction(&self, value: f64) -> [f64; 3] {
-        let rows = (*self - Self::isotropic(value)).to_matrix().0;
-        let products = [cross(rows[0], rows[1]), cross(rows[1], rows[2]), cross(rows[2], rows[0])];
-        let lengths = products.map(|p| dot(p, p));
-        let longest = if lengths[0] >= lengths[1] && lengths[0] >= lengths[2] {
-            0
-        } else if lengths[1] >= lengths[2] {
-            1
-        } else {
-            2
+        let value = |a: f64, b: f64| if regular { shift + size * if largest { a } else { b } } else { shift };
+        let along = |a: f64, b: f64, unit: f64| {
+            let chosen = if largest { a } else { b };
+            if regular { chosen } else { unit }
         };
-        normalised(products[longest])
+        Spectrum {
+            values: [value(far, high), value(high, low), value(low, far)],
+            directions: [
+                [along(w[0], first[0], 1.0), along(w[1], first[1], 0.0), along(w[2], first[2], 0.0)],
+                [
+                    along(first[0], second[0], 0.0),
+                    along(first[1], second[1], 1.0),
+                    along(first[2], second[2], 0.0),
+                ],
+                [along(second[0], w[0], 0.0), along(second[1], w[1], 0.0), along(second[2], w[2], 1.0)],
+            ],
+        }
     }
-}
-
-fn normalised(v: [f64; 3]) -> [f64; 3] {
-    let length = dot(v, v).sqrt();
-    v.map(|c| c / length)
 }
 
 impl Spectrum {

@@ -22,11 +22,31 @@ impl Tangent {
         }
     }
 
+    /// The tangent of a stress that is turned by `rotation` afterwards.
+    pub(crate) fn rotated(&self, rotation: &Mat3) -> Self {
+        let mut turned = *self;
+        for column in 0..6 {
+            let stress = SymTensor(std::array::from_fn(|row| self.0[row][column])).rotated(rotation);
+            for (row, value) in stress.0.into_iter().enumerate() {
+                turned.0[row][column] = value;
+            }
+        }
+        turned
+    }
+
     /// The stress increment of the strain increment `strain` (tensor shear components).
     pub fn apply(&self, strain: &SymTensor) -> SymTensor {
         let [a, b, c, d, e, f] = strain.0;
         let engineering = [a, b, c, 2.0 * d, 2.0 * e, 2.0 * f];
         SymTensor(self.0.map(|row| row.iter().zip(engineering).map(|(c, e)| c * e).sum()))
+    }
+
+    /// `a : D` for the symmetric tensor `a`, as the row that a strain increment is contracted with.
+    pub(crate) fn apply_left(&self, a: &SymTensor) -> SymTensor {
+        let twice = |row: usize| if row < 3 { 1.0 } else { 2.0 };
+        SymTensor(std::array::from_fn(|column| {
+            (0..6).map(|row| twice(row) * a[row] * self.0[row][column]).sum()
+        }))
     }
 
     /// From principal values: normal part `block = ∂σ_A/∂ε_B` and shear moduli `shear[C]` of the plane

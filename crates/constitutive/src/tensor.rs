@@ -288,6 +288,23 @@ impl Mat3 {
         Some(Self(std::array::from_fn(|i| std::array::from_fn(|j| cofactor(j, i) / det))))
     }
 
+    /// The root without rotations of more than a right angle, by the iteration of Denman and Beavers; `None`
+    /// where there is none (half turns, a determinant that is not positive).
+    pub fn square_root(&self) -> Option<Self> {
+        let (mut root, mut inverse) = (*self, Self::IDENTITY);
+        for _ in 0..40 {
+            let next = (root + inverse.inverse()?) * 0.5;
+            inverse = (inverse + root.inverse()?) * 0.5;
+            let change = (next - root).0.as_flattened().iter().fold(0.0, |m: f64, c| m.max(c.abs()));
+            root = next;
+            if change <= 1e-15 {
+                return Some(root);
+            }
+        }
+        let error = root * root - *self;
+        error.0.as_flattened().iter().all(|c| c.abs() < 1e-12).then_some(root)
+    }
+
     /// Symmetric part.
     #[inline]
     pub fn sym(&self) -> SymTensor {

@@ -2,8 +2,9 @@
 
 use serde::{Serialize, de::DeserializeOwned};
 
+use crate::lanes::Lanes;
 use crate::tangent::numerical_tangent;
-use crate::{MaterialError, Motion, SymTensor, Tangent};
+use crate::{BatchError, MaterialError, Motion, SymTensor, Tangent};
 
 /// A material point: Cauchy (effective) stress and the law's internal variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +46,27 @@ pub trait StressUpdate: Send + Sync + 'static {
     /// # Errors
     /// When the motion cannot be used or the local solve fails.
     fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError>;
+
+    /// One step for a batch of at most [`crate::BLOCK`] points, in place: what [`StressUpdate::update`] gives, one by one
+    /// unless the law does better. On error the batch is of no further use.
+    ///
+    /// # Errors
+    /// The first point that fails.
+    #[inline]
+    fn update_batch(
+        &self,
+        motions: &[Motion],
+        stresses: &mut [SymTensor],
+        states: &mut [Self::State],
+    ) -> Result<(), BatchError> {
+        for (index, ((motion, stress), state)) in motions.iter().zip(stresses).zip(states).enumerate() {
+            let old = Point { stress: *stress, state: state.clone() };
+            let new = self.update(motion, &old).map_err(|source| BatchError { index, source })?;
+            *stress = new.stress;
+            *state = new.state;
+        }
+        Ok(())
+    }
 
     /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
@@ -119,6 +141,20 @@ pub trait SmallStrain: Send + Sync + 'static {
         motion: &Motion,
         old: &Point<Self::State>,
     ) -> Result<Point<Self::State>, MaterialError>;
+
+    /// [`SmallStrain::update`] of a whole batch whose steps are no larger than [`SmallStrain::largest_step`], for
+    /// laws without tensorial state that can do it for several points at once, with the same operations. Returns
+    /// whether it has been done.
+    #[inline]
+    fn update_lanes(&self, _lanes: &mut Lanes, _states: &mut [Self::State]) -> bool {
+        false
+    }
+
+    /// Norm of the strain increment above which a step is divided (constitutive sheet §3.8); infinite for laws
+    /// that are exact at any size or divide by themselves.
+    fn largest_step(&self) -> f64 {
+        1e-2
+    }
 
     /// Rotates tensorial internal variables; nothing to do for scalar ones.
     #[inline]

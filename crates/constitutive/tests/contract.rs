@@ -311,6 +311,21 @@ proptest! {
     }
 
     #[test]
+    fn a_batch_gives_what_its_points_give_alone(gradients in gradients(24, 0.02)) {
+        for subject in subjects() {
+            let density = subject.spec.density();
+            let motions: Vec<Motion> = gradients.iter().map(|a| motion(a, 1e-3, density)).collect();
+            let start = vec![InitialCondition { stress: subject.start, density }; motions.len()];
+            let (mut stresses, mut states) = subject.law.initial(&start).expect("admissible");
+            subject.law.update(&motions, &mut stresses, &mut states.blocks_mut()[0]).expect("a moderate step");
+            for (motion, stress) in motions.iter().zip(&stresses) {
+                let alone = subject.apply(&subject.walker(), motion);
+                prop_assert_eq!(alone.stress, *stress, "{}", subject.name());
+            }
+        }
+    }
+
+    #[test]
     fn tangents_are_the_slopes_of_the_update(
         before in gradients(1, 2e-3),
         direction in proptest::array::uniform6(-1.0..1.0f64),

@@ -47,6 +47,7 @@ fn clay(preconsolidation: f64) -> CamClaySpec {
         void_ratio: 1.0,
         preconsolidation_pressure: Some(preconsolidation * 1e3),
         overconsolidation_ratio: None,
+        project: false,
     }
 }
 
@@ -144,7 +145,11 @@ fn elastic_stiffness_does_not_fall_below_that_of_the_least_pressure() {
 #[test]
 fn elastic_triaxial_slope_is_three_times_the_shear_modulus() {
     let material = MaterialSpec::PressureElastic(elastic(SAND));
-    let run = test(material, 100.0, &[(Path::TriaxialUndrained { axial_compression: 1e-3 }, 10)]);
+    let run = test(
+        material,
+        100.0,
+        &[(Path::TriaxialUndrained { axial_compression: 1e-3, fluid_stiffness: None }, 10)],
+    );
     near(run.last("q"), 3.0 * 30e6 * 1e-3, 1e-9);
     near(run.last("p"), 100e3, 1e-9);
 }
@@ -183,7 +188,7 @@ fn modified_cam_clay_trial_is_the_one_of_the_sheet() {
 #[test]
 fn modified_cam_clay_reaches_its_undrained_strength() {
     for (size, exact) in [(100.0, 59_460.355_75), (400.0, 168_179.283_05)] {
-        let path = Path::TriaxialUndrained { axial_compression: 3.0 };
+        let path = Path::TriaxialUndrained { axial_compression: 3.0, fluid_stiffness: None };
         let run = test(MaterialSpec::CamClay(clay(size)), 100.0, &[(path, 1000)]);
         near(run.last("p"), exact, 1e-5);
         near(run.last("q"), exact, 1e-5);
@@ -192,7 +197,7 @@ fn modified_cam_clay_reaches_its_undrained_strength() {
 
 #[test]
 fn modified_cam_clay_follows_its_undrained_path() {
-    let path = Path::TriaxialUndrained { axial_compression: 0.2 };
+    let path = Path::TriaxialUndrained { axial_compression: 0.2, fluid_stiffness: None };
     let run = test(MaterialSpec::CamClay(clay(100.0)), 100.0, &[(path, 1000)]);
     for (p, q) in run.column("p").unwrap().into_iter().zip(run.column("q").unwrap()) {
         near(p, 100e3 / (1.0 + (q / p).powi(2)).powf(0.75), 1e-5);
@@ -282,7 +287,7 @@ fn original_cam_clay_has_the_surface_of_the_sheet() {
 
 #[test]
 fn original_cam_clay_reaches_its_undrained_strength() {
-    let path = Path::TriaxialUndrained { axial_compression: 3.0 };
+    let path = Path::TriaxialUndrained { axial_compression: 3.0, fluid_stiffness: None };
     let run = test(MaterialSpec::OriginalCamClay(OriginalCamClaySpec(clay(100.0))), 100.0, &[(path, 1000)]);
     let exact = 100e3 * (-0.75f64).exp();
     near(run.last("p"), exact, 1e-5);
@@ -431,9 +436,9 @@ fn stretched_sand_liquefies_and_recovers_when_compressed() {
 #[test]
 fn bad_parameters_are_named() {
     type Change<T> = fn(&mut T);
-    let field = |error: MaterialError| match error {
-        MaterialError::Parameter { field, .. } => field,
-        other => panic!("{other}"),
+    let field = |error: MaterialError| match error.about_parameter() {
+        Some((field, _)) => field.to_owned(),
+        None => panic!("{error}"),
     };
     let clays: [(Change<CamClaySpec>, &str); 10] = [
         (|s| s.critical_state_slope = 0.0, "critical_state_slope"),
@@ -535,8 +540,28 @@ fn inadmissible_initial_stresses_are_refused() {
 
 #[test]
 fn large_strain_increments_are_refused() {
-    let law = clay(200.0).law().unwrap();
-    let old = SmallStrain::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
-    let refused = SmallStrain::update(&law, &SymTensor::isotropic(-0.7), &still(), &old);
+    let law = Corotational(clay(200.0).law().unwrap());
+    let old = StressUpdate::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let motion = Motion { gradient: SymTensor::isotropic(-0.7).to_matrix(), ..still() };
+    let refused = StressUpdate::update(&law, &motion, &old);
     assert!(matches!(refused, Err(MaterialError::Motion { .. })));
+}
+
+#[test]
+fn an_initial_stress_outside_is_moved_to_the_surface_on_wish() {
+    let outside = SymTensor([-100e3, -100e3, -400e3, 30e3, 0.0, 0.0]);
+    let too_far = SymTensor::isotropic(-500e3);
+    for spec in [
+        MaterialSpec::CamClay(CamClaySpec { project: true, ..clay(200.0) }),
+        MaterialSpec::OriginalCamClay(OriginalCamClaySpec(CamClaySpec { project: true, ..clay(200.0) })),
+    ] {
+        let law = spec.build().unwrap();
+        let (stresses, states) = law.initial(&[start(outside), start(too_far)]).unwrap();
+        let mut values = [0.0; 2];
+        law.yield_values(&stresses, &states.blocks()[0], &mut values);
+        assert!(values.iter().all(|value| value.abs() < 1e-9 * 200e3), "{}: {values:?}", spec.name());
+        near(stresses[0].pressure(), 200e3, 1e-12);
+        assert!(stresses[1].deviator().norm() == 0.0);
+        near(stresses[1].pressure(), 200e3, 1e-12);
+    }
 }

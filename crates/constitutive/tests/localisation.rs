@@ -3,7 +3,7 @@
 
 use colluvium_constitutive::laws::{
     BandSpec, BandedState, CohesiveBand, CohesiveBandSpec, CohesiveDamageSpec, CohesiveState,
-    DoubleScaleSpec, Elasticity, Onset,
+    DoubleScaleSpec, Elasticity, LocalSolve, Matching, Onset, OutsideStrength,
 };
 use colluvium_constitutive::localisation::{
     FiniteBand, acoustic_tensor, least_ellipticity, zero_thickness_jump, zero_thickness_stress,
@@ -30,8 +30,10 @@ fn spec(band: CohesiveBandSpec) -> DoubleScaleSpec {
         density: 2400.0,
         youngs_modulus: 30e9,
         poissons_ratio: 0.0,
+        outside: None,
         band: BandSpec::CohesiveFriction(band),
         onset: Onset::BandYield,
+        local_solve: None,
         size: None,
         intact_reset: false,
         allow_snapback: false,
@@ -311,9 +313,8 @@ fn a_bar_beyond_the_snap_back_limit_is_refused_or_warned_about() {
     let sized = |size| DoubleScaleSpec { size: Some(size), ..spec(BAND) };
     assert!(sized(0.999 * limit).build().is_ok());
     assert!(sized(0.2).warnings().is_empty());
-    let Err(MaterialError::Parameter { field: "size", .. }) = sized(1.001 * limit).build() else {
-        panic!("not refused");
-    };
+    let refused = sized(1.001 * limit).build().err().map(|error| error.to_string());
+    assert!(refused.is_some_and(|error| error.starts_with("size: ")));
     assert!(sized(0.4).warnings()[0].contains("snap-back"));
     let allowed = DoubleScaleSpec { allow_snapback: true, ..sized(0.4) };
     assert!(allowed.build().is_ok());
@@ -429,7 +430,7 @@ fn bad_input_is_refused_by_name() {
         assert!(matches!(bad.law(), Err(MaterialError::Parameter { field, .. }) if field == name), "{name}");
     }
     let size = DoubleScaleSpec { size: Some(0.0), ..spec(BAND) };
-    assert!(matches!(size.build(), Err(MaterialError::Parameter { field: "size", .. })));
+    assert!(matches!(size.build(), Err(MaterialError::Parameter { field, .. }) if field == "size"));
     let (outside, inside) = (stiffness(30e9, 0.2), stiffness(0.3e9, 0.3));
     for (thickness, normal, name) in
         [(0.0, NORMAL, "thickness"), (0.03, NORMAL, "thickness"), (1e-3, [1.0, 1.0, 0.0], "normal")]
@@ -440,4 +441,84 @@ fn bad_input_is_refused_by_name() {
     let strong = InitialCondition { stress: SymTensor::isotropic(4e6), density: 2400.0 };
     let law = spec(BAND).build().unwrap();
     assert!(colluvium_constitutive::Material::initial(law.as_ref(), &[strong]).is_err());
+}
+
+#[test]
+fn newton_on_the_jump_ends_where_the_return_does() {
+    let band = CohesiveBandSpec { normal_stiffness: 1e14, shear_stiffness: 1e14, ..BAND };
+    let run = |local_solve| {
+        let spec = DoubleScaleSpec { local_solve, size: Some(0.01), poissons_ratio: 0.2, ..spec(band) };
+        let law = spec.build().unwrap();
+        let start = InitialCondition { stress: SymTensor::ZERO, density: 2400.0 };
+        let (mut stresses, mut states) = law.initial(&[start]).unwrap();
+        let stretch = |x: f64, xy: f64| Mat3([[x, xy, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]);
+        // Through the peak, down the softening branch, back, and on.
+        let path = [(2e-5, 1e-5), (2e-5, 1e-5), (-1e-5, 5e-6), (4e-5, -2e-5)];
+        let steps = path.iter().flat_map(|(x, xy)| (0..40).map(move |_| stretch(*x, *xy)));
+        steps
+            .map(|l| {
+                let motion = Motion::from_velocity_gradient(&l, 1.0, 2400.0, 0.01).unwrap();
+                law.update(&[motion], &mut stresses, &mut states.blocks_mut()[0]).unwrap();
+                stresses[0]
+            })
+            .collect::<Vec<_>>()
+    };
+    let (newton, returned) = (run(Some(LocalSolve::Newton)), run(Some(LocalSolve::Return)));
+    for (a, b) in newton.iter().zip(&returned) {
+        assert!((*a - *b).norm() <= 1e-9 * 3e6, "{a:?} and {b:?}");
+    }
+}
+
+/// Onset by loss of ellipticity around a Drucker–Prager material in pure shear: with the critical hardening of
+/// Rudnicki & Rice (1975), `h/G = (1+ν)/(9(1-ν)) (β-μ)² - (1+ν)/2 (N + (β+μ)/3)²`, positive without
+/// dilatancy and negative for associated flow, perfect plasticity localises in the one and not in the other.
+#[test]
+fn ellipticity_is_lost_where_rudnicki_and_rice_say() {
+    let shear = |dilatancy_angle: f64| {
+        let outside = OutsideStrength {
+            friction_angle: 30.0,
+            cohesion: 10e3,
+            dilatancy_angle,
+            matching: Matching::Compression,
+            softening: None,
+        };
+        let energies = CohesiveBandSpec { opening_energy: 1e5, sliding_energy: 4e5, ..BAND };
+        let band = CohesiveBandSpec { cohesion: 1e6, tensile_strength: 5e5, ..energies };
+        let spec = DoubleScaleSpec {
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            outside: Some(outside),
+            onset: Onset::Ellipticity,
+            ..spec(band)
+        };
+        let law = spec.build().unwrap();
+        let start = InitialCondition { stress: SymTensor::isotropic(-100e3), density: 2400.0 };
+        let (mut stresses, mut states) = law.initial(&[start]).unwrap();
+        let l = SymTensor([0.0, 0.0, 0.0, 5e-5, 0.0, 0.0]).to_matrix();
+        let motion = Motion::from_velocity_gradient(&l, 1.0, 2400.0, 0.01).unwrap();
+        let mut onset = None;
+        for step in 0..150 {
+            law.update(&[motion], &mut stresses, &mut states.blocks_mut()[0]).unwrap();
+            let mut out = [0.0; 4];
+            law.outputs(&stresses, &states.blocks()[0], &mut out);
+            if out[0] == 1.0 && onset.is_none() {
+                onset = Some((step, stresses[0].j2().sqrt()));
+            }
+        }
+        onset
+    };
+    let (mu, nu) = (3.0 * 0.230_940_11, 0.3);
+    let critical = |beta: f64| {
+        (1.0 + nu) / (9.0 * (1.0 - nu)) * (beta - mu).powi(2)
+            - (1.0 + nu) / 2.0 * ((beta + mu) / 3.0f64).powi(2)
+    };
+    assert!(critical(0.0) > 0.0 && critical(mu) < 0.0);
+    // √J2 = k - α I1 at yield, reached in steps of G γ = 769 Pa.
+    let (step, root_j2) = shear(0.0).expect("localises");
+    let strength = 12e3 + 0.230_940_11 * 300e3;
+    assert!((root_j2 - strength).abs() < 1.0, "{root_j2} for {strength}");
+    assert_eq!(step, (strength / (20e6 / 2.6 * 1e-4)) as usize);
+    assert_eq!(shear(30.0), None);
+    let elastic = DoubleScaleSpec { onset: Onset::Ellipticity, ..spec(BAND) }.build().err().unwrap();
+    assert!(elastic.to_string().starts_with("onset: ellipticity needs a strength outside"), "{elastic}");
 }

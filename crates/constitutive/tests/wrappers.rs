@@ -1,5 +1,6 @@
 //! Materials around materials (constitutive sheet §2.17, §3.11).
 
+use colluvium_constitutive::laws::mohr_coulomb::Pyramid;
 use colluvium_constitutive::laws::{
     DruckerPragerSpec, EigenstrainSpec, LinearElasticSpec, Matching, MohrCoulombSpec, ReductionScope,
     SaturationSoftenedSpec, Softening, StrainMeasure, StrengthReducedSpec, StrengthReduction, UndrainedSpec,
@@ -165,6 +166,7 @@ fn peak_reduction_keeps_the_residual_strength_and_never_goes_below_it() {
         residual_cohesion: 1.5e3,
         friction_rate: 0.0,
         cohesion_rate: 5.0,
+        hardening: false,
     };
     // Bui & Nguyen 4.3: 25 kPa / 1.65 = 15.15 kPa, residual 1.5 kPa unchanged.
     let clay = DruckerPragerSpec {
@@ -260,4 +262,24 @@ fn wrappers_nest_save_and_reorder() {
     // Shrinkage of 1e-3 against a compression of 3e-5 leaves the skeleton and its water in tension.
     let tension = -5e8 * (1e-3 - 3e-5);
     assert!(rows.chunks(2).all(|row| (row[1] / tension - 1.0).abs() < 1e-9), "{rows:?}");
+}
+
+#[test]
+fn strength_above_the_peak_needs_the_word_hardening() {
+    let softening = |hardening| Softening {
+        residual_friction_angle: 35.0,
+        residual_cohesion: 20e3,
+        friction_rate: 50.0,
+        cohesion_rate: 50.0,
+        hardening,
+    };
+    let with = |hardening| MohrCoulombSpec { softening: Some(softening(hardening)), ..mohr_coulomb() };
+    let refused = with(false).law().unwrap_err().to_string();
+    assert!(refused.starts_with("softening.residual_friction_angle: 35"), "{refused}");
+    let law = with(true).law().unwrap();
+    // From the peak of 30° and 10 kPa half of the way at κ = ln 2 / 50.
+    let half = law.pyramid_at(2f64.ln() / 50.0);
+    let expected = Pyramid::new(32.5f64.to_radians(), 15e3, mohr_coulomb().dilatancy_angle.to_radians());
+    assert!((half.friction - expected.friction).abs() < 1e-12 * expected.friction);
+    assert!((half.strength - expected.strength).abs() < 1e-9 * expected.strength);
 }

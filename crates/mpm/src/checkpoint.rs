@@ -1,17 +1,18 @@
 //! Saving and restoring the solver, and the `Solver` face of it.
 
 use colluvium_case::description::{Reset, Stage};
-use colluvium_case::{Budget, Equilibrium, Snapshot, Solver, SolverError, TimeStep};
+use colluvium_case::{Budget, Equilibrium, Reaction, Snapshot, Solver, SolverError, TimeStep};
 use colluvium_constitutive::InitialCondition;
 use colluvium_grid::Basis;
 use serde::{Deserialize, Serialize};
 
+use crate::driven::DrivenState;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, SavedSet};
 use crate::solver::MpmSolver;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 5;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -24,6 +25,7 @@ struct Saved {
     limit: Option<SavedLimit>,
     external_work: f64,
     sums: [f64; 4],
+    driven: Vec<DrivenState>,
     /// Sums of mixture and liquid in a case with pore fluid.
     phase_sums: Option<[[f64; 4]; 2]>,
     /// Displacements at absorbing boundaries, by their number.
@@ -137,6 +139,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         })
     }
 
+    fn reaction(&self, name: &str) -> Option<Reaction> {
+        let driven = self.driven.iter().find(|driven| driven.name == name)?;
+        Some(Reaction { force: driven.state.force, impulse: driven.state.impulse })
+    }
+
     fn snapshot(&self) -> Snapshot {
         self.take_snapshot()
     }
@@ -155,6 +162,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
             travel: self.travel,
             limit: self.limit.as_ref().map(|limit| SavedLimit::new(limit, self.limit_age)),
             external_work: self.external_work,
+            driven: self.driven.iter().map(|driven| driven.state).collect(),
             sums: self.sums.to_numbers(),
             phase_sums: self
                 .two_phase
@@ -184,6 +192,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
                 return Err(wrong("its arrays do not fit together"));
             }
         }
+        if saved.driven.len() != self.driven.len() {
+            return Err(wrong("names rigid bodies or patches that the case does not have"));
+        }
+        self.driven.iter_mut().zip(saved.driven).for_each(|(driven, state)| driven.state = state);
         self.time = saved.time;
         self.step = saved.step;
         self.external_work = saved.external_work;

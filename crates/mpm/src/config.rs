@@ -150,6 +150,21 @@ pub struct Contact {
     /// bodies' volumes when absent.
     #[serde(default)]
     pub normal: Option<Vec<f64>>,
+    /// When the bodies act on each other.
+    #[serde(default)]
+    pub test: ContactTest,
+}
+
+/// When two bodies act on each other at a node that knows both, besides that their velocities approach (MPM sheet
+/// §2.12).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactTest {
+    /// Where their surfaces touch, by what the node knows of their volumes and surfaces.
+    #[default]
+    Gap,
+    /// Always: contact begins up to a cell early, and what rolls or comes near at an angle is held back.
+    Approach,
 }
 
 /// How velocities pass between points and grid (MPM sheet §2.6).

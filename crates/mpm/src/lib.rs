@@ -17,7 +17,9 @@ mod config;
 mod contact;
 mod dispatch;
 mod domains;
+mod driven;
 mod free_surface;
+mod gap;
 mod loads;
 mod manufactured;
 mod mesh;
@@ -29,6 +31,7 @@ mod setup;
 mod solver;
 mod strain;
 mod stretch;
+mod touch;
 mod transfer;
 mod two_phase;
 mod xpic;
@@ -37,8 +40,8 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions, ShapeFunctions,
-    StressScheme, Transfer, VolumetricStrain, WallFriction,
+    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions,
+    ShapeFunctions, StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};
 pub use solver::MpmSolver;

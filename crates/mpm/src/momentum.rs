@@ -43,32 +43,38 @@ pub struct MomentumSolve<'a, const D: usize> {
     pub dt: f64,
     /// Gravity at the end of the step (m/s²).
     pub gravity: [f64; 3],
-    /// Local damping factor.
-    pub damping: f64,
+    /// Local damping factor of each axis.
+    pub damping: [f64; 3],
     /// Momentum variant of held nodes.
     pub keep_start: bool,
     /// Inertia over mass (mass scaling); weight stays what it is.
     pub inertia: f64,
     /// Nodes lighter than this (kg) are skipped.
     pub light: f64,
-    /// Whether to sum the measures of equilibrium.
-    pub audit: bool,
     /// Boundary conditions.
     pub walls: &'a Walls,
     /// Nodes per axis.
     pub nodes: [usize; D],
 }
 
+/// Index along the axes of node `number` of a row, on a grid with `nodes` nodes per axis.
+fn index<const D: usize>(nodes: &[usize; D], row: usize, number: usize) -> [usize; 3] {
+    match D {
+        1 => [row, 0, 0],
+        2 => [row, number, 0],
+        _ => [row, number / nodes[D - 1], number % nodes[D - 1]],
+    }
+}
+
 impl<const D: usize> MomentumSolve<'_, D> {
     /// Turns momentum and force of the active nodes of a row into velocity at the end of the step
     /// and acceleration.
-    pub fn row(&self, row: usize, active: Range<usize>, line: &mut [Node]) -> RowSums {
-        let mut sums = RowSums::default();
+    pub fn row(&self, row: usize, active: Range<usize>, line: &mut [Node]) {
         let [gx, gy, gz] = self.gravity;
         let gravity = Lanes::new([gx, gy, gz, 0.0]);
         let row_free = self.walls.is_free(0, row);
         let ease = 1.0 / self.inertia;
-        let plain = self.damping == 0.0 && !self.audit;
+        let plain = self.damping == [0.0; 3];
         for number in active {
             let node = &mut line[number];
             let mass = node.motion.as_array()[3];
@@ -79,7 +85,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
                 node.force = Lanes::ZERO;
                 continue;
             }
-            let index = self.index(row, number);
+            let index = index(&self.nodes, row, number);
             if plain && row_free && (1..D).all(|axis| self.walls.is_free(axis, index[axis])) {
                 let inverse = 1.0 / mass;
                 let acceleration = (node.force * inverse + gravity) * ease;
@@ -88,53 +94,99 @@ impl<const D: usize> MomentumSolve<'_, D> {
                     node.motion * Lanes::new([inverse, inverse, inverse, 1.0]) + acceleration * self.dt;
                 node.force = acceleration;
             } else {
-                self.node(&index, node, mass, &mut sums);
+                self.node(&index, node, mass);
             }
         }
-        sums
     }
 
-    fn index(&self, row: usize, number: usize) -> [usize; 3] {
-        match D {
-            1 => [row, 0, 0],
-            2 => [row, number, 0],
-            _ => [row, number / self.nodes[D - 1], number % self.nodes[D - 1]],
-        }
-    }
-
-    fn node(&self, index: &[usize; 3], node: &mut Node, mass: f64, sums: &mut RowSums) {
+    fn node(&self, index: &[usize; 3], node: &mut Node, mass: f64) {
         let motion = node.motion.to_array();
         let force = node.force.to_array();
         let mut start = [0.0; 3];
         let mut end = [0.0; 3];
-        let mut total = [0.0; 3];
         for c in 0..D {
             start[c] = motion[c] / mass;
-            total[c] = force[c] + mass * self.gravity[c];
-            let damped =
-                if start[c] == 0.0 { 0.0 } else { self.damping * total[c].abs() * start[c].signum() };
-            end[c] = start[c] + self.dt * (total[c] - damped) / (self.inertia * mass);
+            let total = force[c] + mass * self.gravity[c];
+            let damped = self.damping[c] * total.abs() * sign(start[c]);
+            end[c] = start[c] + self.dt * (total - damped) / (self.inertia * mass);
         }
-        let free_end = end;
         for axis in 0..D {
             if let Some(wall) = self.walls.at(axis, index) {
                 wall.constrain(&mut start, &mut end, self.keep_start);
             }
         }
-        if self.audit {
+        node.motion = Lanes::new([end[0], end[1], end[2], mass]);
+        let rate = |c: usize| (end[c] - start[c]) / self.dt;
+        node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
+    }
+}
+
+/// Sign, and zero of zero.
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}
+
+/// Local damping of a solved node by all that accelerates it (MPM sheet §2.13).
+pub fn damp(node: &mut Node, damping: &[f64; 3], dt: f64) {
+    let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
+    for c in 0..3 {
+        let start = end[c] - dt * rate[c];
+        rate[c] -= damping[c] * rate[c].abs() * sign(start);
+        end[c] = start + dt * rate[c];
+    }
+    *node = Node { motion: Lanes::new(end), force: Lanes::new(rate) };
+}
+
+/// Reads the measures of equilibrium off solved nodes (MPM sheet §2.14).
+pub struct Audit<'a, const D: usize> {
+    /// Step (s).
+    pub dt: f64,
+    /// Gravity at the end of the step (m/s²).
+    pub gravity: [f64; 3],
+    /// Local damping factor of each axis.
+    pub damping: [f64; 3],
+    /// Inertia over mass.
+    pub inertia: f64,
+    /// Nodes lighter than this (kg) are skipped.
+    pub light: f64,
+    /// Boundary conditions.
+    pub walls: &'a Walls,
+    /// Nodes per axis.
+    pub nodes: [usize; D],
+}
+
+impl<const D: usize> Audit<'_, D> {
+    /// What the active nodes of a row add.
+    pub fn row(&self, row: usize, active: Range<usize>, line: &[Node]) -> RowSums {
+        let mut sums = RowSums::default();
+        for number in active {
+            let node = &line[number];
+            let (end, rate) = (node.motion.to_array(), node.force.to_array());
+            let mass = end[3];
+            if mass <= self.light {
+                continue;
+            }
+            let index = index(&self.nodes, row, number);
+            let mut free = [1.0; 3];
+            for axis in 0..D {
+                if let Some(wall) = self.walls.at(axis, &index) {
+                    let of_wall = wall.free_components();
+                    (0..3).for_each(|c| free[c] *= of_wall[c]);
+                }
+            }
             for c in 0..D {
                 let weight = mass * self.gravity[c];
-                if end[c] == free_end[c] {
-                    sums.unbalanced += total[c] * total[c];
-                }
+                // What accelerates it, without the damping that is in it.
+                let net = self.inertia * mass * rate[c];
+                let start = end[c] - self.dt * rate[c];
+                let unbalanced = free[c] * net / (1.0 - self.damping[c] * sign(start) * sign(net));
+                sums.unbalanced += unbalanced * unbalanced;
                 sums.external += weight * weight;
                 sums.work += weight * end[c] * self.dt;
                 sums.kinetic += 0.5 * self.inertia * mass * end[c] * end[c];
             }
         }
-        node.motion = Lanes::new([end[0], end[1], end[2], mass]);
-        let rate = |c: usize| (end[c] - start[c]) / self.dt;
-        node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
+        sums
     }
 }
 
@@ -149,11 +201,10 @@ mod tests {
         let solve = MomentumSolve::<1> {
             dt,
             gravity: [0.0; 3],
-            damping: 0.0,
+            damping: [0.0; 3],
             keep_start: false,
             inertia: 1.0,
             light: 0.0,
-            audit: false,
             walls: &walls,
             nodes: [2],
         };

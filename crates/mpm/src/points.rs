@@ -30,6 +30,9 @@ pub(crate) use ground;
 /// What a point knows of its own domain, beyond the initial width all points of a body share, and the nodes it
 /// stands on by that.
 pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
+    /// Whether it changes in the course of a run.
+    const STRETCHES: bool = true;
+
     /// The nodes of a point: `S` per axis, or `S` in all where they are no product over the axes.
     type Support<const S: usize>: Support<D>;
 
@@ -100,6 +103,8 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
 pub struct FixedDomain;
 
 impl<const D: usize> PointDomain<D> for FixedDomain {
+    const STRETCHES: bool = false;
+
     type Support<const S: usize> = Stencil<D, S>;
 
     #[inline(always)]
@@ -131,6 +136,8 @@ pub struct PointSet<const D: usize, P> {
     pub body: u32,
     /// Velocity field of the grid that the body has: 0 for all bodies that no contact separates.
     pub field: usize,
+    /// Number of the rigid body among what is driven; `None` for a body that deforms.
+    pub rigid: Option<usize>,
     /// The law.
     pub material: Arc<dyn Material>,
     /// Initial full width of every point's domain (m).
@@ -164,6 +171,9 @@ pub struct PointSet<const D: usize, P> {
     pub affine: Vec<[[f64; D]; D]>,
     /// Room for a vector a point, where the transfer needs one.
     pub scratch: Vec<[f64; D]>,
+    /// Where stress comes before forces and domains stretch: the displacement gradient that the domains follow when
+    /// the step is over, so that all its weights are those of its beginning (MPM sheet P-04); empty otherwise.
+    pub pending: Vec<[[f64; D]; D]>,
     /// What pore fluid adds; `None` in a case without.
     pub pore: Option<PoreSet<D>>,
     /// Bounds of the slabs within the arrays.

@@ -85,6 +85,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let index = first + k;
             let h = set.domain[index].spacing(&ground);
             let density = set.mass[index] / set.volume[index];
+            if set.rigid.is_some() {
+                (moduli[k], viscosities[k]) = (0.0, 0.0);
+            }
             let speed = (moduli[k] / (self.options.mass_scaling * density)).sqrt()
                 + square(&set.velocity[index]).sqrt();
             let wave =

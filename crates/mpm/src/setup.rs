@@ -11,6 +11,8 @@ use colluvium_points::Sample;
 
 use crate::absorbing::{Absorbing, Impedance};
 use crate::config::ShapeFunctions;
+use crate::driven::{self, Driven};
+use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
 use crate::points::{Ground, PointDomain, PointSet};
@@ -259,12 +261,14 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         }
     }
     let ground = Ground { grid: &grid, mesh: &mesh };
+    let driven = driven::driven(case);
     let two_phase = two_phase::two_phase(case, options, &layout);
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
-        let set = point_set::<D, P>(case, options, &ground, number, next)?;
+        let mut set = point_set::<D, P>(case, options, &ground, number, next)?;
         next += set.len();
+        set.rigid = case.bodies[number].rigid.then(|| rigid_number(&driven, &case.bodies[number])).flatten();
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
@@ -298,6 +302,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         stresses,
         sets,
         contacts,
+        driven,
         axisymmetric: case.space == Space::Axisymmetric,
         gravity: case.gravity3(),
         stage: 0,
@@ -323,12 +328,18 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     }
     if solver.contacts.fields() > 1 {
         solver.contacts.surfaces = vec![Default::default(); solver.nodes.len()];
+        solver.contacts.rows = vec![Default::default(); solver.row_sums.len()];
+        solver.contacts.distance = SurfaceDistance::new::<S, B>();
     }
     solver.set_stage_walls(0)?;
     solver.sort();
     solver.start_affine();
     check_fixed_step(&mut solver, options)?;
     Ok(solver)
+}
+
+fn rigid_number(driven: &[Driven], body: &Body) -> Option<usize> {
+    driven.iter().position(|driven| driven.patch.is_none() && driven.name == body.name)
 }
 
 fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
@@ -378,9 +389,11 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         let velocity = body.velocity.at(spatial(x));
         std::array::from_fn(|c| velocity[c])
     };
+    let follows_later = P::STRETCHES && options.stress_update == StressScheme::Usf;
     Ok(PointSet {
         body: number as u32,
         field: 0,
+        rigid: None,
         material,
         extent: [width(ground, options, &samples); D],
         id: (first_id as u32..(first_id + position.len()) as u32).collect(),
@@ -397,6 +410,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         position,
         loads: Vec::new(),
         traction: Vec::new(),
+        pending: if follows_later { vec![[[0.0; D]; D]; samples.len()] } else { Vec::new() },
         pore,
         slabs: Vec::new(),
     })

@@ -10,9 +10,10 @@ use rayon::prelude::*;
 use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{StressScheme, Transfer};
 use crate::contact::Contacts;
+use crate::driven::Driven;
 use crate::free_surface::FreeSurface;
 use crate::mixed::CellStresses;
-use crate::momentum::{MomentumSolve, RowSums};
+use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
 use crate::points::{PointDomain, PointSet};
 use crate::strain::CellStrains;
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
@@ -35,6 +36,8 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) row_sums: Vec<RowSums>,
     pub(crate) sets: Vec<PointSet<D, P>>,
     pub(crate) contacts: Contacts,
+    /// Rigid bodies and patches of prescribed velocity.
+    pub(crate) driven: Vec<Driven>,
     pub(crate) strains: CellStrains,
     pub(crate) stresses: CellStresses,
     pub(crate) walls: Walls,
@@ -77,6 +80,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // 0: cells, weights, empty grid.
         self.sort_if_moved();
         self.reset_nodes();
+        self.drive(dt);
         self.push_manufactured();
         self.free_surface();
         let moved = match self.options.stress_update {
@@ -120,7 +124,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         };
         // 10
-        self.travel += moved;
+        self.travel += moved.max(self.move_driven(dt));
         self.wrap();
         self.time += dt;
         self.step += 1;
@@ -234,35 +238,87 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     fn solve_momentum(&mut self, dt: f64) {
         let stage = &self.case.stages[self.stage];
+        let damping = stage.damping_of_axes();
+        // The force of another body or of what is driven is none that is out of balance: damping waits for it.
+        let damp_later = !(self.driven.is_empty() && self.contacts.pairs.is_empty()) && damping != [0.0; 3];
         let solve = MomentumSolve {
             dt,
             gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
-            damping: stage.damping,
+            damping: if damp_later { [0.0; 3] } else { damping },
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
             inertia: self.options.mass_scaling,
             light: self.options.node_mass_cutoff * self.heaviest,
-            audit: stage.equilibrium.is_some(),
             walls: &self.walls,
             nodes: self.layout.nodes(),
         };
-        let mut sums = RowSums::default();
         for nodes in self.nodes.chunks_exact_mut(self.layout.len()) {
-            self.layout.rows(nodes, &mut self.row_sums, |row, active, line| solve.row(row, active, line));
-            if solve.audit {
-                self.row_sums.iter().for_each(|row| sums.add(row));
-            }
-        }
-        if solve.audit {
-            self.external_work += sums.work;
-            self.sums = sums;
+            self.layout.rows(nodes, &mut self.row_sums, |row, active, line| {
+                solve.row(row, active, line);
+                RowSums::default()
+            });
         }
         self.absorb(dt);
+        self.hold_rigid();
         self.touch(dt);
+        self.hold_patches(dt);
+        if damp_later {
+            for nodes in self.nodes.chunks_exact_mut(self.layout.len()) {
+                self.layout.rows(nodes, &mut self.row_sums, |_, active, line| {
+                    line[active].iter_mut().for_each(|node| damp(node, &damping, dt));
+                    RowSums::default()
+                });
+            }
+        }
+        if self.case.stages[self.stage].equilibrium.is_some() {
+            self.audit(dt);
+        }
         match self.options.transfer {
             Transfer::Flip => {}
             Transfer::Xpic => self.filter_velocities(dt),
             Transfer::Apic | Transfer::Tpic => self.gather_affine(),
         }
+    }
+
+    /// Measures of equilibrium from the solved nodes, contacts included (MPM sheet §2.14).
+    fn audit(&mut self, dt: f64) {
+        let stage = &self.case.stages[self.stage];
+        let audit = Audit {
+            dt,
+            gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
+            damping: stage.damping_of_axes(),
+            inertia: self.options.mass_scaling,
+            light: self.options.node_mass_cutoff * self.heaviest,
+            walls: &self.walls,
+            nodes: self.layout.nodes(),
+        };
+        let mut sums = RowSums::default();
+        for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
+            if self.contacts.rigid.get(field).is_some_and(Option::is_some) {
+                continue;
+            }
+            self.layout.rows(nodes, &mut self.row_sums, |row, active, line| audit.row(row, active, line));
+            self.row_sums.iter().for_each(|row| sums.add(row));
+        }
+        sums.work += self.work_of_loads(dt);
+        self.external_work += sums.work;
+        self.sums = sums;
+    }
+
+    /// Work of tractions and prescribed motions in the step (J).
+    fn work_of_loads(&self, dt: f64) -> f64 {
+        let mut work = 0.0;
+        for set in self.sets.iter().filter(|set| !set.traction.is_empty()) {
+            let power = |(force, velocity): (&[f64; D], &[f64; D])| {
+                (0..D).map(|c| force[c] * velocity[c]).sum::<f64>()
+            };
+            let power: f64 = set.traction.iter().zip(&set.velocity).map(power).sum();
+            work += dt * power;
+        }
+        for driven in &self.driven {
+            let velocity = driven.rigid_velocity();
+            work -= (0..3).map(|c| driven.state.force[c] * velocity[c] * dt).sum::<f64>();
+        }
+        work
     }
 
     /// Factor on gravity at the end of a step of `dt`.

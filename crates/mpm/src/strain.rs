@@ -162,7 +162,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         strains.reset(&self.layout);
         let (strides, ground, len) = (self.layout.strides(), ground!(self), self.layout.len());
         for (material, cells) in strains.cells.chunks_exact_mut(len).enumerate() {
-            let of_material = |set: &&PointSet<D, P>| strains.materials[set.body as usize] == material;
+            let of_material = |set: &&PointSet<D, P>| {
+                strains.materials[set.body as usize] == material && set.rigid.is_none()
+            };
             self.layout.scatter(cells, |slab, window, offset| {
                 for set in self.sets.iter().filter(of_material) {
                     let wet = set.pore.as_ref().is_some_and(|pore| pore.fluid.is_some());

@@ -3,6 +3,7 @@
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, StateBlock, SymTensor};
 use colluvium_grid::{Basis, Lanes, Support};
+use rayon::iter::Either;
 use rayon::prelude::*;
 
 use crate::affine::{affine_momentum, momentum};
@@ -66,6 +67,8 @@ struct Block<'a, const D: usize, P> {
     domain: &'a mut [P],
     mass: &'a [f64],
     initial_volume: &'a [f64],
+    /// Displacement gradients that the domains follow later; `None` where they follow at once.
+    pending: Option<&'a mut [[[f64; D]; D]]>,
 }
 
 /// A vector and a fourth number.
@@ -224,6 +227,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if !start {
             self.touch_again();
         }
+        self.hold_patches_again();
     }
 
     /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
@@ -235,7 +239,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let mut sets = std::mem::take(&mut self.sets);
         let mut moved = 0f64;
         let mut failure = None;
-        for (number, set) in sets.iter_mut().enumerate() {
+        for (number, set) in sets.iter_mut().enumerate().filter(|(_, set)| set.rigid.is_none()) {
             match self.update_set::<FROM_SOLVED>(set, dt, what) {
                 Ok(m) => moved = moved.max(m),
                 Err(f) => {
@@ -271,6 +275,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         what: PointUpdate,
     ) -> BlockReport {
         let (material, extent, field, body) = (set.material.clone(), set.extent, set.field, set.body);
+        let blocks = set.mass.len().div_ceil(BLOCK);
+        let pending = if set.pending.is_empty() {
+            Either::Left((0..blocks).into_par_iter().map(|_| None))
+        } else {
+            Either::Right(set.pending.par_chunks_mut(BLOCK).map(Some))
+        };
         (
             set.position.par_chunks_mut(BLOCK),
             set.velocity.par_chunks_mut(BLOCK),
@@ -280,11 +290,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             set.domain.par_chunks_mut(BLOCK),
             set.mass.par_chunks(BLOCK),
             set.initial_volume.par_chunks(BLOCK),
+            pending,
         )
             .into_par_iter()
             .enumerate()
             .with_min_len(4)
-            .map(|(number, (position, velocity, volume, stress, states, domain, mass, initial_volume))| {
+            .map(|(number, arrays)| {
+                let (position, velocity, volume, stress, states, domain, mass, initial_volume, pending) =
+                    arrays;
                 let first = number * BLOCK;
                 let mut block = Block {
                     first,
@@ -298,6 +311,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     domain,
                     mass,
                     initial_volume,
+                    pending,
                 };
                 self.update_block::<FROM_SOLVED>(&mut block, &*material, &extent, dt, what)
             })
@@ -358,12 +372,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 motions[p].density = block.mass[p] / block.volume[p];
                 let gradient: [[f64; D]; D] =
                     std::array::from_fn(|i| std::array::from_fn(|j| motions[p].gradient.0[i][j]));
-                block.domain[p].follow(&gradient);
+                match &mut block.pending {
+                    Some(pending) => pending[p] = gradient,
+                    None => block.domain[p].follow(&gradient),
+                }
                 if let Some(reason) = block.domain[p].fault(extent, self.grid.cell) {
                     return Err(Failure { index: block.first + p, reason });
                 }
             }
             if what.position {
+                if let Some(pending) = &block.pending {
+                    block.domain[p].follow(&pending[p]);
+                }
                 let mut step = 0f64;
                 for c in 0..D {
                     block.position[p][c] += dt * velocity[c];

@@ -20,6 +20,6 @@ mod sampling;
 mod shape;
 
 pub use boxes::Place;
-pub use neighbours::{CellList, HalfList, NeighbourList, SearchError};
+pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError};
 pub use sampling::{Sample, SamplingError, gauss_per_cell, lattice, overlap, per_cell, poisson_disk, random};
 pub use shape::{Shape, ShapeError};

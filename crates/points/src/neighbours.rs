@@ -131,13 +131,52 @@ impl<const D: usize> CellList<D> {
     }
 }
 
-/// Neighbours of every point within a radius: `indices[offsets[i]..offsets[i + 1]]`, ascending.
+/// Points per [`Rows`] of a list: enough work for a task, little enough to share among threads.
+pub const ROWS: usize = 256;
+
+/// The neighbours of up to [`ROWS`] consecutive points.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rows {
+    ends: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+impl Rows {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// True when there are no points.
+    pub fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+
+    /// Where the neighbours of the `k`-th point of the block stand in [`Rows::indices`].
+    #[inline]
+    pub fn range(&self, k: usize) -> std::ops::Range<usize> {
+        let start = if k == 0 { 0 } else { self.ends[k - 1] };
+        start as usize..self.ends[k] as usize
+    }
+
+    /// Neighbours of the `k`-th point of the block, ascending.
+    #[inline]
+    pub fn of(&self, k: usize) -> &[u32] {
+        &self.indices[self.range(k)]
+    }
+
+    /// All neighbours, point after point.
+    pub fn indices(&self) -> &[u32] {
+        &self.indices
+    }
+}
+
+/// Neighbours of every point within a radius, ascending, in blocks of [`ROWS`] points.
 #[derive(Clone, Debug, Default)]
 pub struct NeighbourList<const D: usize> {
     cells: CellList<D>,
-    offsets: Vec<usize>,
-    indices: Vec<u32>,
-    rows: Vec<Vec<u32>>,
+    blocks: Vec<Rows>,
+    len: usize,
 }
 
 impl<const D: usize> NeighbourList<D> {
@@ -178,46 +217,49 @@ impl<const D: usize> NeighbourList<D> {
         keep: impl Fn(u32, u32) -> bool + Sync,
     ) -> Result<(), SearchError> {
         self.cells.build(positions, radius)?;
-        let count = count.min(positions.len());
-        if self.rows.len() < count {
-            self.rows.resize_with(count, Vec::new);
-        }
+        self.len = count.min(positions.len());
+        self.blocks.resize_with(self.len.div_ceil(ROWS), Rows::default);
         let cells = &self.cells;
         let square = radius * radius;
-        self.rows[..count].par_iter_mut().zip(positions).enumerate().for_each(|(i, (row, x))| {
-            row.clear();
-            cells.visit(x, |j| {
-                let other = &positions[j as usize];
-                let distance: f64 = (0..D).map(|axis| (x[axis] - other[axis]).powi(2)).sum();
-                if distance <= square && keep(i as u32, j) {
-                    row.push(j);
-                }
-            });
-            row.sort_unstable();
+        let points = positions[..self.len].par_chunks(ROWS);
+        self.blocks.par_iter_mut().zip(points).enumerate().for_each(|(number, (rows, points))| {
+            rows.ends.clear();
+            rows.indices.clear();
+            for (k, x) in points.iter().enumerate() {
+                let (i, first) = ((number * ROWS + k) as u32, rows.indices.len());
+                cells.visit(x, |j| {
+                    let other = &positions[j as usize];
+                    let distance: f64 = (0..D).map(|axis| (x[axis] - other[axis]).powi(2)).sum();
+                    if distance <= square && keep(i, j) {
+                        rows.indices.push(j);
+                    }
+                });
+                rows.indices[first..].sort_unstable();
+                rows.ends.push(rows.indices.len() as u32);
+            }
         });
-        self.offsets.clear();
-        self.indices.clear();
-        self.offsets.push(0);
-        for row in &self.rows[..count] {
-            self.indices.extend_from_slice(row);
-            self.offsets.push(self.indices.len());
-        }
         Ok(())
     }
 
     /// Neighbours of point `i`, ascending.
+    #[inline]
     pub fn of(&self, i: usize) -> &[u32] {
-        &self.indices[self.offsets[i]..self.offsets[i + 1]]
+        self.blocks[i / ROWS].of(i % ROWS)
+    }
+
+    /// The rows in blocks: block `b` begins with point `b` [`ROWS`].
+    pub fn blocks(&self) -> &[Rows] {
+        &self.blocks
     }
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.offsets.len().saturating_sub(1)
+        self.len
     }
 
     /// True when there are no points.
     pub fn is_empty(&self) -> bool {
-        self.len() == 0
+        self.len == 0
     }
 }
 
@@ -254,7 +296,7 @@ impl<const D: usize> HalfList<D> {
 
     /// Number of pairs.
     pub fn len(&self) -> usize {
-        self.list.indices.len()
+        self.list.blocks.iter().map(|rows| rows.indices.len()).sum()
     }
 
     /// True when no two points are close.
@@ -322,8 +364,9 @@ mod tests {
             pool.install(|| list.build(&points, 0.25).unwrap());
             let mut half = HalfList::new();
             pool.install(|| half.build(&points, 0.25).unwrap());
-            assert_eq!(2 * half.len(), list.indices.len());
-            (list.offsets, list.indices, half.pairs().collect::<Vec<_>>())
+            let neighbours: usize = list.blocks().iter().map(|rows| rows.indices().len()).sum();
+            assert_eq!(2 * half.len(), neighbours);
+            (list.blocks, half.pairs().collect::<Vec<_>>())
         };
         assert!(build(1) == build(2));
     }

@@ -5,11 +5,12 @@ use colluvium_case::{Budget, Equilibrium, Snapshot, Solver, SolverError, TimeSte
 use colluvium_constitutive::{InitialCondition, SymTensor};
 use serde::{Deserialize, Serialize};
 
+use crate::config::TimeIntegration;
 use crate::setup;
-use crate::solver::{Audit, SphSolver};
+use crate::solver::{Audit, Listed, SphSolver};
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -30,7 +31,17 @@ struct Saved {
     mass: Vec<f64>,
     density: Vec<f64>,
     sound: Vec<f64>,
+    length: Vec<f64>,
     stress: Vec<SymTensor>,
+    /// Of the schemes that need them.
+    previous: Vec<f64>,
+    gradient: Vec<f64>,
+    divergence: Vec<f64>,
+    /// Positions for which the neighbours are listed, with time and reach: sums run in the order of the list.
+    listed: Vec<f64>,
+    listed_at: [f64; 2],
+    sorted: Option<u64>,
+    accelerated: bool,
 }
 
 /// The names a limit can have.
@@ -40,6 +51,7 @@ const LIMITS: [&str; 6] =
 impl<const D: usize> SphSolver<D> {
     fn to_saved(&self) -> Saved {
         let p = &self.particles;
+        let rates = self.options.integration == TimeIntegration::LeapfrogRates;
         let limit = self.limit.as_ref().map(|l| (l.dt, l.limit.to_owned(), l.point, l.position));
         let of_group = |group: &crate::particles::Group| {
             (group.body, group.end - group.start, group.material.save(&group.states))
@@ -62,18 +74,30 @@ impl<const D: usize> SphSolver<D> {
             mass: p.mass[..p.len].to_vec(),
             density: p.density[..p.len].to_vec(),
             sound: p.sound[..p.len].to_vec(),
+            length: p.length[..p.len].to_vec(),
             stress: p.stress[..p.len].to_vec(),
+            previous: p.previous.as_flattened().to_vec(),
+            gradient: if rates { p.gradient.as_flattened().as_flattened().to_vec() } else { Vec::new() },
+            divergence: if rates { p.divergence.clone() } else { Vec::new() },
+            listed: self.listed.positions.as_flattened().to_vec(),
+            listed_at: [self.listed.time, self.listed.reach],
+            sorted: self.sorted,
+            accelerated: self.accelerated,
         }
     }
 
     /// Takes the arrays; `None` where they do not fit together.
     fn take_saved(&mut self, saved: Saved) -> Option<()> {
         let n = saved.id.len();
-        let scalars = [&saved.mass, &saved.density, &saved.sound];
+        let scalars = [&saved.mass, &saved.density, &saved.sound, &saved.length];
+        let optional = [&saved.previous, &saved.listed];
         let vectors = [&saved.origin, &saved.acceleration, &saved.position, &saved.velocity];
         let fits = scalars.iter().all(|a| a.len() == n)
             && vectors.iter().all(|a| a.len() == n * D)
             && saved.stress.len() == n
+            && optional.iter().all(|a| a.is_empty() || a.len() == n * D)
+            && (saved.gradient.is_empty() || saved.gradient.len() == n * D * D)
+            && (saved.divergence.is_empty() || saved.divergence.len() == n)
             && saved.groups.iter().map(|(_, count, _)| count).sum::<usize>() == n;
         if !fits {
             return None;
@@ -106,12 +130,23 @@ impl<const D: usize> SphSolver<D> {
         p.position = vectors(&saved.position);
         p.velocity = vectors(&saved.velocity);
         (p.mass, p.density, p.sound, p.stress) = (saved.mass, saved.density, saved.sound, saved.stress);
+        (p.length, p.previous) = (saved.length, vectors(&saved.previous));
+        p.gradient.clear();
+        p.gradient.extend(saved.gradient.chunks_exact(D * D).map(|entries| {
+            let mut matrix = [[0.0; D]; D];
+            matrix.as_flattened_mut().copy_from_slice(entries);
+            matrix
+        }));
+        p.divergence = saved.divergence;
+        p.spread.clear();
         p.resize(n);
+        let [time, reach] = saved.listed_at;
+        self.listed = Listed { positions: vectors(&saved.listed), time, reach };
+        (self.sorted, self.accelerated) = (saved.sorted, saved.accelerated);
         (self.time, self.step, self.last_step) = (saved.time, saved.step, saved.last_step);
         (self.limit, self.limit_age) = (limit, saved.limit_age);
         let [unbalanced, external, kinetic, work] = saved.audit;
         self.audit = Audit { unbalanced, external, kinetic, work };
-        self.listed.clear();
         Some(())
     }
 
@@ -130,7 +165,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    fn reset_states(&mut self) -> Result<(), SolverError> {
+    pub(crate) fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.groups.len() {
             let (group, p) = (&self.groups[number], &self.particles);
             let condition = |i: usize| InitialCondition { stress: p.stress[i], density: p.density[i] };
@@ -173,10 +208,13 @@ impl<const D: usize> Solver for SphSolver<D> {
         (self.stage, self.stage_start) = (stage, start);
         self.walls = setup::walls(&self.case, stage, &self.options, self.smoothing.radius());
         self.remove_bodies(stage);
-        self.listed.clear();
         if fresh {
+            self.accelerated = false;
+            self.listed.positions.clear();
             self.audit = Audit::default();
             self.limit = None;
+        } else if !self.listed.positions.is_empty() {
+            self.make_lists()?;
         }
         Ok(())
     }
@@ -188,6 +226,7 @@ impl<const D: usize> Solver for SphSolver<D> {
                 Reset::Velocity => {
                     p.velocity.fill([0.0; D]);
                     p.acceleration.fill([0.0; D]);
+                    p.previous.clear();
                     // The next step starts from rest: it kicks by half.
                     self.last_step = 0.0;
                 }
@@ -229,7 +268,9 @@ impl<const D: usize> Solver for SphSolver<D> {
             let problem = "was written by another version or for another case";
             return Err(SolverError::Checkpoint(problem.to_owned()));
         }
-        self.take_saved(saved)
-            .ok_or_else(|| SolverError::Checkpoint("its arrays do not fit together or the case".to_owned()))
+        self.take_saved(saved).ok_or_else(|| {
+            SolverError::Checkpoint("its arrays do not fit together or the case".to_owned())
+        })?;
+        if self.listed.positions.is_empty() { Ok(()) } else { self.make_lists() }
     }
 }

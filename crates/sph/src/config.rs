@@ -1,7 +1,15 @@
 //! Options of `methods.sph` in a case file.
 
+mod choices;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+pub use choices::{
+    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, SmoothWall,
+    SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress,
+    WallVelocity,
+};
 
 use crate::kernel::Kernel;
 
@@ -20,12 +28,27 @@ pub struct SphOptions {
     /// Allows a smoothing at which the kernel is known to make particles clump.
     #[serde(default)]
     pub allow_pairing: bool,
+    /// How the smoothing length follows the density.
+    #[serde(default)]
+    pub smoothing_length: SmoothingLength,
+    /// Largest smoothing length over the initial one, 1 to 3.
+    #[serde(default = "growth")]
+    pub smoothing_growth: f64,
+    /// The kernel between particles of different smoothing lengths.
+    #[serde(default)]
+    pub symmetrisation: Symmetrisation,
+    /// Time integration.
+    #[serde(default)]
+    pub integration: TimeIntegration,
     /// Form of the momentum equation.
     #[serde(default)]
     pub momentum: Momentum,
     /// Form of the continuity equation.
     #[serde(default)]
     pub continuity: Continuity,
+    /// Allows density by summation where surfaces are free: particles there lose up to half of their density.
+    #[serde(default)]
+    pub allow_summation: bool,
     /// Operator of the velocity gradient that the law gets.
     #[serde(default)]
     pub velocity_gradient: VelocityGradient,
@@ -51,9 +74,50 @@ pub struct SphOptions {
     /// Steps between two regularisations.
     #[serde(default = "ten")]
     pub regularisation_steps: u64,
+    /// Diffusion of stress `ζ`, 0 to 0.5; what the weight between particles explains is left out.
+    #[serde(default)]
+    pub stress_diffusion: f64,
+    /// Ratio of horizontal to vertical stress in that weight.
+    #[serde(default = "half")]
+    pub stress_diffusion_k0: f64,
+    /// Diffusion of density `δ`, 0 to 0.5, for fluids.
+    #[serde(default)]
+    pub density_diffusion: f64,
+    /// Renewal of density, for fluids.
+    #[serde(default)]
+    pub density_reset: DensityReset,
+    /// Steps between two renewals.
+    #[serde(default = "thirty")]
+    pub density_reset_steps: u64,
+    /// Share of the neighbours' velocity with which particles move (XSPH), 0 to 1.
+    #[serde(default)]
+    pub xsph: f64,
+    /// Shifting of particles towards even spacing, in smoothing lengths per length moved; at least 0. Velocity,
+    /// density and stress are carried along to first order.
+    #[serde(default)]
+    pub shifting: f64,
+    /// The configuration that the sums are taken over.
+    #[serde(default)]
+    pub formulation: Formulation,
+    /// Confining pressure of a flexible membrane; none when absent.
+    #[serde(default)]
+    pub confining: Option<Confining>,
+    /// Names of bodies that keep their initial field of velocity for good; their stress follows their law.
+    #[serde(default)]
+    pub held: Vec<String>,
     /// What rough walls answer with.
     #[serde(default)]
     pub wall_stress: WallStress,
+    /// What they oppose to the velocity of a particle, where they answer pairwise.
+    #[serde(default)]
+    pub wall_velocity: WallVelocity,
+    /// What smooth walls are made of.
+    #[serde(default)]
+    pub smooth_wall: SmoothWall,
+    /// Repulsion of particles closer than half a spacing to a particle of a wall, as a share of the square of the
+    /// speed of sound: keeps hard impacts from passing a wall. 0 for none.
+    #[serde(default)]
+    pub wall_guard: f64,
     /// Ratio of horizontal to vertical stress by which `extrapolated` walls carry weight on.
     #[serde(default = "half")]
     pub wall_k0: f64,
@@ -65,106 +129,6 @@ pub struct SphOptions {
     pub time_step: Option<f64>,
 }
 
-/// Form of the momentum equation (sheet §2.6).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Momentum {
-    /// `Σ m_j (σ_i / ρ_i² + σ_j / ρ_j²) ∇W`.
-    #[default]
-    Rho2,
-    /// `Σ m_j (σ_i + σ_j) / (ρ_i ρ_j) ∇W`.
-    RhoRho,
-    /// `Σ m_j (σ_j - σ_i) / (ρ_i ρ_j) ∇W`: conserves nothing; to show what that does.
-    Difference,
-}
-
-/// Form of the continuity equation (sheet §2.6).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Continuity {
-    /// `Σ m_j (v_i - v_j)·∇W`, for one material.
-    #[default]
-    Mass,
-    /// `ρ_i Σ V_j (v_i - v_j)·∇W`, for jumps in density.
-    Volume,
-}
-
-/// Operator of the velocity gradient (sheet §2.3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum VelocityGradient {
-    /// The adjoint of the momentum equation, which conserves energy: `density-difference` with `rho2`,
-    /// `difference` otherwise.
-    #[default]
-    Compatible,
-    /// `Σ V_j (v_j - v_i) ⊗ ∇W`.
-    Difference,
-    /// `Σ m_j (v_j - v_i) ⊗ ∇W / ρ_i`.
-    DensityDifference,
-    /// `difference` times the inverse moment: exact for linear fields, also at surfaces.
-    Corrected,
-}
-
-/// Speed of sound (sheet §2.8).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum SoundSpeed {
-    /// That of P waves.
-    #[default]
-    PWave,
-    /// `√(E/ρ)`, for materials with a Young's modulus.
-    YoungsModulus,
-}
-
-/// Against tensile instability (sheet §2.11).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Tensile {
-    /// Nothing: for materials that bear no tension.
-    #[default]
-    None,
-    /// Repulsion along the principal tensions.
-    ArtificialStress {
-        /// Strength, 0 to 1.
-        strength: f64,
-        /// Exponent of the ratio of kernels.
-        exponent: f64,
-    },
-    /// Repulsion by the mean tension.
-    ArtificialPressure {
-        /// Strength, 0 to 1.
-        strength: f64,
-        /// Exponent of the ratio of kernels.
-        exponent: f64,
-    },
-}
-
-/// Smoothing of stress (sheet §2.10).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Regularisation {
-    /// None.
-    #[default]
-    None,
-    /// Exact for constant fields.
-    Shepard,
-    /// Moving least squares, exact for linear fields.
-    Mls,
-}
-
-/// What rough walls answer with (sheet §2.13).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum WallStress {
-    /// The stress and the mirrored velocity of each particle that touches them: conserves energy.
-    #[default]
-    Pairwise,
-    /// Stress and velocity interpolated from the soil.
-    Interpolated,
-    /// The same with the weight between soil and wall.
-    Extrapolated,
-}
-
 impl SphOptions {
     /// The defaults with particles `spacing` (m) apart.
     pub fn new(spacing: f64) -> Self {
@@ -173,8 +137,13 @@ impl SphOptions {
             kernel: Kernel::default(),
             smoothing: smoothing(),
             allow_pairing: false,
+            smoothing_length: SmoothingLength::default(),
+            smoothing_growth: growth(),
+            symmetrisation: Symmetrisation::default(),
+            integration: TimeIntegration::default(),
             momentum: Momentum::default(),
             continuity: Continuity::default(),
+            allow_summation: false,
             velocity_gradient: VelocityGradient::default(),
             viscosity_linear: viscosity(),
             viscosity_quadratic: 0.0,
@@ -183,7 +152,20 @@ impl SphOptions {
             tensile: Tensile::default(),
             regularisation: Regularisation::default(),
             regularisation_steps: ten(),
+            stress_diffusion: 0.0,
+            stress_diffusion_k0: half(),
+            density_diffusion: 0.0,
+            density_reset: DensityReset::default(),
+            density_reset_steps: thirty(),
+            xsph: 0.0,
+            shifting: 0.0,
+            formulation: Formulation::default(),
+            confining: None,
+            held: Vec::new(),
             wall_stress: WallStress::default(),
+            wall_velocity: WallVelocity::default(),
+            smooth_wall: SmoothWall::default(),
+            wall_guard: 0.0,
             wall_k0: half(),
             courant: courant(),
             time_step: None,
@@ -214,23 +196,89 @@ impl SphOptions {
                 format!("{ratio} makes particles clump with this kernel; at most {most}, or allow_pairing");
             return Err(("smoothing", problem));
         }
-        let (linear, quadratic) = (self.viscosity_linear, self.viscosity_quadratic);
-        rule("viscosity_linear", linear, at_least_zero(linear), "must be finite and not negative")?;
-        rule("viscosity_quadratic", quadratic, at_least_zero(quadratic), "must be finite and not negative")?;
-        rule("damping", self.damping, at_least_zero(self.damping), "must be finite and not negative")?;
-        rule("wall_k0", self.wall_k0, at_least_zero(self.wall_k0), "must be finite and not negative")?;
+        for (name, value) in [
+            ("viscosity_linear", self.viscosity_linear),
+            ("viscosity_quadratic", self.viscosity_quadratic),
+            ("damping", self.damping),
+            ("wall_k0", self.wall_k0),
+            ("stress_diffusion_k0", self.stress_diffusion_k0),
+            ("shifting", self.shifting),
+            ("wall_guard", self.wall_guard),
+        ] {
+            rule(name, value, at_least_zero(value), "must be finite and not negative")?;
+        }
+        for (name, value, most) in [
+            ("stress_diffusion", self.stress_diffusion, 0.5),
+            ("density_diffusion", self.density_diffusion, 0.5),
+            ("xsph", self.xsph, 1.0),
+        ] {
+            rule(name, value, (0.0..=most).contains(&value), &format!("is not in 0..={most}"))?;
+        }
+        let growth = self.smoothing_growth;
+        rule("smoothing_growth", growth, (1.0..=3.0).contains(&growth), "is not in 1..=3")?;
+        self.check_lengths()?;
         if let Tensile::ArtificialStress { strength, exponent }
         | Tensile::ArtificialPressure { strength, exponent } = self.tensile
         {
             rule("tensile.strength", strength, (0.0..=1.0).contains(&strength), "is not in 0..=1")?;
             rule("tensile.exponent", exponent, positive(exponent), "must be finite and positive")?;
         }
-        let steps = self.regularisation_steps;
-        rule("regularisation_steps", steps as f64, steps > 0, "must be at least 1")?;
+        if let Some(Confining { pressure, ramp, .. }) = self.confining {
+            rule(
+                "confining.pressure",
+                pressure,
+                at_least_zero(pressure),
+                "must be finite and not negative (Pa)",
+            )?;
+            rule("confining.ramp", ramp, at_least_zero(ramp), "must be finite and not negative (s)")?;
+            let ratio = self.smoothing;
+            rule(
+                "smoothing",
+                ratio,
+                (1.0..=1.5).contains(&ratio),
+                "is not in 1..=1.5, for which confining finds surfaces",
+            )?;
+        }
+        for (name, steps) in [
+            ("regularisation_steps", self.regularisation_steps),
+            ("density_reset_steps", self.density_reset_steps),
+        ] {
+            rule(name, steps as f64, steps > 0, "must be at least 1")?;
+        }
         let courant = self.courant;
         rule("courant", courant, courant > 0.0 && courant <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if let Some(step) = self.time_step {
             rule("time_step", step, positive(step), "must be finite and positive (s)")?;
+        }
+        Ok(())
+    }
+
+    /// Whether particles have smoothing lengths of their own.
+    pub fn is_variable(&self) -> bool {
+        self.smoothing_length != SmoothingLength::Constant
+    }
+
+    /// Choices that do not go together.
+    fn check_lengths(&self) -> Result<(), (&'static str, String)> {
+        let grad_h = self.symmetrisation == Symmetrisation::GradH;
+        if self.is_variable() && self.continuity == Continuity::Summation {
+            return Err(("continuity", "summation needs a constant smoothing length".to_owned()));
+        }
+        if grad_h && self.smoothing_length != SmoothingLength::Density {
+            return Err(("symmetrisation", "grad-h needs smoothing_length density".to_owned()));
+        }
+        if grad_h && self.momentum != Momentum::Rho2 {
+            return Err(("momentum", "must be rho2 with grad-h, its adjoint".to_owned()));
+        }
+        if grad_h && self.continuity != Continuity::Mass {
+            return Err(("continuity", "must be mass with grad-h".to_owned()));
+        }
+        if self.is_variable() && self.wall_stress != WallStress::Pairwise {
+            return Err(("wall_stress", "must be pairwise where the smoothing length varies".to_owned()));
+        }
+        let stages = self.integration != TimeIntegration::Leapfrog;
+        if stages && self.smoothing_length == SmoothingLength::Rate {
+            return Err(("smoothing_length", "rate goes with the leapfrog only".to_owned()));
         }
         Ok(())
     }
@@ -278,6 +326,13 @@ fn viscosity() -> f64 {
 }
 fn ten() -> u64 {
     10
+}
+fn thirty() -> u64 {
+    30
+}
+/// Sheet §6.19.
+fn growth() -> f64 {
+    1.5
 }
 fn half() -> f64 {
     0.5

@@ -167,12 +167,12 @@ impl Kernel {
 /// A kernel in `D` dimensions with a smoothing length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smoothing<const D: usize> {
-    kernel: Kernel,
-    length: f64,
-    inverse: f64,
+    pub(crate) kernel: Kernel,
+    pub(crate) length: f64,
+    pub(crate) inverse: f64,
     /// `α`.
-    constant: f64,
-    radius: f64,
+    pub(crate) constant: f64,
+    pub(crate) radius: f64,
 }
 
 impl<const D: usize> Smoothing<D> {
@@ -192,6 +192,17 @@ impl<const D: usize> Smoothing<D> {
             constant: constant / length.powi(D as i32),
             radius: kernel.support() * length,
         })
+    }
+
+    /// The same kernel with another smoothing length (m).
+    #[inline]
+    pub(crate) fn with_length(&self, length: f64) -> Self {
+        if length == self.length {
+            return *self;
+        }
+        let constant = self.constant * (self.length / length).powi(D as i32);
+        let radius = self.kernel.support() * length;
+        Self { kernel: self.kernel, length, inverse: 1.0 / length, constant, radius }
     }
 
     /// The kernel.

@@ -11,22 +11,28 @@
 
 mod checkpoint;
 mod config;
+mod confinement;
 pub mod kernel;
+mod lanes;
 pub mod operators;
 mod pairs;
 mod particles;
 mod regularise;
 mod report;
+pub mod semi_discrete;
 mod setup;
 mod solver;
 mod tensile;
+mod total;
 mod walls;
 
 use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Continuity, Momentum, Regularisation, SoundSpeed, SphOptions, Tensile, VelocityGradient, WallStress,
+    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, SmoothWall,
+    SmoothingLength, SoundSpeed, SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient,
+    WallStress, WallVelocity,
 };
 pub use solver::SphSolver;
 

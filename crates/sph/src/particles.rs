@@ -2,18 +2,14 @@
 
 use std::sync::Arc;
 
+use colluvium_case::description::Velocity;
 use colluvium_constitutive::{Material, States, SymTensor};
 
-use crate::walls::Image;
+use crate::lanes::{Record, record};
+use crate::walls::{Image, Walls};
 
 /// A matrix of the space.
 pub type Matrix<const D: usize> = [[f64; D]; D];
-
-/// The in-plane (or whole) part of a tensor.
-#[inline]
-pub fn in_space<const D: usize>(tensor: &SymTensor) -> Matrix<D> {
-    std::array::from_fn(|a| std::array::from_fn(|b| tensor.at(a, b)))
-}
 
 /// Particles of one body: a range of the arrays and what its law keeps.
 pub struct Group {
@@ -31,6 +27,12 @@ pub struct Group {
     pub youngs_modulus: Option<f64>,
     /// Initial density (kg/m³).
     pub density: f64,
+    /// The velocities it keeps, where it is held.
+    pub held: Option<Velocity>,
+    /// Whether a confining pressure acts on it.
+    pub confined: bool,
+    /// Whether its law is one of fluids.
+    pub fluid: bool,
 }
 
 impl Group {
@@ -40,8 +42,8 @@ impl Group {
     }
 }
 
-/// All particles. The arrays of what acts on neighbours go on behind the `len` particles with their mirror
-/// images and the particles of rough walls; the others have one entry per particle.
+/// All particles. The arrays of what acts on neighbours go on behind the `len` particles with their images and the
+/// particles of walls; the others have one entry per particle.
 #[derive(Default)]
 pub struct Particles<const D: usize> {
     /// Number of particles.
@@ -56,9 +58,13 @@ pub struct Particles<const D: usize> {
     pub gradient: Vec<Matrix<D>>,
     /// Divergences of velocity of the last step, from the continuity equation (1/s).
     pub divergence: Vec<f64>,
+    /// Velocity by which a particle moves beyond its own, by XSPH (m/s); empty without.
+    pub drift: Vec<[f64; D]>,
+    /// Velocities of the step before, of the scheme that needs them (m/s); empty without.
+    pub previous: Vec<[f64; D]>,
     /// Positions (m); with images and walls.
     pub position: Vec<[f64; D]>,
-    /// Velocities, half a step behind the positions (m/s); with images and walls.
+    /// Velocities (m/s); with images and walls.
     pub velocity: Vec<[f64; D]>,
     /// Masses (kg); with images and walls.
     pub mass: Vec<f64>,
@@ -68,29 +74,51 @@ pub struct Particles<const D: usize> {
     pub stress: Vec<SymTensor>,
     /// Speeds of sound (m/s); with images and walls.
     pub sound: Vec<f64>,
-    /// What a particle adds to the pair's stress: `σ/ρ²` or `σ/ρ`; with images and walls.
-    pub flux: Vec<Matrix<D>>,
-    /// Artificial stress over density squared; with images and walls.
-    pub repulsion: Vec<Matrix<D>>,
+    /// Smoothing lengths (m); with images and walls.
+    pub length: Vec<f64>,
+    /// `1/ϑ` of the gradient of the smoothing length; one without; with images and walls.
+    pub spread: Vec<f64>,
+    /// What the pair sums read; with images and walls.
+    pub records: Vec<Record>,
+    /// Artificial stress over density squared; with images and walls; empty without.
+    pub repulsion: Vec<SymTensor>,
+    order: Order<D>,
 }
 
-fn permute<T: Copy>(values: &mut [T], order: &[u32]) {
-    let old = values.to_vec();
+/// Buffers of a permutation.
+#[derive(Default)]
+struct Order<const D: usize> {
+    scalars: Vec<f64>,
+    vectors: Vec<[f64; D]>,
+    tensors: Vec<SymTensor>,
+    matrices: Vec<Matrix<D>>,
+    ids: Vec<u32>,
+}
+
+fn permute<T: Copy>(values: &mut [T], order: &[u32], old: &mut Vec<T>) {
+    old.clear();
+    old.extend_from_slice(values);
     values.iter_mut().zip(order).for_each(|(value, &from)| *value = old[from as usize]);
 }
 
 impl<const D: usize> Particles<D> {
     /// Puts the particles of `range` in a new order.
     pub fn permute(&mut self, range: std::ops::Range<usize>, order: &[u32]) {
-        permute(&mut self.id[range.clone()], order);
-        permute(&mut self.origin[range.clone()], order);
-        permute(&mut self.acceleration[range.clone()], order);
-        permute(&mut self.position[range.clone()], order);
-        permute(&mut self.velocity[range.clone()], order);
-        permute(&mut self.mass[range.clone()], order);
-        permute(&mut self.density[range.clone()], order);
-        permute(&mut self.stress[range.clone()], order);
-        permute(&mut self.sound[range], order);
+        let old = &mut self.order;
+        permute(&mut self.id[range.clone()], order, &mut old.ids);
+        for vectors in [&mut self.origin, &mut self.acceleration, &mut self.position, &mut self.velocity] {
+            permute(&mut vectors[range.clone()], order, &mut old.vectors);
+        }
+        if !self.previous.is_empty() {
+            permute(&mut self.previous[range.clone()], order, &mut old.vectors);
+        }
+        for scalars in [&mut self.mass, &mut self.density, &mut self.sound, &mut self.length] {
+            permute(&mut scalars[range.clone()], order, &mut old.scalars);
+        }
+        permute(&mut self.stress[range.clone()], order, &mut old.tensors);
+        // Rates of the step before, which one of the schemes predicts from.
+        permute(&mut self.gradient[range.clone()], order, &mut old.matrices);
+        permute(&mut self.divergence[range], order, &mut old.scalars);
     }
 
     /// Makes room for so many particles, images and walls; what is new is zero.
@@ -104,56 +132,78 @@ impl<const D: usize> Particles<D> {
         self.density.resize(total, 0.0);
         self.stress.resize(total, SymTensor::ZERO);
         self.sound.resize(total, 0.0);
-        self.flux.resize(total, [[0.0; D]; D]);
-        self.repulsion.resize(total, [[0.0; D]; D]);
+        self.length.resize(total, 0.0);
+        self.spread.resize(total, 1.0);
+        self.records.resize(total, [[0.0; 4]; 4]);
     }
 
     /// Removes the particles of `range`, which must be followed by neither images nor walls.
     pub fn remove(&mut self, range: std::ops::Range<usize>) {
         self.resize(self.len);
         self.id.drain(range.clone());
-        self.origin.drain(range.clone());
-        self.acceleration.drain(range.clone());
-        self.position.drain(range.clone());
-        self.velocity.drain(range.clone());
-        self.mass.drain(range.clone());
-        self.density.drain(range.clone());
-        self.stress.drain(range.clone());
-        self.sound.drain(range);
+        for vectors in [&mut self.origin, &mut self.acceleration, &mut self.position, &mut self.velocity] {
+            vectors.drain(range.clone());
+        }
+        if !self.previous.is_empty() {
+            self.previous.drain(range.clone());
+        }
+        for scalars in [&mut self.mass, &mut self.density, &mut self.sound, &mut self.length] {
+            scalars.drain(range.clone());
+        }
+        self.stress.drain(range);
         self.len = self.id.len();
         self.gradient.clear();
         self.divergence.clear();
         self.resize(self.len);
     }
 
-    /// Places of the images.
-    pub fn place_images(&mut self, images: &[Image<D>]) {
+    /// Places of the images, and of the particles of walls at `time`.
+    pub fn place(&mut self, images: &[Image<D>], walls: &Walls<D>, time: f64) {
         for (image, slot) in images.iter().zip(self.len..) {
             let x = self.position[image.source as usize];
             self.position[slot] = std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]);
         }
+        walls.place(time, &mut self.position[self.len + images.len()..]);
     }
 
     /// Velocities of the images.
     pub fn move_images(&mut self, images: &[Image<D>]) {
         for (image, slot) in images.iter().zip(self.len..) {
             let v = self.velocity[image.source as usize];
-            self.velocity[slot] = std::array::from_fn(|c| image.flip[c] * v[c]);
+            self.velocity[slot] = std::array::from_fn(|c| image.flip[c] * v[c] + image.lift[c]);
+            crate::lanes::set_velocity(&mut self.records[slot], &self.velocity[slot]);
         }
     }
 
     /// Everything else of the images.
     pub fn load_images(&mut self, images: &[Image<D>]) {
-        let mirrored = |matrix: &Matrix<D>, flip: &[f64; D]| -> Matrix<D> {
-            std::array::from_fn(|a| std::array::from_fn(|b| flip[a] * flip[b] * matrix[a][b]))
-        };
         for (image, slot) in images.iter().zip(self.len..) {
             let source = image.source as usize;
             self.mass[slot] = self.mass[source];
             self.density[slot] = self.density[source];
             self.sound[slot] = self.sound[source];
-            self.flux[slot] = mirrored(&self.flux[source], &image.flip);
-            self.repulsion[slot] = mirrored(&self.repulsion[source], &image.flip);
+            self.length[slot] = self.length[source];
+            self.spread[slot] = self.spread[source];
+            self.stress[slot] = mirrored(&self.stress[source], &image.flip);
+            if !self.repulsion.is_empty() {
+                self.repulsion[slot] = mirrored(&self.repulsion[source], &image.flip);
+            }
         }
     }
+
+    /// The record of particle `i`, its stress times `scale`.
+    #[inline]
+    pub fn record(&self, i: usize, scale: f64) -> Record {
+        let scalars = [self.mass[i], self.density[i], self.sound[i], self.length[i]];
+        record(&self.position[i], &self.velocity[i], scalars, (self.stress[i] * scale).0)
+    }
+}
+
+/// `H σ H` for a mirror that flips the axes with -1.
+#[inline]
+pub fn mirrored<const D: usize>(stress: &SymTensor, flip: &[f64; D]) -> SymTensor {
+    let sign = |c: usize| if c < D { flip[c] } else { 1.0 };
+    let [xx, yy, zz, xy, yz, zx] = stress.0;
+    let (x, y, z) = (sign(0), sign(1), sign(2));
+    SymTensor([xx, yy, zz, x * y * xy, y * z * yz, z * x * zx])
 }

@@ -3,8 +3,8 @@
 use colluvium_constitutive::SymTensor;
 use rayon::prelude::*;
 
-use crate::config::Regularisation;
-use crate::solver::SphSolver;
+use crate::config::{DensityReset, Regularisation};
+use crate::solver::{SphSolver, TASK};
 
 /// Pivots below this share of the largest entry make the moments of a particle ill-conditioned (sheet §2.10).
 const CONDITION: f64 = 1e-8;
@@ -12,7 +12,7 @@ const CONDITION: f64 = 1e-8;
 impl<const D: usize> SphSolver<D> {
     /// Replaces every stress by the average over the particles of the same body.
     pub(crate) fn smooth_stress(&mut self, form: Regularisation) {
-        let mut smoothed = std::mem::take(&mut self.smoothed);
+        let mut smoothed = std::mem::take(&mut self.tensors);
         smoothed.resize(self.particles.len, SymTensor::ZERO);
         for group in &self.groups {
             let (range, start) = (group.range(), group.start);
@@ -21,7 +21,30 @@ impl<const D: usize> SphSolver<D> {
             });
         }
         self.particles.stress[..smoothed.len()].copy_from_slice(&smoothed);
-        self.smoothed = smoothed;
+        self.tensors = smoothed;
+    }
+
+    /// Replaces the densities of fluids by their averages (sheet §2.10).
+    pub(crate) fn smooth_density(&mut self, form: DensityReset) {
+        let mut smoothed = self.particles.density[..self.particles.len].to_vec();
+        let form = if form == DensityReset::Mls { Regularisation::Mls } else { Regularisation::Shepard };
+        for group in self.groups.iter().filter(|group| group.fluid) {
+            let (range, start) = (group.range(), group.start);
+            smoothed[range.clone()].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, density)| {
+                let p = &self.particles;
+                let linear = (form == Regularisation::Mls).then(|| self.linear_weights(start + k, &range));
+                let (mut total, mut sum) = (0.0, 0.0);
+                self.around(start + k, &range, |j, weight, apart| {
+                    let factor = linear
+                        .flatten()
+                        .map_or(1.0, |b| b[0] + (0..D).map(|c| b[c + 1] * apart[c]).sum::<f64>());
+                    total += weight * factor;
+                    sum += p.density[j] * weight * factor;
+                });
+                *density = sum / total;
+            });
+        }
+        self.particles.density[..smoothed.len()].copy_from_slice(&smoothed);
     }
 
     fn average(&self, i: usize, body: &std::ops::Range<usize>, form: Regularisation) -> SymTensor {
@@ -83,7 +106,7 @@ impl<const D: usize> SphSolver<D> {
             if !body.contains(&j) {
                 continue;
             }
-            let h = self.smoothing.length();
+            let h = p.length[i];
             let apart: [f64; D] = std::array::from_fn(|c| (p.position[i][c] - p.position[j][c]) / h);
             let r = h * apart.iter().map(|c| c * c).sum::<f64>().sqrt();
             let weight = p.mass[j] / p.density[j] * self.smoothing.value(r);

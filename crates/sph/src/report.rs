@@ -2,56 +2,67 @@
 
 use colluvium_case::{Budget, Field, FieldData, Snapshot, TimeStep};
 use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
+use rayon::prelude::*;
 
 use crate::config::SoundSpeed;
 use crate::particles::Group;
-use crate::solver::{SphSolver, spatial};
+use crate::solver::{SphSolver, spatial, square};
 
-fn square<const N: usize>(vector: &[f64; N]) -> f64 {
-    vector.iter().map(|c| c * c).sum()
-}
+/// A step, what limits it, and where.
+type Limit = (f64, &'static str, Option<usize>);
 
 impl<const D: usize> SphSolver<D> {
     /// The largest step that waves, forces, viscosity and damping allow (sheet §3.4); renews the speeds of sound.
     pub(crate) fn find_limit(&mut self) -> TimeStep {
-        let h = self.smoothing.length();
-        let (mut least, mut reason, mut index) = (f64::INFINITY, "nothing", None);
+        let options = &self.options;
+        let p = &mut self.particles;
+        let mut least: Limit = (f64::INFINITY, "nothing", None);
         for group in &self.groups {
-            let p = &mut self.particles;
-            for (number, states) in group.states.blocks().iter().enumerate() {
-                let first = group.start + number * BLOCK;
-                let stress = &p.stress[first..first + states.len()];
+            let range = group.range();
+            let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK);
+            let blocks = group.states.blocks().par_iter().zip(sounds).enumerate();
+            let (stresses, densities) = (&p.stress[range.clone()], &p.density[range.clone()]);
+            let (lengths, velocities) = (&p.length[range.clone()], &p.velocity[range.clone()]);
+            let accelerations = &p.acceleration;
+            let of_block = |(number, (states, sounds)): (usize, (&StateBlock, &mut [f64]))| {
+                let first = number * BLOCK;
+                let stress = &stresses[first..first + states.len()];
                 let (mut moduli, mut viscosities) = ([0.0; BLOCK], [0.0; BLOCK]);
                 group.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
                 group.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
+                let mut least: Limit = (f64::INFINITY, "nothing", None);
                 for k in 0..states.len() {
-                    let i = first + k;
-                    let density = p.density[i];
+                    let (density, h) = (densities[first + k], lengths[first + k]);
                     let wave = (moduli[k] / density).sqrt();
-                    p.sound[i] = match (self.options.sound_speed, group.youngs_modulus) {
+                    sounds[k] = match (options.sound_speed, group.youngs_modulus) {
                         (SoundSpeed::YoungsModulus, Some(modulus)) => (modulus / density).sqrt(),
                         _ => wave,
                     };
-                    let speed = square(&p.velocity[i]).sqrt();
-                    let pull = square(&p.acceleration[i]).sqrt();
-                    let damping = self.options.damping * p.sound[i] / h;
+                    let speed = square(&velocities[first + k]).sqrt();
+                    let pull = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
                     let limits = [
-                        (self.options.courant * h / (wave + speed), "elastic wave"),
+                        (options.courant * h / (wave + speed), "elastic wave"),
                         (0.25 * (h / pull).sqrt(), "acceleration"),
                         (0.125 * h * h * density / viscosities[k], "viscosity"),
-                        (0.2 / damping, "damping"),
+                        (0.2 * h / (options.damping * sounds[k]), "damping"),
                     ];
                     for (dt, name) in limits {
-                        if dt < least {
-                            (least, reason, index) = (dt, name, Some(i));
+                        if dt < least.0 {
+                            least = (dt, name, Some(range.start + first + k));
                         }
                     }
                 }
-            }
+                least
+            };
+            // Of equal ones the first particle's, on any number of threads.
+            let found = blocks.map(of_block).min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+            least =
+                found.into_iter().fold(least, |least, found| if found.0 < least.0 { found } else { least });
         }
+        let (dt, limit, index) = least;
         TimeStep {
-            dt: least,
-            limit: reason,
+            dt,
+            limit,
             point: index.map(|i| u64::from(self.particles.id[i])),
             position: index.map_or([0.0; 3], |i| spatial(&self.particles.position[i])),
         }
@@ -60,7 +71,9 @@ impl<const D: usize> SphSolver<D> {
     /// Velocities at the time of the positions (m/s).
     fn velocity(&self, i: usize) -> [f64; D] {
         let p = &self.particles;
-        std::array::from_fn(|c| p.velocity[i][c] + 0.5 * self.last_step * p.acceleration[i][c])
+        let held = self.groups.iter().any(|group| group.held.is_some() && group.range().contains(&i));
+        let half = if self.lags() && !held { 0.5 * self.last_step } else { 0.0 };
+        std::array::from_fn(|c| p.velocity[i][c] + half * p.acceleration[i][c])
     }
 
     fn per_particle(
@@ -105,6 +118,9 @@ impl<const D: usize> SphSolver<D> {
             field("volume", "m3", scalar(&|i| p.mass[i] / p.density[i])),
             field("density", "kg/m3", scalar(&|i| p.density[i])),
         ];
+        if self.options.is_variable() {
+            fields.push(field("smoothing_length", "m", scalar(&|i| p.length[i])));
+        }
         fields.extend(self.law_fields(&order));
         let width = |i: usize| [(p.mass[i] / p.density[i]).powf(1.0 / D as f64); D];
         Snapshot {

@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Space, Wall};
+use colluvium_case::description::{Axis, Body, Space, Wall};
 use colluvium_case::{Case, CaseError, Plan, Solver};
-use colluvium_constitutive::{InitialCondition, MaterialSpec};
-use colluvium_points::{CellList, NeighbourList};
+use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
+use colluvium_points::{CellList, HalfList, NeighbourList};
 
-use crate::config::{SoundSpeed, SphOptions};
+use crate::config::{Continuity, DensityReset, Formulation, SmoothWall, SoundSpeed, SphOptions, WallStress};
 use crate::kernel::Smoothing;
 use crate::particles::{Group, Particles};
-use crate::solver::{Audit, SphSolver};
-use crate::walls::{Plane, Walls};
+use crate::solver::{Audit, Listed, SphSolver};
+use crate::total::{self, Reference};
+use crate::walls::{Contact, Period, Plane, Walls};
 
 /// Beyond this many particles the ids no longer fit.
 const MOST_PARTICLES: usize = u32::MAX as usize;
@@ -28,7 +29,7 @@ fn options(case: &Case) -> Result<SphOptions, CaseError> {
 }
 
 /// Refuses by name what SPH cannot do (yet).
-fn refuse(case: &Case) -> Result<(), CaseError> {
+fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
     }
@@ -36,9 +37,7 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
         let problem = "sph removes whole bodies only: use remove_bodies";
         return Err(CaseError::new(format!("stages[{number}].excavate"), problem));
     }
-    if !case.domain.periodic.is_empty() {
-        return Err(CaseError::new("domain.periodic", "sph has no periodic boundaries"));
-    }
+    case.refuse_driven("sph")?;
     if !case.loads.is_empty() {
         return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
     }
@@ -51,9 +50,6 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
     }
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");
-        if matches!(boundary.wall, Wall::Frictional { .. }) {
-            return Err(CaseError::new(path("wall"), "sph has rough and smooth walls, none with friction"));
-        }
         if boundary.group.is_some() {
             return Err(CaseError::new(path("group"), "sph has no mesh with groups of nodes"));
         }
@@ -61,13 +57,106 @@ fn refuse(case: &Case) -> Result<(), CaseError> {
             return Err(CaseError::new(path("wall"), "sph has no absorbing boundaries"));
         }
         if boundary.separation {
-            return Err(CaseError::new(path("separation"), "material cannot lift off the walls of sph"));
+            return Err(CaseError::new(
+                path("separation"),
+                "material cannot lift off the rough and smooth walls of sph",
+            ));
         }
-        if boundary.velocity.as_ref().is_some_and(|velocity| velocity.iter().any(|v| *v != 0.0)) {
-            return Err(CaseError::new(path("velocity"), "the walls of sph cannot move"));
+        let frictional = matches!(boundary.wall, Wall::Frictional { .. });
+        if frictional && options.wall_stress != WallStress::Pairwise {
+            return Err(CaseError::new(
+                path("wall"),
+                "frictional walls answer pairwise: set wall_stress to pairwise",
+            ));
+        }
+    }
+    check_periods(case, options)?;
+    for (number, name) in options.held.iter().enumerate() {
+        if !case.bodies.iter().any(|body| body.name == *name) {
+            let problem = format!("{name:?} is not the name of a body");
+            return Err(CaseError::new(format!("methods.sph.held[{number}]"), problem));
+        }
+    }
+    if case.bodies.iter().all(|body| options.held.contains(&body.name)) {
+        return Err(CaseError::new("methods.sph.held", "at least one body must be free to move"));
+    }
+    for (number, name) in options.confining.iter().flat_map(|c| c.bodies.iter().flatten()).enumerate() {
+        if !case.bodies.iter().any(|body| body.name == *name) {
+            let problem = format!("{name:?} is not the name of a body");
+            return Err(CaseError::new(format!("methods.sph.confining.bodies[{number}]"), problem));
+        }
+    }
+    if options.formulation == Formulation::TotalLagrangian {
+        total::refuse(case, options)?;
+    }
+    check_density_forms(case, options)
+}
+
+/// Periodic axes must be longer than the reach of a particle, and a whole number of spacings.
+fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    let reach = options.kernel.support() * options.length() * options.smoothing_growth.max(1.2);
+    for (number, axis) in case.domain.periodic.iter().enumerate() {
+        let path = format!("domain.periodic[{number}]");
+        let axis = axis.number();
+        let length = case.domain.max[axis] - case.domain.min[axis];
+        if length < reach {
+            let problem =
+                format!("the domain is {length} m long, less than the reach of a particle, {reach} m");
+            return Err(CaseError::new(path, problem));
+        }
+        let count = length / options.spacing;
+        if (count - count.round()).abs() > 1e-6 {
+            let problem =
+                format!("the domain is {count} spacings of methods.sph long: a whole number is needed");
+            return Err(CaseError::new(path, problem));
         }
     }
     Ok(())
+}
+
+/// Density by summation, and what is for fluids only.
+fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    let closed = |axis: usize| {
+        let side =
+            |max: bool| case.boundaries.iter().any(|b| b.side.axis() == axis && b.side.is_max() == max);
+        case.domain.is_periodic(axis) || (side(false) && side(true))
+    };
+    let free = !(0..case.dimension()).all(closed);
+    if options.continuity == Continuity::Summation && free && !options.allow_summation {
+        let problem = "summation loses density at free surfaces: close the domain by walls or periods, or allow_summation";
+        return Err(CaseError::new("methods.sph.continuity", problem));
+    }
+    let fluid = case
+        .bodies
+        .iter()
+        .any(|body| case.materials.get(&body.material).is_some_and(|spec| spec.facts().kind == Kind::Fluid));
+    for (name, on) in [
+        ("density_diffusion", options.density_diffusion > 0.0),
+        ("density_reset", options.density_reset != DensityReset::None),
+    ] {
+        if on && !fluid {
+            return Err(CaseError::new(
+                format!("methods.sph.{name}"),
+                "is for fluids, and no body is made of one",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// What is allowed but worth a word, of the case and its options together.
+fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
+    let mut warnings = case.warnings();
+    warnings.extend(options.warnings());
+    let densities =
+        case.bodies.iter().filter_map(|b| case.materials.get(&b.material)).map(MaterialSpec::density);
+    let (low, high) = densities.fold((f64::INFINITY, 0.0f64), |(a, b), d| (a.min(d), b.max(d)));
+    if options.continuity == Continuity::Mass && high >= 2.0 * low {
+        warnings.push(format!(
+            "methods.sph.continuity: densities from {low} to {high} kg/m³: volume is the form for such jumps"
+        ));
+    }
+    warnings
 }
 
 fn corner<const D: usize>(values: &[f64]) -> [f64; D] {
@@ -76,20 +165,35 @@ fn corner<const D: usize>(values: &[f64]) -> [f64; D] {
 
 /// The walls of a stage.
 pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, reach: f64) -> Walls<D> {
-    let (mut mirrors, mut rough) = (Vec::new(), Vec::new());
+    let (mut mirrors, mut faces) = (Vec::new(), Vec::new());
     for (_, boundary) in case.active_boundaries(stage) {
-        let plane = Plane {
+        let plane = |contact: Contact| Plane {
             axis: boundary.side.axis(),
             position: boundary.position(&case.domain),
             upper: boundary.side.is_max(),
+            velocity: boundary.velocity.as_ref().map_or([0.0; D], |velocity| corner(velocity)),
+            contact,
         };
         match boundary.wall {
-            Wall::Smooth => mirrors.push(plane),
-            Wall::Rough | Wall::Frictional { .. } | Wall::Absorbing { .. } => rough.push(plane),
+            Wall::Smooth if options.smooth_wall == SmoothWall::Mirror => {
+                mirrors.push(plane(Contact::FreeSlip));
+            }
+            Wall::Smooth => faces.push(plane(Contact::FreeSlip)),
+            // Absorbing sides are refused.
+            Wall::Rough | Wall::Absorbing { .. } => faces.push(plane(Contact::NoSlip)),
+            Wall::Frictional { friction_coefficient } => {
+                faces.push(plane(Contact::Friction(friction_coefficient)));
+            }
         }
     }
+    let period = |axis: &Axis| {
+        let axis = axis.number();
+        Period { axis, low: case.domain.min[axis], high: case.domain.max[axis] }
+    };
+    let periods = case.domain.periodic.iter().map(period).collect();
     let span = (corner(&case.domain.min), corner(&case.domain.max));
-    Walls::new(mirrors, &rough, span, options.spacing, reach)
+    let reach = if options.is_variable() { reach * options.smoothing_growth } else { reach };
+    Walls::new(mirrors, faces, periods, span, options.spacing, reach)
 }
 
 /// The solver of `case`.
@@ -116,27 +220,25 @@ fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, Ca
     let mut solver = solver::<D>(case, options)?;
     let time_step = solver.critical_step();
     let (points, walls) = (solver.particles.len, solver.walls.particles.len());
-    let mut warnings = case.warnings();
-    warnings.extend(options.warnings());
-    let matrix = D * D * size_of::<f64>();
-    let acting = 2 * D * size_of::<f64>() + 2 * matrix + 9 * size_of::<f64>();
-    let own = 3 * D * size_of::<f64>() + matrix + 12;
-    // Neighbours are listed twice while the list is made.
-    let neighbours = 8.0 * (2.2 * solver.smoothing.radius() / options.spacing).powi(D as i32);
+    let number = size_of::<f64>();
+    let acting = (2 * D + 12 + 16) * number;
+    let own = (4 * D + D * D + 1) * number + 12;
+    // A neighbour is a number and a weight.
+    let neighbours = 12.0 * (2.2 * solver.smoothing.radius() / options.spacing).powi(D as i32);
     Ok(Plan {
         points,
         nodes: 0,
         steps: (case.end_time() / time_step.dt).ceil() as u64,
         time_step,
         memory: ((points + walls) * acting + points * own) as u64 + (points as f64 * neighbours) as u64,
-        updates_per_second: if D == 3 { 4e5 } else { 1.5e6 },
-        warnings,
+        updates_per_second: if D == 3 { 8e5 } else { 3e6 },
+        warnings: warnings(case, options),
     })
 }
 
 /// A solver with its concrete type, at time zero.
 pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSolver<D>, CaseError> {
-    refuse(case)?;
+    refuse(case, options)?;
     let smoothing = Smoothing::<D>::new(options.kernel, options.length())
         .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))?;
     let mut particles = Particles::default();
@@ -144,7 +246,8 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     for (number, body) in case.bodies.iter().enumerate() {
         groups.push(add_body(case, options, number, body, &mut particles)?);
     }
-    let (gravity, none) = (case.gravity3(), Vec::new());
+    let gravity = case.gravity3();
+    check_distances(&particles, options)?;
     let mut solver = SphSolver {
         case: Arc::new(case.clone()),
         options: options.clone(),
@@ -154,9 +257,13 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         groups,
         images: Vec::new(),
         neighbours: NeighbourList::new(),
+        weights: Vec::new(),
+        weighed: false,
+        accelerated: false,
         cells: CellList::new(),
-        listed: none,
-        smoothed: Vec::new(),
+        listed: Listed::default(),
+        sorted: None,
+        tensors: Vec::new(),
         gravity: corner(&gravity),
         stage: 0,
         stage_start: 0.0,
@@ -166,10 +273,38 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         limit: None,
         limit_age: 0,
         audit: Audit::default(),
+        inward: Vec::new(),
+        reference: None,
     };
     solver.particles.resize(solver.particles.len);
+    if options.formulation == Formulation::TotalLagrangian {
+        let reference = Reference::new(&solver.particles, &solver.smoothing);
+        let reference = reference.map_err(|error| CaseError::new("bodies", error.to_string()))?;
+        solver.reference = Some(Box::new(reference));
+    }
     check_fixed_step(&mut solver, options)?;
     Ok(solver)
+}
+
+/// No two particles may stand in the same place.
+fn check_distances<const D: usize>(particles: &Particles<D>, options: &SphOptions) -> Result<(), CaseError> {
+    let mut list = HalfList::<D>::new();
+    let least = 1e-6 * options.spacing;
+    // Cells of the search must not be much smaller than the spacing.
+    list.build(&particles.position, 0.5 * options.spacing)
+        .map_err(|error| CaseError::new("bodies", error.to_string()))?;
+    let close = |&(i, j): &(u32, u32)| {
+        let (a, b) = (&particles.position[i as usize], &particles.position[j as usize]);
+        (0..D).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < least * least
+    };
+    match list.pairs().find(close) {
+        None => Ok(()),
+        Some((i, _)) => {
+            let problem =
+                format!("two particles stand at {:?} m: do bodies overlap?", particles.position[i as usize]);
+            Err(CaseError::new("bodies", problem))
+        }
+    }
 }
 
 fn check_fixed_step<const D: usize>(
@@ -177,7 +312,8 @@ fn check_fixed_step<const D: usize>(
     options: &SphOptions,
 ) -> Result<(), CaseError> {
     let Some(step) = options.time_step else { return Ok(()) };
-    let critical = solver.find_limit().dt / options.courant;
+    // The undamped leapfrog is stable up to about so many times h / c (sheet §3.4, §7).
+    let critical = 1.8 * solver.find_limit().dt / options.courant;
     if step > critical {
         let problem = format!("{step} s is larger than the critical step {critical:.4e} s");
         return Err(CaseError::new("methods.sph.time_step", problem));
@@ -241,11 +377,18 @@ fn add_body<const D: usize>(
     particles.mass.extend(samples.iter().map(|sample| sample.volume * density));
     particles.density.extend(std::iter::repeat_n(density, count));
     particles.sound.extend(std::iter::repeat_n(0.0, count));
+    particles.length.extend(std::iter::repeat_n(options.length(), count));
     particles.stress.extend(stress);
     particles.origin.extend_from_slice(&positions);
     particles.position.extend(positions);
     particles.len += count;
-    Ok(Group { body: number as u32, start, end: start + count, material, states, youngs_modulus, density })
+    let held = options.held.contains(&body.name).then(|| body.velocity.clone());
+    let fluid = spec.facts().kind == Kind::Fluid;
+    let (body, end) = (number as u32, start + count);
+    let confined = options.confining.as_ref().is_some_and(|confining| {
+        confining.bodies.as_ref().map_or(held.is_none(), |names| names.contains(&case.bodies[number].name))
+    });
+    Ok(Group { body, start, end, material, states, youngs_modulus, density, held, confined, fluid })
 }
 
 /// Every particle must lie in the domain and in no wall.

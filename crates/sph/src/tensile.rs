@@ -3,21 +3,19 @@
 use colluvium_constitutive::SymTensor;
 
 use crate::config::Tensile;
-use crate::particles::{Matrix, in_space};
 
 /// `-ε₀ ⟨σ⟩ / ρ²` of each principal value (of the mean stress for artificial pressure), turned back.
-pub fn repulsion<const D: usize>(tensile: Tensile, stress: &SymTensor, density: f64) -> Matrix<D> {
+pub fn repulsion<const D: usize>(tensile: Tensile, stress: &SymTensor, density: f64) -> SymTensor {
     match tensile {
-        Tensile::None => [[0.0; D]; D],
+        Tensile::None => SymTensor::ZERO,
         Tensile::ArtificialPressure { strength, .. } => {
-            let value = -strength * (stress.trace() / 3.0).max(0.0) / (density * density);
-            std::array::from_fn(|a| std::array::from_fn(|b| if a == b { value } else { 0.0 }))
+            SymTensor::isotropic(-strength * (stress.trace() / 3.0).max(0.0) / (density * density))
         }
         Tensile::ArtificialStress { strength, .. } => {
             let scale = -strength / (density * density);
             let [xx, yy, _, xy, ..] = stress.0;
             match D {
-                1 => [[scale * xx.max(0.0); D]; D],
+                1 => SymTensor([scale * xx.max(0.0), 0.0, 0.0, 0.0, 0.0, 0.0]),
                 2 => {
                     let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
                     let radius = half.hypot(xy);
@@ -26,16 +24,12 @@ pub fn repulsion<const D: usize>(tensile: Tensile, stress: &SymTensor, density: 
                     // f(σ) = (f1 + f2)/2 1 + (f1 - f2)/2 (σ - mean)/radius.
                     let isotropic = 0.5 * (first + second);
                     let turned = if radius > 0.0 { 0.5 * (first - second) / radius } else { 0.0 };
-                    let value = |a: usize, b: usize| match (a, b) {
-                        (0, 0) => isotropic + turned * half,
-                        (1, 1) => isotropic - turned * half,
-                        _ => turned * xy,
-                    };
-                    std::array::from_fn(|a| std::array::from_fn(|b| value(a, b)))
+                    let (xx, yy) = (isotropic + turned * half, isotropic - turned * half);
+                    SymTensor([xx, yy, 0.0, turned * xy, 0.0, 0.0])
                 }
                 _ => {
                     let spectrum = stress.spectrum();
-                    in_space(&spectrum.compose(spectrum.values.map(|value| scale * value.max(0.0))))
+                    spectrum.compose(spectrum.values.map(|value| scale * value.max(0.0)))
                 }
             }
         }
@@ -59,7 +53,7 @@ mod tests {
                 (repulsion::<2>(tensile, &stress, 2.0), repulsion::<3>(tensile, &stress, 2.0));
             for a in 0..2 {
                 for b in 0..2 {
-                    assert!((plane[a][b] - space[a][b]).abs() < 1e-12, "{plane:?} {space:?}");
+                    assert!((plane.at(a, b) - space.at(a, b)).abs() < 1e-12, "{plane:?} {space:?}");
                 }
             }
         }
@@ -68,7 +62,10 @@ mod tests {
     #[test]
     fn compression_is_left_alone_and_tension_repels() {
         let tensile = Tensile::ArtificialStress { strength: 0.5, exponent: 2.55 };
-        assert_eq!(repulsion::<2>(tensile, &SymTensor::isotropic(-5.0), 1.0), [[0.0; 2]; 2]);
-        assert_eq!(repulsion::<2>(tensile, &SymTensor::isotropic(5.0), 1.0), [[-2.5, 0.0], [0.0, -2.5]]);
+        assert_eq!(repulsion::<2>(tensile, &SymTensor::isotropic(-5.0), 1.0), SymTensor::ZERO);
+        assert_eq!(
+            repulsion::<2>(tensile, &SymTensor::isotropic(5.0), 1.0),
+            SymTensor::diagonal(-2.5, -2.5, 0.0)
+        );
     }
 }

@@ -1,67 +1,106 @@
-//! Walls of the case: mirrors where they are smooth, layers of particles where they are rough
-//! (SPH sheet §2.13).
+//! Walls of the case: mirrors, layers of particles, and the ends of periodic domains (SPH sheet §2.13).
+
+/// What a wall of particles does to the motion along it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Contact {
+    /// Nothing slips.
+    NoSlip,
+    /// Nothing holds.
+    FreeSlip,
+    /// Coulomb friction; nothing holds in tension.
+    Friction(f64),
+}
 
 /// A half space that material cannot enter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane {
+pub struct Plane<const D: usize> {
     /// Axis normal to the face.
     pub axis: usize,
-    /// Coordinate of the face (m).
+    /// Coordinate of the face at time zero (m).
     pub position: f64,
     /// True where the wall lies above the face.
     pub upper: bool,
+    /// Velocity of the wall (m/s); along the normal it carries the face.
+    pub velocity: [f64; D],
+    /// What it does along the face.
+    pub contact: Contact,
 }
 
-impl Plane {
-    /// Distance of `x` from the face, positive outside of the wall (m).
+impl<const D: usize> Plane<D> {
+    /// Coordinate of the face at `time` (m).
     #[inline]
-    pub fn distance<const D: usize>(&self, x: &[f64; D]) -> f64 {
-        let along = x[self.axis] - self.position;
+    pub fn face(&self, time: f64) -> f64 {
+        self.position + self.velocity[self.axis] * time
+    }
+
+    /// Distance of `x` from the face at `time`, positive outside of the wall (m).
+    #[inline]
+    pub fn distance(&self, x: &[f64; D], time: f64) -> f64 {
+        let along = x[self.axis] - self.face(time);
         if self.upper { -along } else { along }
     }
 }
 
-/// A mirror image of a particle: `x' = flip x + shift` along each axis.
+/// An image of a particle in mirrors and periods: `x' = flip x + shift`, `v' = flip v + lift`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Image<const D: usize> {
     /// The particle.
     pub source: u32,
     /// -1 along the axes that are mirrored.
     pub flip: [f64; D],
-    /// Twice the coordinate of the mirror.
+    /// Twice the coordinate of the mirror, or a period.
     pub shift: [f64; D],
+    /// Twice the velocity of the mirror (m/s).
+    pub lift: [f64; D],
+}
+
+/// An axis along which the domain repeats itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Period {
+    /// The axis.
+    pub axis: usize,
+    /// Lower end (m).
+    pub low: f64,
+    /// Upper end (m).
+    pub high: f64,
 }
 
 /// Walls in force.
 #[derive(Clone, Debug, Default)]
 pub struct Walls<const D: usize> {
-    /// Smooth walls.
-    pub mirrors: Vec<Plane>,
-    /// Particles of the rough walls (m).
+    /// Walls that mirror.
+    pub mirrors: Vec<Plane<D>>,
+    /// Walls of particles.
+    pub faces: Vec<Plane<D>>,
+    /// Periodic axes.
+    pub periods: Vec<Period>,
+    /// Particles of the walls at time zero (m).
     pub particles: Vec<[f64; D]>,
+    /// The wall each of them belongs to.
+    pub face_of: Vec<u32>,
 }
 
 impl<const D: usize> Walls<D> {
-    /// Smooth walls at `mirrors` and layers of particles behind the faces `rough`, as deep as `reach` (m),
-    /// over the box from `low` to `high` and as far beyond it.
+    /// The walls, those of particles in layers as deep as `reach` (m) over the box from `low` to `high` and as
+    /// far beyond it, which is also what periods of whole spacings make of them.
     pub fn new(
-        mirrors: Vec<Plane>,
-        rough: &[Plane],
+        mirrors: Vec<Plane<D>>,
+        faces: Vec<Plane<D>>,
+        periods: Vec<Period>,
         (low, high): ([f64; D], [f64; D]),
         spacing: f64,
         reach: f64,
     ) -> Self {
         let layers = (reach / spacing - 1e-9).ceil() as i64;
-        let mut particles = Vec::new();
-        for (number, plane) in rough.iter().enumerate() {
+        let (mut particles, mut face_of) = (Vec::new(), Vec::new());
+        for (number, plane) in faces.iter().enumerate() {
             let line = |axis: usize| -> Vec<f64> {
                 if axis == plane.axis {
                     let sign = if plane.upper { 1.0 } else { -1.0 };
-                    (0..layers).map(|k| plane.position + sign * (k as f64 + 0.5) * spacing).collect()
-                } else {
-                    let count = ((high[axis] - low[axis]) / spacing - 1e-9).ceil() as i64;
-                    (-layers..count + layers).map(|k| low[axis] + (k as f64 + 0.5) * spacing).collect()
+                    return (0..layers).map(|k| plane.position + sign * (k as f64 + 0.5) * spacing).collect();
                 }
+                let count = ((high[axis] - low[axis]) / spacing - 1e-9).ceil() as i64;
+                (-layers..count + layers).map(|k| low[axis] + (k as f64 + 0.5) * spacing).collect()
             };
             let lines: [Vec<f64>; D] = std::array::from_fn(line);
             let total: usize = lines.iter().map(Vec::len).product();
@@ -73,45 +112,89 @@ impl<const D: usize> Walls<D> {
                     lines[axis][k]
                 });
                 // Where two walls meet, the first has the corner.
-                if rough[..number].iter().all(|other| other.distance(&site) > 0.0) {
+                if faces[..number].iter().all(|other| other.distance(&site, 0.0) > 0.0) {
                     particles.push(site);
+                    face_of.push(number as u32);
                 }
             }
         }
-        Self { mirrors, particles }
+        Self { mirrors, faces, periods, particles, face_of }
     }
 
-    /// Images of the particles within `reach` (m) of the mirrors, in the order of the particles; in corners
-    /// also those mirrored along several axes.
-    pub fn images(&self, positions: &[[f64; D]], reach: f64, images: &mut Vec<Image<D>>) {
+    /// Largest speed of a face along its normal (m/s).
+    pub fn speed(&self) -> f64 {
+        let all = self.mirrors.iter().chain(&self.faces);
+        all.map(|plane| plane.velocity[plane.axis].abs()).fold(0.0, f64::max)
+    }
+
+    /// Where the particles of the walls are at `time`.
+    pub fn place(&self, time: f64, slots: &mut [[f64; D]]) {
+        for ((slot, base), &face) in slots.iter_mut().zip(&self.particles).zip(&self.face_of) {
+            *slot = *base;
+            let plane = &self.faces[face as usize];
+            slot[plane.axis] += plane.velocity[plane.axis] * time;
+        }
+    }
+
+    /// Puts positions that left a periodic domain back into it, and what counts displacement as far.
+    pub fn wrap(&self, positions: &mut [[f64; D]], origins: &mut [[f64; D]]) {
+        for Period { axis, low, high } in &self.periods {
+            let length = high - low;
+            for (x, origin) in positions.iter_mut().zip(&mut *origins) {
+                let shift = length * ((x[*axis] - low) / length).floor();
+                if shift != 0.0 {
+                    x[*axis] -= shift;
+                    origin[*axis] -= shift;
+                }
+            }
+        }
+    }
+
+    /// Images at `time` of the particles within `reach` (m) of mirrors and ends of periods, in the order of the
+    /// particles; in corners also those along several axes.
+    pub fn images(&self, positions: &[[f64; D]], reach: f64, time: f64, images: &mut Vec<Image<D>>) {
         images.clear();
-        if self.mirrors.is_empty() {
+        if self.mirrors.is_empty() && self.periods.is_empty() {
             return;
         }
         for (source, x) in positions.iter().enumerate() {
             let first = images.len();
-            for plane in &self.mirrors {
-                if plane.distance(x) >= reach {
-                    continue;
-                }
-                // The image in this mirror of the particle and of its images along other axes.
+            let itself = Image { source: source as u32, flip: [1.0; D], shift: [0.0; D], lift: [0.0; D] };
+            // Every image of the particle along other axes has one along this axis.
+            let mut add = |axis: usize, change: &dyn Fn(Image<D>) -> Image<D>| {
                 let end = images.len();
                 for k in first..end {
-                    if images[k].flip[plane.axis] > 0.0 {
-                        let image = flipped(images[k], plane);
-                        images.push(image);
+                    let image = images[k];
+                    if image.flip[axis] > 0.0 && image.shift[axis] == 0.0 {
+                        images.push(change(image));
                     }
                 }
-                let itself = Image { source: source as u32, flip: [1.0; D], shift: [0.0; D] };
-                images.push(flipped(itself, plane));
+                images.push(change(itself));
+            };
+            for Period { axis, low, high } in &self.periods {
+                for (near, shift) in [(x[*axis] - low, high - low), (high - x[*axis], low - high)] {
+                    if near < reach {
+                        add(*axis, &|mut image| {
+                            image.shift[*axis] = shift;
+                            image
+                        });
+                    }
+                }
+            }
+            for plane in &self.mirrors {
+                if plane.distance(x, time) < reach {
+                    add(plane.axis, &|image| flipped(image, plane, time));
+                }
             }
         }
     }
 }
 
-fn flipped<const D: usize>(mut image: Image<D>, plane: &Plane) -> Image<D> {
-    image.flip[plane.axis] = -1.0;
-    image.shift[plane.axis] = 2.0 * plane.position;
+fn flipped<const D: usize>(mut image: Image<D>, plane: &Plane<D>, time: f64) -> Image<D> {
+    let axis = plane.axis;
+    image.flip[axis] = -1.0;
+    image.shift[axis] = 2.0 * plane.face(time);
+    image.lift[axis] = 2.0 * plane.velocity[axis];
     image
 }
 
@@ -119,22 +202,50 @@ fn flipped<const D: usize>(mut image: Image<D>, plane: &Plane) -> Image<D> {
 mod tests {
     use super::*;
 
+    fn plane(axis: usize) -> Plane<2> {
+        Plane { axis, position: 0.0, upper: false, velocity: [0.0; 2], contact: Contact::NoSlip }
+    }
+
     #[test]
     fn a_particle_in_a_corner_has_three_images() {
-        let plane = |axis| Plane { axis, position: 0.0, upper: false };
-        let walls = Walls::<2> { mirrors: vec![plane(0), plane(1)], particles: Vec::new() };
+        let walls = Walls::<2> { mirrors: vec![plane(0), plane(1)], ..Walls::default() };
         let mut images = Vec::new();
-        walls.images(&[[0.1, 0.2], [0.1, 5.0], [5.0, 5.0]], 1.0, &mut images);
+        walls.images(&[[0.1, 0.2], [0.1, 5.0], [5.0, 5.0]], 1.0, 0.0, &mut images);
         let mut flips: Vec<_> = images.iter().map(|image| (image.source, image.flip)).collect();
         flips.sort_by(|a, b| a.partial_cmp(b).unwrap());
         assert_eq!(flips, [(0, [-1.0, -1.0]), (0, [-1.0, 1.0]), (0, [1.0, -1.0]), (1, [-1.0, 1.0])]);
     }
 
     #[test]
-    fn rough_walls_share_their_corner() {
-        let plane = |axis| Plane { axis, position: 0.0, upper: false };
+    fn a_moving_mirror_carries_its_images() {
+        let moving = Plane { velocity: [0.5, 3.0], ..plane(0) };
+        let walls = Walls::<2> { mirrors: vec![moving], ..Walls::default() };
+        let mut images = Vec::new();
+        walls.images(&[[1.2, 0.0]], 1.0, 2.0, &mut images);
+        assert_eq!((images[0].flip, images[0].shift, images[0].lift), ([-1.0, 1.0], [2.0, 0.0], [1.0, 0.0]));
+    }
+
+    #[test]
+    fn a_doubly_periodic_corner_has_three_images_and_a_mirror_joins_in() {
+        let period = |axis| Period { axis, low: 0.0, high: 10.0 };
+        let walls = Walls::<2> { periods: vec![period(0), period(1)], ..Walls::default() };
+        let mut images = Vec::new();
+        walls.images(&[[0.1, 9.9]], 1.0, 0.0, &mut images);
+        let mut shifts: Vec<_> = images.iter().map(|image| image.shift).collect();
+        shifts.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        assert_eq!(shifts, [[0.0, -10.0], [10.0, -10.0], [10.0, 0.0]]);
+        let walls = Walls::<2> { periods: vec![period(0)], mirrors: vec![plane(1)], ..Walls::default() };
+        walls.images(&[[0.1, 0.2]], 1.0, 0.0, &mut images);
+        assert_eq!(images.len(), 3);
+        let (mut x, mut origin) = ([[-0.5, 1.0], [21.0, 1.0]], [[0.0, 0.0], [0.0, 0.0]]);
+        walls.wrap(&mut x, &mut origin);
+        assert_eq!((x, origin), ([[9.5, 1.0], [1.0, 1.0]], [[10.0, 0.0], [-20.0, 0.0]]));
+    }
+
+    #[test]
+    fn walls_of_particles_share_their_corner() {
         let box_ = ([0.0, 0.0], [1.0, 1.0]);
-        let walls = Walls::<2>::new(Vec::new(), &[plane(0), plane(1)], box_, 0.1, 0.24);
+        let walls = Walls::<2>::new(Vec::new(), vec![plane(0), plane(1)], Vec::new(), box_, 0.1, 0.24);
         // Three layers along both edges, one square of nine at each of the ends.
         assert_eq!(walls.particles.len(), 3 * 16 + 3 * 13);
         let mut sites: Vec<_> =
@@ -142,5 +253,16 @@ mod tests {
         sites.sort_unstable();
         sites.dedup();
         assert_eq!(sites.len(), walls.particles.len());
+    }
+
+    #[test]
+    fn walls_go_on_beyond_the_end_of_a_period() {
+        let periods = vec![Period { axis: 0, low: 0.0, high: 1.0 }];
+        let walls = Walls::<2>::new(Vec::new(), vec![plane(1)], periods, ([0.0, 0.0], [1.0, 1.0]), 0.1, 0.24);
+        for x in &walls.particles {
+            let image = [if x[0] < 0.5 { x[0] + 1.0 } else { x[0] - 1.0 }, x[1]];
+            let near = |y: &[f64; 2]| (y[0] - image[0]).hypot(y[1] - image[1]) < 1e-9;
+            assert!(image[0] < -0.3 || image[0] > 1.3 || walls.particles.iter().any(near), "{image:?}");
+        }
     }
 }

@@ -104,7 +104,7 @@ fn single_step(outcome: &mut Outcome) -> Result<(), String> {
 
 fn undrained_clay(outcome: &mut Outcome) -> Result<(), String> {
     let mut paths = chart("Undrained triaxial compression of clays from 100 kPa", "p (Pa)", "q (Pa)");
-    let path = || [(Path::TriaxialUndrained { axial_compression: 3.0 }, 1000)];
+    let path = || [(Path::TriaxialUndrained { axial_compression: 3.0, fluid_stiffness: None }, 1000)];
     let cases = [
         ("V-11", "modified-cam-clay", 100e3, 59_460.355_75),
         ("V-11", "modified-cam-clay", 400e3, 168_179.283_05),

@@ -75,7 +75,12 @@ fn elasticity(outcome: &mut Outcome) -> Result<(), String> {
     );
     let run = test(elastic()?, 50e3, Path::TriaxialDrained { axial_compression: 0.01 }, 10)?;
     outcome.near("V-01 drained triaxial: dq/dε₁ (Pa)", 20e6, 1e-9, run.last("q") / 0.01, MACHINE);
-    let run = test(elastic()?, 50e3, Path::TriaxialUndrained { axial_compression: 0.01 }, 10)?;
+    let run = test(
+        elastic()?,
+        50e3,
+        Path::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: None },
+        10,
+    )?;
     outcome.near(
         "V-01 undrained triaxial: dq/dε₁ (Pa)",
         3.0 * 20e6 / 2.6,
@@ -278,7 +283,8 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
             Style::Line,
         ));
     }
-    let run = test(spec()?, 100e3, Path::TriaxialUndrained { axial_compression: 0.1 }, 200)?;
+    let run =
+        test(spec()?, 100e3, Path::TriaxialUndrained { axial_compression: 0.1, fluid_stiffness: None }, 200)?;
     outcome.near("V-09 undrained, ψ = 0: q at failure (Pa)", 140_784.610, 1e-6, run.last("q"), PATH);
     let points = run.column("p").unwrap_or_default().into_iter().zip(run.column("q").unwrap_or_default());
     chart.series.push(Series::new("undrained, 100 kPa", points.collect(), Style::Line));
@@ -297,7 +303,12 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
 fn dilating(outcome: &mut Outcome) -> Result<(), String> {
     let more = json!({ "friction_angle": 30.0, "cohesion": 10e3, "dilatancy_angle": 10.0 });
     let spec = material("mohr-coulomb", more)?;
-    let run = test(spec.clone(), 100e3, Path::TriaxialUndrained { axial_compression: 0.1 }, 200)?;
+    let run = test(
+        spec.clone(),
+        100e3,
+        Path::TriaxialUndrained { axial_compression: 0.1, fluid_stiffness: None },
+        200,
+    )?;
     let q = run.column("q").unwrap_or_default();
     let least = q.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
     let growth = (0.0, f64::INFINITY);

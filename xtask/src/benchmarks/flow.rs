@@ -27,6 +27,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     sand_at_a_point(&mut outcome)?;
     sand_relaxes(&mut outcome)?;
+    super::flow_cycles::cyclic_shear(&mut outcome)?;
     sand_film(&mut outcome)?;
     liquid_films(&mut outcome)?;
     rest(&mut outcome)?;
@@ -36,12 +37,12 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// A law and its density, and a point of it in the making.
-struct Subject {
+pub(super) struct Subject {
     law: Arc<dyn Material>,
     density: f64,
 }
 
-struct Walker {
+pub(super) struct Walker {
     stress: [SymTensor; 1],
     states: States,
 }
@@ -52,18 +53,23 @@ impl Subject {
         Ok(Self { law: spec.build().map_err(|error| error.to_string())?, density: spec.density() })
     }
 
-    fn start(&self, stress: SymTensor) -> Result<Walker, String> {
+    pub(super) fn start(&self, stress: SymTensor) -> Result<Walker, String> {
         let start = InitialCondition { stress, density: self.density };
         let (stresses, states) = self.law.initial(&[start]).map_err(|error| error.to_string())?;
         Ok(Walker { stress: [stresses[0]], states })
     }
 
     /// A step at constant density.
-    fn step(&self, walker: &mut Walker, l: &Mat3, dt: f64) -> Result<(), String> {
+    pub(super) fn step(&self, walker: &mut Walker, l: &Mat3, dt: f64) -> Result<(), String> {
         let motion =
             Motion::from_velocity_gradient(l, dt, self.density, 1.0).ok_or("the step is too large")?;
         let block = &mut walker.states.blocks_mut()[0];
         self.law.update(&[motion], &mut walker.stress, block).map_err(|error| error.to_string())
+    }
+
+    /// Shear stress xy (Pa).
+    pub(super) fn shear(&self, walker: &Walker) -> f64 {
+        walker.stress[0][3]
     }
 
     fn wave_modulus(&self, walker: &Walker) -> f64 {
@@ -115,7 +121,7 @@ impl Subject {
 }
 
 /// The set of §2.9.
-fn sand(form: &Value) -> Result<Subject, String> {
+pub(super) fn sand(form: &Value) -> Result<Subject, String> {
     Subject::new(json!({
         "model": "mu-i", "density": 1470.0, "bulk_modulus": 4e6, "shear_modulus": 2e6,
         "grain_density": 2450.0, "grain_diameter": 0.53e-3,

@@ -10,20 +10,40 @@ mod critical_state;
 mod element_tests;
 mod finite_strain;
 mod flow;
+mod flow_cycles;
 mod kinematics;
 mod localisation;
 mod manufactured;
+mod mpm_axisymmetric;
 mod mpm_contact;
+mod mpm_cut;
+mod mpm_footing;
 mod mpm_liquid;
 mod mpm_saturated;
+mod mpm_slope;
+mod mpm_step_wave;
 mod mpm_two_phase;
+mod mpm_units;
 mod returns;
 mod rigid_motion;
 mod self_weight;
 mod simplices;
+mod sph_balance;
+mod sph_cantilever;
+mod sph_clay;
 mod sph_column;
+mod sph_columns;
+mod sph_cylinders;
+mod sph_flow;
+mod sph_footing;
 mod sph_geostatic;
+mod sph_membrane;
 mod sph_operators;
+mod sph_pairing;
+mod sph_shear;
+mod sph_slope;
+mod sph_tensile;
+mod sph_waves;
 mod two_disks;
 
 use colluvium::case::output::Table;
@@ -85,12 +105,33 @@ pub const ALL: &[Listed] = &[
     Listed::new(&mpm_liquid::HYDROSTATIC, Some(2), 2),
     Listed::new(&mpm_liquid::VISCOUS, Some(4), 4),
     Listed::new(&mpm_liquid::DAM_BREAK, Some(6), 40),
+    Listed::new(&mpm_units::BENCHMARK, Some(6), 6),
+    Listed::new(&mpm_step_wave::BENCHMARK, Some(1), 1),
+    Listed::new(&mpm_footing::BENCHMARK, Some(12), 40),
+    Listed::new(&mpm_cut::BENCHMARK, Some(15), 400),
+    Listed::new(&mpm_slope::BENCHMARK, Some(20), 300),
+    Listed::new(&mpm_axisymmetric::BENCHMARK, Some(15), 50),
     Listed::new(&column_collapse::BENCHMARK, Some(70), 150),
     Listed::new(&column_a04::BENCHMARK, Some(40), 700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),
     Listed::new(&sph_operators::BENCHMARK, Some(2), 2),
+    Listed::new(&sph_balance::BENCHMARK, Some(1), 1),
+    Listed::new(&sph_waves::BENCHMARK, Some(1), 1),
+    Listed::new(&sph_flow::BENCHMARK, Some(4), 10),
+    Listed::new(&sph_shear::BENCHMARK, Some(6), 8),
+    Listed::new(&sph_pairing::BENCHMARK, Some(8), 45),
     Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
     Listed::new(&sph_column::BENCHMARK, None, 300),
+    Listed::new(&sph_slope::BENCHMARK, Some(25), 400),
+    Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
+    Listed::new(&sph_cantilever::BENCHMARK, Some(20), 300),
+    Listed::new(&sph_columns::BENCHMARK, None, 40),
+    Listed::new(&sph_columns::SWEEP, None, 600),
+    Listed::new(&sph_clay::BENCHMARK, None, 25),
+    Listed::new(&sph_clay::FINE, None, 1500),
+    Listed::new(&sph_cylinders::BENCHMARK, None, 600),
+    Listed::new(&sph_footing::BENCHMARK, Some(15), 100),
+    Listed::new(&sph_membrane::BENCHMARK, Some(20), 250),
 ];
 
 /// What a benchmark found.
@@ -235,9 +276,8 @@ fn run(case: &Case) -> Result<RunReport, String> {
 /// Runs a case in memory, frames kept.
 fn run_by(name: &str, case: &Case) -> Result<RunReport, String> {
     let method = colluvium::method(name).ok_or_else(|| format!("no method {name}"))?;
-    let solver = method.build(case).map_err(|error| error.to_string())?;
     let options = RunOptions { method: name.to_owned(), keep_frames: true, ..RunOptions::default() };
-    colluvium::case::run(case, solver, &options).map_err(|error| error.to_string())
+    colluvium::case::run_method(method, case, &options).map_err(|error| error.to_string())
 }
 
 /// Vectors of a field.
@@ -269,6 +309,18 @@ fn slope(points: &[(f64, f64)]) -> f64 {
         .iter()
         .fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - mx) * (p.1 - my), xx + (p.0 - mx) * (p.0 - mx)));
     xy / xx
+}
+
+/// The outermost particle along x with at least two neighbours within 1.5 spacings (SPH sheet, set S), in m.
+fn held_front(snapshot: &Snapshot, spacing: f64) -> f64 {
+    let x = &snapshot.positions;
+    let near = |a: &[f64; 3], b: &[f64; 3]| {
+        (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() <= (1.5 * spacing).powi(2)
+    };
+    let mut order: Vec<&[f64; 3]> = x.iter().collect();
+    order.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    let held = |a: &&&[f64; 3]| x.iter().filter(|b| near(a, b)).count() > 2;
+    order.iter().find(held).map_or(f64::NAN, |a| a[0])
 }
 
 /// Height of the highest point before `x` (m).

@@ -5,7 +5,7 @@ mod front;
 use std::collections::BTreeMap;
 
 use crate::description::{Measure, Side};
-use crate::{Case, FieldData, Snapshot};
+use crate::{Case, FieldData, Reaction, Snapshot, Solver};
 
 pub use front::{Columns, front};
 
@@ -33,7 +33,22 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
             Measure::Probe { position, radius, fields } => {
                 readings.extend(probe(name, snapshot, position, *radius, fields));
             }
-            Measure::Profile { .. } => {}
+            Measure::Profile { .. } | Measure::FactorOfSafety(_) | Measure::Reaction { .. } => {}
+        }
+    }
+    readings
+}
+
+/// Reads the reactions that the case measures off a solver: force and impulse along each axis.
+pub fn reactions(case: &Case, solver: &dyn Solver) -> Vec<Reading> {
+    let mut readings = Vec::new();
+    for (name, measure) in &case.measures {
+        let Measure::Reaction { of } = measure else { continue };
+        let reaction = solver.reaction(of);
+        for (c, axis) in ["x", "y", "z"].into_iter().enumerate().take(case.dimension()) {
+            let of = |value: fn(&Reaction) -> [f64; 3]| reaction.as_ref().map_or(f64::NAN, |r| value(r)[c]);
+            readings.push((format!("{name}.{axis}"), "N".to_owned(), of(|r| r.force)));
+            readings.push((format!("{name}.impulse.{axis}"), "N s".to_owned(), of(|r| r.impulse)));
         }
     }
     readings

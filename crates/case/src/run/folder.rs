@@ -22,6 +22,24 @@ pub(super) fn profile(name: &str) -> String {
     format!("profile-{name}.csv")
 }
 
+/// Name of the file of the trials of a search for a factor of safety.
+pub(super) fn trials(name: &str) -> String {
+    format!("trials-{name}.csv")
+}
+
+/// Name of the file with the solver's state at the end of stage number `stage`.
+pub(super) fn state(stage: usize) -> String {
+    format!("state-{stage}.bin")
+}
+
+fn is_of_search(name: &str) -> bool {
+    (name.starts_with("trials-") && name.ends_with(".csv")) || is_state(name)
+}
+
+fn is_state(name: &str) -> bool {
+    name.starts_with("state-") && name.ends_with(".bin")
+}
+
 fn is_profile(name: &str) -> bool {
     name.starts_with("profile-") && name.ends_with(".csv")
 }
@@ -54,6 +72,7 @@ pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
         remove(&out.join(name))?;
     }
     keep_profiles(out, &[])?;
+    names(out)?.iter().filter(|name| is_of_search(name)).try_for_each(|name| remove(&out.join(name)))?;
     remove_torn(out)?;
     let frames = out.join(FRAMES);
     if frames.is_dir() {

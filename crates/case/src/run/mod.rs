@@ -2,7 +2,9 @@
 
 mod folder;
 mod record;
+mod safety;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,8 +15,10 @@ use thiserror::Error;
 
 use crate::description::Stage;
 use crate::output::{OutputError, Table};
-use crate::{Budget, Case, CaseErrors, Snapshot, Solver, SolverError};
+use crate::{Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, SolverError, TimeStep};
 use record::{Progress, Recorder};
+
+pub use safety::{Safety, Trial};
 
 /// Steps between checks of a stage's equilibrium.
 const STEPS_PER_CHECK: u64 = 100;
@@ -69,6 +73,8 @@ pub struct RunReport {
     pub wall: f64,
     /// Point-updates per second of wall-clock time.
     pub updates_per_second: f64,
+    /// What the searches for a factor of safety found, by the name of the measure.
+    pub safety: BTreeMap<String, Safety>,
 }
 
 /// Why a run failed.
@@ -108,6 +114,9 @@ pub enum RunError {
         /// Why.
         limit: &'static str,
     },
+    /// A search for a factor of safety was asked to stop.
+    #[error("the search for a factor of safety was interrupted; the run before it is complete")]
+    SearchStopped,
     /// The folder cannot be used.
     #[error("{}: {problem}", path.display())]
     Folder {
@@ -118,18 +127,46 @@ pub enum RunError {
     },
 }
 
-/// Runs a case from its start, or from its checkpoint, to the end.
+/// Runs a case with a method from its start, or from its checkpoint, to the end, and searches for the factors
+/// of safety that it measures.
 ///
 /// # Errors
 /// When the case is wrong, before anything is written; when the solver, the disk or an equilibrium
 /// fails. What was written until then stays, marked as failed, with the last good frame.
+pub fn run_method(method: &dyn Method, case: &Case, options: &RunOptions) -> Result<RunReport, RunError> {
+    let solver = method.build(case).map_err(CaseErrors::one)?;
+    start(case, solver, Some(method), options)
+}
+
+/// As [`run_method`], with a solver that is made already: for cases whose materials stay what they are.
+///
+/// # Errors
+/// As [`run_method`], and when a stage weakens materials or a factor of safety is to be found.
 pub fn run(case: &Case, solver: Box<dyn Solver>, options: &RunOptions) -> Result<RunReport, RunError> {
+    let needs = |path: String| CaseErrors::one(CaseError::new(path, "needs `run_method`"));
+    if let Some(number) = case.stages.iter().position(|stage| stage.weakening.is_some()) {
+        return Err(needs(format!("stages[{number}].weakening")).into());
+    }
+    if let Some((name, _)) = case.factors_of_safety().next() {
+        return Err(needs(format!("measures.{name}")).into());
+    }
+    start(case, solver, None, options)
+}
+
+fn start(
+    case: &Case,
+    solver: Box<dyn Solver>,
+    method: Option<&dyn Method>,
+    options: &RunOptions,
+) -> Result<RunReport, RunError> {
     case.validate()?;
     let recorder = Recorder::open(case, options)?;
     let mut run = Run {
         case,
         options,
         solver,
+        method,
+        weakened: None,
         recorder,
         progress: Progress::default(),
         bar: bar(case, options),
@@ -147,13 +184,20 @@ pub fn run(case: &Case, solver: Box<dyn Solver>, options: &RunOptions) -> Result
     let finished = run.finish(ending, reason.as_deref());
     let ending = result?;
     finished?;
-    Ok(run.report(ending))
+    let mut report = run.report(ending);
+    if let (Some(method), Ending::Completed) = (method, ending) {
+        report.safety = run.factors_of_safety(method)?;
+    }
+    Ok(report)
 }
 
 struct Run<'a> {
     case: &'a Case,
     options: &'a RunOptions,
     solver: Box<dyn Solver>,
+    method: Option<&'a dyn Method>,
+    /// Stage whose weakening the solver's materials have.
+    weakened: Option<usize>,
     recorder: Recorder<'a>,
     progress: Progress,
     bar: ProgressBar,
@@ -188,6 +232,7 @@ impl Run<'_> {
                 self.progress.stage_start = self.solver.time();
                 self.progress.held = 0;
             }
+            self.weaken(stage)?;
             self.solver.begin_stage(stage, self.progress.stage_start)?;
             if !self.progress.begun {
                 self.progress.begun = true;
@@ -197,26 +242,48 @@ impl Run<'_> {
                 self.save()?;
                 return Ok(Ending::Interrupted);
             }
-            self.solver.end_stage(&self.case.stages[stage])?;
+            let done = &self.case.stages[stage];
+            self.solver.end_stage(done)?;
+            if self.case.factors_of_safety().any(|(_, search)| search.after == done.name) {
+                self.recorder.keep_state(&done.name, self.solver.save())?;
+            }
         }
         Ok(Ending::Completed)
+    }
+
+    /// Puts the state into a solver whose materials have the strength of the stage.
+    fn weaken(&mut self, stage: usize) -> Result<(), RunError> {
+        let by = self.case.stages.iter().take(stage + 1).rposition(|stage| stage.weakening.is_some());
+        let (Some(method), true) = (self.method, by != self.weakened) else { return Ok(()) };
+        let state = self.solver.save();
+        let case = self.case.weakened(stage).map_err(CaseErrors::one)?;
+        self.solver = method.build(&case).map_err(CaseErrors::one)?;
+        self.solver.restore(&state)?;
+        self.weakened = by;
+        Ok(())
+    }
+
+    fn factors_of_safety(&mut self, method: &dyn Method) -> Result<BTreeMap<String, Safety>, RunError> {
+        let mut found = BTreeMap::new();
+        for search in self.case.factors_of_safety() {
+            let rest = self.recorder.state(&search.1.after)?;
+            found
+                .insert(search.0.to_owned(), safety::search(method, self.case, search, &rest, self.options)?);
+        }
+        if let (Some(out), false) = (&self.options.out, found.is_empty()) {
+            safety::note(out, &found)?;
+        }
+        Ok(found)
     }
 
     /// Steps through a stage.
     fn stage(&mut self, stage: &Stage) -> Result<Ending, RunError> {
         let end = self.progress.stage_start + stage.duration;
         loop {
-            if self.stop_asked() {
+            if asked_to_stop(self.options) {
                 return Ok(Ending::Interrupted);
             }
-            let limit = self.solver.time_step();
-            if !(limit.dt.is_finite() && limit.dt > 0.0) {
-                return Err(RunError::TimeStep {
-                    time: self.solver.time(),
-                    dt: limit.dt,
-                    limit: limit.limit,
-                });
-            }
+            let limit = stable_step(&mut *self.solver)?;
             let until = self.recorder.next_output(&self.progress).min(end);
             let Some(dt) = step_towards(self.solver.time(), until, limit.dt) else {
                 self.recorder.output(&*self.solver, &mut self.progress)?;
@@ -263,10 +330,6 @@ impl Run<'_> {
         self.progress.held >= criterion.hold
     }
 
-    fn stop_asked(&self) -> bool {
-        self.options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
-    }
-
     fn save(&mut self) -> Result<(), RunError> {
         self.recorder.save(&*self.solver, &self.progress)?;
         self.saved = Instant::now();
@@ -307,8 +370,22 @@ impl Run<'_> {
             steps,
             wall,
             updates_per_second: updates / wall,
+            safety: BTreeMap::new(),
         }
     }
+}
+
+fn asked_to_stop(options: &RunOptions) -> bool {
+    options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+}
+
+/// The solver's stable step.
+fn stable_step(solver: &mut dyn Solver) -> Result<TimeStep, RunError> {
+    let limit = solver.time_step();
+    if limit.dt.is_finite() && limit.dt > 0.0 {
+        return Ok(limit);
+    }
+    Err(RunError::TimeStep { time: solver.time(), dt: limit.dt, limit: limit.limit })
 }
 
 /// The step from `time` towards `until`: at most `limit`, the last two alike so that none is a

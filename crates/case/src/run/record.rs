@@ -1,7 +1,8 @@
 //! What a run writes down, and how it picks up where it was.
 
+use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -82,6 +83,8 @@ pub(super) struct Recorder<'a> {
     tables: Tables,
     pub(super) table: Table,
     pub(super) kept: Vec<Snapshot>,
+    /// States of the solver at the ends of stages, by their names.
+    states: BTreeMap<String, Vec<u8>>,
 }
 
 impl<'a> Recorder<'a> {
@@ -95,6 +98,7 @@ impl<'a> Recorder<'a> {
             tables: Tables::new(options.out.clone()),
             table: Table::default(),
             kept: Vec::new(),
+            states: BTreeMap::new(),
         };
         if let Some(out) = &options.out {
             recorder.prepare(out)?;
@@ -225,6 +229,7 @@ impl<'a> Recorder<'a> {
         let equilibrium = solver.equilibrium();
         push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
         readings.extend(measure::read(self.case, snapshot, solver.cell_size()));
+        readings.extend(measure::reactions(self.case, solver));
         if self.table.columns.is_empty() {
             self.table.columns =
                 readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
@@ -276,6 +281,29 @@ impl<'a> Recorder<'a> {
         };
         let bytes = postcard::to_stdvec(&checkpoint).map_err(|error| self.refuse(out, error.to_string()))?;
         Ok(write_atomically(&out.join(CHECKPOINT), &bytes)?)
+    }
+
+    /// Keeps the state of the solver at the end of a stage, in the folder too.
+    pub(super) fn keep_state(&mut self, stage: &str, bytes: Vec<u8>) -> Result<(), RunError> {
+        if let Some(path) = self.state_file(stage) {
+            write_atomically(&path, &bytes)?;
+        }
+        self.states.insert(stage.to_owned(), bytes);
+        Ok(())
+    }
+
+    /// The state that was kept, before a restart too.
+    pub(super) fn state(&self, stage: &str) -> Result<Vec<u8>, RunError> {
+        match (self.states.get(stage), self.state_file(stage)) {
+            (Some(bytes), _) => Ok(bytes.clone()),
+            (None, Some(path)) => Ok(fs::read(&path).map_err(|error| OutputError::new(&path, error))?),
+            (None, None) => Ok(Vec::new()),
+        }
+    }
+
+    fn state_file(&self, stage: &str) -> Option<PathBuf> {
+        let number = self.case.stages.iter().position(|s| s.name == stage)?;
+        Some(self.options.out.as_ref()?.join(folder::state(number)))
     }
 
     fn refuse(&self, out: &Path, problem: String) -> RunError {

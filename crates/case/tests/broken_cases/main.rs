@@ -66,6 +66,32 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/domain/max", json!([1, -1]), "domain.max[1]", "must be above min"),
         ("/gravity", json!([0, 0, -9.81]), "gravity", "3 entries"),
         ("/gravity", json!("down"), "gravity", "is not of type array"),
+        ("/bodies/0/rigid", json!("yes"), "bodies[0].rigid", "is not of type boolean"),
+        (
+            "/patches",
+            json!([{ "name": "a", "region": { "kind": "box", "min": [0, 0], "max": [1, 1] } }]),
+            "patches[0].name",
+            "names a body or another patch",
+        ),
+        (
+            "/patches",
+            json!([{ "name": "p", "region": { "kind": "ball", "centre": [0, 0], "radius": -1 } }]),
+            "patches[0].region.radius",
+            "must be finite and positive",
+        ),
+        (
+            "/stages/0/motions",
+            json!([{ "of": "a", "velocity": [0, 0] }]),
+            "stages[0].motions[0].of",
+            "is not the name of a rigid body or of a patch",
+        ),
+        ("/stages/0/damping_axes", json!([2]), "stages[0].damping_axes[0]", "is not an axis of a space of 2"),
+        (
+            "/measures/front",
+            json!({ "kind": "reaction", "of": "b" }),
+            "measures.front.of",
+            "is not the name of a rigid body or of a patch",
+        ),
         (
             "/materials/sand/model",
             json!("mohr-columb"),
@@ -108,6 +134,12 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             json!({ "kind": "uniform", "value": [1] }),
             "bodies[0].velocity.value",
             "1 entries",
+        ),
+        (
+            "/bodies/0/velocity",
+            json!({ "kind": "bending", "along": 0, "across": 0, "clamp": 0, "length": 1, "tip": 1 }),
+            "bodies[0].velocity.across",
+            "two different axes",
         ),
         ("/bodies", json!([]), "bodies", "at least one body"),
         ("/boundaries/0/side", json!("z-min"), "boundaries[0].side", "z-min is normal to an axis"),
@@ -177,6 +209,13 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "is not the name of a boundary",
         ),
         ("/stages/1/name", json!("settle"), "stages[1].name", "names two stages"),
+        ("/stages/1/weakening", json!({ "factor": 0 }), "stages[1].weakening.factor", "0 must be positive"),
+        (
+            "/stages/1/weakening",
+            json!({ "factor": 2, "materials": ["snad"] }),
+            "stages[1].weakening.materials[0]",
+            "did you mean \"sand\"?",
+        ),
         ("/measures/front/side", json!("up"), "measures.front.side", "is not one of"),
         ("/measures/front/quantile", json!(1.5), "measures.front.quantile", "1.5 is not in 0..=1"),
         ("/measures/front/cell", json!(0), "measures.front.cell", "0 must be positive (m)"),
@@ -431,6 +470,38 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
             let errors = case.validate().expect_err(path);
             assert!(errors.0.iter().any(|error| error.path == path), "{path} = {bad}, found\n{errors}");
         }
+    }
+}
+
+#[test]
+fn motions_that_make_no_sense_are_named_where_they_are() {
+    let driven = |motion: Value| {
+        let mut case = sound();
+        case["bodies"][0]["rigid"] = json!(true);
+        case["patches"] =
+            json!([{ "name": "p", "region": { "kind": "ball", "centre": [0.5, 0.5], "radius": 0.1 } }]);
+        case["stages"][0]["motions"] = json!([motion]);
+        Case::from_json(&case.to_string())
+    };
+    assert!(driven(json!({ "of": "a", "velocity": [0, -1], "ramp": 0.5 })).is_ok());
+    assert!(driven(json!({ "of": "p", "velocity": [null, -1] })).is_ok());
+    let table = [
+        (json!({ "of": "a", "velocity": [0] }), "stages[0].motions[0].velocity", "has 1 entries"),
+        (
+            json!({ "of": "a", "velocity": [null, 1] }),
+            "stages[0].motions[0].velocity[0]",
+            "no free component",
+        ),
+        (
+            json!({ "of": "p", "velocity": [0, 1], "ramp": -1 }),
+            "stages[0].motions[0].ramp",
+            "must not be negative",
+        ),
+        (json!({ "of": "q", "velocity": [0, 1] }), "stages[0].motions[0].of", "did you mean \"p\"?"),
+    ];
+    for (motion, path, words) in table {
+        let errors = driven(motion).unwrap_err();
+        assert!(errors.0[0].path == path && errors.0[0].problem.contains(words), "{errors}");
     }
 }
 

@@ -38,7 +38,6 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
-    let solver = method.build(&case)?;
     let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.case, method.name()));
     let stop = Arc::new(AtomicBool::new(false));
     let handler = stop.clone();
@@ -63,7 +62,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             eprintln!("warning: {warning}");
         }
     }
-    let report = pool.install(|| colluvium::case::run(&case, solver, &options))?;
+    let report = pool.install(|| colluvium::case::run_method(method, &case, &options))?;
     if report.ending == Ending::Interrupted {
         return Err(Failure::Interrupted);
     }
@@ -83,5 +82,17 @@ fn print(report: &RunReport, out: &std::path::Path) {
     );
     println!("mass {:.6} kg, from {:.6} kg", report.end.mass, report.start.mass);
     println!("kinetic energy {:.4e} J, from {:.4e} J", report.end.kinetic, report.start.kinetic);
+    for (name, safety) in &report.safety {
+        match safety.factor() {
+            Some(factor) => println!(
+                "{name}: factor of safety {factor:.3} (stable at {:.3}, failed at {:.3})",
+                safety.stable, safety.failed
+            ),
+            None if safety.stable == 0.0 => {
+                println!("{name}: fails at {:.3}, the least factor", safety.failed)
+            }
+            None => println!("{name}: stable at {:.3}, the largest factor", safety.stable),
+        }
+    }
     println!("results in {}", out.display());
 }

@@ -13,8 +13,6 @@ pub(super) const NAMES: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "zx"];
 pub(super) struct Program {
     /// Parts one after another, each taken in the stage's number of steps.
     pub(super) parts: Vec<Control>,
-    /// Component whose total stress is kept while the volume is: its change is the pore pressure's.
-    pub(super) pore: Option<usize>,
 }
 
 /// Control of a part of a stage: either six linear equations a step, or the whole motion.
@@ -35,11 +33,39 @@ pub(super) enum Control {
     },
 }
 
+/// The equation of the pore pressure, `a·Δσ' + b·Δε + c Δp_w = 0`, and its place in the six others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pore {
+    /// `a`.
+    pub(super) stress: [f64; 6],
+    /// `b`.
+    pub(super) strain: [f64; 6],
+    /// `c`.
+    pub(super) pressure: f64,
+    /// What `Δp_w` adds to each of the six.
+    pub(super) column: [f64; 6],
+}
+
+impl Pore {
+    /// It stays as it is.
+    const DRAINED: Self = Self { stress: [0.0; 6], strain: [0.0; 6], pressure: 1.0, column: [0.0; 6] };
+
+    /// It follows the volume by the stiffness `K_f/n` (Pa); the volume is kept without one.
+    fn undrained(fluid_stiffness: Option<f64>, stress: &[[f64; 6]; 6]) -> Self {
+        let pressure = fluid_stiffness.map_or(0.0, f64::recip);
+        // Rows of total stress, Δσ = Δσ' - Δp_w 1.
+        let column = stress.map(|row| -(row[0] + row[1] + row[2]));
+        Self { strain: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0], pressure, column, ..Self::DRAINED }
+    }
+}
+
 /// Six linear equations, with engineering shear in Δε; amounts over the part.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Conditions {
     pub(super) stress: [[f64; 6]; 6],
     pub(super) strain: [[f64; 6]; 6],
+    /// The seventh, of the pore pressure.
+    pub(super) pore: Pore,
     pub(super) total: [f64; 6],
     /// Amplitude of one period of a sine.
     pub(super) amplitude: [f64; 6],
@@ -58,6 +84,7 @@ impl Conditions {
         Self {
             stress: [[0.0; 6]; 6],
             strain: std::array::from_fn(|i| std::array::from_fn(|j| unit(i, j))),
+            pore: Pore::DRAINED,
             total: [0.0; 6],
             amplitude: [0.0; 6],
             phase: [0.0; 6],
@@ -80,6 +107,12 @@ impl Conditions {
 
     fn simple_shear(mut self) -> Self {
         self.shear_turns = true;
+        self
+    }
+
+    /// The rows of stress are total stress; see [`Pore::undrained`].
+    fn undrained(mut self, fluid_stiffness: Option<f64>) -> Self {
+        self.pore = Pore::undrained(fluid_stiffness, &self.stress);
         self
     }
 
@@ -133,7 +166,7 @@ impl Control {
 impl Program {
     fn reversed(&self, fraction: f64) -> Self {
         let parts = self.parts.iter().rev().map(|part| part.reversed(fraction)).collect();
-        Self { parts, pore: self.pore }
+        Self { parts }
     }
 }
 
@@ -146,11 +179,6 @@ impl Path {
         duration: f64,
         before: Option<&Program>,
     ) -> Option<Program> {
-        let pore = match self {
-            Self::TriaxialUndrained { .. } => Some(0),
-            Self::SimpleShearConstantVolume { .. } => Some(1),
-            _ => None,
-        };
         let parts = match self {
             Self::Reversal { fraction } => return before.map(|stage| stage.reversed(*fraction)),
             Self::Direct { control, increments, spins } => direct(control, increments, spins),
@@ -162,7 +190,7 @@ impl Path {
             Self::Rotation { angle } => vec![Control::Rotation(angle.to_radians())],
             mixed => vec![Control::Mixed(mixed.conditions(stress))],
         };
-        Some(Program { parts, pore })
+        Some(Program { parts })
     }
 
     /// The six equations of a path that is made of them.
@@ -180,12 +208,9 @@ impl Path {
             Self::TriaxialExtension { axial_extension: amount } => {
                 still().stress(0, 0.0).stress(1, 0.0).strain(2, amount)
             }
-            Self::TriaxialUndrained { axial_compression } => {
-                let mut rows = still().strain(2, -axial_compression);
-                rows.strain[0] = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0];
-                rows.strain[1] = [0.0; 6];
-                rows.stress[1] = [1.0, -1.0, 0.0, 0.0, 0.0, 0.0];
-                rows
+            Self::TriaxialUndrained { axial_compression: amount, fluid_stiffness } => {
+                let rows = still().stress(0, 0.0).stress(1, 0.0).strain(2, -amount);
+                rows.undrained(fluid_stiffness)
             }
             Self::TrueTriaxial { axial_compression, b } => {
                 let mut rows = still().stress(0, 0.0).stress(1, 0.0).strain(2, -axial_compression);
@@ -195,7 +220,12 @@ impl Path {
             Self::BiaxialPlaneStrain { axial_compression } => {
                 still().stress(0, 0.0).strain(1, -axial_compression)
             }
-            Self::SimpleShearConstantVolume { shear } => still().strain(3, shear).simple_shear(),
+            Self::SimpleShearConstantVolume { shear } => {
+                // As if undrained at constant total normal stress.
+                let stress = [0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+                let pore = Pore { stress, pressure: -1.0, ..Pore::DRAINED };
+                Conditions { pore, ..still().strain(3, shear).simple_shear() }
+            }
             Self::SimpleShearConstantNormalStress { shear } => {
                 still().stress(1, 0.0).strain(3, shear).simple_shear()
             }
@@ -204,11 +234,12 @@ impl Path {
             }
             Self::Strain { increment } => Conditions { total: engineering(&increment), ..still() },
             Self::Stress { increment } => (0..6).fold(still(), |rows, c| rows.stress(c, increment[c])),
-            Self::General { stress, mut strain, total, amplitude, phase, spin } => {
+            Self::General { stress, mut strain, total, amplitude, phase, spin, fluid_stiffness } => {
                 // The file's strain has tensor shear, the solve engineering shear.
                 strain.iter_mut().for_each(|row| row[3..].iter_mut().for_each(|e| *e *= 0.5));
                 let (phase, spin) = (phase.map(f64::to_radians), spin.map(f64::to_radians));
-                Conditions { stress, strain, total, amplitude, phase, shear_turns: false, spin }
+                let pore = fluid_stiffness.map_or(Pore::DRAINED, |k| Pore::undrained(Some(k), &stress));
+                Conditions { stress, strain, pore, total, amplitude, phase, shear_turns: false, spin }
             }
             Self::Creep {} => (0..6).fold(still(), |rows, c| rows.stress(c, 0.0)),
             // The others are no equations; see `program`.

@@ -23,10 +23,14 @@ pub enum Path {
         /// Strain along z.
         axial_compression: f64,
     },
-    /// Compression along z, volume kept.
+    /// Compression along z without drainage, total lateral stress kept; the law gives effective stress.
     TriaxialUndrained {
         /// Strain along z.
         axial_compression: f64,
+        /// Stiffness of the pore fluid `K_f/n` (Pa), > 0, by which the pore pressure follows the volume; the
+        /// volume is kept when absent.
+        #[serde(default)]
+        fluid_stiffness: Option<f64>,
     },
     /// Extension along z, lateral stress kept.
     TriaxialExtension {
@@ -88,6 +92,10 @@ pub enum Path {
         /// Rotation that goes with it: angles about x, y, z (degrees, right-handed).
         #[serde(default)]
         spin: [f64; 3],
+        /// Stiffness of the pore fluid `K_f/n` (Pa), > 0: the test is undrained, `Δσ` the total stress, and the
+        /// pore pressure `Δp_w = -K_f/n tr Δε` a seventh unknown; drained when absent.
+        #[serde(default)]
+        fluid_stiffness: Option<f64>,
     },
     /// A list of increments one after another, each taken in the stage's number of steps and an equal
     /// share of its duration. Every row prescribes either strain or stress.

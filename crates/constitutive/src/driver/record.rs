@@ -104,8 +104,6 @@ pub(super) struct Record {
     initial_energy: f64,
     initial_density: f64,
     pore_pressure: f64,
-    /// Component whose change is that of the pore pressure; none in drained stages.
-    pub(super) pore: Option<usize>,
     moved: bool,
     rows: Vec<Vec<f64>>,
 }
@@ -121,7 +119,6 @@ impl Record {
             initial_energy: specimen.energy(),
             initial_density: specimen.density,
             pore_pressure: 0.0,
-            pore: None,
             moved: true,
             rows: Vec::new(),
         };
@@ -129,17 +126,15 @@ impl Record {
         record
     }
 
-    /// Adds a motion that took `before` to `after`.
-    pub(super) fn add(&mut self, motion: &Motion, before: &Specimen, after: &Specimen) {
+    /// Adds a motion that took `before` to `after` and changed the pore pressure by `pore` (Pa).
+    pub(super) fn add(&mut self, motion: &Motion, pore: f64, before: &Specimen, after: &Specimen) {
         let strain = motion.strain_increment();
         let work = 0.5 * (before.stress + after.stress).dot(&strain);
         self.time += motion.dt;
         self.strain += strain;
         self.work += work;
         self.reference_work += 0.5 * (self.volume(before) + self.volume(after)) * work;
-        if let Some(component) = self.pore {
-            self.pore_pressure += after.stress[component] - before.stress[component];
-        }
+        self.pore_pressure += pore;
         self.moved = true;
     }
 

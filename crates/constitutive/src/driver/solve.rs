@@ -2,13 +2,14 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::control::{Control, NAMES, Program};
+use super::control::{Conditions, Control, NAMES, Program};
 use super::record::Record;
 use super::{DriverError, Specimen, TestStage};
-use crate::{Mat3, Motion};
+use crate::{Mat3, Motion, SymTensor, Tangent};
 
-type Matrix = SMatrix<f64, 6, 6>;
-type Vector = SVector<f64, 6>;
+/// Of the seven unknowns, strain increment (engineering shear) and pore pressure, and their equations.
+type Matrix = SMatrix<f64, 7, 7>;
+type Vector = SVector<f64, 7>;
 
 /// Newton iterations of a step.
 const ITERATIONS: usize = 40;
@@ -36,7 +37,6 @@ pub(super) fn stage(
 ) -> Result<(), DriverError> {
     let steps = place.stage.steps;
     let dt = place.stage.duration / (steps * program.parts.len().max(1)) as f64;
-    record.pore = program.pore;
     for (part, control) in program.parts.iter().enumerate() {
         for step in 0..steps {
             let result = advance(specimen, record, control, dt, (step, steps));
@@ -48,7 +48,8 @@ pub(super) fn stage(
                     DriverError::Stage { stage, problem: "the motion of a step is singular".to_owned() }
                 }
                 Trouble::Row(row) => {
-                    DriverError::LimitLoad { stage, step, row: format!("condition on {}", NAMES[row]) }
+                    let name = NAMES.get(row).copied().unwrap_or("the pore pressure");
+                    DriverError::LimitLoad { stage, step, row: format!("condition on {name}") }
                 }
             })?;
         }
@@ -68,9 +69,8 @@ fn advance(
     let motion = match control {
         Control::Mixed(conditions) => {
             let mixed = Mixed {
-                stress: Matrix::from_fn(|i, j| conditions.stress[i][j]),
-                strain: Matrix::from_fn(|i, j| conditions.strain[i][j]),
-                total: Vector::from_column_slice(&conditions.amounts(step, steps)),
+                equations: Equations::of(conditions),
+                total: Vector::from_iterator(conditions.amounts(step, steps).into_iter().chain([0.0])),
                 shear_turns: conditions.shear_turns,
                 spin: conditions.spin(steps),
             };
@@ -89,30 +89,77 @@ fn advance(
                 .and_then(|f| Motion::from_deformation(&f, dt, specimen.density / f.determinant(), 1.0))
         }
     };
-    apply(specimen, record, &motion.ok_or(Trouble::Singular)?).map_err(Trouble::Law)
+    apply(specimen, record, &motion.ok_or(Trouble::Singular)?, 0.0).map_err(Trouble::Law)
 }
 
-fn apply(specimen: &mut Specimen, record: &mut Record, motion: &Motion) -> Result<(), crate::MaterialError> {
+/// Takes the step, which changes the pore pressure by `pore` (Pa).
+fn apply(
+    specimen: &mut Specimen,
+    record: &mut Record,
+    motion: &Motion,
+    pore: f64,
+) -> Result<(), crate::MaterialError> {
     let before = specimen.clone();
     specimen.accept(motion, specimen.tried(motion)?);
-    record.add(motion, &before, specimen);
+    record.add(motion, pore, &before, specimen);
     Ok(())
 }
 
-/// The six conditions must be independent for some elastic stiffness.
-pub(super) fn check_rank(stress: &[[f64; 6]; 6], strain: &[[f64; 6]; 6]) -> Result<(), String> {
+/// `S Δσ' + E Δε + P Δp_w = ΔY`, the last equation that of the pore pressure.
+#[derive(Clone, Copy)]
+struct Equations {
+    /// S; its last column is idle.
+    stress: Matrix,
+    /// E, its last column P.
+    rest: Matrix,
+}
+
+impl Equations {
+    fn of(conditions: &Conditions) -> Self {
+        let Conditions { stress, strain, pore, .. } = conditions;
+        let entry = |row: usize, column: usize, six: &[[f64; 6]; 6], last: &[f64; 6]| match (row, column) {
+            (_, 6) => 0.0,
+            (6, _) => last[column],
+            _ => six[row][column],
+        };
+        let stress = Matrix::from_fn(|i, j| entry(i, j, stress, &pore.stress));
+        let mut rest = Matrix::from_fn(|i, j| entry(i, j, strain, &pore.strain));
+        for row in 0..6 {
+            rest[(row, 6)] = pore.column[row];
+        }
+        rest[(6, 6)] = pore.pressure;
+        Self { stress, rest }
+    }
+
+    /// Derivative by the unknowns at the stiffness `tangent`.
+    fn jacobian(&self, tangent: &Tangent) -> Matrix {
+        let stiffness = Matrix::from_fn(|i, j| if i < 6 && j < 6 { tangent.0[i][j] } else { 0.0 });
+        self.stress * stiffness + self.rest
+    }
+}
+
+/// The conditions must be independent for some elastic stiffness.
+pub(super) fn check_rank(conditions: &Conditions) -> Result<(), String> {
     // A generic positive stiffness stands for the material's.
-    let stiffness = Matrix::from_fn(|i, j| {
-        let volumetric = if i < 3 && j < 3 { 0.7 } else { 0.0 };
-        if i == j { 1.3 + 0.01 * i as f64 + volumetric } else { volumetric }
+    let stiffness = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let volumetric = if i < 3 && j < 3 { 0.7 } else { 0.0 };
+            if i == j { 1.3 + 0.01 * i as f64 + volumetric } else { volumetric }
+        })
     });
-    let s = Matrix::from_fn(|i, j| stress[i][j]);
-    let e = Matrix::from_fn(|i, j| strain[i][j]);
-    let rank = (s * stiffness + e).rank(1e-9);
-    if rank == 6 {
+    // The pore pressure comes on top of the six; beside this stiffness that of a fluid is none.
+    let mut jacobian = Equations::of(conditions).jacobian(&Tangent(stiffness));
+    if conditions.pore.strain != [0.0; 6] {
+        jacobian[(6, 6)] = 0.0;
+    }
+    let rank = jacobian.rank(1e-9);
+    if rank == 7 {
         Ok(())
     } else {
-        Err(format!("the control is over- or under-constrained: rank {rank}, 6 is needed"))
+        Err(format!(
+            "the control is over- or under-constrained: rank {}, 6 is needed",
+            rank.saturating_sub(1)
+        ))
     }
 }
 
@@ -130,8 +177,7 @@ enum Trouble {
 }
 
 struct Mixed {
-    stress: Matrix,
-    strain: Matrix,
+    equations: Equations,
     total: Vector,
     shear_turns: bool,
     spin: Mat3,
@@ -161,7 +207,7 @@ impl Mixed {
         halvings: u32,
     ) -> Result<(), Trouble> {
         match self.solve(specimen, dt) {
-            Ok(motion) => apply(specimen, record, &motion).map_err(Trouble::Law),
+            Ok((motion, pore)) => apply(specimen, record, &motion, pore).map_err(Trouble::Law),
             Err(trouble) if halvings == 0 => Err(trouble),
             Err(_) => {
                 let half = Self { total: self.total * 0.5, spin: self.spin * 0.5, ..*self };
@@ -171,49 +217,54 @@ impl Mixed {
         }
     }
 
-    fn solve(&self, specimen: &Specimen, dt: f64) -> Result<Motion, Trouble> {
+    /// The motion of the step, and the change of the pore pressure (Pa).
+    fn solve(&self, specimen: &Specimen, dt: f64) -> Result<(Motion, f64), Trouble> {
         let still = specimen.motion(&Mat3::ZERO, dt).ok_or(Trouble::Singular)?;
         let initial = specimen.tangent(&still).map_err(Trouble::Law)?;
         let stiffness = (0..6).map(|i| initial.0[i][i].abs()).fold(1.0, f64::max);
-        // Strain rows are brought to the size of stresses.
-        let scale = Vector::from_fn(|i, _| if self.stress.row(i).norm() > 0.0 { 1.0 } else { stiffness });
-        let largest = (0..6).map(|i| (self.total[i] * scale[i]).abs()).fold(0.0, f64::max);
+        let Equations { stress, rest } = &self.equations;
+        // Strain rows are brought to the size of stresses, the pore pressure to that of strains.
+        let of_strain = |i: usize| stress.row(i).norm() == 0.0 && rest.row(i).columns(0, 6).norm() > 0.0;
+        let rows = Vector::from_fn(|i, _| if of_strain(i) { stiffness } else { 1.0 });
+        let unknowns = Vector::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
+        let largest = (0..7).map(|i| (self.total[i] * rows[i]).abs()).fold(0.0, f64::max);
         let size = largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * stiffness);
-        let residual = |e: &Vector| -> Result<(Vector, Motion), Trouble> {
-            let motion = specimen.motion(&self.gradient(e), dt).ok_or(Trouble::Singular)?;
-            let (stress, _) = specimen.tried(&motion).map_err(Trouble::Law)?;
-            let change = Vector::from_column_slice(&(stress - specimen.stress).0);
-            Ok(((self.stress * change + self.strain * e - self.total).component_mul(&scale), motion))
+        let residual = |x: &Vector| -> Result<(Vector, Motion), Trouble> {
+            let motion = specimen.motion(&self.gradient(x), dt).ok_or(Trouble::Singular)?;
+            let (new, _) = specimen.tried(&motion).map_err(Trouble::Law)?;
+            let change = stress_vector(&(new - specimen.stress));
+            let left = stress * change + rest * x.component_mul(&unknowns);
+            Ok(((left - self.total).component_mul(&rows), motion))
         };
-        let mut e = Vector::zeros();
-        let (mut r, mut motion) = residual(&e)?;
+        let mut x = Vector::zeros();
+        let (mut r, mut motion) = residual(&x)?;
         for _ in 0..ITERATIONS {
             if r.amax() <= TOLERANCE * size {
-                return Ok(motion);
+                return Ok((motion, x[6] * stiffness));
             }
             let stuck = Trouble::Row(r.iamax());
-            let tangent = specimen.tangent(&motion).map_err(Trouble::Law)?;
-            let jacobian = self.stress * Matrix::from_fn(|i, j| tangent.0[i][j]) + self.strain;
-            let jacobian = Matrix::from_fn(|i, j| jacobian[(i, j)] * scale[i]);
+            let jacobian = self.equations.jacobian(&specimen.tangent(&motion).map_err(Trouble::Law)?);
+            let jacobian = Matrix::from_fn(|i, j| jacobian[(i, j)] * rows[i] * unknowns[j]);
             // On an edge of a yield surface two conditions may become one: the shortest step serves both.
             let svd = jacobian.svd(true, true);
             let cut = 1e-9 * svd.singular_values.amax();
             let Ok(step) = svd.solve(&r, cut) else { return Err(stuck) };
-            if !step.iter().all(|v| v.is_finite()) || step.amax() > 1.0 {
+            if !step.iter().all(|v| v.is_finite()) || step.rows(0, 6).amax() > 1.0 {
                 return Err(stuck);
             }
             let mut length = 1.0;
             loop {
-                let next = e - step * length;
+                let next = x - step * length;
                 match residual(&next) {
                     Ok((new, at)) if new.norm() < r.norm() * (1.0 - 1e-4 * length) => {
-                        (e, r, motion) = (next, new, at);
+                        (x, r, motion) = (next, new, at);
                         break;
                     }
                     _ if length < 1e-3 => {
                         // No better: fine at the round-off of the stresses, a failure above it.
-                        let round_off = ROUND_OFF * (specimen.stress.norm() + stiffness * e.amax());
-                        return if r.amax() <= round_off { Ok(motion) } else { Err(stuck) };
+                        let round_off = ROUND_OFF * (specimen.stress.norm() + stiffness * x.amax());
+                        let solved = r.amax() <= round_off;
+                        return if solved { Ok((motion, x[6] * stiffness)) } else { Err(stuck) };
                     }
                     _ => length *= 0.5,
                 }
@@ -221,4 +272,9 @@ impl Mixed {
         }
         Err(Trouble::Row(r.iamax()))
     }
+}
+
+/// Components with an idle last one.
+fn stress_vector(stress: &SymTensor) -> Vector {
+    Vector::from_iterator(stress.0.into_iter().chain([0.0]))
 }

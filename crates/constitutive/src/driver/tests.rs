@@ -1,7 +1,7 @@
 use super::*;
 use crate::laws::{
     DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
-    Softening, StrainMeasure,
+    Softening, StrainMeasure, UndrainedSpec,
 };
 
 /// Set R1 of the sheet (Pa).
@@ -71,7 +71,15 @@ fn test(material: MaterialSpec, pressure: f64, paths: &[(Path, usize)]) -> Eleme
 }
 
 fn general(stress: [[f64; 6]; 6], strain: [[f64; 6]; 6], total: [f64; 6]) -> Path {
-    Path::General { stress, strain, total, amplitude: [0.0; 6], phase: [0.0; 6], spin: [0.0; 3] }
+    Path::General {
+        stress,
+        strain,
+        total,
+        amplitude: [0.0; 6],
+        phase: [0.0; 6],
+        spin: [0.0; 3],
+        fluid_stiffness: None,
+    }
 }
 
 /// The unit matrix times `value`.
@@ -91,8 +99,13 @@ fn elastic_paths_have_the_elastic_moduli() {
     let drained =
         test(elastic(), 50e3, &[(Path::TriaxialDrained { axial_compression: 0.01 }, 10)]).run().unwrap();
     close(drained.last("q"), YOUNG * 0.01, 1e-9);
-    let undrained =
-        test(elastic(), 50e3, &[(Path::TriaxialUndrained { axial_compression: 0.01 }, 10)]).run().unwrap();
+    let undrained = test(
+        elastic(),
+        50e3,
+        &[(Path::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: None }, 10)],
+    )
+    .run()
+    .unwrap();
     close(undrained.last("q"), 3.0 * SHEAR * 0.01, 1e-9);
     close(undrained.last("p"), 50e3, 1e-9);
     let isotropic = test(elastic(), 0.0, &[(Path::Isotropic { pressure: 100e3 }, 10)]).run().unwrap();
@@ -155,7 +168,7 @@ fn mohr_coulomb_reaches_its_strength_in_every_test() {
     };
     close(drained(50e3), 134_641.016, 1e-6);
     close(drained(100e3), 234_641.016, 1e-6);
-    let path = Path::TriaxialUndrained { axial_compression: 0.1 };
+    let path = Path::TriaxialUndrained { axial_compression: 0.1, fluid_stiffness: None };
     let undrained = test(MaterialSpec::MohrCoulomb(mohr_coulomb(0.0)), 100e3, &[(path, 200)]).run().unwrap();
     close(undrained.last("q"), 140_784.610, 1e-6);
     close(undrained.last("p"), 100e3, 1e-6);
@@ -318,6 +331,7 @@ fn a_reversal_brings_an_elastic_point_back() {
         amplitude: [0.0, 2e-3, 0.0, 1e-3, 0.0, 0.0],
         phase: [0.0, 40.0, 0.0, 90.0, 0.0, 0.0],
         spin: [0.0; 3],
+        fluid_stiffness: None,
     };
     let increments = vec![[1e-3, 0.0, 0.0, 2e-3, 0.0, 0.0], [0.0, -1e-3, 0.0, 0.0, 0.0, 1e-3]];
     let direct = Path::Direct { control: [Controlled::Strain; 6], increments, spins: vec![] };
@@ -328,7 +342,7 @@ fn a_reversal_brings_an_elastic_point_back() {
         strain_measure: StrainMeasure::Hencky,
     });
     for path in [
-        Path::TriaxialUndrained { axial_compression: 0.01 },
+        Path::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: None },
         Path::Isotropic { pressure: 50e3 },
         Path::DeformationGradient { deformation: stretched },
         wave,
@@ -397,6 +411,7 @@ fn a_sine_of_strain_returns_after_its_period() {
         amplitude,
         phase: [0.0; 6],
         spin: [0.0; 3],
+        fluid_stiffness: None,
     };
     let run = test(elastic(), 0.0, &[(path, 40)]).run().unwrap();
     let strain = run.column("strain_zz").unwrap();
@@ -428,13 +443,14 @@ fn work_is_stored_by_elasticity_and_lost_by_plasticity() {
 
 #[test]
 fn the_pore_pressure_of_an_undrained_test_is_minus_the_change_of_effective_pressure() {
-    let path = Path::TriaxialUndrained { axial_compression: 0.01 };
+    let path = Path::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: None };
     let run = test(elastic(), 100e3, &[(path, 20)]).run().unwrap();
     // Constant total lateral stress: u = q/3 where p' stays.
     close(run.last("excess_pore_pressure"), run.last("q") / 3.0, 1e-9);
     assert_eq!(run.standard_plots()[1].name, "pore-pressure-strain");
     let drained = Path::TriaxialDrained { axial_compression: 0.01 };
     let run = test(elastic(), 100e3, &[(drained, 20)]).run().unwrap();
+    close(run.last("excess_pore_pressure"), 0.0, 1e-12);
     assert_eq!(run.standard_plots().map(|p| p.name), ["q-strain", "volume-strain", "q-p", "volume-ln-p"]);
 }
 
@@ -464,6 +480,7 @@ fn the_yield_line_is_the_strength_in_triaxial_compression() {
         residual_cohesion: 1e3,
         friction_rate: 10.0,
         cohesion_rate: 10.0,
+        hardening: false,
     };
     let spec = MohrCoulombSpec { softening: Some(softening), ..mohr_coulomb(0.0) };
     let trace = test(MaterialSpec::MohrCoulomb(spec), 100e3, &[(path.clone(), 100)]).trace().unwrap();
@@ -497,4 +514,59 @@ fn the_table_reads_as_csv() {
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.len(), 2 + 4);
     assert!(lines.iter().skip(1).all(|line| line.split(',').count() == run.columns.len()));
+}
+
+/// `K_f/n` of water (2.15 GPa) at a porosity of 0.4.
+const FLUID: f64 = 2.15e9 / 0.4;
+
+#[test]
+fn a_compressible_pore_fluid_adds_its_stiffness() {
+    let undrained = BULK + FLUID;
+    let poisson = (3.0 * undrained - 2.0 * SHEAR) / (2.0 * (3.0 * undrained + SHEAR));
+    // The figures of §5.3 of the constitutive sheet.
+    close(undrained, 5.391_667e9, 1e-7);
+    close(poisson, 0.499_287, 1e-6);
+    let path = Path::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: Some(FLUID) };
+    let run = test(elastic(), 100e3, &[(path, 20)]).run().unwrap();
+    close(run.last("q"), 2.0 * SHEAR * (1.0 + poisson) * 0.01, 1e-9);
+    close(run.last("volumetric_strain"), -(1.0 - 2.0 * poisson) * 0.01, 1e-7);
+    close(run.last("excess_pore_pressure"), FLUID * (1.0 - 2.0 * poisson) * 0.01, 1e-7);
+    // The total lateral stress stays.
+    close(run.last("stress_xx") - run.last("excess_pore_pressure"), -100e3, 1e-9);
+}
+
+#[test]
+fn a_total_pressure_is_shared_by_skeleton_and_pore_fluid() {
+    let mut total = [0.0; 6];
+    total[..3].fill(-50e3);
+    let path = Path::General {
+        stress: unit(1.0),
+        strain: unit(0.0),
+        total,
+        amplitude: [0.0; 6],
+        phase: [0.0; 6],
+        spin: [0.0; 3],
+        fluid_stiffness: Some(FLUID),
+    };
+    let run = test(elastic(), 100e3, &[(path, 5)]).run().unwrap();
+    close(run.last("excess_pore_pressure"), 50e3 * FLUID / (BULK + FLUID), 1e-9);
+    close(run.last("p"), 100e3 + 50e3 * BULK / (BULK + FLUID), 1e-9);
+}
+
+#[test]
+fn the_pore_fluid_and_the_undrained_wrapper_agree() {
+    let skeleton = MaterialSpec::MohrCoulomb(mohr_coulomb(10.0));
+    let path = Path::TriaxialUndrained { axial_compression: 0.02, fluid_stiffness: Some(5e7) };
+    let driven = test(skeleton.clone(), 100e3, &[(path, 200)]).run().unwrap();
+    let wrapped = MaterialSpec::Undrained(UndrainedSpec {
+        fluid_bulk_modulus: 2e7,
+        porosity: 0.4,
+        initial_pore_pressure: 0.0,
+        cavitation_strength: None,
+        skeleton: Box::new(skeleton),
+    });
+    let path = Path::TriaxialDrained { axial_compression: 0.02 };
+    let whole = test(wrapped, 100e3, &[(path, 200)]).run().unwrap();
+    close(driven.last("q"), whole.last("q"), 1e-8);
+    close(driven.last("excess_pore_pressure"), whole.last("pore_pressure"), 1e-8);
 }

@@ -40,8 +40,8 @@ pub(super) const NOTHING_TO_REVERSE: &str = "there is no stage before it to reve
 /// A law's refusal, at the place it is about.
 pub(super) fn material_problem(error: &MaterialError) -> Problem {
     let (path, problem) = match error {
-        MaterialError::Parameter { field, value, rule } => {
-            (format!("material.{field}"), format!("{value} {rule}"))
+        error if let Some((field, problem)) = error.about_parameter() => {
+            (format!("material.{field}"), problem)
         }
         MaterialError::Initial { reason, .. } => ("initial_stress".to_owned(), reason.clone()),
         other => ("material".to_owned(), other.to_string()),
@@ -111,9 +111,12 @@ impl Findings {
             Path::Isotropic { pressure } => self.number(&at("pressure"), *pressure),
             Path::Oedometer { axial_compression }
             | Path::TriaxialDrained { axial_compression }
-            | Path::TriaxialUndrained { axial_compression }
             | Path::BiaxialPlaneStrain { axial_compression } => {
                 self.number(&at("axial_compression"), *axial_compression);
+            }
+            Path::TriaxialUndrained { axial_compression, fluid_stiffness } => {
+                self.number(&at("axial_compression"), *axial_compression);
+                self.fluid(&at("fluid_stiffness"), *fluid_stiffness);
             }
             Path::TriaxialExtension { axial_extension } => {
                 self.number(&at("axial_extension"), *axial_extension);
@@ -129,7 +132,8 @@ impl Findings {
             Path::Strain { increment } | Path::Stress { increment } => {
                 self.finite(&at("increment"), increment);
             }
-            Path::General { stress, strain, total, amplitude, phase, spin } => {
+            Path::General { stress, strain, total, amplitude, phase, spin, fluid_stiffness } => {
+                self.fluid(&at("fluid_stiffness"), *fluid_stiffness);
                 for (key, rows) in [("stress", stress), ("strain", strain)] {
                     for (number, row) in rows.iter().enumerate() {
                         self.finite(&format!("{}[{number}]", at(key)), row);
@@ -165,6 +169,12 @@ impl Findings {
         }
     }
 
+    fn fluid(&mut self, path: &str, stiffness: Option<f64>) {
+        let Some(stiffness) = stiffness else { return };
+        let holds = stiffness.is_finite() && stiffness > 0.0;
+        self.require(holds, path, || format!("{stiffness} is not positive (Pa)"));
+    }
+
     fn rows(&mut self, path: &str, rows: &[[f64; 3]; 3]) {
         for (number, row) in rows.iter().enumerate() {
             self.finite(&format!("{path}[{number}]"), row);
@@ -180,7 +190,7 @@ impl Findings {
                 if program.parts.len() > 1 { format!("{path}.increments[{number}]") } else { path.into() };
             let strain = match part {
                 Control::Mixed(conditions) => {
-                    if let Err(problem) = solve::check_rank(&conditions.stress, &conditions.strain) {
+                    if let Err(problem) = solve::check_rank(conditions) {
                         self.require(false, place.as_str(), || problem);
                     }
                     largest_strain(conditions).max(conditions.spin.iter().fold(0.0, |m, a| a.abs().max(m)))

@@ -19,7 +19,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::model::{check, not_negative, positive};
-use crate::{InitialCondition, MaterialError, Motion, Point, StressUpdate, SymTensor};
+use crate::tangent::numerical_tangent;
+use crate::{InitialCondition, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
 
 /// Largest ratio of a component of `T` to that of `T_i`.
 const LARGEST: f64 = 10.0;
@@ -173,6 +174,34 @@ impl<L: StressUpdate> StressUpdate for Viscous<L> {
         }
         let state = ViscousState { frictional: state, inviscid, viscous: stress - inviscid, stretching };
         Ok(Point { stress, state })
+    }
+
+    /// The total stress is linear in the frictional one; by the stretching alone it is a smooth function.
+    fn tangent(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Tangent, MaterialError> {
+        if self.viscosity.mode == ViscousMode::RateMaterial {
+            return numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress));
+        }
+        let inner = Self::inner(old);
+        let frictional = self.frictional.tangent(motion, &inner)?;
+        let inviscid = self.frictional.update(motion, &inner)?.stress;
+        let strain = motion.strain_increment();
+        let total = |stress: &SymTensor, strain: &SymTensor| {
+            self.viscosity.total(stress, &(*strain * (1.0 / motion.dt)))
+        };
+        let step = 1e-5 * strain.norm().max(1e-9);
+        let mut tangent = Tangent::ZERO;
+        for column in 0..6 {
+            // Engineering shear: half in each of the two entries.
+            let mut change = SymTensor::ZERO;
+            change[column] = if column < 3 { step } else { 0.5 * step };
+            let slope = total(&inviscid, &(strain + change)) - total(&inviscid, &(strain - change));
+            let carried = total(&SymTensor(frictional.0.map(|row| row[column])), &strain);
+            let stress = carried + slope * (0.5 / step);
+            for (row, value) in tangent.0.iter_mut().zip(stress.0) {
+                row[column] = value;
+            }
+        }
+        Ok(tangent)
     }
 
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {

@@ -4,7 +4,7 @@
 //! plastic volume compression compression-positive and `v = 1 + e`. The shear modulus follows `K` at
 //! constant Poisson's ratio, or is given. The return is implicit in `p`, `p_c` and the multiplier with
 //! `v` frozen over the step: for a multiplier the volume part has one root, so that one falling
-//! function of the multiplier remains. Steps above 5 % strain are divided. Limits: no tension, pressure does
+//! function of the multiplier remains. Steps above 1 % strain are divided. Limits: no tension, pressure does
 //! not fall below 1 Pa; no elastic energy exists at constant Poisson's ratio.
 
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use super::pressure_elastic::{
 };
 use super::radial::RadialTrial;
 use super::root::{falling_root, less_round_off};
-use super::substep::{self, Advance, substepped};
+use super::substep::Advance;
 use crate::model::{Facts, Kind, Model, check, positive};
 use crate::{
     Corotational, InitialCondition, Mat3, Material, MaterialError, Motion, Point, SmallStrain, SymTensor,
@@ -26,10 +26,6 @@ use crate::{
 };
 
 const NAME: &str = "modified-cam-clay";
-
-/// Largest strain increment of a substep. The volume part of the return is exact at any size, so it may
-/// be larger than the 1 % of the sheet's default.
-pub(super) const LARGEST_STEP: f64 = 0.05;
 
 /// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
@@ -61,6 +57,10 @@ pub struct CamClaySpec {
     /// `preconsolidation_pressure`.
     #[serde(default)]
     pub overconsolidation_ratio: Option<f64>,
+    /// Start on the yield surface where the initial stress lies outside it: pressure at most `p_c`, and then as
+    /// much of the deviator as there is room for; refused when false.
+    #[serde(default)]
+    pub project: bool,
 }
 
 /// Parameters that both Cam-clays share, checked.
@@ -78,6 +78,8 @@ pub(super) struct CamClayConstants {
     void_ratio: f64,
     /// Size of the initial surface.
     size: Size,
+    /// Whether an initial stress outside is moved to the surface.
+    project: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,6 +147,7 @@ impl CamClaySpec {
             shear,
             void_ratio: self.void_ratio,
             size,
+            project: self.project,
         })
     }
 
@@ -165,6 +168,7 @@ impl CamClaySpec {
             void_ratio: 1.0,
             preconsolidation_pressure: None,
             overconsolidation_ratio: Some(1.5),
+            project: false,
         };
         let normal = Self { overconsolidation_ratio: Some(1.0), critical_state_slope: 1.2, ..soft.clone() };
         let stiff = Self {
@@ -183,7 +187,10 @@ fn one_of(field: &'static str, given: Option<f64>, other: &str) -> MaterialError
         Some(_) => format!("and {other} exclude each other: give one"),
         None => format!("or {other} must be given"),
     };
-    MaterialError::Parameter { field, value: given.unwrap_or(f64::NAN), rule }
+    match given {
+        Some(value) => MaterialError::parameter(field, value, rule),
+        None => MaterialError::choice(field, rule),
+    }
 }
 
 impl Model for CamClaySpec {
@@ -257,9 +264,21 @@ impl CamClayConstants {
             Size::Pressure(pressure) => pressure,
             Size::Ratio(ratio) => ratio * through,
         };
-        super::check_initial(model, stress, through - preconsolidation_pressure, preconsolidation_pressure)?;
         let state =
             CamClayState { preconsolidation_pressure, void_ratio: self.void_ratio, plastic_strain: 0.0 };
+        let excess = through - preconsolidation_pressure;
+        if self.project && excess > 0.0 {
+            let pressure = stress.pressure().min(preconsolidation_pressure);
+            let (q, deviator) = (stress.q(), stress.deviator());
+            let (mut inside, mut outside) = (0.0, 1.0);
+            while outside - inside > f64::EPSILON {
+                let share = 0.5 * (inside + outside);
+                let fits = size(pressure, share * q) <= preconsolidation_pressure;
+                if fits { inside = share } else { outside = share }
+            }
+            return Ok(Point { stress: deviator * inside - SymTensor::isotropic(pressure), state });
+        }
+        super::check_initial(model, stress, excess, preconsolidation_pressure)?;
         Ok(Point { stress: *stress, state })
     }
 
@@ -419,7 +438,7 @@ impl CamClay {
         Ok(Some(CamClayReturn { pressure, q, preconsolidation_pressure, multiplier }))
     }
 
-    /// One undivided step: the return and the new point.
+    /// One step: the return and the new point.
     fn step(
         &self,
         strain: &SymTensor,
@@ -438,7 +457,7 @@ impl CamClay {
         Ok(advance)
     }
 
-    /// The return of one undivided step (sheet §3.7.5); `None` where the step is elastic.
+    /// The return of a step (sheet §3.7.5); `None` where the step is elastic.
     ///
     /// # Errors
     /// When the local solve fails.
@@ -450,15 +469,7 @@ impl CamClay {
         self.return_map(&self.constants.trial(strain, old), old.state.preconsolidation_pressure)
     }
 
-    fn advance(
-        &self,
-        strain: &SymTensor,
-        old: &Point<CamClayState>,
-    ) -> Result<Advance<CamClayState>, MaterialError> {
-        substepped(NAME, strain, LARGEST_STEP, old, |part, old| self.step(part, old))
-    }
-
-    /// Consistent tangent of an undivided step, by the implicit-function theorem on
+    /// Consistent tangent, by the implicit-function theorem on
     /// `ln p - ln p_tr + θ Δλ (2p - p_c)`, `ln p_c - ln p_cn - χ Δλ (2p - p_c)` and `f`.
     fn step_tangent(&self, strain: &SymTensor, old: &Point<CamClayState>) -> Option<Tangent> {
         let trial = self.constants.trial(strain, old);
@@ -514,7 +525,7 @@ impl SmallStrain for CamClay {
         _motion: &Motion,
         old: &Point<CamClayState>,
     ) -> Result<Point<CamClayState>, MaterialError> {
-        self.advance(strain, old).map(|advance| advance.point)
+        self.step(strain, old).map(|advance| advance.point)
     }
 
     fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
@@ -522,9 +533,6 @@ impl SmallStrain for CamClay {
     }
 
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<CamClayState>) -> Option<Tangent> {
-        if substep::count(strain, LARGEST_STEP) > 1 {
-            return None;
-        }
         self.step_tangent(strain, old)
     }
 
@@ -541,7 +549,7 @@ impl SmallStrain for CamClay {
         old: &Point<CamClayState>,
         _new: &Point<CamClayState>,
     ) -> Option<f64> {
-        self.advance(strain, old).ok().map(|advance| advance.dissipated)
+        self.step(strain, old).ok().map(|advance| advance.dissipated)
     }
 
     fn output_names(&self) -> &'static [&'static str] {

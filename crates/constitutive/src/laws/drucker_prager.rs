@@ -14,9 +14,10 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use super::linear_elastic::stiff_warnings;
 use super::strength_reduced::StrengthReduction;
+use crate::lanes::Lanes;
 use crate::model::{Facts, Kind, Model, StrainMeasure, check, not_negative};
 use crate::{
-    InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
+    BLOCK, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
     Tangent,
 };
 
@@ -84,6 +85,9 @@ pub struct Softening {
     pub friction_rate: f64,
     /// Rate of decay of the cohesion with plastic strain.
     pub cohesion_rate: f64,
+    /// Allow residual values above the peak: strength then grows with plastic strain.
+    #[serde(default)]
+    pub hardening: bool,
 }
 
 impl Softening {
@@ -93,6 +97,7 @@ impl Softening {
         residual_cohesion: 2e3,
         friction_rate: 3.0,
         cohesion_rate: 5.0,
+        hardening: false,
     };
 
     /// Friction angle (rad) and cohesion (Pa) at the plastic strain `kappa`, from those at the peak.
@@ -132,16 +137,20 @@ impl Softening {
 
     fn validate(&self, friction_angle: f64, cohesion: f64) -> Result<(), MaterialError> {
         let residual = self.residual_friction_angle;
-        let rule = format!("is not between 0 and the peak, {friction_angle} degrees");
-        check(
-            "softening.residual_friction_angle",
-            residual,
-            (0.0..=friction_angle).contains(&residual),
-            &rule,
-        )?;
+        let (holds, rule) = if self.hardening {
+            ((0.0..90.0).contains(&residual), "is not in 0..90 degrees (90 excluded)".to_owned())
+        } else {
+            let rule = format!("is not between 0 and the peak, {friction_angle} degrees");
+            ((0.0..=friction_angle).contains(&residual), rule)
+        };
+        check("softening.residual_friction_angle", residual, holds, &rule)?;
         let residual = self.residual_cohesion;
-        let rule = format!("is not between 0 and the peak, {cohesion} Pa");
-        check("softening.residual_cohesion", residual, (0.0..=cohesion).contains(&residual), &rule)?;
+        if self.hardening {
+            not_negative("softening.residual_cohesion", residual, "Pa")?;
+        } else {
+            let rule = format!("is not between 0 and the peak, {cohesion} Pa");
+            check("softening.residual_cohesion", residual, (0.0..=cohesion).contains(&residual), &rule)?;
+        }
         for (name, rate) in
             [("softening.friction_rate", self.friction_rate), ("softening.cohesion_rate", self.cohesion_rate)]
         {
@@ -162,9 +171,9 @@ pub enum Integration {
     /// where strength is constant; otherwise what drifts outside is scaled back.
     SemiImplicit,
     /// Algorithm 1 of Bui & Nguyen: forward step with the elastoplastic stiffness from where the elastic
-    /// part meets the cone; drift is taken back by tension cracking and stress scaling. For steps well
-    /// below the yield strain only: where a step turns the deviator around, the slope at its start says
-    /// nothing about its end.
+    /// part meets the cone; drift is taken back by tension cracking and stress scaling. Steps above half
+    /// of the yield strain at zero pressure, `k/2G`, are divided: where a step turns the deviator around, the slope
+    /// at its start says nothing about its end.
     Explicit,
 }
 
@@ -179,18 +188,24 @@ impl DruckerPragerSpec {
         let (cohesion, decay) = (self.cohesion, self.dilatancy_decay);
         Softening::check(self.softening, self.friction_angle, cohesion, decay)?;
         if self.integration != Integration::ClosestPoint && self.strain_measure == StrainMeasure::Hencky {
-            let rule = "only closest-point goes with strain_measure hencky".to_owned();
-            return Err(MaterialError::Choice { field: "integration", rule });
+            let rule = "only closest-point goes with strain_measure hencky";
+            return Err(MaterialError::choice("integration", rule));
         }
         let constant = self.softening.is_none() && decay == 0.0;
-        let law =
-            DruckerPrager { name: NAME, elasticity, spec: self.clone(), constant, peak: Cone::default() };
+        let law = DruckerPrager {
+            name: NAME,
+            elasticity,
+            spec: self.clone(),
+            constant,
+            peak: Cone::default(),
+            per_excess: 0.0,
+        };
         let peak = law.softened_cone(0.0);
         let modulus =
             elasticity.shear_modulus + 9.0 * elasticity.bulk_modulus * peak.friction * peak.dilatancy;
         let rule = "contracts faster than this stiffness can follow (G + 9 K α α_ψ must be positive)";
         check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
-        Ok(DruckerPrager { peak, ..law })
+        Ok(DruckerPrager { peak, per_excess: 1.0 / modulus, ..law })
     }
 }
 
@@ -322,6 +337,12 @@ impl Cone {
         }
     }
 
+    /// Round-off of an earlier return, which is not flow (Pa).
+    #[inline]
+    fn fuzz(&self, trial: &Invariants) -> f64 {
+        8.0 * f64::EPSILON * (trial.root_j2 + self.friction * trial.i1.abs() + self.strength)
+    }
+
     /// `√J2 + α I1 - k` (Pa).
     #[inline]
     pub fn yield_value(&self, root_j2: f64, i1: f64) -> f64 {
@@ -337,6 +358,8 @@ pub struct DruckerPrager {
     spec: DruckerPragerSpec,
     constant: bool,
     peak: Cone,
+    /// `1/(G + 9 K α α_ψ)` of the peak (1/Pa).
+    per_excess: f64,
 }
 
 /// Internal variable: accumulated deviatoric plastic strain `κ`.
@@ -344,6 +367,23 @@ pub struct DruckerPrager {
 pub struct PlasticStrain {
     /// `κ = ∫ √(2/3 dε^p : dε^p)` of the deviatoric plastic strain.
     pub deviatoric: f64,
+}
+
+const ROOT_3: f64 = 1.732_050_807_568_877_2;
+
+/// Deviator, `√J2` (Pa) and `I1` (Pa) of a stress.
+struct Invariants {
+    deviator: SymTensor,
+    root_j2: f64,
+    i1: f64,
+}
+
+impl Invariants {
+    #[inline]
+    fn of(stress: &SymTensor) -> Self {
+        let deviator = stress.deviator();
+        Self { deviator, root_j2: (0.5 * deviator.dot(&deviator)).sqrt(), i1: stress.trace() }
+    }
 }
 
 /// Where the return of a trial ends.
@@ -362,7 +402,7 @@ enum Return {
 
 impl DruckerPrager {
     /// The same law under another name, for models that are a special case of it.
-    pub(super) fn named(self, name: &'static str) -> Self {
+    pub(in crate::laws) fn named(self, name: &'static str) -> Self {
         Self { name, ..self }
     }
 
@@ -453,35 +493,127 @@ impl DruckerPrager {
         Cone::new(spec.matching, friction, cohesion, dilatancy)
     }
 
-    /// Return map in invariants (sheet §3.7.1): trial `√J2` and `I1`, plastic strain `kappa`.
+    /// Return map in invariants (sheet §3.7.1) of a trial, from plastic strain `kappa`.
     #[inline]
-    fn return_map(&self, root_j2: f64, i1: f64, kappa: f64) -> Result<Return, MaterialError> {
-        let cone = self.cone_at(kappa);
-        let excess = cone.yield_value(root_j2, i1);
-        // Round-off of an earlier return is not flow.
-        if excess <= 8.0 * f64::EPSILON * (root_j2 + cone.friction * i1.abs() + cone.strength) {
+    fn return_map(&self, trial: &Invariants, kappa: f64) -> Result<Return, MaterialError> {
+        if self.constant { self.peak_return(trial) } else { self.softening_return(trial, kappa) }
+    }
+
+    /// Step to a cone that stays, without branches: new stress and increment of plastic strain.
+    #[inline(always)]
+    fn peak_step(&self, strain: &SymTensor, stress: &SymTensor) -> (SymTensor, f64) {
+        let trial = *stress + self.elasticity.stress(strain);
+        let at = Invariants::of(&trial);
+        let (cone, g) = (&self.peak, self.elasticity.shear_modulus);
+        let excess = cone.yield_value(at.root_j2, at.i1);
+        let flows = excess > cone.fuzz(&at);
+        let multiplier = excess * self.per_excess;
+        let on_cone = at.root_j2 - g * multiplier >= 0.0;
+        let mean = at.i1 / 3.0 - 3.0 * self.elasticity.bulk_modulus * cone.dilatancy * multiplier;
+        // `r - G Δλ`, from the yield condition: it then holds to the last digit of the result.
+        let kept = (cone.strength - 3.0 * cone.friction * mean).max(0.0);
+        let keep = if on_cone { kept / at.root_j2 } else { 0.0 };
+        let mean = if on_cone { mean } else { cone.strength / (3.0 * cone.friction) };
+        let plastic = if on_cone { multiplier / ROOT_3 } else { at.root_j2 / (g * ROOT_3) };
+        let returned = at.deviator * keep + SymTensor::isotropic(mean);
+        let mut stress = trial;
+        for c in 0..6 {
+            stress[c] = if flows { returned[c] } else { trial[c] };
+        }
+        (stress, if flows { plastic } else { 0.0 })
+    }
+
+    /// The return to a cone that stays.
+    #[inline]
+    fn peak_return(&self, trial: &Invariants) -> Result<Return, MaterialError> {
+        let cone = &self.peak;
+        let excess = cone.yield_value(trial.root_j2, trial.i1);
+        if excess <= cone.fuzz(trial) {
             return Ok(Return::Elastic);
         }
         if !excess.is_finite() {
-            return Err(MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" });
+            return Err(self.not_finite());
+        }
+        let multiplier = excess * self.per_excess;
+        if trial.root_j2 - self.elasticity.shear_modulus * multiplier >= 0.0 {
+            return Ok(Return::Cone { multiplier, cone: *cone });
+        }
+        let plastic = trial.root_j2 / (self.elasticity.shear_modulus * ROOT_3);
+        Ok(Return::Apex { mean: cone.strength / (3.0 * cone.friction), plastic })
+    }
+
+    fn softening_return(&self, trial: &Invariants, kappa: f64) -> Result<Return, MaterialError> {
+        let Invariants { root_j2, i1, .. } = *trial;
+        let cone = self.cone_at(kappa);
+        let excess = cone.yield_value(root_j2, i1);
+        if excess <= cone.fuzz(trial) {
+            return Ok(Return::Elastic);
+        }
+        if !excess.is_finite() {
+            return Err(self.not_finite());
         }
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
-        let mut multiplier = excess / (g + 9.0 * k * cone.friction * cone.dilatancy);
-        let mut end = cone;
-        if !self.constant {
-            let at = |x: f64| {
-                let cone = self.cone_at(kappa + x / 3f64.sqrt());
-                (cone.yield_value(root_j2 - g * x, i1 - 9.0 * k * cone.dilatancy * x), cone)
-            };
-            (multiplier, end) = solve_softening(at, multiplier, excess, root_j2 / g, root_j2)?;
-        }
+        let start = excess / (g + 9.0 * k * cone.friction * cone.dilatancy);
+        let at = |x: f64| {
+            let cone = self.cone_at(kappa + x / ROOT_3);
+            (cone.yield_value(root_j2 - g * x, i1 - 9.0 * k * cone.dilatancy * x), cone)
+        };
+        let (multiplier, cone) = solve_softening(at, start, excess, root_j2 / g, root_j2)?;
         if root_j2 - g * multiplier >= 0.0 {
-            return Ok(Return::Cone { multiplier, cone: end });
+            return Ok(Return::Cone { multiplier, cone });
         }
         // The deviatoric strain of the trial becomes plastic.
-        let plastic = root_j2 / (g * 3f64.sqrt());
+        let plastic = root_j2 / (g * ROOT_3);
         let cone = self.cone_at(kappa + plastic);
         Ok(Return::Apex { mean: cone.strength / (3.0 * cone.friction), plastic })
+    }
+
+    #[cold]
+    fn not_finite(&self) -> MaterialError {
+        MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" }
+    }
+
+    /// The point at the end of a return.
+    #[inline]
+    fn returned(
+        &self,
+        trial: &SymTensor,
+        invariants: &Invariants,
+        end: Return,
+        state: PlasticStrain,
+    ) -> Point<PlasticStrain> {
+        match end {
+            Return::Elastic => Point { stress: *trial, state },
+            Return::Cone { multiplier, cone } => {
+                let mean =
+                    invariants.i1 / 3.0 - 3.0 * self.elasticity.bulk_modulus * cone.dilatancy * multiplier;
+                // `r - G Δλ`, from the yield condition: it then holds to the last digit of the result.
+                let kept = (cone.strength - 3.0 * cone.friction * mean).max(0.0);
+                let keep = if invariants.root_j2 > 0.0 { kept / invariants.root_j2 } else { 0.0 };
+                let state = PlasticStrain { deviatoric: state.deviatoric + multiplier / ROOT_3 };
+                Point { stress: invariants.deviator * keep + SymTensor::isotropic(mean), state }
+            }
+            Return::Apex { mean, plastic } => {
+                let state = PlasticStrain { deviatoric: state.deviatoric + plastic };
+                Point { stress: SymTensor::isotropic(mean), state }
+            }
+        }
+    }
+
+    /// The step of a law whose cone changes, or by an algorithm of the source.
+    #[inline(never)]
+    fn changing(
+        &self,
+        strain: &SymTensor,
+        trial: &SymTensor,
+        old: &Point<PlasticStrain>,
+    ) -> Result<Point<PlasticStrain>, MaterialError> {
+        if self.spec.integration != Integration::ClosestPoint {
+            return self.step_of_source(strain, trial, old);
+        }
+        let invariants = Invariants::of(trial);
+        let end = self.return_map(&invariants, old.state.deviatoric)?;
+        Ok(self.returned(trial, &invariants, end, old.state))
     }
 }
 
@@ -540,30 +672,34 @@ impl SmallStrain for DruckerPrager {
         _motion: &Motion,
         old: &Point<PlasticStrain>,
     ) -> Result<Point<PlasticStrain>, MaterialError> {
-        let trial = old.stress + self.elasticity.stress(strain);
-        let kappa = old.state.deviatoric;
-        if self.spec.integration != Integration::ClosestPoint {
-            return self.step_of_source(strain, &trial, old);
+        if self.constant && self.spec.integration == Integration::ClosestPoint {
+            let (stress, plastic) = self.peak_step(strain, &old.stress);
+            return Ok(Point { stress, state: PlasticStrain { deviatoric: old.state.deviatoric + plastic } });
         }
-        let deviator = trial.deviator();
-        let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
-        let i1 = trial.trace();
-        let k = self.elasticity.bulk_modulus;
-        Ok(match self.return_map(root_j2, i1, kappa)? {
-            Return::Elastic => Point { stress: trial, state: old.state },
-            Return::Cone { multiplier, cone } => {
-                let mean = i1 / 3.0 - 3.0 * k * cone.dilatancy * multiplier;
-                // `r - G Δλ`, from the yield condition: it then holds to the last digit of the result.
-                let kept = (cone.strength - 3.0 * cone.friction * mean).max(0.0);
-                let keep = if root_j2 > 0.0 { kept / root_j2 } else { 0.0 };
-                let state = PlasticStrain { deviatoric: kappa + multiplier / 3f64.sqrt() };
-                Point { stress: deviator * keep + SymTensor::isotropic(mean), state }
+        self.changing(strain, &(old.stress + self.elasticity.stress(strain)), old)
+    }
+
+    #[inline]
+    fn update_lanes(&self, lanes: &mut Lanes, states: &mut [PlasticStrain]) -> bool {
+        if !self.constant || self.spec.integration != Integration::ClosestPoint {
+            return false;
+        }
+        let mut plastic = [0.0; BLOCK];
+        lanes.for_each(&mut plastic, |strain, stress| self.peak_step(strain, stress));
+        for (state, increment) in states.iter_mut().zip(plastic) {
+            state.deviatoric += increment;
+        }
+        true
+    }
+
+    /// Forward steps are held within a share of the yield strain.
+    fn largest_step(&self) -> f64 {
+        match self.spec.integration {
+            Integration::Explicit => {
+                (0.5 * self.peak.strength / self.elasticity.shear_modulus).clamp(1e-4, 1e-2)
             }
-            Return::Apex { mean, plastic } => {
-                let state = PlasticStrain { deviatoric: kappa + plastic };
-                Point { stress: SymTensor::isotropic(mean), state }
-            }
-        })
+            _ => 1e-2,
+        }
     }
 
     fn wave_modulus(&self, _point: &Point<PlasticStrain>) -> f64 {
@@ -577,13 +713,13 @@ impl SmallStrain for DruckerPrager {
         }
         let kappa = old.state.deviatoric;
         let trial = old.stress + self.elasticity.stress(strain);
-        let deviator = trial.deviator();
-        let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
-        match self.return_map(root_j2, trial.trace(), kappa).ok()? {
+        let trial = Invariants::of(&trial);
+        let Invariants { deviator, root_j2, i1 } = trial;
+        match self.return_map(&trial, kappa).ok()? {
             Return::Elastic => Some(self.elasticity.tangent()),
             Return::Apex { plastic, .. } => Some(self.apex_tangent(&deviator, root_j2, kappa + plastic)),
             Return::Cone { multiplier, .. } => {
-                Some(self.cone_tangent(&deviator, root_j2, trial.trace(), multiplier, kappa))
+                Some(self.cone_tangent(&deviator, root_j2, i1, multiplier, kappa))
             }
         }
     }

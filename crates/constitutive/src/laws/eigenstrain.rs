@@ -46,7 +46,7 @@ impl Model for EigenstrainSpec {
         check("volumetric_strain", strain, strain.abs() <= 0.5, "is not between -0.5 and 0.5")?;
         positive("duration", self.duration, "s")?;
         let wrapper = Eigenstrain { volumetric: strain, duration: self.duration };
-        Ok(Arc::new(Around::new(wrapper, self.material.build()?)))
+        Ok(Arc::new(Around::new(wrapper, self.material.build().map_err(|error| error.under("material"))?)))
     }
 
     fn warnings(&self) -> Vec<String> {

@@ -192,6 +192,10 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
         Ok(Point { stress: trial.deviator * (shear / trial.shear) + mean, state })
     }
 
+    fn largest_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
     fn wave_modulus(&self, point: &Point<FluidState>) -> f64 {
         self.pressure.modulus(point.state.ratio()) + 4.0 / 3.0 * self.shear_modulus
     }

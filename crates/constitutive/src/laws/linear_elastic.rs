@@ -8,9 +8,10 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::lanes::Lanes;
 use crate::model::{Facts, Kind, Model, StrainMeasure};
 use crate::{
-    InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
+    BLOCK, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
     Tangent,
 };
 
@@ -86,12 +87,12 @@ impl Elasticity {
     /// Unless `youngs_modulus > 0` and `-1 < poissons_ratio < 0.5`.
     pub fn new(youngs_modulus: f64, poissons_ratio: f64) -> Result<Self, MaterialError> {
         if !(youngs_modulus.is_finite() && youngs_modulus > 0.0) {
-            let rule = "must be finite and positive (Pa)".into();
-            return Err(MaterialError::Parameter { field: "youngs_modulus", value: youngs_modulus, rule });
+            let rule = "must be finite and positive (Pa)";
+            return Err(MaterialError::parameter("youngs_modulus", youngs_modulus, rule));
         }
         if !(poissons_ratio > -1.0 && poissons_ratio < 0.5) {
-            let rule = "is not between -1 and 0.5 (exclusive)".into();
-            return Err(MaterialError::Parameter { field: "poissons_ratio", value: poissons_ratio, rule });
+            let rule = "is not between -1 and 0.5 (exclusive)";
+            return Err(MaterialError::parameter("poissons_ratio", poissons_ratio, rule));
         }
         Ok(Self {
             bulk_modulus: youngs_modulus / (3.0 * (1.0 - 2.0 * poissons_ratio)),
@@ -205,6 +206,16 @@ impl SmallStrain for LinearElastic {
         old: &Point<()>,
     ) -> Result<Point<()>, MaterialError> {
         Ok(Point { stress: old.stress + self.elasticity.stress(strain), state: () })
+    }
+
+    #[inline]
+    fn update_lanes(&self, lanes: &mut Lanes, _states: &mut [()]) -> bool {
+        lanes.for_each(&mut [0.0; BLOCK], |strain, stress| (*stress + self.elasticity.stress(strain), 0.0));
+        true
+    }
+
+    fn largest_step(&self) -> f64 {
+        f64::INFINITY
     }
 
     fn wave_modulus(&self, _point: &Point<()>) -> f64 {

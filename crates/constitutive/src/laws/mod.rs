@@ -31,7 +31,7 @@ pub mod simsand;
 mod snow;
 mod st_venant_kirchhoff;
 pub mod strength_reduced;
-mod substep;
+pub(crate) mod substep;
 mod tension_cut;
 mod tresca;
 mod umat;
@@ -43,9 +43,13 @@ pub use bingham::{BinghamSpec, FrictionalFluidSpec, YieldForm};
 pub use cam_clay::{CamClay, CamClayReturn, CamClaySpec, CamClayState};
 pub use cfd_soil::{CfdSoilSpec, ShearNorm};
 pub use cohesive_band::{CohesiveBand, CohesiveBandSpec, CohesiveState};
-pub use cohesive_cam_clay::{CamClayHardening, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState};
+pub use cohesive_cam_clay::{
+    CamClayHardening, CamClayInvariants, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState,
+};
 pub use cohesive_damage::{CohesiveDamage, CohesiveDamageSpec, DamageState};
-pub use double_scale::{BandSpec, BandedState, DoubleScale, DoubleScaleSpec, Onset};
+pub use double_scale::{
+    BandSpec, BandedState, DoubleScale, DoubleScaleSpec, LocalSolve, Onset, OutsideStrength,
+};
 pub use drucker_prager::{DruckerPrager, DruckerPragerSpec, Integration, Matching, PlasticStrain, Softening};
 pub use eigenstrain::EigenstrainSpec;
 pub use equation_of_state::{Barotropic, EquationOfState, FluidState};

@@ -17,13 +17,17 @@ use super::linear_elastic::stiff_warnings;
 use super::multi_surface::{self, ActiveSet, Plane, active_set};
 use super::strength_reduced::StrengthReduction;
 use crate::hencky::small_strain_tangent;
+use crate::lanes::{Lanes, Spectra};
 use crate::model::{Facts, Kind, Model, StrainMeasure, check};
 use crate::{
-    InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
+    BLOCK, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
     Tangent,
 };
 
 const NAME: &str = "mohr-coulomb";
+
+/// Points of a batch near yield from which on the spectra of all are found at once.
+const WORTH_A_BATCH: usize = 8;
 
 /// Parameters of `mohr-coulomb`, angles in degrees.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -88,6 +92,7 @@ impl MohrCoulombSpec {
             elasticity.lame() * (k - 1.0) * (m - 1.0) + 2.0 * elasticity.shear_modulus * (k * m + 1.0);
         let rule = "contracts faster than this stiffness can follow (aᵀ D b must be positive)";
         check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
+        let peak = peak.returns(&elasticity);
         Ok(MohrCoulomb { name: NAME, elasticity, spec: self.clone(), constant, peak })
     }
 }
@@ -236,109 +241,33 @@ impl Pyramid {
 
     /// Return map in principal stresses (sheet §3.7.2, steps 1–5).
     pub fn return_map(&self, elasticity: &Elasticity, trial: [f64; 3]) -> ([f64; 3], Region) {
-        let region = self.region(elasticity, trial);
-        (self.return_to(region, elasticity, trial), region)
+        self.returns(elasticity).map(trial)
     }
 
     /// The part of the surface that the return of `trial` ends on.
     pub fn region(&self, elasticity: &Elasticity, trial: [f64; 3]) -> Region {
-        let region = self.shear_region(elasticity, trial);
-        let slack = 8.0 * f64::EPSILON * (trial[0].abs() + self.strength);
-        if self.return_to(region, elasticity, trial)[0] <= self.cut_off + slack {
-            return region;
-        }
-        active_set(&self.planes(), elasticity, trial).map_or(Region::Apex, Region::CutOff)
-    }
-
-    /// As [`Pyramid::region`], without the cut-off.
-    fn shear_region(&self, elasticity: &Elasticity, trial: [f64; 3]) -> Region {
-        let excess = self.shear_excess(trial);
-        // Round-off of an earlier return is not flow.
-        let scale = self.friction * trial[0].abs() + trial[2].abs() + self.strength;
-        if excess <= 8.0 * f64::EPSILON * scale {
-            return Region::Elastic;
-        }
-        if self.friction == 1.0 {
-            // Without friction there is no apex: the prism of Tresca (sheet §3.7.4).
-            let plane = self.return_to(Region::Plane, elasticity, trial);
-            return if trial[1] > plane[0] {
-                Region::CompressionEdge
-            } else if trial[1] < plane[2] {
-                Region::ExtensionEdge
-            } else {
-                Region::Plane
-            };
-        }
-        let from_apex = self.relative_to_apex(trial);
-        let direction = self.return_direction(elasticity);
-        let [along_1, along_2] = self.edges().map(|edge| edge.position(elasticity, from_apex));
-        let [beside_1, beside_2] = self.edges().map(|edge| dot(cross(direction, edge.direction), from_apex));
-        if along_1 > 0.0 && along_2 > 0.0 {
-            Region::Apex
-        } else if beside_1 < 0.0 {
-            Region::CompressionEdge
-        } else if beside_2 > 0.0 {
-            Region::ExtensionEdge
-        } else {
-            Region::Plane
-        }
+        self.returns(elasticity).map(trial).1
     }
 
     /// Principal stresses of the return of `trial` to the given part of the surface.
     pub fn return_to(&self, region: Region, elasticity: &Elasticity, trial: [f64; 3]) -> [f64; 3] {
-        match region {
-            Region::Elastic => trial,
-            Region::Plane => {
-                let direction = self.return_direction(elasticity);
-                let onto = |s: [f64; 3]| {
-                    let excess = self.shear_excess(s);
-                    std::array::from_fn(|i| s[i] - excess * direction[i])
-                };
-                // Twice: round-off is then that of the result, not of the trial.
-                onto(onto(trial))
-            }
-            Region::Apex => [self.cut_off.min(self.strength / (self.friction - 1.0)); 3],
-            Region::CutOff(set) => {
-                let (planes, onto) = (self.planes(), multi_surface::return_to);
-                onto(&planes, set, elasticity, onto(&planes, set, elasticity, trial))
-            }
-            _ if self.friction == 1.0 => {
-                let mean = (trial[0] + trial[1] + trial[2]) / 3.0;
-                let third = self.strength / 3.0;
-                if region == Region::CompressionEdge {
-                    [mean + third, mean + third, mean - 2.0 * third]
-                } else {
-                    [mean + 2.0 * third, mean - third, mean - third]
-                }
-            }
-            Region::CompressionEdge | Region::ExtensionEdge => {
-                let edge = self.edges()[usize::from(region == Region::ExtensionEdge)];
-                let apex = self.strength / (self.friction - 1.0);
-                let position = edge.position(elasticity, self.relative_to_apex(trial));
-                edge.direction.map(|r| apex + position * r)
-            }
-        }
+        self.returns(elasticity).to(region, trial)
     }
 
-    fn relative_to_apex(&self, trial: [f64; 3]) -> [f64; 3] {
-        trial.map(|s| s - self.strength / (self.friction - 1.0))
-    }
-
-    /// `D b / (aᵀ D b)`: change of stress of a return to the plane, per unit of the yield function.
-    fn return_direction(&self, elasticity: &Elasticity) -> [f64; 3] {
+    /// What all returns to the pyramid have in common.
+    fn returns(&self, elasticity: &Elasticity) -> Returns {
         let (k, m) = (self.friction, self.dilatancy);
-        let (lame, two_g) = (elasticity.lame(), 2.0 * elasticity.shear_modulus);
-        let db = [m, 0.0, -1.0].map(|b| lame * (m - 1.0) + two_g * b);
+        let db = stiffness(elasticity, [m, 0.0, -1.0]);
         let scale = 1.0 / (k * db[0] - db[2]);
-        db.map(|c| c * scale)
-    }
-
-    fn edges(&self) -> [Edge; 2] {
-        let (k, m) = (self.friction, self.dilatancy);
-        [
-            Edge { direction: [1.0, 1.0, k], flow: [1.0, 1.0, m] },
-            Edge { direction: [1.0, k, k], flow: [1.0, m, m] },
-        ]
+        let direction = db.map(|c| c * scale);
+        let edges = [([1.0, 1.0, k], [1.0, 1.0, m]), ([1.0, k, k], [1.0, m, m])];
+        let edges = edges.map(|(edge, flow)| {
+            // Elastic strain along the edge of the potential is not relaxed by the flow.
+            let held = elastic_strain(elasticity, flow);
+            let scale = 1.0 / dot(held, edge);
+            Edge { direction: edge, position: held.map(|c| c * scale), beside: cross(direction, edge) }
+        });
+        Returns { pyramid: *self, elasticity: *elasticity, direction, edges, apex: self.strength / (k - 1.0) }
     }
 
     /// `∂σ_A/∂ε_B` of a return that ends in `region` (sheet §3.10), of constant strength.
@@ -366,20 +295,117 @@ impl Pyramid {
     }
 }
 
-/// An edge of the pyramid.
-#[derive(Clone, Copy)]
-struct Edge {
+/// A pyramid with what its returns have in common.
+#[derive(Clone, Debug, PartialEq)]
+struct Returns {
+    pyramid: Pyramid,
+    elasticity: Elasticity,
+    /// `D b / (aᵀ D b)`: change of stress of a return to the plane, per unit of the yield function.
     direction: [f64; 3],
-    /// Direction of the edge of the potential: elastic strain along it is not relaxed by the flow.
-    flow: [f64; 3],
+    /// Of triaxial compression and of triaxial extension.
+    edges: [Edge; 2],
+    /// Principal stress at the apex (Pa); infinite without friction.
+    apex: f64,
 }
 
-impl Edge {
-    /// Position along the edge that the return of a trial ends at, both measured from the apex.
-    fn position(&self, elasticity: &Elasticity, from_apex: [f64; 3]) -> f64 {
-        dot(self.flow, elastic_strain(elasticity, from_apex))
-            / dot(self.flow, elastic_strain(elasticity, self.direction))
+/// An edge of the pyramid; positions are measured from the apex.
+#[derive(Clone, Debug, PartialEq)]
+struct Edge {
+    direction: [f64; 3],
+    /// Of a trial, the position along the edge that its return ends at.
+    position: [f64; 3],
+    /// Normal of the plane through the edge and the direction of return.
+    beside: [f64; 3],
+}
+
+impl Returns {
+    /// Return of `trial` and the part of the surface it ends on.
+    #[inline]
+    fn map(&self, trial: [f64; 3]) -> ([f64; 3], Region) {
+        let region = self.shear_region(trial);
+        let stress = self.to(region, trial);
+        let slack = 8.0 * f64::EPSILON * (trial[0].abs() + self.pyramid.strength);
+        if stress[0] <= self.pyramid.cut_off + slack {
+            return (stress, region);
+        }
+        let set = active_set(&self.pyramid.planes(), &self.elasticity, trial);
+        let region = set.map_or(Region::Apex, Region::CutOff);
+        (self.to(region, trial), region)
     }
+
+    /// The part of the surface without its cut-off.
+    #[inline]
+    fn shear_region(&self, trial: [f64; 3]) -> Region {
+        let pyramid = &self.pyramid;
+        // Round-off of an earlier return is not flow.
+        let scale = pyramid.friction * trial[0].abs() + trial[2].abs() + pyramid.strength;
+        if pyramid.shear_excess(trial) <= 8.0 * f64::EPSILON * scale {
+            return Region::Elastic;
+        }
+        if pyramid.friction == 1.0 {
+            // Without friction there is no apex: the prism of Tresca (sheet §3.7.4).
+            let plane = self.to(Region::Plane, trial);
+            return if trial[1] > plane[0] {
+                Region::CompressionEdge
+            } else if trial[1] < plane[2] {
+                Region::ExtensionEdge
+            } else {
+                Region::Plane
+            };
+        }
+        let from_apex = trial.map(|s| s - self.apex);
+        let [first, second] = &self.edges;
+        if dot(first.position, from_apex) > 0.0 && dot(second.position, from_apex) > 0.0 {
+            Region::Apex
+        } else if dot(first.beside, from_apex) < 0.0 {
+            Region::CompressionEdge
+        } else if dot(second.beside, from_apex) > 0.0 {
+            Region::ExtensionEdge
+        } else {
+            Region::Plane
+        }
+    }
+
+    /// Principal stresses of the return of `trial` to the given part of the surface.
+    #[inline]
+    fn to(&self, region: Region, trial: [f64; 3]) -> [f64; 3] {
+        let pyramid = &self.pyramid;
+        match region {
+            Region::Elastic => trial,
+            Region::Plane => {
+                let onto = |s: [f64; 3]| {
+                    let excess = pyramid.shear_excess(s);
+                    std::array::from_fn(|i| s[i] - excess * self.direction[i])
+                };
+                // Twice: round-off is then that of the result, not of the trial.
+                onto(onto(trial))
+            }
+            Region::Apex => [pyramid.cut_off.min(self.apex); 3],
+            Region::CutOff(set) => {
+                let onto = |s| multi_surface::return_to(&pyramid.planes(), set, &self.elasticity, s);
+                onto(onto(trial))
+            }
+            _ if pyramid.friction == 1.0 => {
+                let mean = (trial[0] + trial[1] + trial[2]) / 3.0;
+                let third = pyramid.strength / 3.0;
+                if region == Region::CompressionEdge {
+                    [mean + third, mean + third, mean - 2.0 * third]
+                } else {
+                    [mean + 2.0 * third, mean - third, mean - third]
+                }
+            }
+            Region::CompressionEdge | Region::ExtensionEdge => {
+                let edge = &self.edges[usize::from(region == Region::ExtensionEdge)];
+                let position = dot(edge.position, trial.map(|s| s - self.apex));
+                edge.direction.map(|r| self.apex + position * r)
+            }
+        }
+    }
+}
+
+fn stiffness(elasticity: &Elasticity, v: [f64; 3]) -> [f64; 3] {
+    let volumetric = elasticity.lame() * (v[0] + v[1] + v[2]);
+    v.map(|c| volumetric + 2.0 * elasticity.shear_modulus * c)
 }
 
 fn elastic_strain(elasticity: &Elasticity, v: [f64; 3]) -> [f64; 3] {
@@ -394,7 +420,7 @@ pub struct MohrCoulomb {
     elasticity: Elasticity,
     spec: MohrCoulombSpec,
     constant: bool,
-    peak: Pyramid,
+    peak: Returns,
 }
 
 impl MohrCoulomb {
@@ -408,15 +434,21 @@ impl MohrCoulomb {
         let mut law = self.clone();
         law.spec.cohesion *= share;
         law.spec.softening = law.spec.softening.map(|s| s.scaled_cohesion(share));
-        law.peak.strength *= share;
+        let strength = law.peak.pyramid.strength * share;
+        law.peak = Pyramid { strength, ..law.peak.pyramid }.returns(&law.elasticity);
         law
     }
 
     /// The pyramid at plastic strain `kappa`.
     pub fn pyramid_at(&self, kappa: f64) -> Pyramid {
         if self.constant {
-            return self.peak;
+            return self.peak.pyramid;
         }
+        self.softened(kappa)
+    }
+
+    #[inline(never)]
+    fn softened(&self, kappa: f64) -> Pyramid {
         let spec = &self.spec;
         let peak = (spec.friction_angle.to_radians(), spec.cohesion);
         let (friction, cohesion) = spec.softening.map_or(peak, |s| s.strength(peak, kappa));
@@ -426,14 +458,14 @@ impl MohrCoulomb {
 
     /// Deviatoric plastic strain of a return from `trial` to `stress`.
     fn plastic_increment(&self, trial: [f64; 3], stress: [f64; 3]) -> f64 {
-        let strain = elastic_strain(&self.elasticity, std::array::from_fn(|i| trial[i] - stress[i]));
-        let mean = (strain[0] + strain[1] + strain[2]) / 3.0;
-        let deviator = strain.map(|c| c - mean);
-        (2.0 / 3.0 * dot(deviator, deviator)).sqrt()
+        let change: [f64; 3] = std::array::from_fn(|i| trial[i] - stress[i]);
+        let mean = (change[0] + change[1] + change[2]) / 3.0;
+        let deviator = change.map(|c| c - mean);
+        (2.0 / 3.0 * dot(deviator, deviator)).sqrt() / (2.0 * self.elasticity.shear_modulus)
     }
 
     /// True where no principal stress can violate yield, from invariants alone.
-    #[inline]
+    #[inline(always)]
     fn surely_elastic(&self, trial: &SymTensor, pyramid: &Pyramid) -> bool {
         let mean = trial.trace() / 3.0;
         let s = trial.deviator();
@@ -453,8 +485,9 @@ impl SmallStrain for MohrCoulomb {
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
         let principal = initial.stress.principal_values();
-        let scale = self.peak.strength + self.peak.friction * principal[0].abs() + principal[2].abs();
-        super::check_initial(self.name, &initial.stress, self.peak.yield_value(principal), scale)?;
+        let peak = &self.peak.pyramid;
+        let scale = peak.strength + peak.friction * principal[0].abs() + principal[2].abs();
+        super::check_initial(self.name, &initial.stress, peak.yield_value(principal), scale)?;
         Ok(Point { stress: initial.stress, state: PlasticStrain::default() })
     }
 
@@ -473,18 +506,43 @@ impl SmallStrain for MohrCoulomb {
         if !trial.is_finite() {
             return Err(MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" });
         }
-        // The closed form of the principal values is good to half the digits where two of them meet.
-        let rough = trial.principal_values();
-        let fuzz = 1e-7 * (pyramid.friction * rough[0].abs() + rough[2].abs());
-        if pyramid.yield_value(rough) <= -fuzz {
-            return Ok(Point { stress: trial, state: old.state });
-        }
         let spectrum = trial.spectrum();
-        if pyramid.yield_value(spectrum.values) <= 0.0 {
-            return Ok(Point { stress: trial, state: old.state });
-        }
         let (principal, state) = self.return_principal(spectrum.values, &old.state)?;
+        if principal == spectrum.values {
+            return Ok(Point { stress: trial, state });
+        }
         Ok(Point { stress: spectrum.compose(principal), state })
+    }
+
+    #[inline]
+    fn update_lanes(&self, lanes: &mut Lanes, states: &mut [PlasticStrain]) -> bool {
+        if !self.constant {
+            return false;
+        }
+        let mut inside = [0.0; BLOCK];
+        lanes.for_each(&mut inside, |strain, stress| {
+            let trial = *stress + self.elasticity.stress(strain);
+            let elastic = self.surely_elastic(&trial, &self.peak.pyramid);
+            (trial, if elastic { 1.0 } else { 0.0 })
+        });
+        let outside = inside.iter().take(states.len()).filter(|inside| **inside == 0.0).count();
+        let mut spectra = Spectra::EMPTY;
+        if outside >= WORTH_A_BATCH {
+            lanes.spectra(&mut spectra);
+        }
+        for (index, state) in states.iter_mut().enumerate() {
+            if inside[index] == 1.0 {
+                continue;
+            }
+            let spectrum =
+                if outside >= WORTH_A_BATCH { spectra.of(index) } else { lanes.stress_of(index).spectrum() };
+            let (principal, region) = self.peak.map(spectrum.values);
+            if region != Region::Elastic {
+                state.deviatoric += self.plastic_increment(spectrum.values, principal);
+                lanes.set_stress(index, &spectrum.compose(principal));
+            }
+        }
+        true
     }
 
     fn wave_modulus(&self, _point: &Point<PlasticStrain>) -> f64 {
@@ -535,8 +593,11 @@ impl PrincipalReturn for MohrCoulomb {
         state: &PlasticStrain,
     ) -> Result<([f64; 3], PlasticStrain), MaterialError> {
         let kappa = state.deviatoric;
-        let at = |kappa: f64| self.pyramid_at(kappa).return_map(&self.elasticity, trial);
-        let (mut stress, region) = at(kappa);
+        let (mut stress, region) = if self.constant {
+            self.peak.map(trial)
+        } else {
+            self.softened(kappa).return_map(&self.elasticity, trial)
+        };
         if region == Region::Elastic {
             return Ok((trial, *state));
         }

@@ -13,9 +13,9 @@ use std::sync::Arc;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::{Deserialize, Serialize};
 
-use super::cam_clay::{CamClayConstants, CamClaySpec, CamClayState, CamClayTrial, LARGEST_STEP, OUTPUTS};
+use super::cam_clay::{CamClayConstants, CamClaySpec, CamClayState, CamClayTrial, OUTPUTS};
 use super::root::{falling_root, less_round_off};
-use super::substep::{self, Advance, substepped};
+use super::substep::Advance;
 use crate::model::{Facts, Kind, Model};
 use crate::{
     Corotational, InitialCondition, Material, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent,
@@ -169,15 +169,7 @@ impl OriginalCamClay {
         Ok(advance)
     }
 
-    fn advance(
-        &self,
-        strain: &SymTensor,
-        old: &Point<CamClayState>,
-    ) -> Result<Advance<CamClayState>, MaterialError> {
-        substepped(NAME, strain, LARGEST_STEP, old, |part, old| self.step(part, old))
-    }
-
-    /// Consistent tangent of an undivided step, by the implicit-function theorem on
+    /// Consistent tangent, by the implicit-function theorem on
     /// `q_tr - 3 G Δ - M L p` with `L` and `p` as functions of `Δ` and the trial.
     fn step_tangent(&self, strain: &SymTensor, old: &Point<CamClayState>) -> Option<Tangent> {
         let trial = self.constants.trial(strain, old);
@@ -238,7 +230,7 @@ impl SmallStrain for OriginalCamClay {
         _motion: &Motion,
         old: &Point<CamClayState>,
     ) -> Result<Point<CamClayState>, MaterialError> {
-        self.advance(strain, old).map(|advance| advance.point)
+        self.step(strain, old).map(|advance| advance.point)
     }
 
     fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
@@ -246,9 +238,6 @@ impl SmallStrain for OriginalCamClay {
     }
 
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<CamClayState>) -> Option<Tangent> {
-        if substep::count(strain, LARGEST_STEP) > 1 {
-            return None;
-        }
         self.step_tangent(strain, old)
     }
 
@@ -265,7 +254,7 @@ impl SmallStrain for OriginalCamClay {
         old: &Point<CamClayState>,
         _new: &Point<CamClayState>,
     ) -> Option<f64> {
-        self.advance(strain, old).ok().map(|advance| advance.dissipated)
+        self.step(strain, old).ok().map(|advance| advance.dissipated)
     }
 
     fn output_names(&self) -> &'static [&'static str] {

@@ -327,6 +327,10 @@ impl SmallStrain for PressureElastic {
         Ok(Point { stress: trial.stress(step.pressure, 1.0), state })
     }
 
+    fn largest_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
     fn wave_modulus(&self, point: &Point<VoidRatio>) -> f64 {
         let modulus = self.bulk_modulus(point.stress.pressure(), point.state.void_ratio);
         1.1 * modulus * (1.0 + 4.0 / 3.0 * self.shear_ratio)

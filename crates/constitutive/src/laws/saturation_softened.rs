@@ -50,11 +50,12 @@ impl Model for SaturationSoftenedSpec {
             let rule = format!("is not between 0 and the cohesion of the material, {dry} Pa");
             check("saturated_cohesion", saturated, (0.0..=dry).contains(&saturated), &rule)
         };
-        let refuse = |rule: &str| Err(MaterialError::Choice { field: "material", rule: rule.to_owned() });
+        let under = |error: MaterialError| error.of_model(self.material.name()).under("material");
+        let refuse = |rule: &str| Err(MaterialError::choice("material", rule));
         match &*self.material {
             MaterialSpec::DruckerPrager(spec) if spec.strain_measure == StrainMeasure::Rate => {
                 within(spec.cohesion)?;
-                let law = spec.law()?;
+                let law = spec.law().map_err(under)?;
                 Ok(Arc::new(Corotational(SaturationSoftened { law, dry: spec.cohesion, saturated })))
             }
             MaterialSpec::MohrCoulomb(spec) if spec.strain_measure == StrainMeasure::Rate => {
@@ -62,7 +63,7 @@ impl Model for SaturationSoftenedSpec {
                 if spec.tensile_strength.is_some() {
                     return refuse("a tension cut-off does not go with strength lost by saturation");
                 }
-                let law = spec.law()?;
+                let law = spec.law().map_err(under)?;
                 Ok(Arc::new(Corotational(SaturationSoftened { law, dry: spec.cohesion, saturated })))
             }
             _ => refuse("must be drucker-prager or mohr-coulomb in rate form"),

@@ -20,16 +20,13 @@ use super::linear_elastic::stiff_warnings;
 use super::pressure_elastic::{LEAST_PRESSURE, check_poissons_ratio, shear_ratio, void_ratio_after};
 use super::radial::RadialTrial;
 use super::root::{falling_root, less_round_off};
-use super::substep::{self, Advance, substepped};
+use super::substep::Advance;
 use crate::model::{Facts, Kind, Model, check, not_negative, positive};
 use crate::{
     Corotational, InitialCondition, Material, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent,
 };
 
 const NAME: &str = "simsand";
-
-/// Largest strain increment of a substep (sheet §3.8).
-const LARGEST_STEP: f64 = 1e-2;
 
 /// Plastic shear every point starts with, so that the surface has a slope at zero stress ratio.
 const FIRST_SHEAR: f64 = 1e-9;
@@ -430,18 +427,7 @@ impl Simsand {
         Ok(Advance { point: Point { stress, state }, dissipated })
     }
 
-    fn advance(
-        &self,
-        strain: &SymTensor,
-        old: &Point<SimsandState>,
-    ) -> Result<Advance<SimsandState>, MaterialError> {
-        if *strain == SymTensor::ZERO {
-            return Ok(Advance { point: *old, dissipated: 0.0 });
-        }
-        substepped(NAME, strain, LARGEST_STEP, old, |part, old| self.step(part, old))
-    }
-
-    /// Consistent tangent of an undivided step, by the implicit-function theorem on the pressure and yield
+    /// Consistent tangent, by the implicit-function theorem on the pressure and yield
     /// conditions.
     fn step_tangent(&self, strain: &SymTensor, old: &Point<SimsandState>) -> Option<Tangent> {
         let trial = self.trial(strain, old);
@@ -536,7 +522,10 @@ impl SmallStrain for Simsand {
         _motion: &Motion,
         old: &Point<SimsandState>,
     ) -> Result<Point<SimsandState>, MaterialError> {
-        self.advance(strain, old).map(|advance| advance.point)
+        if *strain == SymTensor::ZERO {
+            return Ok(*old);
+        }
+        self.step(strain, old).map(|advance| advance.point)
     }
 
     fn wave_modulus(&self, point: &Point<SimsandState>) -> f64 {
@@ -545,9 +534,6 @@ impl SmallStrain for Simsand {
     }
 
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<SimsandState>) -> Option<Tangent> {
-        if substep::count(strain, LARGEST_STEP) > 1 {
-            return None;
-        }
         self.step_tangent(strain, old)
     }
 
@@ -569,7 +555,7 @@ impl SmallStrain for Simsand {
         old: &Point<SimsandState>,
         _new: &Point<SimsandState>,
     ) -> Option<f64> {
-        self.advance(strain, old).ok().map(|advance| advance.dissipated)
+        self.step(strain, old).ok().map(|advance| advance.dissipated)
     }
 
     fn output_names(&self) -> &'static [&'static str] {

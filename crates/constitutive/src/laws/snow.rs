@@ -19,15 +19,19 @@ use serde::{Deserialize, Serialize};
 
 use super::finite_elastic::{PrincipalStress, deformation_of, elongations, finite, stepped, volume_change};
 use super::linear_elastic::stiff_warnings;
+use super::substep::divided;
 use super::{Elasticity, FixedCorotated};
 use crate::model::{Facts, Kind, Model, check, not_negative, positive};
-use crate::tangent::{from_spatial, kirchhoff_tangent};
+use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent};
 use crate::{
     InitialCondition, Mat3, Material, MaterialError, Motion, Point, Spectrum, StressUpdate, SymTensor,
     Tangent,
 };
 
 const NAME: &str = "snow";
+
+/// Strain increment above which a step is divided (sheet §3.8).
+const LARGEST_STEP: f64 = 0.2;
 
 /// Parameters of `snow`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -288,11 +292,19 @@ impl StressUpdate for Snow {
         if motion.deformation == Mat3::IDENTITY {
             return Ok(*old);
         }
-        self.point(&self.step(motion, &old.state)?)
+        let step = |part: &Motion, from: &Point<SnowState>| self.point(&self.step(part, &from.state)?);
+        let strain = motion.strain_increment();
+        if strain.dot(&strain) <= LARGEST_STEP * LARGEST_STEP {
+            return step(motion, old);
+        }
+        divided(motion, LARGEST_STEP, old, step)
     }
 
     /// Consistent tangent: a clamped stretch feeds the volume, and through it the moduli.
     fn tangent(&self, motion: &Motion, old: &Point<SnowState>) -> Result<Tangent, MaterialError> {
+        if motion.strain_increment().norm() > LARGEST_STEP {
+            return numerical_tangent(motion, |m| StressUpdate::update(self, m, old).map(|p| p.stress));
+        }
         let clamped = self.step(motion, &old.state)?;
         let PrincipalStress { stress, slope } = self.principal(clamped.elongations);
         let (h, rate) =

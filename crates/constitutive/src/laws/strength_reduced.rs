@@ -82,7 +82,6 @@ pub struct StrengthReducedSpec {
 
 impl StrengthReducedSpec {
     fn reduced(&self) -> Result<MaterialSpec, MaterialError> {
-        positive("factor", self.factor, "")?;
         let Self { factor, scope, keep_dilatancy, .. } = *self;
         self.material.strength_reduced(&StrengthReduction { factor, scope, keep_dilatancy })
     }
@@ -105,7 +104,10 @@ impl Model for StrengthReducedSpec {
     }
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        self.reduced()?.build()
+        let under = |error: MaterialError| error.under("material");
+        positive("factor", self.factor, "")?;
+        self.material.build().map_err(under)?;
+        self.reduced().and_then(|material| material.build()).map_err(under)
     }
 
     fn warnings(&self) -> Vec<String> {

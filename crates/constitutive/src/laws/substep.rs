@@ -1,13 +1,14 @@
-//! The substepping policy of the nonlinear laws (constitutive sheet §3.8).
+//! The substepping policy (constitutive sheet §3.8): a step that is too large, or whose local solve does not
+//! converge, is taken in 2, 4, … 64 equal parts.
 
-use crate::{MaterialError, Point, SymTensor};
+use crate::{MaterialError, Motion, Point, SymTensor};
 
 /// Most substeps before a step is given up.
 const MOST: u32 = 64;
 
 /// What a step or substep leads to.
 #[derive(Clone, Debug)]
-pub(super) struct Advance<S> {
+pub(crate) struct Advance<S> {
     /// The new point.
     pub point: Point<S>,
     /// Work dissipated on the way (J/m³).
@@ -15,7 +16,7 @@ pub(super) struct Advance<S> {
 }
 
 /// Number of equal substeps a strain increment starts with: none of them is larger than `largest`.
-pub(super) fn count(strain: &SymTensor, largest: f64) -> u32 {
+pub(crate) fn count(strain: &SymTensor, largest: f64) -> u32 {
     let norm = strain.norm();
     let mut count = 1;
     while count < MOST && norm > largest * f64::from(count) {
@@ -29,7 +30,7 @@ pub(super) fn count(strain: &SymTensor, largest: f64) -> u32 {
 ///
 /// # Errors
 /// For a strain increment of 1 or more, and what `step` says with the most substeps.
-pub(super) fn substepped<S: Clone>(
+pub(crate) fn substepped<S: Clone>(
     model: &'static str,
     strain: &SymTensor,
     largest: f64,
@@ -43,6 +44,32 @@ pub(super) fn substepped<S: Clone>(
     let mut count = count(strain, largest);
     loop {
         match in_parts(count, strain, old, &step) {
+            Err(MaterialError::NotConverged { .. }) if count < MOST => count *= 2,
+            result => return result,
+        }
+    }
+}
+
+/// As [`substepped`], of a motion at finite strain: the parts are roots of its deformation.
+///
+/// # Errors
+/// What `step` says with the most substeps.
+pub(crate) fn divided<P>(
+    motion: &Motion,
+    largest: f64,
+    old: &P,
+    step: impl Fn(&Motion, &P) -> Result<P, MaterialError>,
+) -> Result<P, MaterialError> {
+    let mut count = count(&motion.strain_increment(), largest);
+    loop {
+        // A motion without a root is taken whole.
+        let part = if count > 1 { motion.part(count) } else { None };
+        let (part, parts) = part.map_or((*motion, 1), |part| (part, count));
+        let mut result = step(&part, old);
+        for _ in 1..parts {
+            result = result.and_then(|point| step(&part, &point));
+        }
+        match result {
             Err(MaterialError::NotConverged { .. }) if count < MOST => count *= 2,
             result => return result,
         }

@@ -135,7 +135,7 @@ impl Model for UmatSpec {
         }
         if self.material_name.len() > 80 {
             let rule = format!("{:?} has more than 80 bytes", self.material_name);
-            return Err(MaterialError::Choice { field: "material_name", rule });
+            return Err(MaterialError::choice("material_name", rule));
         }
         let routine = Routine::load(&self.library, &self.symbol)?;
         Ok(Arc::new(Umat { spec: self.clone(), routine }))
@@ -167,7 +167,7 @@ fn libraries() -> &'static Mutex<HashMap<PathBuf, Opened>> {
 impl Routine {
     #[allow(unsafe_code, reason = "code of another language can be called in no other way")]
     fn load(path: &Path, symbol: &str) -> Result<Self, MaterialError> {
-        let fail = |field, rule: String| Err(MaterialError::Choice { field, rule });
+        let fail = |field: &str, rule: String| Err(MaterialError::choice(field, rule));
         let file = match path.canonicalize() {
             Ok(file) => file,
             Err(error) => return fail("library", format!("{}: {error}", path.display())),

@@ -64,7 +64,7 @@ impl Model for UndrainedSpec {
             start: pressure,
             least: self.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
         };
-        Ok(Arc::new(Around::new(wrapper, self.skeleton.build()?)))
+        Ok(Arc::new(Around::new(wrapper, self.skeleton.build().map_err(|error| error.under("skeleton"))?)))
     }
 
     fn warnings(&self) -> Vec<String> {

@@ -66,6 +66,7 @@ impl VonMisesSpec {
             residual_cohesion,
             friction_rate: 0.0,
             cohesion_rate: self.softening_rate,
+            hardening: false,
         });
         let law = DruckerPragerSpec {
             density: self.density,
@@ -83,7 +84,10 @@ impl VonMisesSpec {
             integration: Integration::default(),
             strain_measure: self.strain_measure,
         };
-        Ok(law.law()?.named("von-mises"))
+        let own = |error: MaterialError| error.renamed("softening.residual_cohesion", "residual_cohesion");
+        let law =
+            law.law().map_err(|error| own(error.renamed("softening.cohesion_rate", "softening_rate")))?;
+        Ok(law.named("von-mises"))
     }
 }
 

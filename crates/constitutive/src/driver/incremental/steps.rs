@@ -273,6 +273,7 @@ impl Load {
             amplitude: scaled(self.amplitude),
             phase: self.phase.map(|phase| phase * 180.0 / PI),
             spin: [0.0; 3],
+            fluid_stiffness: None,
         }
     }
 }

@@ -10,224 +10,25 @@
 //!
 //! The return is implicit in `p0`: one bracketed unknown, the plastic volumetric strain of the step,
 //! around the projection onto an ellipse of given size. A collapse within a step releases the stress;
-//! what is left of the trial's compaction packs the debris, its deviator is lost. Limits: three
-//! dimensions and plane strain (`ε_zz` is a member of the state); softening has no length of its own; where
+//! what is left of the trial's compaction packs the debris, its deviator is lost. With
+//! invariants of the plane (`d = 2`) the same in two dimensions, see [`CamClayInvariants`]. Limits: softening has no length of its own; where
 //! `α ξ cosh(ξ x0) ≥ 1` the weak layer snaps, that is, loses its stress at once under controlled strain.
 
-use std::sync::Arc;
+mod ellipse;
+mod parameters;
+mod planar;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use super::linear_elastic::stiff_warnings;
-use crate::model::{Facts, Kind, Model, not_negative, positive};
-use crate::{
-    Hencky, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
-};
+use crate::{InitialCondition, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor};
+
+use ellipse::{Conditions, Surface};
+
+pub use ellipse::{Ellipse, Projection};
+pub use parameters::{CamClayHardening, CamClayInvariants, CohesiveCamClaySpec};
 
 const NAME: &str = "cohesive-cam-clay";
-
-/// Parameters of `cohesive-cam-clay`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CohesiveCamClaySpec {
-    /// Density (kg/m³), > 0.
-    pub density: f64,
-    /// Young's modulus (Pa), > 0.
-    pub youngs_modulus: f64,
-    /// Poisson's ratio, between -1 and 0.5.
-    pub poissons_ratio: f64,
-    /// Slope `M = q/p` of the critical state without cohesion, > 0.
-    pub critical_state_slope: f64,
-    /// Isotropic tensile strength over `p0`, β, not negative.
-    #[serde(default)]
-    pub cohesion_ratio: f64,
-    /// Isotropic compressive strength `p0` at the start (Pa), > 0.
-    pub compressive_strength: f64,
-    /// How fast `p0` follows the plastic volumetric strain, ξ, > 0.
-    pub hardening_factor: f64,
-    /// What changes `p0`.
-    #[serde(default)]
-    pub hardening: CamClayHardening,
-}
-
-/// What changes the isotropic compressive strength of `cohesive-cam-clay`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum CamClayHardening {
-    /// Plastic compaction hardens, plastic dilation softens.
-    #[default]
-    Slab,
-    /// Plastic volume change of either sign softens until the layer collapses; then as the slab, without
-    /// cohesion.
-    WeakLayer {
-        /// Anticrack strain per plastic volumetric strain before the collapse, α, > 0.
-        softening_factor: f64,
-    },
-}
-
-impl CohesiveCamClaySpec {
-    /// Checks the ranges and builds the law.
-    ///
-    /// # Errors
-    /// The first parameter out of range.
-    pub fn law(&self) -> Result<CohesiveCamClay, MaterialError> {
-        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
-        positive("critical_state_slope", self.critical_state_slope, "")?;
-        not_negative("cohesion_ratio", self.cohesion_ratio, "")?;
-        positive("compressive_strength", self.compressive_strength, "Pa")?;
-        positive("hardening_factor", self.hardening_factor, "")?;
-        if let CamClayHardening::WeakLayer { softening_factor } = self.hardening {
-            positive("hardening.softening_factor", softening_factor, "")?;
-        }
-        Ok(CohesiveCamClay { elasticity, spec: self.clone() })
-    }
-}
-
-impl Model for CohesiveCamClaySpec {
-    const FACTS: Facts = Facts {
-        source: "Gaume et al. 2020, eqs. 54–58",
-        kind: Kind::Solid,
-        strain: "Hencky",
-        tangent: "analytic",
-    };
-
-    fn density(&self) -> f64 {
-        self.density
-    }
-
-    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        Ok(Arc::new(Hencky(self.law()?)))
-    }
-
-    fn warnings(&self) -> Vec<String> {
-        let mut warnings = stiff_warnings(self.poissons_ratio);
-        if let (CamClayHardening::WeakLayer { softening_factor }, Ok(law)) = (self.hardening, self.law()) {
-            let slope =
-                softening_factor * law.strength(law.initial_strain()).1.abs() / law.elasticity.bulk_modulus;
-            if slope >= 1.0 {
-                warnings.push(format!(
-                    "hardening.softening_factor: {softening_factor} makes the weak layer snap (α ξ cosh(ξ x0) = \
-                     {slope:.3}, stable below 1)"
-                ));
-            }
-        }
-        warnings
-    }
-
-    fn examples() -> Vec<Self> {
-        let with = |hardening_factor, hardening| Self {
-            density: 250.0,
-            youngs_modulus: 20e6,
-            poissons_ratio: 0.3,
-            critical_state_slope: 0.8,
-            cohesion_ratio: 0.1,
-            compressive_strength: 200e3,
-            hardening_factor,
-            hardening,
-        };
-        vec![
-            with(10.0, CamClayHardening::Slab),
-            with(0.5, CamClayHardening::WeakLayer { softening_factor: 1.0 }),
-            with(1.0, CamClayHardening::WeakLayer { softening_factor: 3.0 }),
-        ]
-    }
-}
-
-/// The yield surface at some compressive strength.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ellipse {
-    /// Slope `M`.
-    pub slope: f64,
-    /// Cohesion ratio `β`.
-    pub cohesion_ratio: f64,
-    /// Isotropic compressive strength `p0` (Pa).
-    pub strength: f64,
-}
-
-/// Where a projection onto an [`Ellipse`] ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Projection {
-    /// Mean pressure (Pa).
-    pub pressure: f64,
-    /// Deviatoric stress `q` (Pa).
-    pub q: f64,
-    /// Plastic multiplier `Δγ` of `y` (1/Pa); infinite where the surface is a point.
-    pub multiplier: f64,
-    /// Plastic volumetric strain of the step, expansion positive.
-    pub volumetric: f64,
-}
-
-impl Ellipse {
-    fn centre(&self) -> f64 {
-        0.5 * (1.0 - self.cohesion_ratio) * self.strength
-    }
-
-    /// `M` times the half axis along `p`.
-    fn radius(&self) -> f64 {
-        0.5 * self.slope * (1.0 + self.cohesion_ratio) * self.strength
-    }
-
-    /// `1 + 2β`.
-    fn flattening(&self) -> f64 {
-        1.0 + 2.0 * self.cohesion_ratio
-    }
-
-    /// `√((1 + 2β) q² + M² (p - p_c)²) - M a` with centre `p_c` and half axis `a`: a stress (Pa) of the same
-    /// sign as `y`, which is its product with the sum of the two terms.
-    #[inline]
-    pub fn yield_value(&self, pressure: f64, q: f64) -> f64 {
-        (self.flattening().sqrt() * q).hypot(self.slope * (pressure - self.centre())) - self.radius()
-    }
-
-    /// Decay of `M (p - p_c)` and of `√(1 + 2β) q` with the multiplier.
-    fn rates(&self, elasticity: &Elasticity) -> (f64, f64) {
-        (
-            2.0 * elasticity.bulk_modulus * self.slope * self.slope,
-            6.0 * elasticity.shear_modulus * self.flattening(),
-        )
-    }
-
-    /// Associated return of a trial at fixed size (sheet §3.7.6); a trial inside stays.
-    pub fn return_map(&self, elasticity: &Elasticity, pressure: f64, q: f64) -> Projection {
-        // Also where the strength is beyond all numbers.
-        if !(self.yield_value(pressure, q) > 0.0) {
-            return Projection { pressure, q, multiplier: 0.0, volumetric: 0.0 };
-        }
-        let radius = self.radius();
-        if radius == 0.0 {
-            let volumetric = -pressure / elasticity.bulk_modulus;
-            return Projection { pressure: 0.0, q: 0.0, multiplier: f64::INFINITY, volumetric };
-        }
-        let (a, b) = self.rates(elasticity);
-        let (x, y) = (self.slope * (pressure - self.centre()), self.flattening().sqrt() * q);
-        // From below the root of 1/‖v(γ)‖ = 1/radius, which is nearly linear and concave in γ.
-        let mut gamma = ((x.abs() / radius - 1.0) / a)
-            .max((y / radius - 1.0) / b)
-            .max((x.hypot(y) / radius - 1.0) / a.max(b))
-            .max(0.0);
-        for _ in 0..50 {
-            let (u, v) = (1.0 + a * gamma, 1.0 + b * gamma);
-            let (x, y) = (x / u, y / v);
-            let norm = x.hypot(y);
-            let step = (norm - radius) * norm * norm / (radius * (a * x * x / u + b * y * y / v));
-            gamma += step;
-            // Written so that NaN ends it.
-            if !(step.abs() > 2.0 * f64::EPSILON * gamma) {
-                break;
-            }
-        }
-        let u = 1.0 + a * gamma;
-        let change = -(pressure - self.centre()) * (a * gamma / u);
-        Projection {
-            pressure: self.centre() + x / (self.slope * u),
-            q: q / (1.0 + b * gamma),
-            multiplier: gamma,
-            volumetric: change / elasticity.bulk_modulus,
-        }
-    }
-}
 
 /// The law, in small strain; [`CohesiveCamClaySpec`] builds it on logarithmic strains. See the module's
 /// head for source and limits.
@@ -257,61 +58,6 @@ enum Landing {
     /// Without stress.
     Free,
     Surface(Surface),
-}
-
-/// A return to the surface of the end of the step.
-struct Surface {
-    ellipse: Ellipse,
-    /// `dp0/dx` with the plastic volumetric strain `x` of the step (Pa).
-    hardening: f64,
-    /// Trial pressure and deviatoric stress (Pa).
-    trial: (f64, f64),
-    projection: Projection,
-}
-
-/// Derivatives of the two conditions of a return, on flow and on yield, with respect to the plastic
-/// volumetric strain `x`, the multiplier `γ`, and the trial's `p` and `q`.
-struct Conditions {
-    flow: [f64; 4],
-    yielding: [f64; 4],
-}
-
-impl Surface {
-    fn conditions(&self, elasticity: &Elasticity) -> Conditions {
-        let (slope, k) = (self.ellipse.slope, elasticity.bulk_modulus);
-        let beta = self.ellipse.cohesion_ratio;
-        let (a, b) = self.ellipse.rates(elasticity);
-        let gamma = self.projection.multiplier;
-        let (u, v) = (1.0 + a * gamma, 1.0 + b * gamma);
-        let taken = a * gamma / u;
-        let (distance, root) = (self.trial.0 - self.ellipse.centre(), self.ellipse.flattening().sqrt());
-        let (x, y) = (slope * distance / u, root * self.trial.1 / v);
-        let centre = 0.5 * (1.0 - beta) * self.hardening;
-        let radius = 0.5 * slope * (1.0 + beta) * self.hardening;
-        Conditions {
-            flow: [1.0 - centre * taken / k, distance * a / (k * u * u), taken / k, 0.0],
-            yielding: [
-                -x * slope * centre / u - self.ellipse.radius() * radius,
-                -a * x * x / u - b * y * y / v,
-                x * slope / u,
-                y * root / v,
-            ],
-        }
-    }
-
-    /// `∂(p, q)/∂(p, q)` of the trial, by the implicit-function theorem.
-    fn slopes(&self, elasticity: &Elasticity) -> [[f64; 2]; 2] {
-        let Conditions { flow, yielding } = self.conditions(elasticity);
-        let (_, b) = self.ellipse.rates(elasticity);
-        let v = 1.0 + b * self.projection.multiplier;
-        let determinant = flow[0] * yielding[1] - flow[1] * yielding[0];
-        let columns: [(f64, f64); 2] = [2, 3].map(|c| {
-            let strain = -(flow[c] * yielding[1] - flow[1] * yielding[c]) / determinant;
-            let multiplier = -(flow[0] * yielding[c] - yielding[0] * flow[c]) / determinant;
-            (elasticity.bulk_modulus * strain, -self.projection.q * b / v * multiplier)
-        });
-        [[1.0 + columns[0].0, columns[1].0], [columns[0].1, 1.0 / v + columns[1].1]]
-    }
 }
 
 impl CohesiveCamClay {
@@ -523,8 +269,13 @@ impl SmallStrain for CohesiveCamClay {
             collapsed: false,
         };
         let ellipse = self.ellipse(&state);
-        let excess = ellipse.yield_value(stress.pressure(), stress.q());
-        super::check_initial(NAME, &stress, excess, ellipse.radius())?;
+        let (pressure, q) = (stress.pressure(), stress.q());
+        if self.spec.project && stress.is_finite() {
+            let Projection { pressure, q: kept, .. } = ellipse.return_map(&self.elasticity, pressure, q);
+            let share = if q > 0.0 { kept / q } else { 0.0 };
+            return Ok(Point { stress: stress.deviator() * share - SymTensor::isotropic(pressure), state });
+        }
+        super::check_initial(NAME, &stress, ellipse.yield_value(pressure, q), ellipse.radius())?;
         Ok(Point { stress, state })
     }
 

@@ -1,0 +1,146 @@
+//! Strength that is lost in a stage, and the search for how much may be.
+
+use colluvium_constitutive::MaterialError;
+use colluvium_constitutive::laws::{ReductionScope, StrengthReduction};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::description::{Measure, Stage};
+use crate::{Case, CaseError};
+
+/// Strength reduction of materials: `c → c/F`, `tan φ → tan φ/F`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Weakening {
+    /// Factor `F` by which strength is divided, > 0.
+    pub factor: f64,
+    /// Which strengths are divided.
+    #[serde(default)]
+    pub scope: ReductionScope,
+    /// Names of the materials; all that have a strength when absent.
+    #[serde(default)]
+    pub materials: Option<Vec<String>>,
+}
+
+/// Search for a factor of safety by strength reduction (SPH sheet §3.5).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FactorOfSafety {
+    /// Name of the stage at whose end the bodies are at rest with their full strength.
+    pub after: String,
+    /// Longest duration of a trial (s): bodies that do not come to rest within it have failed.
+    pub duration: f64,
+    /// Height of the slope (m): bodies of which a hundredth has moved by more than a tenth of it, and
+    /// farther still, have failed.
+    pub height: f64,
+    /// Least and largest factor.
+    #[serde(default = "range")]
+    pub range: [f64; 2],
+    /// Width of the interval in which the factor is then known to lie.
+    #[serde(default = "hundredth")]
+    pub tolerance: f64,
+    /// Local damping factor of the trials, 0 to 1, as in a stage.
+    #[serde(default)]
+    pub damping: f64,
+    /// Which strengths are divided.
+    #[serde(default)]
+    pub scope: ReductionScope,
+    /// Names of the materials; all that have a strength when absent.
+    #[serde(default)]
+    pub materials: Option<Vec<String>>,
+}
+
+fn range() -> [f64; 2] {
+    [0.5, 3.0]
+}
+
+/// Sheet §3.5.
+fn hundredth() -> f64 {
+    0.01
+}
+
+impl FactorOfSafety {
+    /// The case of a trial with strength divided by `factor`: the stages up to that of the state at rest, and
+    /// one more with the weakened materials.
+    pub fn trial(&self, case: &Case, name: &str, factor: f64) -> Case {
+        let mut case = case.clone();
+        let rest = case.stages.iter().position(|stage| stage.name == self.after).map_or(0, |n| n + 1);
+        case.stages.truncate(rest);
+        case.stages.push(Stage {
+            name: format!("{name}: {factor}"),
+            duration: self.duration,
+            damping: self.damping,
+            gravity_ramp: 0.0,
+            equilibrium: None,
+            reset: Vec::new(),
+            remove_boundaries: Vec::new(),
+            remove_bodies: Vec::new(),
+            excavate: Vec::new(),
+            damping_axes: None,
+            motions: Vec::new(),
+            weakening: Some(Weakening { factor, scope: self.scope, materials: self.materials.clone() }),
+        });
+        case.measures.clear();
+        case
+    }
+}
+
+impl Case {
+    /// What the materials have lost in stage number `stage`.
+    pub fn weakening(&self, stage: usize) -> Option<&Weakening> {
+        self.stages.iter().take(stage.saturating_add(1)).rev().find_map(|stage| stage.weakening.as_ref())
+    }
+
+    /// The case with the materials as they are in stage number `stage`.
+    ///
+    /// # Errors
+    /// When a material cannot be weakened, by the path of the stage.
+    pub fn weakened(&self, stage: usize) -> Result<Self, CaseError> {
+        let Some(number) =
+            (0..=stage).rev().find(|&n| self.stages.get(n).is_some_and(|s| s.weakening.is_some()))
+        else {
+            return Ok(self.clone());
+        };
+        let path = format!("stages[{number}].weakening");
+        self.weakening(number).map_or(Ok(self.clone()), |weakening| self.with_strength(weakening, &path))
+    }
+
+    fn with_strength(&self, weakening: &Weakening, path: &str) -> Result<Self, CaseError> {
+        let mut case = self.clone();
+        let reduction =
+            StrengthReduction { factor: weakening.factor, scope: weakening.scope, keep_dilatancy: false };
+        let mut any = false;
+        for (name, spec) in &mut case.materials {
+            let named = weakening.materials.as_ref().map(|names| names.contains(name));
+            if named == Some(false) {
+                continue;
+            }
+            match spec.strength_reduced(&reduction) {
+                Ok(reduced) => (*spec, any) = (reduced, true),
+                Err(MaterialError::Choice { field, .. }) if named.is_none() && field == "model" => {}
+                Err(error) => return Err(CaseError::new(path, format!("material {name:?}: {error}"))),
+            }
+        }
+        if any { Ok(case) } else { Err(CaseError::new(path, "no material has a strength to reduce")) }
+    }
+
+    /// The searches for a factor of safety, with their names.
+    pub fn factors_of_safety(&self) -> impl Iterator<Item = (&str, &FactorOfSafety)> {
+        self.measures.iter().filter_map(|(name, measure)| match measure {
+            Measure::FactorOfSafety(search) => Some((name.as_str(), search)),
+            _ => None,
+        })
+    }
+
+    /// Checks that both ends of the range of a search can be built.
+    pub(crate) fn check_search(&self, search: &FactorOfSafety) -> Result<(), String> {
+        for factor in search.range {
+            let weakening = Weakening { factor, scope: search.scope, materials: search.materials.clone() };
+            let weak = self.with_strength(&weakening, "").map_err(|error| error.problem)?;
+            for (name, spec) in &weak.materials {
+                spec.build().map_err(|error| format!("material {name:?} at {factor}: {error}"))?;
+            }
+        }
+        Ok(())
+    }
+}

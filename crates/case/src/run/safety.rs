@@ -1,0 +1,196 @@
+//! Factors of safety by strength reduction (SPH sheet §3.5; Bui & Nguyen 2021, section 4.1): trials from one
+//! state at rest, bisected between a factor at which the bodies come to rest again and one at which they do not.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_json::json;
+
+use super::folder::{SUMMARY, trials};
+use super::{RunError, RunOptions};
+use crate::description::FactorOfSafety;
+use crate::output::{OutputError, Table, write_atomically};
+use crate::{Case, Method, Snapshot, Solver};
+
+/// Steps between two looks at a trial.
+const STEPS_PER_LOOK: u64 = 50;
+/// Kinetic energy over its peak below which the bodies rest (sheet §3.5).
+const REST: f64 = 1e-4;
+/// Kinetic energy over `M g H` below which the bodies rest whatever the peak: that of the sheet's largest
+/// velocity of a geostatic state, `1e-4 √(gH)`.
+const STILL: f64 = 5e-9;
+/// Share of a trial's duration during which the bodies must rest.
+const HOLD: f64 = 0.1;
+/// Share of the height by which the bodies may move (sheet §3.5).
+const MOST_MOVED: f64 = 0.1;
+/// Share of the points that must have moved so far: single loose points are no failure.
+const MOVED_SHARE: f64 = 0.01;
+
+/// What a trial found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// The factor by which strength was divided.
+    pub factor: f64,
+    /// Whether the bodies failed.
+    pub failed: bool,
+    /// Duration until that was clear (s).
+    pub time: f64,
+    /// Displacement that a hundredth of the points exceed (m).
+    pub displacement: f64,
+    /// Kinetic energy at the end over its peak.
+    pub kinetic_ratio: f64,
+}
+
+/// A factor of safety and how it was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Safety {
+    /// The largest factor with which the bodies came to rest, zero where none did.
+    pub stable: f64,
+    /// The least with which they failed, infinite where none did.
+    pub failed: f64,
+    /// The trials, in their order.
+    pub trials: Vec<Trial>,
+}
+
+impl Safety {
+    /// The factor of safety, the middle of what is left; `None` where the range does not hold it.
+    pub fn factor(&self) -> Option<f64> {
+        (self.stable > 0.0 && self.failed.is_finite()).then_some(0.5 * (self.stable + self.failed))
+    }
+
+    /// The trials as a table.
+    pub fn table(&self) -> Table {
+        let columns =
+            [("factor", ""), ("failed", ""), ("time", "s"), ("displacement", "m"), ("kinetic_ratio", "")];
+        let row = |t: &Trial| vec![t.factor, f64::from(t.failed), t.time, t.displacement, t.kinetic_ratio];
+        Table {
+            columns: columns.map(|(name, unit)| (name.to_owned(), unit.to_owned())).to_vec(),
+            rows: self.trials.iter().map(row).collect(),
+        }
+    }
+}
+
+/// Searches for the factor of safety from the state `rest` of the solver at the end of the stage `after`.
+///
+/// # Errors
+/// When a trial cannot be built or its solver cannot go on, or when the run is asked to stop.
+pub(super) fn search(
+    method: &dyn Method,
+    case: &Case,
+    (name, search): (&str, &FactorOfSafety),
+    rest: &[u8],
+    options: &RunOptions,
+) -> Result<Safety, RunError> {
+    let mut safety = Safety { stable: 0.0, failed: f64::INFINITY, trials: Vec::new() };
+    let [low, high] = search.range;
+    let mut next = Some(low);
+    while let Some(factor) = next {
+        let trial = run_trial(method, &search.trial(case, name, factor), search, rest, options)?;
+        let bound = if trial.failed { &mut safety.failed } else { &mut safety.stable };
+        *bound = factor;
+        safety.trials.push(Trial { factor, ..trial });
+        if let Some(out) = &options.out {
+            let about = "trials of a search for a factor of safety; failed is 1 or 0";
+            safety.table().write(&out.join(trials(name)), about)?;
+        }
+        next = if safety.stable == 0.0 {
+            None
+        } else if safety.failed.is_infinite() {
+            (factor < high).then_some(high)
+        } else {
+            let open = safety.failed - safety.stable > search.tolerance * (1.0 + 1e-9);
+            open.then_some(0.5 * (safety.stable + safety.failed))
+        };
+    }
+    Ok(safety)
+}
+
+fn run_trial(
+    method: &dyn Method,
+    case: &Case,
+    search: &FactorOfSafety,
+    rest: &[u8],
+    options: &RunOptions,
+) -> Result<Trial, RunError> {
+    let stage = case.stages.len() - 1;
+    let weak = case.weakened(stage).map_err(crate::CaseErrors::one)?;
+    let mut solver = method.build(&weak).map_err(crate::CaseErrors::one)?;
+    solver.restore(rest)?;
+    let start = solver.time();
+    solver.begin_stage(stage, start)?;
+    let places = solver.snapshot();
+    let gravity = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let still = STILL * solver.budget().mass * gravity * search.height;
+    let (mut peak, mut rested) = (0.0_f64, 0.0);
+    let mut trial = Trial { factor: 0.0, failed: true, time: 0.0, displacement: 0.0, kinetic_ratio: 0.0 };
+    loop {
+        if super::asked_to_stop(options) {
+            return Err(RunError::SearchStopped);
+        }
+        let before = trial.time;
+        let over = advance(&mut *solver, start + search.duration)?;
+        trial.time = solver.time() - start;
+        let kinetic = solver.budget().kinetic;
+        peak = peak.max(kinetic);
+        trial.kinetic_ratio = if peak > 0.0 { kinetic / peak } else { 0.0 };
+        let moved = moved(&solver.snapshot(), &places);
+        let growing = moved > trial.displacement;
+        trial.displacement = moved;
+        if moved > MOST_MOVED * search.height && growing && kinetic > still {
+            return Ok(trial);
+        }
+        rested = if kinetic < (REST * peak).max(still) { rested + (trial.time - before) } else { 0.0 };
+        if rested >= HOLD * search.duration || (over && rested > 0.0) {
+            return Ok(Trial { failed: false, ..trial });
+        }
+        if over {
+            return Ok(trial);
+        }
+    }
+}
+
+/// Some steps, at most until `end`; whether it is reached.
+fn advance(solver: &mut dyn Solver, end: f64) -> Result<bool, RunError> {
+    for _ in 0..STEPS_PER_LOOK {
+        let limit = super::stable_step(solver)?;
+        match super::step_towards(solver.time(), end, limit.dt) {
+            Some(dt) => solver.step(dt)?,
+            None => return Ok(true),
+        }
+    }
+    Ok(false)
+}
+
+/// The displacement that a hundredth of the points exceed (m).
+fn moved(now: &Snapshot, before: &Snapshot) -> f64 {
+    let apart = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
+    let mut all: Vec<f64> = now.positions.iter().zip(&before.positions).map(apart).collect();
+    let rank = (MOVED_SHARE * all.len() as f64) as usize;
+    if all.is_empty() {
+        return 0.0;
+    }
+    let (_, value, _) = all.select_nth_unstable_by(rank, |a, b| b.total_cmp(a));
+    *value
+}
+
+/// Adds what was found to the summary of the run.
+pub(super) fn note(out: &Path, found: &BTreeMap<String, Safety>) -> Result<(), RunError> {
+    let path = out.join(SUMMARY);
+    let fail = |error: &dyn std::fmt::Display| OutputError::new(&path, error);
+    let text = std::fs::read_to_string(&path).map_err(|error| fail(&error))?;
+    let mut summary: serde_json::Value = serde_json::from_str(&text).map_err(|error| fail(&error))?;
+    for (name, safety) in found {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        summary["factors_of_safety"][name] = json!({
+            "factor": safety.factor(),
+            "stable": (safety.stable > 0.0).then_some(safety.stable),
+            "failed": finite(safety.failed),
+            "trials": safety.trials.len(),
+        });
+    }
+    let text = serde_json::to_string_pretty(&summary).map_err(|error| fail(&error))?;
+    Ok(write_atomically(&path, text.as_bytes())?)
+}
+
+#[cfg(test)]
+mod tests;

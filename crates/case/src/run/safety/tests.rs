@@ -1,0 +1,198 @@
+use schemars::{JsonSchema, schema_for};
+
+use super::*;
+use crate::description::Stage;
+use crate::{Budget, CaseError, Equilibrium, Field, Plan, SolverError, TimeStep, run_method};
+
+/// Force per mass on the block of [`Slider`] (m/s²), and its cohesion per mass in the case.
+const PULL: f64 = 1.0;
+const STRENGTH: f64 = 1.37;
+
+/// A block that slides where its cohesion (per mass) is less than what pulls at it.
+struct Slider {
+    strength: f64,
+    x: f64,
+    v: f64,
+    time: f64,
+    steps: u64,
+}
+
+struct Sliding;
+
+#[derive(JsonSchema)]
+struct Nothing {}
+
+impl Method for Sliding {
+    fn name(&self) -> &'static str {
+        "sliding"
+    }
+    fn summary(&self) -> &'static str {
+        "a block"
+    }
+    fn options_schema(&self) -> schemars::Schema {
+        schema_for!(Nothing)
+    }
+    fn plan(&self, _: &Case) -> Result<Plan, CaseError> {
+        Err(CaseError::new("", "no plan"))
+    }
+    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+        let spec = serde_json::to_value(&case.materials["clay"]).unwrap();
+        let strength = spec["cohesion"].as_f64().unwrap() / 1000.0;
+        Ok(Box::new(Slider { strength, x: 0.0, v: 0.0, time: 0.0, steps: 0 }))
+    }
+}
+
+impl Solver for Slider {
+    fn time(&self) -> f64 {
+        self.time
+    }
+    fn step_count(&self) -> u64 {
+        self.steps
+    }
+    fn points(&self) -> usize {
+        1
+    }
+    fn time_step(&mut self) -> TimeStep {
+        TimeStep { dt: 0.01, limit: "test", point: None, position: [0.0; 3] }
+    }
+    fn step(&mut self, dt: f64) -> Result<(), SolverError> {
+        self.v = (self.v + dt * (PULL - self.strength)).max(0.0);
+        self.x += dt * self.v;
+        self.time += dt;
+        self.steps += 1;
+        Ok(())
+    }
+    fn begin_stage(&mut self, _: usize, _: f64) -> Result<(), SolverError> {
+        Ok(())
+    }
+    fn end_stage(&mut self, _: &Stage) -> Result<(), SolverError> {
+        Ok(())
+    }
+    fn equilibrium(&self) -> Option<Equilibrium> {
+        None
+    }
+    fn snapshot(&self) -> Snapshot {
+        let scalar = |name: &str, unit, value| Field {
+            name: name.into(),
+            unit,
+            data: crate::FieldData::Scalar(vec![value]),
+        };
+        Snapshot {
+            time: self.time,
+            step: self.steps,
+            ids: vec![0],
+            bodies: vec![0],
+            positions: vec![[self.x, 0.0, 0.0]],
+            extents: vec![[0.1; 3]],
+            fields: vec![scalar("mass", "kg", 1.0), scalar("volume", "m3", 1.0)],
+        }
+    }
+    fn budget(&self) -> Budget {
+        Budget { mass: 1.0, kinetic: 0.5 * self.v * self.v, ..Budget::default() }
+    }
+    fn save(&self) -> Vec<u8> {
+        postcard::to_stdvec(&(self.x, self.v, self.time, self.steps)).unwrap()
+    }
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError> {
+        (self.x, self.v, self.time, self.steps) = postcard::from_bytes(bytes).unwrap();
+        Ok(())
+    }
+}
+
+fn case(extra: &str) -> Case {
+    let text = format!(
+        r#"{{
+            "title": "a block", "space": "plane-strain",
+            "domain": {{ "min": [0, 0], "max": [10, 1] }}, "gravity": [0, -9.81],
+            "materials": {{ "clay": {{ "model": "drucker-prager", "density": 2000, "youngs_modulus": 1e6,
+                "poissons_ratio": 0.3, "friction_angle": 0, "cohesion": {}, "matching": "plane-strain" }} }},
+            "bodies": [{{ "name": "block", "material": "clay", "shape": {{ "kind": "box", "min": [0, 0], "max": [1, 1] }} }}],
+            {extra}
+        }}"#,
+        1000.0 * STRENGTH
+    );
+    Case::from_json(&text).unwrap()
+}
+
+fn searching(range: &str) -> Case {
+    case(&format!(
+        r#""stages": [{{ "name": "rest", "duration": 0.5 }}, {{ "name": "more", "duration": 0.2 }}],
+           "measures": {{ "safety": {{ "kind": "factor-of-safety", "after": "rest", "duration": 10, "height": 1,
+                "range": {range}, "tolerance": 0.01 }} }}"#
+    ))
+}
+
+#[test]
+fn a_block_is_as_safe_as_its_cohesion_exceeds_its_pull() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let options = RunOptions { out: Some(out.clone()), ..RunOptions::default() };
+    let report = run_method(&Sliding, &searching("[1, 2]"), &options).unwrap();
+    let safety = &report.safety["safety"];
+    assert!(safety.stable <= STRENGTH && STRENGTH <= safety.failed, "{safety:?}");
+    assert!(safety.failed - safety.stable <= 0.01);
+    assert!((safety.factor().unwrap() - STRENGTH).abs() <= 0.005);
+    let table = Table::read(&out.join("trials-safety.csv")).unwrap();
+    assert_eq!(table.rows.len(), safety.trials.len());
+    let summary: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["factors_of_safety"]["safety"]["factor"].as_f64(), safety.factor());
+    assert_eq!(report.snapshot.time, 0.7, "the run itself goes on with its stages");
+}
+
+#[test]
+fn a_range_that_does_not_hold_the_factor_says_so() {
+    for (range, trials, stable, failed) in [("[1.5, 2]", 1, 0.0, 1.5), ("[0.5, 1.2]", 2, 1.2, f64::INFINITY)]
+    {
+        let report = run_method(&Sliding, &searching(range), &RunOptions::default()).unwrap();
+        let safety = &report.safety["safety"];
+        assert_eq!((safety.trials.len(), safety.stable, safety.failed), (trials, stable, failed));
+        assert_eq!(safety.factor(), None);
+    }
+}
+
+#[test]
+fn a_weakened_stage_has_the_strength_it_says() {
+    let stages = r#""stages": [{ "name": "rest", "duration": 0.5 },
+        { "name": "weak", "duration": 1, "weakening": { "factor": 2 } },
+        { "name": "weak still", "duration": 1 },
+        { "name": "strong", "duration": 1, "weakening": { "factor": 1 } }]"#;
+    let report = run_method(&Sliding, &case(stages), &RunOptions::default()).unwrap();
+    let at = |time: f64| {
+        let row = report.table.rows.iter().min_by(|a, b| (a[0] - time).abs().total_cmp(&(b[0] - time).abs()));
+        row.unwrap()[report.table.columns.iter().position(|(name, _)| name == "kinetic_energy").unwrap()]
+    };
+    let fastest = 2.0 * (PULL - 0.5 * STRENGTH);
+    assert_eq!(at(0.5), 0.0);
+    assert!((at(2.5) / (0.5 * fastest * fastest) - 1.0).abs() < 0.05, "{}", at(2.5));
+    assert!(at(3.5) < at(2.5), "full strength brakes");
+    let whole = case(stages);
+    let error = crate::run(&whole, Sliding.build(&whole).unwrap(), &RunOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("stages[1].weakening"), "{error}");
+}
+
+#[test]
+fn bad_searches_are_refused_by_path() {
+    let measure = |text: &str| {
+        let mut value: serde_json::Value = serde_json::from_str(&searching("[1, 2]").to_json()).unwrap();
+        let change: serde_json::Value = serde_json::from_str(text).unwrap();
+        for (key, new) in change.as_object().unwrap() {
+            value["measures"]["safety"][key] = new.clone();
+        }
+        Case::from_json(&value.to_string()).unwrap_err().to_string()
+    };
+    for (change, path) in [
+        (r#"{ "after": "nothing" }"#, "measures.safety.after"),
+        (r#"{ "duration": 0 }"#, "measures.safety.duration"),
+        (r#"{ "height": -1 }"#, "measures.safety.height"),
+        (r#"{ "range": [2, 1] }"#, "measures.safety.range"),
+        (r#"{ "range": [0, 1] }"#, "measures.safety.range"),
+        (r#"{ "tolerance": 0 }"#, "measures.safety.tolerance"),
+        (r#"{ "tolerance": 1e-30 }"#, "measures.safety.tolerance"),
+        (r#"{ "damping": 1 }"#, "measures.safety.damping"),
+        (r#"{ "materials": ["silt"] }"#, "measures.safety.materials[0]"),
+    ] {
+        let error = measure(change);
+        assert!(error.contains(path), "{change}: {error}");
+    }
+}

@@ -1,0 +1,243 @@
+//! A batch of points with each component in an array of its own, so that what is the same for all points is done
+//! for several at once. The operations and their order are those of a single point.
+
+use crate::{BLOCK, Mat3, Motion, Spectrum, SymTensor};
+
+/// One component of all points.
+type Lane = [f64; BLOCK];
+
+/// Velocity gradients times step, and stresses.
+pub struct Lanes {
+    gradient: [Lane; 9],
+    pub(crate) stress: [Lane; 6],
+}
+
+/// Rotations, row by row.
+pub(crate) struct Rotations([Lane; 9]);
+
+impl Lanes {
+    /// A batch with nothing in it.
+    pub(crate) const EMPTY: Self = Self { gradient: [[0.0; BLOCK]; 9], stress: [[0.0; BLOCK]; 6] };
+
+    #[inline]
+    pub(crate) fn fill(&mut self, motions: &[Motion], stresses: &[SymTensor]) {
+        let [g0, g1, g2, g3, g4, g5, g6, g7, g8] = &mut self.gradient;
+        let [xx, yy, zz, xy, yz, zx] = &mut self.stress;
+        for (i, (motion, stress)) in motions.iter().zip(stresses).enumerate().take(BLOCK) {
+            let [[a, b, c], [d, e, f], [g, h, k]] = motion.gradient.0;
+            (g0[i], g1[i], g2[i], g3[i], g4[i], g5[i]) = (a, b, c, d, e, f);
+            (g6[i], g7[i], g8[i]) = (g, h, k);
+            (xx[i], yy[i], zz[i], xy[i], yz[i], zx[i]) =
+                (stress.0[0], stress.0[1], stress.0[2], stress.0[3], stress.0[4], stress.0[5]);
+        }
+    }
+
+    #[inline]
+    pub(crate) fn stress_of(&self, index: usize) -> SymTensor {
+        SymTensor(std::array::from_fn(|c| self.stress[c][index]))
+    }
+
+    #[inline]
+    pub(crate) fn set_stress(&mut self, index: usize, stress: &SymTensor) {
+        for (lane, value) in self.stress.iter_mut().zip(stress.0) {
+            lane[index] = value;
+        }
+    }
+
+    /// Gives the stress of every point the new value that `step` makes of strain increment and stress; the second
+    /// result of `step` goes to `out`.
+    #[inline(always)]
+    pub(crate) fn for_each(
+        &mut self,
+        out: &mut [f64; BLOCK],
+        step: impl Fn(&SymTensor, &SymTensor) -> (SymTensor, f64),
+    ) {
+        let [g0, g1, g2, g3, g4, g5, g6, g7, g8] = &self.gradient;
+        let [xx, yy, zz, xy, yz, zx] = &mut self.stress;
+        for i in 0..BLOCK {
+            let strain = SymTensor([
+                g0[i],
+                g4[i],
+                g8[i],
+                0.5 * (g1[i] + g3[i]),
+                0.5 * (g5[i] + g7[i]),
+                0.5 * (g6[i] + g2[i]),
+            ]);
+            let stress = SymTensor([xx[i], yy[i], zz[i], xy[i], yz[i], zx[i]]);
+            let (new, value) = step(&strain, &stress);
+            (xx[i], yy[i], zz[i]) = (new.0[0], new.0[1], new.0[2]);
+            (xy[i], yz[i], zx[i]) = (new.0[3], new.0[4], new.0[5]);
+            out[i] = value;
+        }
+    }
+
+    /// Principal values, the largest first, and their directions of all stresses.
+    #[inline(never)]
+    pub(crate) fn spectra(&self, spectra: &mut Spectra) {
+        let [xx, yy, zz, xy, yz, zx] = &self.stress;
+        let [v0, v1, v2] = &mut spectra.values;
+        let [n0, n1, n2, n3, n4, n5, n6, n7, n8] = &mut spectra.directions;
+        for i in 0..BLOCK {
+            let stress = SymTensor([xx[i], yy[i], zz[i], xy[i], yz[i], zx[i]]);
+            let Spectrum { values, directions: [a, b, c] } = stress.spectrum_without_branches();
+            (v0[i], v1[i], v2[i]) = (values[0], values[1], values[2]);
+            (n0[i], n1[i], n2[i]) = (a[0], a[1], a[2]);
+            (n3[i], n4[i], n5[i]) = (b[0], b[1], b[2]);
+            (n6[i], n7[i], n8[i]) = (c[0], c[1], c[2]);
+        }
+    }
+
+    /// Whether all gradients are finite and no strain increment is larger than `largest`.
+    #[inline(never)]
+    pub(crate) fn are_within(&self, largest: f64) -> bool {
+        let [g0, g1, g2, g3, g4, g5, g6, g7, g8] = &self.gradient;
+        let (mut within, most) = (true, largest * largest);
+        for i in 0..BLOCK {
+            let (xy, yz, zx) = (g1[i] + g3[i], g5[i] + g7[i], g6[i] + g2[i]);
+            let square = g0[i] * g0[i] + g4[i] * g4[i] + g8[i] * g8[i] + 0.5 * (xy * xy + yz * yz + zx * zx);
+            let spin = (g1[i] - g3[i]) + (g5[i] - g7[i]) + (g6[i] - g2[i]);
+            // NaN and infinity make the product NaN.
+            within &= (square <= most) & (spin * 0.0 == 0.0);
+        }
+        within
+    }
+
+    /// Half of the Hughes–Winget rotation of each gradient, as `half_rotation` of the co-rotational adapter.
+    #[inline(never)]
+    pub(crate) fn half_rotations(&self, rotations: &mut Rotations) {
+        let [_, g1, g2, g3, _, g5, g6, g7, _] = &self.gradient;
+        let [q0, q1, q2, q3, q4, q5, q6, q7, q8] = &mut rotations.0;
+        for i in 0..BLOCK {
+            let (x, y, z) = (0.5 * (g7[i] - g5[i]), 0.5 * (g2[i] - g6[i]), 0.5 * (g3[i] - g1[i]));
+            let square = x * x + y * y + z * z;
+            let t2 = 0.25 * square;
+            let factor = 0.5 / (1.0 + (1.0 + t2).sqrt());
+            let (x, y, z) = (factor * x, factor * y, factor * z);
+            let c = 2.0 / (1.0 + factor * factor * square);
+            q0[i] = 1.0 - c * (y * y + z * z);
+            q1[i] = c * (x * y - z);
+            q2[i] = c * (x * z + y);
+            q3[i] = c * (x * y + z);
+            q4[i] = 1.0 - c * (x * x + z * z);
+            q5[i] = c * (y * z - x);
+            q6[i] = c * (x * z - y);
+            q7[i] = c * (y * z + x);
+            q8[i] = 1.0 - c * (x * x + y * y);
+        }
+    }
+}
+
+/// Principal values and directions of all points.
+pub(crate) struct Spectra {
+    values: [Lane; 3],
+    directions: [Lane; 9],
+}
+
+impl Spectra {
+    /// Spectra to be filled in.
+    pub(crate) const EMPTY: Self = Self { values: [[0.0; BLOCK]; 3], directions: [[0.0; BLOCK]; 9] };
+
+    /// The spectrum of one point.
+    #[inline]
+    pub(crate) fn of(&self, index: usize) -> Spectrum {
+        Spectrum {
+            values: [self.values[0][index], self.values[1][index], self.values[2][index]],
+            directions: std::array::from_fn(|a| std::array::from_fn(|c| self.directions[3 * a + c][index])),
+        }
+    }
+}
+
+impl Rotations {
+    /// Rotations to be filled in.
+    pub(crate) const EMPTY: Self = Self([[0.0; BLOCK]; 9]);
+
+    /// The rotation of one point.
+    #[inline]
+    pub(crate) fn of(&self, index: usize) -> Mat3 {
+        Mat3(std::array::from_fn(|row| std::array::from_fn(|column| self.0[3 * row + column][index])))
+    }
+
+    /// `Q σ Qᵀ` of all stresses, see [`SymTensor::rotated`].
+    #[inline(never)]
+    pub(crate) fn carry(&self, stress: &mut [Lane; 6]) {
+        let [q0, q1, q2, q3, q4, q5, q6, q7, q8] = &self.0;
+        let [sxx, syy, szz, sxy, syz, szx] = stress;
+        for i in 0..BLOCK {
+            let (a, b, c) = (q0[i], q1[i], q2[i]);
+            let (d, e, f) = (q3[i], q4[i], q5[i]);
+            let (g, h, k) = (q6[i], q7[i], q8[i]);
+            let (xx, yy, zz, xy, yz, zx) = (sxx[i], syy[i], szz[i], sxy[i], syz[i], szx[i]);
+            // t = Q σ, then the six components of t Qᵀ.
+            let (t0, t1, t2) = (a * xx + b * xy + c * zx, a * xy + b * yy + c * yz, a * zx + b * yz + c * zz);
+            let (t3, t4, t5) = (d * xx + e * xy + f * zx, d * xy + e * yy + f * yz, d * zx + e * yz + f * zz);
+            let (t6, t7, t8) = (g * xx + h * xy + k * zx, g * xy + h * yy + k * yz, g * zx + h * yz + k * zz);
+            sxx[i] = t0 * a + t1 * b + t2 * c;
+            syy[i] = t3 * d + t4 * e + t5 * f;
+            szz[i] = t6 * g + t7 * h + t8 * k;
+            sxy[i] = t0 * d + t1 * e + t2 * f;
+            syz[i] = t3 * g + t4 * h + t5 * k;
+            szx[i] = t6 * a + t7 * b + t8 * c;
+        }
+    }
+}
+
+/// Principal values and directions of many tensors, several at once: what [`SymTensor::spectrum`] gives for each.
+pub fn spectra(tensors: &[SymTensor], out: &mut [Spectrum]) {
+    let (mut lanes, mut found) = (Lanes::EMPTY, Spectra::EMPTY);
+    for (tensors, out) in tensors.chunks(BLOCK).zip(out.chunks_mut(BLOCK)) {
+        for (index, tensor) in tensors.iter().enumerate() {
+            lanes.set_stress(index, tensor);
+        }
+        lanes.spectra(&mut found);
+        for (index, slot) in out.iter_mut().enumerate() {
+            *slot = found.of(index);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Corotational, Point, StressUpdate, laws::LinearElasticSpec, laws::StrainMeasure};
+    use crate::{Material as _, MaterialSpec};
+    use proptest::prelude::*;
+
+    fn tensors() -> impl Strategy<Value = Vec<SymTensor>> {
+        let component = prop_oneof![-1e3..1e3f64, Just(0.0), -1e-9..1e-9f64];
+        let tensor = proptest::array::uniform6(component).prop_map(SymTensor);
+        proptest::collection::vec(tensor, 1..150)
+    }
+
+    proptest! {
+        #[test]
+        fn many_spectra_are_those_of_each(tensors in tensors()) {
+            let mut found = vec![SymTensor::ZERO.spectrum(); tensors.len()];
+            spectra(&tensors, &mut found);
+            for (tensor, found) in tensors.iter().zip(&found) {
+                prop_assert_eq!(tensor.spectrum(), *found);
+            }
+        }
+
+        #[test]
+        fn a_batch_turns_as_a_point_does(entries in proptest::array::uniform9(-0.3..0.3f64)) {
+            let law = crate::laws::LinearElastic { elasticity: crate::laws::Elasticity::new(1e6, 0.3).unwrap() };
+            let gradient = Mat3(*entries.as_chunks::<3>().0.first_chunk::<3>().unwrap());
+            let motion = Motion::from_velocity_gradient(&gradient, 1.0, 1.0, 1.0).unwrap();
+            let stress = SymTensor([-3.0, 2.0, 0.5, 1.0, -1.5, 0.1]);
+            let alone = StressUpdate::update(&Corotational(law), &motion, &Point { stress, state: () });
+            let spec = MaterialSpec::LinearElastic(LinearElasticSpec {
+                density: 1.0,
+                youngs_modulus: 1e6,
+                poissons_ratio: 0.3,
+                strain_measure: StrainMeasure::Rate,
+            });
+            let built = spec.build().unwrap();
+            let start = crate::InitialCondition { stress, density: 1.0 };
+            let (mut stresses, mut states) = built.initial(&[start]).unwrap();
+            if let Ok(alone) = alone && (0.5..2.0).contains(&motion.deformation.determinant()) {
+                built.update(&[motion], &mut stresses, &mut states.blocks_mut()[0]).unwrap();
+                prop_assert_eq!(alone.stress, stresses[0]);
+            }
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! Parameters of `cohesive-cam-clay` and the law they make.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::super::Elasticity;
+use super::super::linear_elastic::stiff_warnings;
+use super::CohesiveCamClay;
+use super::planar::Planar;
+use crate::model::{Facts, Kind, Model, not_negative, positive};
+use crate::{Hencky, Material, MaterialError};
+
+/// Parameters of `cohesive-cam-clay`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CohesiveCamClaySpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Slope `M = q/p` of the critical state without cohesion, > 0.
+    pub critical_state_slope: f64,
+    /// Isotropic tensile strength over `p0`, β, not negative.
+    #[serde(default)]
+    pub cohesion_ratio: f64,
+    /// Isotropic compressive strength `p0` at the start (Pa), > 0.
+    pub compressive_strength: f64,
+    /// How fast `p0` follows the plastic volumetric strain, ξ, > 0.
+    pub hardening_factor: f64,
+    /// What changes `p0`.
+    #[serde(default)]
+    pub hardening: CamClayHardening,
+    /// What the invariants are taken of.
+    #[serde(default)]
+    pub invariants: CamClayInvariants,
+    /// Start on the yield surface where the initial stress lies outside it, at the point of the return; refused
+    /// when false.
+    #[serde(default)]
+    pub project: bool,
+}
+
+/// What pressure and deviatoric stress of `cohesive-cam-clay` are taken of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CamClayInvariants {
+    /// The whole tensor, `d = 3`: plane strain carries a stress across the plane.
+    #[default]
+    Space,
+    /// The tensor in the plane, `d = 2`, as Gaume et al. print it: `p = -(τ_xx + τ_yy)/2`, `K = λ + μ`. For
+    /// motions in the plane only; not the same material as in space.
+    Plane,
+}
+
+/// What changes the isotropic compressive strength of `cohesive-cam-clay`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum CamClayHardening {
+    /// Plastic compaction hardens, plastic dilation softens.
+    #[default]
+    Slab,
+    /// Plastic volume change of either sign softens until the layer collapses; then as the slab, without
+    /// cohesion.
+    WeakLayer {
+        /// Anticrack strain per plastic volumetric strain before the collapse, α, > 0.
+        softening_factor: f64,
+    },
+}
+
+impl CohesiveCamClaySpec {
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<CohesiveCamClay, MaterialError> {
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        positive("critical_state_slope", self.critical_state_slope, "")?;
+        not_negative("cohesion_ratio", self.cohesion_ratio, "")?;
+        positive("compressive_strength", self.compressive_strength, "Pa")?;
+        positive("hardening_factor", self.hardening_factor, "")?;
+        if let CamClayHardening::WeakLayer { softening_factor } = self.hardening {
+            positive("hardening.softening_factor", softening_factor, "")?;
+        }
+        let elasticity = match self.invariants {
+            CamClayInvariants::Space => elasticity,
+            CamClayInvariants::Plane => {
+                Elasticity { bulk_modulus: elasticity.lame() + elasticity.shear_modulus, ..elasticity }
+            }
+        };
+        Ok(CohesiveCamClay { elasticity, spec: self.clone() })
+    }
+}
+
+impl Model for CohesiveCamClaySpec {
+    const FACTS: Facts = Facts {
+        source: "Gaume et al. 2020, eqs. 54–58",
+        kind: Kind::Solid,
+        strain: "Hencky",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(match self.invariants {
+            CamClayInvariants::Space => Arc::new(Hencky(self.law()?)),
+            CamClayInvariants::Plane => Arc::new(Planar(self.law()?)),
+        })
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = stiff_warnings(self.poissons_ratio);
+        if let (CamClayHardening::WeakLayer { softening_factor }, Ok(law)) = (self.hardening, self.law()) {
+            let slope =
+                softening_factor * law.strength(law.initial_strain()).1.abs() / law.elasticity.bulk_modulus;
+            if slope >= 1.0 {
+                warnings.push(format!(
+                    "hardening.softening_factor: {softening_factor} makes the weak layer snap (α ξ cosh(ξ x0) = \
+                     {slope:.3}, stable below 1)"
+                ));
+            }
+        }
+        warnings
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |hardening_factor, hardening| Self {
+            density: 250.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            critical_state_slope: 0.8,
+            cohesion_ratio: 0.1,
+            compressive_strength: 200e3,
+            hardening_factor,
+            hardening,
+            invariants: CamClayInvariants::Space,
+            project: false,
+        };
+        vec![
+            with(10.0, CamClayHardening::Slab),
+            with(0.5, CamClayHardening::WeakLayer { softening_factor: 1.0 }),
+            with(1.0, CamClayHardening::WeakLayer { softening_factor: 3.0 }),
+        ]
+    }
+}

@@ -1,0 +1,504 @@
+//! Double-scale localisation (constitutive sheet §2.16, §3.7.11; Bui & Nguyen 2021, eqs. 88–109): a
+//! point, elastic or yielding, that is cut by one cohesive band.
+//!
+//! Outside the band `σ̇ = D : (ε̇ - n ⊗ u̇ / H)` with the jump `u` and the effective size `H` of the point
+//! (volume over area of the cut); in the band of zero thickness an [`InterfaceLaw`], `σ n = t(u)`. The jump
+//! of a step is implicit. Elastic surroundings and band are springs in series, which leaves the band a scalar
+//! equation; surroundings that yield (Drucker–Prager) ask for Newton's method on the jump. The energy of the
+//! band is thus spent per area whatever the size of the points. A band is inserted where the band's own yield
+//! function, or the largest principal stress, is first exceeded, or where the surroundings lose ellipticity;
+//! of two conjugate planes that are equally close it takes the one the strain shears most, or, where the
+//! strain does not tell, the spin. Its normal then turns with the material.
+//!
+//! Limits: one band a point; snap-back where `H` exceeds `E G/f_t²` (refused unless allowed, and then the
+//! step lands on the lower branch). For explicit formulas with a band of finite thickness see
+//! [`crate::localisation`].
+
+mod parameters;
+
+use serde::{Deserialize, Serialize};
+
+use super::cohesive_band::CohesiveBand;
+use super::linear_elastic::{Elasticity, LinearElastic};
+use crate::localisation::least_isotropic_ellipticity;
+use crate::{
+    InitialCondition, InterfaceLaw, InterfacePoint, Mat3, MaterialError, Motion, Point, PrincipalReturn,
+    SmallStrain, Spectrum, SymTensor, Tangent,
+};
+
+pub use parameters::{BandSpec, DoubleScaleSpec, LocalSolve, Onset, OutsideStrength};
+
+const NAME: &str = "double-scale";
+
+/// Damage at which the intact-reset hypothesis drops a band.
+const BROKEN: f64 = 0.999;
+
+/// Newton iterations of the local solve (sheet §3.7.11).
+const ITERATIONS: usize = 30;
+
+/// Laws that may surround a band.
+pub trait Outside: PrincipalReturn<State: Copy> {}
+
+impl<M: PrincipalReturn<State: Copy>> Outside for M {}
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DoubleScale<B = CohesiveBand, M = LinearElastic> {
+    outside: M,
+    band: B,
+    onset: Onset,
+    /// Newton's method on the jump in place of the band's return with its elastic surroundings.
+    newton: bool,
+    size: Option<f64>,
+    /// Size from which a point is refused (m).
+    largest: f64,
+    intact_reset: bool,
+}
+
+/// Internal variables: the band, if there is one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BandedState<S, T = ()> {
+    /// Whether a band has been inserted.
+    pub localised: bool,
+    /// Frame of the band, row by row: unit normal and two tangents.
+    pub frame: Mat3,
+    /// Jump across the band (m) in its frame.
+    pub jump: [f64; 3],
+    /// Size of the point at the last step (m).
+    pub size: f64,
+    /// Internal variables of the interface law.
+    pub band: S,
+    /// Internal variables of the law outside.
+    pub outside: T,
+}
+
+type State<B, M> = BandedState<<B as InterfaceLaw>::State, <M as SmallStrain>::State>;
+
+/// A step of a banded point: the strain increment outside is `strain - n ⊗ Δu / H`.
+struct Step<'s, B: InterfaceLaw, M: SmallStrain> {
+    strain: &'s SymTensor,
+    motion: &'s Motion,
+    /// The point outside before the step.
+    old: Point<M::State>,
+    frame: Mat3,
+    size: f64,
+    /// The band before the step.
+    band: InterfacePoint<B::State>,
+}
+
+impl<B: InterfaceLaw, M: SmallStrain> Step<'_, B, M> {
+    /// Strain increment outside for the jump increment `jump` (m, in the frame of the band).
+    fn reduced(&self, jump: [f64; 3]) -> SymTensor {
+        if jump == [0.0; 3] {
+            return *self.strain;
+        }
+        let across = self.frame.transpose().apply(jump);
+        *self.strain - SymTensor::symmetric_dyad(self.frame.0[0], across) * (1.0 / self.size)
+    }
+}
+
+/// Traction of `stress` on the band, in its frame.
+#[inline]
+fn traction(frame: &Mat3, stress: &SymTensor) -> [f64; 3] {
+    frame.apply(stress.apply(frame.0[0]))
+}
+
+/// Frame of the plane that is `along` and `aside` between two directions, `second` the third.
+fn frame_between(first: [f64; 3], third: [f64; 3], second: [f64; 3], along: f64, aside: f64) -> Mat3 {
+    let normal = std::array::from_fn(|i| along * first[i] + aside * third[i]);
+    let tangent = std::array::from_fn(|i| along * third[i] - aside * first[i]);
+    Mat3([normal, tangent, second])
+}
+
+impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
+    fn elasticity(&self) -> &Elasticity {
+        self.outside.elasticity()
+    }
+
+    /// Yield value of the intact band (Pa) and `cos 2α` of the plane nearest to it.
+    fn intact(&self, stress: &SymTensor) -> (f64, f64) {
+        let [highest, _, lowest] = stress.principal_values();
+        self.plane(highest, lowest)
+    }
+
+    fn plane(&self, highest: f64, lowest: f64) -> (f64, f64) {
+        match self.onset {
+            Onset::BandYield => self.band.critical_plane(highest, lowest),
+            Onset::Rankine => (highest - self.band.tensile_strength(), 1.0),
+            Onset::Ellipticity => (f64::NEG_INFINITY, 1.0),
+        }
+    }
+
+    /// The frame of the band that a step from `old` to `trial` (stress of the intact point) asks for, if it does.
+    fn onset(
+        &self,
+        old: &Point<M::State>,
+        trial: &Point<M::State>,
+        strain: &SymTensor,
+        motion: &Motion,
+    ) -> Option<Mat3> {
+        if self.onset == Onset::Ellipticity {
+            return self.bifurcation(old, trial, strain, motion);
+        }
+        self.exceeded(&old.stress, &trial.stress, strain, motion)
+    }
+
+    /// The plane on which the intact band is first exceeded on the way from `old` to `trial`: it does not
+    /// depend on the length of the step.
+    fn exceeded(
+        &self,
+        old: &SymTensor,
+        trial: &SymTensor,
+        strain: &SymTensor,
+        motion: &Motion,
+    ) -> Option<Mat3> {
+        if !(self.intact(trial).0 > 16.0 * f64::EPSILON * trial.norm()) {
+            return None;
+        }
+        let on_the_way = |share: f64| *old + (*trial - *old) * share;
+        let (mut below, mut above) = (0.0, 1.0);
+        while above - below > f64::EPSILON {
+            let middle = 0.5 * (below + above);
+            if self.intact(&on_the_way(middle)).0 > 0.0 {
+                above = middle;
+            } else {
+                below = middle;
+            }
+        }
+        let spectrum = on_the_way(above).spectrum();
+        let [highest, _, lowest] = spectrum.values;
+        let (_, cosine) = self.plane(highest, lowest);
+        Some(conjugate(&spectrum, cosine, strain, motion))
+    }
+
+    /// The plane on which the surroundings, yielding, have lost ellipticity.
+    fn bifurcation(
+        &self,
+        old: &Point<M::State>,
+        trial: &Point<M::State>,
+        strain: &SymTensor,
+        motion: &Motion,
+    ) -> Option<Mat3> {
+        let elastic = old.stress + self.elasticity().stress(strain);
+        if (elastic - trial.stress).norm() <= 1e-12 * elastic.norm() {
+            return None;
+        }
+        let tangent = self.outside.tangent(strain, motion, old)?;
+        let spectrum = elastic.spectrum();
+        let found = least_isotropic_ellipticity(&tangent, &spectrum.rotation());
+        if found.determinant > 0.0 {
+            return None;
+        }
+        let [along, across, aside] = Mat3(spectrum.directions).apply(found.normal);
+        // The plane that is lost first contains the intermediate direction.
+        let length = along.hypot(aside);
+        if length <= across {
+            return None;
+        }
+        let cosine = (along * along - aside * aside) / (length * length);
+        Some(conjugate(&spectrum, cosine, strain, motion))
+    }
+
+    /// The band as it stands under `stress`.
+    fn interface(state: &State<B, M>, stress: &SymTensor) -> InterfacePoint<B::State> {
+        InterfacePoint { traction: traction(&state.frame, stress), state: state.band }
+    }
+
+    /// `n·D·n / H` (Pa/m), opening and sliding: a diagonal in the frame of the band for isotropic elasticity.
+    fn resistance(&self, size: f64) -> [f64; 2] {
+        [self.elasticity().p_wave_modulus() / size, self.elasticity().shear_modulus / size]
+    }
+
+    /// What `stress = D : (Δε - n ⊗ e_k Δu_k / H)` loses to each component of the jump, and what each component of
+    /// the traction gains from strain: `D : n ⊗ e_k`, `n ⊗ e_k : D`.
+    fn pulls(frame: &Mat3, stiffness: &Tangent) -> ([SymTensor; 3], [SymTensor; 3]) {
+        let dyads = frame.0.map(|a| SymTensor::symmetric_dyad(frame.0[0], a));
+        (dyads.map(|dyad| stiffness.apply(&dyad)), dyads.map(|dyad| stiffness.apply_left(&dyad)))
+    }
+
+    /// `(K + n·D·n/H)⁻¹` at the jump increment `jump`, with the stiffness outside there.
+    fn compliance(
+        &self,
+        step: &Step<'_, B, M>,
+        jump: [f64; 3],
+        stiffness: &Tangent,
+    ) -> Result<Mat3, MaterialError> {
+        let mut jacobian = Mat3(self.band.stiffness(jump, &step.band)?);
+        let (pulls, _) = Self::pulls(&step.frame, stiffness);
+        for (column, pull) in pulls.iter().enumerate() {
+            for (row, value) in traction(&step.frame, pull).into_iter().enumerate() {
+                jacobian.0[row][column] += value / step.size;
+            }
+        }
+        let singular = MaterialError::NotConverged { model: NAME, reason: "the band has no resistance" };
+        jacobian.inverse().ok_or(singular)
+    }
+
+    fn stiffness_outside(&self, step: &Step<'_, B, M>, jump: [f64; 3]) -> Tangent {
+        let reduced = step.reduced(jump);
+        let tangent = self.outside.tangent(&reduced, step.motion, &step.old);
+        tangent.unwrap_or_else(|| self.elasticity().tangent())
+    }
+
+    /// Newton's method on the jump, with backtracking (sheet §3.7.11): jump increment, band and point outside.
+    fn newton(
+        &self,
+        step: &Step<'_, B, M>,
+        start: [f64; 3],
+    ) -> Result<([f64; 3], InterfacePoint<B::State>, Point<M::State>), MaterialError> {
+        let at = |jump: [f64; 3]| -> Result<_, MaterialError> {
+            let outside = self.outside.update(&step.reduced(jump), step.motion, &step.old)?;
+            let band = self.band.update(jump, &step.band)?;
+            let pull = traction(&step.frame, &outside.stress);
+            let residual: [f64; 3] = std::array::from_fn(|k| pull[k] - band.traction[k]);
+            Ok((residual, band, outside))
+        };
+        let size = |r: [f64; 3]| r.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let scale = step.old.stress.norm() + self.elasticity().p_wave_modulus() * step.strain.norm();
+        let mut jump = start;
+        let (mut residual, mut band, mut outside) = at(jump)?;
+        for _ in 0..ITERATIONS {
+            if size(residual) <= 1e-14 * scale {
+                break;
+            }
+            let stiffness = self.stiffness_outside(step, jump);
+            let change = self.compliance(step, jump, &stiffness)?.apply(residual);
+            let mut share = 1.0;
+            loop {
+                let next = std::array::from_fn(|k| jump[k] + share * change[k]);
+                match at(next) {
+                    Ok((new, b, o)) if size(new) < size(residual) => {
+                        (jump, residual, band, outside) = (next, new, b, o);
+                        break;
+                    }
+                    _ if share > 1e-3 => share *= 0.5,
+                    // No better: done at the round-off of the tractions.
+                    _ if size(residual) <= 1e-12 * scale => return Ok((jump, band, outside)),
+                    _ => return Err(MaterialError::NotConverged { model: NAME, reason: "jump" }),
+                }
+            }
+        }
+        if size(residual) <= 1e-12 * scale {
+            Ok((jump, band, outside))
+        } else {
+            Err(MaterialError::NotConverged { model: NAME, reason: "jump" })
+        }
+    }
+
+    /// Jump increment, band and point outside after the step.
+    fn solved(
+        &self,
+        step: &Step<'_, B, M>,
+    ) -> Result<([f64; 3], InterfacePoint<B::State>, Point<M::State>), MaterialError> {
+        if self.newton {
+            match self.newton(step, [0.0; 3]) {
+                Err(MaterialError::NotConverged { .. }) => {}
+                result => return result,
+            }
+        }
+        let trial = step.old.stress + self.elasticity().stress(step.strain);
+        let resistance = self.resistance(step.size);
+        let (jump, band) = self.band.relaxed(traction(&step.frame, &trial), resistance, &step.band)?;
+        if self.newton {
+            // Where the band softens faster than the surroundings yield, these unload.
+            return self.newton(step, jump);
+        }
+        let outside = self.outside.update(&step.reduced(jump), step.motion, &step.old)?;
+        Ok((jump, band, outside))
+    }
+
+    /// The size of the point in this step (m).
+    fn size(&self, motion: &Motion) -> Result<f64, MaterialError> {
+        let size = self.size.unwrap_or(motion.size);
+        let invalid = |reason| Err(MaterialError::Motion { model: NAME, reason });
+        if !(size > 0.0 && size.is_finite()) {
+            return invalid("the size of the point must be positive");
+        }
+        if size >= self.largest {
+            return invalid("the point is so large that its band snaps back (see allow_snapback)");
+        }
+        Ok(size)
+    }
+
+    fn step(
+        &self,
+        strain: &SymTensor,
+        motion: &Motion,
+        old: &Point<State<B, M>>,
+    ) -> Result<Point<State<B, M>>, MaterialError> {
+        let before = Point { stress: old.stress, state: old.state.outside };
+        let mut state = old.state;
+        if !state.localised {
+            let intact = self.outside.update(strain, motion, &before)?;
+            let Some(frame) = self.onset(&before, &intact, strain, motion) else {
+                let state = BandedState { outside: intact.state, ..state };
+                return Ok(Point { stress: intact.stress, state });
+            };
+            let band = self.band.initial(traction(&frame, &old.stress));
+            state = BandedState { localised: true, frame, jump: [0.0; 3], band, ..state };
+        }
+        state.size = self.size(motion)?;
+        let band = Self::interface(&state, &old.stress);
+        let step = Step { strain, motion, old: before, frame: state.frame, size: state.size, band };
+        let (jump, band, outside) = self.solved(&step)?;
+        state.band = band.state;
+        state.outside = outside.state;
+        state.jump = std::array::from_fn(|k| state.jump[k] + jump[k]);
+        let stress = outside.stress;
+        if self.intact_reset && self.band.damage(&state.band) >= BROKEN && self.intact(&stress).0 <= 0.0 {
+            let (frame, band, outside) = (Mat3::ZERO, B::State::default(), state.outside);
+            state = BandedState { localised: false, frame, jump: [0.0; 3], size: 0.0, band, outside };
+        }
+        Ok(Point { stress, state })
+    }
+}
+
+/// The frame of the plane with `cos 2α = cosine` between the extreme principal directions; of the two, the one
+/// that the strain shears most, or opens most; where it does not tell, the spin.
+fn conjugate(spectrum: &Spectrum, cosine: f64, strain: &SymTensor, motion: &Motion) -> Mat3 {
+    let [first, second, third] = spectrum.directions;
+    let across = |v: [f64; 3]| (0..3).map(|i| first[i] * v[i]).sum::<f64>();
+    let strained = across(strain.apply(third));
+    let spin = across(motion.gradient.skew().apply(third));
+    // Planes at 45° are sheared alike; one of them opens more.
+    let sign = if (cosine * strained).abs() > 1e-6 * strain.norm() {
+        -cosine * strained
+    } else if strained.abs() > 1e-6 * strain.norm() {
+        strained
+    } else {
+        spin
+    };
+    let along = (0.5 * (1.0 + cosine)).sqrt();
+    let aside = (0.5 * (1.0 - cosine)).sqrt().copysign(sign);
+    frame_between(first, third, second, along, aside)
+}
+
+impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
+    type State = State<B, M>;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
+        let Point { stress, state: outside } = self.outside.initial(initial)?;
+        let (excess, _) = self.intact(&stress);
+        super::check_initial(NAME, &stress, excess, self.band.tensile_strength() + stress.norm())?;
+        let (frame, band) = (Mat3::ZERO, B::State::default());
+        let state = BandedState { localised: false, frame, jump: [0.0; 3], size: 0.0, band, outside };
+        Ok(Point { stress, state })
+    }
+
+    fn update(
+        &self,
+        strain: &SymTensor,
+        motion: &Motion,
+        old: &Point<Self::State>,
+    ) -> Result<Point<Self::State>, MaterialError> {
+        if *strain == SymTensor::ZERO {
+            return Ok(*old);
+        }
+        self.step(strain, motion, old)
+    }
+
+    /// The local solve is implicit: only one that fails asks for smaller steps.
+    fn largest_step(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn rotate_state(&self, state: &mut Self::State, rotation: &Mat3) {
+        if state.localised {
+            state.frame = state.frame * rotation.transpose();
+        }
+        self.outside.rotate_state(&mut state.outside, rotation);
+    }
+
+    fn wave_modulus(&self, _point: &Point<Self::State>) -> f64 {
+        self.elasticity().p_wave_modulus()
+    }
+
+    /// `D - (D n)(K + n·D·n/H)⁻¹(n D)/H` (sheet §3.7.11); in the step that inserts the band its direction
+    /// moves too, which is left to differences.
+    fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<Self::State>) -> Option<Tangent> {
+        let before = Point { stress: old.stress, state: old.state.outside };
+        if !old.state.localised {
+            let intact = self.outside.update(strain, motion, &before).ok()?;
+            let whole = self.onset(&before, &intact, strain, motion).is_none();
+            return if whole { self.outside.tangent(strain, motion, &before) } else { None };
+        }
+        let (size, frame) = (self.size(motion).ok()?, old.state.frame);
+        let band = Self::interface(&old.state, &old.stress);
+        let step = Step { strain, motion, old: before, frame, size, band };
+        let (jump, band, _) = self.solved(&step).ok()?;
+        if self.intact_reset && self.band.damage(&band.state) >= BROKEN {
+            return None;
+        }
+        let mut tangent = self.stiffness_outside(&step, jump);
+        let compliance = self.compliance(&step, jump, &tangent).ok()?;
+        let (pulls, gains) = Self::pulls(&frame, &tangent);
+        for (row, a) in compliance.0.iter().zip(&pulls) {
+            for (value, b) in row.iter().zip(&gains) {
+                tangent.add_dyad(-value / size, a, b);
+            }
+        }
+        Some(tangent)
+    }
+
+    fn yield_value(&self, point: &Point<Self::State>) -> Option<f64> {
+        let band = if point.state.localised {
+            self.band.yield_value(&Self::interface(&point.state, &point.stress))
+        } else {
+            self.intact(&point.stress).0
+        };
+        let outside = Point { stress: point.stress, state: point.state.outside };
+        Some(self.outside.yield_value(&outside).map_or(band, |value| value.max(band)))
+    }
+
+    /// Of the material outside the band.
+    fn stored_energy(&self, point: &Point<Self::State>) -> Option<f64> {
+        Some(self.elasticity().energy(&point.stress))
+    }
+
+    fn dissipation(
+        &self,
+        strain: &SymTensor,
+        motion: &Motion,
+        old: &Point<Self::State>,
+        new: &Point<Self::State>,
+    ) -> Option<f64> {
+        let outside = |point: &Point<Self::State>| Point { stress: point.stress, state: point.state.outside };
+        if !new.state.localised {
+            // A band that was dropped in this step took its account with it.
+            let whole = !old.state.localised;
+            return if whole {
+                self.outside.dissipation(strain, motion, &outside(old), &outside(new))
+            } else {
+                None
+            };
+        }
+        let (frame, size) = (new.state.frame, new.state.size);
+        let (band, start) = if old.state.localised {
+            (old.state.band, old.state.jump)
+        } else {
+            (self.band.initial(traction(&frame, &old.stress)), [0.0; 3])
+        };
+        let before = InterfacePoint { traction: traction(&frame, &old.stress), state: band };
+        let after = Self::interface(&new.state, &new.stress);
+        let step = Step::<B, M> { strain, motion, old: outside(old), frame, size, band: before };
+        let jump = std::array::from_fn(|k| new.state.jump[k] - start[k]);
+        let lost = self.outside.dissipation(&step.reduced(jump), motion, &step.old, &outside(new))?;
+        Some(lost + self.band.dissipation(&before, &after) / size)
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        &["localised", "damage", "opening", "slip"]
+    }
+
+    fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
+        let BandedState { localised, jump, band, .. } = &point.state;
+        out[0] = f64::from(u8::from(*localised));
+        out[1] = if *localised { self.band.damage(band) } else { 0.0 };
+        out[2] = jump[0];
+        out[3] = jump[1].hypot(jump[2]);
+    }
+}

@@ -1,0 +1,253 @@
+//! Parameters of `double-scale` and the law they make.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::super::cohesive_band::CohesiveBandSpec;
+use super::super::cohesive_damage::CohesiveDamageSpec;
+use super::super::drucker_prager::{DruckerPrager, DruckerPragerSpec, Matching, Softening};
+use super::super::linear_elastic::{Elasticity, LinearElastic, stiff_warnings};
+use super::{DoubleScale, Outside};
+use crate::model::{Facts, Kind, Model, StrainMeasure, positive};
+use crate::{Corotational, InterfaceLaw, Material, MaterialError};
+
+/// Parameters of `double-scale`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DoubleScaleSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus outside the band (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio outside the band, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Strength outside the band (Drucker–Prager); elastic when absent.
+    #[serde(default)]
+    pub outside: Option<OutsideStrength>,
+    /// What holds the band together.
+    pub band: BandSpec,
+    /// When a band is inserted, and which way.
+    #[serde(default)]
+    pub onset: Onset,
+    /// How the jump of a step is found: by `return` where the surroundings are elastic, else by `newton`, when
+    /// absent.
+    #[serde(default)]
+    pub local_solve: Option<LocalSolve>,
+    /// Effective size of a point (m), > 0; the size that the method gives when absent. Where a grid carries
+    /// the resolution it is the size of a cell.
+    #[serde(default)]
+    pub size: Option<f64>,
+    /// Drop a band that is broken through and start again from the intact material (desiccation networks).
+    #[serde(default)]
+    pub intact_reset: bool,
+    /// Take points so large that they snap back.
+    #[serde(default)]
+    pub allow_snapback: bool,
+}
+
+/// The interface law of a band.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "law", rename_all = "kebab-case")]
+pub enum BandSpec {
+    /// Mixed-mode cohesion and friction.
+    CohesiveFriction(CohesiveBandSpec),
+    /// Damage with exponential softening, no friction.
+    CohesiveDamage(CohesiveDamageSpec),
+}
+
+/// When a band is inserted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Onset {
+    /// Where the band's yield function is exceeded, on the plane where it is largest.
+    #[default]
+    BandYield,
+    /// Where the largest principal stress reaches the tensile strength, across it.
+    Rankine,
+    /// Where the acoustic tensor of the material outside loses its positive determinant, on that plane.
+    Ellipticity,
+}
+
+/// How the jump of a step is found; both ways end at the same jump.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LocalSolve {
+    /// Elastic surroundings and band are springs in series: one return of the band with their common stiffness.
+    Return,
+    /// Newton's method on the jump, `σ(Δε - n ⊗ Δu/H) n = t(u + Δu)`.
+    Newton,
+}
+
+/// Drucker–Prager strength outside a band, angles in degrees.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OutsideStrength {
+    /// Friction angle (degrees), 0 to 90 (excluded).
+    pub friction_angle: f64,
+    /// Cohesion (Pa), not negative.
+    #[serde(default)]
+    pub cohesion: f64,
+    /// Dilatancy angle (degrees), between minus and plus the friction angle.
+    #[serde(default)]
+    pub dilatancy_angle: f64,
+    /// How the cone is matched to Mohr–Coulomb.
+    #[serde(default)]
+    pub matching: Matching,
+    /// Exponential softening of cohesion and friction; none when absent.
+    #[serde(default)]
+    pub softening: Option<Softening>,
+}
+
+impl DoubleScaleSpec {
+    /// Checks the ranges and builds the law around `band`, elastic outside.
+    ///
+    /// # Errors
+    /// The first parameter out of range; a given size that snaps back unless that is allowed.
+    pub fn law<B: InterfaceLaw>(&self, band: B) -> Result<DoubleScale<B>, MaterialError> {
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        if self.onset == Onset::Ellipticity && self.outside.is_none() {
+            return Err(MaterialError::choice(
+                "onset",
+                "ellipticity needs a strength outside, which can be lost",
+            ));
+        }
+        self.around(LinearElastic { elasticity }, elasticity, band)
+    }
+
+    /// The law of a point that yields outside its band.
+    fn plastic<B: InterfaceLaw>(
+        &self,
+        strength: OutsideStrength,
+        band: B,
+    ) -> Result<DoubleScale<B, DruckerPrager>, MaterialError> {
+        if self.local_solve == Some(LocalSolve::Return) {
+            return Err(MaterialError::choice("local_solve", "return needs elastic surroundings"));
+        }
+        let spec = DruckerPragerSpec {
+            density: self.density,
+            youngs_modulus: self.youngs_modulus,
+            poissons_ratio: self.poissons_ratio,
+            friction_angle: strength.friction_angle,
+            cohesion: strength.cohesion,
+            dilatancy_angle: strength.dilatancy_angle,
+            matching: strength.matching,
+            softening: strength.softening,
+            dilatancy_decay: 0.0,
+            integration: Default::default(),
+            strain_measure: StrainMeasure::Rate,
+        };
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        let outside = spec.law().map_err(|error| error.under("outside"))?;
+        self.around(outside.named(super::NAME), elasticity, band)
+    }
+
+    fn around<B: InterfaceLaw, M: Outside>(
+        &self,
+        outside: M,
+        elasticity: Elasticity,
+        band: B,
+    ) -> Result<DoubleScale<B, M>, MaterialError> {
+        let largest = band.largest_size(self.youngs_modulus, elasticity.shear_modulus);
+        if let Some(size) = self.size {
+            positive("size", size, "m")?;
+            if size >= largest && !self.allow_snapback {
+                let rule = format!("snaps back: must be less than {largest} m, or allow_snapback be set");
+                return Err(MaterialError::parameter("size", size, rule));
+            }
+        }
+        Ok(DoubleScale {
+            newton: self.outside.is_some() || self.local_solve == Some(LocalSolve::Newton),
+            outside,
+            band,
+            onset: self.onset,
+            size: self.size,
+            largest: if self.allow_snapback { f64::INFINITY } else { largest },
+            intact_reset: self.intact_reset,
+        })
+    }
+
+    fn material<B: InterfaceLaw>(&self, band: B) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(match self.outside {
+            None => Arc::new(Corotational(self.law(band)?)),
+            Some(strength) => Arc::new(Corotational(self.plastic(strength, band)?)),
+        })
+    }
+
+    /// Size (m) from which a point snaps back; `None` where the parameters are out of range.
+    fn largest_size(&self) -> Option<f64> {
+        let shear = Elasticity::new(self.youngs_modulus, self.poissons_ratio).ok()?.shear_modulus;
+        match &self.band {
+            BandSpec::CohesiveFriction(band) => {
+                Some(band.law().ok()?.largest_size(self.youngs_modulus, shear))
+            }
+            BandSpec::CohesiveDamage(band) => Some(band.law().ok()?.largest_size(self.youngs_modulus, shear)),
+        }
+    }
+}
+
+impl Model for DoubleScaleSpec {
+    const FACTS: Facts = Facts {
+        source: "Bui & Nguyen 2021, eqs. 88–109; Wang et al. 2020 (band)",
+        kind: Kind::Solid,
+        strain: "rate",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        match &self.band {
+            BandSpec::CohesiveFriction(band) => self.material(band.law()?),
+            BandSpec::CohesiveDamage(band) => self.material(band.law()?),
+        }
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = stiff_warnings(self.poissons_ratio);
+        if let (Some(size), Some(largest)) = (self.size, self.largest_size())
+            && size >= largest
+        {
+            warnings.push(format!("size: snap-back, {size} m is not less than {largest:.4} m"));
+        }
+        warnings
+    }
+
+    fn examples() -> Vec<Self> {
+        let band = CohesiveBandSpec {
+            cohesion: 20e3,
+            tensile_strength: 10e3,
+            friction_coefficient: 0.6,
+            dilatancy_coefficient: 0.2,
+            opening_energy: 10.0,
+            sliding_energy: 40.0,
+            normal_stiffness: 5e9,
+            shear_stiffness: 2e9,
+        };
+        let with = |band| Self {
+            density: 2000.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            outside: None,
+            band,
+            onset: Onset::BandYield,
+            local_solve: None,
+            size: None,
+            intact_reset: false,
+            allow_snapback: false,
+        };
+        let isochoric = CohesiveBandSpec { dilatancy_coefficient: 0.0, ..band };
+        let damage = CohesiveDamageSpec { tensile_strength: 10e3, fracture_energy: 10.0, stiffness: 5e9 };
+        let newton = Self { local_solve: Some(LocalSolve::Newton), ..with(BandSpec::CohesiveFriction(band)) };
+        vec![
+            newton,
+            with(BandSpec::CohesiveFriction(band)),
+            with(BandSpec::CohesiveFriction(isochoric)),
+            Self { onset: Onset::Rankine, ..with(BandSpec::CohesiveFriction(band)) },
+            with(BandSpec::CohesiveDamage(damage)),
+        ]
+    }
+}

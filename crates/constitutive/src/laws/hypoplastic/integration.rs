@@ -1,0 +1,188 @@
+//! Modified Euler integration of the rate equation with local error control (constitutive sheet §3.7.10), and
+//! its derivative.
+//!
+//! A step is divided into pieces by its size, a piece into equal substeps whose number is the least power of two
+//! that keeps the local error. The update is therefore smooth but for the few strains at which a number changes.
+
+use super::super::pressure_elastic::VoidRatio;
+use super::super::substep::{self, Advance, substepped};
+use super::{Hypoplastic, NAME};
+use crate::{MaterialError, Point, SymTensor, Tangent};
+
+/// Largest strain increment that is integrated in one piece (sheet §3.8).
+const PIECE: f64 = 1e-2;
+/// Local error of a substep, relative to the stress (sheet §3.7.10).
+const TOLERANCE: f64 = 1e-4;
+/// Doublings of the number of substeps of a piece, to 1024 (1000 in the sheet).
+const DOUBLINGS: u32 = 10;
+
+/// Derivatives of stress and void ratio by one component of the strain increment of the step.
+#[derive(Clone, Copy)]
+struct Slope {
+    stress: SymTensor,
+    void_ratio: f64,
+}
+
+/// One substep of strain.
+#[derive(Clone, Copy)]
+struct Substep {
+    strain: SymTensor,
+    /// `exp(tr Δε)`.
+    growth: f64,
+}
+
+impl Substep {
+    fn new(strain: SymTensor) -> Self {
+        Self { strain, growth: strain.trace().exp() }
+    }
+
+    fn void_ratio_after(&self, void_ratio: f64) -> f64 {
+        (1.0 + void_ratio) * self.growth - 1.0
+    }
+}
+
+impl Hypoplastic {
+    /// The point after the strain increment `strain`.
+    pub(super) fn integrated(
+        &self,
+        strain: &SymTensor,
+        old: &Point<VoidRatio>,
+    ) -> Result<Advance<VoidRatio>, MaterialError> {
+        substepped(NAME, strain, PIECE, old, |part, from| {
+            let (_, point) = self.piece(part, from)?;
+            Ok(Advance { point, dissipated: 0.0 })
+        })
+    }
+
+    /// A piece of strain in the least number of substeps that keeps the local error: that number and the point.
+    fn piece(
+        &self,
+        strain: &SymTensor,
+        old: &Point<VoidRatio>,
+    ) -> Result<(u32, Point<VoidRatio>), MaterialError> {
+        (0..=DOUBLINGS)
+            .find_map(|k| self.in_substeps(1 << k, strain, old).map(|point| (1 << k, point)))
+            .ok_or(MaterialError::NotConverged { model: NAME, reason: "too many substeps" })
+    }
+
+    /// `None` where the local error of one of the `count` substeps is too large.
+    fn in_substeps(
+        &self,
+        count: u32,
+        strain: &SymTensor,
+        old: &Point<VoidRatio>,
+    ) -> Option<Point<VoidRatio>> {
+        let part = Substep::new(*strain * (1.0 / f64::from(count)));
+        let Point { mut stress, state: VoidRatio { mut void_ratio } } = *old;
+        for _ in 0..count {
+            stress = self.held_up(stress);
+            if self.feels(&stress, &part) {
+                let [first, second] = self.slopes(&stress, void_ratio, &part);
+                let error = 0.5 * (second - first).norm() / stress.norm();
+                // A substep that loses half the pressure is too long whatever the error says.
+                let kept = (stress + first).pressure() > 0.5 * stress.pressure();
+                if !(error < TOLERANCE && kept) {
+                    return None;
+                }
+                stress += (first + second) * 0.5;
+            }
+            void_ratio = part.void_ratio_after(void_ratio);
+        }
+        Some(Point { stress: self.held_up(stress), state: VoidRatio { void_ratio } })
+    }
+
+    /// The stress, or that of the skeleton free of stress.
+    fn held_up(&self, stress: SymTensor) -> SymTensor {
+        if stress.pressure() <= self.minimum_pressure {
+            SymTensor::isotropic(-self.minimum_pressure)
+        } else {
+            stress
+        }
+    }
+
+    /// A skeleton free of stress stays so as long as it opens.
+    fn feels(&self, stress: &SymTensor, part: &Substep) -> bool {
+        stress.pressure() > self.minimum_pressure || part.strain.trace() < 0.0
+    }
+
+    /// Stress increments of a substep with the rates at its start and at its predicted end.
+    fn slopes(&self, stress: &SymTensor, void_ratio: f64, part: &Substep) -> [SymTensor; 2] {
+        let first = self.slope(stress, void_ratio, &part.strain);
+        [first, self.slope(&(*stress + first), part.void_ratio_after(void_ratio), &part.strain)]
+    }
+
+    /// Derivative of the update by the strain increment, along the substeps it takes.
+    pub(super) fn carried_tangent(&self, strain: &SymTensor, old: &Point<VoidRatio>) -> Option<Tangent> {
+        let pieces = substep::count(strain, PIECE);
+        let piece = *strain * (1.0 / f64::from(pieces));
+        if piece.norm() == 0.0 {
+            return None;
+        }
+        let mut slopes = [Slope { stress: SymTensor::ZERO, void_ratio: 0.0 }; 6];
+        let mut point = *old;
+        for _ in 0..pieces {
+            let (count, next) = self.piece(&piece, &point).ok()?;
+            let part = Substep::new(piece * (1.0 / f64::from(count)));
+            let share = 1.0 / f64::from(count * pieces);
+            for (component, slope) in slopes.iter_mut().enumerate() {
+                // Engineering shear: half in each of the two entries.
+                let mut direction = SymTensor::ZERO;
+                direction[component] = if component < 3 { share } else { 0.5 * share };
+                *slope = self.carried(*slope, count, &part, &direction, &point);
+            }
+            point = next;
+        }
+        Some(Tangent(std::array::from_fn(|row| slopes.map(|slope| slope.stress[row]))))
+    }
+
+    /// `slope` through `count` substeps `part` from `old`, `direction` the derivative of the strain of each.
+    fn carried(
+        &self,
+        mut slope: Slope,
+        count: u32,
+        part: &Substep,
+        direction: &SymTensor,
+        old: &Point<VoidRatio>,
+    ) -> Slope {
+        let Point { mut stress, state: VoidRatio { mut void_ratio } } = *old;
+        let floored = |stress: &SymTensor| stress.pressure() <= self.minimum_pressure;
+        for _ in 0..count {
+            if floored(&stress) {
+                (stress, slope.stress) = (self.held_up(stress), SymTensor::ZERO);
+            }
+            let next = part.void_ratio_after(void_ratio);
+            let by_next = slope.void_ratio * part.growth + (1.0 + next) * direction.trace();
+            if self.feels(&stress, part) {
+                let [first, second] = self.slopes(&stress, void_ratio, part);
+                let by_first = self.slope_change((&stress, void_ratio), part, slope, direction);
+                let predicted = Slope { stress: slope.stress + by_first, void_ratio: by_next };
+                let by_second = self.slope_change((&(stress + first), next), part, predicted, direction);
+                stress += (first + second) * 0.5;
+                slope.stress += (by_first + by_second) * 0.5;
+            }
+            (void_ratio, slope.void_ratio) = (next, by_next);
+        }
+        if floored(&stress) {
+            slope.stress = SymTensor::ZERO;
+        }
+        slope
+    }
+
+    fn slope_change(
+        &self,
+        (stress, void_ratio): (&SymTensor, f64),
+        part: &Substep,
+        by: Slope,
+        direction: &SymTensor,
+    ) -> SymTensor {
+        let trace = stress.trace();
+        let by_density = self
+            .critical_state
+            .as_ref()
+            .map_or(0.0, |c| c.density_change(trace, void_ratio, (by.stress.trace(), by.void_ratio)));
+        self.constants.rate_change(
+            (stress, &part.strain, self.density_function(stress, void_ratio)),
+            (&by.stress, direction, by_density),
+        )
+    }
+}

@@ -1,0 +1,247 @@
+//! Parameters of `hypoplastic`: their ranges, the calibration of the constants, and the law they make.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::super::acceleration_viscous::{AccelerationViscosity, Viscous, ViscousMode};
+use super::{Constants, CriticalState, Hypoplastic};
+use crate::model::{Facts, Kind, Model, check, positive};
+use crate::{Corotational, Material, MaterialError};
+
+/// Parameters of `hypoplastic`, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HypoplasticSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Void ratio at the start, > 0.
+    pub void_ratio: f64,
+    /// The four constants, or what they are calibrated on.
+    pub parameters: HypoplasticParameters,
+    /// Critical state; without it density has no influence (`f_d = 1`).
+    #[serde(default)]
+    pub critical_state: Option<CriticalState>,
+    /// Mean pressure below which the skeleton counts as free of stress (Pa), > 0.
+    #[serde(default = "minimum_pressure")]
+    pub minimum_pressure: f64,
+    /// Viscous stress driven by the acceleration of strain; none when absent.
+    #[serde(default)]
+    pub viscous: Option<AccelerationViscosity>,
+}
+
+fn minimum_pressure() -> f64 {
+    10.0
+}
+
+/// Where the four constants come from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum HypoplasticParameters {
+    /// Given directly; a set with spurious stationary states raises a warning only.
+    Constants(Constants),
+    /// By calibration; a set with spurious stationary states is refused.
+    Calibration(Calibration),
+}
+
+/// Two states the constants are calibrated on, angles in degrees.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Calibration {
+    /// Young's modulus at the start of triaxial compression from the isotropic state (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Pressure of that state (Pa), > 0.
+    pub pressure: f64,
+    /// Poisson's ratio of that state, 0 to 0.5.
+    #[serde(default)]
+    pub poissons_ratio: f64,
+    /// Critical friction angle (degrees), between 0 and 90.
+    pub friction_angle: f64,
+    /// Dilatancy angle at failure (degrees), `tan ψ = 2ν - 1` with the ratio ν of lateral expansion to
+    /// axial compression; between -45 and 45.
+    #[serde(default)]
+    pub dilatancy_angle: f64,
+}
+
+impl Constants {
+    /// The constants of an isotropic state (initial stiffness, no change of lateral stress at the given
+    /// Poisson's ratio) and of a stationary state in triaxial compression (eqs. 16–18).
+    ///
+    /// # Errors
+    /// A parameter out of range, or a friction angle for which a loading path stalls before failure.
+    pub fn calibrate(calibration: &Calibration) -> Result<Self, MaterialError> {
+        let Calibration { youngs_modulus, pressure, poissons_ratio, friction_angle, dilatancy_angle } =
+            *calibration;
+        positive("parameters.calibration.youngs_modulus", youngs_modulus, "Pa")?;
+        positive("parameters.calibration.pressure", pressure, "Pa")?;
+        let holds = (0.0..0.5).contains(&poissons_ratio);
+        check(
+            "parameters.calibration.poissons_ratio",
+            poissons_ratio,
+            holds,
+            "is not in 0..0.5 (0.5 excluded)",
+        )?;
+        let holds = friction_angle > 0.0 && friction_angle < 90.0;
+        check(
+            "parameters.calibration.friction_angle",
+            friction_angle,
+            holds,
+            "is not between 0 and 90 degrees",
+        )?;
+        let holds = dilatancy_angle > -45.0 && dilatancy_angle < 45.0;
+        check(
+            "parameters.calibration.dilatancy_angle",
+            dilatancy_angle,
+            holds,
+            "is not between -45 and 45 degrees",
+        )?;
+
+        let sin = friction_angle.to_radians().sin();
+        let r = (1.0 + sin) / (1.0 - sin);
+        let nu = 0.5 * (1.0 + dilatancy_angle.to_radians().tan());
+        let norm = |nu: f64| (1.0 + 2.0 * nu * nu).sqrt();
+        let (ni, n) = (norm(poissons_ratio), norm(nu));
+        let c1 = -youngs_modulus / (3.0 * pressure * (1.0 + poissons_ratio));
+        // C3 = slope C2 + shift, from no lateral stress rate in the isotropic state.
+        let slope = (1.0 - 2.0 * poissons_ratio) / ni;
+        let shift = -9.0 * poissons_ratio * c1 / ni;
+        let (outer, inner) = ((r + 2.0).powi(2), r * r - 4.0);
+        let c2 = (inner * n * shift - outer * (1.0 + 4.0 * nu) * c1)
+            / ((r - 4.0) * (r - 2.0 * nu) - inner * n * slope);
+        let c3 = slope * c2 + shift;
+        let c4 = 9.0 * ((r - 2.0 * nu) * c2 - nu * outer * c1 - n * c3) / ((r - 1.0).powi(2) * n);
+        let constants = Self { c1, c2, c3, c4 };
+        let field = "parameters.calibration.friction_angle";
+        let finite = [c1, c2, c3, c4].iter().all(|c| c.is_finite());
+        check(field, friction_angle, finite, "has no calibration at this Poisson's ratio and dilatancy")?;
+        let states = constants.stationary_states();
+        let wanted = states.iter().any(|state| (state.stress_ratio - r).abs() < 1e-6 * r);
+        let early = states.iter().find(|state| state.stress_ratio < r * (1.0 - 1e-6));
+        if let Some(state) = early {
+            let rule = format!(
+                "stalls at the spurious stationary state R = {:.4}, ψ = {:.1}° before failure at R = {r:.4}",
+                state.stress_ratio,
+                state.dilatancy_angle.to_degrees()
+            );
+            return Err(MaterialError::parameter(field, friction_angle, rule));
+        }
+        check(field, friction_angle, wanted, "is not reached by a compression path with these constants")?;
+        Ok(constants)
+    }
+}
+
+impl HypoplasticSpec {
+    /// Checks the ranges and builds the frictional law, without its viscous part.
+    ///
+    /// # Errors
+    /// The first parameter out of range; a calibration with spurious stationary states.
+    pub fn law(&self) -> Result<Hypoplastic, MaterialError> {
+        positive("void_ratio", self.void_ratio, "")?;
+        positive("minimum_pressure", self.minimum_pressure, "Pa")?;
+        let constants = match &self.parameters {
+            HypoplasticParameters::Calibration(calibration) => Constants::calibrate(calibration)?,
+            HypoplasticParameters::Constants(constants) => {
+                let c1 = constants.c1;
+                check("parameters.constants.c1", c1, c1.is_finite() && c1 < 0.0, "must be negative")?;
+                for (name, value) in [
+                    ("parameters.constants.c2", constants.c2),
+                    ("parameters.constants.c3", constants.c3),
+                    ("parameters.constants.c4", constants.c4),
+                ] {
+                    check(name, value, value.is_finite(), "must be finite")?;
+                }
+                *constants
+            }
+        };
+        if let Some(critical) = &self.critical_state {
+            critical.validate()?;
+        }
+        Ok(Hypoplastic {
+            constants,
+            critical_state: self.critical_state,
+            void_ratio: self.void_ratio,
+            minimum_pressure: self.minimum_pressure,
+        })
+    }
+}
+
+impl Model for HypoplasticSpec {
+    const FACTS: Facts = Facts {
+        source: "Wu, Wang & Alipour 2020, eqs. 8–32",
+        kind: Kind::Solid,
+        strain: "rate",
+        tangent: "analytic (viscous mode rate-material: numerical)",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        let frictional = Corotational(self.law()?);
+        Ok(match self.viscous {
+            None => Arc::new(frictional),
+            Some(viscosity) => Arc::new(Viscous::new(frictional, viscosity)?),
+        })
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if let HypoplasticParameters::Constants(constants) = &self.parameters {
+            let states = constants.stationary_states();
+            if states.len() != 1 {
+                let ratios: Vec<String> = states.iter().map(|s| format!("{:.4}", s.stress_ratio)).collect();
+                warnings.push(format!(
+                    "parameters.constants: triaxial compression has {} stationary states (stress ratios {}) instead of one",
+                    states.len(),
+                    ratios.join(", ")
+                ));
+            }
+        }
+        if let Some(critical) = &self.critical_state
+            && self.void_ratio <= critical.minimum_void_ratio
+        {
+            warnings.push(format!(
+                "void_ratio: {} is not above the smallest void ratio, {}",
+                self.void_ratio, critical.minimum_void_ratio
+            ));
+        }
+        if self.viscous.is_some_and(|viscous| viscous.mode == ViscousMode::RateMaterial) {
+            warnings.push(
+                "viscous.mode: rate-material is not objective; use it in element tests only".to_owned(),
+            );
+        }
+        warnings
+    }
+
+    fn examples() -> Vec<Self> {
+        let plain = Self {
+            density: 1700.0,
+            void_ratio: 0.7,
+            parameters: HypoplasticParameters::Calibration(Calibration {
+                youngs_modulus: 20e6,
+                pressure: 100e3,
+                poissons_ratio: 0.0,
+                friction_angle: 30.0,
+                dilatancy_angle: 0.0,
+            }),
+            critical_state: None,
+            minimum_pressure: minimum_pressure(),
+            viscous: None,
+        };
+        let critical_state = CriticalState {
+            minimum_void_ratio: 0.5,
+            p1: 0.5,
+            p2: 0.5,
+            p3: -5e-7,
+            q1: 1.0,
+            q2: -0.2,
+            q3: -1e-7,
+        };
+        let dense = Self { critical_state: Some(critical_state), ..plain.clone() };
+        let viscous = AccelerationViscosity { a: -8e-4, m1: 0.5, m2: 1e-3, mode: ViscousMode::Integrated };
+        let viscous = Self { viscous: Some(viscous), ..dense.clone() };
+        vec![plain, dense, viscous]
+    }
+}

@@ -1,0 +1,223 @@
+//! What moves as the case says: rigid bodies and patches of nodes (MPM sheet §2.11: prescribed velocities, on nodes
+//! without material too).
+
+use colluvium_case::Case;
+use colluvium_case::description::Patch;
+use colluvium_grid::{Basis, Grid, Lanes, Layout, Node};
+use serde::{Deserialize, Serialize};
+
+use crate::points::PointDomain;
+use crate::solver::MpmSolver;
+
+/// Distance (cells) from the surface of a patch within which nodes still belong to it: round-off.
+const ON_SURFACE: f64 = 1e-6;
+
+/// Something driven, with what acts on it.
+#[derive(Clone, Debug)]
+pub struct Driven {
+    /// Name of the body or patch.
+    pub name: String,
+    /// Index into `Case::patches`; `None` for a rigid body.
+    pub patch: Option<usize>,
+    /// Corners of a box around the patch at the start (m).
+    pub bounds: [[f64; 3]; 2],
+    /// Velocity at the end of the step (m/s); `None` where nothing is prescribed.
+    pub velocity: [Option<f64>; 3],
+    /// What a restart needs.
+    pub state: DrivenState,
+}
+
+/// What changes of a [`Driven`] in the course of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DrivenState {
+    /// Way since the start (m).
+    pub way: [f64; 3],
+    /// Force of the material on it in the last step (N).
+    pub force: [f64; 3],
+    /// Impulse of the material on it since the start (N s).
+    pub impulse: [f64; 3],
+}
+
+impl Driven {
+    /// Takes an impulse (N s) of the material in a step of `dt`.
+    pub fn take(&mut self, impulse: [f64; 3], dt: f64) {
+        for c in 0..3 {
+            self.state.impulse[c] += impulse[c];
+            self.state.force[c] += impulse[c] / dt;
+        }
+    }
+
+    /// The velocity of a rigid body (m/s).
+    pub fn rigid_velocity(&self) -> [f64; 3] {
+        self.velocity.map(|v| v.unwrap_or(0.0))
+    }
+}
+
+/// Rigid bodies and patches of the case.
+pub fn driven(case: &Case) -> Vec<Driven> {
+    let new = |name: &String, patch| Driven {
+        name: name.clone(),
+        patch,
+        bounds: patch.map_or([[0.0; 3]; 2], |patch: usize| {
+            let (low, high) = case.patches[patch].region.bounds(case.dimension());
+            [low, high].map(|corner| std::array::from_fn(|c| corner.get(c).copied().unwrap_or(0.0)))
+        }),
+        velocity: [None; 3],
+        state: DrivenState::default(),
+    };
+    let bodies = case.bodies.iter().filter(|body| body.rigid).map(|body| new(&body.name, None));
+    let patches = case.patches.iter().enumerate().map(|(number, patch)| new(&patch.name, Some(number)));
+    bodies.chain(patches).collect()
+}
+
+/// Calls `visit(number in memory)` for every node of a patch that has moved by `way`.
+fn nodes_of<const D: usize, const S: usize, B: Basis<S>>(
+    patch: &Patch,
+    [low, high]: &[[f64; 3]; 2],
+    way: &[f64; 3],
+    grid: &Grid<D>,
+    layout: &Layout<D>,
+    mut visit: impl FnMut(usize),
+) {
+    let slack = ON_SURFACE * grid.cell;
+    let (shape, strides) = (layout.nodes(), layout.strides());
+    let coordinate = |axis: usize, index: usize| {
+        grid.origin[axis] + grid.cell * B::coordinate(index, grid.cells[axis]) - way[axis]
+    };
+    // Nodes along each axis between the ends of the region.
+    let range: [std::ops::Range<usize>; 3] = std::array::from_fn(|axis| {
+        if axis >= D {
+            return 0..1;
+        }
+        let inside =
+            |index: &usize| (low[axis] - slack..=high[axis] + slack).contains(&coordinate(axis, *index));
+        let first = (0..shape[axis]).find(inside).unwrap_or(0);
+        first..first + (first..shape[axis]).take_while(inside).count()
+    });
+    for i in range[0].clone() {
+        for j in range[1].clone() {
+            for k in range[2].clone() {
+                let index = [i, j, k];
+                // What lies on the region's box up to round-off lies on it.
+                let place: [f64; D] =
+                    std::array::from_fn(|axis| coordinate(axis, index[axis]).clamp(low[axis], high[axis]));
+                if patch.region.contains(&place) {
+                    visit((0..D).map(|axis| index[axis] * strides[axis]).sum());
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Velocities at the end of a step of `dt`; forces are counted anew.
+    pub(crate) fn drive(&mut self, dt: f64) {
+        let stage = &self.case.stages[self.stage];
+        let elapsed = self.time + dt - self.stage_start;
+        for driven in &mut self.driven {
+            let motion = stage.motions.iter().find(|motion| motion.of == driven.name);
+            driven.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
+            driven.state.force = [0.0; 3];
+        }
+        for set in &mut self.sets {
+            let Some(driven) = set.rigid else { continue };
+            let velocity = self.driven[driven].rigid_velocity();
+            set.velocity.fill(std::array::from_fn(|c| velocity[c]));
+        }
+    }
+
+    /// Moves what is driven, at the end of a step of `dt`; returns the largest move of a point along an axis (m).
+    pub(crate) fn move_driven(&mut self, dt: f64) -> f64 {
+        let mut moved = 0f64;
+        for driven in &mut self.driven {
+            let velocity = driven.rigid_velocity();
+            (0..3).for_each(|c| driven.state.way[c] += dt * velocity[c]);
+        }
+        for set in &mut self.sets {
+            let Some(driven) = set.rigid else { continue };
+            let velocity = self.driven[driven].rigid_velocity();
+            for position in &mut set.position {
+                (0..D).for_each(|c| position[c] += dt * velocity[c]);
+            }
+            moved = velocity.iter().fold(moved, |most, v| most.max((dt * v).abs()));
+        }
+        moved
+    }
+
+    /// Gives the nodes of rigid bodies their velocity.
+    pub(crate) fn hold_rigid(&mut self) {
+        for (field, driven) in self.contacts.rigid.iter().enumerate() {
+            let Some(driven) = driven else { continue };
+            let [x, y, z] = self.driven[*driven].rigid_velocity();
+            let len = self.layout.len();
+            let nodes = &mut self.nodes[field * len..(field + 1) * len];
+            self.layout.rows(nodes, &mut self.row_sums, |_, active, line| {
+                for node in &mut line[active] {
+                    let mass = node.motion.as_array()[3];
+                    *node = Node { motion: Lanes::new([x, y, z, mass]), force: Lanes::ZERO };
+                }
+                crate::momentum::RowSums::default()
+            });
+        }
+    }
+
+    /// Gives the solved nodes of the patches their velocity and books what that takes.
+    pub(crate) fn hold_patches(&mut self, dt: f64) {
+        let keep_start = self.options.fixed_nodes == crate::FixedNodes::Momentum;
+        let (case, grid, layout, rigid) = (&self.case, &self.grid, &self.layout, &self.contacts.rigid);
+        let inertia = self.options.mass_scaling;
+        let nodes = &mut self.nodes;
+        for driven in &mut self.driven {
+            let Some(patch) = driven.patch else { continue };
+            let patch = &case.patches[patch];
+            let (way, velocity) = (followed(patch, driven), driven.velocity);
+            let mut total = [0.0; 3];
+            for field in soft_fields(nodes.len() / layout.len(), rigid) {
+                nodes_of::<D, S, B>(patch, &driven.bounds, &way, grid, layout, |number| {
+                    let node = &mut nodes[field * layout.len() + number];
+                    let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
+                    for c in 0..D {
+                        let Some(held) = velocity[c] else { continue };
+                        let start = if keep_start { end[c] - dt * rate[c] } else { held };
+                        total[c] += inertia * end[3] * (end[c] - held);
+                        end[c] = held;
+                        rate[c] = (held - start) / dt;
+                    }
+                    *node = Node { motion: Lanes::new(end), force: Lanes::new(rate) };
+                });
+            }
+            driven.take(total, dt);
+        }
+    }
+
+    /// Gives the nodes of the patches their velocity where it is re-mapped.
+    pub(crate) fn hold_patches_again(&mut self) {
+        let (case, grid, layout, rigid) = (&self.case, &self.grid, &self.layout, &self.contacts.rigid);
+        let nodes = &mut self.remapped;
+        for driven in &self.driven {
+            let Some(patch) = driven.patch else { continue };
+            let patch = &case.patches[patch];
+            let way = followed(patch, driven);
+            for field in soft_fields(nodes.len() / layout.len(), rigid) {
+                nodes_of::<D, S, B>(patch, &driven.bounds, &way, grid, layout, |number| {
+                    let node = &mut nodes[field * layout.len() + number];
+                    let mut velocity = node.to_array();
+                    for c in 0..D {
+                        velocity[c] = driven.velocity[c].unwrap_or(velocity[c]);
+                    }
+                    *node = Lanes::new(velocity);
+                });
+            }
+        }
+    }
+}
+
+/// How far the nodes of a patch have gone.
+fn followed(patch: &Patch, driven: &Driven) -> [f64; 3] {
+    if patch.moves { driven.state.way } else { [0.0; 3] }
+}
+
+/// The velocity fields of bodies that deform.
+fn soft_fields(fields: usize, rigid: &[Option<usize>]) -> impl Iterator<Item = usize> {
+    (0..fields).filter(|field| rigid.get(*field).is_none_or(Option::is_none))
+}

@@ -1,0 +1,147 @@
+//! Where the surface of a body lies, as a node sees it: what tells bodies that touch from bodies that only share a
+//! node (MPM sheet P-18: contact detected one cell early).
+//!
+//! A node knows of a body the integrals `∫ N` over its volume and `∫ N` over its surface. For a flat surface at the
+//! distance `s` from the node they are the running integral of the shape function and the shape function itself, so
+//! that their ratio tells `s`; an edge that cuts both by the same share leaves the ratio as it is. Two bodies touch
+//! where their distances, counted outward from each, add up to nothing.
+
+use colluvium_grid::Basis;
+
+/// Intervals of the table: a multiple of three, so that the kink of the hat functions (a third, the node on the surface)
+/// is at an end of one.
+const INTERVALS: usize = 1536;
+/// Distances over which the shape function is summed, in cells: the half-width of the widest.
+const REACH: f64 = 2.0;
+/// Steps of the sum.
+const STEPS: usize = 4000;
+/// Cells of the line on which the shape function is looked at.
+const CELLS: usize = 16;
+/// Width of a point's domain (cells) for the shape functions that look at it.
+const THIN: f64 = 1e-4;
+/// Gap (cells) within which bodies count as touching: what the table and round-off leave.
+const TOUCHING: f64 = 1e-3;
+
+/// Distance from a node to a flat surface, from what the node knows of the body.
+#[derive(Clone, Debug, Default)]
+pub struct SurfaceDistance {
+    /// Distance (cells) for volume over volume plus surface, in equal intervals from 0 to 1.
+    table: Vec<f64>,
+}
+
+impl SurfaceDistance {
+    /// The table of a family of shape functions.
+    pub fn new<const S: usize, B: Basis<S>>() -> Self {
+        let node = B::nodes(CELLS) / 2;
+        let place = B::coordinate(node, CELLS);
+        let weight = |distance: f64| {
+            let (first, weights, _) = B::evaluate(place + distance, THIN, CELLS);
+            if (first..first + S).contains(&node) { weights[node - first] } else { 0.0 }
+        };
+        let step = 2.0 * REACH / STEPS as f64;
+        let mut below = 0.0;
+        let mut last = 0.0;
+        let samples: Vec<(f64, f64)> = (0..=STEPS)
+            .map(|k| {
+                let distance = k as f64 * step - REACH;
+                // Round-off where the function has ended would count as all there is of the body.
+                let here = Some(weight(distance)).filter(|w| *w > 1e-9).unwrap_or(0.0);
+                below += 0.5 * step * (last + here);
+                last = here;
+                (if below > 0.0 { below / (below + here) } else { 0.0 }, distance)
+            })
+            .collect();
+        let lowest = samples.iter().rposition(|s| s.0 <= 0.0).unwrap_or(0);
+        let highest = samples.iter().position(|s| s.0 >= 1.0).unwrap_or(STEPS);
+        let samples = &samples[lowest..=highest];
+        let mut table = Vec::with_capacity(INTERVALS + 1);
+        let mut at = 0;
+        for k in 0..=INTERVALS {
+            let share = k as f64 / INTERVALS as f64;
+            while at + 2 < samples.len() && samples[at + 1].0 < share {
+                at += 1;
+            }
+            let [(low, near), (high, far)] = [samples[at], samples[(at + 1).min(samples.len() - 1)]];
+            let part = if high > low { ((share - low) / (high - low)).clamp(0.0, 1.0) } else { 0.0 };
+            table.push(near + part * (far - near));
+        }
+        Self { table }
+    }
+
+    /// Distance (cells) from the node to the surface, counted outward: negative where the node lies outside. `volume`
+    /// is `∫ N` over the body over the cell size, `surface` that over its surface along the outward normal (m²); a
+    /// body without a surface that can be told from here counts as far on all sides.
+    pub fn of(&self, volume: f64, surface: f64) -> f64 {
+        let share = volume / (volume + surface.max(0.0));
+        let place = share.clamp(0.0, 1.0) * INTERVALS as f64;
+        let at = (place as usize).min(INTERVALS - 1);
+        self.table[at] + (place - at as f64) * (self.table[at + 1] - self.table[at])
+    }
+
+    /// Whether two bodies touch, from their volumes and surfaces as for [`SurfaceDistance::of`].
+    pub fn touch(&self, volumes: [f64; 2], surfaces: [f64; 2]) -> bool {
+        self.of(volumes[0], surfaces[0]) + self.of(volumes[1], surfaces[1]) >= -TOUCHING
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use colluvium_grid::{CubicSpline, Gimp, Linear, QuadraticSpline, WideGimp};
+
+    /// Covered volume and surface of hat functions for a surface at `s` cells, by hand.
+    fn hat(s: f64) -> (f64, f64) {
+        let covered = if s < 0.0 { 0.5 * (1.0 + s) * (1.0 + s) } else { 1.0 - 0.5 * (1.0 - s) * (1.0 - s) };
+        (covered, 1.0 - s.abs())
+    }
+
+    #[test]
+    fn the_distance_of_a_flat_surface_is_found_again() {
+        for distance in [SurfaceDistance::new::<2, Linear>(), SurfaceDistance::new::<3, Gimp>()] {
+            for k in -9..=9 {
+                let s = 0.1 * f64::from(k);
+                let (volume, surface) = hat(s);
+                // An edge halves both.
+                for share in [1.0, 0.5, 1e-3] {
+                    let found = distance.of(share * volume, share * surface);
+                    assert!((found - s).abs() < 5e-4, "{s}: {found}");
+                }
+            }
+        }
+    }
+
+    fn neighbours_touch<const S: usize, B: Basis<S>>() {
+        let distance = SurfaceDistance::new::<S, B>();
+        let node = B::nodes(CELLS) / 2;
+        let place = B::coordinate(node, CELLS);
+        let weight = |x: f64| {
+            let (first, weights, _) = B::evaluate(place + x, THIN, CELLS);
+            if (first..first + S).contains(&node) { weights[node - first] } else { 0.0 }
+        };
+        let below = |s: f64| (0..3000).map(|k| weight(s - 1e-3 * (f64::from(k) + 0.5))).sum::<f64>() * 1e-3;
+        for k in -7..=7 {
+            let s = 0.1 * f64::from(k);
+            let shift = 0.05;
+            let volumes = |gap: f64| [below(s - 0.5 * gap), 1.0 - below(s + 0.5 * gap)];
+            let surfaces = |gap: f64| [weight(s - 0.5 * gap), weight(s + 0.5 * gap)];
+            assert!(distance.touch(volumes(-shift), surfaces(-shift)), "{}: overlap at {s}", B::NAME);
+            assert!(!distance.touch(volumes(shift), surfaces(shift)), "{}: gap at {s}", B::NAME);
+        }
+    }
+
+    #[test]
+    fn a_gap_of_a_twentieth_of_a_cell_is_seen_by_every_family() {
+        neighbours_touch::<2, Linear>();
+        neighbours_touch::<3, Gimp>();
+        neighbours_touch::<4, WideGimp>();
+        neighbours_touch::<3, QuadraticSpline>();
+        neighbours_touch::<4, CubicSpline>();
+    }
+
+    #[test]
+    fn a_body_without_a_surface_in_reach_counts_as_far() {
+        let distance = SurfaceDistance::new::<2, Linear>();
+        assert!((distance.of(1.0, 0.0) - 1.0).abs() < 1e-3 && (distance.of(1.0, -0.3) - 1.0).abs() < 1e-3);
+        assert!((distance.of(1e-12, 1.0) + 1.0).abs() < 1e-3);
+    }
+}

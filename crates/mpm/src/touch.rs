@@ -1,0 +1,286 @@
+//! The contact substep: what the laws of [`crate::contact`] do to the nodes (MPM sheet §3.6).
+
+use colluvium_grid::{Basis, Grid, Lanes, Node, Support, Walls};
+use rayon::prelude::*;
+
+use crate::contact::{ContactLaw, Pair, dot, norm, three};
+use crate::gap::SurfaceDistance;
+use crate::points::{PointDomain, ground};
+use crate::solver::MpmSolver;
+
+/// Most sweeps over the pairs of three or more bodies, whose contacts act on each other.
+const SWEEPS: usize = 30;
+/// Change of velocity over velocity below which a sweep changes nothing.
+const SETTLED: f64 = 1e-12;
+
+/// What a row of nodes reports of a pair.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RowTouch {
+    /// Whether velocities changed.
+    changed: bool,
+    /// Impulse (N s) that the first field took.
+    impulse: [f64; 3],
+}
+
+/// Two fields of `len` nodes each, borrowed together.
+fn two<T>(nodes: &mut [T], len: usize, [first, second]: [usize; 2]) -> (&mut [T], &mut [T]) {
+    let (low, high) = nodes.split_at_mut(second * len);
+    (&mut low[first * len..(first + 1) * len], &mut high[..len])
+}
+
+/// What the contact of a pair of fields needs at every node.
+struct Touch<'a, const D: usize> {
+    law: Option<ContactLaw>,
+    /// Fields of rigid bodies.
+    rigid: [bool; 2],
+    distance: &'a SurfaceDistance,
+    walls: &'a Walls,
+    nodes: [usize; D],
+    keep_start: bool,
+    light: f64,
+    inertia: f64,
+    /// Volume over the cell size (m²) from which a rigid body holds a node.
+    filled: f64,
+    dt: f64,
+}
+
+impl<const D: usize> Touch<'_, D> {
+    fn index(&self, row: usize, number: usize) -> [usize; 3] {
+        match D {
+            1 => [row, 0, 0],
+            2 => [row, number, 0],
+            _ => [row, number / self.nodes[D - 1], number % self.nodes[D - 1]],
+        }
+    }
+
+    /// Inertias (kg) of the two sides: infinite for a rigid body.
+    fn inertias(&self, masses: [f64; 2]) -> [f64; 2] {
+        std::array::from_fn(|side| if self.rigid[side] { f64::INFINITY } else { self.inertia * masses[side] })
+    }
+
+    /// Whether there is enough of both bodies at the node.
+    fn present(&self, masses: [f64; 2], surfaces: [Lanes; 2]) -> bool {
+        masses.iter().all(|mass| *mass > self.light)
+            && (0..2).all(|side| !self.rigid[side] || surfaces[side].as_array()[3] >= self.filled)
+    }
+
+    /// Lets two solved nodes act on each other.
+    fn solved(&self, index: &[usize; 3], pair: [&mut Node; 2], surfaces: [Lanes; 2]) -> RowTouch {
+        let masses = [pair[0].motion.as_array()[3], pair[1].motion.as_array()[3]];
+        if !self.present(masses, surfaces) {
+            return RowTouch::default();
+        }
+        let ends = [three(pair[0].motion), three(pair[1].motion)];
+        let inertias = self.inertias(masses);
+        let Some(touched) = self.velocities(inertias, [&ends[0], &ends[1]], surfaces) else {
+            return RowTouch::default();
+        };
+        let side = usize::from(self.rigid[0]);
+        let moved: [f64; 3] = std::array::from_fn(|c| touched[side][c] - ends[side][c]);
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let impulse = moved.map(|v| sign * inertias[side] * v);
+        let changed = norm(&moved) > SETTLED * norm(&ends[side]).max(norm(&touched[side]));
+        for (side, node) in pair.into_iter().enumerate().filter(|(side, _)| !self.rigid[*side]) {
+            let rate = three(node.force);
+            let mut start: [f64; 3] = std::array::from_fn(|c| ends[side][c] - self.dt * rate[c]);
+            let mut end = touched[side];
+            self.wall(index, &mut start, &mut end);
+            node.motion = Lanes::new([end[0], end[1], end[2], masses[side]]);
+            let rate = |c: usize| (end[c] - start[c]) / self.dt;
+            node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
+        }
+        RowTouch { changed, impulse }
+    }
+
+    fn wall(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3]) {
+        for axis in 0..D {
+            if let Some(wall) = self.walls.at(axis, index) {
+                wall.constrain(start, end, self.keep_start);
+            }
+        }
+    }
+
+    /// Velocities after contact; `None` without it.
+    fn velocities(
+        &self,
+        inertias: [f64; 2],
+        ends: [&[f64; 3]; 2],
+        surfaces: [Lanes; 2],
+    ) -> Option<[[f64; 3]; 2]> {
+        let common = together(inertias, ends);
+        let Some(law) = &self.law else { return Some([common; 2]) };
+        let surface = law.surface(surfaces, self.distance)?;
+        let impulse = law.impulse(inertias, ends, surface, self.dt)?;
+        let moved = |side: usize, sign: f64| -> [f64; 3] {
+            std::array::from_fn(|c| ends[side][c] + sign * impulse[c] / inertias[side])
+        };
+        let touched = [moved(0, 1.0), moved(1, -1.0)];
+        // What sticks has the same velocity to the last bit: re-mapping asks for it.
+        let relative: [f64; 3] = std::array::from_fn(|c| touched[0][c] - touched[1][c]);
+        let before: [f64; 3] = std::array::from_fn(|c| ends[0][c] - ends[1][c]);
+        Some(if norm(&relative) <= 1e-12 * norm(&before) { [common; 2] } else { touched })
+    }
+
+    /// Re-mapped velocities: no approach, and what stuck sticks.
+    fn again(&self, solved: [&Node; 2], pair: [&mut Lanes; 2], surfaces: [Lanes; 2]) {
+        let masses = [solved[0].motion.as_array()[3], solved[1].motion.as_array()[3]];
+        if !self.present(masses, surfaces) {
+            return;
+        }
+        let velocities = [three(*pair[0]), three(*pair[1])];
+        let common = together(self.inertias(masses), [&velocities[0], &velocities[1]]);
+        let ends = [three(solved[0].motion), three(solved[1].motion)];
+        let apart: [f64; 3] = std::array::from_fn(|c| ends[0][c] - ends[1][c]);
+        let stuck = norm(&apart) <= 1e-9 * norm(&ends[0]);
+        let mut after = [common; 2];
+        if let Some(law) = &self.law {
+            let Some((normal, _)) = law.surface(surfaces, self.distance) else { return };
+            let relative: [f64; 3] = std::array::from_fn(|c| velocities[0][c] - velocities[1][c]);
+            if !(dot(&relative, &normal) > 0.0) {
+                return;
+            }
+            if !stuck {
+                for side in 0..2 {
+                    let excess: [f64; 3] = std::array::from_fn(|c| velocities[side][c] - common[c]);
+                    let into = dot(&excess, &normal);
+                    after[side] = std::array::from_fn(|c| velocities[side][c] - into * normal[c]);
+                }
+            }
+        }
+        for (velocity, after) in pair.into_iter().zip(after) {
+            *velocity = Lanes::new([after[0], after[1], after[2], 0.0]);
+        }
+    }
+}
+
+/// The velocity of two masses together, one of which may be infinite.
+fn together(masses: [f64; 2], velocities: [&[f64; 3]; 2]) -> [f64; 3] {
+    let inverse = masses.map(f64::recip);
+    let sum = inverse[0] + inverse[1];
+    std::array::from_fn(|c| (inverse[1] * velocities[0][c] + inverse[0] * velocities[1][c]) / sum)
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Surface integrals `Σ_p Ω_p ∇N_i` of the bodies, for normals, areas and distances. In axisymmetry they are those
+    /// of the section.
+    pub(crate) fn scatter_surfaces(&mut self) {
+        let strides = self.layout.strides();
+        let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
+        let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
+        for (field, nodes) in self.contacts.surfaces.chunks_exact_mut(self.layout.len()).enumerate() {
+            self.layout.reset(nodes);
+            self.layout.scatter(nodes, |slab, window, offset| {
+                for set in of_field(field) {
+                    for p in set.slabs[slab]..set.slabs[slab + 1] {
+                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
+                        let section = set.volume[p] / if axisymmetric { set.position[p][0] } else { 1.0 };
+                        let columns = std::array::from_fn(|j| {
+                            let at = |i: usize| if i == j { section } else { 0.0 };
+                            Lanes::new([at(0), at(1), at(2), 0.0])
+                        });
+                        let volume = Lanes::new([0.0, 0.0, 0.0, section / ground.grid.cell]);
+                        stencil.deposit_slopes(window, offset, &strides, volume, &columns, |node| node);
+                    }
+                }
+            });
+        }
+    }
+
+    fn touching(&self, pair: &Pair, dt: f64) -> Touch<'_, D> {
+        Touch {
+            law: pair.law,
+            rigid: pair.fields.map(|field| self.contacts.rigid[field].is_some()),
+            distance: &self.contacts.distance,
+            walls: &self.walls,
+            nodes: self.layout.nodes(),
+            keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
+            light: self.options.node_mass_cutoff * self.heaviest,
+            inertia: self.options.mass_scaling,
+            filled: filled(&self.grid),
+            dt,
+        }
+    }
+
+    /// Contact of the solved velocities, pair after pair. The contacts of three and more bodies at a node act on each
+    /// other: they are gone through until none changes anything. Every impulse is one that the law allows, and it
+    /// acts on both bodies.
+    pub(crate) fn touch(&mut self, dt: f64) {
+        let mut nodes = std::mem::take(&mut self.nodes);
+        let mut rows = std::mem::take(&mut self.contacts.rows);
+        for _ in 0..SWEEPS {
+            let mut changed = false;
+            for number in 0..self.contacts.pairs.len() {
+                let pair = self.contacts.pairs[number];
+                if pair.fields.iter().all(|field| self.contacts.rigid[*field].is_some()) {
+                    continue;
+                }
+                self.touch_pair(&pair, &mut nodes, &mut rows, dt);
+                changed |= rows.iter().any(|row| row.changed);
+                self.react(&pair, &rows, dt);
+            }
+            if !changed || self.contacts.fields() < 3 {
+                break;
+            }
+        }
+        self.contacts.rows = rows;
+        self.nodes = nodes;
+    }
+
+    fn touch_pair(&self, pair: &Pair, nodes: &mut [Node], rows: &mut [RowTouch], dt: f64) {
+        let (len, row_length) = (self.layout.len(), self.layout.strides()[0]);
+        let [first, second] = pair.fields;
+        let touch = self.touching(pair, dt);
+        let surfaces = &self.contacts.surfaces;
+        let (a, b) = two(nodes, len, pair.fields);
+        let lines = a.par_chunks_mut(row_length).zip(b.par_chunks_mut(row_length)).zip(rows).enumerate();
+        lines.for_each(|(row, ((a, b), result))| {
+            *result = RowTouch::default();
+            for number in self.layout.active(row) {
+                let place = row * row_length + number;
+                let surfaces = [surfaces[first * len + place], surfaces[second * len + place]];
+                let touched =
+                    touch.solved(&touch.index(row, number), [&mut a[number], &mut b[number]], surfaces);
+                result.changed |= touched.changed;
+                (0..3).for_each(|c| result.impulse[c] += touched.impulse[c]);
+            }
+        });
+    }
+
+    /// Books the impulses of a pair on the rigid body in it, if there is one.
+    fn react(&mut self, pair: &Pair, rows: &[RowTouch], dt: f64) {
+        for (side, field) in pair.fields.into_iter().enumerate() {
+            if let Some(driven) = self.contacts.rigid[field] {
+                let sign = if side == 0 { 1.0 } else { -1.0 };
+                rows.iter().for_each(|row| self.driven[driven].take(row.impulse.map(|i| sign * i), dt));
+            }
+        }
+    }
+
+    /// Contact of the re-mapped velocities.
+    pub(crate) fn touch_again(&mut self) {
+        let (len, row_length) = (self.layout.len(), self.layout.strides()[0]);
+        let mut velocities = std::mem::take(&mut self.remapped);
+        for pair in &self.contacts.pairs {
+            let touch = self.touching(pair, 1.0);
+            let [first, second] = pair.fields;
+            let surfaces = &self.contacts.surfaces;
+            let (a, b) = two(&mut velocities, len, pair.fields);
+            let rows = a.par_chunks_mut(row_length).zip(b.par_chunks_mut(row_length)).enumerate();
+            rows.for_each(|(row, (a, b))| {
+                for number in self.layout.active(row) {
+                    let place = row * row_length + number;
+                    let surfaces = [surfaces[first * len + place], surfaces[second * len + place]];
+                    let solved = [&self.nodes[first * len + place], &self.nodes[second * len + place]];
+                    touch.again(solved, [&mut a[number], &mut b[number]], surfaces);
+                }
+            });
+        }
+        self.remapped = velocities;
+    }
+}
+
+/// Volume over the cell size from which a rigid body holds a node: what there is of it at its corners where they are
+/// nodes, less what round-off takes.
+fn filled<const D: usize>(grid: &Grid<D>) -> f64 {
+    (1.0 - 1e-6) * 0.5f64.powi(D as i32) * grid.cell.powi(D as i32 - 1)
+}

@@ -1,0 +1,152 @@
+//! Rigid bodies and patches of prescribed velocity (MPM sheet §2.11, §3.6).
+
+use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_mpm::Mpm;
+use serde_json::{Value, json};
+
+/// An elastic block of 1 m on a smooth floor between smooth walls, and more.
+#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
+fn case(more: Value) -> Case {
+    let mut text = json!({
+        "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
+                       { "side": "x-max", "wall": { "kind": "smooth" } }],
+        "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4 } }
+    });
+    for (key, value) in more.as_object().unwrap() {
+        text[key] = value.clone();
+    }
+    Case::from_json(&text.to_string()).unwrap()
+}
+
+fn lid() -> Value {
+    json!({ "name": "lid", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [1, 1.2] }, "rigid": true })
+}
+
+fn block() -> Value {
+    json!({ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } })
+}
+
+fn solve(case: &Case) -> RunReport {
+    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
+}
+
+fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
+    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
+    values.clone()
+}
+
+/// Mean force in the last tenth of the run, from the impulse.
+fn late(report: &RunReport, impulse: &str) -> f64 {
+    let pairs = report.table.pairs("time", impulse).unwrap();
+    let [first, last] = [pairs[pairs.len() * 9 / 10], pairs[pairs.len() - 1]];
+    (last.1 - first.1) / (last.0 - first.0)
+}
+
+/// A stage in which the lid presses the block by 1 % and stops, and one in which it rests.
+fn press(of: &str) -> Value {
+    json!([{ "name": "press", "duration": 1, "damping": 0.3,
+             "motions": [{ "of": of, "velocity": [0, -0.0125], "ramp": 0.4 }] },
+           { "name": "rest", "duration": 1, "damping": 0.5,
+             "motions": [{ "of": of, "velocity": [0, 0] }] }])
+}
+
+#[test]
+fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
+    // 1 % of strain of a modulus of 100 kPa on 1 m: 1 kN upward on the lid.
+    for contacts in [json!([]), json!([{ "bodies": ["block", "lid"], "friction_coefficient": 0.2 }])] {
+        for scheme in ["usf", "usl", "musl"] {
+            let case = case(json!({
+                "bodies": [block(), lid()],
+                "stages": press("lid"),
+                "measures": { "force": { "kind": "reaction", "of": "lid" } },
+                "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "stress_update": scheme, "contacts": contacts } }
+            }));
+            let report = solve(&case);
+            let force = late(&report, "force.impulse.y");
+            // The lid holds the nodes at its face, which the surface of the block leaves by 1 % of its height.
+            assert!((force / 1000.0 - 1.0).abs() < 0.03, "{contacts}, {scheme}: {force}");
+            assert!(late(&report, "force.impulse.x").abs() < 1.0, "{scheme}");
+            let ways = vectors(&report.snapshot, "displacement");
+            let lid = ways.iter().zip(&report.snapshot.bodies).filter(|(_, b)| **b == 1);
+            assert!(lid.into_iter().all(|(u, _)| u[0] == 0.0 && (u[1] + 0.01).abs() < 1e-4));
+        }
+    }
+}
+
+#[test]
+fn a_patch_presses_with_the_force_of_the_oedometer() {
+    for (moves, scheme) in [(false, "musl"), (true, "usl"), (false, "usf")] {
+        let case = case(json!({
+            "patches": [{ "name": "lid", "region": { "kind": "box", "min": [0, 1], "max": [1, 1.2] }, "moves": moves }],
+            "stages": press("lid"),
+            "measures": { "force": { "kind": "reaction", "of": "lid" } },
+            "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "stress_update": scheme } }
+        }));
+        let force = late(&solve(&case), "force.impulse.y");
+        assert!((force / 1000.0 - 1.0).abs() < 0.03, "{moves}, {scheme}: {force}");
+    }
+}
+
+#[test]
+fn the_impulse_on_a_rigid_body_is_what_the_material_loses() {
+    // A block thrown at a rigid plate in the air.
+    for friction in [0.0, 0.4] {
+        let case = case(json!({
+            "bodies": [
+                { "name": "ball", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.5], "max": [0.7, 0.8] },
+                  "velocity": { "kind": "uniform", "value": [0.1, 0.3] } },
+                { "name": "lid", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [1, 1.2] }, "rigid": true }],
+            "boundaries": [],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "measures": { "force": { "kind": "reaction", "of": "lid" } },
+            "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4,
+                                  "contacts": [{ "bodies": ["ball", "lid"], "friction_coefficient": friction,
+                                                 "normal": [0, 1] }] } }
+        }));
+        let report = solve(&case);
+        let momentum = [0, 1].map(|c| report.start.momentum[c] - report.end.momentum[c]);
+        let impulse = ["force.impulse.x", "force.impulse.y"]
+            .map(|m| report.table.pairs("time", m).unwrap().last().unwrap().1);
+        for c in 0..2 {
+            assert!((momentum[c] - impulse[c]).abs() < 1e-9 * report.start.mass, "{momentum:?} {impulse:?}");
+        }
+        // It is stopped and thrown back, less what rings on in its three cells.
+        assert!(impulse[1] > 0.3 * 120.0 && impulse[1] < 2.0 * 0.3 * 120.0, "{impulse:?}");
+        let rubbed = friction * impulse[1];
+        assert!(impulse[0] <= rubbed + 1e-9 && impulse[0] >= (0.9 * rubbed).min(10.0), "{impulse:?}");
+    }
+}
+
+#[test]
+fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
+    let case = case(json!({
+        "bodies": [block(), lid()],
+        "patches": [{ "name": "foot", "region": { "kind": "box", "min": [0, 0.4], "max": [0.3, 0.6] }, "moves": true }],
+        "stages": [{ "name": "s", "duration": 0.2, "motions": [
+            { "of": "lid", "velocity": [0.01, -0.05], "ramp": 0.1 }, { "of": "foot", "velocity": [null, 0.02] }] }],
+    }));
+    let hash = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| solve(&case).snapshot.hash())
+    };
+    assert_eq!(hash(1), hash(2));
+    let advance = |solver: &mut dyn Solver| {
+        for _ in 0..40 {
+            let dt = solver.time_step().dt;
+            solver.step(dt).unwrap();
+        }
+    };
+    let mut whole = Mpm.build(&case).unwrap();
+    whole.begin_stage(0, 0.0).unwrap();
+    advance(&mut *whole);
+    let mut again = Mpm.build(&case).unwrap();
+    again.restore(&whole.save()).unwrap();
+    again.begin_stage(0, 0.0).unwrap();
+    advance(&mut *whole);
+    advance(&mut *again);
+    assert_eq!(whole.snapshot().hash(), again.snapshot().hash());
+    assert_eq!(whole.reaction("lid"), again.reaction("lid"));
+}

@@ -1,0 +1,248 @@
+//! The choices that the options leave.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Form of the momentum equation (sheet §2.6).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Momentum {
+    /// `Σ m_j (σ_i / ρ_i² + σ_j / ρ_j²) ∇W`.
+    #[default]
+    Rho2,
+    /// `Σ m_j (σ_i + σ_j) / (ρ_i ρ_j) ∇W`.
+    RhoRho,
+    /// `Σ m_j (σ_j - σ_i) / (ρ_i ρ_j) ∇W`: conserves nothing; to show what that does.
+    Difference,
+}
+
+/// Form of the continuity equation (sheet §2.6).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Continuity {
+    /// `Σ m_j (v_i - v_j)·∇W`, for one material.
+    #[default]
+    Mass,
+    /// `ρ_i Σ V_j (v_i - v_j)·∇W`, for jumps in density.
+    Volume,
+    /// `Σ m_j W`: for closed or periodic domains, whose particles have full supports.
+    Summation,
+}
+
+/// Operator of the velocity gradient (sheet §2.3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum VelocityGradient {
+    /// The adjoint of the momentum equation, which conserves energy: `density-difference` with `rho2`,
+    /// `difference` otherwise.
+    #[default]
+    Compatible,
+    /// `Σ V_j (v_j - v_i) ⊗ ∇W`.
+    Difference,
+    /// `Σ m_j (v_j - v_i) ⊗ ∇W / ρ_i`.
+    DensityDifference,
+    /// `difference` times the inverse moment: exact for linear fields, also at surfaces.
+    Corrected,
+}
+
+/// Speed of sound (sheet §2.8).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SoundSpeed {
+    /// That of P waves.
+    #[default]
+    PWave,
+    /// `√(E/ρ)`, for materials with a Young's modulus.
+    YoungsModulus,
+}
+
+/// Against tensile instability (sheet §2.11).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Tensile {
+    /// Nothing: for materials that bear no tension.
+    #[default]
+    None,
+    /// Repulsion along the principal tensions.
+    ArtificialStress {
+        /// Strength, 0 to 1.
+        strength: f64,
+        /// Exponent of the ratio of kernels.
+        exponent: f64,
+    },
+    /// Repulsion by the mean tension.
+    ArtificialPressure {
+        /// Strength, 0 to 1.
+        strength: f64,
+        /// Exponent of the ratio of kernels.
+        exponent: f64,
+    },
+}
+
+impl Tensile {
+    /// Exponent of the ratio of kernels; `None` without any repulsion.
+    pub(crate) fn exponent(self) -> Option<f64> {
+        match self {
+            Self::None => None,
+            Self::ArtificialStress { exponent, .. } | Self::ArtificialPressure { exponent, .. } => {
+                Some(exponent)
+            }
+        }
+    }
+}
+
+/// Smoothing of stress (sheet §2.10).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Regularisation {
+    /// None.
+    #[default]
+    None,
+    /// Exact for constant fields.
+    Shepard,
+    /// Moving least squares, exact for linear fields.
+    Mls,
+}
+
+/// What rough walls answer with (sheet §2.13).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallStress {
+    /// The stress and the mirrored velocity of each particle that touches them: conserves energy.
+    #[default]
+    Pairwise,
+    /// Stress and velocity interpolated from the soil.
+    Interpolated,
+    /// The same with the weight between soil and wall.
+    Extrapolated,
+}
+
+/// How the smoothing length follows the density (sheet §2.5).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SmoothingLength {
+    /// Not at all.
+    #[default]
+    Constant,
+    /// `h = h₀ (ρ₀/ρ)^(1/d)`.
+    Density,
+    /// `ḣ` from the difference between two rates of density (AL1 36–37); not tested by its authors.
+    Rate,
+}
+
+/// The kernel between particles of different smoothing lengths (sheet §2.5).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Symmetrisation {
+    /// `(h_i + h_j) / 2`.
+    #[default]
+    Arithmetic,
+    /// `2 h_i h_j / (h_i + h_j)`.
+    Harmonic,
+    /// `√(h_i h_j)`.
+    Geometric,
+    /// The larger one.
+    Max,
+    /// The smaller one.
+    Min,
+    /// The mean of the two kernels.
+    Kernel,
+    /// Each particle its own kernel, with the factors of the gradient of `h` in the continuity and the momentum
+    /// equation (BN 52–53).
+    GradH,
+}
+
+/// Time integration (sheet §3.3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum TimeIntegration {
+    /// Velocities at half steps, everything else at full steps.
+    #[default]
+    Leapfrog,
+    /// The source's leapfrog: velocity, density and stress at half steps, predicted to full steps for the rates.
+    LeapfrogRates,
+    /// Rates at the middle of the step, predicted.
+    PredictorCorrector,
+    /// Half a drift, a whole kick, half a drift.
+    PositionVerlet,
+    /// Half a kick, a whole drift, half a kick.
+    VelocityVerlet,
+    /// Velocities over two steps, with a plain step now and then.
+    Verlet,
+    /// Four stages; the law is called once with the mean of their velocity gradients.
+    RungeKutta4,
+}
+
+/// Renewal of density (sheet §2.10).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DensityReset {
+    /// None.
+    #[default]
+    None,
+    /// Shepard's sum.
+    Shepard,
+    /// Moving least squares.
+    Mls,
+}
+
+/// What rough walls oppose to the velocity of a particle, for walls that answer pairwise (sheet §2.13).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum WallVelocity {
+    /// The mirrored velocity: conserves energy.
+    #[default]
+    Mirrored,
+    /// Linear in the distances from the wall, at most half of the particle's own.
+    Linear,
+}
+
+/// What smooth walls are made of (sheet §2.13).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SmoothWall {
+    /// Mirror images of the particles: exact.
+    #[default]
+    Mirror,
+    /// Layers of fixed particles that keep the tangential velocity.
+    Particles,
+}
+
+/// The configuration that the sums are taken over (sheet §2.14).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Formulation {
+    /// The present one: neighbours change.
+    #[default]
+    Updated,
+    /// The initial one, with corrected gradients: solids that keep their neighbours, free of tensile instability.
+    TotalLagrangian,
+}
+
+/// Confining pressure of a flexible membrane (sheet §2.13 g).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Confining {
+    /// Pressure (Pa), at least 0.
+    pub pressure: f64,
+    /// Time over which it grows from zero (s).
+    #[serde(default)]
+    pub ramp: f64,
+    /// Names of the bodies it acts on; all that are not held when absent.
+    #[serde(default)]
+    pub bodies: Option<Vec<String>>,
+    /// The particles it acts on.
+    #[serde(default)]
+    pub on: Confined,
+}
+
+/// Particles that a confining pressure acts on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Confined {
+    /// Those at the surface and their nearest neighbours.
+    #[default]
+    Surface,
+    /// All: within a body the sum vanishes on even arrangements only.
+    All,
+}

@@ -1,0 +1,261 @@
+//! Four neighbours at a time.
+
+use crate::kernel::{Kernel, Smoothing};
+
+/// One number of each of four neighbours.
+pub use wide::f64x4 as Lanes;
+
+/// What a particle shows its neighbours, in rows of four so that four particles can be turned into lanes:
+/// position and velocity; mass, density, speed of sound and smoothing length; stress.
+pub type Record = [[f64; 4]; 4];
+
+/// A record.
+#[inline(always)]
+pub fn record<const D: usize>(
+    x: &[f64; D],
+    v: &[f64; D],
+    [mass, density, sound, length]: [f64; 4],
+    [xx, yy, zz, xy, yz, zx]: [f64; 6],
+) -> Record {
+    if D == 3 {
+        [[x[0], x[1], x[2], mass], [v[0], v[1], v[2], density], [xx, yy, zz, xy], [yz, zx, sound, length]]
+    } else {
+        let (last_x, last_v) = if D == 2 { (x[1], v[1]) } else { (0.0, 0.0) };
+        [[x[0], last_x, v[0], last_v], [mass, density, sound, length], [xx, yy, xy, 0.0], [0.0; 4]]
+    }
+}
+
+/// Puts another velocity into a record.
+#[inline(always)]
+pub fn set_velocity<const D: usize>(record: &mut Record, v: &[f64; D]) {
+    if D == 3 {
+        record[1][..D].copy_from_slice(v);
+    } else {
+        record[0][2..2 + D].copy_from_slice(v);
+    }
+}
+
+/// Place and motion of four particles.
+pub struct Motions<const D: usize> {
+    pub x: [Lanes; D],
+    pub v: [Lanes; D],
+    pub mass: Lanes,
+    pub density: Lanes,
+}
+
+/// The rest of them.
+pub struct Rest {
+    pub sound: Lanes,
+    pub length: Lanes,
+    /// Components as in `SymTensor`.
+    pub stress: [Lanes; 6],
+}
+
+/// Lanes of the four numbers of a row. Not `Lanes::transpose`, which is not inlined.
+#[inline(always)]
+fn turn([a, b, c, d]: [&Record; 4], row: usize) -> [Lanes; 4] {
+    let (a, b, c, d) = (&a[row], &b[row], &c[row], &d[row]);
+    let lane = |k: usize| Lanes::new([a[k], b[k], c[k], d[k]]);
+    [lane(0), lane(1), lane(2), lane(3)]
+}
+
+/// Lanes of position, velocity, mass and density.
+#[inline(always)]
+pub fn motions<const D: usize>(four: [&Record; 4]) -> Motions<D> {
+    let (first, second) = (turn(four, 0), turn(four, 1));
+    if D == 3 {
+        Motions {
+            x: std::array::from_fn(|c| first[c]),
+            v: std::array::from_fn(|c| second[c]),
+            mass: first[3],
+            density: second[3],
+        }
+    } else {
+        Motions {
+            x: std::array::from_fn(|c| first[c]),
+            v: std::array::from_fn(|c| first[2 + c]),
+            mass: second[0],
+            density: second[1],
+        }
+    }
+}
+
+/// Lanes of everything else.
+#[inline(always)]
+pub fn rest<const D: usize>(four: [&Record; 4]) -> Rest {
+    if D == 3 {
+        let ([xx, yy, zz, xy], [yz, zx, sound, length]) = (turn(four, 2), turn(four, 3));
+        Rest { sound, length, stress: [xx, yy, zz, xy, yz, zx] }
+    } else {
+        let ([_, _, sound, length], [xx, yy, xy, zero]) = (turn(four, 1), turn(four, 2));
+        Rest { sound, length, stress: [xx, yy, zero, xy, zero, zero] }
+    }
+}
+
+/// Product of a symmetric tensor and a vector.
+#[inline(always)]
+pub fn product<const D: usize>(tensor: &[Lanes; 6], x: &[Lanes; D]) -> [Lanes; D] {
+    // Component (a, b) of a SymTensor.
+    const AT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+    std::array::from_fn(|a| {
+        let mut sum = tensor[AT[a][0]] * x[0];
+        for b in 1..D {
+            sum += tensor[AT[a][b]] * x[b];
+        }
+        sum
+    })
+}
+
+/// `a·b`.
+#[inline(always)]
+pub fn dot<const D: usize>(a: &[Lanes; D], b: &[Lanes; D]) -> Lanes {
+    let mut sum = a[0] * b[0];
+    for c in 1..D {
+        sum += a[c] * b[c];
+    }
+    sum
+}
+
+/// Sum of the lanes, in this order on every machine.
+#[inline(always)]
+pub fn sum(lanes: Lanes) -> f64 {
+    let [a, b, c, d] = lanes.to_array();
+    (a + b) + (c + d)
+}
+
+/// Calls `visit(first entry, four neighbours, how many of them count)` for the neighbours in `row`; what fills
+/// up the last four is `own`, whose distance is zero.
+#[inline(always)]
+pub fn fours(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usize; 4], usize)) {
+    let (whole, left) = row.as_chunks::<4>();
+    for (number, four) in whole.iter().enumerate() {
+        visit(4 * number, four.map(|j| j as usize), 4);
+    }
+    if !left.is_empty() {
+        let mut four = [own; 4];
+        four.iter_mut().zip(left).for_each(|(slot, &j)| *slot = j as usize);
+        visit(4 * whole.len(), four, left.len());
+    }
+}
+
+/// Four numbers from the end of a row, zero where it ends.
+#[inline(always)]
+pub fn load(values: &[f64], start: usize, count: usize) -> Lanes {
+    match values[start..].first_chunk::<4>() {
+        Some(four) if count == 4 => Lanes::new(*four),
+        _ => {
+            let mut four = [0.0; 4];
+            four[..count].copy_from_slice(&values[start..start + count]);
+            Lanes::new(four)
+        }
+    }
+}
+
+/// `x^n` for `n` from 2 to 7.
+#[inline(always)]
+fn power(x: Lanes, n: u32) -> Lanes {
+    match n {
+        2 => x * x,
+        3 => x * x * x,
+        4 => (x * x) * (x * x),
+        5 => (x * x) * (x * x) * x,
+        6 => (x * x * x) * (x * x * x),
+        _ => (x * x * x) * (x * x * x) * x,
+    }
+}
+
+impl<const D: usize> Smoothing<D> {
+    /// As [`Smoothing::weight`], of four distances squared: `F = -W'/r`.
+    #[inline(always)]
+    pub(crate) fn weights(&self, square: Lanes) -> Lanes {
+        let (zero, one, two) = (Lanes::splat(0.0), Lanes::splat(1.0), Lanes::splat(2.0));
+        let clip = |x: Lanes| x.fast_max(zero);
+        // Particles at the same place: the gradient is zero for their distance is.
+        let q = (square.sqrt() * self.inverse).fast_max(Lanes::splat(1e-12));
+        let t = clip(one - q * 0.5);
+        let steepness = match self.kernel {
+            // 2 - 3q/2 up to 1, (2 - q)²/(2q) from there on.
+            Kernel::CubicSpline => (power(clip(two - q), 2) - power(clip(one - q), 2) * 4.0) / (q * 2.0),
+            Kernel::Gaussian => (zero - q * q).exp() * 2.0,
+            Kernel::Quadratic => t * 0.75 / q,
+            Kernel::QuinticSpline => {
+                let three = Lanes::splat(3.0);
+                let slope = power(clip(three - q), 4) - power(clip(two - q), 4) * 6.0
+                    + power(clip(one - q), 4) * 15.0;
+                slope * 5.0 / q
+            }
+            Kernel::WendlandC2 if D == 1 => t * t * 3.0,
+            Kernel::WendlandC2 => power(t, 3) * 5.0,
+            Kernel::WendlandC4 => power(t, 5) * (q * (35.0 / 3.0) + 14.0 / 3.0),
+            Kernel::WendlandC6 => power(t, 7) * 2.75 * ((q * 8.0 + 7.0) * q + 2.0),
+        };
+        let inside = (q * self.length).simd_lt(Lanes::splat(self.radius));
+        inside & (steepness * (self.constant * self.inverse * self.inverse))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn agrees<const D: usize>() {
+        for kernel in Kernel::ALL {
+            let Ok(smoothing) = Smoothing::<D>::new(kernel, 0.37) else { continue };
+            let scale = smoothing.weight(0.05);
+            for k in 0..100 {
+                let r: [f64; 4] = std::array::from_fn(|lane| 0.003 * f64::from(4 * k + lane as i32) + 1e-4);
+                let found = smoothing.weights(Lanes::new(r.map(|r| r * r))).to_array();
+                for (r, found) in r.iter().zip(found) {
+                    assert!((found - smoothing.weight(*r)).abs() < 1e-12 * scale, "{kernel:?} {D}D at {r}");
+                }
+            }
+            assert!(smoothing.weights(Lanes::splat(0.0)).to_array().iter().all(|w| w.is_finite()));
+        }
+    }
+
+    #[test]
+    fn four_weights_at_once_are_the_single_ones() {
+        agrees::<1>();
+        agrees::<2>();
+        agrees::<3>();
+    }
+
+    #[test]
+    fn rows_of_any_length_are_visited_once() {
+        for length in 0..11u32 {
+            let row: Vec<u32> = (10..10 + length).collect();
+            let mut seen = Vec::new();
+            fours(&row, 7, |start, four, count| {
+                assert_eq!(start, seen.len());
+                assert!(four[count..].iter().all(|&j| j == 7));
+                seen.extend(four[..count].iter().map(|&j| j as u32));
+            });
+            assert_eq!(seen, row);
+        }
+        assert_eq!(load(&[1.0, 2.0, 3.0, 4.0, 5.0], 4, 1).to_array(), [5.0, 0.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn records_give_back_what_they_hold() {
+        let of = |k: f64| {
+            record::<3>(
+                &[k, k + 1.0, k + 2.0],
+                &[0.0; 3],
+                [k + 3.0, k + 4.0, k + 5.0, k + 6.0],
+                [7.0, 8.0, 9.0, 10.0, 11.0, k],
+            )
+        };
+        let mut all = [of(0.0), of(10.0), of(20.0), of(30.0)];
+        set_velocity(&mut all[2], &[1.0, 2.0, 3.0]);
+        let four = [&all[0], &all[1], &all[2], &all[3]];
+        let m = motions::<3>(four);
+        assert_eq!(m.x[2].to_array(), [2.0, 12.0, 22.0, 32.0]);
+        assert_eq!(m.v[1].to_array(), [0.0, 0.0, 2.0, 0.0]);
+        assert_eq!(m.density.to_array(), [4.0, 14.0, 24.0, 34.0]);
+        let r = rest::<3>(four);
+        assert_eq!(r.sound.to_array(), [5.0, 15.0, 25.0, 35.0]);
+        assert_eq!(r.stress[5].to_array(), [0.0, 10.0, 20.0, 30.0]);
+        let p = product::<3>(&r.stress, &[Lanes::splat(1.0), Lanes::splat(0.0), Lanes::splat(0.0)]);
+        assert_eq!(p.map(|l| l.to_array()[1]), [7.0, 10.0, 10.0]);
+    }
+}

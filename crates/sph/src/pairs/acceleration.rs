@@ -1,0 +1,113 @@
+//! Acceleration of a particle by its neighbours.
+
+use super::{Pairs, SOFTENING};
+use crate::config::Momentum;
+use crate::lanes::{self, Lanes, Motions, Rest};
+
+/// What the momentum equation multiplies the stresses of a pair with.
+#[derive(Clone, Copy)]
+pub(super) struct Form {
+    /// Of the particle's own stress: -1 in the form of the difference.
+    pub own: f64,
+    /// Whether the sum is divided by both densities.
+    pub by_both: bool,
+}
+
+impl Form {
+    pub fn of(momentum: Momentum) -> Self {
+        let own = if momentum == Momentum::Difference { -1.0 } else { 1.0 };
+        Self { own, by_both: momentum != Momentum::Rho2 }
+    }
+}
+
+impl<const D: usize> Pairs<'_, D> {
+    /// Acceleration of particle `i` by its neighbours (m/s²): steps 3 and 4 of the sheet's §3.3. Keeps the weights
+    /// of the pairs.
+    #[inline]
+    pub fn acceleration(&self, i: usize, row: &[u32], weights: &mut [f64]) -> [f64; D] {
+        let records = &self.particles.records;
+        let regular = self.regular(row);
+        let own_record = [&records[i]; 4];
+        let (own, mine) = (lanes::motions::<D>(own_record), lanes::rest::<D>(own_record));
+        let form = Form::of(self.options.momentum);
+        let viscous = self.options.viscosity_linear > 0.0 || self.options.viscosity_quadratic > 0.0;
+        let variable = self.options.is_variable();
+        let grad_h = self.grad_h();
+        if variable {
+            self.fill_weights(i, row, weights);
+        }
+        let mut sum = [Lanes::splat(0.0); D];
+        lanes::fours(&row[..regular], i, |start, four, count| {
+            let near = four.map(|j| &records[j]);
+            let (other, more) = (lanes::motions::<D>(near), lanes::rest::<D>(near));
+            let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
+            let square = lanes::dot(&apart, &apart);
+            let mut weight = if variable {
+                lanes::load(weights, start, count)
+            } else {
+                let weight = self.smoothing.weights(square);
+                weights[start..start + count].copy_from_slice(&weight.to_array()[..count]);
+                weight
+            };
+            let mut pull = if grad_h {
+                let others = self.weights_of_others(four, square);
+                let flux = std::array::from_fn(|c| mine.stress[c] * weight + more.stress[c] * others);
+                weight = (weight + others) * 0.5;
+                lanes::product::<D>(&flux, &apart)
+            } else {
+                let flux = std::array::from_fn(|c| mine.stress[c] * form.own + more.stress[c]);
+                let scale = if form.by_both { weight / (own.density * other.density) } else { weight };
+                lanes::product::<D>(&flux, &apart).map(|c| c * scale)
+            };
+            if let Some(repelled) = self.repelled(i, four, square) {
+                let extra = lanes::product::<D>(&repelled, &apart);
+                (0..D).for_each(|c| pull[c] += extra[c] * weight);
+            }
+            if viscous {
+                let viscosity = self.viscosity((&own, &mine), (&other, &more), &apart, square) * weight;
+                (0..D).for_each(|c| pull[c] += apart[c] * viscosity);
+            }
+            (0..D).for_each(|c| sum[c] += other.mass * pull[c]);
+        });
+        let mut sum = sum.map(lanes::sum);
+        if regular < row.len() {
+            self.push_off_walls(i, &row[regular..], form, &mut sum);
+        }
+        if self.options.wall_guard > 0.0 {
+            self.guard_walls(i, &row[self.before(row, self.first_wall)..], &mut sum);
+        }
+        sum
+    }
+
+    /// `F` of the kernels of the neighbours.
+    fn weights_of_others(&self, four: [usize; 4], square: Lanes) -> Lanes {
+        let square = square.to_array();
+        let weight = |k: usize| self.kernel_of(self.particles.length[four[k]]).weight(square[k].sqrt());
+        Lanes::new(std::array::from_fn(weight))
+    }
+
+    /// `(α c π - β π²) / ρ` of pairs that approach (BN 111).
+    #[inline(always)]
+    fn viscosity(
+        &self,
+        (own, mine): (&Motions<D>, &Rest),
+        (other, more): (&Motions<D>, &Rest),
+        apart: &[Lanes; D],
+        square: Lanes,
+    ) -> Lanes {
+        let relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
+        let closing = lanes::dot(&relative, apart).fast_min(Lanes::splat(0.0));
+        let h = (mine.length + more.length) * 0.5;
+        let softened = square + h * h * SOFTENING;
+        let (sound, density) = (mine.sound + more.sound, own.density + other.density);
+        let (linear, quadratic) = (self.options.viscosity_linear, self.options.viscosity_quadratic);
+        // One division for both: π = h closing / softened.
+        let product = h * closing;
+        if quadratic == 0.0 {
+            product * sound * linear / (softened * density)
+        } else {
+            product * (sound * softened * linear - product * (2.0 * quadratic))
+                / (softened * softened * density)
+        }
+    }
+}

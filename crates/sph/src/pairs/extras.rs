@@ -1,0 +1,211 @@
+//! What is smoothed and diffused beside the equations of motion (SPH sheet §2.10, §2.12). Options, off by default:
+//! plain loops.
+
+use colluvium_constitutive::SymTensor;
+
+use super::{Pairs, apart};
+use crate::operators::{correction, product};
+use crate::particles::Matrix;
+
+/// Keeps the diffusion of stress finite for particles that meet (sheet §2.10).
+const SOFTENING: f64 = 1e-4;
+/// Strength and exponent of the part of shifting that keeps particles from meeting.
+const CLOSE: (f64, i32) = (0.2, 4);
+
+/// A move towards even spacing, and what the fields change by.
+pub struct Shift<const D: usize> {
+    /// The move (m).
+    pub position: [f64; D],
+    /// Change of velocity (m/s).
+    pub velocity: [f64; D],
+    /// Change of density (kg/m³).
+    pub density: f64,
+    /// Change of stress (Pa).
+    pub stress: SymTensor,
+}
+
+impl<const D: usize> Pairs<'_, D> {
+    /// Velocity of the neighbours less the particle's own, averaged (XSPH, without its factor).
+    pub fn drift(&self, i: usize, row: &[u32]) -> [f64; D] {
+        let p = self.particles;
+        let mut sum = [0.0; D];
+        for &j in &row[..self.before(row, self.first_wall)] {
+            let j = j as usize;
+            let (_, square) = apart(&p.position[i], &p.position[j]);
+            let weight = 2.0 * p.mass[j] / (p.density[i] + p.density[j]) * self.value(i, j, square.sqrt());
+            for c in 0..D {
+                sum[c] += weight * (p.velocity[j][c] - p.velocity[i][c]);
+            }
+        }
+        sum
+    }
+
+    /// `Σ m W`, the particle itself included (BN 2).
+    pub fn summed_density(&self, i: usize, row: &[u32]) -> f64 {
+        let p = self.particles;
+        let mut sum = p.mass[i] * self.smoothing.value(0.0);
+        for &j in row {
+            let j = j as usize;
+            let k = if j >= self.answering { i } else { j };
+            let (_, square) = apart(&p.position[i], &p.position[j]);
+            sum += p.mass[k] * self.smoothing.value(square.sqrt());
+        }
+        sum
+    }
+
+    /// `-ρ̇/ρ` by the diffusion of density, without `2 δ` (δ-SPH).
+    pub fn density_diffusion(&self, i: usize, row: &[u32], weights: &[f64]) -> f64 {
+        let p = self.particles;
+        let regular = self.before(row, self.first_wall);
+        let sum = row[..regular].iter().zip(weights).map(|(&j, weight)| {
+            let j = j as usize;
+            p.mass[j] / p.density[j] * (p.density[j] - p.density[i]) * weight
+        });
+        -p.length[i] * p.sound[i] * sum.sum::<f64>() / p.density[i]
+    }
+
+    /// Rate of stress by its diffusion, without `2 ζ`; the weight of the material under `gravity` is left out.
+    pub fn stress_diffusion(
+        &self,
+        i: usize,
+        (row, weights): (&[u32], &[f64]),
+        gravity: &[f64; D],
+        body: &std::ops::Range<usize>,
+    ) -> SymTensor {
+        let p = self.particles;
+        let size = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let mut sum = SymTensor::ZERO;
+        for (&j, &weight) in row[..self.before(row, self.first_wall)].iter().zip(weights) {
+            let j = j as usize;
+            // Same material only; images stand for particles of the same body.
+            if weight == 0.0 || (j < p.len && !body.contains(&j)) {
+                continue;
+            }
+            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            let mut difference = p.stress[i] - p.stress[j];
+            if size > 0.0 {
+                difference = difference - self.weight_between(&apart, gravity, size, p.density[i]);
+            }
+            let h = p.length[i];
+            // x_ij·∇W = -F r².
+            let factor = p.mass[j] / p.density[j] * weight * square / (square + SOFTENING * h * h);
+            sum += difference * -factor;
+        }
+        sum * (p.length[i] * p.sound[i])
+    }
+
+    /// Difference of geostatic stress between a particle and its neighbour `apart` (m) away.
+    fn weight_between(&self, apart: &[f64; D], gravity: &[f64; D], size: f64, density: f64) -> SymTensor {
+        let up = gravity.map(|g| -g / size);
+        let rise: f64 = -(0..D).map(|c| up[c] * apart[c]).sum::<f64>();
+        let k0 = self.options.stress_diffusion_k0;
+        geostatic(density * size * rise, k0, &up)
+    }
+
+    /// The move of particle `i`, which went `length` (m) in the step, towards even spacing (sheet §2.12); `None`
+    /// near free surfaces.
+    pub fn shift(&self, i: usize, row: &[u32], length: f64, surface: &[bool]) -> Option<Shift<D>> {
+        let p = self.particles;
+        let (h, reference) = (p.length[i], self.smoothing.value(self.options.spacing));
+        let mut crowding = [0.0; D];
+        let (mut moment, mut slopes) = ([[0.0; D]; D], [[0.0; D]; 10]);
+        for &j in row {
+            let j = j as usize;
+            if j < p.len && surface[j] {
+                return None;
+            }
+            let k = if j >= self.answering { i } else { j };
+            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            let r = square.sqrt();
+            let volume = p.mass[k] / p.density[k];
+            let weight = volume * self.between_weight(i, k, r);
+            let close = 1.0 + CLOSE.0 * (self.value(i, k, r) / reference).powi(CLOSE.1);
+            (0..D).for_each(|c| crowding[c] += weight * close * apart[c]);
+            if j >= self.first_wall {
+                continue;
+            }
+            for a in 0..D {
+                for b in 0..D {
+                    moment[a][b] += weight * apart[a] * apart[b];
+                }
+            }
+            let mut differences = [0.0; 10];
+            (0..D).for_each(|c| differences[c] = p.velocity[j][c] - p.velocity[i][c]);
+            differences[3] = p.density[j] - p.density[i];
+            let stress = p.stress[j] - p.stress[i];
+            differences[4..].copy_from_slice(&stress.0);
+            for (slope, difference) in slopes.iter_mut().zip(differences) {
+                (0..D).for_each(|c| slope[c] += weight * difference * apart[c]);
+            }
+        }
+        let correction = correction(&moment)?;
+        let scale = -self.options.shifting * h * length;
+        let size = crowding.iter().map(|c| c * c).sum::<f64>().sqrt() * scale.abs();
+        let limit = 0.1 * self.options.spacing;
+        let scale = if size > limit { scale * limit / size } else { scale };
+        let position = crowding.map(|c| c * scale);
+        let change = |slope: &[f64; D]| -> f64 {
+            product(&correction, slope).iter().zip(&position).map(|(g, x)| g * x).sum()
+        };
+        Some(Shift {
+            position,
+            velocity: std::array::from_fn(|c| change(&slopes[c])),
+            density: change(&slopes[3]),
+            stress: SymTensor(std::array::from_fn(|c| change(&slopes[4 + c]))),
+        })
+    }
+
+    fn between_weight(&self, i: usize, j: usize, r: f64) -> f64 {
+        if self.options.is_variable() { self.between(i, j, r)[0] } else { self.smoothing.weight(r) }
+    }
+
+    /// `M = Σ V F x ⊗ x`, whose trace falls at free surfaces (sheet §2.13 h).
+    pub fn moment(&self, i: usize, row: &[u32]) -> Matrix<D> {
+        let p = self.particles;
+        let mut moment = [[0.0; D]; D];
+        for &j in row {
+            let j = j as usize;
+            let k = if j >= self.answering { i } else { j };
+            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            let weight = p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt());
+            for a in 0..D {
+                for b in 0..D {
+                    moment[a][b] += weight * apart[a] * apart[b];
+                }
+            }
+        }
+        moment
+    }
+
+    /// `ḣ` of AL1 36–37 with `ρ̇` from the corrected gradient (m/s).
+    pub fn length_rate(&self, i: usize, row: &[u32], weights: &[f64]) -> f64 {
+        let p = self.particles;
+        let kernel = self.kernel_of(p.length[i]);
+        let (mut moment, mut gradient) = ([[0.0; D]; D], [[0.0; D]; D]);
+        let (mut rate, mut slope) = (0.0, p.mass[i] * kernel.length_derivative(0.0));
+        for (&j, &weight) in row[..self.regular(row)].iter().zip(weights) {
+            let j = j as usize;
+            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            let volume = p.mass[j] / p.density[j] * weight;
+            slope += p.mass[j] * kernel.length_derivative(square.sqrt());
+            for a in 0..D {
+                let relative = p.velocity[j][a] - p.velocity[i][a];
+                rate -= p.mass[j] * weight * relative * apart[a];
+                for b in 0..D {
+                    gradient[a][b] += volume * relative * apart[b];
+                    moment[a][b] += volume * apart[a] * apart[b];
+                }
+            }
+        }
+        let Some(l) = correction(&moment) else { return 0.0 };
+        let divergence: f64 = (0..D).map(|a| product(&l, &gradient[a])[a]).sum();
+        if slope == 0.0 { 0.0 } else { (-p.density[i] * divergence - rate) / slope }
+    }
+}
+
+/// `diag(K₀, K₀, 1)` times `vertical`, turned to the direction `up`.
+pub fn geostatic<const D: usize>(vertical: f64, k0: f64, up: &[f64; D]) -> SymTensor {
+    let along = |a: usize, b: usize| if a < D && b < D { up[a] * up[b] } else { 0.0 };
+    let value = |a: usize, b: usize| vertical * (if a == b { k0 } else { 0.0 } + (1.0 - k0) * along(a, b));
+    SymTensor([value(0, 0), value(1, 1), value(2, 2), value(0, 1), value(1, 2), value(2, 0)])
+}

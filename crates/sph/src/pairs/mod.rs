@@ -1,0 +1,186 @@
+//! Sums over the neighbours: acceleration, velocity gradient and what else is diffused (SPH sheet §2.6–2.13).
+//!
+//! Every particle gathers from its own neighbours, four at a time, in an order that the data fix, so that the
+//! result does not depend on the number of threads. Geometry and kernel are computed once per pair and step, with
+//! the acceleration, and kept for the velocity gradient.
+
+mod acceleration;
+mod extras;
+mod rates;
+mod wall;
+
+use colluvium_constitutive::SymTensor;
+
+pub use extras::geostatic;
+pub(crate) use wall::sheared;
+
+use crate::config::{Momentum, SphOptions, Symmetrisation};
+use crate::kernel::Smoothing;
+use crate::lanes::{self, Lanes};
+use crate::particles::{Matrix, Particles};
+use crate::walls::Walls;
+
+/// Keeps the viscosity finite for particles that meet (sheet §2.8).
+const SOFTENING: f64 = 0.01;
+
+/// What the sums need.
+pub struct Pairs<'a, const D: usize> {
+    /// The particles.
+    pub particles: &'a Particles<D>,
+    /// The kernel at the initial smoothing length.
+    pub smoothing: &'a Smoothing<D>,
+    /// The options.
+    pub options: &'a SphOptions,
+    /// The walls.
+    pub walls: &'a Walls<D>,
+    /// The first particle of a wall.
+    pub first_wall: usize,
+    /// From this number on a neighbour is a wall that answers to the particle itself.
+    pub answering: usize,
+    /// Time (s), where walls move.
+    pub time: f64,
+}
+
+/// The velocity gradient of a particle and its trace after the continuity equation.
+pub struct Rates<const D: usize> {
+    /// `∂v_a/∂x_b` (1/s).
+    pub gradient: Matrix<D>,
+    /// `-ρ̇/ρ` (1/s).
+    pub divergence: f64,
+}
+
+/// Artificial repulsion.
+#[derive(Clone, Copy)]
+struct Repulsion {
+    exponent: f64,
+    /// `1 / W(Δx)`.
+    scale: f64,
+}
+
+/// `x_j - x_i` and its square.
+#[inline(always)]
+fn apart<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; D], f64) {
+    let apart: [f64; D] = std::array::from_fn(|c| to[c] - from[c]);
+    let square = apart.iter().map(|c| c * c).sum();
+    (apart, square)
+}
+
+impl<const D: usize> Pairs<'_, D> {
+    /// What the momentum equation makes of the stress of a particle before it enters the pairs.
+    #[inline]
+    pub fn flux_scale(momentum: Momentum, density: f64, spread: f64) -> f64 {
+        if momentum == Momentum::Rho2 { spread / (density * density) } else { 1.0 }
+    }
+
+    /// How many of the neighbours do not answer to the particle itself.
+    #[inline(always)]
+    fn regular(&self, row: &[u32]) -> usize {
+        self.before(row, self.answering)
+    }
+
+    /// How many of the neighbours come before `number`.
+    #[inline(always)]
+    fn before(&self, row: &[u32], number: usize) -> usize {
+        match row.last() {
+            Some(&last) if last as usize >= number => row.partition_point(|&j| (j as usize) < number),
+            _ => row.len(),
+        }
+    }
+
+    fn grad_h(&self) -> bool {
+        self.options.is_variable() && self.options.symmetrisation == Symmetrisation::GradH
+    }
+
+    /// The kernel of smoothing length `length` (m).
+    #[inline]
+    fn kernel_of(&self, length: f64) -> Smoothing<D> {
+        self.smoothing.with_length(length)
+    }
+
+    /// The kernel's weight and value between `i` and `j`, `r` (m) apart.
+    fn between(&self, i: usize, j: usize, r: f64) -> [f64; 2] {
+        let p = self.particles;
+        let (own, other) = (p.length[i], p.length[j]);
+        let one = |length: f64| {
+            let kernel = self.kernel_of(length);
+            [kernel.weight(r), kernel.value(r)]
+        };
+        match self.options.symmetrisation {
+            Symmetrisation::Arithmetic => one(0.5 * (own + other)),
+            Symmetrisation::Harmonic => one(2.0 * own * other / (own + other)),
+            Symmetrisation::Geometric => one((own * other).sqrt()),
+            Symmetrisation::Max => one(own.max(other)),
+            Symmetrisation::Min => one(own.min(other)),
+            Symmetrisation::Kernel => {
+                let ([f, w], [g, v]) = (one(own), one(other));
+                [0.5 * (f + g), 0.5 * (w + v)]
+            }
+            Symmetrisation::GradH => one(own),
+        }
+    }
+
+    /// `W` between `i` and `j`, `r` (m) apart.
+    #[inline]
+    fn value(&self, i: usize, j: usize, r: f64) -> f64 {
+        if self.options.is_variable() { self.between(i, j, r)[1] } else { self.smoothing.value(r) }
+    }
+
+    /// Weights `F` of the neighbours of `i` that do not answer to it.
+    pub fn fill_weights(&self, i: usize, row: &[u32], weights: &mut [f64]) {
+        let regular = self.regular(row);
+        if self.options.is_variable() {
+            for (slot, &j) in weights.iter_mut().zip(&row[..regular]) {
+                let p = self.particles;
+                let (_, square) = apart(&p.position[i], &p.position[j as usize]);
+                *slot = self.between(i, j as usize, square.sqrt())[0];
+            }
+            return;
+        }
+        let records = &self.particles.records;
+        let own = lanes::motions::<D>([&records[i]; 4]);
+        lanes::fours(&row[..regular], i, |start, four, count| {
+            let other = lanes::motions::<D>(four.map(|j| &records[j]));
+            let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
+            let weight = self.smoothing.weights(lanes::dot(&apart, &apart));
+            weights[start..start + count].copy_from_slice(&weight.to_array()[..count]);
+        });
+    }
+
+    /// `1/ϑ` of the gradient of the smoothing length (BN 53), the particle itself included.
+    pub fn spread(&self, i: usize, row: &[u32]) -> f64 {
+        let p = self.particles;
+        let kernel = self.kernel_of(p.length[i]);
+        let mut sum = p.mass[i] * kernel.length_derivative(0.0);
+        for &j in row {
+            let j = j as usize;
+            let k = if j >= self.answering { i } else { j };
+            let (_, square) = apart(&p.position[i], &p.position[j]);
+            sum += p.mass[k] * kernel.length_derivative(square.sqrt());
+        }
+        // ∂h/∂ρ = -h / (d ρ).
+        1.0 / (1.0 + p.length[i] / (D as f64 * p.density[i]) * sum)
+    }
+
+    /// `R_i + R_j` times the power of the ratio of kernels; `None` where nothing is in tension.
+    fn repelled(&self, i: usize, four: [usize; 4], square: Lanes) -> Option<[Lanes; 6]> {
+        let p = self.particles;
+        if p.repulsion.is_empty() {
+            return None;
+        }
+        let Repulsion { exponent, scale } = self.repulsion()?;
+        let (mut any, mut tensors) = (false, [SymTensor::ZERO; 4]);
+        for ((tensor, j), square) in tensors.iter_mut().zip(four).zip(square.to_array()) {
+            let both = p.repulsion[i] + p.repulsion[j];
+            if both != SymTensor::ZERO && j != i {
+                any = true;
+                *tensor = both * (self.value(i, j, square.sqrt()) * scale).powf(exponent);
+            }
+        }
+        any.then(|| std::array::from_fn(|c| Lanes::new(tensors.map(|tensor| tensor.0[c]))))
+    }
+
+    fn repulsion(&self) -> Option<Repulsion> {
+        let exponent = self.options.tensile.exponent()?;
+        Some(Repulsion { exponent, scale: 1.0 / self.smoothing.value(self.options.spacing) })
+    }
+}

@@ -1,0 +1,79 @@
+//! Velocity gradient of a particle.
+
+use super::{Pairs, Rates};
+use crate::config::{Continuity, Momentum, SphOptions, VelocityGradient};
+use crate::lanes::{self, Lanes};
+use crate::operators::{correction, product};
+use crate::particles::Matrix;
+
+/// The operator of the velocity gradient, `compatible` resolved.
+fn operator(options: &SphOptions) -> VelocityGradient {
+    match (options.velocity_gradient, options.momentum) {
+        (VelocityGradient::Compatible, Momentum::Rho2) => VelocityGradient::DensityDifference,
+        (VelocityGradient::Compatible, _) => VelocityGradient::Difference,
+        (operator, _) => operator,
+    }
+}
+
+fn total<const D: usize>(sums: &[[Lanes; D]; D]) -> Matrix<D> {
+    sums.map(|row| row.map(lanes::sum))
+}
+
+impl<const D: usize> Pairs<'_, D> {
+    /// Velocity gradient of particle `i`: step 6 of the sheet's §3.3. The weights are those of its acceleration.
+    #[inline]
+    pub fn rates(&self, i: usize, row: &[u32], weights: &[f64]) -> Rates<D> {
+        let records = &self.particles.records;
+        let regular = self.regular(row);
+        let own = lanes::motions::<D>([&records[i]; 4]);
+        let operator = operator(self.options);
+        let by_mass = operator == VelocityGradient::DensityDifference;
+        let corrected = operator == VelocityGradient::Corrected;
+        // Where the two forms go together the divergence is the trace.
+        let apart_forms = corrected || by_mass != (self.options.continuity == Continuity::Mass);
+        let mut gradient = [[Lanes::splat(0.0); D]; D];
+        let mut moment = [[Lanes::splat(0.0); D]; D];
+        let mut trace = Lanes::splat(0.0);
+        lanes::fours(&row[..regular], i, |start, four, count| {
+            let other = lanes::motions::<D>(four.map(|j| &records[j]));
+            let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
+            let relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
+            let mass = other.mass * lanes::load(weights, start, count);
+            let volume = if by_mass && !apart_forms { mass } else { mass / other.density };
+            let scaled = apart.map(|c| c * if by_mass { mass } else { volume });
+            for a in 0..D {
+                for b in 0..D {
+                    gradient[a][b] += relative[a] * scaled[b];
+                }
+            }
+            if apart_forms {
+                let weight = if self.options.continuity == Continuity::Mass { mass } else { volume };
+                trace += lanes::dot(&relative, &apart) * weight;
+            }
+            if corrected {
+                for a in 0..D {
+                    for b in 0..D {
+                        moment[a][b] += apart[a] * scaled[b];
+                    }
+                }
+            }
+        });
+        let density = self.particles.density[i];
+        let mut gradient = total(&gradient);
+        if by_mass {
+            gradient = gradient.map(|row| row.map(|c| c / density));
+        }
+        let by_density = if self.options.continuity == Continuity::Mass { density } else { 1.0 };
+        let mut trace = lanes::sum(trace) / by_density;
+        let mut moment = total(&moment);
+        if regular < row.len() {
+            self.shear_at_walls(i, &row[regular..], &mut gradient, &mut trace, &mut moment);
+        }
+        let divergence = if apart_forms { trace } else { (0..D).map(|c| gradient[c][c]).sum() };
+        if corrected && let Some(l) = correction(&moment) {
+            gradient = gradient.map(|row| product(&l, &row));
+        }
+        let spread = if self.grad_h() { self.particles.spread[i] } else { 1.0 };
+        Rates { gradient: gradient.map(|row| row.map(|c| c * spread)), divergence: divergence * spread }
+    }
+}

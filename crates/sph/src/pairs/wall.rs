@@ -1,0 +1,180 @@
+//! Walls of particles that answer to each particle with what it is itself (SPH sheet §2.13 b–d, f).
+
+use colluvium_constitutive::SymTensor;
+
+use super::acceleration::Form;
+use super::{Pairs, SOFTENING, apart};
+use crate::config::WallVelocity;
+use crate::particles::Matrix;
+use crate::walls::{Contact, Plane};
+
+/// Most of the particle's own velocity that a wall opposes, `β_max - 1` (Morris et al. 1997).
+const MOST_OPPOSED: f64 = 0.5;
+/// Reach of the guard, in spacings: particles of the wall start half a spacing behind its face.
+const GUARD_REACH: f64 = 0.5;
+/// Closer than this share of its reach the guard grows no further.
+const GUARD_CORE: f64 = 0.6;
+
+/// Below this share of `μ σ_n / (ρ c)` slip counts as none: friction stops it within a step or so.
+const STOPPED: f64 = 0.25;
+
+/// What a wall opposes to a particle.
+struct Answer<const D: usize> {
+    /// Velocity of the wall's particle less the particle's own (m/s).
+    relative: [f64; D],
+    /// Stress of the wall's particle (Pa).
+    stress: SymTensor,
+}
+
+impl<const D: usize> Pairs<'_, D> {
+    /// The answer of the particle `wall` of a wall to `i`; `None` where the material lifts off.
+    fn answer(&self, i: usize, wall: usize) -> Option<Answer<D>> {
+        let p = self.particles;
+        let number = self.walls.face_of[wall - self.first_wall] as usize;
+        let plane = &self.walls.faces[number];
+        let (stress, axis) = (p.stress[i], plane.axis);
+        // Towards the wall's own motion.
+        let own: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - plane.velocity[c]);
+        let along = |keep: f64| -> [f64; D] {
+            std::array::from_fn(|c| own[c] * if c == axis { -2.0 } else { keep - 1.0 })
+        };
+        match plane.contact {
+            Contact::NoSlip => {
+                let opposed = match self.options.wall_velocity {
+                    WallVelocity::Mirrored => 1.0,
+                    WallVelocity::Linear => {
+                        let near = plane.distance(&p.position[i], self.time).max(1e-3 * self.options.spacing);
+                        (-plane.distance(&p.position[wall], self.time) / near).min(MOST_OPPOSED)
+                    }
+                };
+                Some(Answer { relative: own.map(|v| -v * (1.0 + opposed)), stress })
+            }
+            Contact::FreeSlip => Some(Answer { relative: along(1.0), stress: sheared(&stress, axis, -1.0) }),
+            Contact::Friction(coefficient) => {
+                let (normal, shear) = tractions(&stress, plane);
+                if normal > 0.0 {
+                    return None;
+                }
+                let most = -coefficient * normal;
+                let speed: f64 = (0..D).filter(|&c| c != axis).map(|c| own[c] * own[c]).sum::<f64>().sqrt();
+                if speed > STOPPED * most / (p.density[i] * p.sound[i]) {
+                    let factor = most / speed * if plane.upper { -1.0 } else { 1.0 };
+                    return Some(Answer {
+                        relative: along(1.0),
+                        stress: rubbed::<D>(&stress, axis, |c| factor * own[c]),
+                    });
+                }
+                if shear <= most {
+                    return Some(Answer { relative: along(-1.0), stress });
+                }
+                let stress = rubbed::<D>(&stress, axis, |c| stress.at(axis, c) * most / shear);
+                Some(Answer { relative: along(1.0), stress })
+            }
+        }
+    }
+
+    /// Acceleration by the walls that answer.
+    pub(super) fn push_off_walls(&self, i: usize, row: &[u32], form: Form, sum: &mut [f64; D]) {
+        let p = self.particles;
+        let (mass, density, sound) = (p.mass[i], p.density[i], p.sound[i]);
+        let kernel = self.kernel_of(p.length[i]);
+        let h = kernel.length();
+        let scale = Self::flux_scale(self.options.momentum, density, p.spread[i]);
+        let scale = if form.by_both { scale / (density * density) } else { scale };
+        for &wall in row {
+            let wall = wall as usize;
+            let (apart, square) = apart(&p.position[i], &p.position[wall]);
+            let r = square.sqrt();
+            let weight = kernel.weight(r);
+            if weight == 0.0 {
+                continue;
+            }
+            let Some(answer) = self.answer(i, wall) else { continue };
+            let mut pair = (p.stress[i] * form.own + answer.stress) * scale;
+            if let Some(repulsion) = self.repulsion().filter(|_| !p.repulsion.is_empty()) {
+                let factor = (kernel.value(r) * repulsion.scale).powf(repulsion.exponent);
+                pair += p.repulsion[i] * (2.0 * factor);
+            }
+            let closing = (0..D).map(|c| answer.relative[c] * apart[c]).sum::<f64>().min(0.0);
+            let pi = h * closing / (square + SOFTENING * h * h);
+            let (linear, quadratic) = (self.options.viscosity_linear, self.options.viscosity_quadratic);
+            let viscosity = (linear * sound * pi - quadratic * pi * pi) / density;
+            for a in 0..D {
+                let pull: f64 = (0..D).map(|b| pair.at(a, b) * apart[b]).sum();
+                sum[a] += mass * weight * (pull + viscosity * apart[a]);
+            }
+        }
+    }
+
+    /// What walls that answer add to the velocity gradient, the divergence and the moment.
+    pub(super) fn shear_at_walls(
+        &self,
+        i: usize,
+        row: &[u32],
+        gradient: &mut Matrix<D>,
+        trace: &mut f64,
+        moment: &mut Matrix<D>,
+    ) {
+        let p = self.particles;
+        let kernel = self.kernel_of(p.length[i]);
+        let volume = p.mass[i] / p.density[i];
+        for &wall in row {
+            let wall = wall as usize;
+            let (apart, square) = apart(&p.position[i], &p.position[wall]);
+            let weight = volume * kernel.weight(square.sqrt());
+            if weight == 0.0 {
+                continue;
+            }
+            let Some(answer) = self.answer(i, wall) else { continue };
+            for a in 0..D {
+                *trace += weight * answer.relative[a] * apart[a];
+                for b in 0..D {
+                    gradient[a][b] += weight * answer.relative[a] * apart[b];
+                    moment[a][b] += weight * apart[a] * apart[b];
+                }
+            }
+        }
+    }
+
+    /// Repulsion off particles of walls that are too close (sheet §2.13 d).
+    pub(super) fn guard_walls(&self, i: usize, row: &[u32], sum: &mut [f64; D]) {
+        let p = self.particles;
+        let reach = GUARD_REACH * self.options.spacing;
+        let strength = self.options.wall_guard * p.sound[i] * p.sound[i];
+        for &wall in row {
+            let (apart, square) = apart(&p.position[i], &p.position[wall as usize]);
+            if square < reach * reach && square > 0.0 {
+                let r = square.sqrt().max(GUARD_CORE * reach);
+                let ratio = (reach / r).powi(4);
+                let push = strength * (ratio.powi(3) - ratio) / (r * r);
+                (0..D).for_each(|c| sum[c] -= push * apart[c]);
+            }
+        }
+    }
+}
+
+/// The normal traction on a face (tension positive) and the size of the shear traction (Pa).
+fn tractions<const D: usize>(stress: &SymTensor, plane: &Plane<D>) -> (f64, f64) {
+    let axis = plane.axis;
+    let shear: f64 = (0..D).filter(|&c| c != axis).map(|c| stress.at(axis, c).powi(2)).sum();
+    (stress.at(axis, axis), shear.sqrt())
+}
+
+/// The answer to `stress` that makes the shear traction between both, the mean of theirs, `traction(axis)` on a face
+/// normal to `axis`.
+fn rubbed<const D: usize>(stress: &SymTensor, axis: usize, traction: impl Fn(usize) -> f64) -> SymTensor {
+    // Index in a SymTensor of the component (a, b).
+    const AT: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+    let mut answer = *stress;
+    for c in (0..D).filter(|&c| c != axis) {
+        answer[AT[axis][c]] = 2.0 * traction(c) - stress.at(axis, c);
+    }
+    answer
+}
+
+/// The stress with its shear on faces normal to `axis` times `factor`.
+pub(crate) fn sheared(stress: &SymTensor, axis: usize, factor: f64) -> SymTensor {
+    let [xx, yy, zz, xy, yz, zx] = stress.0;
+    let f = |a: usize, b: usize| if a == axis || b == axis { factor } else { 1.0 };
+    SymTensor([xx, yy, zz, f(0, 1) * xy, f(1, 2) * yz, f(2, 0) * zx])
+}

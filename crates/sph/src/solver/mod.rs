@@ -1,0 +1,344 @@
+//! The solver: its data, its lists and one step (SPH sheet §3.3).
+
+mod motion;
+mod schemes;
+mod stress;
+mod wall_fields;
+
+pub(crate) use stress::Over;
+
+use std::sync::Arc;
+
+use colluvium_case::{Case, SolverError, TimeStep};
+use colluvium_constitutive::SymTensor;
+use colluvium_points::{CellList, NeighbourList, ROWS};
+use rayon::prelude::*;
+
+use crate::SphOptions;
+use crate::config::{Continuity, SmoothingLength, Symmetrisation, Tensile, WallStress};
+use crate::confinement::Inward;
+use crate::kernel::Smoothing;
+use crate::pairs::Pairs;
+use crate::particles::{Group, Particles};
+use crate::tensile::repulsion;
+use crate::total::Reference;
+use crate::walls::{Image, Walls};
+
+/// Least number of steps between two sorts by cell.
+const STEPS_PER_SORT: u64 = 100;
+/// Steps between two evaluations of the speeds of sound and the time step.
+const STEPS_PER_TIME_STEP: u64 = 10;
+/// Margin of the neighbour lists over the radius of the support: lists last until a particle has moved by
+/// half of it.
+const SKIN: f64 = 0.1;
+/// Least number of particles per task.
+pub(crate) const TASK: usize = 512;
+
+/// Distance from equilibrium and its pieces.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Audit {
+    /// Square of the sum of the unbalanced forces (N²).
+    pub unbalanced: f64,
+    /// Square of the external forces (N²).
+    pub external: f64,
+    /// Kinetic energy (J).
+    pub kinetic: f64,
+    /// Work of gravity since the stage began (J).
+    pub work: f64,
+}
+
+/// For which places the neighbour list was made.
+#[derive(Clone, Debug, Default)]
+pub struct Listed<const D: usize> {
+    /// Positions of the particles; empty where there is no list (m).
+    pub positions: Vec<[f64; D]>,
+    /// Time, where walls move (s).
+    pub time: f64,
+    /// Distance within which neighbours are listed (m).
+    pub reach: f64,
+}
+
+/// Explicit SPH in `D` dimensions.
+pub struct SphSolver<const D: usize> {
+    pub(crate) case: Arc<Case>,
+    pub(crate) options: SphOptions,
+    pub(crate) smoothing: Smoothing<D>,
+    pub(crate) particles: Particles<D>,
+    pub(crate) groups: Vec<Group>,
+    pub(crate) walls: Walls<D>,
+    pub(crate) images: Vec<Image<D>>,
+    pub(crate) neighbours: NeighbourList<D>,
+    /// Weights of the pairs, block by block as the neighbours.
+    pub(crate) weights: Vec<Vec<f64>>,
+    /// Whether the weights are those of the positions.
+    pub(crate) weighed: bool,
+    /// Whether the accelerations are those of the state.
+    pub(crate) accelerated: bool,
+    pub(crate) cells: CellList<D>,
+    pub(crate) listed: Listed<D>,
+    /// Step of the last sort.
+    pub(crate) sorted: Option<u64>,
+    pub(crate) tensors: Vec<SymTensor>,
+    pub(crate) gravity: [f64; D],
+    pub(crate) stage: usize,
+    pub(crate) stage_start: f64,
+    pub(crate) time: f64,
+    pub(crate) step: u64,
+    /// Length of the step before, zero at the start (s).
+    pub(crate) last_step: f64,
+    pub(crate) limit: Option<TimeStep>,
+    pub(crate) limit_age: u64,
+    pub(crate) audit: Audit,
+    /// What a confining pressure needs; empty without.
+    pub(crate) inward: Vec<Inward<D>>,
+    /// The initial configuration, of the total-Lagrangian form.
+    pub(crate) reference: Option<Box<Reference<D>>>,
+}
+
+pub(crate) fn square<const N: usize>(vector: &[f64; N]) -> f64 {
+    vector.iter().map(|c| c * c).sum()
+}
+
+/// Calls `visit(particle, neighbours, weights, entry of out)` for every entry of `out`.
+pub(crate) fn over_rows<const D: usize, T: Send>(
+    neighbours: &NeighbourList<D>,
+    weights: &mut [Vec<f64>],
+    out: &mut [T],
+    visit: impl Fn(usize, &[u32], &mut [f64], &mut T) + Sync,
+) {
+    let blocks = out.par_chunks_mut(ROWS).zip(weights).zip(neighbours.blocks()).enumerate();
+    blocks.for_each(|(number, ((out, weights), rows))| {
+        for (k, slot) in out.iter_mut().enumerate() {
+            visit(number * ROWS + k, rows.of(k), &mut weights[rows.range(k)], slot);
+        }
+    });
+}
+
+impl<const D: usize> SphSolver<D> {
+    /// One step.
+    pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        if self.limit.is_none() {
+            self.critical_step();
+        }
+        if self.reference.is_none() {
+            self.refresh_neighbours(true)?;
+        }
+        self.regularise()?;
+        self.shift();
+        self.integrate(dt)?;
+        if self.case.stages[self.stage].equilibrium.is_some() {
+            self.take_audit(dt);
+        }
+        self.time += dt;
+        self.step += 1;
+        self.last_step = dt;
+        self.limit_age += 1;
+        Ok(())
+    }
+
+    /// Step 1: lists where particles have moved too far for the last ones; images and walls in their places.
+    /// Particles may change their order, and their period, when a step begins, and not within it.
+    pub(crate) fn refresh_neighbours(&mut self, begins: bool) -> Result<(), SolverError> {
+        self.follow_density();
+        let longest = self.longest();
+        let support = self.smoothing.kernel().support() * longest;
+        if self.listed.positions.len() != self.particles.len || self.reached() + support > self.listed.reach {
+            let len = self.particles.len;
+            if begins {
+                self.walls.wrap(&mut self.particles.position[..len], &mut self.particles.origin);
+            }
+            if begins && self.sorted.is_none_or(|step| self.step >= step + STEPS_PER_SORT) {
+                self.sort()?;
+                self.sorted = Some(self.step);
+            }
+            let listed = &mut self.listed;
+            listed.positions.clear();
+            listed.positions.extend_from_slice(&self.particles.position[..len]);
+            (listed.time, listed.reach) = (self.time, support * (1.0 + SKIN));
+            self.make_lists()?;
+            self.accelerated = false;
+        }
+        self.particles.place(&self.images, &self.walls, self.time);
+        self.weighed = false;
+        Ok(())
+    }
+
+    /// How much closer two particles may be than when they were listed (m).
+    fn reached(&self) -> f64 {
+        let pairs = self.particles.position[..self.particles.len].par_iter().zip(&self.listed.positions);
+        let moved = pairs.with_min_len(8 * TASK).map(|(x, old)| {
+            let apart: [f64; D] = std::array::from_fn(|c| x[c] - old[c]);
+            let square = square(&apart);
+            if square.is_finite() { square } else { f64::INFINITY }
+        });
+        let farthest = moved.reduce(|| 0.0, f64::max).sqrt();
+        // A mirror moves its images twice as far.
+        let wall = 2.0 * self.walls.speed() * (self.time - self.listed.time).abs();
+        2.0 * farthest + wall
+    }
+
+    fn longest(&self) -> f64 {
+        if !self.options.is_variable() {
+            return self.smoothing.length();
+        }
+        self.particles.length[..self.particles.len].iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Images and neighbours of the listed positions.
+    pub(crate) fn make_lists(&mut self) -> Result<(), SolverError> {
+        let Listed { positions, time, reach } = &self.listed;
+        self.walls.images(positions, *reach, *time, &mut self.images);
+        let p = &mut self.particles;
+        let first_wall = p.len + self.images.len();
+        let total = first_wall + self.walls.particles.len();
+        p.resize(total);
+        p.length[p.len..].fill(self.smoothing.length());
+        // After a restart particles are no longer where they were listed.
+        let current = (p.position[..p.len] != positions[..]).then(|| p.position[..p.len].to_vec());
+        p.position[..p.len].copy_from_slice(positions);
+        p.place(&self.images, &self.walls, *time);
+        let rows = if self.options.wall_stress == WallStress::Pairwise { p.len } else { total };
+        let built = self.neighbours.build_first(&p.position, rows, *reach);
+        if let Some(current) = current {
+            p.position[..current.len()].copy_from_slice(&current);
+        }
+        built.map_err(|error| self.failed(0, format!("neighbour search: {error}")))?;
+        let blocks = self.neighbours.blocks();
+        self.weights.resize_with(blocks.len(), Vec::new);
+        self.weights.iter_mut().zip(blocks).for_each(|(weights, rows)| {
+            weights.resize(rows.indices().len(), 0.0);
+        });
+        self.weighed = false;
+        Ok(())
+    }
+
+    /// Sorts the particles of each body by cell.
+    fn sort(&mut self) -> Result<(), SolverError> {
+        for number in 0..self.groups.len() {
+            let range = self.groups[number].range();
+            let built = self.cells.build(&self.particles.position[range.clone()], self.smoothing.radius());
+            built.map_err(|error| self.failed(range.start, format!("neighbour search: {error}")))?;
+            let order = self.cells.order();
+            if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
+                continue;
+            }
+            self.particles.permute(range, order);
+            let group = &mut self.groups[number];
+            group.states = group.states.permuted(order);
+        }
+        Ok(())
+    }
+
+    pub(crate) fn pairs(&self) -> Pairs<'_, D> {
+        let first_wall = self.particles.len + self.images.len();
+        let answering = match self.options.wall_stress {
+            WallStress::Pairwise => first_wall,
+            WallStress::Interpolated | WallStress::Extrapolated => usize::MAX,
+        };
+        Pairs {
+            particles: &self.particles,
+            smoothing: &self.smoothing,
+            options: &self.options,
+            walls: &self.walls,
+            first_wall,
+            answering,
+            time: self.time,
+        }
+    }
+
+    /// Smoothing lengths that follow the density in closed form.
+    fn follow_density(&mut self) {
+        if self.options.smoothing_length != SmoothingLength::Density {
+            return;
+        }
+        let (h, growth) = (self.smoothing.length(), self.options.smoothing_growth);
+        for group in &self.groups {
+            for i in group.range() {
+                let ratio = (group.density / self.particles.density[i]).powf(1.0 / D as f64);
+                self.particles.length[i] = h * ratio.min(growth);
+            }
+        }
+    }
+
+    /// What every particle shows its neighbours, walls and images included; step 3.
+    pub(crate) fn load_records(&mut self) {
+        if self.options.continuity == Continuity::Summation {
+            let mut density = std::mem::take(&mut self.particles.density);
+            let len = self.particles.len;
+            let pairs = self.pairs();
+            density[..len].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, density)| {
+                *density = pairs.summed_density(i, self.neighbours.of(i));
+            });
+            self.particles.density = density;
+        }
+        self.interpolate_walls();
+        let tensile = self.options.tensile;
+        if tensile != Tensile::None {
+            let p = &mut self.particles;
+            p.repulsion.resize(p.position.len(), SymTensor::ZERO);
+            let all = p.repulsion.par_iter_mut().zip(&p.stress).zip(&p.density);
+            all.with_min_len(TASK).for_each(|((slot, stress), &density)| {
+                if density > 0.0 {
+                    *slot = repulsion::<D>(tensile, stress, density);
+                }
+            });
+        }
+        self.find_spread();
+        self.particles.load_images(&self.images);
+        self.particles.move_images(&self.images);
+        let mut records = std::mem::take(&mut self.particles.records);
+        let (p, momentum) = (&self.particles, self.options.momentum);
+        records.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, record)| {
+            if p.density[i] > 0.0 {
+                *record = p.record(i, Pairs::<D>::flux_scale(momentum, p.density[i], p.spread[i]));
+            }
+        });
+        self.particles.records = records;
+    }
+
+    /// Factors of the gradient of the smoothing length.
+    fn find_spread(&mut self) {
+        if !self.options.is_variable() || self.options.symmetrisation != Symmetrisation::GradH {
+            return;
+        }
+        // Images need their smoothing lengths.
+        self.particles.load_images(&self.images);
+        let mut spread = std::mem::take(&mut self.particles.spread);
+        let (len, pairs) = (self.particles.len, self.pairs());
+        spread[..len].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, spread)| {
+            *spread = pairs.spread(i, self.neighbours.of(i));
+        });
+        self.particles.spread = spread;
+    }
+
+    pub(crate) fn failed(&self, index: usize, reason: String) -> SolverError {
+        let position = self.particles.position.get(index).copied().unwrap_or([0.0; D]);
+        SolverError::Point {
+            step: self.step,
+            time: self.time,
+            point: u64::from(self.particles.id.get(index).copied().unwrap_or(0)),
+            position: spatial(&position),
+            reason,
+        }
+    }
+
+    /// Factor on gravity at the end of a step of `dt`.
+    pub(crate) fn gravity_factor(&self, dt: f64) -> f64 {
+        self.case.stages[self.stage].gravity_factor(self.time + dt - self.stage_start)
+    }
+
+    /// The largest stable step from the current state (sheet §3.4).
+    pub(crate) fn critical_step(&mut self) -> TimeStep {
+        if self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP {
+            let limit = self.find_limit();
+            self.limit = Some(limit.or_fixed(self.options.time_step, self.options.courant / 1.8));
+            self.limit_age = 0;
+        }
+        self.limit.clone().expect("set above")
+    }
+}
+
+/// A vector of the space with three components.
+pub(crate) fn spatial<const D: usize>(vector: &[f64; D]) -> [f64; 3] {
+    std::array::from_fn(|c| if c < D { vector[c] } else { 0.0 })
+}

@@ -1,0 +1,233 @@
+//! The pieces of a step that move particles.
+
+use colluvium_case::SolverError;
+use colluvium_points::ROWS;
+use rayon::prelude::*;
+
+use super::{Audit, SphSolver, TASK, over_rows, spatial, square};
+use crate::config::SmoothingLength;
+use crate::lanes::set_velocity;
+use crate::particles::Group;
+
+/// Share of the trace of a full moment below which a particle lies at a free surface (sheet §2.13 h: 1.5 of 2 and
+/// 2.4 of 3).
+const SURFACE: [f64; 3] = [0.7, 1.5, 2.4];
+
+impl<const D: usize> SphSolver<D> {
+    /// Records and accelerations where lists are made already: steps 3 and 4.
+    pub(crate) fn derive(&mut self, dt: f64) {
+        self.load_records();
+        self.accelerate(dt);
+    }
+
+    /// Accelerations, gravity and local damping of the stage included; keeps the weights of the pairs.
+    pub(crate) fn accelerate(&mut self, dt: f64) {
+        let gravity = self.gravity.map(|g| g * self.gravity_factor(dt));
+        let mut accelerations = std::mem::take(&mut self.particles.acceleration);
+        accelerations.resize(self.particles.len, [0.0; D]);
+        let mut weights = std::mem::take(&mut self.weights);
+        let pairs = self.pairs();
+        over_rows(&self.neighbours, &mut weights, &mut accelerations, |i, row, weights, a| {
+            let pull = pairs.acceleration(i, row, weights);
+            *a = std::array::from_fn(|c| pull[c] + gravity[c]);
+        });
+        self.particles.acceleration = accelerations;
+        self.weights = weights;
+        (self.weighed, self.accelerated) = (true, true);
+        self.confine(dt);
+    }
+
+    /// Unbalanced and external forces, kinetic energy and work of the step.
+    pub(crate) fn take_audit(&mut self, dt: f64) {
+        let gravity = self.gravity.map(|g| g * self.gravity_factor(dt));
+        let p = &self.particles;
+        let mut audit = Audit { work: self.audit.work, ..Audit::default() };
+        for i in self.groups.iter().filter(|group| group.held.is_none()).flat_map(Group::range) {
+            let (m, v) = (p.mass[i], &p.velocity[i]);
+            audit.unbalanced += m * m * square(&p.acceleration[i]);
+            audit.external += m * m * square(&gravity);
+            audit.kinetic += 0.5 * m * square(v);
+            audit.work += m * dt * (0..D).map(|c| gravity[c] * v[c]).sum::<f64>();
+        }
+        self.audit = audit;
+    }
+
+    /// Adds `step` times the accelerations to the velocities, and the damping of `dt`; step 5.
+    pub(crate) fn kick(&mut self, step: f64, dt: f64) {
+        let local = self.case.stages[self.stage].damping;
+        let damping = self.options.damping;
+        let p = &mut self.particles;
+        let moving = p.velocity[..p.len].par_iter_mut().zip(&mut p.records).zip(&p.acceleration);
+        moving.zip(&p.sound).zip(&p.length).with_min_len(TASK).for_each(|((((v, record), a), sound), h)| {
+            let factor = if damping > 0.0 { (-damping / h * sound * dt).exp() } else { 1.0 };
+            for c in 0..D {
+                let resisted = if v[c] == 0.0 { 0.0 } else { local * a[c].abs() * v[c].signum() };
+                v[c] = (v[c] + step * (a[c] - resisted)) * factor;
+            }
+            set_velocity(record, v);
+        });
+        self.hold();
+    }
+
+    /// Gives bodies that are held their velocities.
+    pub(crate) fn hold(&mut self) {
+        let p = &mut self.particles;
+        for group in &self.groups {
+            let Some(field) = &group.held else { continue };
+            for i in group.range() {
+                let v = field.at(spatial(&p.position[i]));
+                p.velocity[i].copy_from_slice(&v[..D]);
+                set_velocity(&mut p.records[i], &p.velocity[i]);
+            }
+        }
+    }
+
+    /// Puts the velocities of all particles into their records.
+    pub(crate) fn show_velocities(&mut self) {
+        let p = &mut self.particles;
+        let all = p.records[..p.len].par_iter_mut().zip(&p.velocity);
+        all.with_min_len(TASK).for_each(|(record, v)| set_velocity(record, v));
+    }
+
+    /// Velocity gradients and divergences; step 6.
+    pub(crate) fn find_rates(&mut self, dt: f64) {
+        self.particles.move_images(&self.images);
+        self.move_walls();
+        let mut gradient = std::mem::take(&mut self.particles.gradient);
+        let mut divergence = std::mem::take(&mut self.particles.divergence);
+        let mut weights = std::mem::take(&mut self.weights);
+        let (pairs, weighed) = (self.pairs(), self.weighed);
+        let diffusion = 2.0 * self.options.density_diffusion;
+        // The gradient and the divergence of a particle stand in two arrays.
+        let both = gradient.par_chunks_mut(ROWS).zip(divergence.par_chunks_mut(ROWS));
+        let blocks = both.zip(&mut weights).zip(self.neighbours.blocks()).enumerate();
+        blocks.for_each(|(number, (((gradient, divergence), weights), rows))| {
+            for k in 0..gradient.len() {
+                let i = number * ROWS + k;
+                let (row, weights) = (rows.of(k), &mut weights[rows.range(k)]);
+                if !weighed {
+                    pairs.fill_weights(i, row, weights);
+                }
+                let rates = pairs.rates(i, row, weights);
+                gradient[k] = rates.gradient;
+                divergence[k] = rates.divergence;
+                if diffusion > 0.0 {
+                    divergence[k] += diffusion * pairs.density_diffusion(i, row, weights);
+                }
+            }
+        });
+        self.particles.gradient = gradient;
+        self.particles.divergence = divergence;
+        self.weights = weights;
+        self.weighed = true;
+        self.find_drift();
+        self.follow_rate(dt);
+    }
+
+    /// Velocities of XSPH.
+    fn find_drift(&mut self) {
+        if self.options.xsph == 0.0 {
+            return;
+        }
+        let mut drift = std::mem::take(&mut self.particles.drift);
+        drift.resize(self.particles.len, [0.0; D]);
+        let mut weights = std::mem::take(&mut self.weights);
+        let (pairs, share) = (self.pairs(), self.options.xsph);
+        over_rows(&self.neighbours, &mut weights, &mut drift, |i, row, _, drift| {
+            *drift = pairs.drift(i, row).map(|v| v * share);
+        });
+        self.weights = weights;
+        self.particles.drift = drift;
+    }
+
+    /// Smoothing lengths by their rate.
+    fn follow_rate(&mut self, dt: f64) {
+        if self.options.smoothing_length != SmoothingLength::Rate {
+            return;
+        }
+        let mut rates = vec![0.0; self.particles.len];
+        let mut weights = std::mem::take(&mut self.weights);
+        let pairs = self.pairs();
+        over_rows(&self.neighbours, &mut weights, &mut rates, |i, row, weights, rate| {
+            *rate = pairs.length_rate(i, row, weights);
+        });
+        self.weights = weights;
+        let h = self.smoothing.length();
+        let (least, most) = (h / self.options.smoothing_growth, h * self.options.smoothing_growth);
+        for (length, rate) in self.particles.length.iter_mut().zip(rates) {
+            *length = (*length + dt * rate).clamp(least, most);
+        }
+    }
+
+    /// Positions at the end of the step; step 9.
+    pub(crate) fn drift(&mut self, dt: f64) -> Result<(), SolverError> {
+        let domain = &self.case.domain;
+        let longest = 0.2 * self.smoothing.length();
+        // A soft material may be pressed into a wall as far as the wall's first particles.
+        let margin = 0.5 * self.options.spacing;
+        let wraps: [bool; D] =
+            std::array::from_fn(|c| self.walls.periods.iter().any(|period| period.axis == c));
+        let p = &mut self.particles;
+        let extra = &p.drift;
+        let all = p.position[..p.len].par_iter_mut().zip(&p.velocity).zip(&p.stress).enumerate();
+        let lost = all.with_min_len(TASK).filter_map(|(i, ((x, v), stress))| {
+            let far = !(square(v) * dt * dt <= longest * longest);
+            for c in 0..D {
+                x[c] += dt * v[c];
+            }
+            if let Some(extra) = extra.get(i) {
+                (0..D).for_each(|c| x[c] += dt * extra[c]);
+            }
+            let outside =
+                (0..D).any(|c| !wraps[c] && (x[c] < domain.min[c] - margin || x[c] > domain.max[c] + margin));
+            if far {
+                Some((i, "it moved by more than 0.2 smoothing lengths in a step"))
+            } else if !stress.is_finite() {
+                Some((i, "its stress is not finite"))
+            } else if outside {
+                Some((i, "it left the domain: enlarge the domain or add a wall on that side"))
+            } else {
+                None
+            }
+        });
+        let first = lost.min_by_key(|(i, _)| *i);
+        self.weighed = false;
+        self.accelerated = false;
+        first.map_or(Ok(()), |(i, reason)| Err(self.failed(i, reason.to_owned())))
+    }
+
+    /// Moves particles towards even spacing; step 10, of the step before.
+    pub(crate) fn shift(&mut self) {
+        if self.options.shifting == 0.0 || self.last_step == 0.0 {
+            return;
+        }
+        self.particles.load_images(&self.images);
+        self.particles.move_images(&self.images);
+        let (len, dt) = (self.particles.len, self.last_step);
+        let (pairs, neighbours) = (self.pairs(), &self.neighbours);
+        let at_surface = |i: usize| {
+            let moment = pairs.moment(i, neighbours.of(i));
+            (0..D).map(|c| moment[c][c]).sum::<f64>() < SURFACE[D - 1]
+        };
+        let surface: Vec<bool> = (0..len).into_par_iter().map(at_surface).collect();
+        let moves = |i: usize| {
+            let length = square(&self.particles.velocity[i]).sqrt() * dt;
+            let free = !surface[i];
+            if free { pairs.shift(i, neighbours.of(i), length, &surface) } else { None }
+        };
+        let shifts: Vec<_> = (0..len).into_par_iter().map(moves).collect();
+        let p = &mut self.particles;
+        for group in self.groups.iter().filter(|group| group.held.is_none()) {
+            for i in group.range() {
+                let Some(shift) = &shifts[i] else { continue };
+                for c in 0..D {
+                    p.position[i][c] += shift.position[c];
+                    p.velocity[i][c] += shift.velocity[c];
+                }
+                p.density[i] += shift.density;
+                p.stress[i] += shift.stress;
+            }
+        }
+        self.particles.place(&self.images, &self.walls, self.time);
+    }
+}

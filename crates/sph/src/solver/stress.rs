@@ -1,0 +1,212 @@
+//! Densities and stresses.
+
+use colluvium_case::SolverError;
+use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
+use rayon::prelude::*;
+
+use super::{SphSolver, over_rows};
+use crate::config::{Continuity, DensityReset, Regularisation, TimeIntegration};
+use crate::particles::Matrix;
+
+/// Densities beyond these shares of the initial one stop a run (sheet §7).
+const DENSITIES: std::ops::Range<f64> = 0.2..5.0;
+
+/// No motion, to be replaced.
+const STILL: Motion = Motion {
+    deformation: Mat3::IDENTITY,
+    gradient: Mat3::ZERO,
+    dt: 0.0,
+    density: 0.0,
+    size: 0.0,
+    pore: Pore { pressure: 0.0, saturation: 0.0 },
+};
+
+/// Over which positions a velocity gradient was taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Over {
+    /// Those at the start of the step: `1 + dt L` is its deformation, and a rigid turn makes no strain.
+    Start,
+    /// Those at its middle.
+    Middle,
+}
+
+/// The motion of a particle with the velocity gradient `l` (1/s) over the positions at the start of the step; `None`
+/// where it is singular.
+#[inline(always)]
+fn motion<const D: usize>(l: &Matrix<D>, dt: f64, density: f64, volume: f64) -> Option<Motion> {
+    let size = edge::<D>(volume);
+    let deformation = Mat3(std::array::from_fn(|a| {
+        std::array::from_fn(|b| f64::from(u8::from(a == b)) + if a < D && b < D { dt * l[a][b] } else { 0.0 })
+    }));
+    if D == 3 {
+        return Motion::from_deformation(&deformation, dt, density, size);
+    }
+    // In the plane A = 2 (f - 1)(f + 1)⁻¹ has a short form.
+    let half = |a: usize, b: usize| if a < D && b < D { 0.5 * dt * l[a][b] } else { 0.0 };
+    let (a, b, c, d) = (half(0, 0), half(0, 1), half(1, 0), half(1, 1));
+    let determinant = (1.0 + a) * (1.0 + d) - b * c;
+    if !(determinant.abs() > 1e-12) {
+        return None;
+    }
+    let twice = 2.0 / determinant;
+    let (xx, yy) = ((a * (1.0 + d) - b * c) * twice, (d * (1.0 + a) - b * c) * twice);
+    let gradient = Mat3([[xx, b * twice, 0.0], [c * twice, yy, 0.0], [0.0; 3]]);
+    Some(Motion { deformation, gradient, dt, density, size, pore: STILL.pore })
+}
+
+/// The same over the positions at the middle of the step.
+fn centred<const D: usize>(l: &Matrix<D>, dt: f64, density: f64, volume: f64) -> Option<Motion> {
+    let l =
+        Mat3(std::array::from_fn(|a| std::array::from_fn(|b| if a < D && b < D { l[a][b] } else { 0.0 })));
+    Motion::from_velocity_gradient(&l, dt, density, edge::<D>(volume))
+}
+
+/// Edge of a cube of that volume.
+#[inline(always)]
+fn edge<const D: usize>(volume: f64) -> f64 {
+    match D {
+        1 => volume,
+        2 => volume.sqrt(),
+        _ => volume.cbrt(),
+    }
+}
+
+/// Factor on the density in a step. The continuity equation gives the divergence over the positions at the start
+/// of the step; what that differs from the one at its middle is the same as for the gradient.
+#[inline(always)]
+fn compression<const D: usize>(l: &Matrix<D>, divergence: f64, dt: f64) -> f64 {
+    let square: f64 = (0..D).map(|a| (0..D).map(|b| l[a][b] * l[b][a]).sum::<f64>()).sum();
+    // ln det(1 + dt L) = dt tr L - dt²/2 tr L² + …
+    (-dt * (divergence - 0.5 * dt * square)).exp()
+}
+
+impl<const D: usize> SphSolver<D> {
+    /// Densities and stresses at the end of the step; steps 7 and 8.
+    pub(crate) fn update_stress(&mut self, dt: f64, over: Over) -> Result<(), SolverError> {
+        let follows = self.options.continuity != Continuity::Summation;
+        let p = &mut self.particles;
+        let mut failure = None;
+        for group in &mut self.groups {
+            let range = group.range();
+            let blocks = group.states.blocks_mut().par_iter_mut();
+            let stress = p.stress[range.clone()].par_chunks_mut(BLOCK);
+            let density = p.density[range.clone()].par_chunks_mut(BLOCK);
+            let mass = p.mass[range.clone()].par_chunks(BLOCK);
+            let gradient = p.gradient[range.clone()].par_chunks(BLOCK);
+            let divergence = p.divergence[range.clone()].par_chunks(BLOCK);
+            let (material, initial) = (&group.material, group.density);
+            let all = blocks.zip(stress).zip(density).zip(mass).zip(gradient).zip(divergence).enumerate();
+            let error =
+                all.filter_map(|(number, (((((states, stress), density), mass), gradient), divergence))| {
+                    let mut motions = [STILL; BLOCK];
+                    for k in 0..stress.len() {
+                        if follows {
+                            density[k] *= match over {
+                                Over::Start => compression(&gradient[k], divergence[k], dt),
+                                Over::Middle => (-dt * divergence[k]).exp(),
+                            };
+                        }
+                        let here = range.start + number * BLOCK + k;
+                        if !DENSITIES.contains(&(density[k] / initial)) {
+                            let problem =
+                                format!("its density {} kg/m³ left 0.2 to 5 times the initial", density[k]);
+                            return Some((here, problem));
+                        }
+                        let volume = mass[k] / density[k];
+                        let found = match over {
+                            Over::Start => motion(&gradient[k], dt, density[k], volume),
+                            Over::Middle => centred(&gradient[k], dt, density[k], volume),
+                        };
+                        match found {
+                            Some(motion) => motions[k] = motion,
+                            None => {
+                                return Some((here, "its deformation in the step is singular".to_owned()));
+                            }
+                        }
+                    }
+                    let updated = material.update(&motions[..stress.len()], stress, states);
+                    updated.err().map(|e| (range.start + number * BLOCK + e.index, e.source.to_string()))
+                });
+            let first = error.min_by_key(|(index, _)| *index);
+            failure = failure.or(first);
+        }
+        failure.map_or(Ok(()), |(index, reason)| Err(self.failed(index, reason)))
+    }
+
+    /// Diffusion of stress over the step (sheet §2.10); the law takes it back to yield.
+    pub(crate) fn diffuse_stress(&mut self, dt: f64) {
+        let strength = 2.0 * self.options.stress_diffusion;
+        if strength == 0.0 {
+            return;
+        }
+        let gravity = self.gravity.map(|g| g * self.gravity_factor(0.0));
+        let mut rates = std::mem::take(&mut self.tensors);
+        let mut weights = std::mem::take(&mut self.weights);
+        rates.resize(self.particles.len, colluvium_constitutive::SymTensor::ZERO);
+        let (pairs, groups) = (self.pairs(), &self.groups);
+        over_rows(&self.neighbours, &mut weights, &mut rates, |i, row, weights, rate| {
+            let body = groups.iter().map(crate::particles::Group::range).find(|range| range.contains(&i));
+            if let Some(body) = body {
+                *rate = pairs.stress_diffusion(i, (row, weights), &gravity, &body);
+            }
+        });
+        let stress = self.particles.stress.iter_mut().zip(&rates);
+        stress.for_each(|(stress, rate)| *stress += *rate * (strength * dt));
+        (self.tensors, self.weights) = (rates, weights);
+    }
+
+    /// Smoothing of stress and renewal of density; step 10, of the step before.
+    pub(crate) fn regularise(&mut self) -> Result<(), SolverError> {
+        let step = self.step;
+        let due = |every: u64| step > 0 && step.is_multiple_of(every);
+        if self.options.density_reset != DensityReset::None && due(self.options.density_reset_steps) {
+            self.smooth_density(self.options.density_reset);
+        }
+        let form = self.options.regularisation;
+        if form == Regularisation::None || !due(self.options.regularisation_steps) {
+            return Ok(());
+        }
+        self.smooth_stress(form);
+        // The smoothed stress may lie beyond yield: a step without motion takes it back.
+        let kept = (self.options.integration == TimeIntegration::LeapfrogRates)
+            .then(|| (self.particles.gradient.clone(), self.particles.divergence.clone()));
+        self.particles.gradient.fill([[0.0; D]; D]);
+        self.particles.divergence.fill(0.0);
+        self.update_stress(self.last_step, Over::Start)?;
+        if let Some(rates) = kept {
+            (self.particles.gradient, self.particles.divergence) = rates;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_motion_in_the_plane_is_that_of_space() {
+        let (l, dt) = ([[0.3, -0.7], [1.1, 0.2]], 0.1);
+        let plane = motion::<2>(&l, dt, 1000.0, 0.25).unwrap();
+        let f = Mat3([[1.03, -0.07, 0.0], [0.11, 1.02, 0.0], [0.0, 0.0, 1.0]]);
+        let space = Motion::from_deformation(&f, dt, 1000.0, 0.5).unwrap();
+        for (a, b) in plane.gradient.0.as_flattened().iter().zip(space.gradient.0.as_flattened()) {
+            assert!((a - b).abs() < 1e-15, "{plane:?} {space:?}");
+        }
+        for (a, b) in plane.deformation.0.as_flattened().iter().zip(space.deformation.0.as_flattened()) {
+            assert!((a - b).abs() < 1e-15, "{plane:?} {space:?}");
+        }
+        let line = motion::<1>(&[[0.4]], dt, 1000.0, 0.5).unwrap();
+        assert!((line.gradient.0[0][0] - 2.0 * 0.04 / 2.04).abs() < 1e-15);
+        let compression = compression(&l, 0.5, dt);
+        assert!((compression * f.determinant() - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_rigid_turn_makes_no_strain() {
+        let (sin, cos) = 0.3f64.sin_cos();
+        let turn = motion::<2>(&[[cos - 1.0, -sin], [sin, cos - 1.0]], 1.0, 1.0, 1.0).unwrap();
+        assert!(turn.strain_increment().norm() < 1e-15);
+        assert!(motion::<2>(&[[-20.0, 0.0], [0.0, 0.0]], 0.1, 1.0, 1.0).is_none());
+    }
+}

@@ -1,0 +1,224 @@
+//! Total-Lagrangian SPH of solids (SPH sheet §2.14): pairs and corrected kernel gradients of the reference
+//! configuration, for good. Free of tensile instability; bodies that are neighbours there stay bonded.
+//!
+//! `F_i = Σ V⁰_j (x_j - x_i) ⊗ L⁰_i ∇⁰W`, `a_i = Σ V⁰_j (P_i L⁰_i + P_j L⁰_j) ∇⁰W / ρ⁰_i`, `P = σ cof F`.
+//! After Vignjevic et al. (2006) and Ganzenmüller (2015).
+
+use colluvium_case::{CaseError, SolverError};
+use colluvium_points::{NeighbourList, SearchError};
+use rayon::prelude::*;
+
+use crate::kernel::Smoothing;
+use crate::operators::correction;
+use crate::particles::{Matrix, Particles};
+use crate::solver::{Over, SphSolver, TASK};
+
+/// Keeps the viscosity finite for particles that meet, as in the pair sums (sheet §2.8).
+const SOFTENING: f64 = 0.01;
+
+/// The reference configuration and what is summed over it.
+pub struct Reference<const D: usize> {
+    neighbours: NeighbourList<D>,
+    smoothing: Smoothing<D>,
+    /// Positions (m).
+    position: Vec<[f64; D]>,
+    /// Volumes (m^d).
+    volume: Vec<f64>,
+    /// `L⁰`; the unit matrix where a particle sees too little around it.
+    correction: Vec<Matrix<D>>,
+    /// `F` at the start of the step.
+    deformation: Vec<Matrix<D>>,
+    /// `P L⁰` at the start of the step (Pa).
+    nominal: Vec<Matrix<D>>,
+}
+
+/// `a b`.
+fn matmul<const D: usize>(a: &Matrix<D>, b: &Matrix<D>) -> Matrix<D> {
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..D).map(|k| a[i][k] * b[k][j]).sum()))
+}
+
+/// `cof F = det F F⁻ᵀ`.
+fn cofactor<const D: usize>(f: &Matrix<D>) -> Matrix<D> {
+    let at = |a: usize, b: usize| f[a % D][b % D];
+    match D {
+        1 => [[1.0; D]; D],
+        2 => std::array::from_fn(|a| {
+            std::array::from_fn(|b| if a == b { at(1 - a, 1 - b) } else { -at(1 - a, 1 - b) })
+        }),
+        _ => std::array::from_fn(|a| {
+            std::array::from_fn(|b| at(a + 1, b + 1) * at(a + 2, b + 2) - at(a + 1, b + 2) * at(a + 2, b + 1))
+        }),
+    }
+}
+
+impl<const D: usize> Reference<D> {
+    /// The particles as they are now.
+    ///
+    /// # Errors
+    /// When the neighbours cannot be searched.
+    pub fn new(particles: &Particles<D>, smoothing: &Smoothing<D>) -> Result<Self, SearchError> {
+        let position = particles.position[..particles.len].to_vec();
+        let mut neighbours = NeighbourList::new();
+        neighbours.build(&position, smoothing.radius())?;
+        let volume: Vec<f64> = particles.mass.iter().zip(&particles.density).map(|(m, d)| m / d).collect();
+        let unit: Matrix<D> = std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
+        let mut reference = Self {
+            neighbours,
+            smoothing: *smoothing,
+            correction: vec![unit; position.len()],
+            deformation: vec![unit; position.len()],
+            nominal: vec![[[0.0; D]; D]; position.len()],
+            volume,
+            position,
+        };
+        for i in 0..reference.position.len() {
+            let moment = reference.gradient(i, |j, c| reference.position[j][c] - reference.position[i][c]);
+            if let Some(inverse) = correction(&moment) {
+                reference.correction[i] = inverse;
+            }
+        }
+        Ok(reference)
+    }
+
+    /// `V⁰_j ∇⁰W` of the neighbours of `i`.
+    fn around(&self, i: usize) -> impl Iterator<Item = (usize, [f64; D])> {
+        self.neighbours.of(i).iter().map(move |&j| {
+            let j = j as usize;
+            let apart: [f64; D] = std::array::from_fn(|c| self.position[j][c] - self.position[i][c]);
+            let weight =
+                self.volume[j] * self.smoothing.weight(apart.iter().map(|c| c * c).sum::<f64>().sqrt());
+            (j, apart.map(|c| c * weight))
+        })
+    }
+
+    /// `Σ V⁰_j f_j ⊗ ∇⁰W`, without correction.
+    fn gradient(&self, i: usize, field: impl Fn(usize, usize) -> f64) -> Matrix<D> {
+        let mut sum = [[0.0; D]; D];
+        for (j, weight) in self.around(i) {
+            for (c, row) in sum.iter_mut().enumerate() {
+                let value = field(j, c);
+                (0..D).for_each(|b| row[b] += value * weight[b]);
+            }
+        }
+        sum
+    }
+
+    /// `F` and `P L⁰` of the state.
+    fn load(&mut self, p: &Particles<D>) {
+        let mut deformation = std::mem::take(&mut self.deformation);
+        let mut nominal = std::mem::take(&mut self.nominal);
+        let all = deformation.par_iter_mut().zip(&mut nominal).enumerate().with_min_len(TASK);
+        all.for_each(|(i, (deformation, nominal))| {
+            let sum = self.gradient(i, |j, c| p.position[j][c] - p.position[i][c]);
+            *deformation = matmul(&sum, &self.correction[i]);
+            let stress = matmul(
+                &std::array::from_fn(|a| std::array::from_fn(|b| p.stress[i].at(a, b))),
+                &cofactor(deformation),
+            );
+            *nominal = matmul(&stress, &self.correction[i]);
+        });
+        (self.deformation, self.nominal) = (deformation, nominal);
+    }
+
+    /// Acceleration of particle `i` by its neighbours (m/s²), with artificial viscosity `(α, β)` along the lines
+    /// between the particles as they are now.
+    fn acceleration(&self, p: &Particles<D>, i: usize, (linear, quadratic): (f64, f64)) -> [f64; D] {
+        let h = self.smoothing.length();
+        let density = p.mass[i] / self.volume[i];
+        let mut sum = [0.0; D];
+        for (j, weight) in self.around(i) {
+            let pair: Matrix<D> = std::array::from_fn(|a| {
+                std::array::from_fn(|b| self.nominal[i][a][b] + self.nominal[j][a][b])
+            });
+            let apart: [f64; D] = std::array::from_fn(|c| p.position[j][c] - p.position[i][c]);
+            let closing: f64 = (0..D).map(|c| (p.velocity[j][c] - p.velocity[i][c]) * apart[c]).sum();
+            let square: f64 = apart.iter().map(|c| c * c).sum();
+            let pi = h * closing.min(0.0) / (square + SOFTENING * h * h);
+            let sound = 0.5 * (p.sound[i] + p.sound[j]);
+            let mean = 0.5 * (density + p.mass[j] / self.volume[j]);
+            let stress = mean * (linear * sound * pi - quadratic * pi * pi);
+            let size = (weight.iter().map(|c| c * c).sum::<f64>() / square.max(1e-24 * h * h)).sqrt();
+            for a in 0..D {
+                let pull: f64 = (0..D).map(|b| pair[a][b] * weight[b]).sum();
+                sum[a] += (pull + stress * size * apart[a]) / density;
+            }
+        }
+        sum
+    }
+
+    /// Velocity gradient over the present positions (1/s).
+    fn rate(&self, p: &Particles<D>, i: usize) -> Matrix<D> {
+        let sum = self.gradient(i, |j, c| p.velocity[j][c] - p.velocity[i][c]);
+        let rate = matmul(&sum, &self.correction[i]);
+        let cofactor = cofactor(&self.deformation[i]);
+        let determinant: f64 = (0..D).map(|c| self.deformation[i][0][c] * cofactor[0][c]).sum();
+        // F⁻¹ = cofᵀ / det.
+        let inverse: Matrix<D> =
+            std::array::from_fn(|a| std::array::from_fn(|b| cofactor[b][a] / determinant));
+        matmul(&rate, &inverse)
+    }
+}
+
+impl<const D: usize> SphSolver<D> {
+    /// A step of the leapfrog over the reference configuration.
+    pub(crate) fn total_leapfrog(&mut self, dt: f64) -> Result<(), SolverError> {
+        let Some(mut reference) = self.reference.take() else { return Ok(()) };
+        let gravity = self.gravity.map(|g| g * self.gravity_factor(dt));
+        let viscosity = (self.options.viscosity_linear, self.options.viscosity_quadratic);
+        reference.load(&self.particles);
+        let mut accelerations = std::mem::take(&mut self.particles.acceleration);
+        accelerations.resize(self.particles.len, [0.0; D]);
+        let p = &self.particles;
+        accelerations.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, a)| {
+            let pull = reference.acceleration(p, i, viscosity);
+            *a = std::array::from_fn(|c| pull[c] + gravity[c]);
+        });
+        self.particles.acceleration = accelerations;
+        self.kick(0.5 * (self.last_step + dt), dt);
+        let mut gradient = std::mem::take(&mut self.particles.gradient);
+        let p = &self.particles;
+        gradient.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, l)| *l = reference.rate(p, i));
+        for (divergence, l) in self.particles.divergence.iter_mut().zip(&gradient) {
+            *divergence = (0..D).map(|c| l[c][c]).sum();
+        }
+        self.particles.gradient = gradient;
+        self.reference = Some(reference);
+        self.update_stress(dt, Over::Start)?;
+        self.drift(dt)
+    }
+}
+
+/// Refuses what has no meaning over a reference configuration.
+///
+/// # Errors
+/// The first such thing, by its path.
+pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Result<(), CaseError> {
+    use crate::config::{Continuity, Regularisation, Tensile, TimeIntegration};
+    let rule = |holds: bool, path: &str, problem: &str| {
+        if holds {
+            Ok(())
+        } else {
+            Err(CaseError::new(path, format!("{problem}, in the total-Lagrangian form")))
+        }
+    };
+    let of = |name: &str| format!("methods.sph.{name}");
+    rule(case.boundaries.is_empty(), "boundaries[0]", "walls do not act: hold a body as a clamp")?;
+    let removed = case.stages.iter().position(|stage| !stage.remove_bodies.is_empty());
+    rule(removed.is_none(), &format!("stages[{}].remove_bodies", removed.unwrap_or(0)), "bodies stay")?;
+    rule(options.integration == TimeIntegration::Leapfrog, &of("integration"), "only the leapfrog is there")?;
+    rule(options.tensile == Tensile::None, &of("tensile"), "there is no tensile instability to cure")?;
+    rule(options.regularisation == Regularisation::None, &of("regularisation"), "stress is not smoothed")?;
+    rule(options.continuity != Continuity::Summation, &of("continuity"), "density follows the deformation")?;
+    rule(!options.is_variable(), &of("smoothing_length"), "the smoothing length is fixed")?;
+    rule(case.domain.periodic.is_empty(), "domain.periodic", "there are no periods")?;
+    rule(options.confining.is_none(), &of("confining"), "no pressure acts on surfaces")?;
+    for (name, value) in [
+        ("stress_diffusion", options.stress_diffusion),
+        ("density_diffusion", options.density_diffusion),
+        ("xsph", options.xsph),
+        ("shifting", options.shifting),
+    ] {
+        rule(value == 0.0, &of(name), "it does not act")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,97 @@
+//! A step allocates nothing.
+
+// Counting what is allocated takes an allocator of our own.
+#![allow(unsafe_code)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use colluvium_case::{Case, Method};
+use colluvium_sph::Sph;
+use serde_json::{Value, json};
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+/// The system's allocator, counting.
+struct Counting;
+
+// SAFETY: every call goes to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: as the caller promises.
+        unsafe { System.realloc(place, layout, size) }
+    }
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        // SAFETY: as the caller promises.
+        unsafe { System.dealloc(place, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// A block that settles between a mirror and a rough floor.
+fn block(space: &str, options: &Value) -> Case {
+    let d = if space == "3d" { 3 } else { 2 };
+    let all = |value: f64| vec![value; d];
+    let (mut low, mut gravity) = (all(-0.5), all(0.0));
+    (low[0], low[1], gravity[1]) = (0.0, 0.0, -1.0);
+    let mut methods = json!({ "spacing": 0.1 });
+    for (key, value) in options.as_object().unwrap() {
+        methods[key] = value.clone();
+    }
+    let text = json!({
+        "title": "allocation", "space": space, "domain": { "min": low, "max": all(2.0) }, "gravity": gravity,
+        "materials": { "m": { "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
+                              "friction_angle": 20, "cohesion": 100 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": all(0.0), "max": all(1.0) } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "s", "duration": 1, "damping": 0.1,
+                     "equilibrium": { "unbalanced_force": 1e-6, "kinetic_energy": 1e-6 } }],
+        "methods": { "sph": methods }
+    });
+    Case::from_json(&text.to_string()).unwrap()
+}
+
+// One test, so that no other one allocates meanwhile.
+#[test]
+fn a_step_allocates_nothing() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let tensile = json!({ "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 });
+    pool.install(|| {
+        for (space, options) in [
+            ("plane-strain", json!({})),
+            ("3d", json!({})),
+            ("plane-strain", json!({ "wall_stress": "extrapolated", "tensile": tensile })),
+            (
+                "plane-strain",
+                json!({ "integration": "velocity-verlet", "xsph": 0.5, "stress_diffusion": 0.1 }),
+            ),
+            ("plane-strain", json!({ "integration": "position-verlet", "velocity_gradient": "corrected" })),
+            (
+                "plane-strain",
+                json!({ "regularisation": "mls", "regularisation_steps": 5, "kernel": "wendland-c2" }),
+            ),
+            ("plane-strain", json!({ "smoothing_length": "density", "symmetrisation": "grad-h" })),
+        ] {
+            let mut solver = Sph.build(&block(space, &options)).unwrap();
+            solver.begin_stage(0, 0.0).unwrap();
+            let mut step = || {
+                let dt = solver.time_step().dt;
+                solver.step(dt).unwrap();
+            };
+            // The first steps make the lists; Rayon's own queues may grow once.
+            (0..6).for_each(|_| step());
+            let before = ALLOCATIONS.load(Ordering::Relaxed);
+            (0..30).for_each(|_| step());
+            let count = ALLOCATIONS.load(Ordering::Relaxed) - before;
+            assert_eq!(count, 0, "{space}, {options}: allocations in 30 steps");
+        }
+    });
+}

@@ -1,0 +1,245 @@
+//! Time integration, damping, periods, walls that move or rub: closed forms.
+
+use std::f64::consts::PI;
+
+use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
+use colluvium_sph::Sph;
+use serde_json::{Value, json};
+
+fn solver(text: &Value) -> Box<dyn Solver> {
+    let case = Case::from_json(&text.to_string()).unwrap();
+    let mut solver = Sph.build(&case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    solver
+}
+
+fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
+    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
+    values.clone()
+}
+
+fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
+    let Some(FieldData::Scalar(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
+    values.clone()
+}
+
+/// A bar between two mirrors that swings in its first mode.
+fn bar(scheme: &str) -> Value {
+    json!({
+        "title": "bar", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+                     "velocity": { "kind": "sine", "amplitude": [0.3], "wave_vector": [PI] } }],
+        "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "s", "duration": 1 }],
+        "methods": { "sph": { "spacing": 0.05, "integration": scheme, "viscosity_linear": 0 } }
+    })
+}
+
+/// Positions after a fifth of a period in so many steps.
+fn swung(scheme: &str, steps: u32) -> Vec<f64> {
+    let mut solver = solver(&bar(scheme));
+    let dt = 0.0125 / f64::from(steps);
+    (0..steps).for_each(|_| solver.step(dt).unwrap());
+    solver.snapshot().positions.iter().map(|x| x[0]).collect()
+}
+
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn schemes_converge_with_the_second_order_of_the_step() {
+    let exact = swung("runge-kutta4", 640);
+    for scheme in [
+        "leapfrog",
+        "leapfrog-rates",
+        "predictor-corrector",
+        "position-verlet",
+        "velocity-verlet",
+        "verlet",
+        "runge-kutta4",
+    ] {
+        let (coarse, fine) = (apart(&swung(scheme, 40), &exact), apart(&swung(scheme, 80), &exact));
+        let order = (coarse / fine).log2();
+        // Verlet makes a plain step of first order at the start and every forty steps: its error is of that one step.
+        assert!(order > 1.85, "{scheme}: {coarse:e} {fine:e}, order {order}");
+        assert!(coarse < 2e-4, "{scheme}: {coarse:e}");
+    }
+}
+
+/// A block that nothing acts on.
+fn block(more: &Value, sph: &Value) -> Value {
+    let mut text = json!({
+        "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.3], "max": [0.7, 0.7] },
+                     "velocity": { "kind": "uniform", "value": [0.5, -0.25] } }],
+        "stages": [{ "name": "s", "duration": 1 }],
+        "methods": { "sph": { "spacing": 0.05 } }
+    });
+    for (key, value) in more.as_object().unwrap() {
+        text[key] = value.clone();
+    }
+    for (key, value) in sph.as_object().unwrap() {
+        text["methods"]["sph"][key] = value.clone();
+    }
+    text
+}
+
+fn run(solver: &mut dyn Solver, steps: usize) {
+    for _ in 0..steps {
+        let dt = solver.time_step().dt;
+        solver.step(dt).unwrap();
+    }
+}
+
+#[test]
+fn v18_damping_is_exact() {
+    let mut solver =
+        solver(&block(&json!({}), &json!({ "damping": 0.05, "integration": "position-verlet" })));
+    run(&mut *solver, 40);
+    // ξ c / h.
+    let rate = 0.05 * (1.2e6f64 / 1000.0).sqrt() / 0.06;
+    let exact = 0.5 * (-rate * solver.time()).exp();
+    for v in vectors(&solver.snapshot(), "velocity") {
+        assert!((v[0] / exact - 1.0).abs() < 1e-12, "{} {exact}", v[0]);
+    }
+}
+
+#[test]
+fn a_periodic_body_runs_round_and_round() {
+    let full = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+                                    "velocity": { "kind": "uniform", "value": [3.0, -2.0] } }],
+                       "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] } });
+    let mut solver = solver(&block(&full, &json!({ "spacing": 0.1 })));
+    run(&mut *solver, 2000);
+    let snapshot = solver.snapshot();
+    assert!(snapshot.time * 3.0 > 2.0);
+    for (x, u) in snapshot.positions.iter().zip(vectors(&snapshot, "displacement")) {
+        assert!((u[0] - 3.0 * snapshot.time).abs() < 1e-9, "{u:?}");
+        assert!((-0.2..1.2).contains(&x[0]) && (-0.2..1.2).contains(&x[1]), "{x:?}");
+    }
+    assert!(scalars(&snapshot, "density").iter().all(|d| (d - 1000.0).abs() < 1e-6));
+}
+
+#[test]
+fn v28_the_smoothing_length_follows_the_density() {
+    let more = json!({
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e-3, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.3], "max": [0.7, 0.7] },
+                     "velocity": { "kind": "linear", "value": [0, 0], "origin": [0.5, 0.5], "gradient": [[1, 0], [0, 1]] } }]
+    });
+    for symmetrisation in ["arithmetic", "grad-h"] {
+        let sph =
+            json!({ "smoothing_length": "density", "symmetrisation": symmetrisation, "viscosity_linear": 0 });
+        let mut solver = solver(&block(&more, &sph));
+        (0..100).for_each(|_| solver.step(1e-3).unwrap());
+        let snapshot = solver.snapshot();
+        let lengths = scalars(&snapshot, "smoothing_length");
+        for (h, density) in lengths.iter().zip(scalars(&snapshot, "density")) {
+            let exact = (0.06 * (1000.0 / density).sqrt()).min(0.09);
+            assert!((h / exact - 1.0).abs() < 2e-3, "{symmetrisation}: {h} {exact}");
+        }
+    }
+}
+
+/// A block on a frictional floor under gravity that leans by `angle` degrees.
+fn slide(angle: f64, friction: f64) -> f64 {
+    let (sin, cos) = angle.to_radians().sin_cos();
+    let more = json!({
+        "gravity": [10.0 * sin, -10.0 * cos],
+        "domain": { "min": [0, 0], "max": [2, 1] },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0], "max": [0.8, 0.2] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": friction } }]
+    });
+    let mut solver = solver(&block(&more, &json!({ "spacing": 0.025 })));
+    let mean = |solver: &dyn Solver| {
+        let v = vectors(&solver.snapshot(), "velocity");
+        v.iter().map(|v| v[0]).sum::<f64>() / v.len() as f64
+    };
+    let (start, mut begin) = (0.15, None);
+    while solver.time() < 0.4 {
+        run(&mut *solver, 1);
+        if begin.is_none() && solver.time() >= start {
+            begin = Some((solver.time(), mean(&*solver)));
+        }
+    }
+    let (time, velocity) = begin.unwrap();
+    (mean(&*solver) - velocity) / (solver.time() - time)
+}
+
+#[test]
+fn a_block_slides_on_a_frictional_wall_as_coulomb_says_or_sticks() {
+    // g (sin θ - μ cos θ).
+    let sliding = slide(30.0, 0.3);
+    let exact = 10.0 * (0.5 - 0.3 * 0.75f64.sqrt());
+    assert!((sliding / exact - 1.0).abs() < 0.05, "{sliding} for {exact}");
+    let sticking = slide(10.0, 0.5);
+    assert!(sticking.abs() < 0.05, "{sticking}");
+}
+
+#[test]
+fn a_moving_wall_pushes_the_block_and_a_moving_belt_drags_it() {
+    for (smooth, pushed) in [("mirror", true), ("particles", true)] {
+        let more = json!({
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.3], "max": [0.4, 0.7] } }],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" }, "velocity": [0.5, 0] }]
+        });
+        let mut solver = solver(&block(&more, &json!({ "smooth_wall": smooth })));
+        while solver.time() < 0.2 {
+            run(&mut *solver, 1);
+        }
+        let least = solver.snapshot().positions.iter().map(|x| x[0]).fold(f64::INFINITY, f64::min);
+        assert!((least - 0.1 - 0.025).abs() < 0.015 && pushed, "{smooth}: {least}");
+    }
+    let more = json!({
+        "gravity": [0, -10],
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0], "max": [0.7, 0.2] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" }, "velocity": [0.5, 0] }]
+    });
+    for wall in ["pairwise", "interpolated"] {
+        let mut solver = solver(&block(&more, &json!({ "wall_stress": wall, "damping": 0.02 })));
+        while solver.time() < 0.2 {
+            run(&mut *solver, 1);
+        }
+        let budget = solver.budget();
+        assert!(budget.momentum[0] / budget.mass > 0.02, "{wall}: {:?}", budget.momentum);
+    }
+}
+
+#[test]
+fn v19_the_leapfrog_is_stable_up_to_its_limit() {
+    let full = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+                                    "velocity": { "kind": "sine", "amplitude": [1e-6, 1e-6], "wave_vector": [37, 91] } }],
+                       "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] } });
+    let kinetic = |courant: f64| {
+        let mut solver = solver(&block(&full, &json!({ "spacing": 0.1, "viscosity_linear": 0 })));
+        let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
+        let start = solver.budget().kinetic;
+        for _ in 0..2000 {
+            if solver.step(dt).is_err() {
+                return f64::INFINITY;
+            }
+        }
+        solver.budget().kinetic / start
+    };
+    // Half of the energy is stored, and the waves of the lattice beat.
+    assert!(kinetic(1.7) < 20.0, "{}", kinetic(1.7));
+    assert!(kinetic(2.0) > 1e3, "{}", kinetic(2.0));
+}
+
+#[test]
+fn a_hard_impact_does_not_pass_a_guarded_floor() {
+    let more = json!({
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.3], "radius": 0.12 },
+                     "velocity": { "kind": "uniform", "value": [0, -8] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }]
+    });
+    let mut solver = solver(&block(&more, &json!({ "wall_guard": 0.02, "spacing": 0.025 })));
+    while solver.time() < 0.08 {
+        run(&mut *solver, 1);
+    }
+    let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+    assert!(lowest > 0.0, "{lowest}");
+}

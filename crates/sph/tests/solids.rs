@@ -1,0 +1,180 @@
+//! The total-Lagrangian form and the confining pressure against closed forms.
+
+use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_sph::Sph;
+use serde_json::{Value, json};
+
+/// An elastic body alone; `more` replaces or adds keys.
+#[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
+fn case(more: Value) -> Case {
+    let mut text = json!({
+        "title": "test", "space": "plane-strain",
+        "domain": { "min": [-1, -1], "max": [1, 1] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0, 0], "radius": 0.5 } }],
+        "stages": [{ "name": "s", "duration": 0.1 }],
+        "methods": { "sph": { "spacing": 0.05 } }
+    });
+    for (key, value) in more.as_object().unwrap() {
+        text[key] = value.clone();
+    }
+    Case::from_json(&text.to_string()).unwrap()
+}
+
+fn solve(case: &Case) -> RunReport {
+    run(case, Sph.build(case).unwrap(), &RunOptions::default()).unwrap()
+}
+
+fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
+    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
+    values.clone()
+}
+
+fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
+    let Some(FieldData::Tensor(stress)) = snapshot.field("stress").map(|f| &f.data) else {
+        panic!("no stress")
+    };
+    stress.iter().map(|s| s.0).collect()
+}
+
+const TOTAL: &str = "total-lagrangian";
+
+#[test]
+fn a_turn_in_the_total_form_makes_no_stress() {
+    let spin = 20.0;
+    let total = json!({ "sph": { "spacing": 0.1, "formulation": TOTAL, "viscosity_linear": 0 } });
+    let case = case(json!({
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.2], "max": [0.3, 0.2] },
+            "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -spin], [spin, 0]] } }],
+        "stages": [{ "name": "s", "duration": 0.02 }],
+        "methods": total
+    }));
+    let report = solve(&case);
+    // Centripetal stress only: ρ ω² r² ~ 1000 · 400 · 0.1.
+    let largest = stresses(&report.snapshot).iter().flatten().map(|s| s.abs()).fold(0.0, f64::max);
+    assert!(largest < 1000.0 * spin * spin * 0.13, "{largest}");
+    let (start, end) = (report.start, report.end);
+    assert!((end.angular_momentum[2] / start.angular_momentum[2] - 1.0).abs() < 1e-9);
+    assert!(end.momentum.iter().all(|p| p.abs() < 1e-9));
+}
+
+#[test]
+fn the_total_form_is_exact_for_uniform_strain() {
+    let rate = 0.5;
+    let total =
+        json!({ "sph": { "spacing": 0.1, "formulation": TOTAL, "held": ["b"], "viscosity_linear": 0 } });
+    let mut text: Value = serde_json::from_str(&case(json!({
+        "bodies": [
+            { "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.3, -0.2], "max": [0.3, 0.2] },
+              "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[rate, 0], [0, 0]] } },
+            { "name": "far", "material": "m", "shape": { "kind": "box", "min": [0.8, 0.8], "max": [0.9, 0.9] } }],
+        "stages": [{ "name": "s", "duration": 0.02 }]
+    })).to_json()).unwrap();
+    text["methods"] = total;
+    let snapshot = solve(&Case::from_json(&text.to_string()).unwrap()).snapshot;
+    let strain = rate * 0.02;
+    let modulus = 1e6 * 0.75 / (1.25 * 0.5);
+    // The held field follows the places: x grows by exp(rate t); the surface is as exact as the middle.
+    let of_body = snapshot.bodies.iter().zip(stresses(&snapshot)).filter(|(body, _)| **body == 0);
+    for (_, s) in of_body {
+        assert!((s[0] / (modulus * strain) - 1.0).abs() < 2e-3, "{s:?}");
+        assert!(s[3].abs() < 1e-6);
+    }
+}
+
+#[test]
+fn the_total_form_conserves_momentum_and_energy() {
+    let total = json!({ "sph": { "spacing": 0.05, "formulation": TOTAL, "viscosity_linear": 0 } });
+    let case = case(json!({
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.5, -0.1], "max": [0.5, 0.1] },
+            "velocity": { "kind": "sine", "amplitude": [0, 1], "wave_vector": [6, 0] } }],
+        "methods": total
+    }));
+    let report = solve(&case);
+    let (start, end) = (report.start, report.end);
+    for c in 0..2 {
+        assert!((end.momentum[c] - start.momentum[c]).abs() < 1e-9 * start.mass, "{end:?}");
+    }
+    let energy = |b: &colluvium_case::Budget| b.kinetic + b.elastic;
+    assert!(end.elastic > 0.05 * start.kinetic, "it bends");
+    assert!((energy(&end) / energy(&start) - 1.0).abs() < 0.02, "{} {}", energy(&start), energy(&end));
+}
+
+#[test]
+fn the_total_form_restarts_to_the_last_bit() {
+    let total = json!({ "sph": { "spacing": 0.1, "formulation": TOTAL } });
+    let case = case(json!({
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [-0.5, -0.1], "max": [0.5, 0.1] },
+            "velocity": { "kind": "sine", "amplitude": [0, 1], "wave_vector": [6, 0] } }],
+        "methods": total
+    }));
+    let mut first = Sph.build(&case).unwrap();
+    first.begin_stage(0, 0.0).unwrap();
+    let advance = |solver: &mut Box<dyn Solver>, steps: usize| {
+        for _ in 0..steps {
+            let dt = solver.time_step().dt;
+            solver.step(dt).unwrap();
+        }
+    };
+    advance(&mut first, 30);
+    let mut second = Sph.build(&case).unwrap();
+    second.restore(&first.save()).unwrap();
+    second.begin_stage(0, 0.0).unwrap();
+    advance(&mut first, 30);
+    advance(&mut second, 30);
+    assert_eq!(first.snapshot().hash(), second.snapshot().hash());
+}
+
+#[test]
+fn the_total_form_refuses_walls() {
+    let total = json!({ "sph": { "spacing": 0.05, "formulation": TOTAL } });
+    let case =
+        case(json!({ "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }], "methods": total }));
+    assert!(Sph.build(&case).err().unwrap().to_string().starts_with("boundaries[0]:"));
+}
+
+/// The disc under an isotropic pressure; the pressure acts at once.
+fn confined(on: &str, stress: f64, ramp: f64, duration: f64) -> Case {
+    let methods = json!({ "sph": { "spacing": 0.05, "momentum": "rho-rho", "damping": 0.02,
+        "confining": { "pressure": 1e4, "on": on, "ramp": ramp } } });
+    case(json!({
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0, 0], "radius": 0.5 },
+            "stress": { "kind": "uniform", "value": [stress, stress, stress, 0, 0, 0] } }],
+        "stages": [{ "name": "s", "duration": duration }],
+        "methods": methods
+    }))
+}
+
+/// Largest acceleration in the first step, over `p_c / (ρ Δx)` (SPH sheet V-33).
+fn unrest(on: &str) -> f64 {
+    let case = confined(on, -1e4, 0.0, 0.1);
+    let mut solver = Sph.build(&case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    let dt = solver.time_step().dt;
+    solver.step(dt).unwrap();
+    let snapshot = solver.snapshot();
+    let scale = 1e4 / (1000.0 * 0.05) * 0.5 * dt;
+    vectors(&snapshot, "velocity").iter().map(|v| v[0].hypot(v[1]) / scale).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_disc_under_its_own_pressure_rests_exactly() {
+    let all = unrest("all");
+    assert!(all < 1e-12, "{all}");
+}
+
+#[test]
+fn a_pressure_on_the_surface_leaves_little() {
+    let surface = unrest("surface");
+    assert!(surface < 0.05, "{surface}");
+}
+
+#[test]
+fn confined_particles_at_the_surface_of_a_disc_take_up_the_pressure() {
+    let snapshot = solve(&confined("surface", 0.0, 0.05, 0.4)).snapshot;
+    for (x, s) in snapshot.positions.iter().zip(stresses(&snapshot)) {
+        if x[0].hypot(x[1]) < 0.2 {
+            assert!((s[0] / -1e4 - 1.0).abs() < 0.03 && (s[1] / -1e4 - 1.0).abs() < 0.03, "{x:?} {s:?}");
+        }
+    }
+}

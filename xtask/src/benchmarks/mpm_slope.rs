@@ -1,0 +1,134 @@
+//! A slope set in motion by a gradient of velocity (MPM sheet S-01).
+
+use colluvium::case::description::Velocity;
+use colluvium::case::plot::{LineChart, Series, Style};
+use colluvium::case::{Case, RunReport};
+
+use super::{Benchmark, Outcome, case, run, series, set, vectors};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "mpm/slope-in-motion",
+    title: "Slope set in motion by a gradient of velocity",
+    source: "K. Kumar, Multi-scale multiphase modelling of granular flows, Cambridge 2015, ch. 3 and 4; MPM sheet S-01",
+    run: benchmark,
+};
+
+/// Kinetic energy at the start (J per metre).
+const ENERGY: f64 = 50.0;
+/// Length of the slope (m).
+const LENGTH: f64 = 0.853;
+
+/// The case on cells of `cell` with `squared` points in each, its velocity scaled to the energy.
+fn slope(cell: f64, per_axis: usize) -> Result<Case, String> {
+    let mut case = case("mpm/slope-in-motion")?;
+    set(&mut case, "cell_size", cell);
+    set(&mut case, "points_per_cell", per_axis);
+    let method = colluvium::method("mpm").ok_or("no method mpm")?;
+    let kinetic = method.build(&case).map_err(|error| error.to_string())?.budget().kinetic;
+    let factor = (ENERGY / kinetic).sqrt();
+    if let Velocity::Linear { value, gradient, .. } = &mut case.bodies[0].velocity {
+        value.iter_mut().chain(gradient.iter_mut().flatten()).for_each(|v| *v *= factor);
+    }
+    Ok(case)
+}
+
+/// Energy of the motion along x over that at the start, against time.
+fn along(report: &RunReport) -> Vec<(f64, f64)> {
+    let energy = |frame: &colluvium::case::Snapshot| {
+        let mass = match frame.field("mass").map(|field| &field.data) {
+            Some(colluvium::case::FieldData::Scalar(mass)) => mass.clone(),
+            _ => Vec::new(),
+        };
+        vectors(frame, "velocity").iter().zip(mass).map(|(v, m)| 0.5 * m * v[0] * v[0]).sum::<f64>()
+    };
+    report.frames.iter().map(|frame| (frame.time, energy(frame) / ENERGY)).collect()
+}
+
+fn at(curve: &[(f64, f64)], time: f64) -> f64 {
+    curve.iter().find(|(t, _)| (t - time).abs() < 1e-6).map_or(f64::NAN, |(_, value)| *value)
+}
+
+fn benchmark(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut chart = LineChart {
+        title: "Kinetic energy of the motion along x".into(),
+        x_label: "time (s)".into(),
+        y_label: "over the kinetic energy at the start".into(),
+        ..LineChart::default()
+    };
+    let read = vec![(0.1, 0.69), (0.2, 0.505), (0.3, 0.345), (0.4, 0.22), (0.5, 0.13), (0.6, 0.07)];
+    chart.series.push(Series::new("thesis", read, Style::Markers));
+    let mut ends = Vec::new();
+    let runs: &[(f64, usize)] =
+        if quick { &[(0.0125, 3)] } else { &[(0.0125, 2), (0.0125, 4), (0.0125, 5), (0.0125, 8), (0.01, 5)] };
+    for &(cell, per_axis) in runs {
+        let points = per_axis * per_axis;
+        let report = run(&slope(cell, per_axis)?)?;
+        let label = format!("{points} points per cell, {} mm", 1e3 * cell);
+        let name = |what: &str| format!("S-01 {label}: {what}");
+        let energy = along(&report);
+        let reason = "the sheet's band around the digitised figure";
+        outcome.within(
+            name("KE_x/KE_0 at 0.3 s"),
+            "0.345 (prototype 0.308)",
+            at(&energy, 0.3),
+            (0.26, 0.40),
+            reason,
+        );
+        outcome.within(
+            name("KE_x/KE_0 at 0.5 s"),
+            "0.13 (prototype 0.126)",
+            at(&energy, 0.5),
+            (0.09, 0.17),
+            reason,
+        );
+        let kinetic = series(&report, "kinetic_energy");
+        let late: Vec<f64> = kinetic.iter().filter(|(t, _)| *t >= 0.2).map(|(_, k)| *k / ENERGY).collect();
+        let rise = late.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        outcome.below(
+            name("largest rise of KE/KE_0 in 10 ms after 0.2 s"),
+            "0: monotone",
+            rise,
+            1e-3,
+            "the sheet: monotone; what one figure shows",
+        );
+        let run_out = series(&report, "run_out").last().map_or(f64::NAN, |row| row.1);
+        let what = name("run-out, 99.8 % quantile");
+        let claim = "0.92 (thesis), 0.62 (prototype)";
+        if points == 25 {
+            outcome.within(what, claim, run_out, (0.55, 1.1), "the sheet's band");
+        } else {
+            outcome.show(what, claim, run_out, "the sheet judges 25 points per cell");
+        }
+        outcome.show(
+            name("run-out, contiguous front"),
+            "0.76 (prototype, 25)",
+            series(&report, "front").last().map_or(f64::NAN, |row| row.1),
+            "the sheet judges the quantile",
+        );
+        ends.push(((cell, points), run_out));
+        chart.series.push(Series::new(label, energy, Style::Line));
+    }
+    let end =
+        |cell: f64, points: usize| ends.iter().find(|(key, _)| *key == (cell, points)).map(|(_, end)| *end);
+    // Lengths, run-out included.
+    if let (Some(some), Some(many), Some(fine)) = (end(0.0125, 25), end(0.0125, 64), end(0.01, 25)) {
+        outcome.within(
+            "S-01 run-out with 64 over that with 25 points per cell",
+            "1 ± 0.05",
+            many / some,
+            (0.95, 1.05),
+            "the sheet's 5 %",
+        );
+        outcome.within(
+            "S-01 run-out on 10 mm over that on 12.5 mm, 25 points per cell",
+            "1 ± 0.05",
+            fine / some,
+            (0.95, 1.05),
+            "the sheet's 5 %",
+        );
+    }
+    outcome.svg(&format!("Decay of the motion along x of a slope of {LENGTH} m."), &chart)?;
+    Ok(outcome)
+}

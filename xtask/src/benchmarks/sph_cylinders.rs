@@ -1,0 +1,68 @@
+//! Collapse of cylinders in three dimensions (SPH sheet B-11).
+
+use colluvium::case::Snapshot;
+use colluvium::case::plot::PointCloud;
+use colluvium::points::Shape;
+
+use super::{Benchmark, Outcome, case, run_by, set_of};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "sph/cylinders",
+    title: "Collapse of cylinders, SPH in three dimensions",
+    source: "Lube et al. 2004; Bui & Nguyen 2021, Fig. 30; SPH sheet B-11",
+    run,
+};
+
+const RADIUS: f64 = 0.097;
+
+/// The farthest particle with two neighbours within 1.5 spacings, from the axis, and half a spacing (m).
+fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
+    let x = &snapshot.positions;
+    let near = |a: &[f64; 3], b: &[f64; 3]| {
+        (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() <= (1.5 * spacing).powi(2)
+    };
+    let held = |a: &&[f64; 3]| x.iter().filter(|b| near(a, b)).count() > 2;
+    x.iter().filter(held).map(|a| a[0].hypot(a[1])).fold(0.0, f64::max) + 0.5 * spacing
+}
+
+fn run(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let runs: &[(f64, f64)] =
+        if quick { &[(0.55, 0.0097)] } else { &[(0.55, 0.0097), (0.55, 0.005), (0.9, 0.005)] };
+    for &(ratio, spacing) in runs {
+        let mut case = case("sph/cylinder")?;
+        set_of(&mut case, "sph", "spacing", spacing);
+        let height = ratio * RADIUS;
+        case.domain.max[2] = 1.5 * height;
+        let column = Shape::Cylinder { base: [0.0; 3], axis: 2, radius: RADIUS, height };
+        let quarter = Shape::Box { min: vec![0.0; 3], max: case.domain.max.clone() };
+        case.bodies[0].shape = Shape::Intersection { shapes: vec![column, quarter] };
+        let snapshot = run_by("sph", &case)?.snapshot;
+        let name = |what: &str| format!("a = {ratio}, spacing {} mm: {what}", spacing * 1e3);
+        let expected = 1.24 * ratio;
+        let found = reach(&snapshot, spacing) / RADIUS - 1.0;
+        let layers = height / spacing;
+        if spacing > 0.06 * RADIUS {
+            let reason = "not judged: five layers of particles; judged at 5 mm";
+            outcome.show(name("run-out over radius"), &format!("{expected:.3}"), found, reason);
+        } else {
+            let reason = "B-11: 1.24 a of Lube et al. 2004 ± 15 %";
+            outcome.near(name("run-out over radius"), expected, 0.15, found, reason);
+        }
+        outcome.show(name("layers of particles"), "", layers.round(), "how coarse it is");
+        let top = |x: &&[f64; 3]| x[0].hypot(x[1]) < 0.15 * RADIUS;
+        let crest = snapshot.positions.iter().filter(top).map(|x| x[2]).fold(0.0, f64::max) + 0.5 * spacing;
+        let reason = "not judged: B-11 gives no tolerance; the crest of squat columns stays";
+        outcome.show(
+            name("height at the axis over the initial height"),
+            "1 for a < 0.74",
+            crest / (layers.round() * spacing),
+            reason,
+        );
+        if let Some(cloud) = PointCloud::of(&snapshot, "displacement", [0, 2]) {
+            outcome.png(&format!("Displacement at rest, aspect ratio {ratio}."), &cloud)?;
+        }
+    }
+    Ok(outcome)
+}

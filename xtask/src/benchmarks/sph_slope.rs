@@ -1,0 +1,241 @@
+//! Factor of safety of a slope and its run-out once it has failed (SPH sheet V-40, V-41).
+
+use colluvium::case::description::Measure;
+use colluvium::case::plot::{LineChart, Series, Style};
+use colluvium::case::{Case, Safety, Snapshot};
+
+use serde_json::{Value, json};
+
+use super::{Benchmark, Outcome, case, held_front, run_by, series, vectors};
+use crate::bishop::{Circle, Slope};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "sph/slope-safety",
+    title: "Slope: factor of safety by strength reduction, SPH",
+    source: "Bui & Nguyen 2021, Fig. 25 by way of the SPH sheet, V-40; Griffiths & Lane 1999, example 1",
+    run,
+};
+
+const SPACING: f64 = 0.02;
+const SLOPE: Slope =
+    Slope { height: 0.6, cotangent: 1.0, unit_weight: 2000.0 * 9.81, cohesion: 550.0, friction_angle: 31.2 };
+/// Where the toe of the case is (m); it rises towards smaller x.
+const TOE: f64 = 1.1;
+
+fn run(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let example =
+        Slope { height: 10.0, cotangent: 2.0, unit_weight: 20e3, cohesion: 10e3, friction_angle: 20.0 };
+    let known = example.critical().ok_or("no circle")?;
+    let reason = "V-40: the check of our own limit equilibrium, to the digits the sheet gives";
+    outcome.near(
+        "Bishop's simplified method: Griffiths & Lane, example 1",
+        1.379,
+        1e-3,
+        known.factor,
+        reason,
+    );
+    let circle = SLOPE.critical().ok_or("no circle")?;
+    let reason = "V-40: the sheet's own search; the last digit given";
+    outcome.near("Bishop's simplified method: this slope", 1.232, 1e-3, circle.factor, reason);
+
+    associated(&mut outcome, quick)?;
+    proposed(&mut outcome, quick, circle.factor)?;
+    if !quick {
+        let cone = safety(&search(false, &[("matching", "compression".into())], [1.0, 3.0])?)?;
+        let reason = "V-40: with the compression cone the friction angle of plane strain is 46.3 degrees: clearly larger";
+        outcome.within("compression cone: stable at", "clearly above 1.23", cone.stable, (1.29, 3.0), reason);
+    }
+    surface(&mut outcome, &circle)?;
+    run_out(&mut outcome)?;
+    Ok(outcome)
+}
+
+/// What passes: 1.23 ± 0.06.
+const BAND: (f64, f64) = (1.17, 1.29);
+
+/// The case with other parameters of the soil; in the short form with two trials only, at the ends of what passes.
+fn search(quick: bool, soil: &[(&str, Value)], range: [f64; 2]) -> Result<Case, String> {
+    let mut case = case("sph/slope")?;
+    if let Some(Measure::FactorOfSafety(search)) = case.measures.get_mut("safety") {
+        (search.range, search.tolerance) = if quick { (BAND.into(), 1.0) } else { (range, 0.01) };
+    }
+    with_soil(&mut case, soil)?;
+    Ok(case)
+}
+
+/// Other parameters of the soil.
+fn with_soil(case: &mut Case, soil: &[(&str, Value)]) -> Result<(), String> {
+    let spec = case.materials.get_mut("soil").ok_or("no soil")?;
+    let mut value = serde_json::to_value(&*spec).map_err(|error| error.to_string())?;
+    for (name, parameter) in soil {
+        value[*name] = parameter.clone();
+    }
+    *spec = serde_json::from_value(value).map_err(|error| error.to_string())?;
+    Ok(())
+}
+
+fn safety(case: &Case) -> Result<Safety, String> {
+    run_by("sph", case)?.safety.remove("safety").ok_or_else(|| "no factor of safety".to_owned())
+}
+
+/// Associated flow, with which strength is what limit equilibrium takes it to be.
+fn associated(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
+    let dilatancy = SLOPE.friction_angle.into();
+    let found = safety(&search(quick, &[("dilatancy_angle", dilatancy)], [1.0, 2.0])?)?;
+    let reason = "V-40: 1.23 ± 0.06; with associated flow, on which Bishop's method rests";
+    outcome.within(
+        "associated flow: largest factor at which the slope is stable",
+        "1.23 ± 0.06",
+        found.stable,
+        BAND,
+        reason,
+    );
+    outcome.within(
+        "associated flow: least factor at which it fails",
+        "1.23 ± 0.06",
+        found.failed,
+        BAND,
+        reason,
+    );
+    trials(outcome, "associated flow", &found);
+    Ok(())
+}
+
+/// No dilatancy, as the sheet proposes. Slip lines then mobilise `sin φ` and `c cos φ` only (Davis 1968), which
+/// divides Bishop's factor `B` by `1 / cos φ_r`: `F² = B² - tan² φ` is the least to expect, `B` the most.
+fn proposed(outcome: &mut Outcome, quick: bool, bishop: f64) -> Result<(), String> {
+    let range = if quick { [1.05, 1.15] } else { [1.0, 2.0] };
+    let mut case = search(false, &[], range)?;
+    if let (true, Some(Measure::FactorOfSafety(search))) = (quick, case.measures.get_mut("safety")) {
+        search.tolerance = 1.0;
+    }
+    let found = safety(&case)?;
+    let davis = (bishop * bishop - SLOPE.friction_angle.to_radians().tan().powi(2)).sqrt();
+    let reason = "derived: between Davis's reduced strength and Bishop's factor";
+    let claim = format!("{davis:.3} to {bishop:.3}");
+    outcome.within(
+        "no dilatancy: least factor at which it fails",
+        &claim,
+        found.failed,
+        (davis, bishop),
+        reason,
+    );
+    let reason = "V-40 proposes no dilatancy with Bishop's 1.23 ± 0.06, which do not go together (docs/theory/sph-applications.md)";
+    outcome.within(
+        "no dilatancy: least factor at which it fails, as proposed",
+        "1.23 ± 0.06",
+        found.failed,
+        BAND,
+        reason,
+    );
+    trials(outcome, "no dilatancy", &found);
+    Ok(())
+}
+
+fn trials(outcome: &mut Outcome, name: &str, found: &Safety) {
+    for trial in &found.trials {
+        let state = if trial.failed { "failed" } else { "stable" };
+        let name = format!("{name}: trial at {:.4}, {state}: displacement (m)", trial.factor);
+        outcome.show(name, "", trial.displacement, "how the search went");
+    }
+}
+
+/// The slip surface of the slope that has just failed, beside Bishop's.
+fn surface(outcome: &mut Outcome, circle: &Circle) -> Result<(), String> {
+    let case = case("sph/slope-failure")?;
+    let snapshot = run_by("sph", &case)?.snapshot;
+    let entry = TOE - scarp(&snapshot);
+    let reason = "V-40: within two spacings of Bishop's circle, which meets the crest at about 0.70 m";
+    let range = (circle.entry - 2.0 * SPACING, circle.entry + 2.0 * SPACING);
+    outcome.within(
+        "slip surface at the crest: distance from the toe (m)",
+        &format!("{:.3} (Bishop)", circle.entry),
+        entry,
+        range,
+        reason,
+    );
+    let mut chart = LineChart {
+        title: "Slope at its slip".into(),
+        x_label: "distance from the toe (m)".into(),
+        y_label: "height (m)".into(),
+        ..LineChart::default()
+    };
+    let moved = vectors(&snapshot, "displacement");
+    let largest = moved.iter().map(|u| u[0].hypot(u[1])).fold(0.0, f64::max);
+    let sliding: Vec<(f64, f64)> = snapshot
+        .positions
+        .iter()
+        .zip(&moved)
+        .filter(|(_, u)| u[0].hypot(u[1]) > 0.25 * largest)
+        .map(|(x, u)| (TOE - (x[0] - u[0]), x[1] - u[1]))
+        .collect();
+    chart.series.push(Series::new(
+        "particles that have moved by a quarter of the most",
+        sliding,
+        Style::Markers,
+    ));
+    let arc = (0..=60).map(|k| circle.exit + (circle.entry - circle.exit) * f64::from(k) / 60.0);
+    chart.series.push(Series::new(
+        "Bishop's circle",
+        arc.map(|x| (x, circle.bottom(x))).collect(),
+        Style::Line,
+    ));
+    let face = vec![(0.0, 0.0), (0.6, 0.6), (1.1, 0.6)];
+    chart.series.push(Series::new("slope", face, Style::Dashed));
+    outcome.svg(
+        "Where the failing slope moves, in its initial shape, and the circle of limit equilibrium.",
+        &chart,
+    )
+}
+
+/// V-41: the same slope softens and flows.
+fn run_out(outcome: &mut Outcome) -> Result<(), String> {
+    let mut case = case("sph/slope-failure")?;
+    let softening = json!({ "residual_friction_angle": 15, "residual_cohesion": 100, "friction_rate": 3, "cohesion_rate": 3 });
+    with_soil(&mut case, &[("softening", softening)])?;
+    case.stages[1].duration = 3.0;
+    if let Some(weakening) = &mut case.stages[1].weakening {
+        weakening.scope = colluvium::constitutive::laws::ReductionScope::Peak;
+    }
+    let report = run_by("sph", &case)?;
+    let advance = held_front(&report.snapshot, SPACING) - held_front(&report.frames[0], SPACING);
+    outcome.within("softening slope: advance of the front (m)", "0.1 to 0.6", advance, (0.1, 0.6), "V-41");
+    let (kinetic, potential) = (series(&report, "kinetic_energy"), series(&report, "potential_energy"));
+    let energy: Vec<f64> =
+        kinetic.iter().zip(&potential).filter(|(k, _)| k.0 > 1.0).map(|(k, p)| k.1 + p.1).collect();
+    let released = energy[0] - energy[energy.len() - 1];
+    let rise = energy.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max) / released;
+    let reason = "V-41: total energy does not increase; a thousandth of what is released, for the elastic part is not counted";
+    outcome.below(
+        "softening slope: largest rise of energy between two rows over what is released",
+        "0",
+        rise,
+        1e-3,
+        reason,
+    );
+    if let Some(cloud) = colluvium::case::plot::PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
+        outcome.png(
+            "The softening slope 3 s after it has lost a part of its peak strength: displacement.",
+            &cloud,
+        )?;
+    }
+    Ok(())
+}
+
+/// Where displacement jumps along the crest (m).
+fn scarp(snapshot: &Snapshot) -> f64 {
+    let moved = vectors(snapshot, "displacement");
+    let mut crest: Vec<(f64, f64)> = snapshot
+        .positions
+        .iter()
+        .zip(&moved)
+        .map(|(x, u)| ([x[0] - u[0], x[1] - u[1]], u[0].hypot(u[1])))
+        .filter(|(x, _)| x[1] > SLOPE.height - SPACING)
+        .map(|(x, u)| (x[0], u))
+        .collect();
+    crest.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let jump = crest.windows(2).max_by(|a, b| (a[1].1 - a[0].1).total_cmp(&(b[1].1 - b[0].1)));
+    jump.map_or(f64::NAN, |pair| 0.5 * (pair[0].0 + pair[1].0))
+}
