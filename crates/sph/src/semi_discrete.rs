@@ -66,12 +66,12 @@ pub fn prepared<const D: usize>(
         p.density[i] *= given.compression;
         p.stress[i] = given.stress;
     }
-    solver.begin_stage(0, 0.0).map_err(wrong)?;
-    solver.reset_states().map_err(wrong)?;
+    solver.begin_stage(0, 0.0).map_err(|error| wrong(&error))?;
+    solver.reset_states().map_err(|error| wrong(&error))?;
     Ok(solver)
 }
 
-fn wrong(error: colluvium_case::SolverError) -> CaseError {
+fn wrong(error: &colluvium_case::SolverError) -> CaseError {
     CaseError::new("bodies", error.to_string())
 }
 
@@ -86,7 +86,7 @@ pub fn rates<const D: usize>(
     let mut solver = prepared(case, given)?;
     solver.gravity = [0.0; D];
     solver.critical_step();
-    solver.refresh_neighbours(true).map_err(wrong)?;
+    solver.refresh_neighbours(true).map_err(|error| wrong(&error))?;
     solver.derive(0.0);
     solver.find_rates(0.0);
     let pairs = solver.pairs();

@@ -125,7 +125,7 @@ fn judge(outcome: &mut Outcome, way: &Way, report: &RunReport) {
     let reason = "V-37: up to 18 % above the thin beam at a tenth of the height, with correction";
     match way.bounds {
         Some(bounds) => {
-            outcome.within(name("period over that of the thin beam"), way.claim, ratio, bounds, reason)
+            outcome.within(name("period over that of the thin beam"), way.claim, ratio, bounds, reason);
         }
         None => outcome.show(
             name("period over that of the thin beam"),

@@ -97,7 +97,7 @@ fn forward(outcome: &mut Outcome) -> Result<(), String> {
             );
         }
         Err(error) => {
-            outcome.show(format!("viscosity 0, forward algorithm: ends ({error})"), "", f64::NAN, reason)
+            outcome.show(format!("viscosity 0, forward algorithm: ends ({error})"), "", f64::NAN, reason);
         }
     }
     Ok(())

@@ -89,7 +89,7 @@ fn print(report: &RunReport, out: &std::path::Path) {
                 safety.stable, safety.failed
             ),
             None if safety.stable == 0.0 => {
-                println!("{name}: fails at {:.3}, the least factor", safety.failed)
+                println!("{name}: fails at {:.3}, the least factor", safety.failed);
             }
             None => println!("{name}: stable at {:.3}, the largest factor", safety.stable),
         }

@@ -84,7 +84,7 @@ impl<const D: usize> Pairs<'_, D> {
             let (apart, square) = apart(&p.position[i], &p.position[j]);
             let mut difference = p.stress[i] - p.stress[j];
             if size > 0.0 {
-                difference = difference - self.weight_between(&apart, gravity, size, p.density[i]);
+                difference -= self.weight_between(&apart, gravity, size, p.density[i]);
             }
             let h = p.length[i];
             // x_ij·∇W = -F r².
