@@ -318,11 +318,8 @@ fn floor_without_material(outcome: &mut Outcome) -> Result<(), String> {
         reason,
     );
     free.boundaries = Vec::new();
-    let through = match lowest(&free) {
-        Ok(place) => place,
-        // It leaves the domain.
-        Err(_) => 0.0,
-    };
+    // An error is that it leaves the domain.
+    let through = lowest(&free).unwrap_or(0.0);
     outcome.below(
         "S-08 the same without the support: lowest place (m)",
         "falls through",
