@@ -17,6 +17,9 @@ const NAMED_ONLY: &[&str] = &[
     "two-surface SANISAND, the parent of `simsand`",
     "kinetic theory of granular gases",
     "nonlocal and gradient plasticity",
+    "other hypoplastic laws (von Wolffersdorff; Herle & Kolymbas; Wang et al.; those in the SPH of Peng et al.)",
+    "double-scale bands whose thickness evolves",
+    "snow regimes (cold dense, warm shear, warm plug, sliding slab): `cohesive-cam-clay` with parameters that the sources do not print",
 ];
 
 /// The models as Markdown: a table of all, the parameters of each, and what is only named.

@@ -102,7 +102,7 @@ impl Lanes {
         within
     }
 
-    /// Half of the Hughes–Winget rotation of each gradient, see [`crate::corotational::half_rotation`].
+    /// Half of the Hughes–Winget rotation of each gradient, as `half_rotation` of the co-rotational adapter.
     #[inline(never)]
     pub(crate) fn half_rotations(&self, rotations: &mut Rotations) {
         let [_, g1, g2, g3, _, g5, g6, g7, _] = &self.gradient;

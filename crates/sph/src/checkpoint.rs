@@ -5,7 +5,7 @@ use colluvium_case::{Budget, Equilibrium, Snapshot, Solver, SolverError, TimeSte
 use colluvium_constitutive::{InitialCondition, SymTensor};
 use serde::{Deserialize, Serialize};
 
-use crate::config::Integration;
+use crate::config::TimeIntegration;
 use crate::setup;
 use crate::solver::{Audit, Listed, SphSolver};
 
@@ -51,7 +51,7 @@ const LIMITS: [&str; 6] =
 impl<const D: usize> SphSolver<D> {
     fn to_saved(&self) -> Saved {
         let p = &self.particles;
-        let rates = self.options.integration == Integration::LeapfrogRates;
+        let rates = self.options.integration == TimeIntegration::LeapfrogRates;
         let limit = self.limit.as_ref().map(|l| (l.dt, l.limit.to_owned(), l.point, l.position));
         let of_group = |group: &crate::particles::Group| {
             (group.body, group.end - group.start, group.material.save(&group.states))

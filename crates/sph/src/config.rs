@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use choices::{
-    Confined, Confining, Continuity, DensityReset, Formulation, Integration, Momentum, Regularisation,
-    SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, VelocityGradient, WallStress,
+    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, SmoothWall,
+    SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress,
     WallVelocity,
 };
 
@@ -39,7 +39,7 @@ pub struct SphOptions {
     pub symmetrisation: Symmetrisation,
     /// Time integration.
     #[serde(default)]
-    pub integration: Integration,
+    pub integration: TimeIntegration,
     /// Form of the momentum equation.
     #[serde(default)]
     pub momentum: Momentum,
@@ -140,7 +140,7 @@ impl SphOptions {
             smoothing_length: SmoothingLength::default(),
             smoothing_growth: growth(),
             symmetrisation: Symmetrisation::default(),
-            integration: Integration::default(),
+            integration: TimeIntegration::default(),
             momentum: Momentum::default(),
             continuity: Continuity::default(),
             allow_summation: false,
@@ -276,7 +276,7 @@ impl SphOptions {
         if self.is_variable() && self.wall_stress != WallStress::Pairwise {
             return Err(("wall_stress", "must be pairwise where the smoothing length varies".to_owned()));
         }
-        let stages = self.integration != Integration::Leapfrog;
+        let stages = self.integration != TimeIntegration::Leapfrog;
         if stages && self.smoothing_length == SmoothingLength::Rate {
             return Err(("smoothing_length", "rate goes with the leapfrog only".to_owned()));
         }

@@ -30,8 +30,8 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Confined, Confining, Continuity, DensityReset, Formulation, Integration, Momentum, Regularisation,
-    SmoothWall, SmoothingLength, SoundSpeed, SphOptions, Symmetrisation, Tensile, VelocityGradient,
+    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, SmoothWall,
+    SmoothingLength, SoundSpeed, SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient,
     WallStress, WallVelocity,
 };
 pub use solver::SphSolver;

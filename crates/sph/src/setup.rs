@@ -176,7 +176,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
         };
         match boundary.wall {
             Wall::Smooth if options.smooth_wall == SmoothWall::Mirror => {
-                mirrors.push(plane(Contact::FreeSlip))
+                mirrors.push(plane(Contact::FreeSlip));
             }
             Wall::Smooth => faces.push(plane(Contact::FreeSlip)),
             // Absorbing sides are refused.

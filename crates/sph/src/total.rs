@@ -193,7 +193,7 @@ impl<const D: usize> SphSolver<D> {
 /// # Errors
 /// The first such thing, by its path.
 pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Result<(), CaseError> {
-    use crate::config::{Continuity, Integration, Regularisation, Tensile};
+    use crate::config::{Continuity, Regularisation, Tensile, TimeIntegration};
     let rule = |holds: bool, path: &str, problem: &str| {
         if holds {
             Ok(())
@@ -205,7 +205,7 @@ pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Resul
     rule(case.boundaries.is_empty(), "boundaries[0]", "walls do not act: hold a body as a clamp")?;
     let removed = case.stages.iter().position(|stage| !stage.remove_bodies.is_empty());
     rule(removed.is_none(), &format!("stages[{}].remove_bodies", removed.unwrap_or(0)), "bodies stay")?;
-    rule(options.integration == Integration::Leapfrog, &of("integration"), "only the leapfrog is there")?;
+    rule(options.integration == TimeIntegration::Leapfrog, &of("integration"), "only the leapfrog is there")?;
     rule(options.tensile == Tensile::None, &of("tensile"), "there is no tensile instability to cure")?;
     rule(options.regularisation == Regularisation::None, &of("regularisation"), "stress is not smoothed")?;
     rule(options.continuity != Continuity::Summation, &of("continuity"), "density follows the deformation")?;

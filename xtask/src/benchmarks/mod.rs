@@ -125,7 +125,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_columns::SWEEP, None, 600),
     Listed::new(&sph_clay::BENCHMARK, None, 25),
     Listed::new(&sph_clay::FINE, None, 1500),
-    Listed::new(&sph_cylinders::BENCHMARK, Some(10), 600),
+    Listed::new(&sph_cylinders::BENCHMARK, None, 600),
     Listed::new(&sph_footing::BENCHMARK, Some(15), 100),
     Listed::new(&sph_membrane::BENCHMARK, Some(20), 250),
 ];

@@ -77,7 +77,7 @@ fn follow(solver: &mut dyn Solver, seconds: f64) -> Result<Course, String> {
 fn run(quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     pairing(&mut outcome, quick)?;
-    unbalanced(&mut outcome, if quick { 2.0 } else { 10.0 })?;
+    unbalanced(&mut outcome, if quick { 2.0 } else { 20.0 })?;
     Ok(outcome)
 }
 

@@ -579,10 +579,10 @@ impl DruckerPrager {
         &self,
         trial: &SymTensor,
         invariants: &Invariants,
-        end: Return,
+        end: &Return,
         state: PlasticStrain,
     ) -> Point<PlasticStrain> {
-        match end {
+        match *end {
             Return::Elastic => Point { stress: *trial, state },
             Return::Cone { multiplier, cone } => {
                 let mean =
@@ -613,7 +613,7 @@ impl DruckerPrager {
         }
         let invariants = Invariants::of(trial);
         let end = self.return_map(&invariants, old.state.deviatoric)?;
-        Ok(self.returned(trial, &invariants, end, old.state))
+        Ok(self.returned(trial, &invariants, &end, old.state))
     }
 }
 

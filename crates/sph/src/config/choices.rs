@@ -155,7 +155,7 @@ pub enum Symmetrisation {
 /// Time integration (sheet §3.3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Integration {
+pub enum TimeIntegration {
     /// Velocities at half steps, everything else at full steps.
     #[default]
     Leapfrog,

@@ -4,7 +4,7 @@ use colluvium_case::SolverError;
 use colluvium_constitutive::{States, SymTensor};
 
 use super::{Over, SphSolver};
-use crate::config::Integration;
+use crate::config::TimeIntegration;
 use crate::particles::Matrix;
 
 /// Steps of the Verlet scheme between two plain ones, which keep odd and even steps together.
@@ -32,19 +32,19 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn integrate(&mut self, dt: f64) -> Result<(), SolverError> {
         match self.options.integration {
             _ if self.reference.is_some() => self.total_leapfrog(dt),
-            Integration::Leapfrog => self.leapfrog(dt),
-            Integration::LeapfrogRates => self.leapfrog_rates(dt),
-            Integration::PredictorCorrector => self.predictor_corrector(dt),
-            Integration::PositionVerlet => self.position_verlet(dt),
-            Integration::VelocityVerlet => self.velocity_verlet(dt),
-            Integration::Verlet => self.verlet(dt),
-            Integration::RungeKutta4 => self.runge_kutta(dt),
+            TimeIntegration::Leapfrog => self.leapfrog(dt),
+            TimeIntegration::LeapfrogRates => self.leapfrog_rates(dt),
+            TimeIntegration::PredictorCorrector => self.predictor_corrector(dt),
+            TimeIntegration::PositionVerlet => self.position_verlet(dt),
+            TimeIntegration::VelocityVerlet => self.velocity_verlet(dt),
+            TimeIntegration::Verlet => self.verlet(dt),
+            TimeIntegration::RungeKutta4 => self.runge_kutta(dt),
         }
     }
 
     /// Whether the velocities stand half a step behind the positions.
     pub(crate) fn lags(&self) -> bool {
-        matches!(self.options.integration, Integration::Leapfrog | Integration::LeapfrogRates)
+        matches!(self.options.integration, TimeIntegration::Leapfrog | TimeIntegration::LeapfrogRates)
     }
 
     fn leapfrog(&mut self, dt: f64) -> Result<(), SolverError> {

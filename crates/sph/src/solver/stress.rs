@@ -5,7 +5,7 @@ use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
 use rayon::prelude::*;
 
 use super::{SphSolver, over_rows};
-use crate::config::{Continuity, DensityReset, Integration, Regularisation};
+use crate::config::{Continuity, DensityReset, Regularisation, TimeIntegration};
 use crate::particles::Matrix;
 
 /// Densities beyond these shares of the initial one stop a run (sheet §7).
@@ -168,7 +168,7 @@ impl<const D: usize> SphSolver<D> {
         }
         self.smooth_stress(form);
         // The smoothed stress may lie beyond yield: a step without motion takes it back.
-        let kept = (self.options.integration == Integration::LeapfrogRates)
+        let kept = (self.options.integration == TimeIntegration::LeapfrogRates)
             .then(|| (self.particles.gradient.clone(), self.particles.divergence.clone()));
         self.particles.gradient.fill([[0.0; D]; D]);
         self.particles.divergence.fill(0.0);

@@ -72,6 +72,9 @@ pub struct BandedState<S, T = ()> {
     pub outside: T,
 }
 
+/// Jump increment (m), band and point outside after a step.
+type Solved<B, M> = ([f64; 3], InterfacePoint<<B as InterfaceLaw>::State>, Point<<M as SmallStrain>::State>);
+
 type State<B, M> = BandedState<<B as InterfaceLaw>::State, <M as SmallStrain>::State>;
 
 /// A step of a banded point: the strain increment outside is `strain - n ⊗ Δu / H`.
@@ -241,11 +244,7 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
     }
 
     /// Newton's method on the jump, with backtracking (sheet §3.7.11): jump increment, band and point outside.
-    fn newton(
-        &self,
-        step: &Step<'_, B, M>,
-        start: [f64; 3],
-    ) -> Result<([f64; 3], InterfacePoint<B::State>, Point<M::State>), MaterialError> {
+    fn newton(&self, step: &Step<'_, B, M>, start: [f64; 3]) -> Result<Solved<B, M>, MaterialError> {
         let at = |jump: [f64; 3]| -> Result<_, MaterialError> {
             let outside = self.outside.update(&step.reduced(jump), step.motion, &step.old)?;
             let band = self.band.update(jump, &step.band)?;
@@ -286,10 +285,7 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
     }
 
     /// Jump increment, band and point outside after the step.
-    fn solved(
-        &self,
-        step: &Step<'_, B, M>,
-    ) -> Result<([f64; 3], InterfacePoint<B::State>, Point<M::State>), MaterialError> {
+    fn solved(&self, step: &Step<'_, B, M>) -> Result<Solved<B, M>, MaterialError> {
         if self.newton {
             match self.newton(step, [0.0; 3]) {
                 Err(MaterialError::NotConverged { .. }) => {}

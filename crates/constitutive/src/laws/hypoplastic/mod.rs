@@ -12,7 +12,7 @@
 //! calibration is degenerate for small friction angles: there a path stalls at a spurious stationary
 //! state before it reaches failure. Such sets are refused; given directly they raise a warning.
 //! Limits: no memory but stress and void ratio (ratcheting in small cycles); stiff under very large
-//! compression; the stress-free state is a floor at `minimum_pressure`. [`super::acceleration_viscous`] adds the
+//! compression; the stress-free state is a floor at `minimum_pressure`. The viscous option adds the
 //! acceleration-based viscous part.
 
 mod integration;
