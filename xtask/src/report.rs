@@ -22,9 +22,9 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// True when it finished, judged something, and no check failed.
+    /// True when it finished, judged something, and no check failed but for open defects.
     pub fn passes(&self) -> bool {
-        self.error.is_none() && self.count(Verdict::Pass) > 0 && self.count(Verdict::Fail) == 0
+        self.error.is_none() && self.judged() > 0 && self.count(Verdict::Fail) == 0
     }
 
     /// Number of checks with a verdict.
@@ -34,7 +34,7 @@ impl Entry {
 
     /// Number of checks that were judged.
     pub fn judged(&self) -> usize {
-        self.count(Verdict::Pass) + self.count(Verdict::Fail)
+        self.outcome.checks.len() - self.count(Verdict::NotJudged)
     }
 }
 
@@ -117,7 +117,7 @@ fn to_json(entries: &[Entry], about: &Provenance, scope: &Scope) -> serde_json::
             "pass": c.range.map(|_| c.verdict() == Verdict::Pass),
             "lower": c.range.map(|r| r.0).filter(|bound| bound.is_finite()),
             "upper": c.range.map(|r| r.1).filter(|bound| bound.is_finite()),
-            "reason": c.reason,
+            "reason": c.reason, "defect": c.defect.as_ref().filter(|_| c.verdict() == Verdict::Open),
         })
     };
     let entry = |e: &Entry| {
@@ -158,9 +158,17 @@ fn badge(pass: bool) -> &'static str {
     if pass { "<span class=\"badge pass\">pass</span>" } else { "<span class=\"badge fail\">fail</span>" }
 }
 
+/// Verdict on a benchmark, and how many defects it has open.
+fn badges(entry: &Entry) -> String {
+    let open = entry.count(Verdict::Open);
+    let more = if open == 0 { String::new() } else { format!(" <span class=\"badge fail\">{open} open</span>") };
+    badge(entry.passes()).to_owned() + &more
+}
+
 fn verdict(check: &Check) -> &'static str {
     match check.verdict() {
         Verdict::NotJudged => "<span class=\"badge shown\">not judged</span>",
+        Verdict::Open => "<span class=\"badge fail\">fail, open</span>",
         other => badge(other == Verdict::Pass),
     }
 }
@@ -174,6 +182,14 @@ fn number(value: f64) -> String {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     } else {
         format!("{value:.4e}")
+    }
+}
+
+/// The reason for the bounds, and what is known where they do not hold.
+fn why(check: &Check) -> String {
+    match &check.defect {
+        Some(defect) if check.verdict() == Verdict::Open => format!("{}. Open: {defect}", check.reason),
+        _ => check.reason.clone(),
     }
 }
 
@@ -192,14 +208,15 @@ fn page(entries: &[Entry], about: &Provenance, scope: &Scope) -> String {
     let all = entries.iter().all(Entry::passes);
     let judged: usize = entries.iter().map(Entry::judged).sum();
     let shown: usize = entries.iter().map(|e| e.count(Verdict::NotJudged)).sum();
+    let open: usize = entries.iter().map(|e| e.count(Verdict::Open)).sum();
     let seconds: f64 = entries.iter().map(|e| e.seconds).sum();
     // Writing to a string cannot fail.
     let _ = write!(
         html,
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
          content=\"width=device-width\"><title>Colluvium: validation</title><style>{STYLE}</style></head><body><main>\
-         <h1>Validation {}</h1><p class=\"meta\"><strong>{}</strong>. {judged} checks in {} benchmarks and \
-         {shown} values shown without judgement, {seconds:.0} s · commit {} · {} · {} · {}</p>",
+         <h1>Validation {}</h1><p class=\"meta\"><strong>{}</strong>. {judged} checks in {} benchmarks, \
+         {open} of which fail as open defects, and {shown} values shown without judgement, {seconds:.0} s · commit {} · {} · {} · {}</p>",
         badge(all),
         escape(&scope.words()),
         entries.len(),
@@ -219,7 +236,7 @@ fn page(entries: &[Entry], about: &Provenance, scope: &Scope) -> String {
             escape(entry.benchmark.title),
             entry.judged(),
             entry.seconds,
-            badge(entry.passes()),
+            badges(entry),
         );
     }
     html.push_str("</table></div>");
@@ -237,7 +254,7 @@ fn section(html: &mut String, entry: &Entry) {
         "<section class=\"card\" id=\"{}\"><h2>{} {}</h2><p class=\"source\">{}<br>Source: {}</p>",
         benchmark.id,
         escape(benchmark.title),
-        badge(entry.passes()),
+        badges(entry),
         benchmark.id,
         escape(benchmark.source),
     );
@@ -263,7 +280,7 @@ fn section(html: &mut String, entry: &Entry) {
             escape(&check.claim),
             number(check.measured),
             bounds(check.range),
-            escape(&check.reason),
+            escape(&why(check)),
             verdict(check),
         );
     }

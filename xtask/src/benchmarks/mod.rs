@@ -151,6 +151,8 @@ pub struct Check {
     pub range: Option<(f64, f64)>,
     /// Why these bounds, or why none.
     pub reason: String,
+    /// What is known of a check that does not hold: an open defect.
+    pub defect: Option<String>,
 }
 
 /// What a check says.
@@ -160,6 +162,8 @@ pub enum Verdict {
     Pass,
     /// It does not.
     Fail,
+    /// It does not, and is listed among the open defects.
+    Open,
     /// It has no bounds.
     NotJudged,
 }
@@ -170,6 +174,7 @@ impl Verdict {
         match self {
             Self::Pass => "pass",
             Self::Fail => "FAIL",
+            Self::Open => "FAIL, open",
             Self::NotJudged => "not judged",
         }
     }
@@ -181,6 +186,7 @@ impl Check {
         match self.range {
             None => Verdict::NotJudged,
             Some((low, high)) if self.measured >= low && self.measured <= high => Verdict::Pass,
+            Some(_) if self.defect.is_some() => Verdict::Open,
             Some(_) => Verdict::Fail,
         }
     }
@@ -204,13 +210,13 @@ impl Outcome {
         reason: &str,
     ) {
         let (name, claim, reason) = (name.into(), claim.to_owned(), reason.to_owned());
-        self.checks.push(Check { name, claim, measured, range: Some(range), reason });
+        self.checks.push(Check { name, claim, measured, range: Some(range), reason, defect: None });
     }
 
     /// A value that is shown and not judged; the reason says why.
     fn show(&mut self, name: impl Into<String>, claim: &str, measured: f64, reason: &str) {
         let (name, claim, reason) = (name.into(), claim.to_owned(), reason.to_owned());
-        self.checks.push(Check { name, claim, measured, range: None, reason });
+        self.checks.push(Check { name, claim, measured, range: None, reason, defect: None });
     }
 
     /// Within a relative distance of the source's value (absolute for a value of zero).
