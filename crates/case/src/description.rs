@@ -523,15 +523,15 @@ pub enum Measure {
         /// Names of fields.
         fields: Vec<String>,
     },
-    /// The factor by which strength may be divided before the bodies no longer come to rest, by trials from
-    /// the state at the end of a stage. Found after the run.
-    FactorOfSafety(FactorOfSafety),
     /// Force of the material on a rigid body or a patch (N; per metre in plane strain, per radian in axisymmetry): in
     /// the last step, and its impulse since the start (N s), whose slope is the mean force.
     Reaction {
         /// Name of the rigid body or patch.
         of: String,
     },
+    /// The factor by which strength may be divided before the bodies no longer come to rest, by trials from
+    /// the state at the end of a stage. Found after the run.
+    FactorOfSafety(FactorOfSafety),
 }
 
 fn whole() -> f64 {

@@ -54,7 +54,7 @@ impl Corners {
         centre: &[f64; D],
         edges: &[[f64; D]; D],
     ) -> NodeList<D, S> {
-        let share = 1.0 / (1 << D) as f64;
+        let share = 0.5f64.powi(D as i32);
         let dual = dual(edges);
         let mut list = NodeList::EMPTY;
         for corner in 0..1 << D {

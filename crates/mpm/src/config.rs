@@ -160,11 +160,12 @@ pub struct Contact {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactTest {
-    /// Where their surfaces touch, by what the node knows of their volumes and surfaces.
-    #[default]
-    Gap,
     /// Always: contact begins up to a cell early, and what rolls or comes near at an angle is held back.
+    #[default]
     Approach,
+    /// Where their surfaces touch, by what the node knows of their volumes and surfaces. What rests upon another
+    /// bounces more, since nothing dampens the approach; for bodies that roll, or meet after a flight.
+    Gap,
 }
 
 /// How velocities pass between points and grid (MPM sheet §2.6).

@@ -6,8 +6,8 @@
 //! sum `Σ_p Ω_p ∇N_i` is the integral of `N_i n` over the surface of a body: its component along the normal is the
 //! node's share of the contact's area, which sums to the whole area wherever the interface lies between the nodes.
 //!
-//! Velocities that approach are not enough: a node knows bodies a cell away. Bodies act on each other where their
-//! surfaces touch ([`crate::gap`]), unless the case asks for the test of velocities alone.
+//! That velocities approach is not enough for what rolls: a node knows bodies a cell away. With the test of gaps bodies
+//! act on each other only where their surfaces touch ([`crate::gap`]).
 
 use colluvium_case::{Case, CaseError};
 use colluvium_grid::Lanes;

@@ -19,7 +19,8 @@ use crate::points::{Ground, PointDomain, PointSet};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::{
-    MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads, mesh, two_phase,
+    Formulation, MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads,
+    mesh, two_phase,
 };
 
 /// Beyond this many points the ids no longer fit.
@@ -260,8 +261,14 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
             mesh::walls(case, stage, &mesh, &layout, options)?;
         }
     }
-    let ground = Ground { grid: &grid, mesh: &mesh };
+    if !mesh.is_empty() {
+        case.refuse_driven("mpm on a mesh of simplices")?;
+    }
+    if options.formulation == Formulation::TotalLagrangian {
+        case.refuse_driven("the total-Lagrangian formulation of mpm")?;
+    }
     let driven = driven::driven(case);
+    let ground = Ground { grid: &grid, mesh: &mesh };
     let two_phase = two_phase::two_phase(case, options, &layout);
     let mut sets = Vec::new();
     let mut next = 0;

@@ -44,7 +44,7 @@ fn blocks(velocities: [[f64; 2]; 2], options: &Value) -> Case {
 }
 
 fn contact(friction: f64, adhesion: f64) -> Value {
-    json!([{ "bodies": ["upper", "lower"], "friction_coefficient": friction, "adhesion": adhesion }])
+    json!([{ "bodies": ["upper", "lower"], "friction_coefficient": friction, "adhesion": adhesion, "test": "gap" }])
 }
 
 /// Mean velocities of the two bodies.
@@ -84,7 +84,7 @@ fn smooth_bodies_slide_without_a_change() {
     for shape in SHAPES {
         for scheme in SCHEMES {
             let options = json!({ "shape": shape, "stress_update": scheme,
-                                  "contacts": [{ "bodies": ["lower", "upper"], "normal": [0, 1] }] });
+                                  "contacts": [{ "bodies": ["lower", "upper"], "normal": [0, 1], "test": "gap" }] });
             let report = solve(&blocks([[0.0, 0.0], [0.5, 0.0]], &options));
             let [lower, upper] = means(&report.snapshot);
             assert!(lower[0].abs() < 1e-12 && (upper[0] - 0.5).abs() < 1e-12, "{shape}, {scheme}: {upper:?}");
@@ -218,7 +218,7 @@ fn three_bodies_at_a_node_hold_each_other() {
         json!({ "name": name, "material": "m", "shape": { "kind": "box", "min": [0.5, low], "max": [1.5, high] },
                 "velocity": { "kind": "uniform", "value": [0, speed] } })
     };
-    let pair = |a: &str, b: &str| json!({ "bodies": [a, b], "friction_coefficient": 0.3 });
+    let pair = |a: &str, b: &str| json!({ "bodies": [a, b], "friction_coefficient": 0.3, "test": "gap" });
     let case = case(json!({
         "bodies": [boxed("lower", 0.6, 1.0, 0.2), boxed("plate", 1.0, 1.05, 0.0), boxed("upper", 1.05, 1.45, -0.2)],
         "stages": [{ "name": "s", "duration": 0.05 }],

@@ -33,11 +33,11 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
     }
+    case.refuse_driven("sph")?;
     if let Some(number) = case.stages.iter().position(|stage| !stage.excavate.is_empty()) {
         let problem = "sph removes whole bodies only: use remove_bodies";
         return Err(CaseError::new(format!("stages[{number}].excavate"), problem));
     }
-    case.refuse_driven("sph")?;
     if !case.loads.is_empty() {
         return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
     }

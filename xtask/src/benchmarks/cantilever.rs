@@ -63,8 +63,11 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
+/// Places along a line and down from it (m).
+type Line = Vec<(f64, f64)>;
+
 /// Axis of the deflected beam (m), and shortening and deflection of its tip over the length.
-fn deflected(load: f64, cell: f64) -> Result<(Vec<(f64, f64)>, [f64; 2]), String> {
+fn deflected(load: f64, cell: f64) -> Result<(Line, [f64; 2]), String> {
     let mut case = case("mpm/cantilever")?;
     set(&mut case, "cell_size", cell);
     let force = load * STIFFNESS / (LENGTH * LENGTH);

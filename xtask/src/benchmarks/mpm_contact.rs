@@ -67,7 +67,8 @@ fn bars(outcome: &mut Outcome) -> Result<(), String> {
         "the sheet's 3 %",
     );
     // The mean speed falls in a straight line until they part, and keeps its value then.
-    let part = speeds.iter().find(|(_, v)| *v < -0.098).map_or(f64::NAN, |(t, _)| *t);
+    let last = speeds.last().map_or(f64::NAN, |(_, v)| *v);
+    let part = speeds.iter().find(|(_, v)| *v < 0.98 * last).map_or(f64::NAN, |(t, _)| *t);
     let reason = "the sheet's 5 %; they part when the mean speed has reached 98 % of what it ends with";
     outcome.near("A-13 bars: time when they part (s)", 0.2, 0.05, part, reason);
     let kept = report.end.kinetic / report.start.kinetic;

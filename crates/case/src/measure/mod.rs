@@ -33,7 +33,7 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
             Measure::Probe { position, radius, fields } => {
                 readings.extend(probe(name, snapshot, position, *radius, fields));
             }
-            Measure::Profile { .. } | Measure::FactorOfSafety(_) | Measure::Reaction { .. } => {}
+            Measure::Profile { .. } | Measure::Reaction { .. } | Measure::FactorOfSafety(_) => {}
         }
     }
     readings
