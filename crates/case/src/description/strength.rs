@@ -78,8 +78,6 @@ impl FactorOfSafety {
             remove_boundaries: Vec::new(),
             remove_bodies: Vec::new(),
             excavate: Vec::new(),
-            damping_axes: None,
-            motions: Vec::new(),
             weakening: Some(Weakening { factor, scope: self.scope, materials: self.materials.clone() }),
         });
         case.measures.clear();
