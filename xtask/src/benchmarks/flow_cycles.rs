@@ -14,6 +14,9 @@ const SHEAR_MODULUS: f64 = 2e6;
 /// Steps of a quarter of a cycle.
 const QUARTER: usize = 5000;
 
+/// Steps after a reversal in which what the rate added to the static friction relaxes.
+const RELAXED: usize = 4;
+
 /// Shear to and fro at constant rate and pressure: a parallelogram of `±μ(I) p` and the elastic slope, whose
 /// area `4 τ (γ_a - τ/G)` is dissipated in every cycle.
 pub fn cyclic_shear(outcome: &mut Outcome) -> Result<(), String> {
@@ -32,7 +35,7 @@ pub fn cyclic_shear(outcome: &mut Outcome) -> Result<(), String> {
             let after = law.shear(&walker);
             strain += sign * RATE * dt;
             done += 0.5 * (before + after) * sign * RATE * dt;
-            if cycle == 2 && step >= QUARTER && reversal.len() < 8 {
+            if cycle == 2 && step >= QUARTER + RELAXED && reversal.len() < 8 {
                 reversal.push((after - before) / (-RATE * dt));
             }
             if cycle == 2 && step % 50 == 49 {
@@ -43,7 +46,7 @@ pub fn cyclic_shear(outcome: &mut Outcome) -> Result<(), String> {
     }
     let friction = 0.439_590_075_2 * PRESSURE;
     let elastic = reversal.iter().map(|g| (g / SHEAR_MODULUS - 1.0).abs()).fold(0.0, f64::max);
-    let small = "the answer to a reversal is elastic, to round-off of the stress";
+    let small = "below the static friction the answer is elastic, to round-off of the stress";
     outcome.near("§5.3 μ(I), cyclic shear: slope after a reversal over G, less 1", 0.0, 1e-9, elastic, small);
     let corner = "between the static friction and that of the flow lies a strain of 10⁻⁴";
     let area = 4.0 * friction * (AMPLITUDE - friction / SHEAR_MODULUS);
