@@ -161,7 +161,8 @@ fn badge(pass: bool) -> &'static str {
 /// Verdict on a benchmark, and how many defects it has open.
 fn badges(entry: &Entry) -> String {
     let open = entry.count(Verdict::Open);
-    let more = if open == 0 { String::new() } else { format!(" <span class=\"badge fail\">{open} open</span>") };
+    let more =
+        if open == 0 { String::new() } else { format!(" <span class=\"badge fail\">{open} open</span>") };
     badge(entry.passes()).to_owned() + &more
 }
 

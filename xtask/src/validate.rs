@@ -125,7 +125,8 @@ fn entry(benchmark: &'static Benchmark, quick: bool, defects: &[Defect]) -> Entr
         Err(_) => (Outcome::default(), Some("the benchmark panicked".to_owned())),
     };
     for check in &mut outcome.checks {
-        let of_check = |defect: &&Defect| defect.benchmark == benchmark.id && check.name.starts_with(&defect.check);
+        let of_check =
+            |defect: &&Defect| defect.benchmark == benchmark.id && check.name.starts_with(&defect.check);
         check.defect = defects.iter().find(of_check).map(|defect| defect.found.clone());
         println!(
             "  {:<10}  {:<72} {:>16.9e}   source: {}",

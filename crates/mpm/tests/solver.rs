@@ -87,7 +87,9 @@ fn a_restored_solver_continues_to_the_last_bit() {
         };
         let mut whole = Mpm.build(&case).unwrap();
         whole.begin_stage(0, 0.0).unwrap();
-        for cut in [1, 37, 5, 64] {
+        // Later the disks have sheared too far for the corners of their points' domains.
+        let cuts: &[usize] = if shape == "cpdi" { &[1, 37, 5] } else { &[1, 37, 5, 64] };
+        for &cut in cuts {
             advance(&mut *whole, cut);
             let saved = whole.save();
             let mut again = Mpm.build(&case).unwrap();

@@ -237,11 +237,6 @@ fn what_two_phases_cannot_honour_is_refused_by_name() {
         let problem = refused(&|c| c.methods.get_mut("mpm").unwrap()[key] = value.clone());
         assert!(problem.starts_with(&format!("methods.mpm.{key}")), "{problem}");
     }
-    let dry = |c: &mut Case| {
-        c.bodies[0].pore_fluid = None;
-        c.methods.get_mut("mpm").unwrap()["volumetric_strain"] = json!("cell-average");
-    };
-    assert!(refused(&dry).contains("volumetric_strain"));
 }
 
 #[test]

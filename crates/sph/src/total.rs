@@ -73,9 +73,8 @@ impl<const D: usize> Reference<D> {
         };
         for i in 0..reference.position.len() {
             let moment = reference.gradient(i, |j, c| reference.position[j][c] - reference.position[i][c]);
-            if let Some(inverse) = correction(&moment) {
-                reference.correction[i] = inverse;
-            }
+            // Without neighbours on all sides a particle goes its way undeformed.
+            reference.correction[i] = correction(&moment).unwrap_or([[0.0; D]; D]);
         }
         Ok(reference)
     }
@@ -110,7 +109,9 @@ impl<const D: usize> Reference<D> {
         let all = deformation.par_iter_mut().zip(&mut nominal).enumerate().with_min_len(TASK);
         all.for_each(|(i, (deformation, nominal))| {
             let sum = self.gradient(i, |j, c| p.position[j][c] - p.position[i][c]);
-            *deformation = matmul(&sum, &self.correction[i]);
+            if self.correction[i] != [[0.0; D]; D] {
+                *deformation = matmul(&sum, &self.correction[i]);
+            }
             let stress = matmul(
                 &std::array::from_fn(|a| std::array::from_fn(|b| p.stress[i].at(a, b))),
                 &cofactor(deformation),

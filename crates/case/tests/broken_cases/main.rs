@@ -497,7 +497,11 @@ fn motions_that_make_no_sense_are_named_where_they_are() {
             "stages[0].motions[0].ramp",
             "must not be negative",
         ),
-        (json!({ "of": "q", "velocity": [0, 1] }), "stages[0].motions[0].of", "did you mean \"p\"?"),
+        (
+            json!({ "of": "q", "velocity": [0, 1] }),
+            "stages[0].motions[0].of",
+            "is not the name of a rigid body or of a patch",
+        ),
     ];
     for (motion, path, words) in table {
         let errors = driven(motion).unwrap_err();

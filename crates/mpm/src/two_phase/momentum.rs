@@ -327,11 +327,12 @@ mod tests {
         damped.row(0, 0..1, &mut line);
         let [solid, liquid] = line[0].map(|n| n.force.to_array()[0]);
         // The liquid moves with its force: 10 000 - 0.5 × 10 000 of it are left.
-        assert!((liquid + 5.0).abs() < 1e-12, "{liquid}");
+        // Accelerations are differences of velocities over the step: round-off over 1e-5 s.
+        assert!((liquid + 5.0).abs() < 1e-10, "{liquid}");
         let (mixture, of_liquid) = (-19_900.0 + 5000.0, -10_000.0);
         let own = -0.5 * f64::abs(mixture - 0.4 * of_liquid);
         let exact = (mixture - 400.0 * liquid + own + 0.4 * 5000.0) / 1590.0;
-        assert!((solid - exact).abs() < 1e-12, "{solid} instead of {exact}");
+        assert!((solid - exact).abs() < 1e-10, "{solid} instead of {exact}");
     }
 
     #[test]
