@@ -51,11 +51,12 @@ impl<const D: usize> PointDomain<D> for ConvectedDomain<D> {
 
     #[inline(always)]
     fn fault(&self, initial: &[f64; D], cell: f64) -> Option<String> {
-        let widest = self.extent(initial, cell).into_iter().fold(0.0, f64::max);
+        let widths = self.extent(initial, cell);
         // Written so that NaN counts as a fault.
-        if widest <= 2.0 * Corners::REACH * cell {
+        if widths.iter().all(|width| *width <= 2.0 * Corners::REACH * cell) {
             return None;
         }
+        let widest = widths.into_iter().fold(0.0, f64::max);
         Some(format!(
             "its domain has become {:.3} cells wide, and the corners of a cpdi domain may lie at most {} cells from \
              its point: the body has been torn or sheared too far (use larger cells, more points per cell, or cpgimp)",
