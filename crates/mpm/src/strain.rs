@@ -273,7 +273,7 @@ mod tests {
                 }
             }
         }
-        shared.pass_through_nodes(&layout, &mut vec![RowSums::default(); 4], |_| 1.0);
+        shared.pass_through_nodes(&layout, &mut [RowSums::default(); 4], |_| 1.0);
         std::array::from_fn(|i| std::array::from_fn(|j| shared.at(0, layout.len(), number(i, j))[0]))
     }
 
