@@ -121,7 +121,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_slope::BENCHMARK, Some(25), 400),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
     Listed::new(&sph_cantilever::BENCHMARK, Some(20), 300),
-    Listed::new(&sph_columns::BENCHMARK, None, 40),
+    Listed::new(&sph_columns::BENCHMARK, None, 160),
     Listed::new(&sph_columns::SWEEP, None, 600),
     Listed::new(&sph_clay::BENCHMARK, None, 25),
     Listed::new(&sph_clay::FINE, None, 1500),
