@@ -175,6 +175,30 @@ impl Snapshot {
     pub fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|f| f.name == name)
     }
+
+    /// The scalars of the field called `name`, one a point; `None` where there is none of scalars.
+    pub fn scalars(&self, name: &str) -> Option<&[f64]> {
+        match &self.field(name)?.data {
+            FieldData::Scalar(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// The vectors of the field called `name`, one a point; `None` where there is none of vectors.
+    pub fn vectors(&self, name: &str) -> Option<&[[f64; 3]]> {
+        match &self.field(name)?.data {
+            FieldData::Vector(values) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// The tensors of the field called `name`, one a point; `None` where there is none of tensors.
+    pub fn tensors(&self, name: &str) -> Option<&[SymTensor]> {
+        match &self.field(name)?.data {
+            FieldData::Tensor(values) => Some(values),
+            _ => None,
+        }
+    }
 }
 
 /// Why a run had to stop.

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use colluvium_grid::{
-    Basis, CubicSpline, Gimp, Grid, Lanes, Layout, Linear, Node, QuadraticSpline, Stencil, WideGimp,
+    Basis, CubicSpline, Gimp, Grid, Lanes, Layout, Linear, Node, QuadraticSpline, Stencil, Support, WideGimp,
     sort_by_cell,
 };
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

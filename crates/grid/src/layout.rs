@@ -30,6 +30,11 @@ pub struct Layout<const D: usize> {
     periodic: [bool; D],
 }
 
+/// What is called for a row: with its number, its active nodes and the row.
+type RowVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, &mut [T]) -> R + Sync + 'a;
+/// The same for rows of two sets of nodes.
+type TwoRowVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, [&mut [T]; 2]) -> R + Sync + 'a;
+
 /// Cells a point may move along an axis before the points must be sorted again.
 const MARGIN: usize = 1;
 
@@ -91,6 +96,26 @@ impl<const D: usize> Layout<D> {
                 }
             }
         }
+    }
+
+    /// The node at `index` and those that are the same node in a periodic grid.
+    #[must_use]
+    pub fn images(&self, index: [usize; 3]) -> Vec<[usize; 3]> {
+        let mut images = vec![index];
+        for axis in (0..D).filter(|axis| self.periodic[*axis]) {
+            let cells = self.grid.cells[axis];
+            let other = match index[axis] {
+                near if near <= 2 * self.ghosts => near + cells,
+                far if far >= cells => far - cells,
+                _ => continue,
+            };
+            for number in 0..images.len() {
+                let mut image = images[number];
+                image[axis] = other;
+                images.push(image);
+            }
+        }
+        images
     }
 
     /// Makes the images of active nodes active.
@@ -232,6 +257,16 @@ impl<const D: usize> Layout<D> {
         self.active[row].clone()
     }
 
+    /// Index along the axes of node `number` of a row.
+    #[inline]
+    pub fn index(&self, row: usize, number: usize) -> [usize; 3] {
+        match D {
+            1 => [row, 0, 0],
+            2 => [row, number, 0],
+            _ => [row, number / self.nodes[D - 1], number % self.nodes[D - 1]],
+        }
+    }
+
     /// Calls `visit(row, node range within the row, the row)` for every row of nodes along the first
     /// axis with active nodes, in parallel, and collects what it returns, row by row.
     pub fn rows<T: Send, R: Send + Default>(
@@ -240,9 +275,34 @@ impl<const D: usize> Layout<D> {
         results: &mut [R],
         visit: impl Fn(usize, Range<usize>, &mut [T]) -> R + Sync,
     ) {
+        self.each_row(nodes, results, &visit);
+    }
+
+    /// One compiled loop for every `visit`: a call a row costs nothing beside the row.
+    fn each_row<T: Send, R: Send + Default>(
+        &self,
+        nodes: &mut [T],
+        results: &mut [R],
+        visit: &RowVisitor<'_, T, R>,
+    ) {
         nodes.par_chunks_mut(self.strides[0]).zip(results).enumerate().for_each(|(row, (line, result))| {
             let active = self.active[row].clone();
             *result = if active.start == active.end { R::default() } else { visit(row, active, line) };
+        });
+    }
+
+    /// As [`Layout::rows`], for the same rows of two sets of nodes.
+    pub fn two_rows<T: Send, R: Send + Default>(
+        &self,
+        [first, second]: [&mut [T]; 2],
+        results: &mut [R],
+        visit: &TwoRowVisitor<'_, T, R>,
+    ) {
+        let row = self.strides[0];
+        let lines = first.par_chunks_mut(row).zip(second.par_chunks_mut(row)).zip(results).enumerate();
+        lines.for_each(|(row, ((first, second), result))| {
+            let active = self.active[row].clone();
+            *result = if active.is_empty() { R::default() } else { visit(row, active, [first, second]) };
         });
     }
 
@@ -278,7 +338,7 @@ impl<const D: usize> Layout<D> {
         &self,
         nodes: &mut [T],
         windows: Windows,
-        scatter: &(impl Fn(usize, &mut [T], usize) + Sync),
+        scatter: &(dyn Fn(usize, &mut [T], usize) + Sync),
     ) {
         let Windows { colour, numbers, start } = windows;
         if numbers.len() == 1 {
@@ -332,6 +392,7 @@ pub fn sort_by_cell<const D: usize>(grid: &Grid<D>, positions: &[[f64; D]]) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Support;
     use crate::{CubicSpline, Gimp, Linear, Node, QuadraticSpline, Stencil, WideGimp};
     use proptest::prelude::*;
 
@@ -389,6 +450,10 @@ mod tests {
             assert!((0..3).all(|j| mass(i, j) == mass(i, j + 3)), "{i}");
         }
         assert!((0..6).all(|j| (0..3).all(|i| mass(i, j) == mass(i + 5, j))));
+        let mut images = layout.images([6, 0, 0]);
+        images.sort_unstable();
+        assert_eq!(images, [[1, 0, 0], [1, 3, 0], [6, 0, 0], [6, 3, 0]]);
+        assert_eq!(layout.images([3, 1, 0]), [[3, 1, 0], [3, 4, 0]]);
         let each_once: f64 = (1..6).flat_map(|i| (1..4).map(move |j| (i, j))).map(|(i, j)| mass(i, j)).sum();
         assert!((each_once - 2.0).abs() < 1e-14, "{each_once}");
         layout.reset(&mut nodes);

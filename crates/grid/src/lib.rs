@@ -2,8 +2,8 @@
 //!
 //! A [`Grid`] is a box of equal square (cubic) cells in one, two or three dimensions. A [`Basis`]
 //! gives the shape functions of one axis (linear, GIMP, quadratic and cubic B-splines); a
-//! [`Stencil`] is their product at a point, with [`Stencil::deposit`] (point to grid) and
-//! [`Stencil::gather`] (grid to point). What is no such product ([`Corners`] of convected domains,
+//! [`Stencil`] is their product at a point, with [`Support::deposit`] (point to grid) and
+//! [`Support::gather`] (grid to point). What is no such product ([`Corners`] of convected domains,
 //! the elements of a [`Mesh`]) offers the same transfers as a [`Support`]. [`Layout`] keeps points sorted by cell and lets slabs of
 //! cells scatter in parallel in an order fixed by the data: results are the same on any number of
 //! threads. [`Walls`] imposes the boundary conditions on the nodes.
@@ -14,7 +14,6 @@ mod grid;
 mod layout;
 mod mesh;
 mod msh;
-mod phases;
 mod pulled;
 mod stencil;
 mod support;

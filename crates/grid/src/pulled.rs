@@ -47,7 +47,7 @@ impl<const D: usize, const S: usize> Support<D> for Pulled<D, S> {
     }
 
     fn moments<const T: usize, B: Basis<T>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]) {
-        let (reference, squares) = self.reference.moments_at(grid, position, B::coordinate);
+        let (reference, squares) = self.reference.moments::<T, B>(grid, position);
         let inverse = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }));
         (Self { reference, inverse }, squares)
     }

@@ -2,7 +2,7 @@
 
 use wide::f64x4;
 
-use crate::{Basis, Grid};
+use crate::{Basis, Grid, Support};
 
 /// Four numbers handled at once: three components of a vector and one more.
 pub type Lanes = f64x4;
@@ -81,12 +81,39 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
             }
         }
     }
+}
 
-    /// Point to grid: adds `N motion` and `Σ_j ∂N/∂x_j columns[j] + N body` to the nodes.
-    ///
-    /// `nodes` starts at node number `offset`. With `columns[j] = -V σ e_j` this is the internal force.
+impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     #[inline(always)]
-    pub fn deposit(
+    fn for_each(&self, strides: &[usize; D], mut visit: impl FnMut(usize, f64, &[f64; D])) {
+        let last = D - 1;
+        self.lines(strides, |start, w, g| {
+            for k in 0..S {
+                let (wk, gk) = (self.weights[last][k], self.gradients[last][k]);
+                let slopes = std::array::from_fn(|axis| if axis == last { w * gk } else { g[axis] * wk });
+                visit(start + k, w * wk, &slopes);
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn moments<const T: usize, B: Basis<T>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]) {
+        let mut moments = *self;
+        let mut squares = [0.0; D];
+        for axis in 0..D {
+            let place = (position[axis] - grid.origin[axis]) / grid.cell;
+            for k in 0..S {
+                let node = B::coordinate(self.first[axis] + k, grid.cells[axis]);
+                let arm = (node - place) * grid.cell;
+                moments.gradients[axis][k] = self.weights[axis][k] * arm;
+                squares[axis] += self.weights[axis][k] * arm * arm;
+            }
+        }
+        (moments, squares)
+    }
+
+    #[inline(always)]
+    fn deposit(
         &self,
         nodes: &mut [Node],
         offset: usize,
@@ -118,9 +145,8 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         });
     }
 
-    /// Point to grid, velocities only: adds `N motion`.
     #[inline(always)]
-    pub fn deposit_motion(&self, nodes: &mut [Lanes], offset: usize, strides: &[usize; D], motion: Lanes) {
+    fn deposit_motion(&self, nodes: &mut [Lanes], offset: usize, strides: &[usize; D], motion: Lanes) {
         let last = D - 1;
         self.lines(strides, |start, w, _| {
             let line = &mut nodes[start - offset..start - offset + S];
@@ -131,9 +157,8 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         });
     }
 
-    /// Point to grid: adds `N value + Σ_j ∂N/∂x_j columns[j]` to what `at` finds in a node.
     #[inline(always)]
-    pub fn deposit_slopes<T>(
+    fn deposit_slopes<T>(
         &self,
         nodes: &mut [T],
         offset: usize,
@@ -160,33 +185,8 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         });
     }
 
-    /// The same nodes with `N (x_i - x_p)` (m) in place of the gradients, and `Σ N (x_i - x_p)²` (m²) along each
-    /// axis: what the affine transfers weigh with (MPM sheet §2.6). The mixed second moments are zero, because
-    /// every family reproduces linear fields. `coordinate(index, cells)` says where a node lies.
     #[inline(always)]
-    pub(crate) fn moments_at(
-        &self,
-        grid: &Grid<D>,
-        position: &[f64; D],
-        coordinate: impl Fn(usize, usize) -> f64,
-    ) -> (Self, [f64; D]) {
-        let mut moments = *self;
-        let mut squares = [0.0; D];
-        for axis in 0..D {
-            let place = (position[axis] - grid.origin[axis]) / grid.cell;
-            for k in 0..S {
-                let node = coordinate(self.first[axis] + k, grid.cells[axis]);
-                let arm = (node - place) * grid.cell;
-                moments.gradients[axis][k] = self.weights[axis][k] * arm;
-                squares[axis] += self.weights[axis][k] * arm * arm;
-            }
-        }
-        (moments, squares)
-    }
-
-    /// Grid to point: `Σ N value` of what `of` finds in a node.
-    #[inline(always)]
-    pub fn interpolate<T>(&self, nodes: &[T], strides: &[usize; D], of: impl Fn(&T) -> Lanes) -> Lanes {
+    fn interpolate<T>(&self, nodes: &[T], strides: &[usize; D], of: impl Fn(&T) -> Lanes) -> Lanes {
         let mut sum = Lanes::ZERO;
         self.lines(strides, |start, w, _| {
             let mut part = Lanes::ZERO;
@@ -198,12 +198,11 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
         sum
     }
 
-    /// Grid to point: velocity, acceleration and velocity gradient.
     #[inline(always)]
-    pub fn gather(&self, nodes: &[Node], strides: &[usize; D]) -> Gathered<D> {
+    fn gather(&self, nodes: &[Node], strides: &[usize; D]) -> Gathered<D> {
         let last = D - 1;
         let zero = Lanes::ZERO;
-        let mut out = Gathered { velocity: zero, acceleration: zero, gradient: [zero; D] };
+        let mut out = Gathered::ZERO;
         self.lines(strides, |start, w, g| {
             let line = &nodes[start..start + S];
             let (mut v, mut a, mut slope) = (zero, zero, zero);
@@ -212,25 +211,17 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
                 a += line[k].force * self.weights[last][k];
                 slope += line[k].motion * self.gradients[last][k];
             }
-            out.velocity += v * w;
             out.acceleration += a * w;
-            out.gradient[last] += slope * w;
-            if D > 1 {
-                out.gradient[0] += v * g[0];
-            }
-            if D > 2 {
-                out.gradient[1] += v * g[1];
-            }
+            out.add_line(v, slope, w, g);
         });
         out
     }
 
-    /// Grid to point: velocity and velocity gradient of the re-mapped velocities.
     #[inline(always)]
-    pub fn gather_velocity(&self, nodes: &[Lanes], strides: &[usize; D]) -> Gathered<D> {
+    fn gather_velocity(&self, nodes: &[Lanes], strides: &[usize; D]) -> Gathered<D> {
         let last = D - 1;
         let zero = Lanes::ZERO;
-        let mut out = Gathered { velocity: zero, acceleration: zero, gradient: [zero; D] };
+        let mut out = Gathered::ZERO;
         self.lines(strides, |start, w, g| {
             let line = &nodes[start..start + S];
             let (mut v, mut slope) = (zero, zero);
@@ -238,15 +229,164 @@ impl<const D: usize, const S: usize> Stencil<D, S> {
                 v += line[k] * self.weights[last][k];
                 slope += line[k] * self.gradients[last][k];
             }
-            out.velocity += v * w;
-            out.gradient[last] += slope * w;
-            if D > 1 {
-                out.gradient[0] += v * g[0];
+            out.add_line(v, slope, w, g);
+        });
+        out
+    }
+
+    #[inline(always)]
+    fn deposit_phases<const N: usize>(
+        &self,
+        nodes: &mut [[Node; N]],
+        offset: usize,
+        strides: &[usize; D],
+        motion: &[Lanes; N],
+        columns: &[[Lanes; D]; N],
+        body: &[Lanes; N],
+    ) {
+        let last = D - 1;
+        self.lines(strides, |start, w, g| {
+            let line = &mut nodes[start - offset..start - offset + S];
+            for phase in 0..N {
+                let across = columns[phase][last] * w;
+                let mut along = body[phase] * w;
+                if D > 1 {
+                    along += columns[phase][0] * g[0];
+                }
+                if D > 2 {
+                    along += columns[phase][1] * g[1];
+                }
+                let motion = motion[phase] * w;
+                for k in 0..S {
+                    let (wk, gk) = (self.weights[last][k], self.gradients[last][k]);
+                    line[k][phase].motion += motion * wk;
+                    line[k][phase].force += along * wk + across * gk;
+                }
             }
-            if D > 2 {
-                out.gradient[1] += v * g[1];
+        });
+    }
+
+    #[inline(always)]
+    fn deposit_motions<const N: usize>(
+        &self,
+        nodes: &mut [[Lanes; N]],
+        offset: usize,
+        strides: &[usize; D],
+        motion: &[Lanes; N],
+    ) {
+        let last = D - 1;
+        self.lines(strides, |start, w, _| {
+            let line = &mut nodes[start - offset..start - offset + S];
+            for phase in 0..N {
+                let motion = motion[phase] * w;
+                for k in 0..S {
+                    line[k][phase] += motion * self.weights[last][k];
+                }
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn gather_phases<const N: usize>(&self, nodes: &[[Node; N]], strides: &[usize; D]) -> [Gathered<D>; N] {
+        let last = D - 1;
+        let zero = Lanes::ZERO;
+        let mut out = [Gathered::ZERO; N];
+        self.lines(strides, |start, w, g| {
+            let line = &nodes[start..start + S];
+            for (phase, out) in out.iter_mut().enumerate() {
+                let (mut v, mut a, mut slope) = (zero, zero, zero);
+                for k in 0..S {
+                    v += line[k][phase].motion * self.weights[last][k];
+                    a += line[k][phase].force * self.weights[last][k];
+                    slope += line[k][phase].motion * self.gradients[last][k];
+                }
+                out.acceleration += a * w;
+                out.add_line(v, slope, w, g);
             }
         });
         out
+    }
+
+    #[inline(always)]
+    fn gather_velocities<const N: usize>(
+        &self,
+        nodes: &[[Lanes; N]],
+        strides: &[usize; D],
+    ) -> [Gathered<D>; N] {
+        let last = D - 1;
+        let zero = Lanes::ZERO;
+        let mut out = [Gathered::ZERO; N];
+        self.lines(strides, |start, w, g| {
+            let line = &nodes[start..start + S];
+            for (phase, out) in out.iter_mut().enumerate() {
+                let (mut v, mut slope) = (zero, zero);
+                for k in 0..S {
+                    v += line[k][phase] * self.weights[last][k];
+                    slope += line[k][phase] * self.gradients[last][k];
+                }
+                out.add_line(v, slope, w, g);
+            }
+        });
+        out
+    }
+}
+
+impl<const D: usize> Gathered<D> {
+    /// Adds what a line of nodes along the last axis gives to velocity and gradient.
+    #[inline(always)]
+    fn add_line(&mut self, v: Lanes, slope: Lanes, w: f64, g: [f64; 2]) {
+        self.velocity += v * w;
+        self.gradient[D - 1] += slope * w;
+        if D > 1 {
+            self.gradient[0] += v * g[0];
+        }
+        if D > 2 {
+            self.gradient[1] += v * g[1];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Gimp, Layout, Linear};
+
+    /// Two phases at once are each of them alone.
+    fn phases_are_independent<const D: usize, const S: usize, B: Basis<S>>() {
+        let grid = Grid::new([0.0; D], [1.0; D], 0.25).unwrap();
+        let layout = Layout::<D>::new::<S, B>(&grid);
+        let strides = layout.strides();
+        let stencil = Stencil::<D, S>::new::<B>(&grid, &[0.41; D], &[0.125; D]);
+        let lanes = |seed: f64| Lanes::new([seed, 2.0 * seed, -seed, 0.5]);
+        let motion = [lanes(1.0), lanes(-0.3)];
+        let columns = [[lanes(0.2); D], [lanes(7.0); D]];
+        let body = [lanes(3.0), lanes(0.1)];
+        let mut both = vec![[Node::default(); 2]; layout.len()];
+        stencil.deposit_phases(&mut both, 0, &strides, &motion, &columns, &body);
+        let mut momenta = vec![[Lanes::ZERO; 2]; layout.len()];
+        stencil.deposit_motions(&mut momenta, 0, &strides, &motion);
+        let read = stencil.gather_phases(&both, &strides);
+        let mapped = stencil.gather_velocities(&momenta, &strides);
+        for phase in 0..2 {
+            let mut one = vec![Node::default(); layout.len()];
+            stencil.deposit(&mut one, 0, &strides, motion[phase], &columns[phase], Some(body[phase]));
+            let close = |a: Lanes, b: Lanes| (a - b).abs().reduce_add() < 1e-12;
+            assert!(one.iter().zip(&both).all(|(a, b)| close(a.motion, b[phase].motion)));
+            assert!(one.iter().zip(&both).all(|(a, b)| close(a.force, b[phase].force)));
+            assert!(one.iter().zip(&momenta).all(|(a, b)| close(a.motion, b[phase])));
+            let alone = stencil.gather(&one, &strides);
+            for other in [&read[phase], &mapped[phase]] {
+                assert!(close(alone.velocity, other.velocity));
+                assert!((0..D).all(|j| close(alone.gradient[j], other.gradient[j])));
+            }
+            assert!(close(alone.acceleration, read[phase].acceleration));
+        }
+    }
+
+    #[test]
+    fn phases_on_one_grid_do_not_mix() {
+        phases_are_independent::<1, 2, Linear>();
+        phases_are_independent::<2, 3, Gimp>();
+        phases_are_independent::<3, 3, Gimp>();
     }
 }

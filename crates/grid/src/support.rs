@@ -1,19 +1,21 @@
 //! The nodes a point stands on: what the two transfers need of any shape functions.
 
-use crate::{Basis, Gathered, Grid, Lanes, Node, Stencil};
+use crate::{Basis, Gathered, Grid, Lanes, Node};
 
 /// Weights and gradients of the nodes at a point, and the transfers with them.
 ///
-/// [`Stencil`] is the product of one basis per axis and has its own, faster transfers; a [`NodeList`] names every node.
+/// [`crate::Stencil`] is the product of one basis per axis and has its own, faster transfers; a [`NodeList`] names every node.
 pub trait Support<const D: usize>: Copy + Send + Sync {
     /// Calls `visit(node number, weight, gradient)` for every node.
     fn for_each(&self, strides: &[usize; D], visit: impl FnMut(usize, f64, &[f64; D]));
 
-    /// The same nodes with `N (x_i - x_p)` (m) in place of the gradients, and `Σ N (x_i - x_p)²` (m²) along each axis.
+    /// The same nodes with `N (x_i - x_p)` (m) in place of the gradients, and `Σ N (x_i - x_p)²` (m²) along each
+    /// axis: what the affine transfers weigh with (MPM sheet §2.6). The mixed second moments are zero, because every
+    /// family reproduces linear fields.
     fn moments<const S: usize, B: Basis<S>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]);
 
     /// Point to grid: adds `N motion` and `Σ_j ∂N/∂x_j columns[j] + N body` to the nodes, the first of which has the
-    /// number `offset`.
+    /// number `offset`. With `columns[j] = -V σ e_j` this is the internal force.
     #[inline(always)]
     fn deposit(
         &self,
@@ -88,7 +90,8 @@ pub trait Support<const D: usize>: Copy + Send + Sync {
         out
     }
 
-    /// As [`Support::deposit`], for `N` phases at once.
+    /// As [`Support::deposit`], for `N` phases at once. The fourth lane of `body` is free for a scalar, which the force
+    /// of the node sums up.
     #[inline(always)]
     fn deposit_phases<const N: usize>(
         &self,
@@ -210,97 +213,5 @@ impl<const D: usize, const N: usize> Support<D> for NodeList<D, N> {
             }
         }
         (moments, squares)
-    }
-}
-
-impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
-    #[inline(always)]
-    fn for_each(&self, strides: &[usize; D], mut visit: impl FnMut(usize, f64, &[f64; D])) {
-        let last = D - 1;
-        self.lines(strides, |start, w, g| {
-            for k in 0..S {
-                let (wk, gk) = (self.weights[last][k], self.gradients[last][k]);
-                let slopes = std::array::from_fn(|axis| if axis == last { w * gk } else { g[axis] * wk });
-                visit(start + k, w * wk, &slopes);
-            }
-        });
-    }
-    #[inline(always)]
-    fn moments<const T: usize, B: Basis<T>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]) {
-        self.moments_at(grid, position, B::coordinate)
-    }
-    #[inline(always)]
-    fn deposit(
-        &self,
-        nodes: &mut [Node],
-        offset: usize,
-        strides: &[usize; D],
-        motion: Lanes,
-        columns: &[Lanes; D],
-        body: Option<Lanes>,
-    ) {
-        self.deposit(nodes, offset, strides, motion, columns, body);
-    }
-    #[inline(always)]
-    fn deposit_motion(&self, nodes: &mut [Lanes], offset: usize, strides: &[usize; D], value: Lanes) {
-        self.deposit_motion(nodes, offset, strides, value);
-    }
-    #[inline(always)]
-    fn deposit_slopes<T>(
-        &self,
-        nodes: &mut [T],
-        offset: usize,
-        strides: &[usize; D],
-        value: Lanes,
-        columns: &[Lanes; D],
-        at: impl Fn(&mut T) -> &mut Lanes,
-    ) {
-        self.deposit_slopes(nodes, offset, strides, value, columns, at);
-    }
-    #[inline(always)]
-    fn interpolate<T>(&self, nodes: &[T], strides: &[usize; D], of: impl Fn(&T) -> Lanes) -> Lanes {
-        self.interpolate(nodes, strides, of)
-    }
-    #[inline(always)]
-    fn gather(&self, nodes: &[Node], strides: &[usize; D]) -> Gathered<D> {
-        self.gather(nodes, strides)
-    }
-    #[inline(always)]
-    fn gather_velocity(&self, nodes: &[Lanes], strides: &[usize; D]) -> Gathered<D> {
-        self.gather_velocity(nodes, strides)
-    }
-    #[inline(always)]
-    fn deposit_phases<const N: usize>(
-        &self,
-        nodes: &mut [[Node; N]],
-        offset: usize,
-        strides: &[usize; D],
-        motion: &[Lanes; N],
-        columns: &[[Lanes; D]; N],
-        body: &[Lanes; N],
-    ) {
-        self.deposit_phases(nodes, offset, strides, motion, columns, body);
-    }
-    #[inline(always)]
-    fn deposit_motions<const N: usize>(
-        &self,
-        nodes: &mut [[Lanes; N]],
-        offset: usize,
-        strides: &[usize; D],
-        motion: &[Lanes; N],
-    ) {
-        self.deposit_motions(nodes, offset, strides, motion);
-    }
-    #[inline(always)]
-    fn gather_phases<const N: usize>(&self, nodes: &[[Node; N]], strides: &[usize; D]) -> [Gathered<D>; N] {
-        self.gather_phases(nodes, strides)
-    }
-    #[inline(always)]
-    fn gather_velocities<const N: usize>(
-        &self,
-        nodes: &[[Lanes; N]],
-        strides: &[usize; D],
-    ) -> [Gathered<D>; N] {
-        self.gather_velocities(nodes, strides)
     }
 }

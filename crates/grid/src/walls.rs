@@ -89,6 +89,31 @@ impl Walls {
         }
     }
 
+    /// The walls that hold a node, axis by axis.
+    fn of_node(&self, index: &[usize; 3]) -> impl Iterator<Item = &Wall> {
+        let axes = (0..3).filter(|axis| !self.lookup[*axis].is_empty());
+        axes.filter_map(|axis| self.at(axis, index))
+    }
+
+    /// Lets the walls of a node act; see [`Wall::constrain`].
+    pub fn constrain(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
+        self.of_node(index).for_each(|wall| wall.constrain(start, end, keep_start));
+    }
+
+    /// Lets the walls of a node act on its re-mapped velocity; see [`Wall::constrain_again`].
+    pub fn constrain_again(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
+        self.of_node(index).for_each(|wall| wall.constrain_again(solved, velocity));
+    }
+
+    /// One for each component of velocity that no wall of a node holds whatever happens, else zero.
+    pub fn free_components(&self, index: &[usize; 3]) -> [f64; 3] {
+        self.of_node(index).fold([1.0; 3], |mut free, wall| {
+            let own = wall.free_components();
+            (0..3).for_each(|c| free[c] *= own[c]);
+            free
+        })
+    }
+
     /// True when no wall is normal to `axis` at `index`: the quick test of a node's row. On a mesh with walls no row is
     /// known to be free.
     #[inline]
@@ -112,7 +137,7 @@ impl Wall {
     }
 
     /// One for each component of velocity that the wall leaves to the material whatever happens, else zero.
-    pub fn free_components(&self) -> [f64; 3] {
+    fn free_components(&self) -> [f64; 3] {
         let held = if self.holds() { self.held_components() } else { 0..0 };
         std::array::from_fn(|c| if held.contains(&c) { 0.0 } else { 1.0 })
     }

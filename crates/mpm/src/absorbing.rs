@@ -46,6 +46,24 @@ struct FaceNode {
     spring: [f64; 3],
 }
 
+impl FaceNode {
+    /// Adds the dashpots and springs of a part of the face, `share` (m²) in size.
+    fn add(&mut self, law: &Law, impedance: &Impedance, share: f64) {
+        for c in 0..3 {
+            let (dashpot, modulus) = if c == law.axis {
+                self.liquid[c] += law.normal * impedance.liquid * share;
+                (law.normal * impedance.normal, impedance.modulus)
+            } else {
+                (law.tangential * impedance.shear, impedance.shear_modulus)
+            };
+            self.solid[c] += dashpot * share;
+            if let Some(length) = law.spring_length {
+                self.spring[c] += modulus / length * share;
+            }
+        }
+    }
+}
+
 /// What a body's material answers a wave with: `ρ c_P`, `ρ c_S` (Pa s/m), P-wave and shear modulus (Pa), and the
 /// liquid's `n ρ_L c_L` (Pa s/m).
 #[derive(Clone, Copy, Debug, Default)]
@@ -156,20 +174,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let stencil = Stencil::<D, S>::new::<B>(grid, &set.origin[p], &set.extent);
             for_each_across::<D, S>(&stencil, law.axis, |mut index, weight| {
                 index[law.axis] = normal_index;
-                let place = (0..D).map(|axis| index[axis] * strides[axis]).sum();
-                let node = found.entry(place).or_insert(FaceNode { place, index, ..FaceNode::default() });
-                for c in 0..D {
-                    let share = area * weight;
-                    if c == law.axis {
-                        node.solid[c] += law.normal * impedance.normal * share;
-                        node.liquid[c] += law.normal * impedance.liquid * share;
-                    } else {
-                        node.solid[c] += law.tangential * impedance.shear * share;
-                    }
-                    if let Some(length) = law.spring_length {
-                        let modulus = if c == law.axis { impedance.modulus } else { impedance.shear_modulus };
-                        node.spring[c] += modulus / length * share;
-                    }
+                for index in self.layout.images(index) {
+                    let place = (0..D).map(|axis| index[axis] * strides[axis]).sum();
+                    let node = found.entry(place).or_insert(FaceNode { place, index, ..FaceNode::default() });
+                    node.add(law, impedance, area * weight);
                 }
             });
         }
@@ -185,7 +193,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let node = &mut self.nodes[at.place];
                 let mass = inertia * node.motion.as_array()[3];
                 if mass > 0.0 {
-                    brake(node, mass, &at.solid, &at.spring, moved, &free::<D>(&self.walls, &at.index), dt);
+                    brake(
+                        node,
+                        mass,
+                        &at.solid,
+                        &at.spring,
+                        moved,
+                        &self.walls.free_components(&at.index),
+                        dt,
+                    );
                 }
             }
         }
@@ -202,10 +218,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 if solid <= 0.0 {
                     continue;
                 }
-                let free_solid = free::<D>(&self.walls, &at.index);
+                let free_solid = self.walls.free_components(&at.index);
                 if liquid > 0.0 {
                     let before = node[LIQUID].motion;
-                    let mask = free::<D>(walls, &at.index);
+                    let mask = walls.free_components(&at.index);
                     brake(
                         &mut node[LIQUID],
                         inertia * liquid,
@@ -225,18 +241,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         }
     }
-}
-
-/// One for components that no wall holds, zero for the others.
-fn free<const D: usize>(walls: &Walls, index: &[usize; 3]) -> [f64; 3] {
-    let mut free = [1.0; 3];
-    for axis in 0..D {
-        if let Some(wall) = walls.at(axis, index) {
-            let own = wall.free_components();
-            (0..3).for_each(|c| free[c] *= own[c]);
-        }
-    }
-    free
 }
 
 /// Solves `m (v - v*)/dt = -D v - k (u + dt v)` for the velocity `v` of a node that would end with `v*`.

@@ -1,14 +1,10 @@
 //! Affine transfers, APIC and TPIC (MPM sheet §2.6): points carry the moment or the gradient of the velocity.
 
 use colluvium_grid::{Basis, Grid, Lanes, Node, Support};
-use rayon::prelude::*;
 
 use crate::config::Transfer;
-use crate::points::{PointDomain, PointSet, ground};
+use crate::points::{PointDomain, PointSet, for_each_point, ground};
 use crate::solver::MpmSolver;
-
-/// Points handled at once.
-const CHUNK: usize = 256;
 
 /// Where a node keeps its momentum, later its velocity.
 pub fn momentum(node: &mut Node) -> &mut Lanes {
@@ -66,20 +62,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         for set in &mut self.sets {
             let nodes = &self.nodes[set.field * nodes_per_field..];
             let extent = &set.extent;
-            let chunks = set.affine.par_chunks_mut(CHUNK).zip(set.position.par_chunks(CHUNK));
-            chunks.zip(set.domain.par_chunks(CHUNK)).for_each(|((affine, position), domain)| {
-                for ((affine, position), domain) in affine.iter_mut().zip(position).zip(domain) {
-                    let stencil = domain.support::<S, B>(&ground, position, extent);
-                    let slopes = if transfer == Transfer::Apic {
-                        stencil.moments::<S, B>(ground.grid, position).0.gather(nodes, &strides)
-                    } else {
-                        stencil.gather(nodes, &strides)
-                    };
-                    for (j, column) in slopes.gradient.iter().enumerate() {
-                        let column = column.to_array();
-                        for i in 0..D {
-                            affine[i][j] = column[i];
-                        }
+            for_each_point(&mut set.affine, &set.position, &set.domain, |affine, position, domain| {
+                let stencil = domain.support::<S, B>(&ground, position, extent);
+                let slopes = if transfer == Transfer::Apic {
+                    stencil.moments::<S, B>(ground.grid, position).0.gather(nodes, &strides)
+                } else {
+                    stencil.gather(nodes, &strides)
+                };
+                for (j, column) in slopes.gradient.iter().enumerate() {
+                    let column = column.to_array();
+                    for i in 0..D {
+                        affine[i][j] = column[i];
                     }
                 }
             });

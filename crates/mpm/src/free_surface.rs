@@ -6,7 +6,8 @@
 
 use colluvium_case::description::{Body, Space};
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Linear, Stencil};
+use colluvium_constitutive::SymTensor;
+use colluvium_grid::{Basis, Grid, Lanes, Layout, Linear, Stencil, Support};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
@@ -59,42 +60,23 @@ pub fn free_surface<const D: usize>(
     })))
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
-    /// Takes the stress off the liquid points on the free surface.
-    pub(crate) fn free_surface(&mut self) {
-        let Some(mut surface) = self.free_surface.take() else { return };
-        self.fill_ratios(&mut surface);
-        let FreeSurface { factor, layout, fill, liquid, .. } = &*surface;
-        let (grid, strides) = (&self.grid, layout.strides());
-        for set in self.sets.iter_mut().filter(|set| liquid[set.body as usize]) {
-            set.position.par_iter().zip(&mut set.stress).for_each(|(position, stress)| {
-                let stencil = Stencil::<D, 2>::new::<Linear>(grid, position, &[0.0; D]);
-                let ratio = stencil.interpolate(fill, &strides, |fill| Lanes::splat(*fill));
-                if ratio.as_array()[0] <= *factor {
-                    stress.0 = [0.0; 6];
-                }
-            });
-        }
-        self.free_surface = Some(surface);
-    }
-
-    fn fill_ratios(&self, surface: &mut FreeSurface<D>) {
-        let FreeSurface { layout, sums, fill, densities, .. } = surface;
-        sums.par_iter_mut().for_each(|sum| *sum = Lanes::ZERO);
-        let (grid, strides) = (&self.grid, layout.strides());
-        layout.scatter(sums, |slab, window, offset| {
-            for set in &self.sets {
-                let scale = 1.0 / densities[set.body as usize];
-                for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let stencil = Stencil::<D, 2>::new::<Linear>(grid, &set.position[p], &[0.0; D]);
-                    let volume = Lanes::new([scale * set.mass[p], 0.0, 0.0, 0.0]);
-                    stencil.deposit_motion(window, offset, &strides, volume);
-                    let lowest: usize = (0..D).map(|axis| stencil.first[axis] * strides[axis]).sum();
-                    window[lowest - offset] = window[lowest - offset] * Lanes::new([1.0, 0.0, 0.0, 0.0])
-                        + Lanes::new([0.0, 1.0, 0.0, 0.0]);
-                }
+impl<const D: usize> FreeSurface<D> {
+    /// Takes the stress off the points where the fill ratio is small.
+    fn relieve(&self, grid: &Grid<D>, positions: &[[f64; D]], stresses: &mut [SymTensor]) {
+        let strides = self.layout.strides();
+        positions.par_iter().zip(stresses).for_each(|(position, stress)| {
+            let stencil = Stencil::<D, 2>::new::<Linear>(grid, position, &[0.0; D]);
+            let ratio = stencil.interpolate(&self.fill, &strides, |fill| Lanes::splat(*fill));
+            if ratio.as_array()[0] <= self.factor {
+                stress.0 = [0.0; 6];
             }
         });
+    }
+
+    /// Fill ratios from the sums.
+    fn divide(&mut self, grid: &Grid<D>) {
+        let Self { sums, fill, .. } = self;
+        let strides = self.layout.strides();
         let share = (0.5 * grid.cell).powi(D as i32);
         fill.par_chunks_mut(strides[0]).enumerate().for_each(|(row, line)| {
             for (number, ratio) in line.iter_mut().enumerate() {
@@ -112,6 +94,38 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 *ratio = held / (share * around.count() as f64);
             }
         });
+    }
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Takes the stress off the liquid points on the free surface.
+    pub(crate) fn free_surface(&mut self) {
+        let Some(mut surface) = self.free_surface.take() else { return };
+        self.fill_ratios(&mut surface);
+        for set in self.sets.iter_mut().filter(|set| surface.liquid[set.body as usize]) {
+            surface.relieve(&self.grid, &set.position, &mut set.stress);
+        }
+        self.free_surface = Some(surface);
+    }
+
+    fn fill_ratios(&self, surface: &mut FreeSurface<D>) {
+        let FreeSurface { layout, sums, densities, .. } = surface;
+        sums.fill(Lanes::ZERO);
+        let (grid, strides) = (&self.grid, layout.strides());
+        layout.scatter(sums, |slab, window, offset| {
+            for set in &self.sets {
+                let scale = 1.0 / densities[set.body as usize];
+                for p in set.slabs[slab]..set.slabs[slab + 1] {
+                    let stencil = Stencil::<D, 2>::new::<Linear>(grid, &set.position[p], &[0.0; D]);
+                    let volume = Lanes::new([scale * set.mass[p], 0.0, 0.0, 0.0]);
+                    stencil.deposit_motion(window, offset, &strides, volume);
+                    let lowest: usize = (0..D).map(|axis| stencil.first[axis] * strides[axis]).sum();
+                    window[lowest - offset] = window[lowest - offset] * Lanes::new([1.0, 0.0, 0.0, 0.0])
+                        + Lanes::new([0.0, 1.0, 0.0, 0.0]);
+                }
+            }
+        });
+        surface.divide(grid);
     }
 }
 

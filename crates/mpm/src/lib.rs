@@ -12,6 +12,7 @@
 
 mod absorbing;
 mod affine;
+mod blocks;
 mod checkpoint;
 mod config;
 mod contact;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use colluvium_grid::{Lanes, Node, Walls};
+use colluvium_grid::{Lanes, Layout, Node, Walls};
 
 /// What a row of nodes adds to the measures of equilibrium (MPM sheet §2.14).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,17 +53,8 @@ pub struct MomentumSolve<'a, const D: usize> {
     pub light: f64,
     /// Boundary conditions.
     pub walls: &'a Walls,
-    /// Nodes per axis.
-    pub nodes: [usize; D],
-}
-
-/// Index along the axes of node `number` of a row, on a grid with `nodes` nodes per axis.
-fn index<const D: usize>(nodes: &[usize; D], row: usize, number: usize) -> [usize; 3] {
-    match D {
-        1 => [row, 0, 0],
-        2 => [row, number, 0],
-        _ => [row, number / nodes[D - 1], number % nodes[D - 1]],
-    }
+    /// The nodes.
+    pub layout: &'a Layout<D>,
 }
 
 impl<const D: usize> MomentumSolve<'_, D> {
@@ -85,7 +76,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
                 node.force = Lanes::ZERO;
                 continue;
             }
-            let index = index(&self.nodes, row, number);
+            let index = self.layout.index(row, number);
             if plain && row_free && (1..D).all(|axis| self.walls.is_free(axis, index[axis])) {
                 let inverse = 1.0 / mass;
                 let acceleration = (node.force * inverse + gravity) * ease;
@@ -110,11 +101,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
             let damped = self.damping[c] * total.abs() * sign(start[c]);
             end[c] = start[c] + self.dt * (total - damped) / (self.inertia * mass);
         }
-        for axis in 0..D {
-            if let Some(wall) = self.walls.at(axis, index) {
-                wall.constrain(&mut start, &mut end, self.keep_start);
-            }
-        }
+        self.walls.constrain(index, &mut start, &mut end, self.keep_start);
         node.motion = Lanes::new([end[0], end[1], end[2], mass]);
         let rate = |c: usize| (end[c] - start[c]) / self.dt;
         node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
@@ -122,7 +109,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
 }
 
 /// Sign, and zero of zero.
-fn sign(x: f64) -> f64 {
+pub fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
@@ -151,8 +138,8 @@ pub struct Audit<'a, const D: usize> {
     pub light: f64,
     /// Boundary conditions.
     pub walls: &'a Walls,
-    /// Nodes per axis.
-    pub nodes: [usize; D],
+    /// The nodes.
+    pub layout: &'a Layout<D>,
 }
 
 impl<const D: usize> Audit<'_, D> {
@@ -166,14 +153,7 @@ impl<const D: usize> Audit<'_, D> {
             if mass <= self.light {
                 continue;
             }
-            let index = index(&self.nodes, row, number);
-            let mut free = [1.0; 3];
-            for axis in 0..D {
-                if let Some(wall) = self.walls.at(axis, &index) {
-                    let of_wall = wall.free_components();
-                    (0..3).for_each(|c| free[c] *= of_wall[c]);
-                }
-            }
+            let free = self.walls.free_components(&self.layout.index(row, number));
             for c in 0..D {
                 let weight = mass * self.gravity[c];
                 // What accelerates it, without the damping that is in it.
@@ -193,11 +173,13 @@ impl<const D: usize> Audit<'_, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use colluvium_grid::{Grid, Linear};
 
     /// Largest speed over the one at the start in `steps` steps of one lumped element with free ends, in units in
     /// which length, density and modulus are 1 (MPM sheet A-36).
     fn growth(dt: f64, steps: usize) -> f64 {
         let walls = Walls::new(&[2], Vec::new());
+        let layout = Layout::new::<2, Linear>(&Grid::new([0.0], [1.0], 1.0).unwrap());
         let solve = MomentumSolve::<1> {
             dt,
             gravity: [0.0; 3],
@@ -206,7 +188,7 @@ mod tests {
             inertia: 1.0,
             light: 0.0,
             walls: &walls,
-            nodes: [2],
+            layout: &layout,
         };
         let (mut speeds, mut stress, mut largest) = ([1.0, -1.0], 0.0, 0f64);
         for _ in 0..steps {

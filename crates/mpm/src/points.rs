@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use colluvium_constitutive::{Material, States, SymTensor};
 use colluvium_grid::{Basis, Grid, Mesh, Stencil, Support};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::loads::SurfaceLoad;
@@ -128,6 +129,37 @@ impl<const D: usize> PointDomain<D> for FixedDomain {
     fn from_numbers(_numbers: &[f64]) -> Self {
         Self
     }
+}
+
+/// Points handled at once by [`for_each_point`].
+const CHUNK: usize = 256;
+
+/// Calls `visit` for every point with what `values` has for it, its position (m) and its domain, in parallel.
+pub fn for_each_point<const D: usize, P: PointDomain<D>, T: Send>(
+    values: &mut [T],
+    position: &[[f64; D]],
+    domain: &[P],
+    visit: impl Fn(&mut T, &[f64; D], &P) + Sync,
+) {
+    for_each_chunk(values, position, domain, &|values, position, domain| {
+        for ((value, position), domain) in values.iter_mut().zip(position).zip(domain) {
+            visit(value, position, domain);
+        }
+    });
+}
+
+/// What is called for a chunk of points: with their values, positions and domains.
+type ChunkVisitor<'a, const D: usize, P, T> = dyn Fn(&mut [T], &[[f64; D]], &[P]) + Sync + 'a;
+
+/// The loop of [`for_each_point`], compiled once for every `visit`.
+fn for_each_chunk<const D: usize, P: PointDomain<D>, T: Send>(
+    values: &mut [T],
+    position: &[[f64; D]],
+    domain: &[P],
+    visit: &ChunkVisitor<'_, D, P, T>,
+) {
+    let chunks = values.par_chunks_mut(CHUNK).zip(position.par_chunks(CHUNK)).zip(domain.par_chunks(CHUNK));
+    chunks.for_each(|((values, position), domain)| visit(values, position, domain));
 }
 
 /// All points of one body. Every array has one entry per point, in the order of the last sort.

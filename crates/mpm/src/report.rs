@@ -1,7 +1,7 @@
 //! What the solver tells: time-step limit, snapshot, budget.
 
 use colluvium_case::{Budget, Field, FieldData, Snapshot, TimeStep};
-use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
+use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
 use colluvium_grid::Basis;
 use rayon::prelude::*;
 
@@ -36,6 +36,18 @@ pub fn square<const D: usize>(vector: &[f64; D]) -> f64 {
     vector.iter().map(|c| c * c).sum()
 }
 
+/// The smallest of `none` and what `of_block(index of its first point, stresses, states)` finds in the blocks of a set.
+fn least_of_blocks(
+    stress: &[SymTensor],
+    states: &States,
+    none: Limit,
+    of_block: &(dyn Fn(usize, &[SymTensor], &StateBlock) -> Limit + Sync),
+) -> Limit {
+    let blocks = stress.par_chunks(BLOCK).zip(states.blocks()).enumerate().with_min_len(16);
+    let limits = blocks.map(|(block, (stress, states))| of_block(block * BLOCK, stress, states));
+    limits.reduce(|| none, Limit::smaller)
+}
+
 /// One number per point of a set, block by block.
 fn per_point<const D: usize, P: PointDomain<D>>(
     set: &PointSet<D, P>,
@@ -58,11 +70,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let none = Limit { dt: f64::INFINITY, limit: "nothing", set: 0, index: 0 };
         let mut least = none;
         for (number, set) in self.sets.iter().enumerate() {
-            let blocks = set.stress.par_chunks(BLOCK).zip(set.states.blocks()).enumerate().with_min_len(16);
-            let of_block = |(block, (stress, states)): (usize, (&[SymTensor], &StateBlock))| {
-                self.block_limit(number, block * BLOCK, stress, states)
+            let of_block = |first: usize, stress: &[SymTensor], states: &StateBlock| {
+                self.block_limit(number, first, stress, states)
             };
-            least = least.smaller(blocks.map(of_block).reduce(|| none, Limit::smaller));
+            least = least.smaller(least_of_blocks(&set.stress, &set.states, none, &of_block));
         }
         let point = self.sets.get(least.set).filter(|set| least.index < set.len());
         TimeStep {

@@ -156,23 +156,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let (low, high, periodic) = (self.grid.origin, self.upper, self.periodic);
         let mut wrapped = false;
         for set in &mut self.sets {
-            let points = set.position.par_iter_mut().zip(&mut set.origin);
-            wrapped |= points
-                .map(|(position, origin)| {
-                    let mut any = false;
-                    for axis in (0..D).filter(|axis| periodic[*axis]) {
-                        let shift = match position[axis] {
-                            x if x < low[axis] => high[axis] - low[axis],
-                            x if x >= high[axis] => low[axis] - high[axis],
-                            _ => continue,
-                        };
-                        position[axis] = (position[axis] + shift).clamp(low[axis], high[axis]);
-                        origin[axis] += shift;
-                        any = true;
-                    }
-                    any
-                })
-                .reduce(|| false, |a, b| a | b);
+            wrapped |= wrap([&low, &high], &periodic, &mut set.position, &mut set.origin);
         }
         if wrapped {
             // They are in other slabs now.
@@ -249,7 +233,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             inertia: self.options.mass_scaling,
             light: self.options.node_mass_cutoff * self.heaviest,
             walls: &self.walls,
-            nodes: self.layout.nodes(),
+            layout: &self.layout,
         };
         for nodes in self.nodes.chunks_exact_mut(self.layout.len()) {
             self.layout.rows(nodes, &mut self.row_sums, |row, active, line| {
@@ -289,7 +273,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             inertia: self.options.mass_scaling,
             light: self.options.node_mass_cutoff * self.heaviest,
             walls: &self.walls,
-            nodes: self.layout.nodes(),
+            layout: &self.layout,
         };
         let mut sums = RowSums::default();
         for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
@@ -335,4 +319,29 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         self.limit.clone().expect("set above")
     }
+}
+
+/// Moves points beyond the corners `low` and `high` (m) of a box to its other side along the axes that are periodic,
+/// and what displacement is counted from with them; says whether there were any.
+fn wrap<const D: usize>(
+    [low, high]: [&[f64; D]; 2],
+    periodic: &[bool; D],
+    positions: &mut [[f64; D]],
+    origins: &mut [[f64; D]],
+) -> bool {
+    let points = positions.par_iter_mut().zip(origins).map(|(position, origin)| {
+        let mut any = false;
+        for axis in (0..D).filter(|axis| periodic[*axis]) {
+            let shift = match position[axis] {
+                x if x < low[axis] => high[axis] - low[axis],
+                x if x >= high[axis] => low[axis] - high[axis],
+                _ => continue,
+            };
+            position[axis] = (position[axis] + shift).clamp(low[axis], high[axis]);
+            origin[axis] += shift;
+            any = true;
+        }
+        any
+    });
+    points.reduce(|| false, |a, b| a | b)
 }

@@ -75,7 +75,7 @@ impl CellStrains {
         &mut self,
         layout: &Layout<D>,
         row_sums: &mut [RowSums],
-        size: impl Fn(usize) -> f64 + Sync,
+        size: &(dyn Fn(usize) -> f64 + Sync),
     ) {
         let (strides, row) = (layout.strides(), layout.strides()[0]);
         let offsets: [usize; 8] =
@@ -190,7 +190,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             };
             let mut row_sums = std::mem::take(&mut self.row_sums);
-            strains.pass_through_nodes(&self.layout, &mut row_sums, size);
+            strains.pass_through_nodes(&self.layout, &mut row_sums, &size);
             self.row_sums = row_sums;
         }
         self.strains = strains;
@@ -273,7 +273,7 @@ mod tests {
                 }
             }
         }
-        shared.pass_through_nodes(&layout, &mut [RowSums::default(); 4], |_| 1.0);
+        shared.pass_through_nodes(&layout, &mut [RowSums::default(); 4], &|_| 1.0);
         std::array::from_fn(|i| std::array::from_fn(|j| shared.at(0, layout.len(), number(i, j))[0]))
     }
 

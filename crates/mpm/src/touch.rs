@@ -1,7 +1,6 @@
 //! The contact substep: what the laws of [`crate::contact`] do to the nodes (MPM sheet §3.6).
 
 use colluvium_grid::{Basis, Grid, Lanes, Node, Support, Walls};
-use rayon::prelude::*;
 
 use crate::contact::{ContactLaw, Pair, dot, norm, three};
 use crate::gap::SurfaceDistance;
@@ -23,19 +22,18 @@ pub struct RowTouch {
 }
 
 /// Two fields of `len` nodes each, borrowed together.
-fn two<T>(nodes: &mut [T], len: usize, [first, second]: [usize; 2]) -> (&mut [T], &mut [T]) {
+fn two<T>(nodes: &mut [T], len: usize, [first, second]: [usize; 2]) -> [&mut [T]; 2] {
     let (low, high) = nodes.split_at_mut(second * len);
-    (&mut low[first * len..(first + 1) * len], &mut high[..len])
+    [&mut low[first * len..(first + 1) * len], &mut high[..len]]
 }
 
 /// What the contact of a pair of fields needs at every node.
-struct Touch<'a, const D: usize> {
+struct Touch<'a> {
     law: Option<ContactLaw>,
     /// Fields of rigid bodies.
     rigid: [bool; 2],
     distance: &'a SurfaceDistance,
     walls: &'a Walls,
-    nodes: [usize; D],
     keep_start: bool,
     light: f64,
     inertia: f64,
@@ -44,15 +42,7 @@ struct Touch<'a, const D: usize> {
     dt: f64,
 }
 
-impl<const D: usize> Touch<'_, D> {
-    fn index(&self, row: usize, number: usize) -> [usize; 3] {
-        match D {
-            1 => [row, 0, 0],
-            2 => [row, number, 0],
-            _ => [row, number / self.nodes[D - 1], number % self.nodes[D - 1]],
-        }
-    }
-
+impl Touch<'_> {
     /// Inertias (kg) of the two sides: infinite for a rigid body.
     fn inertias(&self, masses: [f64; 2]) -> [f64; 2] {
         std::array::from_fn(|side| if self.rigid[side] { f64::INFINITY } else { self.inertia * masses[side] })
@@ -84,20 +74,12 @@ impl<const D: usize> Touch<'_, D> {
             let rate = three(node.force);
             let mut start: [f64; 3] = std::array::from_fn(|c| ends[side][c] - self.dt * rate[c]);
             let mut end = touched[side];
-            self.wall(index, &mut start, &mut end);
+            self.walls.constrain(index, &mut start, &mut end, self.keep_start);
             node.motion = Lanes::new([end[0], end[1], end[2], masses[side]]);
             let rate = |c: usize| (end[c] - start[c]) / self.dt;
             node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
         }
         RowTouch { changed, impulse }
-    }
-
-    fn wall(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3]) {
-        for axis in 0..D {
-            if let Some(wall) = self.walls.at(axis, index) {
-                wall.constrain(start, end, self.keep_start);
-            }
-        }
     }
 
     /// Velocities after contact; `None` without it.
@@ -186,13 +168,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    fn touching(&self, pair: &Pair, dt: f64) -> Touch<'_, D> {
+    fn touching(&self, pair: &Pair, dt: f64) -> Touch<'_> {
         Touch {
             law: pair.law,
             rigid: pair.fields.map(|field| self.contacts.rigid[field].is_some()),
             distance: &self.contacts.distance,
             walls: &self.walls,
-            nodes: self.layout.nodes(),
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
             light: self.options.node_mass_cutoff * self.heaviest,
             inertia: self.options.mass_scaling,
@@ -231,18 +212,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let [first, second] = pair.fields;
         let touch = self.touching(pair, dt);
         let surfaces = &self.contacts.surfaces;
-        let (a, b) = two(nodes, len, pair.fields);
-        let lines = a.par_chunks_mut(row_length).zip(b.par_chunks_mut(row_length)).zip(rows).enumerate();
-        lines.for_each(|(row, ((a, b), result))| {
-            *result = RowTouch::default();
-            for number in self.layout.active(row) {
+        self.layout.two_rows(two(nodes, len, pair.fields), rows, &|row, active, [a, b]| {
+            let mut result = RowTouch::default();
+            for number in active {
                 let place = row * row_length + number;
                 let surfaces = [surfaces[first * len + place], surfaces[second * len + place]];
-                let touched =
-                    touch.solved(&touch.index(row, number), [&mut a[number], &mut b[number]], surfaces);
+                let index = self.layout.index(row, number);
+                let touched = touch.solved(&index, [&mut a[number], &mut b[number]], surfaces);
                 result.changed |= touched.changed;
                 (0..3).for_each(|c| result.impulse[c] += touched.impulse[c]);
             }
+            result
         });
     }
 
@@ -260,21 +240,23 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn touch_again(&mut self) {
         let (len, row_length) = (self.layout.len(), self.layout.strides()[0]);
         let mut velocities = std::mem::take(&mut self.remapped);
+        let mut rows = std::mem::take(&mut self.contacts.rows);
         for pair in &self.contacts.pairs {
             let touch = self.touching(pair, 1.0);
             let [first, second] = pair.fields;
             let surfaces = &self.contacts.surfaces;
-            let (a, b) = two(&mut velocities, len, pair.fields);
-            let rows = a.par_chunks_mut(row_length).zip(b.par_chunks_mut(row_length)).enumerate();
-            rows.for_each(|(row, (a, b))| {
-                for number in self.layout.active(row) {
+            let both = two(&mut velocities, len, pair.fields);
+            self.layout.two_rows(both, &mut rows, &|row, active, [a, b]| {
+                for number in active {
                     let place = row * row_length + number;
                     let surfaces = [surfaces[first * len + place], surfaces[second * len + place]];
                     let solved = [&self.nodes[first * len + place], &self.nodes[second * len + place]];
                     touch.again(solved, [&mut a[number], &mut b[number]], surfaces);
                 }
+                RowTouch::default()
             });
         }
+        self.contacts.rows = rows;
         self.remapped = velocities;
     }
 }

@@ -1,13 +1,13 @@
 //! The transfers between points and grid, and what happens at the points in between.
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, StateBlock, SymTensor};
+use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, SymTensor};
 use colluvium_grid::{Basis, Lanes, Support};
-use rayon::iter::Either;
-use rayon::prelude::*;
 
 use crate::affine::{affine_momentum, momentum};
-use crate::points::{PointDomain, PointSet, ground};
+use crate::blocks::{Block, BlockReport, Failure, OfSet};
+use crate::contact::three;
+use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::{lowest_node, set_volumetric};
 
@@ -41,34 +41,6 @@ pub struct PointUpdate {
 impl PointUpdate {
     /// Nothing changes.
     pub const NONE: Self = Self { velocity: false, stress: false, position: false };
-}
-
-/// What a block of points reports: the largest move along an axis (m), and its first failure.
-pub type BlockReport = Result<f64, Failure>;
-
-/// A point that failed.
-pub struct Failure {
-    /// Index within its set.
-    pub index: usize,
-    /// Why.
-    pub reason: String,
-}
-
-/// One block of points, borrowed from the arrays of their set.
-struct Block<'a, const D: usize, P> {
-    first: usize,
-    field: usize,
-    body: u32,
-    position: &'a mut [[f64; D]],
-    velocity: &'a mut [[f64; D]],
-    volume: &'a mut [f64],
-    stress: &'a mut [SymTensor],
-    states: &'a mut StateBlock,
-    domain: &'a mut [P],
-    mass: &'a [f64],
-    initial_volume: &'a [f64],
-    /// Displacement gradients that the domains follow later; `None` where they follow at once.
-    pending: Option<&'a mut [[[f64; D]; D]]>,
 }
 
 /// A vector and a fourth number.
@@ -192,34 +164,22 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// momenta, else they hold the solved velocities; mass is in their fourth lane either way.
     fn velocities_of_remapped(&mut self, start: bool) {
         let (nodes, walls, layout) = (&self.nodes, &self.walls, &self.layout);
-        let (row_length, shape) = (layout.strides()[0], layout.nodes());
-        let light = 0.0;
+        let row_length = layout.strides()[0];
         let fields = self.remapped.chunks_exact_mut(layout.len()).zip(nodes.chunks_exact(layout.len()));
         for (remapped, nodes) in fields {
             layout.rows(remapped, &mut self.row_sums, |row, active, line| {
                 for number in active {
                     let node = &nodes[row * row_length + number];
                     let mass = node.motion.as_array()[3];
-                    if mass <= light {
+                    if mass <= 0.0 {
                         line[number] = Lanes::ZERO;
                         continue;
                     }
                     line[number] *= 1.0 / mass;
-                    let index = match D {
-                        1 => [row, 0, 0],
-                        2 => [row, number, 0],
-                        _ => [row, number / shape[D - 1], number % shape[D - 1]],
-                    };
-                    for axis in 0..D {
-                        if let Some(wall) = walls.at(axis, &index) {
-                            let [x, y, z, _] = line[number].to_array();
-                            let mut velocity = [x, y, z];
-                            let [x, y, z, _] = node.motion.to_array();
-                            let solved = if start { [f64::NAN; 3] } else { [x, y, z] };
-                            wall.constrain_again(&solved, &mut velocity);
-                            line[number] = Lanes::new([velocity[0], velocity[1], velocity[2], 0.0]);
-                        }
-                    }
+                    let solved = if start { Lanes::splat(f64::NAN) } else { node.motion };
+                    let mut velocity = three(line[number]);
+                    walls.constrain_again(&layout.index(row, number), &three(solved), &mut velocity);
+                    line[number] = lanes(&velocity, 0.0);
                 }
                 crate::momentum::RowSums::default()
             });
@@ -236,100 +196,20 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         dt: f64,
         what: PointUpdate,
     ) -> Result<f64, SolverError> {
-        let mut sets = std::mem::take(&mut self.sets);
-        let mut moved = 0f64;
-        let mut failure = None;
-        for (number, set) in sets.iter_mut().enumerate().filter(|(_, set)| set.rigid.is_none()) {
-            match self.update_set::<FROM_SOLVED>(set, dt, what) {
-                Ok(m) => moved = moved.max(m),
-                Err(f) => {
-                    failure = Some((number, f));
-                    break;
-                }
-            }
-        }
-        self.sets = sets;
-        match failure {
-            None => Ok(moved),
-            Some((number, f)) => Err(self.failed(number, f.index, f.reason)),
-        }
-    }
-
-    /// The error of a point that cannot be followed.
-    pub(crate) fn failed(&self, set: usize, index: usize, reason: String) -> SolverError {
-        let set = &self.sets[set];
-        let position = std::array::from_fn(|c| if c < D { set.position[index][c] } else { 0.0 });
-        SolverError::Point {
-            step: self.step,
-            time: self.time,
-            point: u64::from(set.id[index]),
-            position,
-            reason,
-        }
-    }
-
-    fn update_set<const FROM_SOLVED: bool>(
-        &self,
-        set: &mut PointSet<D, P>,
-        dt: f64,
-        what: PointUpdate,
-    ) -> BlockReport {
-        let (material, extent, field, body) = (set.material.clone(), set.extent, set.field, set.body);
-        let blocks = set.mass.len().div_ceil(BLOCK);
-        let pending = if set.pending.is_empty() {
-            Either::Left((0..blocks).into_par_iter().map(|_| None))
-        } else {
-            Either::Right(set.pending.par_chunks_mut(BLOCK).map(Some))
-        };
-        (
-            set.position.par_chunks_mut(BLOCK),
-            set.velocity.par_chunks_mut(BLOCK),
-            set.volume.par_chunks_mut(BLOCK),
-            set.stress.par_chunks_mut(BLOCK),
-            set.states.blocks_mut().par_iter_mut(),
-            set.domain.par_chunks_mut(BLOCK),
-            set.mass.par_chunks(BLOCK),
-            set.initial_volume.par_chunks(BLOCK),
-            pending,
-        )
-            .into_par_iter()
-            .enumerate()
-            .with_min_len(4)
-            .map(|(number, arrays)| {
-                let (position, velocity, volume, stress, states, domain, mass, initial_volume, pending) =
-                    arrays;
-                let first = number * BLOCK;
-                let mut block = Block {
-                    first,
-                    field,
-                    body,
-                    position,
-                    velocity,
-                    volume,
-                    stress,
-                    states,
-                    domain,
-                    mass,
-                    initial_volume,
-                    pending,
-                };
-                self.update_block::<FROM_SOLVED>(&mut block, &*material, &extent, dt, what)
-            })
-            .reduce(|| Ok(0.0), worst)
+        self.update_blocks(|solver, set, block| solver.update_block::<FROM_SOLVED>(set, block, dt, what))
     }
 
     #[inline]
     fn update_block<const FROM_SOLVED: bool>(
         &self,
+        set: &OfSet<'_, D>,
         block: &mut Block<'_, D, P>,
-        material: &dyn colluvium_constitutive::Material,
-        extent: &[f64; D],
         dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
-        let (strides, ground) = (self.layout.strides(), ground!(self));
+        let (strides, ground, extent) = (self.layout.strides(), ground!(self), &set.extent);
         let flip = self.options.flip_share();
-        let first_node = block.field * self.layout.len();
+        let first_node = set.field * self.layout.len();
         let mut moved = 0f64;
         let mut motions = [Motion {
             deformation: Mat3::IDENTITY,
@@ -359,7 +239,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let radius = block.position[p][0];
                 self.set_motion(&mut motions[p], &read.gradient, velocity[0], radius, dt);
                 if self.strains.is_shared() {
-                    let shared = self.shared_strain(block.body, &block.domain[p], &block.position[p]);
+                    let shared = self.shared_strain(set.body, &block.domain[p], &block.position[p]);
                     set_volumetric(&mut motions[p], self.normal_strains(), shared[0]);
                 }
                 let stretch = motions[p].deformation.determinant();
@@ -372,17 +252,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 motions[p].density = block.mass[p] / block.volume[p];
                 let gradient: [[f64; D]; D] =
                     std::array::from_fn(|i| std::array::from_fn(|j| motions[p].gradient.0[i][j]));
-                match &mut block.pending {
-                    Some(pending) => pending[p] = gradient,
-                    None => block.domain[p].follow(&gradient),
+                if block.pending.is_empty() {
+                    block.domain[p].follow(&gradient);
+                } else {
+                    block.pending[p] = gradient;
                 }
                 if let Some(reason) = block.domain[p].fault(extent, self.grid.cell) {
                     return Err(Failure { index: block.first + p, reason });
                 }
             }
             if what.position {
-                if let Some(pending) = &block.pending {
-                    block.domain[p].follow(&pending[p]);
+                if !block.pending.is_empty() {
+                    block.domain[p].follow(&block.pending[p]);
                 }
                 let mut step = 0f64;
                 for c in 0..D {
@@ -395,9 +276,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         }
         if what.stress {
-            material.update(&motions[..n], block.stress, block.states).map_err(|error| Failure {
-                index: block.first + error.index,
-                reason: error.source.to_string(),
+            set.material.update(&motions[..n], block.stress, &mut block.states[0]).map_err(|error| {
+                Failure { index: block.first + error.index, reason: error.source.to_string() }
             })?;
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
@@ -474,14 +354,5 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         }
         Ok(())
-    }
-}
-
-/// Keeps the larger move, or the failure with the lowest index.
-pub fn worst(a: BlockReport, b: BlockReport) -> BlockReport {
-    match (a, b) {
-        (Ok(a), Ok(b)) => Ok(a.max(b)),
-        (Err(a), Err(b)) => Err(if a.index <= b.index { a } else { b }),
-        (Err(a), Ok(_)) | (Ok(_), Err(a)) => Err(a),
     }
 }

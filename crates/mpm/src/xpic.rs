@@ -5,14 +5,10 @@
 //! momentum solve leaves behind; each further order is one sweep over points and grid.
 
 use colluvium_grid::{Basis, Lanes, Support};
-use rayon::prelude::*;
 
 use crate::momentum::RowSums;
-use crate::points::{Ground, PointDomain, PointSet, ground};
+use crate::points::{Ground, PointDomain, PointSet, for_each_point, ground};
 use crate::solver::MpmSolver;
-
-/// Points handled at once.
-const CHUNK: usize = 256;
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Takes `(I - S S⁺)^m V` from the velocities of the points; the update with `Δt S a` is that of FLIP.
@@ -42,7 +38,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let strides = self.layout.strides();
         let (sets, ground, walls) = (&self.sets, ground!(self), &self.walls);
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
-        let (row_length, shape) = (strides[0], self.layout.nodes());
+        let (layout, row_length) = (&self.layout, strides[0]);
         let fields = self.remapped.chunks_exact_mut(self.layout.len());
         for (field, (rest, nodes)) in fields.zip(self.nodes.chunks_exact(self.layout.len())).enumerate() {
             self.layout.scatter(rest, |slab, window, offset| {
@@ -60,18 +56,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 for number in active {
                     let mass = nodes[row * row_length + number].motion.as_array()[3];
                     line[number] *= if mass > 0.0 { 1.0 / mass } else { 0.0 };
-                    let index = match D {
-                        1 => [row, 0, 0],
-                        2 => [row, number, 0],
-                        _ => [row, number / shape[D - 1], number % shape[D - 1]],
-                    };
-                    for axis in 0..D {
-                        if let Some(wall) = walls.at(axis, &index) {
-                            let mut free = [1.0; 4];
-                            free[..3].copy_from_slice(&wall.free_components());
-                            line[number] *= Lanes::new(free);
-                        }
-                    }
+                    let [x, y, z] = walls.free_components(&layout.index(row, number));
+                    line[number] *= Lanes::new([x, y, z, 1.0]);
                 }
                 RowSums::default()
             });
@@ -92,13 +78,10 @@ fn subtract<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     read: impl Fn(&P::Support<S>) -> Lanes + Sync,
 ) {
     let extent = &set.extent;
-    let chunks = set.scratch.par_chunks_mut(CHUNK).zip(set.position.par_chunks(CHUNK));
-    chunks.zip(set.domain.par_chunks(CHUNK)).for_each(|((rest, position), domain)| {
-        for ((rest, position), domain) in rest.iter_mut().zip(position).zip(domain) {
-            let read = read(&domain.support::<S, B>(ground, position, extent)).to_array();
-            for c in 0..D {
-                rest[c] -= read[c];
-            }
+    for_each_point(&mut set.scratch, &set.position, &set.domain, |rest, position, domain| {
+        let read = read(&domain.support::<S, B>(ground, position, extent)).to_array();
+        for c in 0..D {
+            rest[c] -= read[c];
         }
     });
 }

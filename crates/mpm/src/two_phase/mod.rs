@@ -104,7 +104,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             light: [cutoff * self.heaviest, cutoff * *heaviest],
             audit: stage.equilibrium.is_some(),
             walls: [&self.walls, walls],
-            nodes: self.layout.nodes(),
+            layout: &self.layout,
         };
         let audit = solve.audit;
         self.layout.rows(nodes, row_sums, |row, active, line| solve.row(row, active, line));

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use colluvium_grid::{Lanes, Node, Walls};
+use colluvium_grid::{Lanes, Layout, Node, Walls};
 
 use super::{LIQUID, SOLID};
-use crate::momentum::RowSums;
+use crate::momentum::{RowSums, sign};
 
 /// What a row of nodes adds to the measures of equilibrium of both equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,8 +42,8 @@ pub struct PhaseSolve<'a, const D: usize> {
     pub audit: bool,
     /// Boundary conditions of both phases.
     pub walls: [&'a Walls; 2],
-    /// Nodes per axis.
-    pub nodes: [usize; D],
+    /// The nodes.
+    pub layout: &'a Layout<D>,
 }
 
 /// Masses and drag of a node.
@@ -85,7 +85,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 drift(&mut node[LIQUID], masses.liquid);
                 continue;
             }
-            let index = self.index(row, number);
+            let index = self.layout.index(row, number);
             if plain && row_free && (1..D).all(|axis| free(axis, index[axis])) {
                 self.free_node(node, &masses, gravity);
             } else {
@@ -93,14 +93,6 @@ impl<const D: usize> PhaseSolve<'_, D> {
             }
         }
         sums
-    }
-
-    fn index(&self, row: usize, number: usize) -> [usize; 3] {
-        match D {
-            1 => [row, 0, 0],
-            2 => [row, number, 0],
-            _ => [row, number / self.nodes[D - 1], number % self.nodes[D - 1]],
-        }
     }
 
     /// A node without walls, damping and audit.
@@ -207,11 +199,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
     }
 
     fn constrain(&self, phase: usize, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3]) {
-        for axis in 0..D {
-            if let Some(wall) = self.walls[phase].at(axis, index) {
-                wall.constrain(start, end, self.keep_start);
-            }
-        }
+        self.walls[phase].constrain(index, start, end, self.keep_start);
     }
 
     fn finish(&self, node: &mut Node, start: &[f64; 3], end: &[f64; 3], mass: f64) {
@@ -219,10 +207,6 @@ impl<const D: usize> PhaseSolve<'_, D> {
         node.motion = Lanes::new([end[0], end[1], end[2], mass]);
         node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
     }
-}
-
-fn sign(value: f64) -> f64 {
-    if value == 0.0 { 0.0 } else { value.signum() }
 }
 
 fn with_mass(velocity: Lanes, mass: f64) -> Lanes {
@@ -239,7 +223,7 @@ fn drift(node: &mut Node, mass: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use colluvium_grid::{Wall, WallKind};
+    use colluvium_grid::{Grid, Linear, Wall, WallKind};
 
     /// Masses 1590, 400 (liquid) and 1000 kg, drag of k = 10⁻³ m/s.
     fn node(solid: [f64; 3], liquid: [f64; 3]) -> [Node; 2] {
@@ -250,7 +234,12 @@ mod tests {
         ]
     }
 
-    fn solve(walls: [&Walls; 2], audit: bool) -> PhaseSolve<'_, 3> {
+    /// The nodes of one cell, of which the tests use the first.
+    fn cell<const D: usize>() -> Layout<D> {
+        Layout::new::<2, Linear>(&Grid::new([0.0; D], [1.0; D], 1.0).unwrap())
+    }
+
+    fn solve<'a>(layout: &'a Layout<3>, walls: [&'a Walls; 2], audit: bool) -> PhaseSolve<'a, 3> {
         PhaseSolve {
             dt: 1e-5,
             gravity: [0.0, -10.0, 0.0],
@@ -260,7 +249,7 @@ mod tests {
             light: [0.0; 2],
             audit,
             walls,
-            nodes: [1, 1, 1],
+            layout,
         }
     }
 
@@ -269,7 +258,7 @@ mod tests {
         let walls = Walls::new(&[1, 1, 1], Vec::new());
         for audit in [false, true] {
             let mut line = [node([1.0, 0.0, 0.0], [3.0, 0.0, 0.5])];
-            solve([&walls, &walls], audit).row(0, 0..1, &mut line);
+            solve(&cell(), [&walls, &walls], audit).row(0, 0..1, &mut line);
             let [solid, liquid] = line[0].map(|n| n.motion.to_array());
             // the difference shrinks by 1 - a dt, a = n rho g / ((1-n) rho_S k) = 4911.17 1/s (the sheet prints
             // 4910.6); gravity acts on both alike.
@@ -295,7 +284,7 @@ mod tests {
         };
         let held = Walls::new(&[1, 1, 1], vec![wall]);
         let mut line = [node([0.0; 3], [0.0; 3])];
-        solve([&free, &held], false).row(0, 0..1, &mut line);
+        solve(&cell(), [&free, &held], false).row(0, 0..1, &mut line);
         let [solid, liquid] = line[0].map(|n| n.force.to_array());
         assert_eq!(liquid[1], 0.0);
         // The skeleton carries the weight of both.
@@ -309,7 +298,7 @@ mod tests {
             let [mut solid, _] = node([1.0, 0.0, 0.0], [0.0; 3]);
             solid.force = Lanes::ZERO;
             let mut line = [[solid, Node::default()]];
-            solve([&walls, &walls], audit).row(0, 0..1, &mut line);
+            solve(&cell(), [&walls, &walls], audit).row(0, 0..1, &mut line);
             assert_eq!(line[0][SOLID].force.to_array(), [0.0, -10.0, 0.0, 0.0]);
             assert_eq!(line[0][LIQUID], Node::default());
         }
@@ -323,7 +312,9 @@ mod tests {
         solid.force = Lanes::new([5000.0, 0.0, 0.0, 0.0]);
         liquid.force = Lanes::new([0.0, 0.0, 0.0, 1000.0]);
         let mut line = [[solid, liquid]];
-        let damped = PhaseSolve { damping: 0.5, gravity: [-10.0, 0.0, 0.0], ..solve([&free, &free], false) };
+        let cell = cell();
+        let damped =
+            PhaseSolve { damping: 0.5, gravity: [-10.0, 0.0, 0.0], ..solve(&cell, [&free, &free], false) };
         damped.row(0, 0..1, &mut line);
         let [solid, liquid] = line[0].map(|n| n.force.to_array()[0]);
         // The liquid moves with its force: 10 000 - 0.5 × 10 000 of it are left.
@@ -341,7 +332,7 @@ mod tests {
         for audit in [false, true] {
             let [plain, heavy] = [1.0, 9.0].map(|inertia| {
                 let mut line = [node([1.0, 0.0, 0.0], [3.0, 0.0, 0.5])];
-                PhaseSolve { inertia, ..solve([&free, &free], audit) }.row(0, 0..1, &mut line);
+                PhaseSolve { inertia, ..solve(&cell(), [&free, &free], audit) }.row(0, 0..1, &mut line);
                 line[0].map(|n| n.force.to_array())
             });
             for phase in [SOLID, LIQUID] {
@@ -356,7 +347,7 @@ mod tests {
     /// Largest speed over the one at the start in `steps` steps of one lumped element of fixed length, whose ends are
     /// free.
     fn growth((n, grains, modulus, bulk, k, length): Element, dt: f64, steps: usize) -> f64 {
-        let walls = Walls::new(&[2], Vec::new());
+        let (walls, layout) = (Walls::new(&[2], Vec::new()), cell());
         let solve = PhaseSolve::<1> {
             dt,
             gravity: [0.0; 3],
@@ -366,7 +357,7 @@ mod tests {
             light: [0.0; 2],
             audit: false,
             walls: [&walls, &walls],
-            nodes: [2],
+            layout: &layout,
         };
         let fluid = crate::two_phase::Fluid {
             density: 1000.0,

@@ -1,39 +1,17 @@
 //! The transfers of both phases, and what happens at the points in between (MPM sheet §3.4).
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, Mat3, Material, Motion, Pore, StateBlock, SymTensor};
+use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, SymTensor};
 use colluvium_grid::{Basis, Lanes, Support};
-use rayon::prelude::*;
 
 use super::{Fluid, LIQUID, SOLID, TwoPhase};
+use crate::blocks::{Block, BlockReport, Failure, OfSet};
+use crate::contact::three;
 use crate::momentum::RowSums;
-use crate::points::{PointDomain, PointSet, ground};
+use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::set_volumetric;
-use crate::transfer::{BlockReport, Failure, PointUpdate, force_columns, lanes, worst};
-
-/// One block of points, borrowed from the arrays of their set.
-struct Block<'a, const D: usize, P> {
-    first: usize,
-    position: &'a mut [[f64; D]],
-    velocity: &'a mut [[f64; D]],
-    liquid_velocity: &'a mut [[f64; D]],
-    pressure: &'a mut [f64],
-    volume: &'a mut [f64],
-    stress: &'a mut [SymTensor],
-    states: &'a mut StateBlock,
-    domain: &'a mut [P],
-    mass: &'a [f64],
-    initial_volume: &'a [f64],
-}
-
-/// What the points of a set share.
-struct Shared<'a, const D: usize> {
-    material: &'a dyn Material,
-    extent: [f64; D],
-    body: u32,
-    fluid: Option<Fluid>,
-}
+use crate::transfer::{PointUpdate, force_columns, lanes};
 
 /// Trace of a velocity gradient given by its columns.
 #[inline(always)]
@@ -102,30 +80,22 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         });
         self.layout.fold(remapped, |sum, node| [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]));
         let walls = [&self.walls, &*walls];
-        let (row_length, shape) = (strides[0], self.layout.nodes());
+        let (layout, row_length) = (&self.layout, strides[0]);
         self.layout.rows(remapped, row_sums, |row, active, line| {
             for number in active {
-                let index = match D {
-                    1 => [row, 0, 0],
-                    2 => [row, number, 0],
-                    _ => [row, number / shape[D - 1], number % shape[D - 1]],
-                };
+                let index = layout.index(row, number);
                 for phase in [SOLID, LIQUID] {
-                    let solved = nodes[row * row_length + number][phase].motion.to_array();
+                    let solved = nodes[row * row_length + number][phase].motion;
+                    let mass = solved.as_array()[3];
                     let velocity = &mut line[number][phase];
-                    if solved[3] <= 0.0 {
+                    if mass <= 0.0 {
                         *velocity = Lanes::ZERO;
                         continue;
                     }
-                    *velocity *= 1.0 / solved[3];
-                    for axis in 0..D {
-                        if let Some(wall) = walls[phase].at(axis, &index) {
-                            let [x, y, z, _] = velocity.to_array();
-                            let mut held = [x, y, z];
-                            wall.constrain_again(&[solved[0], solved[1], solved[2]], &mut held);
-                            *velocity = Lanes::new([held[0], held[1], held[2], 0.0]);
-                        }
-                    }
+                    *velocity *= 1.0 / mass;
+                    let mut held = three(*velocity);
+                    walls[phase].constrain_again(&index, &three(solved), &mut held);
+                    *velocity = lanes(&held, 0.0);
                 }
             }
             super::PhaseSums { mixture: RowSums::default(), liquid: RowSums::default() }
@@ -139,82 +109,23 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         dt: f64,
         what: PointUpdate,
     ) -> Result<f64, SolverError> {
-        let mut sets = std::mem::take(&mut self.sets);
-        let mut moved = 0f64;
-        let mut failure = None;
-        for (number, set) in sets.iter_mut().enumerate() {
-            match self.update_phase_set::<FROM_SOLVED>(phases, set, dt, what) {
-                Ok(m) => moved = moved.max(m),
-                Err(f) => {
-                    failure = Some((number, f));
-                    break;
-                }
-            }
-        }
-        self.sets = sets;
-        match failure {
-            None => Ok(moved),
-            Some((number, f)) => Err(self.failed(number, f.index, f.reason)),
-        }
-    }
-
-    fn update_phase_set<const FROM_SOLVED: bool>(
-        &self,
-        phases: &TwoPhase,
-        set: &mut PointSet<D, P>,
-        dt: f64,
-        what: PointUpdate,
-    ) -> BlockReport {
-        let Some(pore) = &mut set.pore else { return Ok(0.0) };
-        let shared =
-            Shared { material: &*set.material, extent: set.extent, body: set.body, fluid: pore.fluid };
-        (
-            set.position.par_chunks_mut(BLOCK),
-            set.velocity.par_chunks_mut(BLOCK),
-            pore.velocity.par_chunks_mut(BLOCK),
-            pore.pressure.par_chunks_mut(BLOCK),
-            set.volume.par_chunks_mut(BLOCK),
-            set.stress.par_chunks_mut(BLOCK),
-            set.states.blocks_mut().par_iter_mut(),
-            set.domain.par_chunks_mut(BLOCK),
-            set.mass.par_chunks(BLOCK),
-            set.initial_volume.par_chunks(BLOCK),
-        )
-            .into_par_iter()
-            .enumerate()
-            .with_min_len(4)
-            .map(|(number, arrays)| {
-                let (position, velocity, liquid_velocity, pressure, volume, stress, states, domain, ..) =
-                    arrays;
-                let (mass, initial_volume) = (arrays.8, arrays.9);
-                let first = number * BLOCK;
-                let mut block = Block {
-                    first,
-                    position,
-                    velocity,
-                    liquid_velocity,
-                    pressure,
-                    volume,
-                    stress,
-                    states,
-                    domain,
-                    mass,
-                    initial_volume,
-                };
-                self.update_phase_block::<FROM_SOLVED>(phases, &mut block, &shared, dt, what)
-            })
-            .reduce(|| Ok(0.0), worst)
+        self.update_blocks(|solver, set, block| {
+            solver.update_phase_block::<FROM_SOLVED>(phases, set, block, dt, what)
+        })
     }
 
     #[inline]
     fn update_phase_block<const FROM_SOLVED: bool>(
         &self,
         phases: &TwoPhase,
+        set: &OfSet<'_, D>,
         block: &mut Block<'_, D, P>,
-        shared: &Shared<'_, D>,
         dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
+        if block.pressure.is_empty() {
+            return Ok(0.0);
+        }
         let (strides, ground) = (self.layout.strides(), ground!(self));
         let mut moved = 0f64;
         let mut motions = [Motion {
@@ -222,12 +133,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             gradient: Mat3::ZERO,
             dt,
             density: 0.0,
-            size: shared.extent[0],
+            size: set.extent[0],
             pore: Pore::default(),
         }; BLOCK];
         let n = block.position.len();
         for p in 0..n {
-            let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], &shared.extent);
+            let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], &set.extent);
             let read = if FROM_SOLVED {
                 stencil.gather_phases(&phases.nodes, &strides)
             } else {
@@ -236,7 +147,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let velocity = read[SOLID].velocity.to_array();
             if what.velocity {
                 self.follow_node(&mut block.velocity[p], &read[SOLID], dt);
-                if shared.fluid.is_some() {
+                if set.fluid.is_some() {
                     self.follow_node(&mut block.liquid_velocity[p], &read[LIQUID], dt);
                 }
             }
@@ -244,10 +155,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let mut strains = [SOLID, LIQUID].map(|phase| dt * trace(&read[phase].gradient));
                 self.set_motion(&mut motions[p], &read[SOLID].gradient, 0.0, 1.0, dt);
                 if self.strains.is_shared() {
-                    strains = self.shared_strain(shared.body, &block.domain[p], &block.position[p]);
+                    strains = self.shared_strain(set.body, &block.domain[p], &block.position[p]);
                     set_volumetric(&mut motions[p], D, strains[SOLID]);
                 }
-                self.deform(block, p, &shared.extent, &mut motions[p], shared.fluid.as_ref(), strains)
+                self.deform(block, p, &set.extent, &mut motions[p], set.fluid.as_ref(), strains)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
             if what.position {
@@ -262,9 +173,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         }
         if what.stress {
-            shared.material.update(&motions[..n], block.stress, block.states).map_err(|error| Failure {
-                index: block.first + error.index,
-                reason: error.source.to_string(),
+            set.material.update(&motions[..n], block.stress, &mut block.states[0]).map_err(|error| {
+                Failure { index: block.first + error.index, reason: error.source.to_string() }
             })?;
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }

@@ -1,40 +1,25 @@
 //! The solver against closed forms and conservation laws, and its two promises about bits.
 
-use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_case::{Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
+
+use crate::common::{begin, changed, solve, stresses, vectors};
 
 /// A block of one material with everything else at its simplest; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    let mut text = json!({
-        "title": "test", "space": "plane-strain",
-        "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
-        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
-        "stages": [{ "name": "s", "duration": 0.05 }],
-        "methods": { "mpm": { "cell_size": 0.1 } }
-    });
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    Case::from_json(&text.to_string()).unwrap()
-}
-
-fn solve(case: &Case) -> RunReport {
-    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
-}
-
-fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
-    let Some(FieldData::Tensor(stress)) = snapshot.field("stress").map(|f| &f.data) else {
-        panic!("no stress")
-    };
-    stress.iter().map(|s| s.0).collect()
-}
-
-fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
-    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
+    changed(
+        json!({
+            "title": "test", "space": "plane-strain",
+            "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
+            "stages": [{ "name": "s", "duration": 0.05 }],
+            "methods": { "mpm": { "cell_size": 0.1 } }
+        }),
+        &more,
+    )
 }
 
 const SHAPES: [&str; 6] = ["linear", "ugimp", "cpgimp", "quadratic", "cubic", "cpdi"];
@@ -85,15 +70,13 @@ fn a_restored_solver_continues_to_the_last_bit() {
                 solver.step(dt).unwrap();
             }
         };
-        let mut whole = Mpm.build(&case).unwrap();
-        whole.begin_stage(0, 0.0).unwrap();
+        let mut whole = begin(&case);
         // Later the disks have sheared too far for the corners of their points' domains.
         let cuts: &[usize] = if shape == "cpdi" { &[1, 37, 5] } else { &[1, 37, 5, 64] };
         for &cut in cuts {
             advance(&mut *whole, cut);
             let saved = whole.save();
-            let mut again = Mpm.build(&case).unwrap();
-            again.begin_stage(0, 0.0).unwrap();
+            let mut again = begin(&case);
             again.restore(&saved).unwrap();
             again.begin_stage(0, 0.0).unwrap();
             let mut reference = Mpm.build(&case).unwrap();
@@ -280,8 +263,7 @@ fn pulled_point(options: &Value) -> f64 {
                      "stress": { "kind": "uniform", "value": [1, 0, 0, 0, 0, 0] } }],
         "methods": { "mpm": all }
     }));
-    let mut solver = Mpm.build(&case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
+    let mut solver = begin(&case);
     let dt = solver.time_step().dt;
     solver.step(dt).unwrap();
     stresses(&solver.snapshot())[0][0] - 1.0

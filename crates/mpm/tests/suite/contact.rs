@@ -1,29 +1,21 @@
 //! Contact between bodies (MPM sheet §2.12).
 
-use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
+
+use crate::common::{begin, changed, solve, vectors};
 
 /// A case of one elastic material; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    let mut text = json!({
-        "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
-        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
-    });
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    Case::from_json(&text.to_string()).unwrap()
-}
-
-fn solve(case: &Case) -> RunReport {
-    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
-}
-
-fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
-    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
+    changed(
+        json!({
+            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
+        }),
+        &more,
+    )
 }
 
 /// Two blocks, one upon the other, that move with the velocities given.
@@ -102,8 +94,7 @@ fn momentum_is_conserved_and_kinetic_energy_is_not_made() {
             }
             let options = json!({ "shape": shape, "stress_update": scheme, "contacts": contact(0.3, 10.0) });
             let case = blocks([[0.0, 0.2], [0.4, -0.3]], &options);
-            let mut solver = Mpm.build(&case).unwrap();
-            solver.begin_stage(0, 0.0).unwrap();
+            let mut solver = begin(&case);
             let before = solver.budget();
             for _ in 0..200 {
                 let dt = solver.time_step().dt;
@@ -169,8 +160,7 @@ fn contact_is_the_same_on_two_threads_and_after_a_restart() {
                 solver.step(dt).unwrap();
             }
         };
-        let mut whole = Mpm.build(&case).unwrap();
-        whole.begin_stage(0, 0.0).unwrap();
+        let mut whole = begin(&case);
         advance(&mut *whole);
         let mut again = Mpm.build(&case).unwrap();
         again.restore(&whole.save()).unwrap();
@@ -189,8 +179,7 @@ fn bodies_that_come_near_do_not_touch_before_they_meet() {
         let mut case = blocks([[0.0, 0.0], [0.3, -1.0]], &options);
         case.bodies[1].shape =
             serde_json::from_value(json!({ "kind": "box", "min": [0.5, 1.05], "max": [1.5, 1.45] })).unwrap();
-        let mut solver = Mpm.build(&case).unwrap();
-        solver.begin_stage(0, 0.0).unwrap();
+        let mut solver = begin(&case);
         let mut first = f64::NAN;
         while solver.time() < 0.09 && first.is_nan() {
             let dt = solver.time_step().dt;
@@ -204,8 +193,7 @@ fn bodies_that_come_near_do_not_touch_before_they_meet() {
         assert!((first - 0.05).abs() < early, "{shape}: they meet at {first} s");
         let mut early = case.clone();
         early.methods.get_mut("mpm").unwrap()["contacts"][0]["test"] = json!("approach");
-        let mut solver = Mpm.build(&early).unwrap();
-        solver.begin_stage(0, 0.0).unwrap();
+        let mut solver = begin(&early);
         solver.step(1e-4).unwrap();
         assert!(means(&solver.snapshot())[0][1] != 0.0, "{shape}: by velocities alone they meet at once");
     }

@@ -1,56 +1,25 @@
 //! Saturated bodies against closed forms (MPM sheet ), and the solver's promises with two phases.
 
-use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_case::{Case, Method};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
+
+use crate::common::{advance, begin, changed, scalars, solve, stresses, vectors};
 
 /// A saturated column of 1 m that fills the domain: grains 2650, porosity 0.4; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    let mut text = json!({
-        "title": "test", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
-        "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
-                     "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10 } }],
-        "stages": [{ "name": "s", "duration": 1.0 }],
-        "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear" } }
-    });
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    Case::from_json(&text.to_string()).unwrap()
-}
-
-fn solve(case: &Case) -> RunReport {
-    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
-}
-
-fn begin(case: &Case) -> Box<dyn Solver> {
-    let mut solver = Mpm.build(case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
-    solver
-}
-
-fn advance(solver: &mut dyn Solver, steps: usize) {
-    for _ in 0..steps {
-        let dt = solver.time_step().dt;
-        solver.step(dt).unwrap();
-    }
-}
-
-fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
-    let Some(FieldData::Scalar(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
-}
-
-fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
-    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
-}
-
-fn tensors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 6]> {
-    let Some(FieldData::Tensor(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.iter().map(|s| s.0).collect()
+    changed(
+        json!({
+            "title": "test", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+                         "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10 } }],
+            "stages": [{ "name": "s", "duration": 1.0 }],
+            "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear" } }
+        }),
+        &more,
+    )
 }
 
 #[test]
@@ -138,7 +107,7 @@ fn without_drainage_water_takes_its_share_of_the_compression() {
             let strain = -1e-3 * 1e-5;
             let pressure = scalars(&snapshot, "pore_pressure")[0];
             assert!((pressure / (-2.15e9 / 0.4 * strain) - 1.0).abs() < 1e-6, "{pressure}");
-            let total = tensors(&snapshot, "total_stress")[0][0];
+            let total = snapshot.tensors("total_stress").unwrap()[0][0];
             assert!((total / ((1e7 + 2.15e9 / 0.4) * strain) - 1.0).abs() < 1e-6, "{total}");
             // All faces are shut: the two phases move as one, and so does the liquid's mass.
             let liquid = solver.budget().liquid.unwrap();
@@ -166,7 +135,7 @@ fn a_saturated_column_in_balance_stays_at_rest() {
     for field in ["velocity", "liquid_velocity"] {
         assert!(vectors(&snapshot, field).iter().all(|v| v[0].abs() < 1e-6), "{field}");
     }
-    let (pressure, stress) = (scalars(&snapshot, "pore_pressure"), tensors(&snapshot, "stress"));
+    let (pressure, stress) = (scalars(&snapshot, "pore_pressure"), stresses(&snapshot));
     for ((x, p), s) in snapshot.positions.iter().zip(&pressure).zip(&stress) {
         let depth = 1.0 - x[0];
         assert!((p / (9810.0 * depth) - 1.0).abs() < 1e-6);

@@ -1,40 +1,25 @@
 //! The total-Lagrangian form and the confining pressure against closed forms.
 
-use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
+
+use crate::common::{begin, changed, solve, stresses, vectors};
 
 /// An elastic body alone; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    let mut text = json!({
-        "title": "test", "space": "plane-strain",
-        "domain": { "min": [-1, -1], "max": [1, 1] }, "gravity": [0, 0],
-        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0, 0], "radius": 0.5 } }],
-        "stages": [{ "name": "s", "duration": 0.1 }],
-        "methods": { "sph": { "spacing": 0.05 } }
-    });
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    Case::from_json(&text.to_string()).unwrap()
-}
-
-fn solve(case: &Case) -> RunReport {
-    run(case, Sph.build(case).unwrap(), &RunOptions::default()).unwrap()
-}
-
-fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
-    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
-}
-
-fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
-    let Some(FieldData::Tensor(stress)) = snapshot.field("stress").map(|f| &f.data) else {
-        panic!("no stress")
-    };
-    stress.iter().map(|s| s.0).collect()
+    changed(
+        json!({
+            "title": "test", "space": "plane-strain",
+            "domain": { "min": [-1, -1], "max": [1, 1] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0, 0], "radius": 0.5 } }],
+            "stages": [{ "name": "s", "duration": 0.1 }],
+            "methods": { "sph": { "spacing": 0.05 } }
+        }),
+        &more,
+    )
 }
 
 const TOTAL: &str = "total-lagrangian";
@@ -107,8 +92,7 @@ fn the_total_form_restarts_to_the_last_bit() {
             "velocity": { "kind": "sine", "amplitude": [0, 1], "wave_vector": [6, 0] } }],
         "methods": total
     }));
-    let mut first = Sph.build(&case).unwrap();
-    first.begin_stage(0, 0.0).unwrap();
+    let mut first = begin(&case);
     let advance = |solver: &mut Box<dyn Solver>, steps: usize| {
         for _ in 0..steps {
             let dt = solver.time_step().dt;
@@ -147,8 +131,7 @@ fn confined(on: &str, stress: f64, ramp: f64, duration: f64) -> Case {
 /// Largest acceleration in the first step, over `p_c / (ρ Δx)` (SPH sheet V-33).
 fn unrest(on: &str) -> f64 {
     let case = confined(on, -1e4, 0.0, 0.1);
-    let mut solver = Sph.build(&case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
+    let mut solver = begin(&case);
     let dt = solver.time_step().dt;
     solver.step(dt).unwrap();
     let snapshot = solver.snapshot();

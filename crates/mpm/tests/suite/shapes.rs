@@ -4,26 +4,23 @@ use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
+use crate::common::{changed, solve};
+
 /// A block of an elastic material that nothing acts on; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    let mut text = json!({
-        "title": "test", "space": "plane-strain",
-        "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, 0],
-        "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
-                     "velocity": { "kind": "uniform", "value": [6, 1] } }],
-        "stages": [{ "name": "s", "duration": 0.2 }],
-        "methods": { "mpm": { "cell_size": 0.1 } }
-    });
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    Case::from_json(&text.to_string()).unwrap()
-}
-
-fn solve(case: &Case) -> RunReport {
-    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
+    changed(
+        json!({
+            "title": "test", "space": "plane-strain",
+            "domain": { "min": [0, 0], "max": [2, 1] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
+                         "velocity": { "kind": "uniform", "value": [6, 1] } }],
+            "stages": [{ "name": "s", "duration": 0.2 }],
+            "methods": { "mpm": { "cell_size": 0.1 } }
+        }),
+        &more,
+    )
 }
 
 fn largest_stress(report: &RunReport) -> f64 {

@@ -1,40 +1,25 @@
 //! The solver against closed forms and conservation laws, and its two promises about bits.
 
-use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_case::{Case, Method, Solver};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
+
+use crate::common::{begin, changed, solve, stresses, vectors};
 
 /// A block of one material with everything else at its simplest; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    let mut text = json!({
-        "title": "test", "space": "plane-strain",
-        "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
-        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
-        "stages": [{ "name": "s", "duration": 0.05 }],
-        "methods": { "sph": { "spacing": 0.05 } }
-    });
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    Case::from_json(&text.to_string()).unwrap()
-}
-
-fn solve(case: &Case) -> RunReport {
-    run(case, Sph.build(case).unwrap(), &RunOptions::default()).unwrap()
-}
-
-fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
-    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
-}
-
-fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
-    let Some(FieldData::Tensor(stress)) = snapshot.field("stress").map(|f| &f.data) else {
-        panic!("no stress")
-    };
-    stress.iter().map(|s| s.0).collect()
+    changed(
+        json!({
+            "title": "test", "space": "plane-strain",
+            "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] } }],
+            "stages": [{ "name": "s", "duration": 0.05 }],
+            "methods": { "sph": { "spacing": 0.05 } }
+        }),
+        &more,
+    )
 }
 
 /// A block that slides on a rough floor against a smooth wall: everything moves, everything yields.
@@ -98,8 +83,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
     };
     for options in variants() {
         let case = crash(&options);
-        let mut whole = Sph.build(&case).unwrap();
-        whole.begin_stage(0, 0.0).unwrap();
+        let mut whole = begin(&case);
         for cut in [1, 37, 64] {
             advance(&mut *whole, cut);
             let saved = whole.save();
@@ -152,8 +136,7 @@ fn v10_momentum_is_conserved() {
         json!({ "tensile": { "kind": "artificial-pressure", "strength": 0.9, "exponent": 4 }, "velocity_gradient": "corrected" }),
     ] {
         let case = swirl(&options);
-        let mut solver = Sph.build(&case).unwrap();
-        solver.begin_stage(0, 0.0).unwrap();
+        let mut solver = begin(&case);
         let start = solver.budget().momentum;
         let mut size = 0.0f64;
         for _ in 0..50 {
@@ -169,8 +152,7 @@ fn v10_momentum_is_conserved() {
     }
     // The form that conserves nothing.
     let case = swirl(&json!({ "momentum": "difference" }));
-    let mut solver = Sph.build(&case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
+    let mut solver = begin(&case);
     let start = solver.budget().momentum;
     (0..50).for_each(|_| {
         let dt = solver.time_step().dt;
@@ -182,8 +164,7 @@ fn v10_momentum_is_conserved() {
 /// Drift of kinetic and stored energy over a run, over the energy.
 fn energy_drift(options: &Value, step: f64) -> f64 {
     let case = swirl(options);
-    let mut solver = Sph.build(&case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
+    let mut solver = begin(&case);
     let energy = |solver: &dyn Solver| {
         let budget = solver.budget();
         budget.kinetic + budget.elastic
@@ -215,8 +196,7 @@ fn v16_a_standing_wave_in_a_confined_strip_has_its_frequency() {
                        { "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } }],
         "methods": { "sph": { "spacing": spacing, "viscosity_linear": 0 } }
     }));
-    let mut solver = Sph.build(&case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
+    let mut solver = begin(&case);
     // Modulus of uniaxial strain: E (1 - ν) / ((1 + ν)(1 - 2ν)) = 1.2 MPa.
     let exact = 2.0 * length / (1.2e6f64 / 1000.0).sqrt();
     let amplitude = |solver: &dyn Solver| {

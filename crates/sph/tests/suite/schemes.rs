@@ -2,25 +2,13 @@
 
 use std::f64::consts::PI;
 
-use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
-use colluvium_sph::Sph;
+use colluvium_case::{Case, Solver};
 use serde_json::{Value, json};
 
+use crate::common::{advance, begin, scalars, vectors};
+
 fn solver(text: &Value) -> Box<dyn Solver> {
-    let case = Case::from_json(&text.to_string()).unwrap();
-    let mut solver = Sph.build(&case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
-    solver
-}
-
-fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
-    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
-}
-
-fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
-    let Some(FieldData::Scalar(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
+    begin(&Case::from_json(&text.to_string()).unwrap())
 }
 
 /// A bar between two mirrors that swings in its first mode.
@@ -87,18 +75,11 @@ fn block(more: &Value, sph: &Value) -> Value {
     text
 }
 
-fn run(solver: &mut dyn Solver, steps: usize) {
-    for _ in 0..steps {
-        let dt = solver.time_step().dt;
-        solver.step(dt).unwrap();
-    }
-}
-
 #[test]
 fn v18_damping_is_exact() {
     let mut solver =
         solver(&block(&json!({}), &json!({ "damping": 0.05, "integration": "position-verlet" })));
-    run(&mut *solver, 40);
+    advance(&mut *solver, 40);
     // ξ c / h.
     let rate = 0.05 * (1.2e6f64 / 1000.0).sqrt() / 0.06;
     let exact = 0.5 * (-rate * solver.time()).exp();
@@ -113,7 +94,7 @@ fn a_periodic_body_runs_round_and_round() {
                                     "velocity": { "kind": "uniform", "value": [3.0, -2.0] } }],
                        "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] } });
     let mut solver = solver(&block(&full, &json!({ "spacing": 0.1 })));
-    run(&mut *solver, 2000);
+    advance(&mut *solver, 2000);
     let snapshot = solver.snapshot();
     assert!(snapshot.time * 3.0 > 2.0);
     for (x, u) in snapshot.positions.iter().zip(vectors(&snapshot, "displacement")) {
@@ -160,7 +141,7 @@ fn slide(angle: f64, friction: f64) -> f64 {
     };
     let (start, mut begin) = (0.15, None);
     while solver.time() < 0.4 {
-        run(&mut *solver, 1);
+        advance(&mut *solver, 1);
         if begin.is_none() && solver.time() >= start {
             begin = Some((solver.time(), mean(&*solver)));
         }
@@ -188,7 +169,7 @@ fn a_moving_wall_pushes_the_block_and_a_moving_belt_drags_it() {
         });
         let mut solver = solver(&block(&more, &json!({ "smooth_wall": smooth })));
         while solver.time() < 0.2 {
-            run(&mut *solver, 1);
+            advance(&mut *solver, 1);
         }
         let least = solver.snapshot().positions.iter().map(|x| x[0]).fold(f64::INFINITY, f64::min);
         assert!((least - 0.1 - 0.025).abs() < 0.015 && pushed, "{smooth}: {least}");
@@ -201,7 +182,7 @@ fn a_moving_wall_pushes_the_block_and_a_moving_belt_drags_it() {
     for wall in ["pairwise", "interpolated"] {
         let mut solver = solver(&block(&more, &json!({ "wall_stress": wall, "damping": 0.02 })));
         while solver.time() < 0.2 {
-            run(&mut *solver, 1);
+            advance(&mut *solver, 1);
         }
         let budget = solver.budget();
         assert!(budget.momentum[0] / budget.mass > 0.02, "{wall}: {:?}", budget.momentum);
@@ -238,7 +219,7 @@ fn a_hard_impact_does_not_pass_a_guarded_floor() {
     });
     let mut solver = solver(&block(&more, &json!({ "wall_guard": 0.02, "spacing": 0.025 })));
     while solver.time() < 0.08 {
-        run(&mut *solver, 1);
+        advance(&mut *solver, 1);
     }
     let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
     assert!(lowest > 0.0, "{lowest}");

@@ -1,24 +1,25 @@
 //! Rigid bodies and patches of prescribed velocity (MPM sheet §2.11, §3.6).
 
-use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_case::{Case, Method, RunReport, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
+
+use crate::common::{begin, changed, solve, vectors};
 
 /// An elastic block of 1 m on a smooth floor between smooth walls, and more.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    let mut text = json!({
-        "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2] }, "gravity": [0, 0],
-        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
-        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
-        "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
-                       { "side": "x-max", "wall": { "kind": "smooth" } }],
-        "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4 } }
-    });
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    Case::from_json(&text.to_string()).unwrap()
+    changed(
+        json!({
+            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
+                           { "side": "x-max", "wall": { "kind": "smooth" } }],
+            "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4 } }
+        }),
+        &more,
+    )
 }
 
 fn lid() -> Value {
@@ -27,15 +28,6 @@ fn lid() -> Value {
 
 fn block() -> Value {
     json!({ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } })
-}
-
-fn solve(case: &Case) -> RunReport {
-    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
-}
-
-fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
-    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
 }
 
 /// Mean force in the last tenth of the run, from the impulse.
@@ -141,8 +133,7 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
             solver.step(dt).unwrap();
         }
     };
-    let mut whole = Mpm.build(&case).unwrap();
-    whole.begin_stage(0, 0.0).unwrap();
+    let mut whole = begin(&case);
     advance(&mut *whole);
     let mut again = Mpm.build(&case).unwrap();
     again.restore(&whole.save()).unwrap();

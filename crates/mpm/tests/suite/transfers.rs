@@ -1,35 +1,21 @@
 //! Transfers of velocity, damping and mass scaling against the statements of the MPM sheet.
 
-use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_case::{Case, Method, RunOptions, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
+
+use crate::common::{begin, changed, solve, vectors};
 
 /// A case of one elastic material; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    let mut text = json!({
-        "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
-        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
-    });
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    Case::from_json(&text.to_string()).unwrap()
-}
-
-fn solve(case: &Case) -> RunReport {
-    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
-}
-
-fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
-    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
-}
-
-fn start(case: &Case) -> Box<dyn Solver> {
-    let mut solver = Mpm.build(case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
-    solver
+    changed(
+        json!({
+            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
+        }),
+        &more,
+    )
 }
 
 /// A spinning and stretching block, free.
@@ -61,7 +47,7 @@ fn factor(options: &Value) -> f64 {
         "stages": [{ "name": "s", "duration": 1 }],
         "methods": { "mpm": mpm }
     }));
-    let mut solver = start(&case);
+    let mut solver = begin(&case);
     let before = vectors(&solver.snapshot(), "velocity");
     solver.step(1e-6).unwrap();
     let after = vectors(&solver.snapshot(), "velocity");
@@ -119,7 +105,7 @@ fn affine_transfers_reproduce_an_affine_field() {
     for (transfer, shape) in apic.into_iter().chain(tpic) {
         for scheme in ["usl", "musl"] {
             let options = json!({ "transfer": transfer, "shape": shape, "stress_update": scheme });
-            let mut solver = start(&spinning(&options));
+            let mut solver = begin(&spinning(&options));
             let before = vectors(&solver.snapshot(), "velocity");
             // No stress yet: the first step moves the points and leaves their velocities.
             solver.step(1e-4).unwrap();
@@ -135,7 +121,7 @@ fn affine_transfers_reproduce_an_affine_field() {
 fn affine_pic_conserves_linear_and_angular_momentum() {
     for shape in ["quadratic", "cubic"] {
         let mut solver =
-            start(&spinning(&json!({ "transfer": "apic", "shape": shape, "stress_update": "usl" })));
+            begin(&spinning(&json!({ "transfer": "apic", "shape": shape, "stress_update": "usl" })));
         let before = solver.budget();
         for _ in 0..300 {
             let dt = solver.time_step().dt;
@@ -149,7 +135,7 @@ fn affine_pic_conserves_linear_and_angular_momentum() {
             assert!((after.momentum[c] - before.momentum[c]).abs() < 1e-11 * scale, "{shape}");
         }
         // The same without the moment: a tenth is lost.
-        let mut pic = start(&spinning(&json!({ "flip": 0, "shape": shape, "stress_update": "usl" })));
+        let mut pic = begin(&spinning(&json!({ "flip": 0, "shape": shape, "stress_update": "usl" })));
         let before = pic.budget().angular_momentum[2];
         for _ in 0..300 {
             let dt = pic.time_step().dt;
@@ -175,9 +161,9 @@ fn transfers_are_the_same_on_two_threads_and_after_a_restart() {
                 solver.step(dt).unwrap();
             }
         };
-        let mut whole = start(&case);
+        let mut whole = begin(&case);
         advance(&mut *whole);
-        let mut again = start(&case);
+        let mut again = begin(&case);
         again.restore(&whole.save()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         advance(&mut *whole);
@@ -220,7 +206,7 @@ fn local_damping_is_that_of_one_degree_of_freedom() {
             "stages": [{ "name": "s", "duration": 20, "damping": damping }],
             "methods": { "mpm": { "cell_size": 1, "points_per_cell": 1, "shape": "linear", "time_step": 1e-3 } }
         }));
-        let mut solver = start(&case);
+        let mut solver = begin(&case);
         let (mut turns, mut last) = (Vec::new(), (0.0, 1e-7));
         while turns.len() < 3 {
             solver.step(1e-3).unwrap();

@@ -2,9 +2,11 @@
 
 use std::fmt::Write as _;
 
-use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_case::{Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
+
+use crate::common::{begin, solve, stresses, vectors};
 
 /// A block of an elastic material on triangles; `more` replaces or adds keys.
 fn text(more: &Value) -> Value {
@@ -26,22 +28,6 @@ fn text(more: &Value) -> Value {
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
     Case::from_json(&text(&more).to_string()).unwrap()
-}
-
-fn solve(case: &Case) -> RunReport {
-    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
-}
-
-fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
-    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
-}
-
-fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
-    let Some(FieldData::Tensor(stress)) = snapshot.field("stress").map(|f| &f.data) else {
-        panic!("no stress")
-    };
-    stress.iter().map(|s| s.0).collect()
 }
 
 #[test]
@@ -99,8 +85,7 @@ fn a_restored_solver_continues_to_the_last_bit() {
             solver.step(dt).unwrap();
         }
     };
-    let mut whole = Mpm.build(&case).unwrap();
-    whole.begin_stage(0, 0.0).unwrap();
+    let mut whole = begin(&case);
     advance(&mut *whole, 23);
     let mut again = Mpm.build(&case).unwrap();
     again.restore(&whole.save()).unwrap();

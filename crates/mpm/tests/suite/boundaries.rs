@@ -1,50 +1,24 @@
 //! Loads that follow the surface, periodic and absorbing sides, excavation (MPM sheet §2.11).
 
-use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use colluvium_case::{Case, FieldData, Method, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
+
+use crate::common::{advance_to, begin, changed, scalars, solve, vectors};
 
 /// An elastic block in a box without gravity; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
 fn case(more: Value) -> Case {
-    let mut text = json!({
-        "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
-        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }],
-        "stages": [{ "name": "s", "duration": 1.0 }],
-        "methods": { "mpm": { "cell_size": 0.05 } }
-    });
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    Case::from_json(&text.to_string()).unwrap()
-}
-
-fn solve(case: &Case) -> RunReport {
-    run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap()
-}
-
-fn begin(case: &Case) -> Box<dyn Solver> {
-    let mut solver = Mpm.build(case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
-    solver
-}
-
-fn advance_to(solver: &mut dyn Solver, end: f64) {
-    while solver.time() < end {
-        let dt = solver.time_step().dt;
-        solver.step(dt).unwrap();
-    }
-}
-
-fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
-    let Some(FieldData::Vector(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
-}
-
-fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
-    let Some(FieldData::Scalar(values)) = snapshot.field(name).map(|f| &f.data) else { panic!("no {name}") };
-    values.clone()
+    changed(
+        json!({
+            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } }],
+            "stages": [{ "name": "s", "duration": 1.0 }],
+            "methods": { "mpm": { "cell_size": 0.05 } }
+        }),
+        &more,
+    )
 }
 
 /// Force on the whole body in the next step (N).

@@ -1,0 +1,208 @@
+//! Points in blocks, handed to the threads.
+
+use colluvium_case::SolverError;
+use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
+use colluvium_grid::Basis;
+
+use crate::points::{PointDomain, PointSet};
+use crate::solver::MpmSolver;
+
+/// What a block of points reports: the largest move along an axis (m), or its first failure.
+pub type BlockReport = Result<f64, Failure>;
+
+/// A point that failed.
+pub struct Failure {
+    /// Index within its set.
+    pub index: usize,
+    /// Why.
+    pub reason: String,
+}
+
+/// Some points, borrowed from the arrays of their set; see [`PointSet`] for what they are. An update gets blocks of
+/// [`BLOCK`] or fewer.
+pub struct Block<'a, const D: usize, P> {
+    /// Index of the first point within its set.
+    pub first: usize,
+    /// Positions (m).
+    pub position: &'a mut [[f64; D]],
+    /// Velocities (m/s).
+    pub velocity: &'a mut [[f64; D]],
+    /// Volumes.
+    pub volume: &'a mut [f64],
+    /// Stresses (Pa).
+    pub stress: &'a mut [SymTensor],
+    /// States of the law, one entry for every [`BLOCK`] points.
+    pub states: &'a mut [StateBlock],
+    /// Domains.
+    pub domain: &'a mut [P],
+    /// Masses (kg).
+    pub mass: &'a [f64],
+    /// Initial volumes.
+    pub initial_volume: &'a [f64],
+    /// Displacement gradients that the domains follow later; empty where they follow at once.
+    pub pending: &'a mut [[[f64; D]; D]],
+    /// Velocities of the liquid (m/s); empty without.
+    pub liquid_velocity: &'a mut [[f64; D]],
+    /// Pore pressures (Pa); empty without liquid.
+    pub pressure: &'a mut [f64],
+}
+
+/// Blocks that one thread takes at once.
+const GRAIN: usize = 4;
+
+/// What is done to a block.
+type Update<'a, const D: usize, P> = dyn Fn(&mut Block<'_, D, P>) -> BlockReport + Sync + 'a;
+
+impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
+    /// The first `blocks` blocks, and the others.
+    fn split(self, blocks: usize) -> (Self, Self) {
+        let points = blocks * BLOCK;
+        // Arrays that there are none of stay empty.
+        fn cut<T>(values: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
+            values.split_at_mut(at.min(values.len()))
+        }
+        let (position, velocity) = (cut(self.position, points), cut(self.velocity, points));
+        let (volume, stress) = (cut(self.volume, points), cut(self.stress, points));
+        let (states, domain) = (cut(self.states, blocks), cut(self.domain, points));
+        let (mass, initial_volume) = (self.mass.split_at(points), self.initial_volume.split_at(points));
+        let (pending, pressure) = (cut(self.pending, points), cut(self.pressure, points));
+        let liquid_velocity = cut(self.liquid_velocity, points);
+        let lower = Block {
+            first: self.first,
+            position: position.0,
+            velocity: velocity.0,
+            volume: volume.0,
+            stress: stress.0,
+            states: states.0,
+            domain: domain.0,
+            mass: mass.0,
+            initial_volume: initial_volume.0,
+            pending: pending.0,
+            liquid_velocity: liquid_velocity.0,
+            pressure: pressure.0,
+        };
+        let upper = Block {
+            first: self.first + points,
+            position: position.1,
+            velocity: velocity.1,
+            volume: volume.1,
+            stress: stress.1,
+            states: states.1,
+            domain: domain.1,
+            mass: mass.1,
+            initial_volume: initial_volume.1,
+            pending: pending.1,
+            liquid_velocity: liquid_velocity.1,
+            pressure: pressure.1,
+        };
+        (lower, upper)
+    }
+
+    /// Calls `update` for every block, in parallel; returns the largest move or the first failure. A call a block costs
+    /// nothing beside the block, and the loop is compiled once for all updates.
+    fn update(mut self, update: &Update<'_, D, P>) -> BlockReport {
+        let blocks = self.states.len();
+        if blocks > GRAIN {
+            let (lower, upper) = self.split(blocks.div_ceil(2));
+            let (lower, upper) = rayon::join(|| lower.update(update), || upper.update(update));
+            return worst(lower, upper);
+        }
+        let mut report = Ok(0.0);
+        for _ in 1..blocks {
+            let (mut block, rest) = self.split(1);
+            report = worst(report, update(&mut block));
+            self = rest;
+        }
+        if blocks > 0 { worst(report, update(&mut self)) } else { report }
+    }
+}
+
+impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
+    /// All points.
+    fn whole(&mut self) -> Block<'_, D, P> {
+        let (liquid_velocity, pressure) = match &mut self.pore {
+            Some(pore) => (&mut pore.velocity[..], &mut pore.pressure[..]),
+            None => Default::default(),
+        };
+        Block {
+            first: 0,
+            position: &mut self.position,
+            velocity: &mut self.velocity,
+            volume: &mut self.volume,
+            stress: &mut self.stress,
+            states: self.states.blocks_mut(),
+            domain: &mut self.domain,
+            mass: &self.mass,
+            initial_volume: &self.initial_volume,
+            pending: &mut self.pending,
+            liquid_velocity,
+            pressure,
+        }
+    }
+}
+
+/// What all points of a set share.
+pub struct OfSet<'a, const D: usize> {
+    /// The law.
+    pub material: &'a dyn colluvium_constitutive::Material,
+    /// Initial full widths (m).
+    pub extent: [f64; D],
+    /// Index into `Case::bodies`.
+    pub body: u32,
+    /// Velocity field of the grid.
+    pub field: usize,
+    /// The pore fluid, if any.
+    pub fluid: Option<crate::two_phase::Fluid>,
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Updates every block of every body that deforms; returns the largest move along an axis (m).
+    pub(crate) fn update_blocks(
+        &mut self,
+        update: impl Fn(&Self, &OfSet<'_, D>, &mut Block<'_, D, P>) -> BlockReport + Sync,
+    ) -> Result<f64, SolverError> {
+        let mut sets = std::mem::take(&mut self.sets);
+        let mut moved = Ok(0f64);
+        for (number, set) in sets.iter_mut().enumerate().filter(|(_, set)| set.rigid.is_none()) {
+            let material = set.material.clone();
+            let of_set = OfSet {
+                material: &*material,
+                extent: set.extent,
+                body: set.body,
+                field: set.field,
+                fluid: set.pore.as_ref().and_then(|pore| pore.fluid),
+            };
+            let solver = &*self;
+            match set.whole().update(&|block| update(solver, &of_set, block)) {
+                Ok(m) => moved = moved.map(|moved: f64| moved.max(m)),
+                Err(failure) => {
+                    moved = Err((number, failure));
+                    break;
+                }
+            }
+        }
+        self.sets = sets;
+        moved.map_err(|(number, failure)| self.failed(number, failure.index, failure.reason))
+    }
+
+    /// The error of a point that cannot be followed.
+    pub(crate) fn failed(&self, set: usize, index: usize, reason: String) -> SolverError {
+        let set = &self.sets[set];
+        SolverError::Point {
+            step: self.step,
+            time: self.time,
+            point: u64::from(set.id[index]),
+            position: crate::report::spatial(&set.position[index]),
+            reason,
+        }
+    }
+}
+
+/// Keeps the larger move, or the failure with the lowest index.
+fn worst(a: BlockReport, b: BlockReport) -> BlockReport {
+    match (a, b) {
+        (Ok(a), Ok(b)) => Ok(a.max(b)),
+        (Err(a), Err(b)) => Err(if a.index <= b.index { a } else { b }),
+        (Err(a), Ok(_)) | (Ok(_), Err(a)) => Err(a),
+    }
+}

@@ -1,0 +1,11 @@
+//! The solver and what it stands on, against closed forms, conservation laws and its promises about bits.
+
+mod boundaries;
+mod common;
+mod contact;
+mod driven;
+mod mesh;
+mod shapes;
+mod solver;
+mod transfers;
+mod two_phase;
