@@ -33,6 +33,7 @@ fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec
         dilatancy_decay: 0.0,
         integration: Default::default(),
         strain_measure: StrainMeasure::Rate,
+        project: false,
     }
 }
 
@@ -48,6 +49,7 @@ fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
         dilatancy_decay: 0.0,
         tensile_strength: None,
         strain_measure: StrainMeasure::Rate,
+        project: false,
     }
 }
 
@@ -454,6 +456,7 @@ fn von_mises_is_matched_to_shear_or_to_compression() {
         residual_cohesion: None,
         softening_rate: 0.0,
         strain_measure: StrainMeasure::Rate,
+        project: false,
     };
     let root_j2 = |exact_in| {
         let law = spec(exact_in).law().unwrap();

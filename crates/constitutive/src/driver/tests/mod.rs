@@ -35,6 +35,7 @@ fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> MaterialSpec {
         dilatancy_decay: 0.0,
         integration: Default::default(),
         strain_measure: StrainMeasure::Rate,
+        project: false,
     })
 }
 
@@ -50,6 +51,7 @@ fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
         dilatancy_decay: 0.0,
         tensile_strength: None,
         strain_measure: StrainMeasure::Rate,
+        project: false,
     }
 }
 

@@ -89,6 +89,12 @@ impl SmallStrain for DruckerPrager {
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
         let stress = initial.stress;
+        if self.spec.project && stress.is_finite() {
+            let invariants = Invariants::of(&stress);
+            let end = self.peak_return(&invariants)?;
+            let stress = self.returned(&stress, &invariants, &end, PlasticStrain::default()).stress;
+            return Ok(Point { stress, state: PlasticStrain::default() });
+        }
         let excess = self.peak.yield_value(stress.j2().sqrt(), stress.trace());
         let scale = self.peak.strength + self.peak.friction * stress.trace().abs();
         super::check_initial(self.name, &stress, excess, scale)?;

@@ -60,6 +60,10 @@ pub struct DruckerPragerSpec {
     /// Small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
+    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
+    /// refused when false.
+    #[serde(default)]
+    pub project: bool,
 }
 
 /// How a plastic step is integrated.
@@ -124,6 +128,7 @@ impl DruckerPragerSpec {
             dilatancy_decay: 0.0,
             integration: Integration::default(),
             strain_measure: StrainMeasure::Rate,
+            project: false,
         }
     }
 }

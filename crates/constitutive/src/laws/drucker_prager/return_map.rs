@@ -67,7 +67,7 @@ impl DruckerPrager {
 
     /// The return to a cone that stays.
     #[inline]
-    fn peak_return(&self, trial: &Invariants) -> Result<Return, MaterialError> {
+    pub(super) fn peak_return(&self, trial: &Invariants) -> Result<Return, MaterialError> {
         let cone = &self.peak;
         let excess = cone.yield_value(trial.root_j2, trial.i1);
         if excess <= cone.fuzz(trial) {

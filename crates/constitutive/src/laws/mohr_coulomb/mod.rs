@@ -101,6 +101,13 @@ impl SmallStrain for MohrCoulomb {
     }
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
+        if self.spec.project && initial.stress.is_finite() {
+            let spectrum = initial.stress.spectrum();
+            let (principal, region) = self.peak.map(spectrum.values);
+            let stress =
+                if region == Region::Elastic { initial.stress } else { spectrum.compose(principal) };
+            return Ok(Point { stress, state: PlasticStrain::default() });
+        }
         let principal = initial.stress.principal_values();
         let peak = &self.peak.pyramid;
         let scale = peak.strength + peak.friction * principal[0].abs() + principal[2].abs();

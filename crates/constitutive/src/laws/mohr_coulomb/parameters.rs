@@ -43,6 +43,10 @@ pub struct MohrCoulombSpec {
     /// Small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
+    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
+    /// refused when false.
+    #[serde(default)]
+    pub project: bool,
 }
 
 impl MohrCoulombSpec {
@@ -137,6 +141,7 @@ impl Model for MohrCoulombSpec {
                 dilatancy_decay: if softening.is_some() { 2.0 } else { 0.0 },
                 tensile_strength,
                 strain_measure,
+                project: false,
             }));
         }
         all

@@ -29,6 +29,10 @@ const NAME: &str = "simsand";
 /// Plastic shear every point starts with, so that the surface has a slope at zero stress ratio.
 const FIRST_SHEAR: f64 = 1e-9;
 
+/// Plastic shear at which a sand has mobilised its strength, for initial stresses beyond it: the strength itself is
+/// reached by no plastic shear.
+const FULLY_SHEARED: f64 = 1.0;
+
 /// Void ratios and critical void ratios are taken between these in stiffness and friction.
 const VOID_RANGE: (f64, f64) = (0.01, 2.9);
 
@@ -51,6 +55,13 @@ pub struct Simsand {
     tangent_critical: f64,
 }
 
+impl Simsand {
+    /// State at the start, after a plastic shear.
+    fn start(&self, plastic_strain: f64) -> SimsandState {
+        SimsandState { void_ratio: self.spec.void_ratio, plastic_strain, liquefied: false }
+    }
+}
+
 impl SmallStrain for Simsand {
     type State = SimsandState;
 
@@ -65,6 +76,11 @@ impl SmallStrain for Simsand {
         let (p, q) = (stress.pressure(), stress.q());
         let lode = lode_cosine(&stress.deviator());
         let [peak, _] = self.slopes(p, self.spec.void_ratio, lode);
+        let largest = p * peak.value * self.mobilised(FULLY_SHEARED).0;
+        if self.spec.project && q > largest {
+            let stress = stress.deviator() * (largest / q) - SymTensor::isotropic(p);
+            return Ok(Point { stress, state: self.start(FULLY_SHEARED) });
+        }
         if q >= p * peak.value {
             let reason = format!(
                 "the stress ratio q/p = {:.4} is not below the strength {:.4} (stress {:?} Pa)",
@@ -75,12 +91,7 @@ impl SmallStrain for Simsand {
             return Err(MaterialError::Initial { model: NAME, reason });
         }
         let through = self.spec.hardening_constant * q / (p * peak.value - q);
-        let state = SimsandState {
-            void_ratio: self.spec.void_ratio,
-            plastic_strain: through.max(FIRST_SHEAR),
-            liquefied: false,
-        };
-        Ok(Point { stress, state })
+        Ok(Point { stress, state: self.start(through.max(FIRST_SHEAR)) })
     }
 
     fn update(

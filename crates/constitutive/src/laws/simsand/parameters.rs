@@ -47,6 +47,10 @@ pub struct SimsandSpec {
     /// Whether strength falls from triaxial compression to extension.
     #[serde(default)]
     pub lode_dependence: bool,
+    /// Start with as much of the deviator as the sand carries at the initial pressure after a plastic shear of 1,
+    /// where the initial stress has more; refused when false.
+    #[serde(default)]
+    pub project: bool,
 }
 
 fn atmospheric_pressure() -> f64 {
@@ -73,6 +77,7 @@ impl SimsandSpec {
             hardening_constant: 0.0017,
             atmospheric_pressure: atmospheric_pressure(),
             lode_dependence: false,
+            project: false,
         }
     }
 
