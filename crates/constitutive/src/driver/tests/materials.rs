@@ -54,6 +54,7 @@ fn drucker_prager_matched_to_plane_strain_fails_like_mohr_coulomb() {
     close(associated[1], exact, 1e-6);
     close(associated[2], -275_980.8, 1e-6);
     close(fail(drucker_prager(Matching::Compression, 0.0))[1], -629_214.908_38, 1e-6);
+    close(fail(drucker_prager(Matching::Compression, 30.0))[1], -826_723.0, 1e-6);
     for dilatancy in [0.0, 10.0] {
         close(fail(MaterialSpec::MohrCoulomb(mohr_coulomb(dilatancy)))[1], exact, 1e-6);
     }

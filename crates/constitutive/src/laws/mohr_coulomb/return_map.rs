@@ -121,3 +121,28 @@ pub(super) fn elastic_strain(elasticity: &Elasticity, v: [f64; 3]) -> [f64; 3] {
     let mean = (v[0] + v[1] + v[2]) / 3.0;
     v.map(|c| (c - mean) / (2.0 * elasticity.shear_modulus) + mean / (3.0 * elasticity.bulk_modulus))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_region_is_decided_by_the_quantities_of_the_sheet() {
+        // §3.7.2, first row with ψ = 10° (kPa).
+        let elasticity = Elasticity::new(20_000.0, 0.3).unwrap();
+        let pyramid = Pyramid::new(30f64.to_radians(), 10.0, 10f64.to_radians());
+        let trial = [-50.0, -120.0, -400.0];
+        let returns = pyramid.returns(&elasticity);
+        let near = |found: f64, exact: f64| assert!((found - exact).abs() < 1e-6, "{found} for {exact}");
+        near(pyramid.shear_excess(trial), 215.358_984);
+        for (found, exact) in returns.direction.into_iter().zip([0.294_587, 0.053_504, -0.116_239]) {
+            near(found, exact);
+        }
+        let from_apex = trial.map(|s| s - returns.apex);
+        let [first, second] = &returns.edges;
+        near(dot(first.beside, from_apex), 18.080_696);
+        near(dot(second.beside, from_apex), -243.444_231);
+        assert!((dot(first.position, from_apex) + 132.408_58).abs() < 1e-5);
+        near(dot(second.position, from_apex), -91.579_157);
+    }
+}
