@@ -74,9 +74,7 @@ impl DruckerPrager {
         if self.spec.integration != Integration::ClosestPoint {
             return self.step_of_source(strain, trial, old);
         }
-        let invariants = Invariants::of(trial);
-        let end = self.return_map(&invariants, old.state.deviatoric)?;
-        Ok(self.returned(trial, &invariants, &end, old.state))
+        self.closest_point(trial, old.state)
     }
 }
 

@@ -78,8 +78,8 @@ pub enum Integration {
     SemiImplicit,
     /// Algorithm 1 of Bui & Nguyen: forward step with the elastoplastic stiffness from where the elastic
     /// part meets the cone; drift is taken back by tension cracking and stress scaling. Steps above half
-    /// of the yield strain at zero pressure, `k/2G`, are divided: where a step turns the deviator around, the slope
-    /// at its start says nothing about its end.
+    /// of the yield strain at zero pressure, `k/2G`, are divided. A part that might turn the deviator around, as next
+    /// to the apex, or that starts by unloading, is returned: there the slope at its start says nothing about its end.
     Explicit,
 }
 
@@ -180,8 +180,12 @@ impl Model for DruckerPragerSpec {
         for strain_measure in [StrainMeasure::Rate, StrainMeasure::Hencky] {
             for softening in [None, Some(Softening::EXAMPLE)] {
                 if strain_measure == StrainMeasure::Rate {
-                    let integration = Integration::SemiImplicit;
-                    all.push(Self { integration, softening, ..Self::example(Matching::Compression) });
+                    let sources = [Integration::SemiImplicit, Integration::Explicit];
+                    all.extend(sources.map(|integration| Self {
+                        integration,
+                        softening,
+                        ..Self::example(Matching::Compression)
+                    }));
                 }
                 let matchings = [
                     Matching::Compression,

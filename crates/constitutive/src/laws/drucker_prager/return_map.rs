@@ -35,6 +35,17 @@ pub(super) enum Return {
 }
 
 impl DruckerPrager {
+    /// The return of a trial stress.
+    pub(super) fn closest_point(
+        &self,
+        trial: &SymTensor,
+        state: PlasticStrain,
+    ) -> Result<Point<PlasticStrain>, MaterialError> {
+        let invariants = Invariants::of(trial);
+        let end = self.return_map(&invariants, state.deviatoric)?;
+        Ok(self.returned(trial, &invariants, &end, state))
+    }
+
     /// Return map in invariants (sheet §3.7.1) of a trial, from plastic strain `kappa`.
     #[inline]
     pub(super) fn return_map(&self, trial: &Invariants, kappa: f64) -> Result<Return, MaterialError> {

@@ -104,8 +104,7 @@ impl SmallStrain for MohrCoulomb {
         if self.spec.project && initial.stress.is_finite() {
             let spectrum = initial.stress.spectrum();
             let (principal, region) = self.peak.map(spectrum.values);
-            let stress =
-                if region == Region::Elastic { initial.stress } else { spectrum.compose(principal) };
+            let stress = if region == Region::Elastic { initial.stress } else { spectrum.compose(principal) };
             return Ok(Point { stress, state: PlasticStrain::default() });
         }
         let principal = initial.stress.principal_values();
