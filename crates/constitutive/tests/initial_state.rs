@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 /// Set R1 of the sheet in kPa, told to project.
-fn projecting(extra: Value) -> MaterialSpec {
+fn projecting(extra: &Value) -> MaterialSpec {
     let mut value = json!({ "density": 2.0, "youngs_modulus": 20e3, "poissons_ratio": 0.3, "project": true });
     value.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
     serde_json::from_value(value).unwrap_or_else(|error| panic!("{error}"))
@@ -52,7 +52,7 @@ fn all() -> Vec<MaterialSpec> {
             json!({ "model": "von-mises", "cohesion": 20.0 }),
             json!({ "model": "tension-cut", "tensile_strength": 5.0 }),
         ];
-        all.extend(models.map(|model| projecting(with(model, "strain_measure", json!(measure)))));
+        all.extend(models.map(|model| projecting(&with(model, "strain_measure", json!(measure)))));
     }
     all.extend([false, true].map(|lode| MaterialSpec::Simsand(sand(lode))));
     all
@@ -106,7 +106,7 @@ fn projection_is_the_return_of_the_initial_stress() {
                 _ if softens => with(model.clone(), "softening", softening()),
                 _ => model.clone(),
             };
-            let law = build(&projecting(model.clone()));
+            let law = build(&projecting(&model));
             let (found, states) = start(&*law, SymTensor(stress)).unwrap();
             for (found, exact) in found.0.into_iter().zip(exact) {
                 assert!((found - exact).abs() < 1e-6, "{model}: {found} for {exact}");
@@ -114,7 +114,7 @@ fn projection_is_the_return_of_the_initial_stress() {
             let mut plastic = [1.0];
             law.outputs(&[found], &states.blocks()[0], &mut plastic);
             assert_eq!(plastic, [0.0], "{model}");
-            let refusing = projecting(with(model.clone(), "project", json!(false)));
+            let refusing = projecting(&with(model.clone(), "project", json!(false)));
             let error = start(&*build(&refusing), SymTensor(stress)).unwrap_err();
             assert!(error.contains("outside the yield surface"), "{error}");
         }
