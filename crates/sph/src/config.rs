@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use choices::{
-    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, SmoothWall,
-    SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress,
+    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall,
+    SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress,
     WallVelocity,
 };
 
@@ -111,6 +111,9 @@ pub struct SphOptions {
     /// What they oppose to the velocity of a particle, where they answer pairwise.
     #[serde(default)]
     pub wall_velocity: WallVelocity,
+    /// What rough walls are made of.
+    #[serde(default)]
+    pub rough_wall: RoughWall,
     /// What smooth walls are made of.
     #[serde(default)]
     pub smooth_wall: SmoothWall,
@@ -164,6 +167,7 @@ impl SphOptions {
             held: Vec::new(),
             wall_stress: WallStress::default(),
             wall_velocity: WallVelocity::default(),
+            rough_wall: RoughWall::default(),
             smooth_wall: SmoothWall::default(),
             wall_guard: 0.0,
             wall_k0: half(),

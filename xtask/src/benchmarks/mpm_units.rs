@@ -3,7 +3,7 @@
 use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Budget, Case, RunOptions, Solver};
 use colluvium::grid::{
-    Basis, CubicSpline, Gimp, Grid, Lanes, Linear, Node, QuadraticSpline, Stencil, WideGimp,
+    Basis, CubicSpline, Gimp, Grid, Lanes, Linear, Node, QuadraticSpline, Stencil, Support, WideGimp,
 };
 use rand::{RngExt, SeedableRng};
 
