@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 pub use choices::{
     Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall,
-    SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress,
-    WallVelocity,
+    SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient,
+    WallStress, WallVelocity,
 };
 
 use crate::kernel::Kernel;
@@ -92,6 +92,11 @@ pub struct SphOptions {
     /// Share of the neighbours' velocity with which particles move (XSPH), 0 to 1.
     #[serde(default)]
     pub xsph: f64,
+    /// Viscosity, in units of `viscosity_linear`, against the part of the relative velocity of neighbours that their
+    /// velocity gradients do not see (hourglass or zero-energy modes), 0 to 1. Linear velocity fields feel nothing of
+    /// it where `velocity_gradient` is `corrected`.
+    #[serde(default)]
+    pub hourglass_viscosity: f64,
     /// Shifting of particles towards even spacing, in smoothing lengths per length moved; at least 0. Velocity,
     /// density and stress are carried along to first order.
     #[serde(default)]
@@ -161,6 +166,7 @@ impl SphOptions {
             density_reset: DensityReset::default(),
             density_reset_steps: thirty(),
             xsph: 0.0,
+            hourglass_viscosity: 0.0,
             shifting: 0.0,
             formulation: Formulation::default(),
             confining: None,
@@ -215,6 +221,7 @@ impl SphOptions {
             ("stress_diffusion", self.stress_diffusion, 0.5),
             ("density_diffusion", self.density_diffusion, 0.5),
             ("xsph", self.xsph, 1.0),
+            ("hourglass_viscosity", self.hourglass_viscosity, 1.0),
         ] {
             rule(name, value, (0.0..=most).contains(&value), &format!("is not in 0..={most}"))?;
         }

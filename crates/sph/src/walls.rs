@@ -1,5 +1,7 @@
 //! Walls of the case: mirrors, layers of particles, and the ends of periodic domains (SPH sheet §2.13).
 
+use crate::particles::Matrix;
+
 /// What a wall of particles does to the motion along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {
@@ -60,6 +62,12 @@ pub struct Image<const D: usize> {
 }
 
 impl<const D: usize> Image<D> {
+    /// The velocity gradient of the image of a particle with the gradient `l` (1/s).
+    #[inline]
+    pub fn gradient(&self, l: &Matrix<D>) -> Matrix<D> {
+        std::array::from_fn(|a| std::array::from_fn(|b| self.turn[a] * l[a][b] * self.flip[b]))
+    }
+
     /// The particle itself.
     fn of(source: u32) -> Self {
         let (none, same) = ([0.0; D], [1.0; D]);

@@ -31,6 +31,7 @@ mod sph_cantilever;
 mod sph_clay;
 mod sph_column;
 mod sph_columns;
+mod sph_critical;
 mod sph_cylinders;
 mod sph_flow;
 mod sph_footing;
@@ -41,6 +42,7 @@ mod sph_pairing;
 mod sph_shear;
 mod sph_slope;
 mod sph_tensile;
+mod sph_threads;
 mod sph_waves;
 mod two_disks;
 
@@ -120,6 +122,10 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_column::BENCHMARK, None, 300),
     Listed::new(&sph_slope::BENCHMARK, Some(25), 400),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
+    Listed::new(&sph_threads::BENCHMARK, Some(1), 5),
+    Listed::new(&sph_critical::SHEAR, Some(2), 6),
+    Listed::new(&sph_critical::COLUMNS, None, 20),
+    Listed::new(&sph_critical::COLUMNS_FINE, None, 200),
     Listed::new(&sph_cantilever::BENCHMARK, Some(20), 300),
     Listed::new(&sph_columns::BENCHMARK, None, 160),
     Listed::new(&sph_columns::SWEEP, None, 600),
