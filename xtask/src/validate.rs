@@ -3,10 +3,14 @@
 //! A check that fails makes the command fail, unless `validation/open-defects.json` lists it: it is then shown as a
 //! failure all the same, with what is known of it, and counted apart.
 
+use std::fmt::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use clap::Args;
+use rayon::ThreadPoolBuilder;
 use serde::Deserialize;
 
 use crate::benchmarks::{ALL, Benchmark, Listed, Outcome, Verdict};
@@ -57,10 +61,11 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         return Ok(true);
     }
     let defects = defects()?;
-    let entries: Vec<Entry> = chosen
+    let work: Vec<Work> = chosen
         .into_iter()
-        .filter_map(|listed| Some(entry(listed.benchmark, arguments.short(listed)?, &defects)))
+        .filter_map(|listed| Some(Work { listed, short: arguments.short(listed)? }))
         .collect();
+    let entries = all_entries(&work, &defects)?;
     let scope = Scope { filter: arguments.filter.as_deref(), quick: arguments.quick };
     let folder = scope.folder();
     report::write(&folder, &entries, &scope)?;
@@ -75,6 +80,46 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
     );
     println!("report: {}", folder.join("index.html").display());
     Ok(failed == 0)
+}
+
+/// A benchmark to run.
+struct Work {
+    listed: &'static Listed,
+    short: bool,
+}
+
+impl Work {
+    fn seconds(&self) -> u32 {
+        if self.short { self.listed.quick.unwrap_or(self.listed.full) } else { self.listed.full }
+    }
+}
+
+/// Runs the benchmarks, as many at a time as there are cores, the longest first: most are too small for many threads, and
+/// results do not depend on their number.
+fn all_entries(work: &[Work], defects: &[Defect]) -> Result<Vec<Entry>, String> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let workers = cores.min(work.len());
+    let mut order: Vec<usize> = (0..work.len()).collect();
+    order.sort_by_key(|&number| std::cmp::Reverse(work[number].seconds()));
+    let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let pools: Vec<_> = (0..workers)
+        .map(|_| ThreadPoolBuilder::new().num_threads(cores / workers).build())
+        .collect::<Result<_, _>>()
+        .map_err(|error| format!("threads: {error}"))?;
+    std::thread::scope(|scope| {
+        for pool in &pools {
+            scope.spawn(|| {
+                while let Some(&number) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let Work { listed, short } = &work[number];
+                    let entry = pool.install(|| entry(listed.benchmark, *short, defects));
+                    done.lock().expect("no benchmark panics out of its entry").push((number, entry));
+                }
+            });
+        }
+    });
+    let mut entries = done.into_inner().expect("no benchmark panics out of its entry");
+    entries.sort_by_key(|(number, _)| *number);
+    Ok(entries.into_iter().map(|(_, entry)| entry).collect())
 }
 
 /// A check that is known to fail.
@@ -114,7 +159,7 @@ fn list(chosen: &[&Listed]) {
 }
 
 fn entry(benchmark: &'static Benchmark, quick: bool, defects: &[Defect]) -> Entry {
-    println!("\n{} — {}", benchmark.id, benchmark.title);
+    let mut text = format!("\n{} — {}\n", benchmark.id, benchmark.title);
     let start = Instant::now();
     // A benchmark that panics has failed; the others still run.
     let result = catch_unwind(AssertUnwindSafe(|| (benchmark.run)(quick)));
@@ -128,7 +173,8 @@ fn entry(benchmark: &'static Benchmark, quick: bool, defects: &[Defect]) -> Entr
         let of_check =
             |defect: &&Defect| defect.benchmark == benchmark.id && check.name.starts_with(&defect.check);
         check.defect = defects.iter().find(of_check).map(|defect| defect.found.clone());
-        println!(
+        let _ = writeln!(
+            text,
             "  {:<10}  {:<72} {:>16.9e}   source: {}",
             check.verdict().name(),
             check.name,
@@ -137,8 +183,9 @@ fn entry(benchmark: &'static Benchmark, quick: bool, defects: &[Defect]) -> Entr
         );
     }
     if let Some(error) = &error {
-        println!("  FAIL        {error}");
+        let _ = writeln!(text, "  FAIL        {error}");
     }
-    println!("  {seconds:.1} s");
+    // At once: others report meanwhile.
+    print!("{text}  {seconds:.1} s\n");
     Entry { benchmark, outcome, error, seconds }
 }

@@ -94,7 +94,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
     Listed::new(&manufactured::AXIS_ALIGNED, Some(4), 15),
     Listed::new(&manufactured::VORTEX, Some(15), 20),
-    Listed::new(&cantilever::BENCHMARK, Some(15), 30),
+    Listed::new(&cantilever::BENCHMARK, Some(20), 60),
     Listed::new(&simplices::BENCHMARK, Some(5), 5),
     Listed::new(&mpm_contact::BENCHMARK, Some(20), 20),
     Listed::new(&mpm_two_phase::CONSOLIDATION, Some(15), 22),
