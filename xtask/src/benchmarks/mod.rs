@@ -28,11 +28,13 @@ mod self_weight;
 mod simplices;
 mod sph_balance;
 mod sph_cantilever;
+mod sph_cantilever_3d;
 mod sph_clay;
 mod sph_column;
 mod sph_columns;
 mod sph_critical;
 mod sph_cylinders;
+mod sph_drum;
 mod sph_flow;
 mod sph_footing;
 mod sph_geostatic;
@@ -122,6 +124,8 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_column::BENCHMARK, None, 300),
     Listed::new(&sph_slope::BENCHMARK, Some(25), 400),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
+    Listed::new(&sph_cantilever_3d::BENCHMARK, None, 100),
+    Listed::new(&sph_drum::BENCHMARK, None, 100),
     Listed::new(&sph_threads::BENCHMARK, Some(1), 5),
     Listed::new(&sph_critical::SHEAR, Some(2), 6),
     Listed::new(&sph_critical::COLUMNS, None, 20),

@@ -86,19 +86,23 @@ fn run(quick: bool) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-/// Mean deflection of the last columns of the beam in the frames.
 fn tip(report: &RunReport) -> Vec<(f64, f64)> {
+    swing(report, 1)
+}
+
+/// Mean deflection along an axis of the last columns of the beam in the frames.
+pub(super) fn swing(report: &RunReport, across: usize) -> Vec<(f64, f64)> {
     let start = &report.frames[0].positions;
     let end = start.iter().map(|x| x[0]).fold(f64::NEG_INFINITY, f64::max);
     let last: Vec<usize> = (0..start.len()).filter(|&i| start[i][0] > end - 1e-6).collect();
     let mean = |frame: &Snapshot| {
-        last.iter().map(|&i| frame.positions[i][1] - start[i][1]).sum::<f64>() / last.len() as f64
+        last.iter().map(|&i| frame.positions[i][across] - start[i][across]).sum::<f64>() / last.len() as f64
     };
     report.frames.iter().map(|frame| (frame.time, mean(frame))).collect()
 }
 
 /// Twice the time between the start and the first return through zero (s).
-fn period(tip: &[(f64, f64)]) -> f64 {
+pub(super) fn period(tip: &[(f64, f64)]) -> f64 {
     let crossing = tip.windows(2).find(|pair| pair[0].1 > 0.0 && pair[1].1 <= 0.0);
     crossing.map_or(f64::NAN, |pair| {
         let ((t, y), (u, z)) = (pair[0], pair[1]);
