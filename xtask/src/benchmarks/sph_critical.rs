@@ -118,11 +118,14 @@ fn shear(quick: bool) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-/// The column of set S of sand with grains of 2650 kg/m³.
+/// The column of set S of sand with grains of 2650 kg/m³; from its weight with half of it to the sides, for the law has no
+/// stiffness without pressure.
 fn column(void_ratio: f64, spacing: f64) -> Result<Case, String> {
     let mut case = case("sph/aluminium-bars")?;
     let density = 2650.0 / (1.0 + void_ratio);
     case.materials.insert("bars".into(), sand(void_ratio, density)?);
+    let weight = json!({ "kind": "k0", "surface": 0.1, "coefficient": 0.5 });
+    case.bodies[0].stress = serde_json::from_value(weight).map_err(|error| error.to_string())?;
     case.output.frames = Some(0.02);
     set_of(&mut case, "sph", "spacing", spacing);
     Ok(case)
