@@ -1,17 +1,16 @@
 //! Free surface of liquids (MPM sheet §2.18; Anura3D manual 2021, eqs. 6.38–6.40).
 //!
 //! Nodes get a fill ratio: the volume that the mass of the points has at rest, over the volume of the cells around that
-//! hold a point. Where the ratio interpolated to a liquid point is small the point lies on the free surface, and carries
-//! no stress. Weights are those of linear shape functions, whatever the solver uses, since the ratio is one of cells.
+//! hold a point. Where the ratio interpolated to a liquid point is small the point lies on the free surface: it carries
+//! no stress, and has the volume that goes with that, so that it comes back into the liquid as it is at rest. Weights are those of linear shape functions, whatever the solver uses, since the ratio is one of cells.
 
 use colluvium_case::description::{Body, Space};
 use colluvium_case::{Case, CaseError};
-use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Basis, Grid, Lanes, Layout, Linear, Stencil, Support};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
-use crate::points::PointDomain;
+use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
 
 /// What detection needs.
@@ -61,14 +60,17 @@ pub fn free_surface<const D: usize>(
 }
 
 impl<const D: usize> FreeSurface<D> {
-    /// Takes the stress off the points where the fill ratio is small.
-    fn relieve(&self, grid: &Grid<D>, positions: &[[f64; D]], stresses: &mut [SymTensor]) {
+    /// Takes the stress off the points of a set where the fill ratio is small.
+    fn relieve<P>(&self, grid: &Grid<D>, set: &mut PointSet<D, P>) {
         let strides = self.layout.strides();
-        positions.par_iter().zip(stresses).for_each(|(position, stress)| {
+        let density = self.densities[set.body as usize];
+        let own = set.stress.par_iter_mut().zip(&mut set.volume);
+        own.zip(&set.position).zip(&set.mass).for_each(|(((stress, volume), position), mass)| {
             let stencil = Stencil::<D, 2>::new::<Linear>(grid, position, &[0.0; D]);
             let ratio = stencil.interpolate(&self.fill, &strides, |fill| Lanes::splat(*fill));
             if ratio.as_array()[0] <= self.factor {
                 stress.0 = [0.0; 6];
+                *volume = mass / density;
             }
         });
     }
@@ -103,7 +105,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let Some(mut surface) = self.free_surface.take() else { return };
         self.fill_ratios(&mut surface);
         for set in self.sets.iter_mut().filter(|set| surface.liquid[set.body as usize]) {
-            surface.relieve(&self.grid, &set.position, &mut set.stress);
+            surface.relieve(&self.grid, set);
         }
         self.free_surface = Some(surface);
     }
@@ -166,10 +168,14 @@ mod tests {
     #[test]
     fn points_near_the_surface_carry_no_stress() {
         let mut solver = stack();
+        solver.sets[0].volume.iter_mut().for_each(|volume| *volume *= 0.9);
         solver.free_surface();
         // Between 0.875 and 0.25 the ratio falls to 0.7 at 0.28 of the cell.
-        for (position, stress) in solver.sets[0].position.iter().zip(&solver.sets[0].stress) {
-            assert_eq!(stress.0 == [0.0; 6], position[1] > 2.28, "{position:?}");
+        let set = &solver.sets[0];
+        for p in 0..set.len() {
+            let relieved = set.position[p][1] > 2.28;
+            assert_eq!(set.stress[p].0 == [0.0; 6], relieved, "{:?}", set.position[p]);
+            assert!((set.volume[p] * 1000.0 / set.mass[p] - if relieved { 1.0 } else { 0.9 }).abs() < 1e-12);
         }
     }
 }
