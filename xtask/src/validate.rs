@@ -186,6 +186,6 @@ fn entry(benchmark: &'static Benchmark, quick: bool, defects: &[Defect]) -> Entr
         let _ = writeln!(text, "  FAIL        {error}");
     }
     // At once: others report meanwhile.
-    print!("{text}  {seconds:.1} s\n");
+    println!("{text}  {seconds:.1} s");
     Entry { benchmark, outcome, error, seconds }
 }

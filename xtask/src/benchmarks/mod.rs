@@ -16,6 +16,8 @@ mod localisation;
 mod manufactured;
 mod mpm_axisymmetric;
 mod mpm_contact;
+mod mpm_cut;
+mod mpm_footing;
 mod mpm_liquid;
 mod mpm_saturated;
 mod mpm_slope;
@@ -103,6 +105,8 @@ pub const ALL: &[Listed] = &[
     Listed::new(&mpm_two_phase::WAVES, Some(1), 1),
     Listed::new(&mpm_units::BENCHMARK, Some(6), 6),
     Listed::new(&mpm_step_wave::BENCHMARK, Some(1), 1),
+    Listed::new(&mpm_footing::BENCHMARK, Some(12), 60),
+    Listed::new(&mpm_cut::BENCHMARK, Some(15), 400),
     Listed::new(&mpm_slope::BENCHMARK, Some(20), 300),
     Listed::new(&mpm_axisymmetric::BENCHMARK, Some(15), 50),
     Listed::new(&mpm_saturated::PHASES, Some(2), 2),
@@ -110,7 +114,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&mpm_saturated::ABSORBING, Some(2), 2),
     Listed::new(&mpm_liquid::HYDROSTATIC, Some(2), 2),
     Listed::new(&mpm_liquid::VISCOUS, Some(4), 4),
-    Listed::new(&mpm_liquid::DAM_BREAK, Some(6), 100),
+    Listed::new(&mpm_liquid::DAM_BREAK, Some(4), 35),
     Listed::new(&column_collapse::BENCHMARK, Some(70), 150),
     Listed::new(&column_a04::BENCHMARK, Some(40), 700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(15), 60),

@@ -1,0 +1,171 @@
+//! Failure of cuts and slopes in clay (MPM sheet A-30).
+
+use colluvium::case::Case;
+use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
+use serde_json::json;
+
+use super::{Benchmark, Outcome, case, run, series, set};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "mpm/slope-failure",
+    title: "Vertical cut and slopes in Tresca clay: stability and run-out",
+    source: "Published bounds of the stability number of a vertical cut, 3.776 to 3.782; Taylor 1937; MPM sheet A-30",
+    run: benchmark,
+};
+
+/// Unit weight (N/m³), height (m), and where the cut and its foot are (m).
+const WEIGHT: f64 = 2e4;
+const HEIGHT: f64 = 1.0;
+const FACE: f64 = 1.5;
+const FOOT: f64 = 0.5;
+
+/// The clay with a stability number γH/c_u.
+fn clay(case: &mut Case, number: f64) -> Result<(), String> {
+    let strength = WEIGHT * HEIGHT / number;
+    let clay = json!({ "model": "tresca", "density": 2000, "youngs_modulus": 500.0 * strength, "poissons_ratio": 0.3,
+                       "undrained_strength": strength });
+    let clay = serde_json::from_value(clay).map_err(|error| error.to_string())?;
+    case.materials.insert("clay".into(), clay);
+    set(case, "volumetric_strain", "cell-average");
+    Ok(())
+}
+
+/// A slope at an angle (degrees) with its toe where the cut has its foot, on a layer `depth` thick.
+fn slope(angle: f64, depth: f64) -> Result<Case, String> {
+    let mut case = case("mpm/vertical-cut")?;
+    let back = HEIGHT / angle.to_radians().tan();
+    let (crest, length) = (2.0, 2.0 + back + 2.0);
+    let cells = |x: f64| (x / 0.05).ceil() * 0.05;
+    let shape = json!({ "kind": "polygon", "vertices": [
+        [0.0, 0.0], [cells(length), 0.0], [cells(length), depth], [crest + back, depth], [crest, depth + HEIGHT],
+        [0.0, depth + HEIGHT]] });
+    case.bodies[0].shape = serde_json::from_value(shape).map_err(|error| error.to_string())?;
+    case.domain.max = vec![cells(length), cells(depth + HEIGHT + 0.2)];
+    Ok(case)
+}
+
+/// Whether it comes to rest under its weight.
+fn stands(case: &Case, number: f64) -> Result<bool, String> {
+    let mut case = case.clone();
+    clay(&mut case, number)?;
+    match run(&case) {
+        Ok(report) => {
+            let crest = series(&report, "crest.displacement.y").last().map_or(f64::NAN, |row| row.1);
+            // Written so that NaN, a crest that is gone, is a collapse.
+            Ok(crest > -0.05 * HEIGHT || report.table.pairs("time", "crest.displacement.y").is_none())
+        }
+        Err(error) if error.contains("no equilibrium") => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+fn benchmark(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    cut(&mut outcome, quick)?;
+    if !quick {
+        taylor(&mut outcome)?;
+        run_out(&mut outcome)?;
+    }
+    Ok(outcome)
+}
+
+/// (i): the largest number that stands and the smallest that does not.
+fn cut(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
+    let case = case("mpm/vertical-cut")?;
+    let numbers: &[f64] = if quick { &[3.6, 4.1] } else { &[3.6, 3.7, 3.8, 3.9, 4.0, 4.1] };
+    let mut standing = 0.0;
+    let mut fallen = f64::INFINITY;
+    for &number in numbers {
+        if stands(&case, number)? {
+            standing = number;
+        } else {
+            fallen = number;
+            break;
+        }
+    }
+    let reason = "the sheet's 3.6 to 4.1 on cells of H/20";
+    outcome.within(
+        "A-30 vertical cut: largest γH/c_u that stands",
+        "3.776 to 3.782",
+        standing,
+        (3.6, 4.1),
+        reason,
+    );
+    outcome.within(
+        "A-30 vertical cut: smallest γH/c_u that fails",
+        "3.776 to 3.782",
+        fallen,
+        (3.6, 4.1),
+        reason,
+    );
+    Ok(())
+}
+
+/// (ii): slopes of φ = 0 stand 8 % on one side of Taylor's number and fail 8 % on the other.
+fn taylor(outcome: &mut Outcome) -> Result<(), String> {
+    for (angle, depth, number) in [(60.0, 0.5, 0.191), (45.0, 2.0, 0.181)] {
+        let case = slope(angle, depth)?;
+        let reason = "the sheet's 8 %";
+        let safe = f64::from(stands(&case, 1.0 / (1.08 * number))?);
+        let name = format!("A-30 slope of {angle}°: stands at c_u/γH = {number} + 8 % (1: yes)");
+        outcome.near(name, 1.0, 0.0, safe, reason);
+        let unsafe_one = f64::from(stands(&case, 1.0 / (0.92 * number))?);
+        let name = format!("A-30 slope of {angle}°: stands at c_u/γH = {number} - 8 % (1: yes)");
+        outcome.near(name, 0.0, 0.0, unsafe_one, reason);
+    }
+    Ok(())
+}
+
+/// (iii): the cut with γH/c_u = 6 runs out and stops.
+fn run_out(outcome: &mut Outcome) -> Result<(), String> {
+    let number = 6.0;
+    let mut ends = Vec::new();
+    let mut chart = LineChart {
+        title: "Run-out of a cut".into(),
+        x_label: "time (s)".into(),
+        y_label: "front (m)".into(),
+        ..LineChart::default()
+    };
+    for cell in [0.05, 0.025] {
+        let mut case = case("mpm/vertical-cut")?;
+        clay(&mut case, number)?;
+        set(&mut case, "cell_size", cell);
+        let stages = json!([{ "name": "fall", "duration": 3 },
+                            { "name": "rest", "duration": 10, "damping": 0.7, "equilibrium": {} }]);
+        case.stages = serde_json::from_value(stages).map_err(|error| error.to_string())?;
+        case.output.frames = Some(0.05);
+        let report = run(&case)?;
+        // What was above the foot.
+        let start = &report.frames[0];
+        let above: Vec<usize> =
+            (0..start.positions.len()).filter(|p| start.positions[*p][1] > FOOT).collect();
+        let front = |frame: &colluvium::case::Snapshot| {
+            above.iter().map(|p| frame.positions[*p][0]).fold(0.0, f64::max)
+        };
+        let way: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, front(frame))).collect();
+        let end = way.last().map_or(f64::NAN, |row| row.1);
+        let late = way.iter().find(|(t, _)| *t >= 2.0).map_or(f64::NAN, |row| row.1);
+        outcome.below(
+            format!("A-30 run-out, {} mm: advance of the front after 2 s (m)", 1e3 * cell),
+            "0: it stops",
+            end - late,
+            0.01 * HEIGHT,
+            "1 % of the height",
+        );
+        ends.push(end - FACE);
+        chart.series.push(Series::new(format!("{} mm", 1e3 * cell), way, Style::Line));
+        if cell == 0.05 {
+            let cloud = PointCloud::of(&report.snapshot, "displacement", [0, 1]).ok_or("no displacement")?;
+            outcome.png("The cut with γH/c_u = 6 at rest, coloured by displacement.", &cloud)?;
+        }
+    }
+    outcome.within(
+        "A-30 run-out on half the cells over that on the whole",
+        "1 ± 0.1",
+        ends[1] / ends[0],
+        (0.9, 1.1),
+        "the sheet's 10 %",
+    );
+    outcome.svg("The front of a cut that is too high.", &chart)
+}
