@@ -2,10 +2,10 @@
 
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 use colluvium::case::{Case, RunReport};
-use colluvium::constitutive::MaterialSpec;
+use colluvium::constitutive::{MaterialSpec, SymTensor};
 use serde_json::json;
 
-use super::sph_shear::{Path, law_in_frame};
+use super::sph_shear::{Path, Row, law_in_frame};
 use super::{Benchmark, Outcome, case, held_front, run_by, set_of};
 
 /// Simple shear.
@@ -62,10 +62,9 @@ fn shear(quick: bool) -> Result<Outcome, String> {
         let path = Path { rate, pressure: 100e3, shear: 0.2, rows: 40 };
         let found = law_in_frame(&sand(void_ratio, 1500.0)?, path)?;
         let label = |what: &str| format!("B-02, {name} (e = {void_ratio}): {what}");
-        for (what, value) in [("shear stress", 3usize), ("pressure", 6)] {
-            let of = |s: &colluvium::constitutive::SymTensor| {
-                if value == 3 { s.0[3] } else { s.pressure() }
-            };
+        let measures: [(&str, fn(&SymTensor) -> f64); 2] =
+            [("shear stress", |s| s.0[3]), ("pressure", SymTensor::pressure)];
+        for (what, of) in measures {
             let largest = found.iter().map(|(_, _, law)| of(law).abs()).fold(0.0, f64::max);
             let apart = found.iter().map(|(_, ours, law)| (of(ours) - of(law)).abs()).fold(0.0, f64::max);
             let reason =
@@ -97,19 +96,17 @@ fn shear(quick: bool) -> Result<Outcome, String> {
             );
             outcome.below(label("least pressure over the initial"), "below 1", least / 100e3, 0.99, reason);
         }
-        let curve = |f: &dyn Fn(
-            &(f64, colluvium::constitutive::SymTensor, colluvium::constitutive::SymTensor),
-        ) -> (f64, f64)| { found.iter().map(f).collect::<Vec<_>>() };
-        strains.series.push(Series::new(name, curve(&|r| (r.0, r.1.0[3] / 1e3)), Style::Markers));
-        strains.series.push(Series::new("law", curve(&|r| (r.0, r.2.0[3] / 1e3)), Style::Dashed));
+        let curve = |of: fn(&Row) -> (f64, f64)| found.iter().map(of).collect::<Vec<_>>();
+        strains.series.push(Series::new(name, curve(|r| (r.0, r.1.0[3] / 1e3)), Style::Markers));
+        strains.series.push(Series::new("law", curve(|r| (r.0, r.2.0[3] / 1e3)), Style::Dashed));
         paths.series.push(Series::new(
             name,
-            curve(&|r| (r.1.pressure() / 1e3, r.1.0[3] / 1e3)),
+            curve(|r| (r.1.pressure() / 1e3, r.1.0[3] / 1e3)),
             Style::Markers,
         ));
         paths.series.push(Series::new(
             "law",
-            curve(&|r| (r.2.pressure() / 1e3, r.2.0[3] / 1e3)),
+            curve(|r| (r.2.pressure() / 1e3, r.2.0[3] / 1e3)),
             Style::Dashed,
         ));
     }

@@ -282,6 +282,9 @@ fn small(spec: &MaterialSpec, rate: f64, pressure: f64) -> Result<Case, String> 
     Ok(case)
 }
 
+/// Shear, mean stress of the block (Pa), stress of a single point of the law (Pa).
+pub(super) type Row = (f64, SymTensor, SymTensor);
+
 /// Simple shear from an isotropic pressure.
 #[derive(Clone, Copy)]
 pub(super) struct Path {
@@ -295,19 +298,12 @@ pub(super) struct Path {
     pub rows: usize,
 }
 
-/// Shear, mean stress of the block of 10 × 10 particles, and stress of a single point of the law, along the path.
-pub(super) fn law_in_frame(
-    spec: &MaterialSpec,
-    path: Path,
-) -> Result<Vec<(f64, SymTensor, SymTensor)>, String> {
+/// A block of 10 × 10 particles beside the law, along the path.
+pub(super) fn law_in_frame(spec: &MaterialSpec, path: Path) -> Result<Vec<Row>, String> {
     beside_law(&mut small(spec, path.rate, path.pressure)?, spec, path)
 }
 
-fn beside_law(
-    case: &mut Case,
-    spec: &MaterialSpec,
-    path: Path,
-) -> Result<Vec<(f64, SymTensor, SymTensor)>, String> {
+fn beside_law(case: &mut Case, spec: &MaterialSpec, path: Path) -> Result<Vec<Row>, String> {
     let Path { rate, pressure, shear, rows } = path;
     for body in &mut case.bodies {
         body.velocity = parse(json!({
