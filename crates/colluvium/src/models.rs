@@ -18,7 +18,8 @@ const NAMED_ONLY: &[&str] = &[
     "kinetic theory of granular gases",
     "nonlocal and gradient plasticity",
     "other hypoplastic laws (von Wolffersdorff; Herle & Kolymbas; Wang et al.; those in the SPH of Peng et al.)",
-    "double-scale bands whose thickness evolves",
+    "double-scale bands whose thickness evolves, and several bands in one point",
+    "cells of grains as skeleton or interface: `granular_cell` has their averages; the grains are those of a discrete method",
     "snow regimes (cold dense, warm shear, warm plug, sliding slab): `cohesive-cam-clay` with parameters that the sources do not print",
 ];
 

@@ -2,6 +2,9 @@
 
 use thiserror::Error;
 
+use crate::driver::{ElementTest, Path, TestStage};
+use crate::{Mat3, MaterialSpec, Motion, SymTensor};
+
 /// Why a law refused its parameters, its initial state or a step.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum MaterialError {
@@ -51,6 +54,44 @@ pub enum MaterialError {
         /// Where it stopped.
         reason: &'static str,
     },
+    /// As [`MaterialError::NotConverged`], with the step it happened in.
+    #[error(transparent)]
+    Unsolved(Box<Unsolved>),
+}
+
+/// A step whose stress no local solve found.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error(
+    "{model}: the stress update did not converge ({reason}), from the stress {:?} Pa by the mid-step gradient {:?} \
+     in {dt} s",
+    stress.0,
+    gradient.0
+)]
+pub struct Unsolved {
+    /// Model name.
+    pub model: &'static str,
+    /// Where the solve stopped.
+    pub reason: &'static str,
+    /// Stress before the step (Pa).
+    pub stress: SymTensor,
+    /// Velocity gradient times the step.
+    pub gradient: Mat3,
+    /// Step (s).
+    pub dt: f64,
+}
+
+impl Unsolved {
+    /// The step as an element test of `material`, to look at it alone. Internal variables are those of a point that
+    /// starts with this stress.
+    pub fn element_test(&self, material: MaterialSpec) -> ElementTest {
+        let velocity_gradient = (self.gradient * (1.0 / self.dt)).0;
+        ElementTest {
+            title: self.to_string(),
+            material,
+            initial_stress: self.stress.0,
+            stages: vec![TestStage { path: Path::Flow { velocity_gradient }, steps: 1, duration: self.dt }],
+        }
+    }
 }
 
 /// The model's name behind a message.
@@ -118,4 +159,14 @@ pub struct BatchError {
     pub index: usize,
     /// What went wrong.
     pub source: MaterialError,
+}
+
+impl BatchError {
+    /// The same error with the step that it happened in, where a solve failed.
+    pub(crate) fn with_step(self, motions: &[Motion], stresses: &[SymTensor]) -> Self {
+        let MaterialError::NotConverged { model, reason } = self.source else { return self };
+        let (stress, motion) = (stresses[self.index], &motions[self.index]);
+        let unsolved = Unsolved { model, reason, stress, gradient: motion.gradient, dt: motion.dt };
+        Self { source: MaterialError::Unsolved(Box::new(unsolved)), ..self }
+    }
 }

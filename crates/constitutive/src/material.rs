@@ -298,7 +298,8 @@ impl<L: StressUpdate> Material for L {
         for (index, motion) in motions.iter().enumerate() {
             motion.check(StressUpdate::name(self)).map_err(|source| BatchError { index, source })?;
         }
-        self.update_batch(motions, stresses, typed_mut::<L::State>(states))
+        let done = self.update_batch(motions, stresses, typed_mut::<L::State>(states));
+        done.map_err(|error| error.with_step(motions, stresses))
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {

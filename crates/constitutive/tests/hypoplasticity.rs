@@ -10,8 +10,14 @@ use colluvium_constitutive::{
     InitialCondition, Mat3, MaterialError, MaterialSpec, Model, Motion, Point, StressUpdate, SymTensor,
 };
 
-const VISCOSITY: AccelerationViscosity =
-    AccelerationViscosity { a: -8e-4, m1: 0.5, m2: 1e-3, mode: ViscousMode::Integrated };
+const VISCOSITY: AccelerationViscosity = AccelerationViscosity {
+    a: -8e-4,
+    m1: 0.5,
+    m2: 1e-3,
+    eta1: 0.0,
+    eta3: 0.0,
+    mode: ViscousMode::Integrated,
+};
 
 const CRITICAL: CriticalState =
     CriticalState { minimum_void_ratio: 0.5, p1: 0.5, p2: 0.5, p3: -5e-7, q1: 1.0, q2: -0.2, q3: -1e-7 };
@@ -242,8 +248,8 @@ fn viscous_stress_of_a_ramp_of_the_shear_rate() {
     for (end, shear, normal, ratio) in table {
         while rate < end - 0.5 * step {
             let (from, to) = (stretching(rate), stretching(rate + step));
-            let half = viscous + VISCOSITY.increment(&total(&viscous), &from, &to) * 0.5;
-            viscous += VISCOSITY.increment(&total(&half), &from, &to);
+            let half = viscous + VISCOSITY.increment(&total(&viscous), &from, &to, 1.0) * 0.5;
+            viscous += VISCOSITY.increment(&total(&half), &from, &to, 1.0);
             rate += step;
         }
         near(viscous[3], shear, 1e-2 * shear);

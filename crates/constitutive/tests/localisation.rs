@@ -9,8 +9,8 @@ use colluvium_constitutive::localisation::{
     FiniteBand, acoustic_tensor, least_ellipticity, zero_thickness_jump, zero_thickness_stress,
 };
 use colluvium_constitutive::{
-    Corotational, InitialCondition, InterfaceLaw, InterfacePoint, Mat3, MaterialError, Model, Motion, Point,
-    SmallStrain, StressUpdate, SymTensor, Tangent,
+    Corotational, InitialCondition, InterfaceLaw, InterfacePoint, Mat3, MaterialError, MaterialSpec, Model,
+    Motion, Point, SmallStrain, StressUpdate, SymTensor, Tangent,
 };
 
 /// `c = 4.5`, `f_t = 3` MPa, `μ = 0.6`; stiffness high enough not to be seen.
@@ -521,4 +521,57 @@ fn ellipticity_is_lost_where_rudnicki_and_rice_say() {
     assert_eq!(shear(30.0), None);
     let elastic = DoubleScaleSpec { onset: Onset::Ellipticity, ..spec(BAND) }.build().err().unwrap();
     assert!(elastic.to_string().starts_with("onset: ellipticity needs a strength outside"), "{elastic}");
+}
+
+/// A step that no local solve takes comes back as an element test that ends where it did.
+#[test]
+fn a_step_without_solution_can_be_tried_again_in_the_driver() {
+    let outside = OutsideStrength {
+        friction_angle: 30.0,
+        cohesion: 15e3,
+        dilatancy_angle: 10.0,
+        matching: Matching::Compression,
+        softening: None,
+    };
+    let band = CohesiveBandSpec {
+        cohesion: 20e3,
+        tensile_strength: 10e3,
+        friction_coefficient: 0.6,
+        dilatancy_coefficient: 0.2,
+        opening_energy: 10.0,
+        sliding_energy: 40.0,
+        normal_stiffness: 5e9,
+        shear_stiffness: 2e9,
+    };
+    let spec = DoubleScaleSpec {
+        youngs_modulus: 20e6,
+        poissons_ratio: 0.3,
+        outside: Some(outside),
+        size: Some(0.1),
+        ..spec(band)
+    };
+    let law = spec.build().unwrap();
+    // Of many long steps from the same stress some have no solution.
+    let start = InitialCondition { stress: SymTensor::isotropic(-1e3), density: 2400.0 };
+    let mut seed = 3u64;
+    let mut random = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        0.2 * ((seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5)
+    };
+    let failed = (0..20_000).find_map(|_| {
+        let gradient = Mat3(std::array::from_fn(|_| std::array::from_fn(|_| random())));
+        let motion = Motion::from_velocity_gradient(&(gradient * 100.0), 0.01, 2400.0, 0.1)?;
+        let (mut stresses, mut states) = law.initial(&[start]).unwrap();
+        let error = law.update(&[motion], &mut stresses, &mut states.blocks_mut()[0]).err()?;
+        Some((motion, error.source))
+    });
+    let Some((motion, MaterialError::Unsolved(unsolved))) = failed else { panic!("{failed:?}") };
+    assert_eq!((unsolved.stress, unsolved.gradient, unsolved.dt), (start.stress, motion.gradient, motion.dt));
+    let text = unsolved.to_string();
+    assert!(
+        text.starts_with("double-scale: the stress update did not converge (jump), from the stress"),
+        "{text}"
+    );
+    let again = unsolved.element_test(MaterialSpec::DoubleScale(spec)).run();
+    assert!(again.unwrap_err().to_string().contains("did not converge (jump)"));
 }

@@ -3,12 +3,12 @@
 
 use colluvium_constitutive::laws::mohr_coulomb::{Pyramid, Region};
 use colluvium_constitutive::laws::{
-    DruckerPragerSpec, Elasticity, ExactIn, Integration, Matching, MohrCoulombSpec, Softening, StrainMeasure,
+    DruckerPragerSpec, Elasticity, ExactIn, Matching, MohrCoulombSpec, Softening, StrainMeasure,
     VonMisesSpec, drucker_prager::Cone, multi_surface,
 };
 use colluvium_constitutive::{
-    Corotational, FirstOrderSpin, Hencky, InitialCondition, Mat3, Motion, Point, SmallStrain, StressUpdate,
-    SymTensor,
+    Corotational, FirstOrderSpin, Hencky, InitialCondition, Mat3, Motion, Point, PrincipalReturn,
+    SmallStrain, StressUpdate, SymTensor,
 };
 
 /// Set R1 in kPa.
@@ -33,6 +33,7 @@ fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec
         dilatancy_decay: 0.0,
         integration: Default::default(),
         strain_measure: StrainMeasure::Rate,
+        project: false,
     }
 }
 
@@ -48,6 +49,7 @@ fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
         dilatancy_decay: 0.0,
         tensile_strength: None,
         strain_measure: StrainMeasure::Rate,
+        project: false,
     }
 }
 
@@ -108,6 +110,9 @@ fn drucker_prager_returns_to_cone_and_apex() {
     close(new.stress.trace(), -616.390_485, 1e-8);
     close(new.stress.j2().sqrt(), 154.349_285, 1e-8);
     close(new.state.deviatoric * 3f64.sqrt(), 0.004_359_375_457, 1e-12);
+    let trial = SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]);
+    close(trial.trace(), -570.0, 1e-15);
+    close(trial.j2().sqrt(), 187.882_942, 1e-8);
     let apex = returned(&law, [60.0, 50.0, 40.0, 5.0, 0.0, 0.0], Default::default());
     for c in 0..3 {
         close(apex.stress[c], 17.320_508_08, 1e-9);
@@ -227,6 +232,15 @@ fn mohr_coulomb_returns_a_full_tensor() {
     for (found, exact) in new.0.into_iter().zip(exact) {
         assert!((found - exact).abs() < 1e-6, "{found} for {exact}");
     }
+    let trial = SymTensor([-100.0, -350.0, -120.0, 120.0, 40.0, 0.0]);
+    for (stress, exact) in [
+        (trial, [-48.427_347, -118.420_994, -403.151_659]),
+        (new, [-114.187_590, -130.364_705, -377.203_785]),
+    ] {
+        for (found, exact) in stress.principal_values().into_iter().zip(exact) {
+            assert!((found - exact).abs() < 1e-6, "{found} for {exact}");
+        }
+    }
 }
 
 #[test]
@@ -280,11 +294,35 @@ fn hencky_mohr_coulomb_step_of_the_sheet() {
     let old = StressUpdate::initial(&law, &start).unwrap();
     let f = Mat3([[0.99, 0.02, 0.0], [0.0, 1.003, 0.0], [0.0, 0.0, 1.0]]);
     let motion = Motion::from_deformation(&f, 1.0, 2.0, 1.0).unwrap();
+    // The trial: b of the initial stress, carried; its return in principal Kirchhoff stresses.
+    let initial = (-200.0 / (3.0 * r1().bulk_modulus)).exp();
+    let strains =
+        (SymTensor::IDENTITY * initial).rotated(&f).principal_values().map(|square: f64| 0.5 * square.ln());
+    let volume: f64 = strains.iter().sum();
+    let trial = strains.map(|strain| r1().lame() * volume + 2.0 * r1().shear_modulus * strain);
+    let near = |found: f64, exact: f64, tolerance: f64| {
+        assert!((found - exact).abs() < tolerance, "{found} for {exact}");
+    };
+    for (found, exact) in trial.into_iter().zip([-51.535_595, -181.401_849, -419.803_901]) {
+        near(found, exact, 1e-6);
+    }
+    let kirchhoff = law.0.return_principal(trial, &Default::default()).unwrap().0;
+    for (found, exact) in kirchhoff.into_iter().zip([-119.454_423, -193.737_612, -393.004_285]) {
+        near(found, exact, 1e-6);
+    }
+    let [a, b, c] = kirchhoff;
+    let elastic = r1().strain(&SymTensor::diagonal(a, b, c));
+    for (found, exact) in elastic.0.into_iter().zip([0.002_828_41, -0.002, -0.014_952_33]) {
+        near(found, exact, 1e-8);
+    }
     // Larger than the 1 % from which §3.8 divides a step; the sheet's figures are those of one step.
     let new = law.undivided(&motion, &old).unwrap();
     close(new.state.jacobian, 0.992_97, 1e-9);
     for (c, exact) in [(0, -331.949_197), (1, -184.137_601), (2, -195.109_230), (3, 116.237_431)] {
         assert!((new.stress[c] - exact).abs() < 1e-6, "{} for {exact}", new.stress[c]);
+    }
+    for (c, exact) in [(0, -329.615_595), (1, -182.843_113), (2, -193.737_612), (3, 115.420_282)] {
+        near(new.stress[c] * new.state.jacobian, exact, 1e-6);
     }
     for (c, exact) in [(0, 0.978_679_707_4), (1, 0.997_531_190_2), (2, 0.996_007_989_3), (3, 0.014_824_601_0)]
     {
@@ -318,50 +356,6 @@ fn tangent_blocks_of_the_mohr_coulomb_returns() {
             }
         }
     }
-}
-
-#[test]
-fn both_algorithms_of_the_source_take_the_step_of_the_sheet() {
-    // §3.6: from the cone result of §3.7.1.
-    let law = drucker_prager(Matching::Compression, 10.0).law().unwrap();
-    let start = returned(&law, [-100.0, -350.0, -120.0, 120.0, 40.0, 0.0], Default::default()).stress;
-    let strain = SymTensor([1e-4, -2e-4, 0.0, 5e-5, 0.0, 0.0]);
-    let kappa = 0.0;
-    let near = |found: SymTensor, exact: [f64; 5]| {
-        for (found, exact) in found.0.into_iter().zip(exact) {
-            assert!((found - exact).abs() < 1.5e-6, "{found} for {exact}");
-        }
-    };
-    let (explicit, multiplier) = law.forward(&start, &strain, kappa);
-    near(explicit, [-131.865_595, -340.836_775, -149.752_520, 98.860_012, 32.696_927]);
-    close(multiplier * 1e4, 1.000_236_43, 1e-8);
-    let drift = law.cone_at(0.0).yield_value(explicit.j2().sqrt(), explicit.trace());
-    assert!((drift - 4.513e-3).abs() < 1e-6, "{drift}");
-    let (semi_implicit, multiplier) = law.corrected(&(start + r1().stress(&strain)), kappa);
-    near(semi_implicit, [-131.873_780, -340.831_929, -149.753_890, 98.860_898, 32.698_488]);
-    close(multiplier * 1e4, 1.004_660_92, 1e-8);
-    // What drifts comes back to the cone at the same pressure.
-    let mended = law.without_drift(explicit, 0.0);
-    assert!(law.cone_at(0.0).yield_value(mended.j2().sqrt(), mended.trace()).abs() < 1e-10);
-    close(mended.trace(), explicit.trace(), 1e-14);
-    // Tension cracking ends at the apex.
-    close(law.without_drift(SymTensor::isotropic(40.0), 0.0)[0], 17.320_508_08, 1e-9);
-}
-
-#[test]
-fn explicit_steps_converge_to_the_return() {
-    let end = |integration: Integration, steps: usize| {
-        let spec = DruckerPragerSpec { integration, ..drucker_prager(Matching::Compression, 10.0) };
-        let law = Corotational(spec.law().unwrap());
-        let a = Mat3([[0.01, 0.004, 0.0], [0.0, -0.02, 0.002], [0.0, 0.0, 0.004]]) * (1.0 / steps as f64);
-        let motion = Motion::from_velocity_gradient(&a, 1.0, 2.0, 1.0).unwrap();
-        let start = Point { stress: SymTensor::isotropic(-100.0), state: Default::default() };
-        (0..steps).fold(start, |p, _| StressUpdate::update(&law, &motion, &p).unwrap()).stress
-    };
-    let exact = end(Integration::ClosestPoint, 4000);
-    let error = |steps: usize| (end(Integration::Explicit, steps) - exact).norm() / exact.norm();
-    let (coarse, fine) = (error(100), error(400));
-    assert!(fine < 0.3 * coarse && fine < 1e-3, "{coarse} to {fine}");
 }
 
 #[test]
@@ -454,6 +448,7 @@ fn von_mises_is_matched_to_shear_or_to_compression() {
         residual_cohesion: None,
         softening_rate: 0.0,
         strain_measure: StrainMeasure::Rate,
+        project: false,
     };
     let root_j2 = |exact_in| {
         let law = spec(exact_in).law().unwrap();
@@ -579,68 +574,4 @@ fn parameters_out_of_range_are_named() {
     assert!(
         field(DruckerPragerSpec { youngs_modulus: f64::NAN, ..base() }).starts_with("youngs_modulus: NaN")
     );
-}
-
-mod explicit {
-    use super::*;
-    use colluvium_constitutive::laws::{DruckerPrager, Integration};
-    use proptest::prelude::*;
-
-    fn law(integration: Integration) -> Corotational<DruckerPrager> {
-        let spec = DruckerPragerSpec { integration, ..drucker_prager(Matching::Compression, 10.0) };
-        Corotational(spec.law().unwrap())
-    }
-
-    /// Confined shear of up to 5 % a step: compression in one direction, shear in all.
-    fn gradients() -> impl Strategy<Value = Vec<Mat3>> {
-        let gradient = (0.0..0.02f64, proptest::array::uniform6(-0.02..0.02f64))
-            .prop_map(|(c, [a, b, d, e, f, g])| Mat3([[-c, a, b], [d, -0.5 * c, e], [f, g, 0.0]]));
-        proptest::collection::vec(gradient, 1..4)
-    }
-
-    fn motion(a: &Mat3) -> Motion {
-        Motion::from_velocity_gradient(a, 1.0, 2.0, 1.0).unwrap()
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(256))]
-
-        #[test]
-        fn forward_steps_away_from_the_apex_keep_the_contract(path in gradients(), angle in 0.0..6.0f64) {
-            let (law, q) = (law(Integration::Explicit), Mat3::rotation_z(angle));
-            let start = |stress| InitialCondition { stress, density: 2.0 };
-            let compressed = SymTensor([-300.0, -250.0, -280.0, 20.0, -10.0, 5.0]);
-            let mut here = StressUpdate::initial(&law, &start(compressed)).unwrap();
-            let mut there = StressUpdate::initial(&law, &start(compressed.rotated(&q))).unwrap();
-            for a in &path {
-                let step = motion(a);
-                let next = law.update(&step, &here).unwrap();
-                there = law.update(&motion(&(q * *a * q.transpose())), &there).unwrap();
-                let handled = here.stress.norm() + 27e3 * a.sym().norm();
-                let excess = StressUpdate::yield_value(&law, &next).unwrap();
-                prop_assert!(excess <= 1e-9 * (next.stress.pressure().abs() + 1.0), "f = {excess}");
-                let turned = (there.stress - next.stress.rotated(&q)).norm();
-                prop_assert!(turned <= 1e-10 * handled, "{turned} of {handled}");
-                let lost = law.dissipation(&step, &here, &next).unwrap();
-                prop_assert!(lost >= -1e-12 * handled * a.sym().norm(), "{lost}");
-                here = next;
-            }
-        }
-    }
-
-    #[test]
-    fn divided_forward_steps_follow_the_return() {
-        let run = |integration| {
-            let law = law(integration);
-            let start = InitialCondition { stress: SymTensor::isotropic(-100.0), density: 2.0 };
-            let mut point = StressUpdate::initial(&law, &start).unwrap();
-            for _ in 0..4 {
-                let a = Mat3([[0.002, 0.01, 0.0], [0.0, -0.01, 0.0], [0.0, 0.0, 0.0]]);
-                point = law.update(&motion(&a), &point).unwrap();
-            }
-            point.stress
-        };
-        let (forward, returned) = (run(Integration::Explicit), run(Integration::ClosestPoint));
-        assert!((forward - returned).norm() < 0.01 * returned.norm(), "{forward:?} and {returned:?}");
-    }
 }

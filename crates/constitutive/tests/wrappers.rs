@@ -30,6 +30,7 @@ fn mohr_coulomb() -> MohrCoulombSpec {
         dilatancy_decay: 0.0,
         tensile_strength: None,
         strain_measure: StrainMeasure::Rate,
+        project: false,
     }
 }
 
@@ -46,6 +47,7 @@ fn drucker_prager() -> DruckerPragerSpec {
         dilatancy_decay: 0.0,
         integration: Default::default(),
         strain_measure: StrainMeasure::Rate,
+        project: false,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Shape functions of convected particle domains (Sadeghirad et al. 2011; MPM sheet §2.5e).
 
-use crate::{Basis, Grid, NodeList};
+use crate::{Basis, Grid, Lanes, NodeList};
 
 /// Linear functions of the grid, read at the corners of the points' domains (CPDI). `S` is the number of nodes of a
 /// point in all, those of its `2^D` corners: `4^D`.
@@ -71,6 +71,27 @@ impl Corners {
         list
     }
 
+    /// The nodes of a quadrilateral with `corners` (m) at `(--), (+-), (++), (-+)` (CPDI2; Sadeghirad et al. 2013): the
+    /// corners weigh in the mean over it as its own shape functions do.
+    #[inline(always)]
+    pub fn quadrilateral<const S: usize>(grid: &Grid<2>, corners: &[[f64; 2]; 4]) -> NodeList<2, S> {
+        let (weights, slopes) = shares(corners);
+        let mut list = NodeList::EMPTY;
+        for corner in 0..4 {
+            let (weight, slope) = (weights[corner], &slopes[corner]);
+            Self::corner(grid, &corners[corner], weight, slope, &mut list, 4 * corner);
+        }
+        list
+    }
+
+    /// Sum of what `of` finds at the nodes around a place (m), with linear weights.
+    #[inline(always)]
+    pub fn at<const D: usize>(grid: &Grid<D>, place: &[f64; D], of: impl Fn(usize) -> Lanes) -> Lanes {
+        let mut sum = Lanes::ZERO;
+        Self::around(grid, place, |_, number, weight, _| sum += of(number) * weight);
+        sum
+    }
+
     /// Writes the `2^D` nodes of a corner from entry `first` on.
     #[inline(always)]
     fn corner<const D: usize, const S: usize>(
@@ -81,23 +102,51 @@ impl Corners {
         list: &mut NodeList<D, S>,
         first: usize,
     ) {
+        Self::around(grid, place, |k, number, weight, node| {
+            list.places[first + k] = node;
+            list.nodes[first + k] = number as u32;
+            list.weights[first + k] = share * weight;
+            list.gradients[first + k] = slope.map(|c| c * weight);
+        });
+    }
+
+    /// Calls `visit(k, number, linear weight, place)` for the `2^D` nodes around a place (m).
+    #[inline(always)]
+    fn around<const D: usize>(
+        grid: &Grid<D>,
+        place: &[f64; D],
+        mut visit: impl FnMut(usize, usize, f64, [f64; D]),
+    ) {
         let local = grid.local(place);
         let found: [(usize, f64); D] = std::array::from_fn(|a| Self::locate(local[a], grid.cells[a]));
         for k in 0..1 << D {
-            let (mut number, mut weight) = (0, 1.0);
+            let (mut number, mut weight, mut node) = (0, 1.0, [0.0; D]);
             for axis in 0..D {
                 let (cell, s) = found[axis];
                 let upper = k >> axis & 1;
                 number = number * <Self as Basis<1>>::nodes(grid.cells[axis]) + cell + upper;
                 weight *= if upper == 1 { s } else { 1.0 - s };
-                list.places[first + k][axis] =
-                    grid.origin[axis] + ((cell + upper) as f64 - GHOSTS as f64) * grid.cell;
+                node[axis] = grid.origin[axis] + ((cell + upper) as f64 - GHOSTS as f64) * grid.cell;
             }
-            list.nodes[first + k] = number as u32;
-            list.weights[first + k] = share * weight;
-            list.gradients[first + k] = slope.map(|c| c * weight);
+            visit(k, number, weight, node);
         }
     }
+}
+
+/// What each corner `(--), (+-), (++), (-+)` of a quadrilateral weighs in the mean of its bilinear shape functions over it
+/// and in the mean of their gradients (1/m) (MPM sheet §2.5e).
+#[inline(always)]
+fn shares(corners: &[[f64; 2]; 4]) -> ([f64; 4], [[f64; 2]; 4]) {
+    let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] = *corners;
+    let area = 0.5 * ((x3 - x1) * (y4 - y2) - (x4 - x2) * (y3 - y1));
+    let a = (x4 - x1) * (y2 - y3) - (x2 - x3) * (y4 - y1);
+    let b = (x3 - x4) * (y1 - y2) - (x1 - x2) * (y3 - y4);
+    let weight = |skew: f64| (6.0 * area + skew) / (24.0 * area);
+    let slope = |x: f64, y: f64| [x / (2.0 * area), y / (2.0 * area)];
+    (
+        [weight(-a - b), weight(-a + b), weight(a + b), weight(a - b)],
+        [slope(y2 - y4, x4 - x2), slope(y3 - y1, x1 - x3), slope(y4 - y2, x2 - x4), slope(y1 - y3, x3 - x1)],
+    )
 }
 
 /// The vectors dual to `edges`: `d_a · r_b = 1` for `a = b`, else zero.
@@ -180,6 +229,54 @@ mod tests {
             reproduces::<1, 4>([x[0]], [[edge(0, 0)]]);
             reproduces::<2, 16>([x[0], x[1]], std::array::from_fn(|a| std::array::from_fn(|c| edge(a, c))));
             reproduces::<3, 64>(x, std::array::from_fn(|a| std::array::from_fn(|c| edge(a, c))));
+        }
+    }
+
+    #[test]
+    fn a_quadrilateral_weighs_its_corners_as_gauss_does() {
+        // Means of N = (1 ± ξ)(1 ± η)/4 over the quadrilateral, by two points of Gauss an axis: exact, as both N J and
+        // ∇N J are bilinear at most of second order.
+        let corners = [[0.1, 0.0], [0.9, 0.15], [1.2, 1.0], [-0.05, 0.7]];
+        let signs = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let root = 1.0 / 3f64.sqrt();
+        let (mut area, mut mean, mut slope) = (0.0, [0.0; 4], [[0.0; 2]; 4]);
+        for [s, t] in signs.map(|[s, t]| [s * root, t * root]) {
+            let local = signs.map(|[a, b]| [0.25 * a * (1.0 + b * t), 0.25 * b * (1.0 + a * s)]);
+            let along =
+                |c: usize, axis: usize| -> f64 { (0..4).map(|k| corners[k][c] * local[k][axis]).sum() };
+            let [[xs, xt], [ys, yt]] = [0, 1].map(|c| [along(c, 0), along(c, 1)]);
+            let jacobian = xs * yt - xt * ys;
+            area += jacobian;
+            for k in 0..4 {
+                mean[k] += jacobian * 0.25 * (1.0 + signs[k][0] * s) * (1.0 + signs[k][1] * t);
+                slope[k][0] += local[k][0] * yt - local[k][1] * ys;
+                slope[k][1] += local[k][1] * xs - local[k][0] * xt;
+            }
+        }
+        let (weights, slopes) = shares(&corners);
+        for k in 0..4 {
+            assert!((weights[k] - mean[k] / area).abs() < 1e-14, "{weights:?}");
+            assert!((0..2).all(|c| (slopes[k][c] - slope[k][c] / area).abs() < 1e-14), "{slopes:?}");
+        }
+    }
+
+    #[test]
+    fn a_quadrilateral_that_is_a_parallelogram_is_one() {
+        let grid = Grid::new([0.0; 2], [1.0; 2], 0.25).unwrap();
+        let (centre, r) = ([0.43, 0.58], [[0.11, 0.03], [-0.02, 0.09]]);
+        let corner =
+            |s: f64, t: f64| -> [f64; 2] { std::array::from_fn(|c| centre[c] + s * r[0][c] + t * r[1][c]) };
+        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let sums = |list: NodeList<2, 16>| {
+            let mut sums = vec![[0.0; 3]; 200];
+            list.for_each(&[9, 1], |number, w, g| {
+                [w, g[0], g[1]].iter().zip(&mut sums[number]).for_each(|(value, sum)| *sum += value);
+            });
+            sums
+        };
+        let (free, convected) = (Corners::quadrilateral(&grid, &corners), Corners::nodes(&grid, &centre, &r));
+        for (a, b) in sums(free).iter().zip(&sums(convected)) {
+            assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-12), "{a:?}, {b:?}");
         }
     }
 

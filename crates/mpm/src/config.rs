@@ -119,6 +119,8 @@ pub enum ShapeFunctions {
     Cubic,
     /// Convected particle domains: parallelograms that the deformation gradient carries along.
     Cpdi,
+    /// Convected particle domains of the second order: quadrilaterals whose corners move with the grid (plane strain).
+    Cpdi2,
 }
 
 /// Where the gradients of the shape functions are taken (MPM sheet §2.5g).

@@ -5,7 +5,7 @@ use colluvium_grid::{Basis, Corners, CubicSpline, Gimp, Linear, QuadraticSpline,
 
 use crate::MpmOptions;
 use crate::config::{DomainStretch, Formulation, ShapeFunctions};
-use crate::domains::{ConvectedDomain, ReferencePoint};
+use crate::domains::{ConvectedCorners, ConvectedDomain, ReferencePoint};
 use crate::mesh::InElement;
 use crate::points::{FixedDomain, PointDomain};
 use crate::stretch::{StretchingDomain, TurningDomain};
@@ -38,6 +38,9 @@ pub fn dispatch<T>(
             _ => visitor.visit::<3, 64, Corners, ConvectedDomain<3>>(),
         };
     }
+    if options.shape == ShapeFunctions::Cpdi2 {
+        return visitor.visit::<2, 16, Corners, ConvectedCorners>();
+    }
     match case.dimension() {
         1 => shape::<1, T>(options, visitor),
         2 => shape::<2, T>(options, visitor),
@@ -64,6 +67,8 @@ fn shape<const D: usize, T>(
         },
         ShapeFunctions::Quadratic => visitor.visit::<D, 3, QuadraticSpline, FixedDomain>(),
         ShapeFunctions::Cubic => visitor.visit::<D, 4, CubicSpline, FixedDomain>(),
-        ShapeFunctions::Cpdi => unreachable!("has as many nodes as the dimension says"),
+        ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2 => {
+            unreachable!("have as many nodes as the dimension says")
+        }
     }
 }

@@ -74,6 +74,107 @@ impl<const D: usize> PointDomain<D> for ConvectedDomain<D> {
     }
 }
 
+/// A quadrilateral whose corners move with the grid, each where it is (CPDI2; Sadeghirad et al. 2013): neighbours that
+/// share a corner keep it, and nothing opens between them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ConvectedCorners {
+    /// How far the corners `(--), (+-), (++), (-+)` have gone beyond the point (m).
+    gone: [[f64; 2]; 4],
+}
+
+impl ConvectedCorners {
+    /// The corners from the point (m).
+    #[inline(always)]
+    fn arms(&self, initial: &[f64; 2]) -> [[f64; 2]; 4] {
+        let signs = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
+        std::array::from_fn(|k| std::array::from_fn(|c| signs[k][c] * initial[c] + self.gone[k][c]))
+    }
+
+    #[inline(always)]
+    fn corners(&self, position: &[f64; 2], initial: &[f64; 2]) -> [[f64; 2]; 4] {
+        self.arms(initial).map(|arm| [position[0] + arm[0], position[1] + arm[1]])
+    }
+}
+
+impl PointDomain<2> for ConvectedCorners {
+    type Support<const S: usize> = NodeList<2, S>;
+
+    const CONVECTED: bool = true;
+
+    #[inline(always)]
+    fn support<const S: usize, B: Basis<S>>(
+        &self,
+        ground: &Ground<'_, 2>,
+        position: &[f64; 2],
+        initial: &[f64; 2],
+    ) -> NodeList<2, S> {
+        Corners::quadrilateral(ground.grid, &self.corners(position, initial))
+    }
+
+    /// Widths of the box around the domain.
+    #[inline(always)]
+    fn extent(&self, initial: &[f64; 2], _cell: f64) -> [f64; 2] {
+        let arms = self.arms(initial);
+        std::array::from_fn(|c| {
+            let along = arms.map(|arm| arm[c]);
+            along.into_iter().fold(f64::NEG_INFINITY, f64::max)
+                - along.into_iter().fold(f64::INFINITY, f64::min)
+        })
+    }
+
+    #[inline(always)]
+    fn follow(&mut self, _gradient: &Square<2>) {}
+
+    #[inline(always)]
+    fn convect(
+        &mut self,
+        position: &[f64; 2],
+        initial: &[f64; 2],
+        velocity: &[f64; 2],
+        dt: f64,
+        read: impl Fn(&[f64; 2]) -> [f64; 2],
+    ) {
+        let corners = self.corners(position, initial);
+        for (gone, corner) in self.gone.iter_mut().zip(&corners) {
+            let own = read(corner);
+            (0..2).for_each(|c| gone[c] += dt * (own[c] - velocity[c]));
+        }
+    }
+
+    #[inline(always)]
+    fn fault(&self, initial: &[f64; 2], cell: f64) -> Option<String> {
+        let arms = self.arms(initial);
+        let farthest = arms.as_flattened().iter().fold(0.0, |far: f64, arm| far.max(arm.abs()));
+        // Every corner turns the same way. Both written so that NaN counts as a fault.
+        let turns = (0..4).all(|k| {
+            let ([x0, y0], [x1, y1], [x2, y2]) = (arms[k], arms[(k + 1) % 4], arms[(k + 2) % 4]);
+            (x1 - x0) * (y2 - y1) - (x2 - x1) * (y1 - y0) > 0.0
+        });
+        if !(farthest <= Corners::REACH * cell) {
+            return Some(format!(
+                "a corner of its domain has come {:.3} cells from it, and may be at most {} cells away: the body has \
+                 been torn or sheared too far (use larger cells, or more points per cell)",
+                farthest / cell,
+                Corners::REACH
+            ));
+        }
+        (!turns).then(|| {
+            "its domain is no longer convex: the body has been deformed too far for cpdi2 (use cpdi)"
+                .to_owned()
+        })
+    }
+
+    fn to_numbers(self) -> Vec<f64> {
+        self.gone.as_flattened().to_vec()
+    }
+
+    fn from_numbers(numbers: &[f64]) -> Self {
+        let mut gone = [[0.0; 2]; 4];
+        gone.as_flattened_mut().copy_from_slice(numbers);
+        Self { gone }
+    }
+}
+
 /// A point that looks at the grid from where it was at the start (total-Lagrangian MPM).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferencePoint<const D: usize> {
@@ -169,6 +270,29 @@ mod tests {
         assert!(fault.contains("4.211 cells wide"), "{fault}");
         domain.follow(&[[f64::NAN, 0.0], [0.0, 0.0]]);
         assert!(domain.fault(&[0.2, 0.4], 1.0).is_some());
+    }
+
+    #[test]
+    fn corners_move_with_the_field_where_they_are() {
+        // In a linear field they do what the deformation gradient does.
+        let (initial, place, dt) = ([0.2, 0.4], [0.3, 0.7], 1.0);
+        let field = |x: &[f64; 2]| [0.3 + 0.5 * x[0] - 0.2 * x[1], -0.1 + 0.7 * x[0] + 0.1 * x[1]];
+        let (mut free, mut convected) = (ConvectedCorners::default(), ConvectedDomain::<2>::default());
+        free.convect(&place, &initial, &field(&place), dt, field);
+        convected.follow(&[[0.5, -0.2], [0.7, 0.1]]);
+        let edges = convected.edges(&initial);
+        for (arm, [s, t]) in
+            free.arms(&initial).iter().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        {
+            assert!((0..2).all(|c| (arm[c] - s * edges[0][c] - t * edges[1][c]).abs() < 1e-15), "{arm:?}");
+        }
+        assert!(free.fault(&initial, 0.2).is_none());
+        assert!(free.fault(&initial, 0.1).unwrap().contains("cells from it"));
+        assert_eq!(ConvectedCorners::from_numbers(&free.to_numbers()), free);
+        let inward = |x: &[f64; 2]| if x[0] > 0.35 && x[1] > 0.8 { [-0.2, -0.4] } else { [0.0; 2] };
+        let mut bent = ConvectedCorners::default();
+        bent.convect(&place, &initial, &[0.0; 2], 1.0, inward);
+        assert!(bent.fault(&initial, 1.0).unwrap().contains("convex"));
     }
 
     #[test]

@@ -129,7 +129,7 @@ fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> 
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
     let special = options.mesh.is_some()
         || options.formulation == Formulation::TotalLagrangian
-        || options.shape == ShapeFunctions::Cpdi;
+        || matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2);
     let absorbing = |boundary: &Boundary| matches!(boundary.wall, CaseWall::Absorbing { .. });
     if let Some(number) = case.boundaries.iter().position(absorbing).filter(|_| special) {
         let problem = "an absorbing boundary needs a structured grid with shape linear, ugimp, cpgimp, quadratic or cubic";
@@ -138,7 +138,7 @@ fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> 
     let shared =
         options.volumetric_strain == VolumetricStrain::Nodal || options.integration == Integration::Mixed;
     if !case.domain.periodic.is_empty() && (special || shared) {
-        let problem = "is not available with a mesh, total-lagrangian, cpdi, nodal volumetric strain or mixed \
+        let problem = "is not available with a mesh, total-lagrangian, cpdi, cpdi2, nodal volumetric strain or mixed \
                        integration";
         return refuse("domain.periodic", problem);
     }

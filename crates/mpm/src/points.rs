@@ -86,6 +86,22 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     /// Follows the step `f = 1 + gradient` (row `i`, column `j`: `∂u_i/∂x_j`).
     fn follow(&mut self, gradient: &[[f64; D]; D]);
 
+    /// Whether corners move with the grid where they are ([`PointDomain::convect`]).
+    const CONVECTED: bool = false;
+
+    /// Moves the corners with the velocity that `read` finds at a place (m), in a step of `dt` (s) in which the point moves
+    /// with `velocity` (m/s).
+    #[inline(always)]
+    fn convect(
+        &mut self,
+        _position: &[f64; D],
+        _initial: &[f64; D],
+        _velocity: &[f64; D],
+        _dt: f64,
+        _read: impl Fn(&[f64; D]) -> [f64; D],
+    ) {
+    }
+
     /// Why the domain can no longer be honoured, if so.
     #[inline(always)]
     fn fault(&self, _initial: &[f64; D], _cell: f64) -> Option<String> {

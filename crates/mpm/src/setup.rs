@@ -35,6 +35,10 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     let options: MpmOptions = case.method_options("mpm")?;
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
     let options = two_phase::cleared(case, options)?;
+    if options.shape == ShapeFunctions::Cpdi2 && case.space != Space::PlaneStrain {
+        let problem = "cpdi2 is of quadrilaterals and available in plane strain only: use cpdi";
+        return Err(CaseError::new("methods.mpm.shape", problem));
+    }
     mesh::cleared(case, &options)?;
     mixed::cleared(&options, case.bodies.iter().any(|body| body.pore_fluid.is_some()))?;
     Ok(options)

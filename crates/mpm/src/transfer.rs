@@ -2,7 +2,7 @@
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, SymTensor};
-use colluvium_grid::{Basis, Lanes, Support};
+use colluvium_grid::{Basis, Corners, Lanes, Support};
 
 use crate::affine::{affine_momentum, momentum};
 use crate::blocks::{Block, BlockReport, Failure, OfSet};
@@ -264,6 +264,19 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             if what.position {
                 if !block.pending.is_empty() {
                     block.domain[p].follow(&block.pending[p]);
+                }
+                if P::CONVECTED {
+                    let own = std::array::from_fn(|c| velocity[c]);
+                    block.domain[p].convect(&block.position[p], extent, &own, dt, |place| {
+                        let velocity = Corners::at(&self.grid, place, |number| {
+                            if FROM_SOLVED {
+                                self.nodes[first_node + number].motion
+                            } else {
+                                self.remapped[first_node + number]
+                            }
+                        });
+                        std::array::from_fn(|c| velocity.as_array()[c])
+                    });
                 }
                 let mut step = 0f64;
                 for c in 0..D {

@@ -172,8 +172,14 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// The constants of Table 1 of the source.
-const VISCOSITY: AccelerationViscosity =
-    AccelerationViscosity { a: -8e-4, m1: 0.5, m2: 1e-3, mode: ViscousMode::RateMaterial };
+const VISCOSITY: AccelerationViscosity = AccelerationViscosity {
+    a: -8e-4,
+    m1: 0.5,
+    m2: 1e-3,
+    eta1: 0.0,
+    eta3: 0.0,
+    mode: ViscousMode::RateMaterial,
+};
 
 fn viscous(outcome: &mut Outcome) -> Result<(), String> {
     for (x, exact) in [(1.0, -5.658_739_302e-4), (50.0, -0.044_409_196_67), (500.0, -3.189_477_682)] {
@@ -191,8 +197,8 @@ fn viscous(outcome: &mut Outcome) -> Result<(), String> {
     for i in 0..20_000 {
         let rate = 0.01 * f64::from(i);
         let (from, to) = (stretching(rate), stretching(rate + 0.01));
-        let half = stress + VISCOSITY.increment(&total(&stress), &from, &to) * 0.5;
-        stress += VISCOSITY.increment(&total(&half), &from, &to);
+        let half = stress + VISCOSITY.increment(&total(&stress), &from, &to, 1.0) * 0.5;
+        stress += VISCOSITY.increment(&total(&half), &from, &to, 1.0);
         ratio.push((rate + 0.01, total(&stress)[3]));
         skeleton.push((rate + 0.01, 1.0 + stress[1]));
     }

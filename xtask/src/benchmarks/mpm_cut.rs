@@ -131,6 +131,9 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
         let mut case = case("mpm/vertical-cut")?;
         clay(&mut case, number)?;
         set(&mut case, "cell_size", cell);
+        // Shared strains and points without domains gain energy where the clay flies apart without damping.
+        set(&mut case, "volumetric_strain", "point");
+        set(&mut case, "shape", "ugimp");
         let stages = json!([{ "name": "fall", "duration": 3 },
                             { "name": "rest", "duration": 10, "damping": 0.7, "equilibrium": {} }]);
         case.stages = serde_json::from_value(stages).map_err(|error| error.to_string())?;

@@ -115,6 +115,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/materials/sand/poissons_ratio", json!(0.5), "materials.sand.poissons_ratio", "0.5 is not between"),
         ("/materials/sand/youngs_modulus", json!(-1), "materials.sand.youngs_modulus", "positive (Pa)"),
         ("/materials/sand/density", json!("heavy"), "materials.sand.density", "is not of type number"),
+        ("/materials/sand/project", json!("yes"), "materials.sand.project", "is not of type boolean"),
         (
             "/materials/sand/softening",
             softening,

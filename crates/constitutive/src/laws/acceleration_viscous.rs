@@ -1,13 +1,14 @@
 //! Acceleration-based viscous stress beside a frictional law (constitutive sheet §2.12, AL2 eqs. 8–9,
 //! 25–33: Wu, Wang & Alipour 2020).
 //!
-//! `T = T_i + T_v`: the frictional law gives `T_i`, and `T̊_v = η (T D̊ + D̊ T)` with
-//! `η = A √(m1 + m2 ‖D‖²)`, `A < 0`. As printed, with all objective terms, that rate has no steady
+//! `T = T_i + T_v`: the frictional law gives `T_i`, and `T̊_v = η1 D̊ + η (T D̊ + D̊ T) + η3 D̊²` with
+//! `η = A √(m1 + m2 ‖D‖²)`, `A < 0`; `η1` and `η3` are 0 where not given, as in the source's own model. As printed, with all objective terms, that rate has no steady
 //! state. Two ways to use it:
 //!
 //! * `integrated`: the rate integrated at frozen `T` and fixed direction of `D`,
-//!   `T_v = Φ(‖D‖)(T D̂ + D̂ T)`. Objective and without memory; the equation `T = T_i + T_v` is linear
-//!   in `T` and is solved in the principal axes of `D`, `T_ab = T_i,ab / (1 - Φ (d_a + d_b))`.
+//!   `T_v = η1 D + Φ(‖D‖)(T D̂ + D̂ T)`. Objective and without memory; the equation `T = T_i + T_v` is linear
+//!   in `T` and is solved in the principal axes of `D`, `T_ab = (T_i + η1 D)_ab / (1 - Φ (d_a + d_b))`. The term
+//!   with `η3` depends on how fast `D` was reached and has no such integral.
 //! * `rate-material`: differences of `D` over the step, no objective terms: the source's own simple
 //!   shear. Not objective; element tests only.
 //!
@@ -47,6 +48,12 @@ pub struct AccelerationViscosity {
     /// `m2` (s²), not negative.
     #[serde(default)]
     pub m2: f64,
+    /// `η1` (Pa s), viscosity of the term `η1 D̊`, not negative.
+    #[serde(default)]
+    pub eta1: f64,
+    /// `η3` (Pa s³) of the term `η3 D̊²`, normal stresses alone; with mode `rate-material` only.
+    #[serde(default)]
+    pub eta3: f64,
     /// How the rate is integrated.
     #[serde(default)]
     pub mode: ViscousMode,
@@ -68,8 +75,13 @@ impl AccelerationViscosity {
         0.5 * x * (self.eta(x) + self.a * self.m1.sqrt() * ratio)
     }
 
-    /// `T` with `T = T_i + Φ (T D̂ + D̂ T)`.
+    /// `T` with `T = T_i + η1 D + Φ (T D̂ + D̂ T)`.
     pub fn total(&self, inviscid: &SymTensor, stretching: &SymTensor) -> SymTensor {
+        self.amplified(&(*inviscid + *stretching * self.eta1), stretching)
+    }
+
+    /// `T` with `T = T_0 + Φ (T D̂ + D̂ T)`: linear in `T_0`.
+    fn amplified(&self, inviscid: &SymTensor, stretching: &SymTensor) -> SymTensor {
         let rate = stretching.norm();
         if rate == 0.0 {
             return *inviscid;
@@ -85,16 +97,23 @@ impl AccelerationViscosity {
         local.rotated(&axes)
     }
 
-    /// `η (T ΔD + ΔD T)` for a change of stretching from `from` to `to` (1/s) under the stress `stress`.
-    pub fn increment(&self, stress: &SymTensor, from: &SymTensor, to: &SymTensor) -> SymTensor {
+    /// `η1 ΔD + η (T ΔD + ΔD T) + η3 ΔD²/Δt` for a change of stretching from `from` to `to` (1/s) within `dt` (s)
+    /// under the stress `stress`.
+    pub fn increment(&self, stress: &SymTensor, from: &SymTensor, to: &SymTensor, dt: f64) -> SymTensor {
         let eta = self.eta(((*from + *to) * 0.5).norm());
-        (stress.to_matrix() * (*to - *from).to_matrix()).sym() * (2.0 * eta)
+        let change = (*to - *from).to_matrix();
+        (stress.to_matrix() * change).sym() * (2.0 * eta)
+            + change.sym() * self.eta1
+            + (change * change).sym() * (self.eta3 / dt)
     }
 
     fn validate(&self) -> Result<(), MaterialError> {
         check("viscous.a", self.a, self.a.is_finite() && self.a < 0.0, "must be negative (s)")?;
         positive("viscous.m1", self.m1, "")?;
-        not_negative("viscous.m2", self.m2, "s²")
+        not_negative("viscous.m2", self.m2, "s²")?;
+        not_negative("viscous.eta1", self.eta1, "Pa s")?;
+        let fits = self.eta3 == 0.0 || (self.eta3.is_finite() && self.mode == ViscousMode::RateMaterial);
+        check("viscous.eta3", self.eta3, fits, "goes with mode rate-material only (Pa s³)")
     }
 }
 
@@ -163,7 +182,8 @@ impl<L: StressUpdate> StressUpdate for Viscous<L> {
                 let mut stress = inviscid + old.state.viscous;
                 for _ in 0..3 {
                     let middle = (old.stress + stress) * 0.5;
-                    let change = self.viscosity.increment(&middle, &old.state.stretching, &stretching);
+                    let change =
+                        self.viscosity.increment(&middle, &old.state.stretching, &stretching, motion.dt);
                     stress = inviscid + old.state.viscous + change;
                 }
                 stress
@@ -195,7 +215,8 @@ impl<L: StressUpdate> StressUpdate for Viscous<L> {
             let mut change = SymTensor::ZERO;
             change[column] = if column < 3 { step } else { 0.5 * step };
             let slope = total(&inviscid, &(strain + change)) - total(&inviscid, &(strain - change));
-            let carried = total(&SymTensor(frictional.0.map(|row| row[column])), &strain);
+            let column_of = SymTensor(frictional.0.map(|row| row[column]));
+            let carried = self.viscosity.amplified(&column_of, &(strain * (1.0 / motion.dt)));
             let stress = carried + slope * (0.5 / step);
             for (row, value) in tangent.0.iter_mut().zip(stress.0) {
                 row[column] = value;
@@ -212,7 +233,8 @@ impl<L: StressUpdate> StressUpdate for Viscous<L> {
 
     /// Of the viscous stress at the current rate and pressure: `T_v ≈ 2 |η| p D` for a small change of `D`.
     fn viscosity(&self, point: &Point<Self::State>) -> f64 {
-        self.viscosity.eta(point.state.stretching.norm()).abs() * point.stress.pressure().abs()
+        let own = self.viscosity.eta(point.state.stretching.norm()).abs() * point.stress.pressure().abs();
+        own + 0.5 * self.viscosity.eta1
     }
 
     fn output_names(&self) -> &'static [&'static str] {
@@ -221,5 +243,52 @@ impl<L: StressUpdate> StressUpdate for Viscous<L> {
 
     fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
         self.frictional.outputs(&Self::inner(point), out);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAIN: AccelerationViscosity = AccelerationViscosity {
+        a: -8e-4,
+        m1: 0.5,
+        m2: 1e-3,
+        eta1: 0.0,
+        eta3: 0.0,
+        mode: ViscousMode::Integrated,
+    };
+
+    /// The matrices of eq. 29: in simple shear the first term gives shear, the third normal stress alone.
+    #[test]
+    fn terms_of_the_rate_in_simple_shear() {
+        let (lateral, normal, shear, g, dt) = (-80.0, -100.0, 30.0, 0.4, 0.01);
+        let stress = SymTensor([lateral, normal, -70.0, shear, 0.0, 0.0]);
+        let faster = SymTensor([0.0, 0.0, 0.0, g, 0.0, 0.0]);
+        let of = |viscosity: AccelerationViscosity| {
+            viscosity.increment(&stress, &SymTensor::ZERO, &faster, dt)
+                - PLAIN.increment(&stress, &SymTensor::ZERO, &faster, dt)
+        };
+        let direct = of(AccelerationViscosity { eta1: 7.0, ..PLAIN });
+        assert!((direct - SymTensor([0.0, 0.0, 0.0, 7.0 * g, 0.0, 0.0])).norm() < 1e-14);
+        let squared = of(AccelerationViscosity { eta3: -5.0, ..PLAIN });
+        let exact = -5.0 * g * g / dt;
+        assert!((squared - SymTensor::diagonal(exact, exact, 0.0)).norm() < 1e-12);
+        let eta = PLAIN.eta(0.5 * faster.norm());
+        let second = PLAIN.increment(&stress, &SymTensor::ZERO, &faster, dt) * (1.0 / eta);
+        let exact = SymTensor([2.0 * shear * g, 2.0 * shear * g, 0.0, (lateral + normal) * g, 0.0, 0.0]);
+        assert!((second - exact).norm() < 1e-12);
+    }
+
+    #[test]
+    fn the_first_term_integrates_to_a_newtonian_viscosity() {
+        let newtonian = AccelerationViscosity { a: -1e-300, eta1: 7.0, ..PLAIN };
+        let (inviscid, rate) = (SymTensor::isotropic(-10.0), SymTensor([0.1, -0.3, 0.2, 0.4, -0.1, 0.2]));
+        assert!((newtonian.total(&inviscid, &rate) - (inviscid + rate * 7.0)).norm() < 1e-13);
+        let refused = AccelerationViscosity { eta3: 1.0, ..PLAIN }.validate().unwrap_err().to_string();
+        assert!(refused.starts_with("viscous.eta3: 1"), "{refused}");
+        assert!(
+            AccelerationViscosity { eta3: 1.0, mode: ViscousMode::RateMaterial, ..PLAIN }.validate().is_ok()
+        );
     }
 }

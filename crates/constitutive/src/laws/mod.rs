@@ -1,4 +1,4 @@
-//! The laws, one file each.
+//! The laws, one file or folder each.
 
 mod acceleration_viscous;
 pub mod bingham;

@@ -13,7 +13,7 @@ use super::{DruckerPrager, MohrCoulomb, PlasticStrain};
 use crate::model::{Facts, Kind, Model, StrainMeasure, check};
 use crate::{
     Corotational, InitialCondition, Material, MaterialError, MaterialSpec, Motion, Point, SmallStrain,
-    SymTensor,
+    SymTensor, Tangent,
 };
 
 const NAME: &str = "saturation-softened";
@@ -33,7 +33,7 @@ impl Model for SaturationSoftenedSpec {
         source: "after Bui & Nguyen 2021, section 4.6",
         kind: Kind::Wrapper,
         strain: "rate",
-        tangent: "numerical",
+        tangent: "the inner law's",
     };
 
     fn density(&self) -> f64 {
@@ -156,6 +156,10 @@ impl<L: Cohesive> SmallStrain for SaturationSoftened<L> {
 
     fn wave_modulus(&self, point: &Point<Wetted>) -> f64 {
         self.law.wave_modulus(&Self::inner(point))
+    }
+
+    fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<Wetted>) -> Option<Tangent> {
+        self.at(motion.pore.saturation).tangent(strain, motion, &Self::inner(old))
     }
 
     fn yield_value(&self, point: &Point<Wetted>) -> Option<f64> {

@@ -35,6 +35,10 @@ pub struct TensionCutSpec {
     /// Small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
+    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
+    /// refused when false.
+    #[serde(default)]
+    pub project: bool,
 }
 
 impl TensionCutSpec {
@@ -45,7 +49,7 @@ impl TensionCutSpec {
     pub fn law(&self) -> Result<TensionCut, MaterialError> {
         not_negative("tensile_strength", self.tensile_strength, "Pa")?;
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
-        Ok(TensionCut { elasticity, strength: self.tensile_strength })
+        Ok(TensionCut { elasticity, strength: self.tensile_strength, project: self.project })
     }
 }
 
@@ -77,6 +81,7 @@ impl Model for TensionCutSpec {
             poissons_ratio: 0.3,
             tensile_strength: 5e3,
             strain_measure,
+            project: false,
         };
         [StrainMeasure::Rate, StrainMeasure::Hencky].map(with).into()
     }
@@ -87,6 +92,7 @@ impl Model for TensionCutSpec {
 pub struct TensionCut {
     elasticity: Elasticity,
     strength: f64,
+    project: bool,
 }
 
 impl TensionCut {
@@ -115,6 +121,10 @@ impl SmallStrain for TensionCut {
     }
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<()>, MaterialError> {
+        if self.project && initial.stress.is_finite() {
+            let start = Point { stress: initial.stress, state: () };
+            return self.update(&SymTensor::ZERO, &Motion::STILL, &start);
+        }
         let principal = initial.stress.principal_values();
         super::check_initial(NAME, &initial.stress, principal[0] - self.strength, initial.stress.norm())?;
         Ok(Point { stress: initial.stress, state: () })

@@ -28,6 +28,10 @@ pub struct TrescaSpec {
     /// Small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
+    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
+    /// refused when false.
+    #[serde(default)]
+    pub project: bool,
 }
 
 impl TrescaSpec {
@@ -48,6 +52,7 @@ impl TrescaSpec {
             dilatancy_decay: 0.0,
             tensile_strength: None,
             strain_measure: self.strain_measure,
+            project: self.project,
         };
         Ok(law.law()?.named("tresca"))
     }
@@ -85,6 +90,7 @@ impl Model for TrescaSpec {
             poissons_ratio: 0.3,
             undrained_strength: 20e3,
             strain_measure,
+            project: false,
         };
         [StrainMeasure::Rate, StrainMeasure::Hencky].map(with).into()
     }

@@ -41,6 +41,10 @@ pub struct VonMisesSpec {
     /// Small strain in rate form, or logarithmic finite strain.
     #[serde(default)]
     pub strain_measure: StrainMeasure,
+    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
+    /// refused when false.
+    #[serde(default)]
+    pub project: bool,
 }
 
 /// Stress states in which the circle of von Mises meets the hexagon of Tresca.
@@ -83,6 +87,7 @@ impl VonMisesSpec {
             dilatancy_decay: 0.0,
             integration: Integration::default(),
             strain_measure: self.strain_measure,
+            project: self.project,
         };
         let own = |error: MaterialError| error.renamed("softening.residual_cohesion", "residual_cohesion");
         let law =
@@ -131,6 +136,7 @@ impl Model for VonMisesSpec {
             residual_cohesion,
             softening_rate: 5.0,
             strain_measure: StrainMeasure::Rate,
+            project: false,
         };
         let hencky = Self { strain_measure: StrainMeasure::Hencky, ..with(ExactIn::PlaneStrain, None) };
         vec![with(ExactIn::PlaneStrain, None), with(ExactIn::Triaxial, Some(5e3)), hencky]

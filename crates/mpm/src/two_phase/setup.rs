@@ -8,7 +8,7 @@ use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
 
 use super::{Fluid, PhaseSums, PoreSet, TwoPhase};
-use crate::{MpmOptions, StressScheme, Transfer, setup};
+use crate::{MpmOptions, ShapeFunctions, StressScheme, Transfer, setup};
 
 /// Courant number of MUSL in a case with pore fluid that gives none (MPM sheet §2.10).
 const COURANT: f64 = 0.9;
@@ -30,6 +30,9 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
     }
     if options.transfer != Transfer::Flip {
         return refuse("methods.mpm.transfer", "only flip (or a share of it) is available with a pore_fluid");
+    }
+    if options.shape == ShapeFunctions::Cpdi2 {
+        return refuse("methods.mpm.shape", "cpdi2 is not available with a pore_fluid: use cpdi");
     }
     if options.free_surface.is_some() {
         return refuse(

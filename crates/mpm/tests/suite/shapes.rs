@@ -1,10 +1,10 @@
 //! Convected domains and the total-Lagrangian form: what every shape must keep, and what each is for.
 
-use colluvium_case::{Case, FieldData, Method, RunOptions, RunReport, run};
+use colluvium_case::{Case, Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{changed, solve};
+use crate::common::{changed, solve, stresses, vectors};
 
 /// A block of an elastic material that nothing acts on; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -24,10 +24,7 @@ fn case(more: Value) -> Case {
 }
 
 fn largest_stress(report: &RunReport) -> f64 {
-    let Some(FieldData::Tensor(stress)) = report.snapshot.field("stress").map(|f| &f.data) else {
-        panic!("no stress")
-    };
-    stress.iter().flat_map(|s| s.0).fold(0.0, |a: f64, s| a.max(s.abs()))
+    stresses(&report.snapshot).as_flattened().iter().fold(0.0, |a: f64, s| a.max(s.abs()))
 }
 
 /// Every shape of this file, as options of the method.
@@ -35,6 +32,7 @@ fn options() -> Vec<Value> {
     let option = |shape: &str, formulation: &str| json!({ "cell_size": 0.1, "shape": shape, "formulation": formulation });
     vec![
         option("cpdi", "updated-lagrangian"),
+        option("cpdi2", "updated-lagrangian"),
         option("linear", "total-lagrangian"),
         option("quadratic", "total-lagrangian"),
     ]
@@ -45,10 +43,7 @@ fn a_body_that_flies_through_the_grid_feels_nothing() {
     // MPM sheet A-04: 12 cells along x, 2 along y.
     for options in options() {
         let report = solve(&case(json!({ "methods": { "mpm": options } })));
-        let Some(FieldData::Vector(moved)) = report.snapshot.field("displacement").map(|f| &f.data) else {
-            panic!("no displacement")
-        };
-        for u in moved {
+        for u in vectors(&report.snapshot, "displacement") {
             assert!((u[0] - 1.2).abs() < 1e-11 && (u[1] - 0.2).abs() < 1e-11, "{options}: {u:?}");
         }
         // Relative to the modulus.
@@ -112,6 +107,15 @@ fn a_body_that_is_torn_is_named() {
 }
 
 #[test]
+fn quadrilaterals_are_refused_out_of_plane_strain() {
+    let case = case(
+        json!({ "space": "axisymmetric", "methods": { "mpm": { "cell_size": 0.1, "shape": "cpdi2" } } }),
+    );
+    let error = Mpm.build(&case).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("methods.mpm.shape") && error.contains("plane strain"), "{error}");
+}
+
+#[test]
 fn the_total_lagrangian_form_turns_without_stress() {
     // A quarter turn: updated forms cross cells, the reference does not.
     let spin = std::f64::consts::FRAC_PI_2;
@@ -122,14 +126,7 @@ fn the_total_lagrangian_form_turns_without_stress() {
         "stages": [{ "name": "turn", "duration": 1.0 }],
         "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "formulation": "total-lagrangian" } }
     })));
-    for (x, u) in report.snapshot.positions.iter().zip(
-        report
-            .snapshot
-            .field("displacement")
-            .map(|f| &f.data)
-            .and_then(|data| if let FieldData::Vector(u) = data { Some(u) } else { None })
-            .unwrap(),
-    ) {
+    for (x, u) in report.snapshot.positions.iter().zip(vectors(&report.snapshot, "displacement")) {
         // What lumped mass takes from the spin shows in the angle; the body keeps its shape.
         let start = [x[0] - u[0], x[1] - u[1]];
         let (radius, now) = (start[0].hypot(start[1]), x[0].hypot(x[1]));
@@ -147,6 +144,7 @@ fn what_the_shapes_cannot_honour_is_refused_by_name() {
         ("full_cell", json!({ "shape": "linear", "full_cell": 0.5 })),
         ("full_cell", json!({ "shape": "linear", "integration": "mixed", "full_cell": 1.5 })),
         ("transfer", json!({ "shape": "cpdi", "transfer": "apic" })),
+        ("transfer", json!({ "shape": "cpdi2", "transfer": "apic" })),
         ("shape", json!({ "mesh": { "kind": "box" } })),
         ("shape", json!({ "shape": "cpdi", "mesh": { "kind": "box" } })),
     ] {

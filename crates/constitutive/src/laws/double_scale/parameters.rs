@@ -137,6 +137,7 @@ impl DoubleScaleSpec {
             dilatancy_decay: 0.0,
             integration: Default::default(),
             strain_measure: StrainMeasure::Rate,
+            project: false,
         };
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
         let outside = spec.law().map_err(|error| error.under("outside"))?;

@@ -240,7 +240,14 @@ impl Model for HypoplasticSpec {
             q3: -1e-7,
         };
         let dense = Self { critical_state: Some(critical_state), ..plain.clone() };
-        let viscous = AccelerationViscosity { a: -8e-4, m1: 0.5, m2: 1e-3, mode: ViscousMode::Integrated };
+        let viscous = AccelerationViscosity {
+            a: -8e-4,
+            m1: 0.5,
+            m2: 1e-3,
+            eta1: 5.0,
+            eta3: 0.0,
+            mode: ViscousMode::Integrated,
+        };
         let viscous = Self { viscous: Some(viscous), ..dense.clone() };
         vec![plain, dense, viscous]
     }

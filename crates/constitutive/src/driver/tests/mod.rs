@@ -1,0 +1,98 @@
+mod control;
+mod materials;
+mod output;
+
+use super::*;
+use crate::laws::{
+    DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
+    Softening, StrainMeasure, UndrainedSpec,
+};
+
+/// Set R1 of the sheet (Pa).
+pub(super) const YOUNG: f64 = 20e6;
+const BULK: f64 = YOUNG / (3.0 * 0.4);
+pub(super) const SHEAR: f64 = YOUNG / 2.6;
+
+pub(super) fn elastic() -> MaterialSpec {
+    MaterialSpec::LinearElastic(LinearElasticSpec {
+        density: 2000.0,
+        youngs_modulus: YOUNG,
+        poissons_ratio: 0.3,
+        strain_measure: StrainMeasure::Rate,
+    })
+}
+
+fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> MaterialSpec {
+    MaterialSpec::DruckerPrager(DruckerPragerSpec {
+        density: 2000.0,
+        youngs_modulus: YOUNG,
+        poissons_ratio: 0.3,
+        friction_angle: 30.0,
+        cohesion: 10e3,
+        dilatancy_angle,
+        matching,
+        softening: None,
+        dilatancy_decay: 0.0,
+        integration: Default::default(),
+        strain_measure: StrainMeasure::Rate,
+        project: false,
+    })
+}
+
+fn mohr_coulomb(dilatancy_angle: f64) -> MohrCoulombSpec {
+    MohrCoulombSpec {
+        density: 2000.0,
+        youngs_modulus: YOUNG,
+        poissons_ratio: 0.3,
+        friction_angle: 30.0,
+        cohesion: 10e3,
+        dilatancy_angle,
+        softening: None,
+        dilatancy_decay: 0.0,
+        tensile_strength: None,
+        strain_measure: StrainMeasure::Rate,
+        project: false,
+    }
+}
+
+fn fluid() -> MaterialSpec {
+    MaterialSpec::NewtonianFluid(NewtonianFluidSpec {
+        density: 1000.0,
+        bulk_modulus: 2e6,
+        viscosity: 50.0,
+        cavitation_strength: 0.0,
+        equation_of_state: Default::default(),
+    })
+}
+
+fn test(material: MaterialSpec, pressure: f64, paths: &[(Path, usize)]) -> ElementTest {
+    let stage =
+        |(path, steps): &(Path, usize)| TestStage { path: path.clone(), steps: *steps, duration: 1.0 };
+    ElementTest {
+        title: "test".into(),
+        material,
+        initial_stress: [-pressure, -pressure, -pressure, 0.0, 0.0, 0.0],
+        stages: paths.iter().map(stage).collect(),
+    }
+}
+
+fn general(stress: [[f64; 6]; 6], strain: [[f64; 6]; 6], total: [f64; 6]) -> Path {
+    Path::General {
+        stress,
+        strain,
+        total,
+        amplitude: [0.0; 6],
+        phase: [0.0; 6],
+        spin: [0.0; 3],
+        fluid_stiffness: None,
+    }
+}
+
+/// The unit matrix times `value`.
+fn unit(value: f64) -> [[f64; 6]; 6] {
+    std::array::from_fn(|i| std::array::from_fn(|j| if i == j { value } else { 0.0 }))
+}
+
+pub(super) fn close(found: f64, exact: f64, tolerance: f64) {
+    assert!((found - exact).abs() <= tolerance * exact.abs().max(1.0), "{found} for {exact}");
+}

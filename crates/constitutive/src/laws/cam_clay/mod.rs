@@ -1,0 +1,81 @@
+//! Modified Cam-clay (constitutive sheet §2.6, §3.7.5; Roscoe & Burland 1968).
+//!
+//! `f = q²/M² + p (p - p_c) ≤ 0`, associated; `ṗ_c = v/(λ-κ) p_c ε̇ᵖ_v`, `K = v p/κ`, with `p` and the
+//! plastic volume compression compression-positive and `v = 1 + e`. The shear modulus follows `K` at
+//! constant Poisson's ratio, or is given. The return is implicit in `p`, `p_c` and the multiplier with
+//! `v` frozen over the step: for a multiplier the volume part has one root, so that one falling
+//! function of the multiplier remains. Steps above 1 % strain are divided. Limits: no tension, pressure does
+//! not fall below 1 Pa; no elastic energy exists at constant Poisson's ratio.
+
+mod parameters;
+mod return_map;
+mod shared;
+
+use crate::{InitialCondition, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent};
+
+pub use parameters::CamClaySpec;
+pub use return_map::CamClayReturn;
+pub use shared::CamClayState;
+pub(super) use shared::{CamClayConstants, CamClayTrial, OUTPUTS};
+
+const NAME: &str = "modified-cam-clay";
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CamClay {
+    constants: CamClayConstants,
+}
+
+impl SmallStrain for CamClay {
+    type State = CamClayState;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<CamClayState>, MaterialError> {
+        let m2 = self.constants.critical.powi(2);
+        self.constants.initial(NAME, &initial.stress, |p, q| p + q * q / (m2 * p))
+    }
+
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<CamClayState>,
+    ) -> Result<Point<CamClayState>, MaterialError> {
+        self.step(strain, old).map(|advance| advance.point)
+    }
+
+    fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
+        self.constants.wave_modulus(point)
+    }
+
+    fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<CamClayState>) -> Option<Tangent> {
+        self.step_tangent(strain, old)
+    }
+
+    /// `f/p_c`, so that it is a stress.
+    fn yield_value(&self, point: &Point<CamClayState>) -> Option<f64> {
+        let size = point.state.preconsolidation_pressure;
+        Some(self.yield_function(point.stress.pressure(), point.stress.q(), size) / size)
+    }
+
+    fn dissipation(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<CamClayState>,
+        _new: &Point<CamClayState>,
+    ) -> Option<f64> {
+        self.step(strain, old).ok().map(|advance| advance.dissipated)
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        OUTPUTS
+    }
+
+    fn outputs(&self, point: &Point<CamClayState>, out: &mut [f64]) {
+        point.state.outputs(out);
+    }
+}

@@ -1,0 +1,166 @@
+//! Parameters of the Cam-clays as a case file gives them.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::CamClay;
+use super::shared::{CamClayConstants, Shear, Size};
+use crate::laws::linear_elastic::stiff_warnings;
+use crate::laws::pressure_elastic::{check_poissons_ratio, shear_ratio};
+use crate::model::{Facts, Kind, Model, check, positive};
+use crate::{Corotational, Material, MaterialError};
+
+/// Parameters of `modified-cam-clay` and `original-cam-clay`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CamClaySpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Slope `M` of the critical state line, `q/p`, > 0.
+    pub critical_state_slope: f64,
+    /// Slope `λ` of the normal compression line in the plane of specific volume and ln p, above `κ`.
+    pub compression_slope: f64,
+    /// Slope `κ` of unloading and reloading in the same plane, > 0.
+    pub swelling_slope: f64,
+    /// Poisson's ratio, between -1 and 0.5; this or `shear_modulus`.
+    #[serde(default)]
+    pub poissons_ratio: Option<f64>,
+    /// Constant shear modulus (Pa), > 0; this or `poissons_ratio`.
+    #[serde(default)]
+    pub shear_modulus: Option<f64>,
+    /// Initial void ratio, > 0.
+    pub void_ratio: f64,
+    /// Pressure `p_c` at the tip of the initial yield surface (Pa), > 0; this or `overconsolidation_ratio`.
+    #[serde(default)]
+    pub preconsolidation_pressure: Option<f64>,
+    /// `p_c` over that of the surface through the initial stress, at least 1; this or
+    /// `preconsolidation_pressure`.
+    #[serde(default)]
+    pub overconsolidation_ratio: Option<f64>,
+    /// Start on the yield surface where the initial stress lies outside it: pressure at most `p_c`, and then as
+    /// much of the deviator as there is room for; refused when false.
+    #[serde(default)]
+    pub project: bool,
+}
+
+impl CamClaySpec {
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<CamClay, MaterialError> {
+        Ok(CamClay { constants: self.constants()? })
+    }
+
+    /// Checks the ranges.
+    pub(in crate::laws) fn constants(&self) -> Result<CamClayConstants, MaterialError> {
+        positive("critical_state_slope", self.critical_state_slope, "")?;
+        positive("swelling_slope", self.swelling_slope, "")?;
+        let (lambda, kappa) = (self.compression_slope, self.swelling_slope);
+        let rule = format!("must be above swelling_slope, {kappa}");
+        check("compression_slope", lambda, lambda.is_finite() && lambda > kappa, &rule)?;
+        let shear = match (self.poissons_ratio, self.shear_modulus) {
+            (Some(ratio), None) => {
+                check_poissons_ratio(ratio)?;
+                Shear::Ratio(shear_ratio(ratio))
+            }
+            (None, Some(modulus)) => {
+                positive("shear_modulus", modulus, "Pa")?;
+                Shear::Modulus(modulus)
+            }
+            (ratio, _) => return Err(one_of("poissons_ratio", ratio, "shear_modulus")),
+        };
+        positive("void_ratio", self.void_ratio, "")?;
+        let size = match (self.preconsolidation_pressure, self.overconsolidation_ratio) {
+            (Some(pressure), None) => {
+                positive("preconsolidation_pressure", pressure, "Pa")?;
+                Size::Pressure(pressure)
+            }
+            (None, Some(ratio)) => {
+                let rule = "must be at least 1";
+                check("overconsolidation_ratio", ratio, ratio.is_finite() && ratio >= 1.0, rule)?;
+                Size::Ratio(ratio)
+            }
+            (pressure, _) => {
+                return Err(one_of("preconsolidation_pressure", pressure, "overconsolidation_ratio"));
+            }
+        };
+        Ok(CamClayConstants {
+            critical: self.critical_state_slope,
+            compression: lambda,
+            swelling: kappa,
+            shear,
+            void_ratio: self.void_ratio,
+            size,
+            project: self.project,
+        })
+    }
+
+    /// Warnings on the shear stiffness.
+    pub(in crate::laws) fn stiffness_warnings(&self) -> Vec<String> {
+        self.poissons_ratio.map(stiff_warnings).unwrap_or_default()
+    }
+
+    /// Samples: over-consolidated, normally consolidated, and with constant shear modulus.
+    pub(in crate::laws) fn samples() -> Vec<Self> {
+        let soft = Self {
+            density: 1800.0,
+            critical_state_slope: 1.0,
+            compression_slope: 0.2,
+            swelling_slope: 0.05,
+            poissons_ratio: Some(0.3),
+            shear_modulus: None,
+            void_ratio: 1.0,
+            preconsolidation_pressure: None,
+            overconsolidation_ratio: Some(1.5),
+            project: false,
+        };
+        let normal = Self { overconsolidation_ratio: Some(1.0), critical_state_slope: 1.2, ..soft.clone() };
+        let stiff = Self {
+            poissons_ratio: None,
+            shear_modulus: Some(2e6),
+            preconsolidation_pressure: Some(200e3),
+            overconsolidation_ratio: None,
+            ..soft.clone()
+        };
+        vec![soft, normal, stiff]
+    }
+}
+
+fn one_of(field: &'static str, given: Option<f64>, other: &str) -> MaterialError {
+    let rule = match given {
+        Some(_) => format!("and {other} exclude each other: give one"),
+        None => format!("or {other} must be given"),
+    };
+    match given {
+        Some(value) => MaterialError::parameter(field, value, rule),
+        None => MaterialError::choice(field, rule),
+    }
+}
+
+impl Model for CamClaySpec {
+    const FACTS: Facts = Facts {
+        source: "Roscoe & Burland 1968; implicit return",
+        kind: Kind::Solid,
+        strain: "rate",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(Arc::new(Corotational(self.law()?)))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.stiffness_warnings()
+    }
+
+    fn examples() -> Vec<Self> {
+        Self::samples()
+    }
+}

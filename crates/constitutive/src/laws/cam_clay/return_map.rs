@@ -1,0 +1,168 @@
+//! The implicit return of a step (sheet §3.7.5) and its tangent.
+
+use super::shared::CamClayTrial;
+use super::{CamClay, CamClayState, NAME};
+use crate::laws::root::{falling_root, less_round_off};
+use crate::laws::substep::Advance;
+use crate::{Mat3, MaterialError, Point, SymTensor, Tangent};
+
+/// Round-off of a stress that lies on the yield surface, relative to the terms of the yield function.
+const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
+
+/// Where the return of a step ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CamClayReturn {
+    /// Pressure (Pa).
+    pub pressure: f64,
+    /// Deviatoric stress (Pa).
+    pub q: f64,
+    /// Pressure at the tip of the yield surface (Pa).
+    pub preconsolidation_pressure: f64,
+    /// Plastic multiplier `Δλ` (1/Pa).
+    pub multiplier: f64,
+}
+
+impl CamClay {
+    /// `q²/M² + p (p - p_c)` (Pa²).
+    #[inline]
+    pub fn yield_function(&self, pressure: f64, q: f64, preconsolidation_pressure: f64) -> f64 {
+        (q / self.constants.critical).powi(2) + pressure * (pressure - preconsolidation_pressure)
+    }
+
+    /// The plastic volume compression that goes with a multiplier: root of
+    /// `x = Δλ (2p - p_c)`, `p = p_tr exp(-θ x)`, `p_c = p_cn exp(χ x)`. Returns it with `p` and `p_c`.
+    fn volume_part(trial: &CamClayTrial, size: f64, multiplier: f64, start: f64) -> Option<[f64; 3]> {
+        let at = |x: f64| (trial.pressure * (-trial.theta * x).exp(), size * (trial.chi * x).exp());
+        let end = multiplier * (2.0 * trial.pressure - size);
+        let (low, high) = (end.min(0.0), end.max(0.0));
+        let x = if end == 0.0 {
+            0.0
+        } else {
+            falling_root(low, high, start, |x| {
+                let (p, p_c) = at(x);
+                (
+                    less_round_off(multiplier * (2.0 * p - p_c) - x, multiplier * (2.0 * p + p_c)),
+                    -multiplier * (2.0 * trial.theta * p + trial.chi * p_c) - 1.0,
+                )
+            })?
+        };
+        let (p, p_c) = at(x);
+        Some([x, p, p_c])
+    }
+
+    /// The return of a trial; `None` where the trial is elastic.
+    fn return_map(&self, trial: &CamClayTrial, size: f64) -> Result<Option<CamClayReturn>, MaterialError> {
+        let m2 = self.constants.critical.powi(2);
+        let (p_tr, q_tr) = (trial.pressure, trial.q);
+        let excess = self.yield_function(p_tr, q_tr, size);
+        let scale = q_tr * q_tr / m2 + p_tr * (p_tr + size);
+        if excess <= ON_SURFACE * scale {
+            return Ok(None);
+        }
+        if !excess.is_finite() {
+            return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
+        }
+        let failed = MaterialError::NotConverged { model: NAME, reason: "yield condition" };
+        // Unknown a = 6 G Δλ/M², so that q = q_tr/(1 + a).
+        let unit = m2 / (6.0 * trial.shear);
+        let mut start = 0.0;
+        let mut at = |a: f64| {
+            let multiplier = a * unit;
+            let Some([x, p, p_c]) = Self::volume_part(trial, size, multiplier, start) else {
+                return (f64::NAN, f64::NAN, [f64::NAN; 4]);
+            };
+            start = x;
+            let q = q_tr / (1.0 + a);
+            let flow = 2.0 * p - p_c;
+            let dx = unit * flow / (1.0 + multiplier * (2.0 * trial.theta * p + trial.chi * p_c));
+            let slope = -2.0 * q * q / (m2 * (1.0 + a)) - p * (trial.theta * flow + trial.chi * p_c) * dx;
+            let value = less_round_off(self.yield_function(p, q, p_c), q * q / m2 + p * (p + p_c));
+            (value, slope, [p, q, p_c, multiplier])
+        };
+        // A multiplier that is large enough: the return ends inside as it grows.
+        let (value, slope, _) = at(0.0);
+        let mut low = 0.0;
+        let mut high = (-value / slope).clamp(1e-12, 1.0);
+        while at(high).0 > 0.0 {
+            low = high;
+            high *= 4.0;
+            if !(high < 1e30) {
+                return Err(failed);
+            }
+        }
+        let root = falling_root(low, high, low, |a| {
+            let (value, slope, _) = at(a);
+            (value, slope)
+        });
+        let [pressure, q, preconsolidation_pressure, multiplier] = at(root.ok_or(failed)?).2;
+        Ok(Some(CamClayReturn { pressure, q, preconsolidation_pressure, multiplier }))
+    }
+
+    /// One step: the return and the new point.
+    pub(super) fn step(
+        &self,
+        strain: &SymTensor,
+        old: &Point<CamClayState>,
+    ) -> Result<Advance<CamClayState>, MaterialError> {
+        let trial = self.constants.trial(strain, old);
+        let mut advance = self.constants.elastic(&trial, strain, old);
+        if let Some(end) = self.return_map(&trial, old.state.preconsolidation_pressure)? {
+            let m2 = self.constants.critical.powi(2);
+            let CamClayReturn { pressure: p, q, preconsolidation_pressure: p_c, multiplier } = end;
+            advance.point.stress = trial.radial.stress(p, keep(m2, &trial, multiplier));
+            advance.point.state.preconsolidation_pressure = p_c;
+            advance.point.state.plastic_strain += multiplier * 2.0 * q / m2;
+            advance.dissipated = multiplier * (p * (2.0 * p - p_c) + 2.0 * q * q / m2);
+        }
+        Ok(advance)
+    }
+
+    /// The return of a step (sheet §3.7.5); `None` where the step is elastic.
+    ///
+    /// # Errors
+    /// When the local solve fails.
+    pub fn undivided_return(
+        &self,
+        strain: &SymTensor,
+        old: &Point<CamClayState>,
+    ) -> Result<Option<CamClayReturn>, MaterialError> {
+        self.return_map(&self.constants.trial(strain, old), old.state.preconsolidation_pressure)
+    }
+
+    /// Consistent tangent, by the implicit-function theorem on
+    /// `ln p - ln p_tr + θ Δλ (2p - p_c)`, `ln p_c - ln p_cn - χ Δλ (2p - p_c)` and `f`.
+    pub(super) fn step_tangent(&self, strain: &SymTensor, old: &Point<CamClayState>) -> Option<Tangent> {
+        let trial = self.constants.trial(strain, old);
+        let unit = SymTensor::IDENTITY;
+        let Some(end) = self.return_map(&trial, old.state.preconsolidation_pressure).ok()? else {
+            return Some(trial.radial.tangent(1.0, &(unit * -trial.pressure_slope), &SymTensor::ZERO));
+        };
+        let m2 = self.constants.critical.powi(2);
+        let CamClayReturn { pressure: p, q, preconsolidation_pressure: p_c, multiplier } = end;
+        let keep = keep(m2, &trial, multiplier);
+        let flow = 2.0 * p - p_c;
+        let (theta, chi) = (trial.theta, trial.chi);
+        // Unknowns ln p, ln p_c and a = 6 G Δλ/M²; Δλ also falls with G at constant a.
+        let per_a = m2 / (6.0 * trial.shear);
+        let jacobian = Mat3([
+            [1.0 + 2.0 * theta * multiplier * p, -theta * multiplier * p_c, theta * flow * per_a],
+            [-2.0 * chi * multiplier * p, 1.0 + chi * multiplier * p_c, -chi * flow * per_a],
+            [p * flow, -p * p_c, -2.0 * q * q * keep / m2],
+        ]);
+        let inverse = jacobian.inverse()?;
+        let softer = multiplier * trial.shear_slope / trial.shear;
+        let by_volume =
+            [trial.pressure_slope / trial.pressure + theta * flow * softer, -chi * flow * softer, 0.0];
+        let by_volume = inverse.apply(by_volume);
+        // q²/M² by the trial deviator.
+        let by_deviator = inverse.apply([0.0, 0.0, -1.0]);
+        let deviator = trial.radial.slope(&(trial.radial.deviator * (3.0 * keep * keep / m2)));
+        let slope = |row: usize| unit * -by_volume[row] + deviator * by_deviator[row];
+        Some(trial.radial.tangent(keep, &(slope(0) * p), &(slope(2) * (-keep * keep))))
+    }
+}
+
+/// `q/q_tr = 1/(1 + 6 G Δλ/M²)`.
+fn keep(m2: f64, trial: &CamClayTrial, multiplier: f64) -> f64 {
+    1.0 / (1.0 + 6.0 * trial.shear * multiplier / m2)
+}

@@ -1,0 +1,131 @@
+//! Algorithms 1 and 2 of Bui & Nguyen 2021 (sheet §3.6) and the correction of their drift (§2.4).
+
+use super::{DruckerPrager, Integration, PlasticStrain};
+use crate::laws::Elasticity;
+use crate::{MaterialError, Point, SymTensor};
+
+/// Where a step meets the cone.
+struct Meeting {
+    stress: SymTensor,
+    /// Strain increment that is left.
+    rest: SymTensor,
+}
+
+impl Meeting {
+    /// Whether what is left of the step may turn the deviator around: the slope at its start then says nothing
+    /// about its end, and next to the apex has no direction.
+    fn turns(&self, elasticity: &Elasticity) -> bool {
+        2.0 * elasticity.shear_modulus * self.rest.deviator().norm() > self.stress.deviator().norm()
+    }
+}
+
+impl DruckerPrager {
+    /// Algorithm 2 of Bui & Nguyen 2021 (sheet §3.6) before its drift is taken back: the stress after one
+    /// corrector with the slopes at the trial, and the multiplier.
+    pub fn corrected(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
+        let (deviator, i1) = (trial.deviator(), trial.trace());
+        let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
+        let hardening = (rate.friction * i1 - rate.strength) / 3f64.sqrt();
+        let modulus = g + 9.0 * k * cone.friction * cone.dilatancy - hardening;
+        let multiplier = cone.yield_value(root_j2, i1).max(0.0) / modulus;
+        let keep = if root_j2 > 0.0 { 1.0 - g * multiplier / root_j2 } else { 0.0 };
+        let mean = i1 / 3.0 - 3.0 * k * cone.dilatancy * multiplier;
+        (deviator * keep + SymTensor::isotropic(mean), multiplier)
+    }
+
+    /// Algorithm 1 of Bui & Nguyen 2021 (sheet §3.6) before its drift is taken back: from `stress` inside
+    /// or on the cone by the strain increment `strain`, elastic up to the cone, then with the continuum
+    /// elastoplastic stiffness (eq. 2.4) there. Returns the stress and the multiplier.
+    pub fn forward(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> (SymTensor, f64) {
+        let trial = *stress + self.elasticity.stress(strain);
+        let flown = self.meeting(stress, strain, kappa).and_then(|m| self.flown(&m, &trial, kappa));
+        flown.unwrap_or((trial, 0.0))
+    }
+
+    /// Where the elastic stress of a step meets the cone for good; `None` where it stays inside.
+    fn meeting(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> Option<Meeting> {
+        let cone = self.cone_at(kappa);
+        let value = |s: &SymTensor| cone.yield_value(s.j2().sqrt(), s.trace());
+        let elastic = self.elasticity.stress(strain);
+        if value(&(*stress + elastic)) <= 0.0 {
+            return None;
+        }
+        // f is convex.
+        let scale = 1e-12 * (cone.strength + stress.norm());
+        let (mut low, mut high) = (0.0, 1.0);
+        if value(stress) < -scale {
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                if value(&(*stress + elastic * middle)) <= 0.0 { low = middle } else { high = middle }
+            }
+        }
+        Some(Meeting { stress: *stress + elastic * low, rest: *strain * (1.0 - low) })
+    }
+
+    /// The forward step from where the cone is met to the trial's plastic counterpart, and its multiplier; `None`
+    /// where it starts by unloading.
+    fn flown(&self, from: &Meeting, trial: &SymTensor, kappa: f64) -> Option<(SymTensor, f64)> {
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
+        let (deviator, root_j2) = (from.stress.deviator(), from.stress.j2().sqrt());
+        let shear = if root_j2 > 0.0 { g / root_j2 * deviator.dot(&from.rest) } else { 0.0 };
+        let loading = shear + 3.0 * k * cone.friction * from.rest.trace();
+        if loading <= 0.0 {
+            return None;
+        }
+        let hardening = (rate.friction * from.stress.trace() - rate.strength) / 3f64.sqrt();
+        let multiplier = loading / (g + 9.0 * k * cone.friction * cone.dilatancy - hardening);
+        let back = if root_j2 > 0.0 { deviator * (g * multiplier / root_j2) } else { SymTensor::ZERO };
+        Some((*trial - back - SymTensor::isotropic(3.0 * k * cone.dilatancy * multiplier), multiplier))
+    }
+
+    /// Takes back drift out of the cone (sheet §2.4, Bui & Nguyen section 3.4): tension cracking moves the
+    /// mean stress to the apex at most, stress scaling the deviator onto the cone.
+    pub fn without_drift(&self, stress: SymTensor, kappa: f64) -> SymTensor {
+        let cone = self.cone_at(kappa);
+        let (deviator, mut i1) = (stress.deviator(), stress.trace());
+        if cone.friction > 0.0 {
+            i1 = i1.min(cone.strength / cone.friction);
+        }
+        let (root_j2, limit) =
+            ((0.5 * deviator.dot(&deviator)).sqrt(), (cone.strength - cone.friction * i1).max(0.0));
+        let keep = if root_j2 > limit { limit / root_j2 } else { 1.0 };
+        deviator * keep + SymTensor::isotropic(i1 / 3.0)
+    }
+
+    /// One step by an algorithm of the source. Plastic strain follows the multiplier, at most what the
+    /// trial has to give.
+    pub(super) fn step_of_source(
+        &self,
+        strain: &SymTensor,
+        trial: &SymTensor,
+        old: &Point<PlasticStrain>,
+    ) -> Result<Point<PlasticStrain>, MaterialError> {
+        let kappa = old.state.deviatoric;
+        let root_j2 = trial.j2().sqrt();
+        if !root_j2.is_finite() {
+            return Err(MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" });
+        }
+        let (stress, multiplier) = match self.spec.integration {
+            Integration::Explicit => {
+                let Some(meeting) = self.meeting(&old.stress, strain, kappa) else {
+                    return Ok(Point { stress: *trial, state: old.state });
+                };
+                let slope = !meeting.turns(&self.elasticity);
+                match slope.then(|| self.flown(&meeting, trial, kappa)).flatten() {
+                    Some(flown) => flown,
+                    None => return self.closest_point(trial, old.state),
+                }
+            }
+            _ => self.corrected(trial, kappa),
+        };
+        // Past the apex the deviator does not turn over.
+        let most = root_j2 / self.elasticity.shear_modulus;
+        let flipped = stress.deviator().dot(&trial.deviator()) < 0.0;
+        let stress = if flipped { SymTensor::isotropic(stress.trace() / 3.0) } else { stress };
+        let state = PlasticStrain { deviatoric: kappa + multiplier.min(most) / 3f64.sqrt() };
+        Ok(Point { stress: self.without_drift(stress, state.deviatoric), state })
+    }
+}

@@ -1,0 +1,211 @@
+//! Drucker–Prager plasticity (constitutive sheet §2.4, §3.7.1; Bui & Nguyen 2021, eqs. 74–80).
+//!
+//! `f = √J2 + α I1 - k ≤ 0`, `g = √J2 + α_ψ I1`; elastic law linear. Cohesion and friction angle
+//! may soften exponentially with the accumulated deviatoric plastic strain `κ`, the dilatancy angle
+//! may decay with it. The return is fully implicit, on the smooth cone or to its apex; without
+//! cohesion the apex is the stress-free state. How the cone is matched to Mohr–Coulomb decides the
+//! strength: see [`Matching`]. Limits: softening has no length of its own (mesh-dependent bands).
+
+mod algorithms;
+mod cone;
+mod parameters;
+mod return_map;
+mod softening;
+mod tangent;
+
+use serde::{Deserialize, Serialize};
+
+use super::Elasticity;
+use crate::lanes::Lanes;
+use crate::{
+    BLOCK, InitialCondition, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor, Tangent,
+};
+
+use return_map::{Invariants, Return};
+
+pub use cone::Cone;
+pub use parameters::{DruckerPragerSpec, Integration, Matching};
+pub use softening::Softening;
+
+const NAME: &str = "drucker-prager";
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DruckerPrager {
+    name: &'static str,
+    elasticity: Elasticity,
+    spec: DruckerPragerSpec,
+    constant: bool,
+    peak: Cone,
+    /// `1/(G + 9 K α α_ψ)` of the peak (1/Pa).
+    per_excess: f64,
+}
+
+/// Internal variable: accumulated deviatoric plastic strain `κ`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlasticStrain {
+    /// `κ = ∫ √(2/3 dε^p : dε^p)` of the deviatoric plastic strain.
+    pub deviatoric: f64,
+}
+
+impl DruckerPrager {
+    /// The same law under another name, for models that are a special case of it.
+    pub(in crate::laws) fn named(self, name: &'static str) -> Self {
+        Self { name, ..self }
+    }
+
+    /// The same law with `share` of its cohesion, peak and residual.
+    pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
+        let mut law = self.clone();
+        law.spec.cohesion *= share;
+        law.spec.softening = law.spec.softening.map(|s| s.scaled_cohesion(share));
+        law.peak = law.softened_cone(0.0);
+        law
+    }
+
+    /// The step of a law whose cone changes, or by an algorithm of the source.
+    #[inline(never)]
+    fn changing(
+        &self,
+        strain: &SymTensor,
+        trial: &SymTensor,
+        old: &Point<PlasticStrain>,
+    ) -> Result<Point<PlasticStrain>, MaterialError> {
+        if self.spec.integration != Integration::ClosestPoint {
+            return self.step_of_source(strain, trial, old);
+        }
+        self.closest_point(trial, old.state)
+    }
+}
+
+impl SmallStrain for DruckerPrager {
+    type State = PlasticStrain;
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
+        let stress = initial.stress;
+        if self.spec.project && stress.is_finite() {
+            let invariants = Invariants::of(&stress);
+            let end = self.peak_return(&invariants)?;
+            let stress = self.returned(&stress, &invariants, &end, PlasticStrain::default()).stress;
+            return Ok(Point { stress, state: PlasticStrain::default() });
+        }
+        let excess = self.peak.yield_value(stress.j2().sqrt(), stress.trace());
+        let scale = self.peak.strength + self.peak.friction * stress.trace().abs();
+        super::check_initial(self.name, &stress, excess, scale)?;
+        Ok(Point { stress, state: PlasticStrain::default() })
+    }
+
+    #[inline]
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<PlasticStrain>,
+    ) -> Result<Point<PlasticStrain>, MaterialError> {
+        if self.constant && self.spec.integration == Integration::ClosestPoint {
+            let (stress, plastic) = self.peak_step(strain, &old.stress);
+            return Ok(Point { stress, state: PlasticStrain { deviatoric: old.state.deviatoric + plastic } });
+        }
+        self.changing(strain, &(old.stress + self.elasticity.stress(strain)), old)
+    }
+
+    #[inline]
+    fn update_lanes(&self, lanes: &mut Lanes, states: &mut [PlasticStrain]) -> bool {
+        if !self.constant || self.spec.integration != Integration::ClosestPoint {
+            return false;
+        }
+        let mut plastic = [0.0; BLOCK];
+        lanes.for_each(&mut plastic, |strain, stress| self.peak_step(strain, stress));
+        for (state, increment) in states.iter_mut().zip(plastic) {
+            state.deviatoric += increment;
+        }
+        true
+    }
+
+    /// Forward steps are held within a share of the yield strain.
+    fn largest_step(&self) -> f64 {
+        match self.spec.integration {
+            Integration::Explicit => {
+                (0.5 * self.peak.strength / self.elasticity.shear_modulus).clamp(1e-4, 1e-2)
+            }
+            _ => 1e-2,
+        }
+    }
+
+    fn wave_modulus(&self, _point: &Point<PlasticStrain>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    /// Consistent tangent (sheet §3.10).
+    fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
+        if self.spec.integration != Integration::ClosestPoint {
+            return None;
+        }
+        let kappa = old.state.deviatoric;
+        let trial = old.stress + self.elasticity.stress(strain);
+        let trial = Invariants::of(&trial);
+        let Invariants { deviator, root_j2, i1 } = trial;
+        match self.return_map(&trial, kappa).ok()? {
+            Return::Elastic => Some(self.elasticity.tangent()),
+            Return::Apex { plastic, .. } => Some(self.apex_tangent(&deviator, root_j2, kappa + plastic)),
+            Return::Cone { multiplier, .. } => {
+                Some(self.cone_tangent(&deviator, root_j2, i1, multiplier, kappa))
+            }
+        }
+    }
+
+    fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {
+        let cone = self.cone_at(point.state.deviatoric);
+        Some(cone.yield_value(point.stress.j2().sqrt(), point.stress.trace()))
+    }
+
+    fn stored_energy(&self, point: &Point<PlasticStrain>) -> Option<f64> {
+        Some(self.elasticity.energy(&point.stress))
+    }
+
+    fn dissipation(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<PlasticStrain>,
+        new: &Point<PlasticStrain>,
+    ) -> Option<f64> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        Some(self.elasticity.dissipation(&trial, &new.stress))
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        &["plastic_strain"]
+    }
+
+    fn outputs(&self, point: &Point<PlasticStrain>, out: &mut [f64]) {
+        out[0] = point.state.deviatoric;
+    }
+}
+
+impl PrincipalReturn for DruckerPrager {
+    fn elasticity(&self) -> &Elasticity {
+        &self.elasticity
+    }
+
+    fn return_principal(
+        &self,
+        trial: [f64; 3],
+        state: &PlasticStrain,
+    ) -> Result<([f64; 3], PlasticStrain), MaterialError> {
+        let [a, b, c] = trial;
+        let old = Point { stress: SymTensor::diagonal(a, b, c), state: *state };
+        let new = self.update(&SymTensor::ZERO, &Motion::STILL, &old)?;
+        Ok(([new.stress[0], new.stress[1], new.stress[2]], new.state))
+    }
+    fn principal_tangent(&self, trial: [f64; 3], state: &PlasticStrain) -> Option<[[f64; 3]; 3]> {
+        let [a, b, c] = trial;
+        let old = Point { stress: SymTensor::diagonal(a, b, c), state: *state };
+        let Tangent(full) = self.tangent(&SymTensor::ZERO, &Motion::STILL, &old)?;
+        Some(std::array::from_fn(|a| std::array::from_fn(|b| full[a][b])))
+    }
+}

@@ -1,0 +1,206 @@
+//! Parameters of `drucker-prager` as a case file gives them.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Cone, DruckerPrager, NAME, Softening};
+use crate::laws::linear_elastic::stiff_warnings;
+use crate::laws::strength_reduced::StrengthReduction;
+use crate::laws::{Elasticity, angle_warnings, check_angles};
+use crate::model::{Facts, Kind, Model, StrainMeasure, check};
+use crate::{Material, MaterialError};
+
+/// How the cone is fitted to the Mohr–Coulomb pyramid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Matching {
+    /// Through the edges of triaxial compression: too strong by far in plane strain.
+    #[default]
+    Compression,
+    /// Through the edges of triaxial extension.
+    Extension,
+    /// Inscribed cone: plane-strain strength for associated flow only.
+    PlaneStrainAssociated,
+    /// Exact strength and dilatancy of Mohr–Coulomb in plane strain, for any dilatancy angle.
+    PlaneStrain,
+}
+
+/// Parameters of `drucker-prager`, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DruckerPragerSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Friction angle (degrees), 0 to 90 (excluded).
+    pub friction_angle: f64,
+    /// Cohesion (Pa), not negative.
+    #[serde(default)]
+    pub cohesion: f64,
+    /// Dilatancy angle (degrees), between minus and plus the friction angle.
+    #[serde(default)]
+    pub dilatancy_angle: f64,
+    /// How the cone is matched to Mohr–Coulomb.
+    #[serde(default)]
+    pub matching: Matching,
+    /// Exponential softening of cohesion and friction; none when absent.
+    #[serde(default)]
+    pub softening: Option<Softening>,
+    /// Rate at which the dilatancy angle decays with plastic strain.
+    #[serde(default)]
+    pub dilatancy_decay: f64,
+    /// How the step is integrated.
+    #[serde(default)]
+    pub integration: Integration,
+    /// Small strain in rate form, or logarithmic finite strain.
+    #[serde(default)]
+    pub strain_measure: StrainMeasure,
+    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
+    /// refused when false.
+    #[serde(default)]
+    pub project: bool,
+}
+
+/// How a plastic step is integrated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integration {
+    /// Fully implicit return to the cone or its apex.
+    #[default]
+    ClosestPoint,
+    /// Algorithm 2 of Bui & Nguyen: one corrector with the slopes at the trial. The same as the return
+    /// where strength is constant; otherwise what drifts outside is scaled back.
+    SemiImplicit,
+    /// Algorithm 1 of Bui & Nguyen: forward step with the elastoplastic stiffness from where the elastic
+    /// part meets the cone; drift is taken back by tension cracking and stress scaling. Steps above half
+    /// of the yield strain at zero pressure, `k/2G`, are divided. A part that might turn the deviator around, as next
+    /// to the apex, or that starts by unloading, is returned: there the slope at its start says nothing about its end.
+    Explicit,
+}
+
+impl DruckerPragerSpec {
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<DruckerPrager, MaterialError> {
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        check_angles(self.friction_angle, self.dilatancy_angle)?;
+        let (cohesion, decay) = (self.cohesion, self.dilatancy_decay);
+        Softening::check(self.softening, self.friction_angle, cohesion, decay)?;
+        if self.integration != Integration::ClosestPoint && self.strain_measure == StrainMeasure::Hencky {
+            let rule = "only closest-point goes with strain_measure hencky";
+            return Err(MaterialError::choice("integration", rule));
+        }
+        let constant = self.softening.is_none() && decay == 0.0;
+        let law = DruckerPrager {
+            name: NAME,
+            elasticity,
+            spec: self.clone(),
+            constant,
+            peak: Cone::default(),
+            per_excess: 0.0,
+        };
+        let peak = law.softened_cone(0.0);
+        let modulus =
+            elasticity.shear_modulus + 9.0 * elasticity.bulk_modulus * peak.friction * peak.dilatancy;
+        let rule = "contracts faster than this stiffness can follow (G + 9 K α α_ψ must be positive)";
+        check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
+        Ok(DruckerPrager { peak, per_excess: 1.0 / modulus, ..law })
+    }
+
+    /// What the samples have in common.
+    fn example(matching: Matching) -> Self {
+        Self {
+            density: 2000.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            friction_angle: 30.0,
+            cohesion: 10e3,
+            dilatancy_angle: 10.0,
+            matching,
+            softening: None,
+            dilatancy_decay: 0.0,
+            integration: Integration::default(),
+            strain_measure: StrainMeasure::Rate,
+            project: false,
+        }
+    }
+}
+
+impl Model for DruckerPragerSpec {
+    const FACTS: Facts = Facts {
+        source: "Bui & Nguyen 2021, eqs. 74–80",
+        kind: Kind::Solid,
+        strain: "rate or Hencky",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(self.strain_measure.wrap(self.law()?))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = stiff_warnings(self.poissons_ratio);
+        warnings.extend(angle_warnings(self.friction_angle, self.dilatancy_angle));
+        if self.matching == Matching::Compression && self.friction_angle >= 36.87 {
+            warnings.push(
+                "matching: above 36.87 degrees the compression cone admits tension in extension".to_owned(),
+            );
+        }
+        if self.matching == Matching::PlaneStrainAssociated && self.dilatancy_angle != self.friction_angle {
+            warnings.push("matching: plane-strain-associated is exact only for associated flow".to_owned());
+        }
+        warnings
+    }
+
+    fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        let friction_angle = reduction.angle(self.friction_angle);
+        let reduced = Self {
+            friction_angle,
+            cohesion: self.cohesion / reduction.factor,
+            dilatancy_angle: reduction.dilatancy(self.dilatancy_angle, friction_angle),
+            softening: reduction.softening(self.softening),
+            ..self.clone()
+        };
+        Some(reduced.law().map(|_| reduced))
+    }
+
+    fn examples() -> Vec<Self> {
+        let mut all = Vec::new();
+        for strain_measure in [StrainMeasure::Rate, StrainMeasure::Hencky] {
+            for softening in [None, Some(Softening::EXAMPLE)] {
+                if strain_measure == StrainMeasure::Rate {
+                    let sources = [Integration::SemiImplicit, Integration::Explicit];
+                    all.extend(sources.map(|integration| Self {
+                        integration,
+                        softening,
+                        ..Self::example(Matching::Compression)
+                    }));
+                }
+                let matchings = [
+                    Matching::Compression,
+                    Matching::Extension,
+                    Matching::PlaneStrain,
+                    Matching::PlaneStrainAssociated,
+                ];
+                all.extend(matchings.map(|matching| Self {
+                    softening,
+                    dilatancy_decay: if softening.is_some() { 2.0 } else { 0.0 },
+                    strain_measure,
+                    ..Self::example(matching)
+                }));
+            }
+        }
+        all
+    }
+}

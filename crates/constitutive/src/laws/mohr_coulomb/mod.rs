@@ -1,0 +1,242 @@
+//! Mohr–Coulomb plasticity (constitutive sheet §2.5, §3.7.2; region form of Clausen et al.).
+//!
+//! With `σ1 ≥ σ2 ≥ σ3`: `f = k σ1 - σ3 - 2 c √k ≤ 0`, `g = m σ1 - σ3`, with `k = (1 + sin φ)/(1 - sin φ)`
+//! and `m` alike from the dilatancy angle; elastic law linear. The return ends on the plane, on one
+//! of the two edges or at the apex; the region is decided before the return. Cohesion and friction
+//! may soften, dilatancy may decay with the accumulated deviatoric plastic strain. Limits: as all
+//! softening laws, no length of its own.
+
+mod parameters;
+mod pyramid;
+mod return_map;
+mod softening;
+
+use super::Elasticity;
+use super::drucker_prager::{PlasticStrain, Softening};
+use crate::hencky::small_strain_tangent;
+use crate::lanes::{Lanes, Spectra};
+use crate::{
+    BLOCK, InitialCondition, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor, Tangent,
+};
+
+use pyramid::dot;
+use return_map::Returns;
+
+pub use parameters::MohrCoulombSpec;
+pub use pyramid::{Pyramid, Region};
+
+const NAME: &str = "mohr-coulomb";
+
+/// Points of a batch near yield from which on the spectra of all are found at once.
+const WORTH_A_BATCH: usize = 8;
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MohrCoulomb {
+    name: &'static str,
+    elasticity: Elasticity,
+    spec: MohrCoulombSpec,
+    constant: bool,
+    peak: Returns,
+}
+
+impl MohrCoulomb {
+    /// The same law under another name, for models that are a special case of it.
+    pub(super) fn named(self, name: &'static str) -> Self {
+        Self { name, ..self }
+    }
+
+    /// The same law with `share` of its cohesion, peak and residual.
+    pub(super) fn scaled_cohesion(&self, share: f64) -> Self {
+        let mut law = self.clone();
+        law.spec.cohesion *= share;
+        law.spec.softening = law.spec.softening.map(|s| s.scaled_cohesion(share));
+        let strength = law.peak.pyramid.strength * share;
+        law.peak = Pyramid { strength, ..law.peak.pyramid }.returns(&law.elasticity);
+        law
+    }
+
+    /// The pyramid at plastic strain `kappa`.
+    pub fn pyramid_at(&self, kappa: f64) -> Pyramid {
+        if self.constant {
+            return self.peak.pyramid;
+        }
+        self.softened(kappa)
+    }
+
+    #[inline(never)]
+    fn softened(&self, kappa: f64) -> Pyramid {
+        let spec = &self.spec;
+        let peak = (spec.friction_angle.to_radians(), spec.cohesion);
+        let (friction, cohesion) = spec.softening.map_or(peak, |s| s.strength(peak, kappa));
+        let dilatancy = spec.dilatancy_angle.to_radians() * (-spec.dilatancy_decay * kappa).exp();
+        Pyramid::new(friction, cohesion, dilatancy).with_cut_off(spec.tensile_strength)
+    }
+
+    /// Deviatoric plastic strain of a return from `trial` to `stress`.
+    fn plastic_increment(&self, trial: [f64; 3], stress: [f64; 3]) -> f64 {
+        let change: [f64; 3] = std::array::from_fn(|i| trial[i] - stress[i]);
+        let mean = (change[0] + change[1] + change[2]) / 3.0;
+        let deviator = change.map(|c| c - mean);
+        (2.0 / 3.0 * dot(deviator, deviator)).sqrt() / (2.0 * self.elasticity.shear_modulus)
+    }
+
+    /// True where no principal stress can violate yield, from invariants alone.
+    #[inline(always)]
+    fn surely_elastic(&self, trial: &SymTensor, pyramid: &Pyramid) -> bool {
+        let mean = trial.trace() / 3.0;
+        let s = trial.deviator();
+        // |σ_i - mean| ≤ 2 √(J2/3)
+        let radius = (2.0 / 3.0 * s.dot(&s)).sqrt();
+        (pyramid.friction - 1.0) * mean + (pyramid.friction + 1.0) * radius <= pyramid.strength
+            && mean + radius <= pyramid.cut_off
+    }
+}
+
+impl SmallStrain for MohrCoulomb {
+    type State = PlasticStrain;
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
+        if self.spec.project && initial.stress.is_finite() {
+            let spectrum = initial.stress.spectrum();
+            let (principal, region) = self.peak.map(spectrum.values);
+            let stress = if region == Region::Elastic { initial.stress } else { spectrum.compose(principal) };
+            return Ok(Point { stress, state: PlasticStrain::default() });
+        }
+        let principal = initial.stress.principal_values();
+        let peak = &self.peak.pyramid;
+        let scale = peak.strength + peak.friction * principal[0].abs() + principal[2].abs();
+        super::check_initial(self.name, &initial.stress, peak.yield_value(principal), scale)?;
+        Ok(Point { stress: initial.stress, state: PlasticStrain::default() })
+    }
+
+    #[inline]
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<PlasticStrain>,
+    ) -> Result<Point<PlasticStrain>, MaterialError> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        let pyramid = self.pyramid_at(old.state.deviatoric);
+        if self.surely_elastic(&trial, &pyramid) {
+            return Ok(Point { stress: trial, state: old.state });
+        }
+        if !trial.is_finite() {
+            return Err(MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" });
+        }
+        let spectrum = trial.spectrum();
+        let (principal, state) = self.return_principal(spectrum.values, &old.state)?;
+        if principal == spectrum.values {
+            return Ok(Point { stress: trial, state });
+        }
+        Ok(Point { stress: spectrum.compose(principal), state })
+    }
+
+    #[inline]
+    fn update_lanes(&self, lanes: &mut Lanes, states: &mut [PlasticStrain]) -> bool {
+        if !self.constant {
+            return false;
+        }
+        let mut inside = [0.0; BLOCK];
+        lanes.for_each(&mut inside, |strain, stress| {
+            let trial = *stress + self.elasticity.stress(strain);
+            let elastic = self.surely_elastic(&trial, &self.peak.pyramid);
+            (trial, if elastic { 1.0 } else { 0.0 })
+        });
+        let outside = inside.iter().take(states.len()).filter(|inside| **inside == 0.0).count();
+        let mut spectra = Spectra::EMPTY;
+        if outside >= WORTH_A_BATCH {
+            lanes.spectra(&mut spectra);
+        }
+        for (index, state) in states.iter_mut().enumerate() {
+            if inside[index] == 1.0 {
+                continue;
+            }
+            let spectrum =
+                if outside >= WORTH_A_BATCH { spectra.of(index) } else { lanes.stress_of(index).spectrum() };
+            let (principal, region) = self.peak.map(spectrum.values);
+            if region != Region::Elastic {
+                state.deviatoric += self.plastic_increment(spectrum.values, principal);
+                lanes.set_stress(index, &spectrum.compose(principal));
+            }
+        }
+        true
+    }
+
+    fn wave_modulus(&self, _point: &Point<PlasticStrain>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    /// Consistent tangent (sheet §3.10).
+    fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
+        small_strain_tangent(self, &(old.stress + self.elasticity.stress(strain)), &old.state)
+    }
+
+    fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {
+        Some(self.pyramid_at(point.state.deviatoric).yield_value(point.stress.spectrum().values))
+    }
+
+    fn stored_energy(&self, point: &Point<PlasticStrain>) -> Option<f64> {
+        Some(self.elasticity.energy(&point.stress))
+    }
+
+    fn dissipation(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<PlasticStrain>,
+        new: &Point<PlasticStrain>,
+    ) -> Option<f64> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        Some(self.elasticity.dissipation(&trial, &new.stress))
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        &["plastic_strain"]
+    }
+
+    fn outputs(&self, point: &Point<PlasticStrain>, out: &mut [f64]) {
+        out[0] = point.state.deviatoric;
+    }
+}
+
+impl PrincipalReturn for MohrCoulomb {
+    fn elasticity(&self) -> &Elasticity {
+        &self.elasticity
+    }
+
+    fn return_principal(
+        &self,
+        trial: [f64; 3],
+        state: &PlasticStrain,
+    ) -> Result<([f64; 3], PlasticStrain), MaterialError> {
+        let kappa = state.deviatoric;
+        let (mut stress, region) = if self.constant {
+            self.peak.map(trial)
+        } else {
+            self.softened(kappa).return_map(&self.elasticity, trial)
+        };
+        if region == Region::Elastic {
+            return Ok((trial, *state));
+        }
+        let mut increment = self.plastic_increment(trial, stress);
+        if !self.constant {
+            (stress, increment) = self.softening_return(trial, kappa, increment)?;
+        }
+        Ok((stress, PlasticStrain { deviatoric: kappa + increment }))
+    }
+
+    fn principal_tangent(&self, trial: [f64; 3], state: &PlasticStrain) -> Option<[[f64; 3]; 3]> {
+        let pyramid = self.pyramid_at(state.deviatoric);
+        let (_, region) = pyramid.return_map(&self.elasticity, trial);
+        if region == Region::Elastic || self.constant {
+            return Some(pyramid.tangent(&self.elasticity, region));
+        }
+        self.softening_tangent(trial, state)
+    }
+}

@@ -1,0 +1,149 @@
+//! Parameters of `mohr-coulomb` as a case file gives them.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{MohrCoulomb, NAME, Pyramid};
+use crate::laws::drucker_prager::Softening;
+use crate::laws::linear_elastic::stiff_warnings;
+use crate::laws::strength_reduced::StrengthReduction;
+use crate::laws::{Elasticity, angle_warnings, check_angles};
+use crate::model::{Facts, Kind, Model, StrainMeasure, check};
+use crate::{Material, MaterialError};
+
+/// Parameters of `mohr-coulomb`, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MohrCoulombSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Friction angle (degrees), 0 to 90 (excluded).
+    pub friction_angle: f64,
+    /// Cohesion (Pa), not negative.
+    #[serde(default)]
+    pub cohesion: f64,
+    /// Dilatancy angle (degrees), between minus and plus the friction angle.
+    #[serde(default)]
+    pub dilatancy_angle: f64,
+    /// Exponential softening of cohesion and friction; none when absent.
+    #[serde(default)]
+    pub softening: Option<Softening>,
+    /// Rate at which the dilatancy angle decays with plastic strain.
+    #[serde(default)]
+    pub dilatancy_decay: f64,
+    /// Largest principal tension (Pa, Rankine cut-off, associated), 0 to the apex `c / tan φ`; none when absent.
+    #[serde(default)]
+    pub tensile_strength: Option<f64>,
+    /// Small strain in rate form, or logarithmic finite strain.
+    #[serde(default)]
+    pub strain_measure: StrainMeasure,
+    /// Start on the yield surface, where the return of the initial stress ends, if that stress lies outside;
+    /// refused when false.
+    #[serde(default)]
+    pub project: bool,
+}
+
+impl MohrCoulombSpec {
+    /// Peak friction angle from the critical-state angle and the dilatancy angle (all in degrees),
+    /// `φ = φ_cs + 0.8 ψ` (Bolton's rule, Anura3D manual eq. 7.28); sets both angles.
+    #[must_use]
+    pub fn from_bolton(self, critical_state_angle: f64, dilatancy_angle: f64) -> Self {
+        Self { friction_angle: critical_state_angle + 0.8 * dilatancy_angle, dilatancy_angle, ..self }
+    }
+
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<MohrCoulomb, MaterialError> {
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        check_angles(self.friction_angle, self.dilatancy_angle)?;
+        let (cohesion, decay) = (self.cohesion, self.dilatancy_decay);
+        Softening::check(self.softening, self.friction_angle, cohesion, decay)?;
+        let friction_angle = self.friction_angle.to_radians();
+        if let Some(strength) = self.tensile_strength {
+            let apex = cohesion / friction_angle.tan();
+            let rule = format!("is not between 0 and the apex c / tan φ, {apex:.6} Pa");
+            check("tensile_strength", strength, strength >= 0.0 && strength <= apex, &rule)?;
+        }
+        let constant = self.softening.is_none() && decay == 0.0;
+        let peak = Pyramid::new(friction_angle, cohesion, self.dilatancy_angle.to_radians())
+            .with_cut_off(self.tensile_strength);
+        let (k, m) = (peak.friction, peak.dilatancy);
+        let modulus =
+            elasticity.lame() * (k - 1.0) * (m - 1.0) + 2.0 * elasticity.shear_modulus * (k * m + 1.0);
+        let rule = "contracts faster than this stiffness can follow (aᵀ D b must be positive)";
+        check("dilatancy_angle", self.dilatancy_angle, modulus > 0.0, rule)?;
+        let peak = peak.returns(&elasticity);
+        Ok(MohrCoulomb { name: NAME, elasticity, spec: self.clone(), constant, peak })
+    }
+}
+
+impl Model for MohrCoulombSpec {
+    const FACTS: Facts = Facts {
+        source: "Anura3D manual 2021, eqs. 7.25–7.28; Clausen et al. 2006 (return)",
+        kind: Kind::Solid,
+        strain: "rate or Hencky",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(self.strain_measure.wrap(self.law()?))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = stiff_warnings(self.poissons_ratio);
+        warnings.extend(angle_warnings(self.friction_angle, self.dilatancy_angle));
+        warnings
+    }
+
+    fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        let friction_angle = reduction.angle(self.friction_angle);
+        let cohesion = self.cohesion / reduction.factor;
+        let reduced = Self {
+            friction_angle,
+            cohesion,
+            dilatancy_angle: reduction.dilatancy(self.dilatancy_angle, friction_angle),
+            softening: reduction.softening(self.softening),
+            // Both the cut-off and the apex c / tan φ stay where they are.
+            ..self.clone()
+        };
+        Some(reduced.law().map(|_| reduced))
+    }
+
+    fn examples() -> Vec<Self> {
+        let mut all = Vec::new();
+        for strain_measure in [StrainMeasure::Rate, StrainMeasure::Hencky] {
+            let ways = [
+                (None, None),
+                (Some(Softening::EXAMPLE), None),
+                (None, Some(2e3)),
+                (Some(Softening::EXAMPLE), Some(2e3)),
+            ];
+            all.extend(ways.map(|(softening, tensile_strength)| Self {
+                density: 2000.0,
+                youngs_modulus: 20e6,
+                poissons_ratio: 0.3,
+                friction_angle: 30.0,
+                cohesion: 10e3,
+                dilatancy_angle: 10.0,
+                softening,
+                dilatancy_decay: if softening.is_some() { 2.0 } else { 0.0 },
+                tensile_strength,
+                strain_measure,
+                project: false,
+            }));
+        }
+        all
+    }
+}

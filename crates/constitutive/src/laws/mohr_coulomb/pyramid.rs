@@ -1,0 +1,141 @@
+//! The pyramid, its cut-off and its tangents.
+
+use super::return_map::{Edge, Returns, elastic_strain, stiffness};
+use crate::laws::Elasticity;
+use crate::laws::multi_surface::{self, ActiveSet, Plane};
+
+/// The pyramid at some plastic strain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pyramid {
+    /// `k = (1 + sin φ)/(1 - sin φ)`.
+    pub friction: f64,
+    /// `m`, alike from the dilatancy angle.
+    pub dilatancy: f64,
+    /// Uniaxial compressive strength `2 c √k` (Pa).
+    pub strength: f64,
+    /// Largest principal tension (Pa); infinite without a cut-off.
+    pub cut_off: f64,
+}
+
+/// The part of the surface a return ends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Region {
+    /// Inside: no return.
+    Elastic,
+    /// The plane `σ1 > σ2 > σ3`.
+    Plane,
+    /// The edge `σ1 = σ2` (triaxial compression).
+    CompressionEdge,
+    /// The edge `σ2 = σ3` (triaxial extension).
+    ExtensionEdge,
+    /// The apex.
+    Apex,
+    /// Planes that the tension cut-off has part in, see [`Pyramid::planes`].
+    CutOff(ActiveSet),
+}
+
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+impl Pyramid {
+    /// From friction angle, cohesion and dilatancy angle (rad, Pa, rad).
+    pub fn new(friction_angle: f64, cohesion: f64, dilatancy_angle: f64) -> Self {
+        let ratio = |angle: f64| (1.0 + angle.sin()) / (1.0 - angle.sin());
+        let friction = ratio(friction_angle);
+        let strength = 2.0 * cohesion * friction.sqrt();
+        Self { friction, dilatancy: ratio(dilatancy_angle), strength, cut_off: f64::INFINITY }
+    }
+
+    /// The pyramid cut off at a principal tension (Pa).
+    #[must_use]
+    pub fn with_cut_off(self, tensile_strength: Option<f64>) -> Self {
+        Self { cut_off: tensile_strength.unwrap_or(f64::INFINITY), ..self }
+    }
+
+    /// `k σ1 - σ3 - 2 c √k` (Pa), or `σ1 - σ_t` where that is larger.
+    #[inline]
+    pub fn yield_value(&self, principal: [f64; 3]) -> f64 {
+        self.shear_excess(principal).max(principal[0] - self.cut_off)
+    }
+
+    #[inline]
+    pub(super) fn shear_excess(&self, principal: [f64; 3]) -> f64 {
+        self.friction * principal[0] - principal[2] - self.strength
+    }
+
+    /// The planes that sorted stresses can meet: shear across 1–3, 1–2 and 2–3, then the cut-offs of the
+    /// three principal stresses.
+    pub fn planes(&self) -> [Plane; 6] {
+        let (k, m) = (self.friction, self.dilatancy);
+        let shear = |normal, flow| Plane { normal, offset: self.strength, flow };
+        let tension = |normal| Plane { normal, offset: self.cut_off, flow: normal };
+        [
+            shear([k, 0.0, -1.0], [m, 0.0, -1.0]),
+            shear([k, -1.0, 0.0], [m, -1.0, 0.0]),
+            shear([0.0, k, -1.0], [0.0, m, -1.0]),
+            tension([1.0, 0.0, 0.0]),
+            tension([0.0, 1.0, 0.0]),
+            tension([0.0, 0.0, 1.0]),
+        ]
+    }
+
+    /// Return map in principal stresses (sheet §3.7.2, steps 1–5).
+    pub fn return_map(&self, elasticity: &Elasticity, trial: [f64; 3]) -> ([f64; 3], Region) {
+        self.returns(elasticity).map(trial)
+    }
+
+    /// The part of the surface that the return of `trial` ends on.
+    pub fn region(&self, elasticity: &Elasticity, trial: [f64; 3]) -> Region {
+        self.returns(elasticity).map(trial).1
+    }
+
+    /// Principal stresses of the return of `trial` to the given part of the surface.
+    pub fn return_to(&self, region: Region, elasticity: &Elasticity, trial: [f64; 3]) -> [f64; 3] {
+        self.returns(elasticity).to(region, trial)
+    }
+
+    /// What all returns to the pyramid have in common.
+    pub(super) fn returns(&self, elasticity: &Elasticity) -> Returns {
+        let (k, m) = (self.friction, self.dilatancy);
+        let db = stiffness(elasticity, [m, 0.0, -1.0]);
+        let scale = 1.0 / (k * db[0] - db[2]);
+        let direction = db.map(|c| c * scale);
+        let edges = [([1.0, 1.0, k], [1.0, 1.0, m]), ([1.0, k, k], [1.0, m, m])];
+        let edges = edges.map(|(edge, flow)| {
+            // Elastic strain along the edge of the potential is not relaxed by the flow.
+            let held = elastic_strain(elasticity, flow);
+            let scale = 1.0 / dot(held, edge);
+            Edge { direction: edge, position: held.map(|c| c * scale), beside: cross(direction, edge) }
+        });
+        Returns { pyramid: *self, elasticity: *elasticity, direction, edges, apex: self.strength / (k - 1.0) }
+    }
+
+    /// `∂σ_A/∂ε_B` of a return that ends in `region` (sheet §3.10), of constant strength.
+    pub fn tangent(&self, elasticity: &Elasticity, region: Region) -> [[f64; 3]; 3] {
+        let (k, m) = (self.friction, self.dilatancy);
+        let d = elasticity.principal();
+        let apply = |v: [f64; 3]| d.map(|row| dot(row, v));
+        match region {
+            Region::Elastic => d,
+            Region::Plane => {
+                let (da, db) = (apply([k, 0.0, -1.0]), apply([m, 0.0, -1.0]));
+                let scale = 1.0 / dot([k, 0.0, -1.0], db);
+                std::array::from_fn(|a| std::array::from_fn(|b| d[a][b] - scale * db[a] * da[b]))
+            }
+            Region::CompressionEdge | Region::ExtensionEdge => {
+                let compression = region == Region::CompressionEdge;
+                let along = |x: f64| if compression { [1.0, 1.0, x] } else { [1.0, x, x] };
+                let (r, g) = (along(k), along(m));
+                let scale = 1.0 / dot(g, elastic_strain(elasticity, r));
+                r.map(|r| g.map(|g| scale * r * g))
+            }
+            Region::Apex => [[0.0; 3]; 3],
+            Region::CutOff(set) => multi_surface::tangent(&self.planes(), set, elasticity),
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The return with strength at the end of the step (sheet §3.7.2, step 7) and its tangent.
+
+use super::pyramid::dot;
+use super::return_map::elastic_strain;
+use super::{MohrCoulomb, PlasticStrain, Softening};
+use crate::{MaterialError, PrincipalReturn};
+
+impl MohrCoulomb {
+    /// As [`Pyramid::tangent`], with strength at the end of the step: from `dσ = D dε + σ' dκ` and
+    /// `dκ = w · (dε - C dσ)`, `w` the direction of the deviatoric plastic strain.
+    pub(super) fn softening_tangent(&self, trial: [f64; 3], state: &PlasticStrain) -> Option<[[f64; 3]; 3]> {
+        let (stress, new) = self.return_principal(trial, state).ok()?;
+        let kappa = new.deviatoric;
+        let pyramid = self.pyramid_at(kappa);
+        let region = pyramid.region(&self.elasticity, trial);
+        let fixed = pyramid.tangent(&self.elasticity, region);
+        let increment = kappa - state.deviatoric;
+        if increment <= 0.0 {
+            return Some(fixed);
+        }
+        let step = Softening::difference_step(self.spec.softening, self.spec.dilatancy_decay);
+        let at = |kappa: f64| self.pyramid_at(kappa).return_to(region, &self.elasticity, trial);
+        let (plus, minus) = (at(kappa + step), at(kappa - step));
+        let slope: [f64; 3] = std::array::from_fn(|a| (plus[a] - minus[a]) / (2.0 * step));
+        let plastic = elastic_strain(&self.elasticity, std::array::from_fn(|a| trial[a] - stress[a]));
+        let mean = (plastic[0] + plastic[1] + plastic[2]) / 3.0;
+        let w = plastic.map(|e| 2.0 / 3.0 * (e - mean) / increment);
+        let modulus = 1.0 + dot(w, elastic_strain(&self.elasticity, slope));
+        let driven: [f64; 3] = std::array::from_fn(|b| {
+            let column = std::array::from_fn(|a| fixed[a][b]);
+            (w[b] - dot(w, elastic_strain(&self.elasticity, column))) / modulus
+        });
+        Some(std::array::from_fn(|a| std::array::from_fn(|b| fixed[a][b] + slope[a] * driven[b])))
+    }
+
+    /// The plastic increment that reproduces itself when strength is taken at its end: it lies between
+    /// nothing and the increment that takes all of the deviator.
+    pub(super) fn softening_return(
+        &self,
+        trial: [f64; 3],
+        kappa: f64,
+        start: f64,
+    ) -> Result<([f64; 3], f64), MaterialError> {
+        let mean = trial.iter().sum::<f64>() / 3.0;
+        let largest = self.plastic_increment(trial, [mean; 3]);
+        let (mut low, mut high) = (0.0, largest.max(start));
+        let mut increment = start;
+        for _ in 0..200 {
+            let stress = self.pyramid_at(kappa + increment).return_map(&self.elasticity, trial).0;
+            let mapped = self.plastic_increment(trial, stress);
+            if (mapped - increment).abs() <= 1e-13 * high || high - low <= 1e-15 * high {
+                return Ok((stress, increment));
+            }
+            if mapped > increment {
+                low = increment;
+            } else {
+                high = increment;
+            }
+            increment = if mapped > low && mapped < high { mapped } else { 0.5 * (low + high) };
+        }
+        Err(MaterialError::NotConverged { model: self.name, reason: "softening return" })
+    }
+}

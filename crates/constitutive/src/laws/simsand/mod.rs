@@ -1,0 +1,147 @@
+//! Critical-state sand, "SIMSAND" (constitutive sheet §2.7, §3.7.8; Bui & Nguyen 2021, section 3.2.4, after
+//! Jin et al. 2017).
+//!
+//! Compression positive, `η = q/p`, void ratio `e`:
+//! `K = K₀ p_at (2.97-e)²/(1+e) (p/p_at)^ζ`, `G = 3(1-2ν)/(2(1+ν)) K`, `e_c = e_ref - λ (p/p_at)^ξ`,
+//! `f = η - M_p ε_q/(k_p + ε_q) ≤ 0`, `dε_v/dε_q = A_d (M_pt - η)`,
+//! `tan φ_p = (e_c/e)^n_p tan φ_c`, `tan φ_pt = (e_c/e)^(-n_d) tan φ_c`, `M_x = 6 sin φ_x/(3 - sin φ_x)`, with
+//! the accumulated plastic shear `ε_q`. The return is implicit with the moduli of the start of the (sub)step:
+//! for a plastic shear the pressure is the root of a rising function, and the yield condition remains.
+//! Steps above 1 % strain are divided. Where pressure would fall below 1 Pa the point carries no stress
+//! and is flagged liquefied until it is compressed again. Limits: no plastic flow at constant stress
+//! ratio, reversals are elastic, stiffness is frozen over a substep.
+
+mod critical_state;
+mod parameters;
+mod return_map;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{InitialCondition, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent};
+
+use critical_state::lode_cosine;
+
+pub use critical_state::Slope;
+pub use parameters::SimsandSpec;
+
+const NAME: &str = "simsand";
+
+/// Plastic shear every point starts with, so that the surface has a slope at zero stress ratio.
+const FIRST_SHEAR: f64 = 1e-9;
+
+/// Plastic shear at which a sand has mobilised its strength, for initial stresses beyond it: the strength itself is
+/// reached by no plastic shear.
+const FULLY_SHEARED: f64 = 1.0;
+
+/// Void ratios and critical void ratios are taken between these in stiffness and friction.
+const VOID_RANGE: (f64, f64) = (0.01, 2.9);
+
+/// State of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SimsandState {
+    /// Volume of voids over volume of grains.
+    pub void_ratio: f64,
+    /// Accumulated plastic shear strain `ε_q`.
+    pub plastic_strain: f64,
+    /// The point has lost its effective pressure and carries no stress.
+    pub liquefied: bool,
+}
+
+/// The law. See the module's head for source and limits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simsand {
+    spec: SimsandSpec,
+    shear_ratio: f64,
+    tangent_critical: f64,
+}
+
+impl Simsand {
+    /// State at the start, after a plastic shear.
+    fn start(&self, plastic_strain: f64) -> SimsandState {
+        SimsandState { void_ratio: self.spec.void_ratio, plastic_strain, liquefied: false }
+    }
+}
+
+impl SmallStrain for Simsand {
+    type State = SimsandState;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    /// The plastic shear at the start is what puts the yield surface through the initial stress.
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<SimsandState>, MaterialError> {
+        let stress = initial.stress;
+        super::check_compressive(NAME, &stress)?;
+        let (p, q) = (stress.pressure(), stress.q());
+        let lode = lode_cosine(&stress.deviator());
+        let [peak, _] = self.slopes(p, self.spec.void_ratio, lode);
+        let largest = p * peak.value * self.mobilised(FULLY_SHEARED).0;
+        if self.spec.project && q > largest {
+            let stress = stress.deviator() * (largest / q) - SymTensor::isotropic(p);
+            return Ok(Point { stress, state: self.start(FULLY_SHEARED) });
+        }
+        if q >= p * peak.value {
+            let reason = format!(
+                "the stress ratio q/p = {:.4} is not below the strength {:.4} (stress {:?} Pa)",
+                q / p,
+                peak.value,
+                stress.0
+            );
+            return Err(MaterialError::Initial { model: NAME, reason });
+        }
+        let through = self.spec.hardening_constant * q / (p * peak.value - q);
+        Ok(Point { stress, state: self.start(through.max(FIRST_SHEAR)) })
+    }
+
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<SimsandState>,
+    ) -> Result<Point<SimsandState>, MaterialError> {
+        if *strain == SymTensor::ZERO {
+            return Ok(*old);
+        }
+        self.step(strain, old).map(|advance| advance.point)
+    }
+
+    fn wave_modulus(&self, point: &Point<SimsandState>) -> f64 {
+        let bulk = self.bulk_modulus(point.stress.pressure(), point.state.void_ratio);
+        1.1 * bulk * (1.0 + 4.0 / 3.0 * self.shear_ratio)
+    }
+
+    fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<SimsandState>) -> Option<Tangent> {
+        self.step_tangent(strain, old)
+    }
+
+    /// `f p`, so that it is a stress.
+    fn yield_value(&self, point: &Point<SimsandState>) -> Option<f64> {
+        let p = point.stress.pressure();
+        if !(p > 0.0) {
+            return Some(0.0);
+        }
+        let lode = lode_cosine(&point.stress.deviator());
+        let [peak, _] = self.slopes(p, point.state.void_ratio, lode);
+        Some(point.stress.q() - p * peak.value * self.mobilised(point.state.plastic_strain).0)
+    }
+
+    fn dissipation(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<SimsandState>,
+        _new: &Point<SimsandState>,
+    ) -> Option<f64> {
+        self.step(strain, old).ok().map(|advance| advance.dissipated)
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        &["void_ratio", "plastic_strain", "liquefied"]
+    }
+
+    fn outputs(&self, point: &Point<SimsandState>, out: &mut [f64]) {
+        let SimsandState { void_ratio, plastic_strain, liquefied } = point.state;
+        out.copy_from_slice(&[void_ratio, plastic_strain, f64::from(u8::from(liquefied))]);
+    }
+}

@@ -1,0 +1,147 @@
+//! Parameters of `simsand` as a case file gives them.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Simsand, VOID_RANGE};
+use crate::laws::linear_elastic::stiff_warnings;
+use crate::laws::pressure_elastic::{check_poissons_ratio, shear_ratio};
+use crate::model::{Facts, Kind, Model, check, not_negative, positive};
+use crate::{Corotational, Material, MaterialError};
+
+/// Parameters of `simsand`, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SimsandSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Initial void ratio `e`, 0 to 2.9 (both excluded).
+    pub void_ratio: f64,
+    /// Elastic stiffness constant `K₀`, > 0.
+    pub stiffness_constant: f64,
+    /// Exponent `ζ` of pressure in the stiffness, 0 to 1.
+    pub stiffness_exponent: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Friction angle `φ_c` of the critical state (degrees), 0 to 90 (both excluded).
+    pub critical_friction_angle: f64,
+    /// Critical void ratio at zero pressure `e_ref`, > 0.
+    pub reference_void_ratio: f64,
+    /// Factor `λ` of the critical state line, > 0.
+    pub critical_state_factor: f64,
+    /// Exponent `ξ` of pressure in the critical state line, > 0.
+    pub critical_state_exponent: f64,
+    /// Dilatancy constant `A_d`, not negative.
+    pub dilatancy_constant: f64,
+    /// Exponent `n_d` of the density in the phase-transformation angle, not negative.
+    pub dilatancy_exponent: f64,
+    /// Exponent `n_p` of the density in the peak angle, not negative.
+    pub peak_exponent: f64,
+    /// Plastic shear strain `k_p` at half of the strength, > 0.
+    pub hardening_constant: f64,
+    /// Atmospheric pressure `p_at` (Pa), > 0.
+    #[serde(default = "atmospheric_pressure")]
+    pub atmospheric_pressure: f64,
+    /// Whether strength falls from triaxial compression to extension.
+    #[serde(default)]
+    pub lode_dependence: bool,
+    /// Start with as much of the deviator as the sand carries at the initial pressure after a plastic shear of 1,
+    /// where the initial stress has more; refused when false.
+    #[serde(default)]
+    pub project: bool,
+}
+
+fn atmospheric_pressure() -> f64 {
+    100e3
+}
+
+impl SimsandSpec {
+    /// The sand of Bui & Nguyen (2021), Table 1, at a void ratio: they list 0.77 (dense), 0.81 (medium) and
+    /// 0.91 (loose).
+    pub fn bui_nguyen(void_ratio: f64) -> Self {
+        Self {
+            density: 1500.0,
+            void_ratio,
+            stiffness_constant: 130.0,
+            stiffness_exponent: 0.67,
+            poissons_ratio: 0.2,
+            critical_friction_angle: 31.4,
+            reference_void_ratio: 0.964,
+            critical_state_factor: 0.118,
+            critical_state_exponent: 0.205,
+            dilatancy_constant: 0.5,
+            dilatancy_exponent: 3.5,
+            peak_exponent: 1.9,
+            hardening_constant: 0.0017,
+            atmospheric_pressure: atmospheric_pressure(),
+            lode_dependence: false,
+            project: false,
+        }
+    }
+
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<Simsand, MaterialError> {
+        let e = self.void_ratio;
+        check("void_ratio", e, e > 0.0 && e < VOID_RANGE.1, "is not between 0 and 2.9 (exclusive)")?;
+        positive("stiffness_constant", self.stiffness_constant, "")?;
+        let zeta = self.stiffness_exponent;
+        check("stiffness_exponent", zeta, (0.0..=1.0).contains(&zeta), "is not between 0 and 1")?;
+        check_poissons_ratio(self.poissons_ratio)?;
+        let phi = self.critical_friction_angle;
+        let rule = "is not between 0 and 90 degrees (exclusive)";
+        check("critical_friction_angle", phi, phi > 0.0 && phi < 90.0, rule)?;
+        positive("reference_void_ratio", self.reference_void_ratio, "")?;
+        positive("critical_state_factor", self.critical_state_factor, "")?;
+        positive("critical_state_exponent", self.critical_state_exponent, "")?;
+        not_negative("dilatancy_constant", self.dilatancy_constant, "")?;
+        not_negative("dilatancy_exponent", self.dilatancy_exponent, "")?;
+        not_negative("peak_exponent", self.peak_exponent, "")?;
+        positive("hardening_constant", self.hardening_constant, "")?;
+        positive("atmospheric_pressure", self.atmospheric_pressure, "Pa")?;
+        let shear_ratio = shear_ratio(self.poissons_ratio);
+        Ok(Simsand { spec: self.clone(), shear_ratio, tangent_critical: phi.to_radians().tan() })
+    }
+}
+
+impl Model for SimsandSpec {
+    const FACTS: Facts = Facts {
+        source: "Bui & Nguyen 2021, section 3.2.4; Jin et al. 2017",
+        kind: Kind::Solid,
+        strain: "rate",
+        tangent: "analytic",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(Arc::new(Corotational(self.law()?)))
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = stiff_warnings(self.poissons_ratio);
+        let (e, reference) = (self.void_ratio, self.reference_void_ratio);
+        if e >= reference {
+            warnings.push(format!("void_ratio: {e} is looser than any critical state (below {reference})"));
+        }
+        if self.dilatancy_constant > 1.0 {
+            warnings.push(format!(
+                "dilatancy_constant: {} is above 1, plastic flow may give back work",
+                self.dilatancy_constant
+            ));
+        }
+        warnings
+    }
+
+    fn examples() -> Vec<Self> {
+        let dense = Self::bui_nguyen(0.77);
+        let lode = Self { lode_dependence: true, ..Self::bui_nguyen(0.81) };
+        vec![dense, lode, Self::bui_nguyen(0.91)]
+    }
+}
