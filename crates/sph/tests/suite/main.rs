@@ -1,7 +1,6 @@
 //! The solver and what it stands on, against closed forms, conservation laws and its promises about bits.
 
 mod common;
-
 mod flows;
 mod operators;
 mod schemes;
