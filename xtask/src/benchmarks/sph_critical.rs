@@ -48,6 +48,9 @@ fn sand(void_ratio: f64, density: f64) -> Result<MaterialSpec, String> {
 
 const DENSITIES: [(&str, f64); 3] = [("loose", 0.91), ("medium", 0.81), ("dense", 0.77)];
 
+/// Name and component of a stress.
+type Measure = (&'static str, fn(&SymTensor) -> f64);
+
 /// B-02: the sheet's 100 kPa to a shear of 0.2. Ten times as fast as its 0.01/s by default: the strain is that of the
 /// frame, and the law knows no rate.
 fn shear(quick: bool) -> Result<Outcome, String> {
@@ -65,8 +68,7 @@ fn shear(quick: bool) -> Result<Outcome, String> {
         let path = Path { rate, pressure: 100e3, shear: 0.2, rows: 40 };
         let found = law_in_frame(&sand(void_ratio, 1500.0)?, path)?;
         let label = |what: &str| format!("B-02, {name} (e = {void_ratio}): {what}");
-        let measures: [(&str, fn(&SymTensor) -> f64); 2] =
-            [("shear stress", |s| s.0[3]), ("pressure", SymTensor::pressure)];
+        let measures: [Measure; 2] = [("shear stress", |s| s.0[3]), ("pressure", SymTensor::pressure)];
         for (what, of) in measures {
             let largest = found.iter().map(|(_, _, law)| of(law).abs()).fold(0.0, f64::max);
             let apart = found.iter().map(|(_, ours, law)| (of(ours) - of(law)).abs()).fold(0.0, f64::max);
