@@ -128,7 +128,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_column::BENCHMARK, None, 300),
     Listed::new(&sph_slope::BENCHMARK, Some(30), 410),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
-    Listed::new(&sph_cantilever_3d::BENCHMARK, None, 100),
+    Listed::new(&sph_cantilever_3d::BENCHMARK, None, 130),
     Listed::new(&sph_drum::BENCHMARK, None, 100),
     Listed::new(&sph_threads::BENCHMARK, Some(2), 8),
     Listed::new(&sph_critical::SHEAR, Some(2), 6),
