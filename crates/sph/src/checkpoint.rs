@@ -51,7 +51,8 @@ const LIMITS: [&str; 6] =
 impl<const D: usize> SphSolver<D> {
     fn to_saved(&self) -> Saved {
         let p = &self.particles;
-        let rates = self.options.integration == TimeIntegration::LeapfrogRates;
+        let rates = self.options.integration == TimeIntegration::LeapfrogRates
+            || self.options.hourglass_viscosity > 0.0;
         let limit = self.limit.as_ref().map(|l| (l.dt, l.limit.to_owned(), l.point, l.position));
         let of_group = |group: &crate::particles::Group| {
             (group.body, group.end - group.start, group.material.save(&group.states))

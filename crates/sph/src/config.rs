@@ -6,9 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use choices::{
-    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, SmoothWall,
-    SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress,
-    WallVelocity,
+    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall,
+    SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient,
+    WallStress, WallVelocity,
 };
 
 use crate::kernel::Kernel;
@@ -92,6 +92,11 @@ pub struct SphOptions {
     /// Share of the neighbours' velocity with which particles move (XSPH), 0 to 1.
     #[serde(default)]
     pub xsph: f64,
+    /// Viscosity, in units of `viscosity_linear`, against the part of the relative velocity of neighbours that their
+    /// velocity gradients do not see (hourglass or zero-energy modes), 0 to 1. Linear velocity fields feel nothing of
+    /// it where `velocity_gradient` is `corrected`.
+    #[serde(default)]
+    pub hourglass_viscosity: f64,
     /// Shifting of particles towards even spacing, in smoothing lengths per length moved; at least 0. Velocity,
     /// density and stress are carried along to first order.
     #[serde(default)]
@@ -111,6 +116,9 @@ pub struct SphOptions {
     /// What they oppose to the velocity of a particle, where they answer pairwise.
     #[serde(default)]
     pub wall_velocity: WallVelocity,
+    /// What rough walls are made of.
+    #[serde(default)]
+    pub rough_wall: RoughWall,
     /// What smooth walls are made of.
     #[serde(default)]
     pub smooth_wall: SmoothWall,
@@ -158,12 +166,14 @@ impl SphOptions {
             density_reset: DensityReset::default(),
             density_reset_steps: thirty(),
             xsph: 0.0,
+            hourglass_viscosity: 0.0,
             shifting: 0.0,
             formulation: Formulation::default(),
             confining: None,
             held: Vec::new(),
             wall_stress: WallStress::default(),
             wall_velocity: WallVelocity::default(),
+            rough_wall: RoughWall::default(),
             smooth_wall: SmoothWall::default(),
             wall_guard: 0.0,
             wall_k0: half(),
@@ -211,6 +221,7 @@ impl SphOptions {
             ("stress_diffusion", self.stress_diffusion, 0.5),
             ("density_diffusion", self.density_diffusion, 0.5),
             ("xsph", self.xsph, 1.0),
+            ("hourglass_viscosity", self.hourglass_viscosity, 1.0),
         ] {
             rule(name, value, (0.0..=most).contains(&value), &format!("is not in 0..={most}"))?;
         }

@@ -30,9 +30,9 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, SmoothWall,
-    SmoothingLength, SoundSpeed, SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient,
-    WallStress, WallVelocity,
+    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall,
+    SmoothWall, SmoothingLength, SoundSpeed, SphOptions, Symmetrisation, Tensile, TimeIntegration,
+    VelocityGradient, WallStress, WallVelocity,
 };
 pub use solver::SphSolver;
 

@@ -170,7 +170,7 @@ impl<const D: usize> Particles<D> {
     pub fn move_images(&mut self, images: &[Image<D>]) {
         for (image, slot) in images.iter().zip(self.len..) {
             let v = self.velocity[image.source as usize];
-            self.velocity[slot] = std::array::from_fn(|c| image.flip[c] * v[c] + image.lift[c]);
+            self.velocity[slot] = std::array::from_fn(|c| image.turn[c] * v[c] + image.lift[c]);
             crate::lanes::set_velocity(&mut self.records[slot], &self.velocity[slot]);
         }
     }
@@ -184,9 +184,9 @@ impl<const D: usize> Particles<D> {
             self.sound[slot] = self.sound[source];
             self.length[slot] = self.length[source];
             self.spread[slot] = self.spread[source];
-            self.stress[slot] = mirrored(&self.stress[source], &image.flip);
+            self.stress[slot] = mirrored(&self.stress[source], &image.bend);
             if !self.repulsion.is_empty() {
-                self.repulsion[slot] = mirrored(&self.repulsion[source], &image.flip);
+                self.repulsion[slot] = mirrored(&self.repulsion[source], &image.bend);
             }
         }
     }
@@ -199,7 +199,7 @@ impl<const D: usize> Particles<D> {
     }
 }
 
-/// `H σ H` for a mirror that flips the axes with -1.
+/// `H σ H` with `H = diag flip`.
 #[inline]
 pub fn mirrored<const D: usize>(stress: &SymTensor, flip: &[f64; D]) -> SymTensor {
     let sign = |c: usize| if c < D { flip[c] } else { 1.0 };

@@ -4,9 +4,16 @@ use colluvium_case::{Budget, Field, FieldData, Snapshot, TimeStep};
 use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
 use rayon::prelude::*;
 
-use crate::config::SoundSpeed;
+use crate::config::{SmoothingLength, SoundSpeed};
 use crate::particles::Group;
 use crate::solver::{SphSolver, spatial, square};
+
+fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| {
+        let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+        a[i] * b[j] - a[j] * b[i]
+    })
+}
 
 /// A step, what limits it, and where.
 type Limit = (f64, &'static str, Option<usize>);
@@ -70,10 +77,25 @@ impl<const D: usize> SphSolver<D> {
 
     /// Velocities at the time of the positions (m/s).
     fn velocity(&self, i: usize) -> [f64; D] {
-        let p = &self.particles;
-        let held = self.groups.iter().any(|group| group.held.is_some() && group.range().contains(&i));
-        let half = if self.lags() && !held { 0.5 * self.last_step } else { 0.0 };
+        let (p, half) = (&self.particles, self.half_behind(i));
         std::array::from_fn(|c| p.velocity[i][c] + half * p.acceleration[i][c])
+    }
+
+    /// How far the velocity of a particle is behind its position: half a step, or nothing (s).
+    fn half_behind(&self, i: usize) -> f64 {
+        let held = self.groups.iter().any(|group| group.held.is_some() && group.range().contains(&i));
+        if self.lags() && !held { 0.5 * self.last_step } else { 0.0 }
+    }
+
+    /// Angular momentum over mass at the time of the positions (m²/s). The last acceleration belongs to the positions
+    /// a step ago; with the present ones it would have a torque where there is none.
+    fn turn(&self, i: usize) -> [f64; 3] {
+        let p = &self.particles;
+        let (velocity, half) = (&p.velocity[i], self.half_behind(i));
+        let [x, v, a] = [&p.position[i], velocity, &p.acceleration[i]].map(spatial);
+        let before: [f64; 3] = std::array::from_fn(|c| x[c] - 2.0 * half * v[c]);
+        let (own, pull) = (cross(&x, &v), cross(&before, &a));
+        std::array::from_fn(|c| own[c] + half * pull[c])
     }
 
     fn per_particle(
@@ -119,7 +141,7 @@ impl<const D: usize> SphSolver<D> {
             field("density", "kg/m3", scalar(&|i| p.density[i])),
         ];
         if self.options.is_variable() {
-            fields.push(field("smoothing_length", "m", scalar(&|i| p.length[i])));
+            fields.push(field("smoothing_length", "m", FieldData::Scalar(self.lengths(&order))));
         }
         fields.extend(self.law_fields(&order));
         let width = |i: usize| [(p.mass[i] / p.density[i]).powf(1.0 / D as f64); D];
@@ -132,6 +154,18 @@ impl<const D: usize> SphSolver<D> {
             extents: vector(&width),
             fields,
         }
+    }
+
+    /// Smoothing lengths that go with the densities, where they follow them (m).
+    fn lengths(&self, order: &[usize]) -> Vec<f64> {
+        let p = &self.particles;
+        let mut lengths = p.length[..p.len].to_vec();
+        if self.options.smoothing_length == SmoothingLength::Density {
+            for group in &self.groups {
+                group.range().for_each(|i| lengths[i] = self.length_at(group, p.density[i]));
+            }
+        }
+        order.iter().map(|&i| lengths[i]).collect()
     }
 
     /// The laws' own scalars; NaN on particles whose law has no such scalar.
@@ -168,14 +202,14 @@ impl<const D: usize> SphSolver<D> {
                 group.material.stored_energies(stress, states, out);
             });
             for (k, i) in group.range().enumerate() {
-                let (x, v, m) = (spatial(&p.position[i]), spatial(&self.velocity(i)), p.mass[i]);
+                let (v, m) = (spatial(&self.velocity(i)), p.mass[i]);
+                let (x, turn) = (spatial(&p.position[i]), self.turn(i));
                 budget.mass += m;
                 budget.kinetic += 0.5 * m * square(&v);
                 budget.elastic += energies[k] * m / p.density[i];
                 for c in 0..3 {
-                    let (a, b) = ((c + 1) % 3, (c + 2) % 3);
                     budget.momentum[c] += m * v[c];
-                    budget.angular_momentum[c] += m * (x[a] * v[b] - x[b] * v[a]);
+                    budget.angular_momentum[c] += m * turn[c];
                     budget.potential -= m * spatial(&self.gravity)[c] * x[c];
                 }
             }

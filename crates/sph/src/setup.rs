@@ -7,7 +7,9 @@ use colluvium_case::{Case, CaseError, Plan, Solver};
 use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
 use colluvium_points::{CellList, HalfList, NeighbourList};
 
-use crate::config::{Continuity, DensityReset, Formulation, SmoothWall, SoundSpeed, SphOptions, WallStress};
+use crate::config::{
+    Continuity, DensityReset, Formulation, RoughWall, SmoothWall, SoundSpeed, SphOptions, WallStress,
+};
 use crate::kernel::Smoothing;
 use crate::particles::{Group, Particles};
 use crate::solver::{Audit, Listed, SphSolver};
@@ -179,6 +181,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
                 mirrors.push(plane(Contact::FreeSlip));
             }
             Wall::Smooth => faces.push(plane(Contact::FreeSlip)),
+            Wall::Rough if options.rough_wall == RoughWall::Mirror => mirrors.push(plane(Contact::NoSlip)),
             // Absorbing sides are refused.
             Wall::Rough | Wall::Absorbing { .. } => faces.push(plane(Contact::NoSlip)),
             Wall::Frictional { friction_coefficient } => {

@@ -217,6 +217,7 @@ pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Resul
         ("stress_diffusion", options.stress_diffusion),
         ("density_diffusion", options.density_diffusion),
         ("xsph", options.xsph),
+        ("hourglass_viscosity", options.hourglass_viscosity),
         ("shifting", options.shifting),
     ] {
         rule(value == 0.0, &of(name), "it does not act")?;

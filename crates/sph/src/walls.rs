@@ -1,5 +1,7 @@
 //! Walls of the case: mirrors, layers of particles, and the ends of periodic domains (SPH sheet §2.13).
 
+use crate::particles::Matrix;
+
 /// What a wall of particles does to the motion along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {
@@ -41,7 +43,8 @@ impl<const D: usize> Plane<D> {
     }
 }
 
-/// An image of a particle in mirrors and periods: `x' = flip x + shift`, `v' = flip v + lift`.
+/// An image of a particle in mirrors and periods: `x' = flip x + shift`, `v' = turn v + lift`, `σ' = B σ B` with
+/// `B = diag bend`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Image<const D: usize> {
     /// The particle.
@@ -50,8 +53,26 @@ pub struct Image<const D: usize> {
     pub flip: [f64; D],
     /// Twice the coordinate of the mirror, or a period.
     pub shift: [f64; D],
+    /// Sign of the velocity: of smooth mirrors `flip`, of rough ones -1 along every axis.
+    pub turn: [f64; D],
     /// Twice the velocity of the mirror (m/s).
     pub lift: [f64; D],
+    /// Sign of the axes for stress: of smooth mirrors `flip`, of rough ones 1, which keep it.
+    pub bend: [f64; D],
+}
+
+impl<const D: usize> Image<D> {
+    /// The velocity gradient of the image of a particle with the gradient `l` (1/s).
+    #[inline]
+    pub fn gradient(&self, l: &Matrix<D>) -> Matrix<D> {
+        std::array::from_fn(|a| std::array::from_fn(|b| self.turn[a] * l[a][b] * self.flip[b]))
+    }
+
+    /// The particle itself.
+    fn of(source: u32) -> Self {
+        let (none, same) = ([0.0; D], [1.0; D]);
+        Self { source, flip: same, shift: none, turn: same, lift: none, bend: same }
+    }
 }
 
 /// An axis along which the domain repeats itself.
@@ -159,7 +180,7 @@ impl<const D: usize> Walls<D> {
         }
         for (source, x) in positions.iter().enumerate() {
             let first = images.len();
-            let itself = Image { source: source as u32, flip: [1.0; D], shift: [0.0; D], lift: [0.0; D] };
+            let itself = Image::of(source as u32);
             // Every image of the particle along other axes has one along this axis.
             let mut add = |axis: usize, change: &dyn Fn(Image<D>) -> Image<D>| {
                 let end = images.len();
@@ -194,7 +215,14 @@ fn flipped<const D: usize>(mut image: Image<D>, plane: &Plane<D>, time: f64) -> 
     let axis = plane.axis;
     image.flip[axis] = -1.0;
     image.shift[axis] = 2.0 * plane.face(time);
-    image.lift[axis] = 2.0 * plane.velocity[axis];
+    if plane.contact == Contact::NoSlip {
+        image.turn = image.turn.map(|c| -c);
+        image.lift = std::array::from_fn(|c| 2.0 * plane.velocity[c] - image.lift[c]);
+    } else {
+        image.turn[axis] = -image.turn[axis];
+        image.lift[axis] = 2.0 * plane.velocity[axis] - image.lift[axis];
+        image.bend[axis] = -1.0;
+    }
     image
 }
 
@@ -203,7 +231,20 @@ mod tests {
     use super::*;
 
     fn plane(axis: usize) -> Plane<2> {
-        Plane { axis, position: 0.0, upper: false, velocity: [0.0; 2], contact: Contact::NoSlip }
+        Plane { axis, position: 0.0, upper: false, velocity: [0.0; 2], contact: Contact::FreeSlip }
+    }
+
+    #[test]
+    fn images_in_rough_mirrors_go_the_other_way_and_keep_the_stress() {
+        let rough = |axis| Plane { velocity: [0.5, 0.25], contact: Contact::NoSlip, ..plane(axis) };
+        let walls = Walls::<2> { mirrors: vec![rough(1), plane(0)], ..Walls::default() };
+        let mut images = Vec::new();
+        walls.images(&[[0.1, 0.2]], 1.0, 0.0, &mut images);
+        let found: Vec<_> = images.iter().map(|i| (i.flip, i.turn, i.lift, i.bend)).collect();
+        let below = ([1.0, -1.0], [-1.0, -1.0], [1.0, 0.5], [1.0, 1.0]);
+        let corner = ([-1.0, -1.0], [1.0, -1.0], [-1.0, 0.5], [-1.0, 1.0]);
+        let beside = ([-1.0, 1.0], [-1.0, 1.0], [0.0, 0.0], [-1.0, 1.0]);
+        assert_eq!(found, [below, corner, beside]);
     }
 
     #[test]

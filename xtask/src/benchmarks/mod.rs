@@ -30,10 +30,13 @@ mod self_weight;
 mod simplices;
 mod sph_balance;
 mod sph_cantilever;
+mod sph_cantilever_3d;
 mod sph_clay;
 mod sph_column;
 mod sph_columns;
+mod sph_critical;
 mod sph_cylinders;
+mod sph_drum;
 mod sph_flow;
 mod sph_footing;
 mod sph_geostatic;
@@ -43,6 +46,7 @@ mod sph_pairing;
 mod sph_shear;
 mod sph_slope;
 mod sph_tensile;
+mod sph_threads;
 mod sph_waves;
 mod two_disks;
 
@@ -119,11 +123,17 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_waves::BENCHMARK, Some(1), 1),
     Listed::new(&sph_flow::BENCHMARK, Some(4), 10),
     Listed::new(&sph_shear::BENCHMARK, Some(6), 8),
-    Listed::new(&sph_pairing::BENCHMARK, Some(8), 120),
+    Listed::new(&sph_pairing::BENCHMARK, Some(12), 120),
     Listed::new(&sph_geostatic::BENCHMARK, Some(60), 60),
     Listed::new(&sph_column::BENCHMARK, None, 300),
-    Listed::new(&sph_slope::BENCHMARK, Some(25), 400),
+    Listed::new(&sph_slope::BENCHMARK, Some(30), 410),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
+    Listed::new(&sph_cantilever_3d::BENCHMARK, None, 130),
+    Listed::new(&sph_drum::BENCHMARK, None, 100),
+    Listed::new(&sph_threads::BENCHMARK, Some(2), 8),
+    Listed::new(&sph_critical::SHEAR, Some(2), 6),
+    Listed::new(&sph_critical::COLUMNS, None, 20),
+    Listed::new(&sph_critical::COLUMNS_FINE, None, 200),
     Listed::new(&sph_cantilever::BENCHMARK, Some(20), 300),
     Listed::new(&sph_columns::BENCHMARK, None, 160),
     Listed::new(&sph_columns::SWEEP, None, 600),

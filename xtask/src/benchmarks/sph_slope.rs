@@ -47,7 +47,11 @@ fn run(quick: bool) -> Result<Outcome, String> {
         let reason = "V-40: with the compression cone the friction angle of plane strain is 46.3 degrees: clearly larger";
         outcome.within("compression cone: stable at", "clearly above 1.23", cone.stable, (1.29, 3.0), reason);
     }
-    surface(&mut outcome, &circle)?;
+    let reason = "V-40: within two spacings of Bishop's circle, which meets the crest at about 0.70 m; with associated flow, on which \
+                  Bishop's method rests, as for the factor";
+    surface(&mut outcome, &circle, ("associated flow", SLOPE.friction_angle, 1.25), reason)?;
+    let reason = "V-40: within two spacings of Bishop's circle; without dilatancy, as proposed";
+    surface(&mut outcome, &circle, ("no dilatancy", 0.0, 1.2), reason)?;
     run_out(&mut outcome)?;
     Ok(outcome)
 }
@@ -142,22 +146,31 @@ fn trials(outcome: &mut Outcome, name: &str, found: &Safety) {
     }
 }
 
-/// The slip surface of the slope that has just failed, beside Bishop's.
-fn surface(outcome: &mut Outcome, circle: &Circle) -> Result<(), String> {
-    let case = case("sph/slope-failure")?;
+/// The slip surface of the slope beside Bishop's, 0.05 beyond the factor of safety of the flow rule; with name, dilatancy
+/// angle (degrees) and factor.
+fn surface(
+    outcome: &mut Outcome,
+    circle: &Circle,
+    (flow, dilatancy, factor): (&str, f64, f64),
+    reason: &str,
+) -> Result<(), String> {
+    let mut case = case("sph/slope-failure")?;
+    with_soil(&mut case, &[("dilatancy_angle", dilatancy.into())])?;
+    if let Some(weakening) = &mut case.stages[1].weakening {
+        weakening.factor = factor;
+    }
     let snapshot = run_by("sph", &case)?.snapshot;
     let entry = TOE - scarp(&snapshot);
-    let reason = "V-40: within two spacings of Bishop's circle, which meets the crest at about 0.70 m";
     let range = (circle.entry - 2.0 * SPACING, circle.entry + 2.0 * SPACING);
     outcome.within(
-        "slip surface at the crest: distance from the toe (m)",
+        format!("{flow}: slip surface at the crest, distance from the toe (m)"),
         &format!("{:.3} (Bishop)", circle.entry),
         entry,
         range,
         reason,
     );
     let mut chart = LineChart {
-        title: "Slope at its slip".into(),
+        title: format!("Slope at its slip, {flow}"),
         x_label: "distance from the toe (m)".into(),
         y_label: "height (m)".into(),
         ..LineChart::default()
@@ -202,6 +215,10 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
     let report = run_by("sph", &case)?;
     let advance = held_front(&report.snapshot, SPACING) - held_front(&report.frames[0], SPACING);
     outcome.within("softening slope: advance of the front (m)", "0.1 to 0.6", advance, (0.1, 0.6), "V-41");
+    let reason = "derived: where a straight slope of the same area stands at residual strength by Bishop's method; the sheet's bound is \
+                  a proposal";
+    let rest = standing(100.0, 15.0).ok_or("no circle")?;
+    outcome.show("softening slope: toe of the slope that stands at residual strength (m)", "", rest, reason);
     let (kinetic, potential) = (series(&report, "kinetic_energy"), series(&report, "potential_energy"));
     let energy: Vec<f64> =
         kinetic.iter().zip(&potential).filter(|(k, _)| k.0 > 1.0).map(|(k, p)| k.1 + p.1).collect();
@@ -222,6 +239,22 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
         )?;
     }
     Ok(())
+}
+
+/// How far the toe of the slope has moved when it has turned about the middle of its face until Bishop's factor is one
+/// with that cohesion (Pa) and friction angle (degrees), in m.
+fn standing(cohesion: f64, friction_angle: f64) -> Option<f64> {
+    let (mut steep, mut flat) = (SLOPE.cotangent, 6.0);
+    for _ in 0..12 {
+        let cotangent = 0.5 * (steep + flat);
+        let slope = Slope { cotangent, cohesion, friction_angle, ..SLOPE };
+        if slope.critical()?.factor < 1.0 {
+            steep = cotangent;
+        } else {
+            flat = cotangent;
+        }
+    }
+    Some(0.5 * SLOPE.height * (0.5 * (steep + flat) - SLOPE.cotangent))
 }
 
 /// Where displacement jumps along the crest (m).

@@ -197,6 +197,18 @@ pub enum WallVelocity {
     Linear,
 }
 
+/// What rough walls are made of (sheet §2.13).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RoughWall {
+    /// Layers of fixed particles, which answer as `wall_stress` says.
+    #[default]
+    Particles,
+    /// Images of the particles with opposite velocity and the same stress: nothing moves along the face itself,
+    /// whatever the distance. For viscous flow; it need not conserve energy as `pairwise` particles do.
+    Mirror,
+}
+
 /// What smooth walls are made of (sheet §2.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -251,13 +251,17 @@ impl<const D: usize> SphSolver<D> {
         if self.options.smoothing_length != SmoothingLength::Density {
             return;
         }
-        let (h, growth) = (self.smoothing.length(), self.options.smoothing_growth);
         for group in &self.groups {
             for i in group.range() {
-                let ratio = (group.density / self.particles.density[i]).powf(1.0 / D as f64);
-                self.particles.length[i] = h * ratio.min(growth);
+                self.particles.length[i] = self.length_at(group, self.particles.density[i]);
             }
         }
+    }
+
+    /// `h₀ (ρ₀/ρ)^(1/d)`, bounded (m).
+    pub(crate) fn length_at(&self, group: &Group, density: f64) -> f64 {
+        let ratio = (group.density / density).powf(1.0 / D as f64);
+        self.smoothing.length() * ratio.min(self.options.smoothing_growth)
     }
 
     /// What every particle shows its neighbours, walls and images included; step 3.

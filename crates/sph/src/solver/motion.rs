@@ -35,6 +35,24 @@ impl<const D: usize> SphSolver<D> {
         self.weights = weights;
         (self.weighed, self.accelerated) = (true, true);
         self.confine(dt);
+        self.resist_hourglass();
+    }
+
+    /// Viscosity against what the velocity gradients of the step before do not see.
+    fn resist_hourglass(&mut self) {
+        let strength = self.options.hourglass_viscosity;
+        if strength == 0.0 || self.last_step == 0.0 {
+            return;
+        }
+        let mut accelerations = std::mem::take(&mut self.particles.acceleration);
+        let mut weights = std::mem::take(&mut self.weights);
+        let (pairs, images) = (self.pairs(), &self.images);
+        over_rows(&self.neighbours, &mut weights, &mut accelerations, |i, row, weights, a| {
+            let pull = pairs.hourglass(i, (row, weights), images);
+            (0..D).for_each(|c| a[c] += strength * pull[c]);
+        });
+        self.particles.acceleration = accelerations;
+        self.weights = weights;
     }
 
     /// Unbalanced and external forces, kinetic energy and work of the step.

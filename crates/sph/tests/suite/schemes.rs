@@ -120,7 +120,7 @@ fn v28_the_smoothing_length_follows_the_density() {
         let lengths = scalars(&snapshot, "smoothing_length");
         for (h, density) in lengths.iter().zip(scalars(&snapshot, "density")) {
             let exact = (0.06 * (1000.0 / density).sqrt()).min(0.09);
-            assert!((h / exact - 1.0).abs() < 2e-3, "{symmetrisation}: {h} {exact}");
+            assert!((h / exact - 1.0).abs() < 1e-6, "{symmetrisation}: {h} {exact}");
         }
     }
 }

@@ -1,0 +1,92 @@
+//! Viscous flow between rough walls against closed forms (SPH sheet V-21).
+
+use colluvium_case::Case;
+use serde_json::{Value, json};
+
+use crate::common::{changed, solve, vectors};
+
+/// A viscous liquid between walls at 0 and 1 m; `more` replaces or adds keys, `sph` options.
+fn channel(count: u32, more: &Value, sph: &Value) -> Case {
+    let spacing = 1.0 / f64::from(count);
+    let mut methods = json!({ "spacing": spacing, "viscosity_linear": 0, "kernel": "wendland-c2", "smoothing": 1.5,
+        "velocity_gradient": "corrected", "continuity": "volume" });
+    for (key, value) in sph.as_object().unwrap() {
+        methods[key] = value.clone();
+    }
+    let wide = 8.0 * spacing;
+    let mut text = json!({
+        "title": "test", "space": "plane-strain",
+        "domain": { "min": [0, 0], "max": [wide, 1], "periodic": ["x"] }, "gravity": [0.001, 0],
+        "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 150,
+                              "cavitation_strength": 1e9 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [wide, 1] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } },
+                       { "side": "y-max", "wall": { "kind": "rough" } }],
+        "stages": [{ "name": "s", "duration": 6.0 }]
+    });
+    text["methods"] = json!({ "sph": methods });
+    changed(text, more)
+}
+
+/// Largest error of the velocity over its maximum.
+fn poiseuille(count: u32, sph: &Value) -> f64 {
+    let snapshot = solve(&channel(count, &json!({}), sph)).snapshot;
+    let exact = |y: f64| 1e-3 / 0.3 * y * (1.0 - y);
+    let found = snapshot.positions.iter().zip(vectors(&snapshot, "velocity"));
+    found.map(|(x, v)| (v[0] - exact(x[1])).abs() / exact(0.5)).fold(0.0, f64::max)
+}
+
+/// The force jumps where a wall mirrors it, and a jump holds alternating velocities, which no gradient of a sum over
+/// symmetric neighbours sees: they grow until something else resists (sheet §6.27).
+#[test]
+fn v21_alternating_velocities_need_the_hourglass_viscosity() {
+    let mirror = json!({ "rough_wall": "mirror", "hourglass_viscosity": 1 });
+    let (coarse, fine) = (poiseuille(20, &mirror), poiseuille(40, &mirror));
+    assert!(fine < 0.01 && coarse < 0.02, "{coarse} {fine}");
+    let without = poiseuille(20, &json!({ "rough_wall": "mirror" }));
+    assert!(without > 0.1, "{without}");
+}
+
+#[test]
+fn couette_flow_between_rough_mirrors_is_linear() {
+    let more = json!({
+        "gravity": [0, 0],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } },
+                       { "side": "y-max", "wall": { "kind": "rough" }, "velocity": [1e-3, 0] }]
+    });
+    // The wall starts at once, which makes alternating velocities too.
+    let sph = json!({ "rough_wall": "mirror", "hourglass_viscosity": 1 });
+    let snapshot = solve(&channel(20, &more, &sph)).snapshot;
+    for (x, v) in snapshot.positions.iter().zip(vectors(&snapshot, "velocity")) {
+        // What is left of the start from rest: 2/π exp(-π² ν t) = 9e-5 of the velocity of the wall.
+        assert!((v[0] - 1e-3 * x[1]).abs() < 1e-6, "{x:?} {v:?}");
+    }
+}
+
+/// The hourglass viscosity lets linear fields be and keeps both momenta.
+#[test]
+fn the_hourglass_viscosity_conserves() {
+    let block = |gradient: Value, strength: f64| {
+        let text = json!({
+            "title": "test", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [1, 1] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0, 0], "radius": 0.4 },
+                         "velocity": gradient }],
+            "stages": [{ "name": "s", "duration": 0.004 }],
+            "methods": { "sph": { "spacing": 0.05, "viscosity_linear": 0, "velocity_gradient": "corrected",
+                                  "continuity": "volume", "hourglass_viscosity": strength } }
+        });
+        Case::from_json(&text.to_string()).unwrap()
+    };
+    let turn = json!({ "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, -5], [5, 0]] });
+    let with = solve(&block(turn.clone(), 1.0)).end.kinetic;
+    let without = solve(&block(turn, 0.0)).end.kinetic;
+    assert!((with / without - 1.0).abs() < 1e-5, "{with} {without}");
+    let wave = json!({ "kind": "sine", "amplitude": [0.0, 0.1], "wave_vector": [40, 0] });
+    let report = solve(&block(wave.clone(), 1.0));
+    let (start, end) = (&report.start, &report.end);
+    assert!(end.momentum.iter().zip(&start.momentum).all(|(a, b)| (a - b).abs() < 1e-11 * start.mass));
+    let energy = |budget: &colluvium_case::Budget| budget.kinetic + budget.elastic;
+    let free = solve(&block(wave, 0.0));
+    assert!(energy(end) < 0.9 * energy(&free.end), "short waves are damped");
+}
