@@ -33,7 +33,7 @@ pub struct Arguments {
 }
 
 /// Seconds above which the full form of a benchmark is for `--long` only: the rest stays within ten minutes.
-const LONG: u32 = 90;
+const LONG: u32 = 60;
 
 impl Arguments {
     /// Whether a benchmark runs in its short form; `None` where it is left out.

@@ -67,7 +67,7 @@ fn run(quick: bool) -> Result<Outcome, String> {
         y_label: "deflection (m)".into(),
         ..LineChart::default()
     };
-    for way in ways() {
+    for way in ways().into_iter().filter(|way| !quick || way.bounds.is_some()) {
         let mut case = case("sph/cantilever")?;
         for (option, value) in &way.options {
             set_of(&mut case, "sph", option, value.clone());
