@@ -39,7 +39,8 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     let angles: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, angle(frame))).collect();
     let steady: Vec<f64> = angles.iter().filter(|(t, _)| *t >= STEADY).map(|(_, a)| *a).collect();
     let mean = steady.iter().sum::<f64>() / steady.len() as f64;
-    let reason = "B-01: dynamic angle of repose within 5° of the friction angle";
+    let reason = "B-01: dynamic angle of repose within 5° of the friction angle; a weak check, for another choice of what the sheet leaves \
+                  open (20 rpm, 0.5 MPa, 5 mm) gave 39°";
     outcome.within(
         "mean angle of the surface (degrees)",
         "30 ± 5",
