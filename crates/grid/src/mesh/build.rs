@@ -1,0 +1,297 @@
+//! How a [`Mesh`] comes to be: from nodes and elements, or from the cells of a grid.
+
+use std::collections::{BTreeMap, HashMap};
+
+use thiserror::Error;
+
+use super::{Bins, CORNERS, Element, Mesh, NONE, norm};
+use crate::Grid;
+
+/// Why a mesh cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum MeshError {
+    /// Nothing to compute on.
+    #[error("has no {0}")]
+    Empty(&'static str),
+    /// An element names a node that is not there.
+    #[error("element {element} names node {node}, and there are {nodes}")]
+    UnknownNode {
+        /// Number of the element.
+        element: usize,
+        /// What it names.
+        node: usize,
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// A node with a coordinate that is no number.
+    #[error("node {node} lies at {position:?} m")]
+    NotFinite {
+        /// Number of the node.
+        node: usize,
+        /// Its coordinates.
+        position: Vec<f64>,
+    },
+    /// An element without volume, or turned inside out.
+    #[error(
+        "element {element} around {centre:?} m has the volume {volume:.3e}: it must be positive (corners in the wrong order, or flat)"
+    )]
+    Volume {
+        /// Number of the element.
+        element: usize,
+        /// Its centre (m).
+        centre: Vec<f64>,
+        /// Its volume (m³; m² in the plane).
+        volume: f64,
+    },
+    /// Two nodes at one place.
+    #[error("nodes {first} and {second} lie at the same place {position:?} m")]
+    Duplicate {
+        /// Number of one.
+        first: usize,
+        /// Number of the other.
+        second: usize,
+        /// Where they lie (m).
+        position: Vec<f64>,
+    },
+    /// A facet between three elements or more.
+    #[error("elements {first} and {second} share a facet that a third one has too")]
+    SharedFacet {
+        /// Number of one element.
+        first: usize,
+        /// Number of another.
+        second: usize,
+    },
+}
+
+impl<const D: usize> Mesh<D> {
+    /// The mesh of `elements` with `D + 1` corners each, by number of node, and of groups of nodes by name. Nodes that
+    /// no element has are dropped.
+    ///
+    /// # Errors
+    /// When elements are flat or inside out, nodes lie at the same place, or facets join more than two elements.
+    pub fn new(
+        nodes: &[[f64; D]],
+        elements: &[Vec<usize>],
+        groups: &BTreeMap<String, Vec<usize>>,
+    ) -> Result<Self, MeshError> {
+        if elements.is_empty() {
+            return Err(MeshError::Empty(if D == 2 { "triangle" } else { "tetrahedron" }));
+        }
+        for (number, corners) in elements.iter().enumerate() {
+            if let Some(&node) = corners.iter().find(|&&node| node >= nodes.len()) {
+                return Err(MeshError::UnknownNode { element: number, node, nodes: nodes.len() });
+            }
+        }
+        let (order, number_of) = numbering(nodes, elements);
+        let nodes: Vec<[f64; D]> = order.iter().map(|&old| nodes[old]).collect();
+        check_nodes(&nodes, &order)?;
+        let mut built = Vec::with_capacity(elements.len());
+        for (number, corners) in elements.iter().enumerate() {
+            built.push(element(&nodes, corners.iter().map(|old| number_of[old]), number)?);
+        }
+        join(&mut built)?;
+        let groups = groups.iter().map(|(name, members)| {
+            let mut members: Vec<u32> =
+                members.iter().filter_map(|old| number_of.get(old).copied()).collect();
+            members.sort_unstable();
+            members.dedup();
+            (name.clone(), members)
+        });
+        let mut mesh = Self { groups: groups.collect(), nodes, elements: built, bins: None };
+        mesh.bins = Some(mesh.make_bins());
+        Ok(mesh)
+    }
+
+    /// The cells of `grid` cut into triangles (two a cell) or tetrahedra (six a cell): one for each order in which a
+    /// way from the lowest to the highest corner takes the axes (Kuhn's triangulation).
+    ///
+    /// # Errors
+    /// As [`Mesh::new`]; a grid has no flaw that would make it fail.
+    pub fn of_grid(grid: &Grid<D>) -> Result<Self, MeshError> {
+        let counts: [usize; D] = std::array::from_fn(|a| grid.cells[a] + 1);
+        let number = |index: &[usize; D]| (0..D).fold(0, |number, a| number * counts[a] + index[a]);
+        let every = |counts: [usize; D]| {
+            (0..counts.iter().product::<usize>()).map(move |mut rest| {
+                let mut index = [0; D];
+                for a in (0..D).rev() {
+                    index[a] = rest % counts[a];
+                    rest /= counts[a];
+                }
+                index
+            })
+        };
+        let place = |index: [usize; D]| std::array::from_fn(|a| grid.origin[a] + index[a] as f64 * grid.cell);
+        let nodes: Vec<[f64; D]> = every(counts).map(place).collect();
+        let mut elements = Vec::new();
+        for cell in every(grid.cells) {
+            for (axes, even) in orders::<D>() {
+                let mut corner = cell;
+                let mut corners = vec![number(&corner)];
+                for axis in axes {
+                    corner[axis] += 1;
+                    corners.push(number(&corner));
+                }
+                if !even {
+                    corners.swap(D - 1, D);
+                }
+                elements.push(corners);
+            }
+        }
+        Self::new(&nodes, &elements, &BTreeMap::new())
+    }
+
+    fn make_bins(&self) -> Bins<D> {
+        let ends = |nodes: &mut dyn Iterator<Item = [f64; D]>| {
+            let start = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+            nodes.fold(start, |(low, high), x| {
+                (std::array::from_fn(|a| low[a].min(x[a])), std::array::from_fn(|a| high[a].max(x[a])))
+            })
+        };
+        let of_element = |e: &Element<D>| ends(&mut e.nodes[..=D].iter().map(|&n| self.nodes[n as usize]));
+        let widest = |(low, high): ([f64; D], [f64; D])| (0..D).map(|a| high[a] - low[a]).fold(0.0, f64::max);
+        let cell = self.elements.iter().map(|e| widest(of_element(e))).fold(0.0, f64::max);
+        let (low, high) = ends(&mut self.nodes.iter().copied());
+        let cells = std::array::from_fn(|a| ((high[a] - low[a]) / cell).ceil().max(1.0) as usize);
+        let grid = Grid { origin: low, cell, cells };
+        let mut members: Vec<Vec<u32>> = vec![Vec::new(); cells.iter().product()];
+        for (number, e) in self.elements.iter().enumerate() {
+            let (low, high) = of_element(e);
+            // A little wider, so that round-off loses no point of the element.
+            let [first, last] = [(low, -1e-6), (high, 1e-6)]
+                .map(|(x, more)| grid.cell_of(&std::array::from_fn(|a| x[a] + more * cell)));
+            let mut index = first;
+            'cells: loop {
+                members[(0..D).fold(0, |n, a| n * cells[a] + index[a])].push(number as u32);
+                for a in 0..D {
+                    if index[a] < last[a] {
+                        index[a] += 1;
+                        continue 'cells;
+                    }
+                    index[a] = first[a];
+                }
+                break;
+            }
+        }
+        let mut starts = vec![0];
+        for list in &members {
+            starts.push(starts[starts.len() - 1] + list.len() as u32);
+        }
+        Bins { grid, starts, elements: members.concat() }
+    }
+}
+
+/// The orders of `D` axes, and whether each is even.
+fn orders<const D: usize>() -> Vec<([usize; D], bool)> {
+    let mut all = vec![(std::array::from_fn(|a| a), true)];
+    for place in 0..D {
+        for (order, even) in all.clone() {
+            for other in place + 1..D {
+                let mut swapped: [usize; D] = order;
+                swapped.swap(place, other);
+                all.push((swapped, !even));
+            }
+        }
+    }
+    all
+}
+
+/// The nodes that elements have, in order of their coordinates, and the new number of each.
+fn numbering<const D: usize>(
+    nodes: &[[f64; D]],
+    elements: &[Vec<usize>],
+) -> (Vec<usize>, HashMap<usize, u32>) {
+    let mut order: Vec<usize> = elements.iter().flatten().copied().collect();
+    order.sort_unstable();
+    order.dedup();
+    let compare = |a: &usize, b: &usize| {
+        let by_axis = (0..D).map(|c| nodes[*a][c].total_cmp(&nodes[*b][c]));
+        by_axis.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
+    };
+    order.sort_by(compare);
+    let number_of = order.iter().enumerate().map(|(new, &old)| (old, new as u32)).collect();
+    (order, number_of)
+}
+
+fn check_nodes<const D: usize>(nodes: &[[f64; D]], order: &[usize]) -> Result<(), MeshError> {
+    if let Some(k) = nodes.iter().position(|x| !x.iter().all(|c| c.is_finite())) {
+        return Err(MeshError::NotFinite { node: order[k], position: nodes[k].to_vec() });
+    }
+    match nodes.windows(2).position(|pair| pair[0] == pair[1]) {
+        None => Ok(()),
+        Some(k) => Err(MeshError::Duplicate {
+            first: order[k].min(order[k + 1]),
+            second: order[k].max(order[k + 1]),
+            position: nodes[k].to_vec(),
+        }),
+    }
+}
+
+fn element<const D: usize>(
+    places: &[[f64; D]],
+    corners: impl Iterator<Item = u32>,
+    number: usize,
+) -> Result<Element<D>, MeshError> {
+    let mut nodes = [0; CORNERS];
+    corners.zip(&mut nodes).for_each(|(corner, node)| *node = corner);
+    let at = |k: usize| places[nodes[k] as usize];
+    // J with the columns x_k - x_0, and its inverse by cofactors: row k is the gradient of N_{k+1}.
+    let edge = |k: usize, c: usize| at(k + 1)[c] - at(0)[c];
+    let (determinant, inverse) = invert::<D>(edge);
+    let volume = determinant / if D == 2 { 2.0 } else { 6.0 };
+    let longest = (0..D).map(|k| norm(&std::array::from_fn::<f64, D, _>(|c| edge(k, c)))).fold(0.0, f64::max);
+    if !(volume > 1e-14 * longest.powi(D as i32)) {
+        let centre = (0..D).map(|c| (0..=D).map(|k| at(k)[c]).sum::<f64>() / (D + 1) as f64).collect();
+        return Err(MeshError::Volume { element: number, centre, volume });
+    }
+    let mut gradients = [[0.0; D]; CORNERS];
+    for c in 0..D {
+        for k in 0..D {
+            gradients[k + 1][c] = inverse[k][c] / determinant;
+            gradients[0][c] -= gradients[k + 1][c];
+        }
+    }
+    let mut values = [0.0; CORNERS];
+    for k in 0..=D {
+        let origin = if k == 0 { 1.0 } else { 0.0 };
+        values[k] = origin - (0..D).map(|c| gradients[k][c] * at(0)[c]).sum::<f64>();
+    }
+    let height = gradients[..=D].iter().map(|g| 1.0 / norm(g)).fold(f64::INFINITY, f64::min);
+    Ok(Element { nodes, values, gradients, neighbours: [NONE; CORNERS], volume, height })
+}
+
+/// Determinant and adjugate rows of the matrix whose row `k` is edge `k`: `adjugate[k] · edge_j = det δ_kj`.
+fn invert<const D: usize>(edge: impl Fn(usize, usize) -> f64) -> (f64, [[f64; D]; D]) {
+    let mut rows = [[0.0; D]; D];
+    for k in 0..D {
+        for c in 0..D {
+            let (k1, k2, c1, c2) = ((k + 1) % D, (k + 2) % D, (c + 1) % D, (c + 2) % D);
+            rows[k][c] = match D {
+                2 if k == c => edge(k1, c1),
+                2 => -edge(k1, c1),
+                _ => edge(k1, c1) * edge(k2, c2) - edge(k1, c2) * edge(k2, c1),
+            };
+        }
+    }
+    ((0..D).map(|c| edge(0, c) * rows[0][c]).sum(), rows)
+}
+
+/// Finds the elements across all facets.
+fn join<const D: usize>(elements: &mut [Element<D>]) -> Result<(), MeshError> {
+    let mut open: HashMap<[u32; CORNERS], (usize, usize, bool)> = HashMap::new();
+    for number in 0..elements.len() {
+        for opposite in 0..=D {
+            let mut key = [NONE; CORNERS];
+            let nodes = elements[number].nodes;
+            (0..=D).filter(|&k| k != opposite).zip(&mut key).for_each(|(k, node)| *node = nodes[k]);
+            key.sort_unstable();
+            let Some((other, facet, joined)) = open.insert(key, (number, opposite, false)) else { continue };
+            if joined {
+                return Err(MeshError::SharedFacet { first: other, second: number });
+            }
+            elements[number].neighbours[opposite] = other as u32;
+            elements[other].neighbours[facet] = number as u32;
+            open.insert(key, (number, opposite, true));
+        }
+    }
+    Ok(())
+}

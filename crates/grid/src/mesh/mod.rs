@@ -1,0 +1,225 @@
+//! Unstructured meshes of 3-node triangles and 4-node tetrahedra (MPM sheet §2.5b, §3.2).
+
+mod build;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use crate::{Basis, Grid, NodeList};
+
+pub use build::MeshError;
+
+/// No element: what lies across a facet on the boundary.
+const NONE: u32 = u32::MAX;
+/// How far below zero a barycentric coordinate of a point of an element may lie.
+const TOLERANCE: f64 = 1e-10;
+/// Elements a search walks through before it starts again from the bins.
+const HOPS: usize = 50;
+/// Corners of an element, at most.
+const CORNERS: usize = 4;
+
+/// Marks the shape functions of a mesh, which has no axes: `S` nodes a point, `D + 1` of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Simplex;
+
+impl<const S: usize> Basis<S> for Simplex {
+    const NAME: &'static str = "mesh";
+    const GHOSTS: usize = 0;
+    const BELOW: usize = 1;
+    const ABOVE: usize = 1;
+
+    fn nodes(cells: usize) -> usize {
+        cells + 1
+    }
+
+    fn coordinate(index: usize, _cells: usize) -> f64 {
+        index as f64
+    }
+
+    fn evaluate(x: f64, _width: f64, _cells: usize) -> (usize, [f64; S], [f64; S]) {
+        (x.max(0.0) as usize, [0.0; S], [0.0; S])
+    }
+}
+
+/// A triangle or tetrahedron, with its shape functions `N_i(x) = values[i] + gradients[i] · x`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Element<const D: usize> {
+    /// Its `D + 1` nodes.
+    pub nodes: [u32; CORNERS],
+    values: [f64; CORNERS],
+    gradients: [[f64; D]; CORNERS],
+    /// The element across the facet opposite to each node.
+    neighbours: [u32; CORNERS],
+    /// Volume (m³; m² in the plane).
+    pub volume: f64,
+    /// Least height (m): the `L_min` of the critical time step, `3 V / A_max` or `2 A / l_max`.
+    pub height: f64,
+}
+
+/// A mesh of triangles (`D = 2`) or tetrahedra (`D = 3`). Its nodes are numbered along the first axis, so that slabs
+/// of the mesh are ranges of nodes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh<const D: usize> {
+    nodes: Vec<[f64; D]>,
+    elements: Vec<Element<D>>,
+    groups: BTreeMap<String, Vec<u32>>,
+    /// Cells of the size of the largest element, and the elements that reach into each.
+    bins: Option<Bins<D>>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Bins<const D: usize> {
+    grid: Grid<D>,
+    starts: Vec<u32>,
+    elements: Vec<u32>,
+}
+
+impl<const D: usize> Mesh<D> {
+    /// Positions of the nodes (m).
+    pub fn nodes(&self) -> &[[f64; D]] {
+        &self.nodes
+    }
+
+    /// The elements.
+    pub fn elements(&self) -> &[Element<D>] {
+        &self.elements
+    }
+
+    /// The nodes of a group.
+    pub fn group(&self, name: &str) -> Option<&[u32]> {
+        self.groups.get(name).map(Vec::as_slice)
+    }
+
+    /// Names of the groups.
+    pub fn groups(&self) -> impl Iterator<Item = &str> {
+        self.groups.keys().map(String::as_str)
+    }
+
+    /// True on a structured grid, which has no mesh.
+    pub fn is_empty(&self) -> bool {
+        self.elements.is_empty()
+    }
+
+    /// Box of cells around the mesh, as large as its largest element.
+    pub fn cells(&self) -> Option<Grid<D>> {
+        self.bins.as_ref().map(|bins| bins.grid)
+    }
+
+    /// Least height of all elements (m).
+    pub fn height(&self) -> f64 {
+        self.elements.iter().map(|e| e.height).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Barycentric coordinates, which are the shape functions, of `position` in an element.
+    #[inline(always)]
+    pub fn barycentric(&self, element: u32, position: &[f64; D]) -> [f64; CORNERS] {
+        let e = &self.elements[element as usize];
+        let mut out = [0.0; CORNERS];
+        for k in 0..=D {
+            out[k] = e.values[k];
+            for c in 0..D {
+                out[k] += e.gradients[k][c] * position[c];
+            }
+        }
+        out
+    }
+
+    /// The nodes of a point in an element.
+    #[inline(always)]
+    pub fn support<const N: usize>(&self, element: u32, position: &[f64; D]) -> NodeList<D, N> {
+        let e = &self.elements[element as usize];
+        let weights = self.barycentric(element, position);
+        let mut list = NodeList::EMPTY;
+        for k in 0..N {
+            list.nodes[k] = e.nodes[k];
+            list.places[k] = self.nodes[e.nodes[k] as usize];
+            list.weights[k] = weights[k];
+            list.gradients[k] = e.gradients[k];
+        }
+        list
+    }
+
+    /// Position with barycentric coordinates `local` in an element.
+    pub fn place(&self, element: u32, local: &[f64]) -> [f64; D] {
+        let nodes = self.elements[element as usize].nodes;
+        std::array::from_fn(|c| {
+            local.iter().zip(nodes).map(|(share, node)| share * self.nodes[node as usize][c]).sum()
+        })
+    }
+
+    /// The element that holds `position`; of several that touch it, the one with the lowest number.
+    pub fn locate(&self, position: &[f64; D]) -> Option<u32> {
+        let bins = self.bins.as_ref()?;
+        let local = bins.grid.local(position);
+        let margin = 1e-6;
+        if (0..D).any(|a| !(local[a] > -margin && local[a] < bins.grid.cells[a] as f64 + margin)) {
+            return None;
+        }
+        let cell = bins.grid.cell_of(position);
+        let bin = (0..D).fold(0, |number, a| number * bins.grid.cells[a] + cell[a]);
+        let range = bins.starts[bin] as usize..bins.starts[bin + 1] as usize;
+        bins.elements[range]
+            .iter()
+            .copied()
+            .find(|&e| lowest::<D>(&self.barycentric(e, position)).1 >= -TOLERANCE)
+    }
+
+    /// The element that holds `position`, searched from `start`: through the facet that the position lies farthest
+    /// beyond, until there is none.
+    #[inline]
+    pub fn walk(&self, start: u32, position: &[f64; D]) -> Option<u32> {
+        let mut element = start;
+        for _ in 0..HOPS {
+            let (facet, least) = lowest::<D>(&self.barycentric(element, position));
+            if least >= -TOLERANCE {
+                return Some(element);
+            }
+            element = self.elements[element as usize].neighbours[facet];
+            if element == NONE {
+                break;
+            }
+        }
+        self.locate(position)
+    }
+
+    /// Facets of the union of the elements that `inside` picks: element, and the node opposite to the facet.
+    pub fn boundary<'a>(
+        &'a self,
+        inside: impl Fn(u32) -> bool + 'a,
+    ) -> impl Iterator<Item = (u32, usize)> + 'a {
+        let all = (0..self.elements.len() as u32).flat_map(|e| (0..=D).map(move |k| (e, k)));
+        all.filter(move |&(e, k)| {
+            let across = self.elements[e as usize].neighbours[k];
+            inside(e) && (across == NONE || !inside(across))
+        })
+    }
+
+    /// Area of a facet (m²; m in the plane): `D V / height`.
+    pub fn facet_area(&self, element: u32, opposite: usize) -> f64 {
+        let e = &self.elements[element as usize];
+        D as f64 * e.volume * norm(&e.gradients[opposite])
+    }
+
+    /// Nodes of a facet.
+    pub fn facet_nodes(&self, element: u32, opposite: usize) -> impl Iterator<Item = u32> {
+        let nodes = self.elements[element as usize].nodes;
+        (0..=D).filter(move |&k| k != opposite).map(move |k| nodes[k])
+    }
+}
+
+fn norm<const D: usize>(vector: &[f64; D]) -> f64 {
+    vector.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+/// Index and value of the lowest of the first `D + 1` numbers.
+#[inline(always)]
+fn lowest<const D: usize>(values: &[f64; CORNERS]) -> (usize, f64) {
+    let mut least = (0, values[0]);
+    for k in 1..=D {
+        if values[k] < least.1 {
+            least = (k, values[k]);
+        }
+    }
+    least
+}
