@@ -126,7 +126,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_pairing::BENCHMARK, Some(25), 200),
     Listed::new(&sph_geostatic::BENCHMARK, Some(24), 72),
     Listed::new(&sph_column::BENCHMARK, None, 300),
-    Listed::new(&sph_slope::BENCHMARK, Some(58), 600),
+    Listed::new(&sph_slope::BENCHMARK, None, 600),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
     Listed::new(&sph_cantilever_3d::BENCHMARK, None, 130),
     Listed::new(&sph_drum::BENCHMARK, None, 100),
