@@ -193,15 +193,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let node = &mut self.nodes[at.place];
                 let mass = inertia * node.motion.as_array()[3];
                 if mass > 0.0 {
-                    brake(
-                        node,
-                        mass,
-                        &at.solid,
-                        &at.spring,
-                        moved,
-                        &self.walls.free_components(&at.index),
-                        dt,
-                    );
+                    let free = self.walls.free_components(&at.index);
+                    brake(node, mass, &at.solid, &at.spring, moved, &free, dt);
                 }
             }
         }
@@ -221,16 +214,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let free_solid = self.walls.free_components(&at.index);
                 if liquid > 0.0 {
                     let before = node[LIQUID].motion;
-                    let mask = walls.free_components(&at.index);
-                    brake(
-                        &mut node[LIQUID],
-                        inertia * liquid,
-                        &at.liquid,
-                        &[0.0; 3],
-                        &mut [0.0; 3],
-                        &mask,
-                        dt,
-                    );
+                    let free = walls.free_components(&at.index);
+                    let (moving, inert) = (&mut node[LIQUID], inertia * liquid);
+                    brake(moving, inert, &at.liquid, &[0.0; 3], &mut [0.0; 3], &free, dt);
                     // What the liquid no longer takes of the force on the mixture is the skeleton's.
                     let [x, y, z] = free_solid;
                     let back = (before - node[LIQUID].motion) * Lanes::new([x, y, z, 0.0]) * (liquid / solid);

@@ -55,47 +55,28 @@ type Update<'a, const D: usize, P> = dyn Fn(&mut Block<'_, D, P>) -> BlockReport
 
 impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
     /// The first `blocks` blocks, and the others.
-    fn split(self, blocks: usize) -> (Self, Self) {
+    fn split(mut self, blocks: usize) -> (Self, Self) {
         let points = blocks * BLOCK;
         // Arrays that there are none of stay empty.
-        fn cut<T>(values: &mut [T], at: usize) -> (&mut [T], &mut [T]) {
-            values.split_at_mut(at.min(values.len()))
+        fn front<'a, T>(values: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+            values.split_off_mut(..count).unwrap_or_default()
         }
-        let (position, velocity) = (cut(self.position, points), cut(self.velocity, points));
-        let (volume, stress) = (cut(self.volume, points), cut(self.stress, points));
-        let (states, domain) = (cut(self.states, blocks), cut(self.domain, points));
-        let (mass, initial_volume) = (self.mass.split_at(points), self.initial_volume.split_at(points));
-        let (pending, pressure) = (cut(self.pending, points), cut(self.pressure, points));
-        let liquid_velocity = cut(self.liquid_velocity, points);
         let lower = Block {
             first: self.first,
-            position: position.0,
-            velocity: velocity.0,
-            volume: volume.0,
-            stress: stress.0,
-            states: states.0,
-            domain: domain.0,
-            mass: mass.0,
-            initial_volume: initial_volume.0,
-            pending: pending.0,
-            liquid_velocity: liquid_velocity.0,
-            pressure: pressure.0,
+            position: front(&mut self.position, points),
+            velocity: front(&mut self.velocity, points),
+            volume: front(&mut self.volume, points),
+            stress: front(&mut self.stress, points),
+            states: front(&mut self.states, blocks),
+            domain: front(&mut self.domain, points),
+            mass: self.mass.split_off(..points).unwrap_or_default(),
+            initial_volume: self.initial_volume.split_off(..points).unwrap_or_default(),
+            pending: front(&mut self.pending, points),
+            liquid_velocity: front(&mut self.liquid_velocity, points),
+            pressure: front(&mut self.pressure, points),
         };
-        let upper = Block {
-            first: self.first + points,
-            position: position.1,
-            velocity: velocity.1,
-            volume: volume.1,
-            stress: stress.1,
-            states: states.1,
-            domain: domain.1,
-            mass: mass.1,
-            initial_volume: initial_volume.1,
-            pending: pending.1,
-            liquid_velocity: liquid_velocity.1,
-            pressure: pressure.1,
-        };
-        (lower, upper)
+        self.first += points;
+        (lower, self)
     }
 
     /// Calls `update` for every block, in parallel; returns the largest move or the first failure. A call a block costs
