@@ -313,6 +313,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         stresses,
         sets,
         contacts,
+        load_starts: loads::starts(case),
         driven,
         axisymmetric: case.space == Space::Axisymmetric,
         gravity: case.gravity3(),

@@ -36,6 +36,8 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) row_sums: Vec<RowSums>,
     pub(crate) sets: Vec<PointSet<D, P>>,
     pub(crate) contacts: Contacts,
+    /// When the loads of the case begin (s); infinite as long as their stage has not.
+    pub(crate) load_starts: Vec<f64>,
     /// Rigid bodies and patches of prescribed velocity.
     pub(crate) driven: Vec<Driven>,
     pub(crate) strains: CellStrains,

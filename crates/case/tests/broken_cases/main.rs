@@ -159,6 +159,8 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/boundaries/0/position", json!(5), "boundaries[0].position", "outside the domain"),
         ("/loads/0/body", json!("c"), "loads[0].body", "is not the name of a body"),
         ("/loads/0/ramp", json!(-1), "loads[0].ramp", "must not be negative"),
+        ("/loads/0/stage", json!("gone"), "loads[0].stage", "is not the name of a stage"),
+        ("/loads/0/stage", json!(1), "loads[0]", "is not"),
         (
             "/loads/0",
             json!({ "kind": "pressure", "body": "c", "side": "y-max", "value": 10 }),

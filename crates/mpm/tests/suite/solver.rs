@@ -203,6 +203,38 @@ fn a_traction_gives_its_impulse() {
     assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.02).abs() < 1e-10);
 }
 
+#[test]
+fn a_load_begins_with_its_stage_and_goes_on() {
+    let case = case(json!({
+        "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [200, -50], "stage": "pull" }],
+        "stages": [{ "name": "wait", "duration": 0.01 }, { "name": "pull", "duration": 0.02 }, { "name": "on", "duration": 0.01 }],
+        "output": { "measures": 0.01 }
+    }));
+    let report = solve(&case);
+    let momentum = report.table.pairs("time", "momentum.x").unwrap();
+    assert!(momentum[1].1 == 0.0 && momentum[1].0 == 0.01, "none before: {momentum:?}");
+    // Area 0.4 m × 1 m, 0.03 s.
+    assert!((report.end.momentum[0] - 200.0 * 0.4 * 0.03).abs() < 1e-10);
+    assert!((report.end.momentum[1] + 50.0 * 0.4 * 0.03).abs() < 1e-10);
+    // A restart in a later stage knows when it began.
+    let mut whole = begin(&case);
+    let to = |solver: &mut dyn Solver, stage: usize, end: f64| {
+        solver.begin_stage(stage, solver.time()).unwrap();
+        while solver.time() < end - 1e-12 {
+            let dt = solver.time_step().dt.min(end - solver.time());
+            solver.step(dt).unwrap();
+        }
+    };
+    to(&mut *whole, 0, 0.01);
+    to(&mut *whole, 1, 0.03);
+    let saved = whole.save();
+    let mut again = begin(&case);
+    again.restore(&saved).unwrap();
+    to(&mut *whole, 2, 0.04);
+    to(&mut *again, 2, 0.04);
+    assert_eq!(again.snapshot().hash(), whole.snapshot().hash());
+}
+
 const FRICTIONS: [&str; 2] = ["impulse", "acceleration"];
 
 #[test]
