@@ -271,6 +271,12 @@ pub trait Solver: Send {
         None
     }
 
+    /// Energy (J) that the materials of the points that are there have dissipated since the start; `None` where the case
+    /// does not measure it.
+    fn dissipated(&self) -> Option<f64> {
+        None
+    }
+
     /// Everything on the points, in the order of ids.
     fn snapshot(&self) -> Snapshot;
 

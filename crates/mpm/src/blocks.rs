@@ -41,6 +41,8 @@ pub struct Block<'a, const D: usize, P> {
     pub initial_volume: &'a [f64],
     /// Displacement gradients that the domains follow later; empty where they follow at once.
     pub pending: &'a mut [[[f64; D]; D]],
+    /// Work of the stresses (J); empty where nothing measures it.
+    pub work: &'a mut [f64],
     /// Velocities of the liquid (m/s); empty without.
     pub liquid_velocity: &'a mut [[f64; D]],
     /// Pore pressures (Pa); empty without liquid.
@@ -66,7 +68,7 @@ impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
         let (states, domain) = (cut(self.states, blocks), cut(self.domain, points));
         let (mass, initial_volume) = (self.mass.split_at(points), self.initial_volume.split_at(points));
         let (pending, pressure) = (cut(self.pending, points), cut(self.pressure, points));
-        let liquid_velocity = cut(self.liquid_velocity, points);
+        let (liquid_velocity, work) = (cut(self.liquid_velocity, points), cut(self.work, points));
         let lower = Block {
             first: self.first,
             position: position.0,
@@ -78,6 +80,7 @@ impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
             mass: mass.0,
             initial_volume: initial_volume.0,
             pending: pending.0,
+            work: work.0,
             liquid_velocity: liquid_velocity.0,
             pressure: pressure.0,
         };
@@ -92,6 +95,7 @@ impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
             mass: mass.1,
             initial_volume: initial_volume.1,
             pending: pending.1,
+            work: work.1,
             liquid_velocity: liquid_velocity.1,
             pressure: pressure.1,
         };
@@ -135,6 +139,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             mass: &self.mass,
             initial_volume: &self.initial_volume,
             pending: &mut self.pending,
+            work: &mut self.work,
             liquid_velocity,
             pressure,
         }

@@ -146,6 +146,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         Some(Reaction { force: driven.state.force, impulse: driven.state.impulse })
     }
 
+    fn dissipated(&self) -> Option<f64> {
+        self.case.measures_dissipation().then(|| self.dissipated_energy())
+    }
+
     fn snapshot(&self) -> Snapshot {
         self.take_snapshot()
     }

@@ -35,6 +35,7 @@ mod stretch;
 mod touch;
 mod transfer;
 mod two_phase;
+mod work;
 mod xpic;
 
 use colluvium_case::{Case, CaseError, Method, Plan, Solver};

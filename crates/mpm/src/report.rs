@@ -64,6 +64,15 @@ fn per_point<const D: usize, P: PointDomain<D>>(
     out
 }
 
+/// Recoverable energies of the points of a set (J), zero where the law defines none.
+pub fn stored_energies<const D: usize, P: PointDomain<D>>(set: &PointSet<D, P>) -> Vec<f64> {
+    let mut energies = per_point(set, 1, |stress, states, out| {
+        set.material.stored_energies(stress, states, out);
+    });
+    energies.iter_mut().zip(&set.volume).for_each(|(energy, volume)| *energy *= volume);
+    energies
+}
+
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// The largest step that the waves, the motion and the viscosity of the points allow.
     pub(crate) fn wave_limit(&self) -> TimeStep {
@@ -198,14 +207,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn take_budget(&self) -> Budget {
         let mut budget = Budget::default();
         for set in &self.sets {
-            let energies = per_point(set, 1, |stress, states, out| {
-                set.material.stored_energies(stress, states, out);
-            });
+            let energies = stored_energies(set);
             for i in 0..set.len() {
                 let (x, v, m) = (spatial(&set.position[i]), spatial(&set.velocity[i]), set.mass[i]);
                 budget.mass += m;
                 budget.kinetic += 0.5 * m * square(&v);
-                budget.elastic += energies[i] * set.volume[i];
+                budget.elastic += energies[i];
                 for c in 0..3 {
                     let (a, b) = ((c + 1) % 3, (c + 2) % 3);
                     budget.momentum[c] += m * v[c];

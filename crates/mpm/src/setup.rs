@@ -346,6 +346,9 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     solver.set_stage_walls(0)?;
     solver.sort();
     solver.start_affine();
+    if case.measures_dissipation() {
+        solver.count_work();
+    }
     check_fixed_step(&mut solver, options)?;
     Ok(solver)
 }
@@ -422,6 +425,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         position,
         loads: Vec::new(),
         traction: Vec::new(),
+        work: Vec::new(),
         pending: if follows_later { vec![[[0.0; D]; D]; samples.len()] } else { Vec::new() },
         pore,
         slabs: Vec::new(),

@@ -10,6 +10,7 @@ use crate::contact::three;
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::{lowest_node, set_volumetric};
+use crate::work::Before;
 
 /// What a scatter carries to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -289,9 +290,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         }
         if what.stress {
+            let before = (!block.work.is_empty()).then(|| Before::of(block.stress));
             set.material.update(&motions[..n], block.stress, &mut block.states[0]).map_err(|error| {
                 Failure { index: block.first + error.index, reason: error.source.to_string() }
             })?;
+            if let Some(before) = before {
+                before.add_work(&motions[..n], block.stress, block.volume, block.work);
+            }
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
         Ok(moved)
