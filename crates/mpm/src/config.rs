@@ -250,6 +250,10 @@ pub enum Integration {
     /// The cells that are full of material, each with the average stress of its points, and the points of the others
     /// (MPM-MIXED): less noise of points that cross cells. Needs `shape` `linear`.
     Mixed,
+    /// All cells that hold a point, each with the average stress of its points and its whole volume, as in quasi-static
+    /// analyses: no noise of points that cross cells at all, but a cell at the surface that is filled by half pulls as if
+    /// it were full, so that stress times volume does not follow the mass. Needs `shape` `linear`.
+    Gauss,
 }
 
 /// Where the volumetric strain of a point comes from (MPM sheet §2.17).

@@ -10,7 +10,7 @@ use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
 use crate::absorbing::{Absorbing, Impedance};
-use crate::config::ShapeFunctions;
+use crate::config::{Integration, ShapeFunctions};
 use crate::driven::{self, Driven};
 use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
@@ -229,6 +229,12 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
             warnings.push(format!(
                 "methods.mpm.mass_scaling: slows the motion of stages[{number}], which has no `equilibrium`; it is \
                  for quasi-static stages"
+            ));
+        }
+        if options.integration == Integration::Gauss && stage.equilibrium.is_none() {
+            warnings.push(format!(
+                "methods.mpm.integration: with gauss cells that are filled in part pull as if they were full; \
+                 stages[{number}] has no `equilibrium`, and it is for quasi-static stages"
             ));
         }
         if stage.damping > 0.0 && stage.equilibrium.is_none() {

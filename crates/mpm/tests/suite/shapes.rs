@@ -141,6 +141,8 @@ fn what_the_shapes_cannot_honour_is_refused_by_name() {
     for (path, options) in [
         ("formulation", json!({ "formulation": "total-lagrangian" })),
         ("integration", json!({ "integration": "mixed" })),
+        ("integration", json!({ "integration": "gauss" })),
+        ("full_cell", json!({ "shape": "linear", "integration": "gauss", "full_cell": 0.5 })),
         ("full_cell", json!({ "shape": "linear", "full_cell": 0.5 })),
         ("full_cell", json!({ "shape": "linear", "integration": "mixed", "full_cell": 1.5 })),
         ("transfer", json!({ "shape": "cpdi", "transfer": "apic" })),
