@@ -108,6 +108,9 @@ pub enum MeshSource {
 pub enum ShapeFunctions {
     /// Linear: the standard material point method.
     Linear,
+    /// Linear, with gradients that are averages around the nodes where cells meet and do not jump there (dual domain
+    /// material point method).
+    DualDomain,
     /// Generalised interpolation with point domains of fixed size.
     #[default]
     Ugimp,

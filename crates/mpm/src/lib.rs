@@ -19,6 +19,7 @@ mod contact;
 mod dispatch;
 mod domains;
 mod driven;
+mod dual;
 mod free_surface;
 mod gap;
 mod loads;

@@ -12,6 +12,7 @@ use colluvium_points::Sample;
 use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{Integration, ShapeFunctions};
 use crate::driven::{self, Driven};
+use crate::dual::DualNodes;
 use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
@@ -19,8 +20,8 @@ use crate::points::{Ground, PointDomain, PointSet};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::{
-    Formulation, MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads,
-    mesh, two_phase,
+    Formulation, MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, dual, free_surface,
+    loads, mesh, two_phase,
 };
 
 /// Beyond this many points the ids no longer fit.
@@ -40,6 +41,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
         return Err(CaseError::new("methods.mpm.shape", problem));
     }
     mesh::cleared(case, &options)?;
+    dual::cleared(case, &options)?;
     mixed::cleared(&options, case.bodies.iter().any(|body| body.pore_fluid.is_some()))?;
     Ok(options)
 }
@@ -171,8 +173,9 @@ impl dispatch::Visitor for Measure<'_> {
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
         let nodes = solver.layout.len() * solver.contacts.fields();
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
-        let per_node =
+        let mut per_node =
             phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
+        per_node += if solver.dual.is_used() { DualNodes::BYTES } else { 0 };
         let mut warnings = warnings(self.case, self.options, points);
         if time_step.limit == "seepage drag" {
             // MPM sheet P-13.
@@ -217,9 +220,10 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if options.shape == ShapeFunctions::Linear && options.stress_update == StressScheme::Usl {
+    let jumps = matches!(options.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain);
+    if jumps && options.stress_update == StressScheme::Usl {
         warnings.push(
-            "methods.mpm.stress_update: usl with linear shape functions can turn points inside out at free \
+            "methods.mpm.stress_update: usl with linear shape functions (dual-domain too) can turn points inside out at free \
              surfaces; use musl, ugimp, or node_mass_cutoff"
                 .to_owned(),
         );
@@ -291,6 +295,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     let contacts = contact::contacts(case, options, &mut sets)?;
     let strains = CellStrains::new(case, options, &layout);
     let stresses = CellStresses::new(options, &layout, contacts.fields());
+    let dual = DualNodes::new(options, &layout, contacts.fields());
     for number in 0..case.loads.len() {
         loads::apply(case, number, &mesh, &mut sets)?;
     }
@@ -317,6 +322,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         mesh,
         strains,
         stresses,
+        dual,
         sets,
         contacts,
         load_starts: loads::starts(case),

@@ -11,6 +11,7 @@ use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{StressScheme, Transfer};
 use crate::contact::Contacts;
 use crate::driven::Driven;
+use crate::dual::DualNodes;
 use crate::free_surface::FreeSurface;
 use crate::mixed::CellStresses;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
@@ -42,6 +43,7 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) driven: Vec<Driven>,
     pub(crate) strains: CellStrains,
     pub(crate) stresses: CellStresses,
+    pub(crate) dual: DualNodes,
     pub(crate) walls: Walls,
     /// Upper corner of the grid (m).
     pub(crate) upper: [f64; D],
@@ -173,6 +175,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.reset_remapped();
         self.strains.reset(&self.layout);
         self.stresses.reset(&self.layout);
+        self.dual.reset(&self.layout);
         if let Some(phases) = &mut self.two_phase {
             phases.reset(&self.layout);
         }

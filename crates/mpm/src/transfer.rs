@@ -7,6 +7,7 @@ use colluvium_grid::{Basis, Corners, Lanes, Support};
 use crate::affine::{affine_momentum, momentum};
 use crate::blocks::{Block, BlockReport, Failure, OfSet};
 use crate::contact::three;
+use crate::dual::share;
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::{lowest_node, set_volumetric};
@@ -73,12 +74,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if what != Scatter::Motion {
             self.average_stresses();
         }
+        self.share_stresses();
         if what != Scatter::Forces {
             self.scatter_surfaces();
         }
         let strides = self.layout.strides();
         let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
         let transfer = self.options.transfer;
+        // Of linear functions only.
+        let dual = S == 2 && self.dual.is_used();
         let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
@@ -94,7 +98,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         });
                         let pulls = what != Scatter::Motion && !left_to_cell;
                         let volume = if pulls { set.volume[p] } else { 0.0 };
-                        let columns = force_columns::<D>(&set.stress[p], volume);
+                        let own = if dual { share(ground.grid, &set.position[p]) } else { 1.0 };
+                        let columns = force_columns::<D>(&set.stress[p], own * volume);
                         let mut body = None;
                         if axisymmetric {
                             let hoop = -volume * set.stress[p][2] / set.position[p][0];
@@ -123,6 +128,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         if what != Scatter::Motion {
             self.pull_with_cells();
+            self.pull_with_nodes();
         }
     }
 
@@ -197,6 +203,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         dt: f64,
         what: PointUpdate,
     ) -> Result<f64, SolverError> {
+        if what.stress {
+            self.average_slopes::<FROM_SOLVED>();
+        }
         self.update_blocks(|solver, set, block| solver.update_block::<FROM_SOLVED>(set, block, dt, what))
     }
 
@@ -221,13 +230,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             pore: Pore::default(),
         }; BLOCK];
         let n = block.position.len();
+        let dual = S == 2 && what.stress && self.dual.is_used();
         for p in 0..n {
             let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], extent);
-            let read = if FROM_SOLVED {
+            let mut read = if FROM_SOLVED {
                 stencil.gather(&self.nodes[first_node..], &strides)
             } else {
                 stencil.gather_velocity(&self.remapped[first_node..], &strides)
             };
+            if dual {
+                self.dual.blend(set.field, &self.grid, &self.layout, &block.position[p], &mut read.gradient);
+            }
             let velocity = read.velocity.to_array();
             if what.velocity {
                 let acceleration = read.acceleration.to_array();
