@@ -218,6 +218,16 @@ pub enum SolverError {
         /// What happened.
         reason: String,
     },
+    /// A step that could not be done.
+    #[error("step {step}, t = {time} s: {reason}")]
+    Step {
+        /// The step.
+        step: u64,
+        /// Time at its start (s).
+        time: f64,
+        /// What happened.
+        reason: String,
+    },
     /// A checkpoint does not fit this case or this version.
     #[error("checkpoint: {0}")]
     Checkpoint(String),

@@ -15,6 +15,7 @@ mod affine;
 mod blocks;
 mod checkpoint;
 mod config;
+mod consistent;
 mod contact;
 mod dispatch;
 mod domains;
@@ -43,7 +44,7 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions,
+    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, Mass, MeshSource, MpmOptions,
     ShapeFunctions, StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};

@@ -101,6 +101,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
         let mut least = Limit { dt: f64::INFINITY, limit: "nothing", set: number, index: first };
+        let courant = self.options.courant_in(D);
         for k in 0..stress.len() {
             let index = first + k;
             let h = set.domain[index].spacing(&ground);
@@ -110,13 +111,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
             let speed = (moduli[k] / (self.options.mass_scaling * density)).sqrt()
                 + square(&set.velocity[index]).sqrt();
-            let wave =
-                Limit { dt: self.options.courant * h / speed, limit: "elastic wave", set: number, index };
+            let wave = Limit { dt: courant * h / speed, limit: "elastic wave", set: number, index };
             least = least.smaller(self.phase_limit(wave, moduli[k]));
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, MPM sheet §2.10.
                 let inertia = self.options.mass_scaling * density;
-                let dt = self.options.courant * inertia * h * h / (2.0 * D as f64 * viscosities[k]);
+                let dt = courant * inertia * h * h / (2.0 * D as f64 * viscosities[k]);
                 least = least.smaller(Limit { dt, limit: "viscosity", set: number, index });
             }
         }

@@ -11,6 +11,7 @@ use colluvium_points::Sample;
 
 use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{Integration, ShapeFunctions};
+use crate::consistent::ConsistentMass;
 use crate::driven::{self, Driven};
 use crate::dual::DualNodes;
 use crate::gap::SurfaceDistance;
@@ -42,6 +43,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     }
     mesh::cleared(case, &options)?;
     dual::cleared(case, &options)?;
+    crate::consistent::cleared(case, &options)?;
     mixed::cleared(&options, case.bodies.iter().any(|body| body.pore_fluid.is_some()))?;
     Ok(options)
 }
@@ -176,6 +178,7 @@ impl dispatch::Visitor for Measure<'_> {
         let mut per_node =
             phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
         per_node += if solver.dual.is_used() { DualNodes::BYTES } else { 0 };
+        per_node += if solver.consistent.is_used() { ConsistentMass::BYTES } else { 0 };
         let mut warnings = warnings(self.case, self.options, points);
         if time_step.limit == "seepage drag" {
             // MPM sheet P-13.
@@ -296,6 +299,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     let strains = CellStrains::new(case, options, &layout);
     let stresses = CellStresses::new(options, &layout, contacts.fields());
     let dual = DualNodes::new(options, &layout, contacts.fields());
+    let consistent = ConsistentMass::new(options, &layout);
     for number in 0..case.loads.len() {
         loads::apply(case, number, &mesh, &mut sets)?;
     }
@@ -323,6 +327,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         strains,
         stresses,
         dual,
+        consistent,
         sets,
         contacts,
         load_starts: loads::starts(case),
