@@ -237,17 +237,34 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         return Ok(true);
     }
     let wanted = |setting: &Setting| arguments.filter.as_deref().is_none_or(|f| setting.name().contains(f));
-    if !arguments.race {
-        table(&sizes, arguments.seconds, wanted)?;
-    }
-    race(&sizes, arguments.seconds, wanted)?;
+    let mut failed = if arguments.race { 0 } else { table(&sizes, arguments.seconds, wanted) };
+    failed += race(&sizes, arguments.seconds, wanted);
     if let Some(memory) = peak_memory() {
         println!("# peak memory {memory:.0} MB");
     }
-    Ok(true)
+    if failed > 0 {
+        println!("# {failed} settings failed");
+    }
+    Ok(failed == 0)
 }
 
-fn table(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> Result<(), String> {
+/// Prints a row, or that its setting failed and why: the table goes on. Returns how many failed.
+fn print(setting: &Setting, row: Result<String, String>) -> usize {
+    match row {
+        Ok(row) => {
+            println!("{row}");
+            0
+        }
+        Err(reason) => {
+            println!("# {} failed: {reason}", setting.name());
+            1
+        }
+    }
+}
+
+/// Prints the rates of all settings; returns how many failed.
+fn table(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> usize {
+    let mut failed = 0;
     println!("dimension,shape,stress_update,model,points,threads,million_updates_per_second");
     for dimension in [2, 3] {
         for shape in ["linear", "ugimp", "quadratic"] {
@@ -265,18 +282,21 @@ fn table(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> Re
                         if !wanted(&setting) {
                             continue;
                         }
-                        let (points, rate) = setting.measure(seconds)?;
-                        println!("{dimension},{shape},{scheme},{model},{points},{threads},{rate:.3}");
+                        let row = setting.measure(seconds).map(|(points, rate)| {
+                            format!("{dimension},{shape},{scheme},{model},{points},{threads},{rate:.3}")
+                        });
+                        failed += print(&setting, row);
                     }
                 }
             }
         }
     }
-    Ok(())
+    failed
 }
 
-/// Our solver against the method as a textbook writes it, compiled into the same program.
-fn race(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> Result<(), String> {
+/// Our solver against the method as a textbook writes it, compiled into the same program; returns how many failed.
+fn race(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> usize {
+    let mut failed = 0;
     println!("# race against a textbook kernel: array of structs, plain loops, one thread");
     println!("dimension,shape,points,ours,textbook,ratio");
     let (scheme, model, threads) = ("usl", "linear-elastic", 1);
@@ -287,12 +307,14 @@ fn race(sizes: &[usize], seconds: f64, wanted: impl Fn(&Setting) -> bool) -> Res
                 if !wanted(&setting) {
                     continue;
                 }
-                let (points, ours, textbook) = setting.race(seconds)?;
-                println!("{dimension},{shape},{points},{ours:.3},{textbook:.3},{:.2}", ours / textbook);
+                let row = setting.race(seconds).map(|(points, ours, textbook)| {
+                    format!("{dimension},{shape},{points},{ours:.3},{textbook:.3},{:.2}", ours / textbook)
+                });
+                failed += print(&setting, row);
             }
         }
     }
-    Ok(())
+    failed
 }
 
 #[cfg(test)]

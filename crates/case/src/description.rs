@@ -379,6 +379,11 @@ pub struct Stage {
     /// Axes along which `damping` acts (0 is x); all when absent.
     #[serde(default)]
     pub damping_axes: Option<Vec<usize>>,
+    /// Rayleigh damping, its mass part (1/s): a force against the motion of this factor times mass and velocity, so that
+    /// what nothing else acts on slows down as `exp(-factor × time)`, and one degree of freedom of angular frequency `ω`
+    /// has the damping ratio `factor / (2 ω)`.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rayleigh_damping: f64,
     /// Time over which gravity grows linearly from zero (s).
     #[serde(default)]
     pub gravity_ramp: f64,
@@ -529,6 +534,10 @@ pub enum Measure {
         /// Name of the rigid body or patch.
         of: String,
     },
+    /// Energy that the materials have dissipated since the start (J; per metre in plane strain, per radian in
+    /// axisymmetry): the work of their stresses less what they store. A law that stores no energy that can be told
+    /// counts all work as dissipated.
+    Dissipation {},
     /// The factor by which strength may be divided before the bodies no longer come to rest, by trials from
     /// the state at the end of a stage. Found after the run.
     FactorOfSafety(FactorOfSafety),
@@ -536,4 +545,9 @@ pub enum Measure {
 
 fn whole() -> f64 {
     1.0
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }

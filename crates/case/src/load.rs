@@ -7,7 +7,7 @@ use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::description::{Boundary, Domain, InitialStress, Velocity};
+use crate::description::{Boundary, Domain, InitialStress, Measure, Velocity};
 use crate::{Case, CaseError, CaseErrors, json, validate};
 
 impl Case {
@@ -144,6 +144,29 @@ impl Case {
             return Err(CaseError::new(path, format!("{method} damps all axes alike")));
         }
         Ok(())
+    }
+
+    /// Whether dissipated energy is among the measures.
+    pub fn measures_dissipation(&self) -> bool {
+        self.measures.values().any(|measure| matches!(measure, Measure::Dissipation {}))
+    }
+
+    /// Refuses, in the name of `method`, Rayleigh damping and the measure of dissipation.
+    ///
+    /// # Errors
+    /// The first of them, by path.
+    pub fn refuse_dissipation(&self, method: &str) -> Result<(), CaseError> {
+        if let Some(number) = self.stages.iter().position(|stage| stage.rayleigh_damping != 0.0) {
+            let path = format!("stages[{number}].rayleigh_damping");
+            return Err(CaseError::new(path, format!("{method} has no Rayleigh damping")));
+        }
+        match self.measures.iter().find(|(_, measure)| matches!(measure, Measure::Dissipation {})) {
+            Some((name, _)) => Err(CaseError::new(
+                format!("measures.{name}"),
+                format!("{method} does not count dissipation"),
+            )),
+            None => Ok(()),
+        }
     }
 
     /// What is allowed but worth a word.

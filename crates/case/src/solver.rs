@@ -218,6 +218,16 @@ pub enum SolverError {
         /// What happened.
         reason: String,
     },
+    /// A step that could not be done.
+    #[error("step {step}, t = {time} s: {reason}")]
+    Step {
+        /// The step.
+        step: u64,
+        /// Time at its start (s).
+        time: f64,
+        /// What happened.
+        reason: String,
+    },
     /// A checkpoint does not fit this case or this version.
     #[error("checkpoint: {0}")]
     Checkpoint(String),
@@ -268,6 +278,12 @@ pub trait Solver: Send {
     /// Force of the material on the rigid body or patch `name`; `None` for methods without them.
     fn reaction(&self, name: &str) -> Option<Reaction> {
         let _ = name;
+        None
+    }
+
+    /// Energy (J) that the materials of the points that are there have dissipated since the start; `None` where the case
+    /// does not measure it.
+    fn dissipated(&self) -> Option<f64> {
         None
     }
 

@@ -24,6 +24,10 @@ pub enum Load {
         /// How it grows.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
+        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
+        /// that carry it are those that are outermost at the start of the case.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stage: Option<String>,
     },
     /// A pressure (Pa) on one side of a body, carried by its outermost points: it follows the surface, stays normal to
     /// it and grows with its area. On a body with a pore fluid it is the total one.
@@ -40,6 +44,10 @@ pub enum Load {
         /// How it grows.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
+        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
+        /// that carry it are those that are outermost at the start of the case.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stage: Option<String>,
     },
     /// A pressure of the pore fluid (Pa) on one side of a saturated body, as next to open water. It acts on the
     /// fluid alone; what presses on skeleton and fluid together is a `traction` or a `pressure` beside it. A side
@@ -57,6 +65,10 @@ pub enum Load {
         /// How it grows.
         #[serde(default, skip_serializing_if = "RampShape::is_linear")]
         ramp_shape: RampShape,
+        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
+        /// that carry it are those that are outermost at the start of the case.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stage: Option<String>,
     },
 }
 
@@ -79,10 +91,19 @@ impl Load {
         }
     }
 
-    /// Share of the load that acts at `time` (s).
-    pub fn factor(&self, time: f64) -> f64 {
+    /// Name of the stage with which it begins; `None` for the first.
+    pub fn stage(&self) -> Option<&str> {
+        match self {
+            Self::Traction { stage, .. }
+            | Self::Pressure { stage, .. }
+            | Self::PorePressure { stage, .. } => stage.as_deref(),
+        }
+    }
+
+    /// Share of the load that acts `elapsed` seconds after it began; none before, where that is negative.
+    pub fn factor(&self, elapsed: f64) -> f64 {
         let (ramp, shape) = self.ramp();
-        shape.factor(time, ramp)
+        if elapsed < 0.0 { 0.0 } else { shape.factor(elapsed, ramp) }
     }
 
     /// Time over which it grows (s), and how.

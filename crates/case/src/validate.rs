@@ -409,6 +409,7 @@ impl Findings<'_> {
         self.require((0.0..1.0).contains(&damping), format!("{path}.damping"), problem);
         let problem = format!("{ramp} is not between 0 and the stage's duration, {duration} s");
         self.require((0.0..=duration).contains(&ramp), format!("{path}.gravity_ramp"), problem);
+        self.not_negative(format!("{path}.rayleigh_damping"), stage.rayleigh_damping, " (1/s)");
         self.motions(path, stage);
         for (number, axis) in stage.damping_axes.iter().flatten().enumerate() {
             let problem = format!("{axis} is not an axis of a space of {} dimensions", case.dimension());
@@ -478,6 +479,7 @@ impl Findings<'_> {
                     }
                 }
                 Measure::FactorOfSafety(search) => self.factor_of_safety(&path, search),
+                Measure::Dissipation {} => {}
                 Measure::Profile { axis, height, bin } => {
                     let fits = *axis < dimension && *height < dimension && axis != height;
                     let problem =

@@ -41,6 +41,8 @@ pub struct Block<'a, const D: usize, P> {
     pub initial_volume: &'a [f64],
     /// Displacement gradients that the domains follow later; empty where they follow at once.
     pub pending: &'a mut [[[f64; D]; D]],
+    /// Work of the stresses (J); empty where nothing measures it.
+    pub work: &'a mut [f64],
     /// Velocities of the liquid (m/s); empty without.
     pub liquid_velocity: &'a mut [[f64; D]],
     /// Pore pressures (Pa); empty without liquid.
@@ -72,6 +74,7 @@ impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
             mass: self.mass.split_off(..points).unwrap_or_default(),
             initial_volume: self.initial_volume.split_off(..points).unwrap_or_default(),
             pending: front(&mut self.pending, points),
+            work: front(&mut self.work, points),
             liquid_velocity: front(&mut self.liquid_velocity, points),
             pressure: front(&mut self.pressure, points),
         };
@@ -116,6 +119,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             mass: &self.mass,
             initial_volume: &self.initial_volume,
             pending: &mut self.pending,
+            work: &mut self.work,
             liquid_velocity,
             pressure,
         }

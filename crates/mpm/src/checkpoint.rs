@@ -12,7 +12,7 @@ use crate::points::{PointDomain, SavedSet};
 use crate::solver::MpmSolver;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -26,6 +26,7 @@ struct Saved {
     external_work: f64,
     sums: [f64; 4],
     driven: Vec<DrivenState>,
+    load_starts: Vec<f64>,
     /// Sums of mixture and liquid in a case with pore fluid.
     phase_sums: Option<[[f64; 4]; 2]>,
     /// Displacements at absorbing boundaries, by their number.
@@ -96,6 +97,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         if fresh {
             self.external_work = 0.0;
             self.limit = None;
+            self.begin_loads(stage, start);
         }
         if self.points() != points {
             self.sort();
@@ -144,6 +146,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         Some(Reaction { force: driven.state.force, impulse: driven.state.impulse })
     }
 
+    fn dissipated(&self) -> Option<f64> {
+        self.case.measures_dissipation().then(|| self.dissipated_energy())
+    }
+
     fn snapshot(&self) -> Snapshot {
         self.take_snapshot()
     }
@@ -163,6 +169,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
             limit: self.limit.as_ref().map(|limit| SavedLimit::new(limit, self.limit_age)),
             external_work: self.external_work,
             driven: self.driven.iter().map(|driven| driven.state).collect(),
+            load_starts: self.load_starts.clone(),
             sums: self.sums.to_numbers(),
             phase_sums: self
                 .two_phase
@@ -195,6 +202,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         if saved.driven.len() != self.driven.len() {
             return Err(wrong("names rigid bodies or patches that the case does not have"));
         }
+        if saved.load_starts.len() != self.load_starts.len() {
+            return Err(wrong("names loads that the case does not have"));
+        }
+        self.load_starts = saved.load_starts;
         self.driven.iter_mut().zip(saved.driven).for_each(|(driven, state)| driven.state = state);
         self.time = saved.time;
         self.step = saved.step;

@@ -63,6 +63,13 @@ pub struct MpmOptions {
     /// slides, at least 1. At rest is a node without any speed along the wall.
     #[serde(default = "one")]
     pub static_friction_ratio: f64,
+    /// Mass of the nodes.
+    #[serde(default)]
+    pub mass: Mass,
+    /// With `mass` `consistent`: share of the lumped mass in the matrix, 0 to 1 (0 excluded), without which few points
+    /// leave it singular. From `3^-d` on, in `d` dimensions, the step is safe however the points lie.
+    #[serde(default = "thousandth")]
+    pub lumped_share: f64,
     /// What the domains of `cpgimp` points follow.
     #[serde(default)]
     pub domain_stretch: DomainStretch,
@@ -108,6 +115,9 @@ pub enum MeshSource {
 pub enum ShapeFunctions {
     /// Linear: the standard material point method.
     Linear,
+    /// Linear, with gradients that are averages around the nodes where cells meet and do not jump there (dual domain
+    /// material point method).
+    DualDomain,
     /// Generalised interpolation with point domains of fixed size.
     #[default]
     Ugimp,
@@ -168,6 +178,21 @@ pub enum ContactTest {
     /// Where their surfaces touch, by what the node knows of their volumes and surfaces. What rests upon another
     /// bounces more, since nothing dampens the approach; for bodies that roll, or meet after a flight.
     Gap,
+}
+
+/// Mass of the nodes (MPM sheet §2.1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mass {
+    /// A number a node: the row sums of the consistent matrix. Takes a little kinetic energy each time velocities pass
+    /// through the nodes.
+    #[default]
+    Lumped,
+    /// The consistent matrix, solved with in each step, for studies of frequency and dissipation. Needs `stress_update`
+    /// `usl`, rough and smooth walls and two points per cell and direction or more; steps are shorter, and each costs ten to
+    /// fifty times as much. What a body moves into empty cells makes nodes that are lighter still than with lumped mass: for
+    /// bodies that move `lumped_share` must be larger.
+    Consistent,
 }
 
 /// How velocities pass between points and grid (MPM sheet §2.6).
@@ -250,6 +275,10 @@ pub enum Integration {
     /// The cells that are full of material, each with the average stress of its points, and the points of the others
     /// (MPM-MIXED): less noise of points that cross cells. Needs `shape` `linear`.
     Mixed,
+    /// All cells that hold a point, each with the average stress of its points and its whole volume, as in quasi-static
+    /// analyses: no noise of points that cross cells at all, but a cell at the surface that is filled by half pulls as if
+    /// it were full, so that stress times volume does not follow the mass. Needs `shape` `linear`.
+    Gauss,
 }
 
 /// Where the volumetric strain of a point comes from (MPM sheet §2.17).
@@ -286,6 +315,8 @@ impl MpmOptions {
             node_mass_cutoff: mass_cutoff(),
             wall_friction: WallFriction::default(),
             static_friction_ratio: one(),
+            mass: Mass::default(),
+            lumped_share: thousandth(),
             domain_stretch: DomainStretch::default(),
             formulation: Formulation::default(),
             integration: Integration::default(),
@@ -317,6 +348,11 @@ impl MpmOptions {
         }
         let scaling = self.mass_scaling;
         rule("mass_scaling", scaling, scaling.is_finite() && scaling >= 1.0, "must be at least 1")?;
+        let share = self.lumped_share;
+        rule("lumped_share", share, share > 0.0 && share <= 1.0, "is not in 0..=1 (0 excluded)")?;
+        if share != thousandth() && self.mass != Mass::Consistent {
+            return Err(("lumped_share", "needs mass consistent".to_owned()));
+        }
         let cutoff = self.node_mass_cutoff;
         rule("node_mass_cutoff", cutoff, (0.0..1.0).contains(&cutoff), "is not in 0..1")?;
         let ratio = self.static_friction_ratio;
@@ -372,6 +408,16 @@ impl MpmOptions {
         Ok(())
     }
 
+    /// The Courant number in `dimension` axes by which steps go. A cell with consistent mass whose points integrate it
+    /// exactly has a mode with a third of the lumped mass for each axis along which its nodes move against each other; none has
+    /// less than the share of the lumped mass.
+    pub(crate) fn courant_in(&self, dimension: usize) -> f64 {
+        match self.mass {
+            Mass::Lumped => self.courant,
+            Mass::Consistent => self.courant * self.lumped_share.max(3f64.powi(-(dimension as i32))).sqrt(),
+        }
+    }
+
     /// Share of the old velocity and of the acceleration in the update of a point; the rest is the grid's velocity.
     pub(crate) fn flip_share(&self) -> f64 {
         match self.transfer {
@@ -385,6 +431,9 @@ impl MpmOptions {
 
 fn one() -> f64 {
     1.0
+}
+fn thousandth() -> f64 {
+    1e-3
 }
 fn xpic_order() -> usize {
     2

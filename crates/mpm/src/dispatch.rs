@@ -59,7 +59,7 @@ fn shape<const D: usize, T>(
         ShapeFunctions::Quadratic if options.formulation == Formulation::TotalLagrangian => {
             visitor.visit::<D, 3, QuadraticSpline, ReferencePoint<D>>()
         }
-        ShapeFunctions::Linear => visitor.visit::<D, 2, Linear, FixedDomain>(),
+        ShapeFunctions::Linear | ShapeFunctions::DualDomain => visitor.visit::<D, 2, Linear, FixedDomain>(),
         ShapeFunctions::Ugimp => visitor.visit::<D, 3, Gimp, FixedDomain>(),
         ShapeFunctions::Cpgimp => match options.domain_stretch {
             DomainStretch::Diagonal => visitor.visit::<D, 4, WideGimp, StretchingDomain<D>>(),

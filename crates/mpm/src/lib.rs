@@ -15,10 +15,12 @@ mod affine;
 mod blocks;
 mod checkpoint;
 mod config;
+mod consistent;
 mod contact;
 mod dispatch;
 mod domains;
 mod driven;
+mod dual;
 mod free_surface;
 mod gap;
 mod loads;
@@ -35,13 +37,14 @@ mod stretch;
 mod touch;
 mod transfer;
 mod two_phase;
+mod work;
 mod xpic;
 
 use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, MeshSource, MpmOptions,
+    Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, Mass, MeshSource, MpmOptions,
     ShapeFunctions, StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};

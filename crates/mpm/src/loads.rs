@@ -39,6 +39,11 @@ impl<const D: usize> SurfaceLoad<D> {
     }
 }
 
+/// When the loads of a case begin (s): at once, or never as long as their stage has not.
+pub fn starts(case: &Case) -> Vec<f64> {
+    case.loads.iter().map(|load| if load.stage().is_none() { 0.0 } else { f64::INFINITY }).collect()
+}
+
 /// Gives the outermost layer of points of the loaded side its share of load `number` (MPM sheet §2.11).
 pub fn apply<const D: usize, P: PointDomain<D>>(
     case: &Case,
@@ -92,9 +97,9 @@ pub fn apply<const D: usize, P: PointDomain<D>>(
 }
 
 impl<const D: usize, P> PointSet<D, P> {
-    /// Forces of all loads of the set at `time` (s) on its points.
-    fn apply_loads(&mut self, case: &Case, time: f64) {
-        let factor = |load: &SurfaceLoad<D>| case.loads[load.number].factor(time);
+    /// Forces of all loads of the set at `time` (s) on its points; `starts` are when the loads of the case begin (s).
+    fn apply_loads(&mut self, case: &Case, starts: &[f64], time: f64) {
+        let factor = |load: &SurfaceLoad<D>| case.loads[load.number].factor(time - starts[load.number]);
         if self.loads.iter().all(|load| !load.follows && load.applied == factor(load)) {
             return;
         }
@@ -121,7 +126,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Sets the forces of the loads to those at the end of a step of `dt`.
     pub(crate) fn apply_loads(&mut self, dt: f64) {
         for set in self.sets.iter_mut().filter(|set| !set.loads.is_empty()) {
-            set.apply_loads(&self.case, self.time + dt);
+            set.apply_loads(&self.case, &self.load_starts, self.time + dt);
+        }
+    }
+
+    /// Begins the loads that begin with a stage, at `start` (s).
+    pub(crate) fn begin_loads(&mut self, stage: usize, start: f64) {
+        for (load, begins) in self.case.loads.iter().zip(&mut self.load_starts) {
+            if load.stage().is_some_and(|name| name == self.case.stages[stage].name) {
+                *begins = start;
+            }
         }
     }
 

@@ -101,7 +101,7 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
         return refuse("formulation", "total-lagrangian is not available on a mesh");
     }
     if options.integration != Integration::Points {
-        return refuse("integration", "mixed is not available on a mesh yet");
+        return refuse("integration", "by cells (mixed, gauss) is not available on a mesh yet");
     }
     if options.volumetric_strain != VolumetricStrain::Point {
         return refuse("volumetric_strain", "only point is available on a mesh yet");
@@ -136,10 +136,10 @@ fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> 
         return refuse(&format!("boundaries[{number}].wall"), problem);
     }
     let shared =
-        options.volumetric_strain == VolumetricStrain::Nodal || options.integration == Integration::Mixed;
+        options.volumetric_strain == VolumetricStrain::Nodal || options.integration != Integration::Points;
     if !case.domain.periodic.is_empty() && (special || shared) {
-        let problem = "is not available with a mesh, total-lagrangian, cpdi, cpdi2, nodal volumetric strain or mixed \
-                       integration";
+        let problem = "is not available with a mesh, total-lagrangian, cpdi, cpdi2, nodal volumetric strain or \
+                       integration by cells";
         return refuse("domain.periodic", problem);
     }
     if options.free_surface.is_some()

@@ -1,7 +1,8 @@
-//! Integration of the internal force cell by cell (MPM-MIXED; MPM sheet §2.16).
+//! Integration of the internal force cell by cell (MPM-MIXED, and the Gauss integration of Beuth; MPM sheet §2.16).
 //!
 //! Cells that are full of material pull at their nodes with the average stress of their points over the whole cell,
-//! which has no cell-crossing noise; the points of the others pull one by one. With one stress for the cell, one Gauss
+//! which has no cell-crossing noise; the points of the others pull one by one. With Gauss integration every cell that holds a
+//! point counts as full. With one stress for the cell, one Gauss
 //! point at its centre and two along each axis give the same force.
 
 use colluvium_case::CaseError;
@@ -32,13 +33,15 @@ pub fn cleared(options: &MpmOptions, two_phase: bool) -> Result<(), CaseError> {
     }
     let refuse = |problem: &str| Err(CaseError::new("methods.mpm.integration", problem));
     if options.shape != ShapeFunctions::Linear {
-        return refuse("mixed needs shape linear: other shape functions reach beyond a cell");
+        return refuse(
+            "by cells (mixed, gauss) needs shape linear: other shape functions reach beyond a cell",
+        );
     }
     if options.formulation != crate::Formulation::UpdatedLagrangian {
-        return refuse("mixed needs formulation updated-lagrangian");
+        return refuse("by cells (mixed, gauss) needs formulation updated-lagrangian");
     }
     if two_phase {
-        return refuse("mixed is not available with a pore_fluid yet");
+        return refuse("by cells (mixed, gauss) is not available with a pore_fluid yet");
     }
     Ok(())
 }
@@ -46,7 +49,7 @@ pub fn cleared(options: &MpmOptions, two_phase: bool) -> Result<(), CaseError> {
 impl CellStresses {
     /// Empty arrays for what the options ask for.
     pub fn new<const D: usize>(options: &MpmOptions, layout: &Layout<D>, fields: usize) -> Self {
-        let length = if options.integration == Integration::Mixed { fields * layout.len() } else { 0 };
+        let length = if options.integration != Integration::Points { fields * layout.len() } else { 0 };
         Self { cells: vec![[Lanes::ZERO; 2]; length], full: vec![false; length] }
     }
 
@@ -73,7 +76,7 @@ struct CellForces<'a, const D: usize> {
     layout: &'a Layout<D>,
     ghosts: usize,
     axisymmetric: bool,
-    /// Share of its volume that a cell at the boundary of the material must hold to count as full.
+    /// Share of its volume that a cell at the boundary of the material must hold to count as full; any for zero.
     fill: f64,
 }
 
@@ -201,7 +204,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             layout: &self.layout,
             ghosts: B::GHOSTS,
             axisymmetric: self.axisymmetric,
-            fill: self.options.full_cell,
+            fill: if self.options.integration == Integration::Gauss { 0.0 } else { self.options.full_cell },
         }
     }
 }
@@ -215,11 +218,18 @@ mod tests {
     use colluvium_case::Case;
     use colluvium_grid::{Gimp, Linear};
 
-    /// A bar of three cells of 1 m with three points each under 7 Pa; the middle one of the second cell is taken out
-    /// if `gap`. Internal forces at the nodes 1 and 2 (N).
+    /// Internal forces (N) at the nodes 1 and 2 of the bar of [`nodal`], without the middle point of the second cell if
+    /// `gap`.
     fn forces<const S: usize, B: Basis<S>>(shape: &str, integration: &str, gap: bool) -> [f64; 2] {
+        let [_, first, second, _] = nodal::<S, B>(shape, integration, if gap { &[4] } else { &[] });
+        [first, second]
+    }
+
+    /// Internal forces (N) at the nodes of a bar of three cells of 1 m with three points each under 7 Pa, without those of
+    /// the points that are `out`.
+    fn nodal<const S: usize, B: Basis<S>>(shape: &str, integration: &str, out: &[u32]) -> [f64; 4] {
         let text = serde_json::json!({
-            "title": "bar", "space": "1d", "domain": { "min": [0], "max": [3] }, "gravity": [0],
+            "title": "bar", "space": "1d", "domain": { "min": [0], "max": [4] }, "gravity": [0],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [3] },
                          "stress": { "kind": "uniform", "value": [7, 0, 0, 0, 0, 0] } }],
@@ -229,23 +239,22 @@ mod tests {
         let case = Case::from_json(&text.to_string()).unwrap();
         let options = setup::options(&case).unwrap();
         let mut solver = setup::solver::<1, S, B, FixedDomain>(&case, &options).unwrap();
-        if gap {
-            let set = &mut solver.sets[0];
-            let keep: Vec<u32> = (0..9).filter(|i| *i != 4).collect();
-            set.states = set.states.permuted(&keep);
-            for values in [&mut set.mass, &mut set.volume, &mut set.initial_volume] {
-                values.remove(4);
-            }
-            for values in [&mut set.position, &mut set.velocity, &mut set.origin] {
-                values.remove(4);
-            }
-            set.id.remove(4);
-            set.stress.remove(4);
-            set.domain.remove(4);
-            solver.sort();
-        }
+        let set = &mut solver.sets[0];
+        set.retain(|x| !out.iter().any(|i| (x[0] - (f64::from(*i) + 0.5) / 3.0).abs() < 1e-9));
+        solver.sort();
         solver.scatter(Scatter::Everything, 1e-3);
-        [1, 2].map(|node| -solver.nodes[node + B::GHOSTS].force.to_array()[0])
+        [0, 1, 2, 3].map(|node| -solver.nodes[node + B::GHOSTS].force.to_array()[0])
+    }
+
+    #[test]
+    fn a_cell_at_the_surface_pulls_with_its_whole_volume_by_gauss() {
+        // The upper two of the three points of the last cell taken out: a third of its volume is left. Its two nodes get
+        // ± σ Ω_p/h of the point, or ± σ of the cell, which pulls at its upper node as if it were full.
+        for (integration, last) in [("points", 7.0 / 3.0), ("mixed", 7.0 / 3.0), ("gauss", 7.0)] {
+            let [_, _, third, fourth] = nodal::<2, Linear>("linear", integration, &[7, 8]);
+            assert!((fourth - last).abs() < 1e-14, "{integration}: {fourth}");
+            assert!((third - (7.0 - last)).abs() < 1e-14, "{integration}: {third}");
+        }
     }
 
     #[test]
@@ -253,8 +262,10 @@ mod tests {
         // MPM sheet S-04: 3, 2, 3 points of a third each under one stress.
         let [left, right] = forces::<2, Linear>("linear", "points", true);
         assert!((left - 7.0 / 3.0).abs() < 1e-14 && (right + 7.0 / 3.0).abs() < 1e-14, "{left}, {right}");
-        for force in forces::<2, Linear>("linear", "mixed", true) {
-            assert!(force.abs() < 1e-14, "{force}");
+        for integration in ["mixed", "gauss"] {
+            for force in forces::<2, Linear>("linear", integration, true) {
+                assert!(force.abs() < 1e-14, "{integration}: {force}");
+            }
         }
         for force in forces::<3, Gimp>("ugimp", "points", false) {
             assert!(force.abs() < 1e-14, "domains that tile the line: {force}");

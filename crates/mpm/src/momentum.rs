@@ -45,6 +45,8 @@ pub struct MomentumSolve<'a, const D: usize> {
     pub gravity: [f64; 3],
     /// Local damping factor of each axis.
     pub damping: [f64; 3],
+    /// Rayleigh damping, mass part (1/s).
+    pub rayleigh: f64,
     /// Momentum variant of held nodes.
     pub keep_start: bool,
     /// Inertia over mass (mass scaling); weight stays what it is.
@@ -65,7 +67,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         let gravity = Lanes::new([gx, gy, gz, 0.0]);
         let row_free = self.walls.is_free(0, row);
         let ease = 1.0 / self.inertia;
-        let plain = self.damping == [0.0; 3];
+        let plain = self.damping == [0.0; 3] && self.rayleigh == 0.0;
         for number in active {
             let node = &mut line[number];
             let mass = node.motion.as_array()[3];
@@ -100,12 +102,21 @@ impl<const D: usize> MomentumSolve<'_, D> {
             let total = force[c] + mass * self.gravity[c];
             let damped = self.damping[c] * total.abs() * sign(start[c]);
             end[c] = start[c] + self.dt * (total - damped) / (self.inertia * mass);
+            if self.rayleigh > 0.0 {
+                end[c] = slowed(start[c], end[c], self.rayleigh * self.dt);
+            }
         }
         self.walls.constrain(index, &mut start, &mut end, self.keep_start);
         node.motion = Lanes::new([end[0], end[1], end[2], mass]);
         let rate = |c: usize| (end[c] - start[c]) / self.dt;
         node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
     }
+}
+
+/// Velocity at the end of a step that Rayleigh damping `share` (damping times step) slows, from those at the start and at
+/// the end without it: the damping force is that of the mean of both, so that it is of second order and no step is too long.
+pub fn slowed(start: f64, end: f64, share: f64) -> f64 {
+    (end - 0.5 * share * start) / (1.0 + 0.5 * share)
 }
 
 /// Sign, and zero of zero.
@@ -132,6 +143,8 @@ pub struct Audit<'a, const D: usize> {
     pub gravity: [f64; 3],
     /// Local damping factor of each axis.
     pub damping: [f64; 3],
+    /// Rayleigh damping, mass part (1/s).
+    pub rayleigh: f64,
     /// Inertia over mass.
     pub inertia: f64,
     /// Nodes lighter than this (kg) are skipped.
@@ -157,8 +170,8 @@ impl<const D: usize> Audit<'_, D> {
             for c in 0..D {
                 let weight = mass * self.gravity[c];
                 // What accelerates it, without the damping that is in it.
-                let net = self.inertia * mass * rate[c];
                 let start = end[c] - self.dt * rate[c];
+                let net = self.inertia * mass * (rate[c] + self.rayleigh * 0.5 * (start + end[c]));
                 let unbalanced = free[c] * net / (1.0 - self.damping[c] * sign(start) * sign(net));
                 sums.unbalanced += unbalanced * unbalanced;
                 sums.external += weight * weight;
@@ -184,6 +197,7 @@ mod tests {
             dt,
             gravity: [0.0; 3],
             damping: [0.0; 3],
+            rayleigh: 0.0,
             keep_start: false,
             inertia: 1.0,
             light: 0.0,

@@ -222,6 +222,8 @@ pub struct PointSet<const D: usize, P> {
     /// Where stress comes before forces and domains stretch: the displacement gradient that the domains follow when
     /// the step is over, so that all its weights are those of its beginning (MPM sheet P-04); empty otherwise.
     pub pending: Vec<[[f64; D]; D]>,
+    /// Energy stored at the start and work of the stress since (J); empty where nothing measures it.
+    pub work: Vec<f64>,
     /// What pore fluid adds; `None` in a case without.
     pub pore: Option<PoreSet<D>>,
     /// Bounds of the slabs within the arrays.
@@ -280,6 +282,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         permute(&mut self.traction, order);
         self.loads.iter_mut().for_each(|load| load.permute(order));
         permute(&mut self.affine, order);
+        permute(&mut self.work, order);
         if let Some(pore) = &mut self.pore {
             pore.permute(order);
         }
@@ -302,6 +305,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             domain: self.domain.iter().flat_map(|d| d.to_numbers()).collect(),
             loads: self.loads.iter().map(|load| load.force.as_flattened().to_vec()).collect(),
             affine: self.affine.as_flattened().as_flattened().to_vec(),
+            work: self.work.clone(),
             pore: self.pore.as_ref().map(PoreSet::save),
             slabs: self.slabs.clone(),
         }
@@ -320,6 +324,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             && saved.loads.len() == self.loads.len()
             && saved.loads.iter().all(|force| force.len() == n * D)
             && saved.affine.len() == if self.affine.is_empty() { 0 } else { n * D * D }
+            && (self.work.is_empty() || saved.work.len() == n)
             && saved.slabs.last() == Some(&n);
         let states = self.material.load(&saved.states)?;
         if !fits || states.len() != n {
@@ -352,6 +357,9 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         self.scratch.truncate(n);
         self.affine.truncate(n);
         self.affine.as_flattened_mut().as_flattened_mut().copy_from_slice(&saved.affine);
+        if !self.work.is_empty() {
+            self.work = saved.work;
+        }
         self.slabs = saved.slabs;
         Some(())
     }
@@ -373,6 +381,7 @@ pub struct SavedSet {
     domain: Vec<f64>,
     loads: Vec<Vec<f64>>,
     affine: Vec<f64>,
+    work: Vec<f64>,
     pore: Option<SavedPore>,
     slabs: Vec<usize>,
 }

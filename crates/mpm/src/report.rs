@@ -64,6 +64,15 @@ fn per_point<const D: usize, P: PointDomain<D>>(
     out
 }
 
+/// Recoverable energies of the points of a set (J), zero where the law defines none.
+pub fn stored_energies<const D: usize, P: PointDomain<D>>(set: &PointSet<D, P>) -> Vec<f64> {
+    let mut energies = per_point(set, 1, |stress, states, out| {
+        set.material.stored_energies(stress, states, out);
+    });
+    energies.iter_mut().zip(&set.volume).for_each(|(energy, volume)| *energy *= volume);
+    energies
+}
+
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// The largest step that the waves, the motion and the viscosity of the points allow.
     pub(crate) fn wave_limit(&self) -> TimeStep {
@@ -92,6 +101,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
         let mut least = Limit { dt: f64::INFINITY, limit: "nothing", set: number, index: first };
+        let courant = self.options.courant_in(D);
         for k in 0..stress.len() {
             let index = first + k;
             let h = set.domain[index].spacing(&ground);
@@ -101,13 +111,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
             let speed = (moduli[k] / (self.options.mass_scaling * density)).sqrt()
                 + square(&set.velocity[index]).sqrt();
-            let wave =
-                Limit { dt: self.options.courant * h / speed, limit: "elastic wave", set: number, index };
+            let wave = Limit { dt: courant * h / speed, limit: "elastic wave", set: number, index };
             least = least.smaller(self.phase_limit(wave, moduli[k]));
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, MPM sheet §2.10.
                 let inertia = self.options.mass_scaling * density;
-                let dt = self.options.courant * inertia * h * h / (2.0 * D as f64 * viscosities[k]);
+                let dt = courant * inertia * h * h / (2.0 * D as f64 * viscosities[k]);
                 least = least.smaller(Limit { dt, limit: "viscosity", set: number, index });
             }
         }
@@ -198,14 +207,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn take_budget(&self) -> Budget {
         let mut budget = Budget::default();
         for set in &self.sets {
-            let energies = per_point(set, 1, |stress, states, out| {
-                set.material.stored_energies(stress, states, out);
-            });
+            let energies = stored_energies(set);
             for i in 0..set.len() {
                 let (x, v, m) = (spatial(&set.position[i]), spatial(&set.velocity[i]), set.mass[i]);
                 budget.mass += m;
                 budget.kinetic += 0.5 * m * square(&v);
-                budget.elastic += energies[i] * set.volume[i];
+                budget.elastic += energies[i];
                 for c in 0..3 {
                     let (a, b) = ((c + 1) % 3, (c + 2) % 3);
                     budget.momentum[c] += m * v[c];

@@ -10,8 +10,10 @@ use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
 use crate::absorbing::{Absorbing, Impedance};
-use crate::config::ShapeFunctions;
+use crate::config::{Integration, ShapeFunctions};
+use crate::consistent::ConsistentMass;
 use crate::driven::{self, Driven};
+use crate::dual::DualNodes;
 use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
@@ -19,8 +21,8 @@ use crate::points::{Ground, PointDomain, PointSet};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::{
-    Formulation, MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, free_surface, loads,
-    mesh, two_phase,
+    Formulation, MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, dual, free_surface,
+    loads, mesh, two_phase,
 };
 
 /// Beyond this many points the ids no longer fit.
@@ -40,6 +42,8 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
         return Err(CaseError::new("methods.mpm.shape", problem));
     }
     mesh::cleared(case, &options)?;
+    dual::cleared(case, &options)?;
+    crate::consistent::cleared(case, &options)?;
     mixed::cleared(&options, case.bodies.iter().any(|body| body.pore_fluid.is_some()))?;
     Ok(options)
 }
@@ -171,8 +175,10 @@ impl dispatch::Visitor for Measure<'_> {
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
         let nodes = solver.layout.len() * solver.contacts.fields();
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
-        let per_node =
+        let mut per_node =
             phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
+        per_node += if solver.dual.is_used() { DualNodes::BYTES } else { 0 };
+        per_node += if solver.consistent.is_used() { ConsistentMass::BYTES } else { 0 };
         let mut warnings = warnings(self.case, self.options, points);
         if time_step.limit == "seepage drag" {
             // MPM sheet P-13.
@@ -217,9 +223,10 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if options.shape == ShapeFunctions::Linear && options.stress_update == StressScheme::Usl {
+    let jumps = matches!(options.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain);
+    if jumps && options.stress_update == StressScheme::Usl {
         warnings.push(
-            "methods.mpm.stress_update: usl with linear shape functions can turn points inside out at free \
+            "methods.mpm.stress_update: usl with linear shape functions (dual-domain too) can turn points inside out at free \
              surfaces; use musl, ugimp, or node_mass_cutoff"
                 .to_owned(),
         );
@@ -229,6 +236,12 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
             warnings.push(format!(
                 "methods.mpm.mass_scaling: slows the motion of stages[{number}], which has no `equilibrium`; it is \
                  for quasi-static stages"
+            ));
+        }
+        if options.integration == Integration::Gauss && stage.equilibrium.is_none() {
+            warnings.push(format!(
+                "methods.mpm.integration: with gauss cells that are filled in part pull as if they were full; \
+                 stages[{number}] has no `equilibrium`, and it is for quasi-static stages"
             ));
         }
         if stage.damping > 0.0 && stage.equilibrium.is_none() {
@@ -285,6 +298,8 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     let contacts = contact::contacts(case, options, &mut sets)?;
     let strains = CellStrains::new(case, options, &layout);
     let stresses = CellStresses::new(options, &layout, contacts.fields());
+    let dual = DualNodes::new(options, &layout, contacts.fields());
+    let consistent = ConsistentMass::new(options, &layout);
     for number in 0..case.loads.len() {
         loads::apply(case, number, &mesh, &mut sets)?;
     }
@@ -311,8 +326,11 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         mesh,
         strains,
         stresses,
+        dual,
+        consistent,
         sets,
         contacts,
+        load_starts: loads::starts(case),
         driven,
         axisymmetric: case.space == Space::Axisymmetric,
         gravity: case.gravity3(),
@@ -345,6 +363,9 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     solver.set_stage_walls(0)?;
     solver.sort();
     solver.start_affine();
+    if case.measures_dissipation() {
+        solver.count_work();
+    }
     check_fixed_step(&mut solver, options)?;
     Ok(solver)
 }
@@ -421,6 +442,7 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         position,
         loads: Vec::new(),
         traction: Vec::new(),
+        work: Vec::new(),
         pending: if follows_later { vec![[[0.0; D]; D]; samples.len()] } else { Vec::new() },
         pore,
         slabs: Vec::new(),

@@ -9,8 +9,10 @@ use rayon::prelude::*;
 
 use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{StressScheme, Transfer};
+use crate::consistent::ConsistentMass;
 use crate::contact::Contacts;
 use crate::driven::Driven;
+use crate::dual::DualNodes;
 use crate::free_surface::FreeSurface;
 use crate::mixed::CellStresses;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
@@ -36,10 +38,14 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) row_sums: Vec<RowSums>,
     pub(crate) sets: Vec<PointSet<D, P>>,
     pub(crate) contacts: Contacts,
+    /// When the loads of the case begin (s); infinite as long as their stage has not.
+    pub(crate) load_starts: Vec<f64>,
     /// Rigid bodies and patches of prescribed velocity.
     pub(crate) driven: Vec<Driven>,
     pub(crate) strains: CellStrains,
     pub(crate) stresses: CellStresses,
+    pub(crate) dual: DualNodes,
+    pub(crate) consistent: ConsistentMass,
     pub(crate) walls: Walls,
     /// Upper corner of the grid (m).
     pub(crate) upper: [f64; D],
@@ -86,7 +92,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let moved = match self.options.stress_update {
             StressScheme::Usl => {
                 self.scatter(Scatter::Everything, dt); // 1
-                self.solve_momentum(dt); // 2–4
+                self.solve_momentum(dt)?; // 2–4
                 self.share_strain_if_asked::<SOLVED>(dt); // 7
                 self.follow_loads::<SOLVED>(dt);
                 // 5, 7–9
@@ -97,7 +103,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
             StressScheme::Musl => {
                 self.scatter(Scatter::Everything, dt); // 1
-                self.solve_momentum(dt); // 2–4
+                self.solve_momentum(dt)?; // 2–4
                 self.update_points::<SOLVED>(dt, PointUpdate { velocity: true, ..PointUpdate::NONE })?; // 5
                 self.remap(); // 6
                 self.share_strain_if_asked::<REMAPPED>(dt); // 7
@@ -114,7 +120,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.share_strain_if_asked::<REMAPPED>(dt); // 7
                 self.update_points::<REMAPPED>(dt, PointUpdate { stress: true, ..PointUpdate::NONE })?; // 7–8
                 self.scatter(Scatter::Forces, dt); // 1, forces
-                self.solve_momentum(dt); // 2–4
+                self.solve_momentum(dt)?; // 2–4
                 self.follow_loads::<SOLVED>(dt);
                 // 5, 9
                 self.update_points::<SOLVED>(
@@ -171,6 +177,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.reset_remapped();
         self.strains.reset(&self.layout);
         self.stresses.reset(&self.layout);
+        self.dual.reset(&self.layout);
+        self.consistent.reset(&self.layout);
         if let Some(phases) = &mut self.two_phase {
             phases.reset(&self.layout);
         }
@@ -220,7 +228,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         });
     }
 
-    fn solve_momentum(&mut self, dt: f64) {
+    fn solve_momentum(&mut self, dt: f64) -> Result<(), SolverError> {
+        if self.consistent.is_used() {
+            return self.solve_consistent(dt);
+        }
         let stage = &self.case.stages[self.stage];
         let damping = stage.damping_of_axes();
         // The force of another body or of what is driven is none that is out of balance: damping waits for it.
@@ -229,6 +240,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             dt,
             gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
             damping: if damp_later { [0.0; 3] } else { damping },
+            rayleigh: stage.rayleigh_damping,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
             inertia: self.options.mass_scaling,
             light: self.options.node_mass_cutoff * self.heaviest,
@@ -261,6 +273,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             Transfer::Xpic => self.filter_velocities(dt),
             Transfer::Apic | Transfer::Tpic => self.gather_affine(),
         }
+        Ok(())
     }
 
     /// Measures of equilibrium from the solved nodes, contacts included (MPM sheet §2.14).
@@ -270,6 +283,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             dt,
             gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
             damping: stage.damping_of_axes(),
+            rayleigh: stage.rayleigh_damping,
             inertia: self.options.mass_scaling,
             light: self.options.node_mass_cutoff * self.heaviest,
             walls: &self.walls,

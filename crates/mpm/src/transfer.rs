@@ -7,9 +7,11 @@ use colluvium_grid::{Basis, Corners, Lanes, Support};
 use crate::affine::{affine_momentum, momentum};
 use crate::blocks::{Block, BlockReport, Failure, OfSet};
 use crate::contact::three;
+use crate::dual::share;
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::{lowest_node, set_volumetric};
+use crate::work::Before;
 
 /// What a scatter carries to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,12 +74,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if what != Scatter::Motion {
             self.average_stresses();
         }
+        self.share_stresses();
         if what != Scatter::Forces {
             self.scatter_surfaces();
         }
         let strides = self.layout.strides();
         let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
         let transfer = self.options.transfer;
+        // Of linear functions only.
+        let dual = S == 2 && self.dual.is_used();
         let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
@@ -93,7 +98,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         });
                         let pulls = what != Scatter::Motion && !left_to_cell;
                         let volume = if pulls { set.volume[p] } else { 0.0 };
-                        let columns = force_columns::<D>(&set.stress[p], volume);
+                        let own = if dual { share(ground.grid, &set.position[p]) } else { 1.0 };
+                        let columns = force_columns::<D>(&set.stress[p], own * volume);
                         let mut body = None;
                         if axisymmetric {
                             let hoop = -volume * set.stress[p][2] / set.position[p][0];
@@ -122,6 +128,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         if what != Scatter::Motion {
             self.pull_with_cells();
+            self.pull_with_nodes();
         }
     }
 
@@ -196,6 +203,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         dt: f64,
         what: PointUpdate,
     ) -> Result<f64, SolverError> {
+        if what.stress {
+            self.average_slopes::<FROM_SOLVED>();
+        }
         self.update_blocks(|solver, set, block| solver.update_block::<FROM_SOLVED>(set, block, dt, what))
     }
 
@@ -220,13 +230,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             pore: Pore::default(),
         }; BLOCK];
         let n = block.position.len();
+        let dual = S == 2 && what.stress && self.dual.is_used();
         for p in 0..n {
             let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], extent);
-            let read = if FROM_SOLVED {
+            let mut read = if FROM_SOLVED {
                 stencil.gather(&self.nodes[first_node..], &strides)
             } else {
                 stencil.gather_velocity(&self.remapped[first_node..], &strides)
             };
+            if dual {
+                self.dual.blend(set.field, &self.grid, &self.layout, &block.position[p], &mut read.gradient);
+            }
             let velocity = read.velocity.to_array();
             if what.velocity {
                 let acceleration = read.acceleration.to_array();
@@ -289,9 +303,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         }
         if what.stress {
+            let before = (!block.work.is_empty()).then(|| Before::of(block.stress));
             set.material.update(&motions[..n], block.stress, &mut block.states[0]).map_err(|error| {
                 Failure { index: block.first + error.index, reason: error.source.to_string() }
             })?;
+            if let Some(before) = before {
+                before.add_work(&motions[..n], block.stress, block.volume, block.work);
+            }
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
         Ok(moved)

@@ -72,7 +72,7 @@ fn a_step_allocates_nothing() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     pool.install(|| {
         let mut cases = Vec::new();
-        for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic"] {
+        for shape in ["linear", "dual-domain", "ugimp", "cpgimp", "quadratic", "cubic"] {
             for scheme in ["usf", "usl", "musl"] {
                 let transfer = match shape {
                     "ugimp" => "xpic",

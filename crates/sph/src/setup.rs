@@ -36,6 +36,7 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
     }
     case.refuse_driven("sph")?;
+    case.refuse_dissipation("sph")?;
     if let Some(number) = case.stages.iter().position(|stage| !stage.excavate.is_empty()) {
         let problem = "sph removes whole bodies only: use remove_bodies";
         return Err(CaseError::new(format!("stages[{number}].excavate"), problem));

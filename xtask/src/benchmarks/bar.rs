@@ -22,7 +22,67 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     vibration(&mut outcome)?;
     single_point(&mut outcome)?;
+    consistent(&mut outcome)?;
+    damped(&mut outcome)?;
     Ok(outcome)
+}
+
+/// The first mode with two points a cell: the grid sees `(5 + 3 cos βh)/8` of the mass of the mode. With lumped mass the points feel
+/// that much less, with the consistent one more.
+fn consistent(outcome: &mut Outcome) -> Result<(), String> {
+    let (beta, cell) = (PI / (2.0 * LENGTH), LENGTH / 13.0);
+    let wave = (beta * cell).cos();
+    let (stiffness, seen) = (2.0 * (SPEED / cell).powi(2) * (1.0 - wave), (5.0 + 3.0 * wave) / 8.0);
+    for (mass, exact) in [("lumped", (stiffness * seen).sqrt()), ("consistent", (stiffness / seen).sqrt())] {
+        let mut case = case("mpm/bar")?;
+        set(&mut case, "points_per_cell", 2);
+        set(&mut case, "stress_update", "usl");
+        set(&mut case, "mass", mass);
+        set(&mut case, "courant", 0.02);
+        case.bodies[0].velocity = colluvium::case::description::Velocity::Sine {
+            amplitude: vec![1e-4],
+            wave_vector: vec![beta],
+            phase: 0.0,
+        };
+        case.stages[0].duration = 42.0;
+        let report = run(&case)?;
+        let name = format!("{mass} mass, 13 cells of two points: frequency (rad/s)");
+        let reason = "0.02 % of that of the discrete equations; 0.6283 in the continuum";
+        outcome.near(name, exact, 2e-4, frequency(&series(&report, "momentum.x")), reason);
+    }
+    Ok(())
+}
+
+/// The first mode under Rayleigh damping: `e^{-ζt}(cos ω_d t - (ζ/ω_d) sin ω_d t)` with `ζ = λ α_R/2` and `λ = cos²(βh/2)`, what the
+/// grid sees of the mode.
+fn damped(outcome: &mut Outcome) -> Result<(), String> {
+    let (beta, cell, damping) = (PI / (2.0 * LENGTH), LENGTH / 13.0, 0.2);
+    let mut case = case("mpm/bar")?;
+    set(&mut case, "courant", 0.01);
+    case.bodies[0].velocity = colluvium::case::description::Velocity::Sine {
+        amplitude: vec![1e-4],
+        wave_vector: vec![beta],
+        phase: 0.0,
+    };
+    case.stages[0].duration = 20.0;
+    case.stages[0].rayleigh_damping = damping;
+    let report = run(&case)?;
+    let decay = 0.5 * damping * (0.5 * beta * cell).cos().powi(2);
+    let own = SPEED / cell * (beta * cell).sin();
+    let omega = (own * own - decay * decay).sqrt();
+    let momentum = series(&report, "momentum.x");
+    let error = momentum.iter().map(|(t, p)| {
+        let exact = (-decay * t).exp() * ((omega * t).cos() - decay / omega * (omega * t).sin());
+        (p / momentum[0].1 - exact).abs()
+    });
+    outcome.below(
+        "Rayleigh damping of 0.2/s: largest error of the velocity over 20 s, over the first",
+        "0",
+        error.fold(0.0, f64::max),
+        3e-3,
+        "closed form of the damped oscillator; the step and the other modes of the start",
+    );
+    Ok(())
 }
 
 /// A bar of 13, 26 and 52 cells in its first mode.

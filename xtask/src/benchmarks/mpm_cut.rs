@@ -1,7 +1,8 @@
 //! Failure of cuts and slopes in clay (MPM sheet A-30).
 
-use colluvium::case::Case;
+use colluvium::case::description::Measure;
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
+use colluvium::case::{Case, RunReport};
 use serde_json::json;
 
 use super::{Benchmark, Outcome, case, run, series, set};
@@ -19,6 +20,8 @@ const WEIGHT: f64 = 2e4;
 const HEIGHT: f64 = 1.0;
 const FACE: f64 = 1.5;
 const FOOT: f64 = 0.5;
+/// How long the cut that is too high falls freely (s).
+const FALL: f64 = 3.0;
 
 /// The clay with a stability number γH/c_u.
 fn clay(case: &mut Case, number: f64) -> Result<(), String> {
@@ -117,6 +120,26 @@ fn taylor(outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
+/// Energy set free, against what plastic flow has taken and what still moves, at the end of the fall.
+fn balance(outcome: &mut Outcome, report: &RunReport, cell: f64) {
+    let at = |name: &str| {
+        let rows = series(report, name);
+        let last = rows.iter().rfind(|(t, _)| *t <= FALL).map_or(f64::NAN, |row| row.1);
+        (rows.first().map_or(f64::NAN, |row| row.1), last)
+    };
+    let ((start, end), (_, lost), (_, kinetic)) = (at("potential_energy"), at("lost"), at("kinetic_energy"));
+    outcome.within(
+        format!(
+            "A-30 run-out, {} mm: plastic dissipation and kinetic energy over the weight's work",
+            1e3 * cell
+        ),
+        "1 ± 0.05",
+        (lost + kinetic) / (start - end),
+        (0.95, 1.05),
+        "the sheet's 5 %",
+    );
+}
+
 /// (iii): the cut with γH/c_u = 6 runs out and stops.
 fn run_out(outcome: &mut Outcome) -> Result<(), String> {
     let number = 6.0;
@@ -134,11 +157,13 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
         // Shared strains and points without domains gain energy where the clay flies apart without damping.
         set(&mut case, "volumetric_strain", "point");
         set(&mut case, "shape", "ugimp");
-        let stages = json!([{ "name": "fall", "duration": 3 },
+        let stages = json!([{ "name": "fall", "duration": FALL },
                             { "name": "rest", "duration": 10, "damping": 0.7, "equilibrium": {} }]);
         case.stages = serde_json::from_value(stages).map_err(|error| error.to_string())?;
         case.output.frames = Some(0.05);
+        case.measures.insert("lost".into(), Measure::Dissipation {});
         let report = run(&case)?;
+        balance(outcome, &report, cell);
         // What was above the foot.
         let start = &report.frames[0];
         let above: Vec<usize> =

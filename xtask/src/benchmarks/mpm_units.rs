@@ -21,6 +21,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     shape_functions(&mut outcome);
     cell_crossing(&mut outcome);
+    integration_by_cells(&mut outcome)?;
     conservation(&mut outcome)?;
     filters(&mut outcome)?;
     oscillator(&mut outcome)?;
@@ -129,6 +130,38 @@ fn cell_crossing(outcome: &mut Outcome) {
         1e-12,
         "round-off",
     );
+}
+
+/// S-04 with integration by cells: cells with three, two and three points under one stress, free at both ends.
+fn integration_by_cells(outcome: &mut Outcome) -> Result<(), String> {
+    for integration in ["points", "mixed", "gauss"] {
+        let text = serde_json::json!({
+            "title": "bar", "space": "1d", "domain": { "min": [-1], "max": [4] }, "gravity": [0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [3] },
+                         "stress": { "kind": "uniform", "value": [2, 0, 0, 0, 0, 0] } }],
+            "stages": [{ "name": "s", "duration": 1, "excavate": [{ "kind": "box", "min": [1.4], "max": [1.6] }] }],
+            "methods": { "mpm": { "cell_size": 1, "points_per_cell": 3, "shape": "linear", "integration": integration } }
+        });
+        let mut solver = start(&Case::from_json(&text.to_string()).map_err(|error| error.to_string())?)?;
+        let dt = solver.time_step().dt;
+        solver.step(dt).map_err(|error| error.to_string())?;
+        let snapshot = solver.snapshot();
+        // The forces at the two inner nodes accelerate the points between them.
+        let inner = snapshot.positions.iter().zip(vectors(&snapshot, "velocity"));
+        let force = inner
+            .filter(|(x, _)| (1.0..2.0).contains(&x[0]))
+            .map(|(_, v)| (v[0] / dt).abs())
+            .fold(0.0, f64::max);
+        let name = format!("S-04 integration `{integration}`: acceleration within the middle cell (m/s²)");
+        if integration == "points" {
+            let reason = "the sheet: ± σ Ω_p at the inner nodes, here not balanced";
+            outcome.within(name, "not 0", force, (0.1, f64::INFINITY), reason);
+        } else {
+            outcome.below(name, "0", force, 1e-12, "the sheet: 0 to round-off");
+        }
+    }
+    Ok(())
 }
 
 /// Internal forces `Σ Ω σ G` at the two inner nodes of three cells of 1 m, with points as wide as their volumes.

@@ -34,8 +34,8 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         series: vec![Series::new("closed form", exact, Style::Dashed)],
         ..LineChart::default()
     };
-    let bands =
-        [("linear", [f64::INFINITY; 3]), ("ugimp", [f64::INFINITY; 3]), ("cpgimp", [0.02, 0.01, 0.006])];
+    let free = [f64::INFINITY; 3];
+    let bands = [("linear", free), ("ugimp", free), ("cpgimp", [0.02, 0.01, 0.006]), ("dual-domain", free)];
     let mut errors = Vec::new();
     for (shape, bounds) in bands {
         let mut of_shape = Vec::new();
@@ -72,6 +72,10 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
                     1e-3,
                     "the sheet's bound",
                 );
+            }
+            if shape == "dual-domain" {
+                let name = format!("dual domain, {cells} cells: mean stress error");
+                outcome.show(name, "none in the sheet", error, "the sheet gives no bound for this shape");
             }
             if cells == 32 {
                 let points = snapshot.positions.iter().zip(&found).map(|(x, s)| (x[0], s[0])).collect();

@@ -71,6 +71,7 @@ impl FactorOfSafety {
             duration: self.duration,
             damping: self.damping,
             damping_axes: None,
+            rayleigh_damping: 0.0,
             gravity_ramp: 0.0,
             equilibrium: None,
             motions: Vec::new(),

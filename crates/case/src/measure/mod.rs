@@ -33,16 +33,23 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
             Measure::Probe { position, radius, fields } => {
                 readings.extend(probe(name, snapshot, position, *radius, fields));
             }
-            Measure::Profile { .. } | Measure::Reaction { .. } | Measure::FactorOfSafety(_) => {}
+            Measure::Profile { .. }
+            | Measure::Reaction { .. }
+            | Measure::Dissipation {}
+            | Measure::FactorOfSafety(_) => {}
         }
     }
     readings
 }
 
-/// Reads the reactions that the case measures off a solver: force and impulse along each axis.
-pub fn reactions(case: &Case, solver: &dyn Solver) -> Vec<Reading> {
+/// Reads what the case measures and no snapshot tells off a solver: of reactions, force and impulse along each axis; energy
+/// dissipated.
+pub fn of_solver(case: &Case, solver: &dyn Solver) -> Vec<Reading> {
     let mut readings = Vec::new();
     for (name, measure) in &case.measures {
+        if let Measure::Dissipation {} = measure {
+            readings.push((name.clone(), "J".to_owned(), solver.dissipated().unwrap_or(f64::NAN)));
+        }
         let Measure::Reaction { of } = measure else { continue };
         let reaction = solver.reaction(of);
         for (c, axis) in ["x", "y", "z"].into_iter().enumerate().take(case.dimension()) {

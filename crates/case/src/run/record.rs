@@ -229,7 +229,7 @@ impl<'a> Recorder<'a> {
         let equilibrium = solver.equilibrium();
         push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
         readings.extend(measure::read(self.case, snapshot, solver.cell_size()));
-        readings.extend(measure::reactions(self.case, solver));
+        readings.extend(measure::of_solver(self.case, solver));
         if self.table.columns.is_empty() {
             self.table.columns =
                 readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();

@@ -23,10 +23,14 @@ impl Findings<'_> {
     pub(super) fn loads(&mut self) {
         let case = self.case;
         let bodies: Vec<&str> = case.bodies.iter().map(|b| b.name.as_str()).collect();
+        let stages: Vec<&str> = case.stages.iter().map(|s| s.name.as_str()).collect();
         for (number, load) in case.loads.iter().enumerate() {
             let path = format!("loads[{number}]");
             self.name(&format!("{path}.body"), load.body(), &bodies, "the name of a body");
             self.side(&format!("{path}.side"), load.side());
+            if let Some(stage) = load.stage() {
+                self.name(&format!("{path}.stage"), stage, &stages, "the name of a stage");
+            }
             match load {
                 Load::Traction { value, .. } => self.vector(&format!("{path}.value"), value),
                 Load::Pressure { value, .. } => self.finite(format!("{path}.value"), *value),

@@ -159,6 +159,8 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/boundaries/0/position", json!(5), "boundaries[0].position", "outside the domain"),
         ("/loads/0/body", json!("c"), "loads[0].body", "is not the name of a body"),
         ("/loads/0/ramp", json!(-1), "loads[0].ramp", "must not be negative"),
+        ("/loads/0/stage", json!("gone"), "loads[0].stage", "is not the name of a stage"),
+        ("/loads/0/stage", json!(1), "loads[0]", "is not"),
         (
             "/loads/0",
             json!({ "kind": "pressure", "body": "c", "side": "y-max", "value": 10 }),
@@ -201,6 +203,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/stages", json!([]), "stages", "at least one stage"),
         ("/stages/1/duration", json!(0), "stages[1].duration", "must be positive"),
         ("/stages/0/damping", json!(1.0), "stages[0].damping", "is not in 0..1"),
+        ("/stages/0/rayleigh_damping", json!(-1), "stages[0].rayleigh_damping", "must not be negative (1/s)"),
         ("/stages/0/equilibrium", json!({ "hold": 0 }), "stages[0].equilibrium.hold", "at least 1"),
         ("/stages/0/gravity_ramp", json!(2), "stages[0].gravity_ramp", "the stage's duration"),
         (
@@ -227,6 +230,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "looks at no cells",
         ),
         ("/measures/a,b", json!({ "kind": "front", "side": "x-max" }), "measures.a,b", "letters, digits"),
+        ("/measures/front", json!({ "kind": "dissipation", "side": "x-max" }), "measures.front", "side"),
         ("/measures/eye/radius", json!(0), "measures.eye.radius", "must be positive"),
         (
             "/measures/eye/position",
@@ -435,6 +439,7 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
         ("stages[1].duration", |c, bad| c.stages[1].duration = bad),
         ("stages[1].damping", |c, bad| c.stages[1].damping = bad),
         ("stages[1].gravity_ramp", |c, bad| c.stages[1].gravity_ramp = bad),
+        ("stages[1].rayleigh_damping", |c, bad| c.stages[1].rayleigh_damping = bad),
         ("stages[0].equilibrium.kinetic_energy", |c, bad| {
             inside!(Some(criterion) = &mut c.stages[0].equilibrium => &mut criterion.kinetic_energy, bad);
         }),

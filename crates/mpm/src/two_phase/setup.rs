@@ -19,6 +19,7 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
     let Some(number) = wet else { return Ok(options) };
     case.refuse_driven("mpm with a pore_fluid")?;
+    case.refuse_dissipation("mpm with a pore_fluid")?;
     if case.space == Space::Axisymmetric {
         return refuse(&format!("bodies[{number}].pore_fluid"), "is not available in axisymmetry yet");
     }

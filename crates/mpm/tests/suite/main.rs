@@ -2,6 +2,7 @@
 
 mod boundaries;
 mod common;
+mod consistent;
 mod contact;
 mod driven;
 mod mesh;

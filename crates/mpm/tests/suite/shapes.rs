@@ -31,6 +31,7 @@ fn largest_stress(report: &RunReport) -> f64 {
 fn options() -> Vec<Value> {
     let option = |shape: &str, formulation: &str| json!({ "cell_size": 0.1, "shape": shape, "formulation": formulation });
     vec![
+        option("dual-domain", "updated-lagrangian"),
         option("cpdi", "updated-lagrangian"),
         option("cpdi2", "updated-lagrangian"),
         option("linear", "total-lagrangian"),
@@ -70,8 +71,10 @@ fn mass_and_momentum_of_a_free_body_are_conserved() {
 }
 
 #[test]
-fn a_block_in_three_dimensions_and_a_bar_keep_their_momentum_with_convected_domains() {
-    for (space, dimension) in [("1d", 1), ("3d", 3)] {
+fn a_block_in_three_dimensions_and_a_bar_keep_their_momentum() {
+    for (space, dimension, shape) in
+        [("1d", 1, "cpdi"), ("3d", 3, "cpdi"), ("1d", 1, "dual-domain"), ("3d", 3, "dual-domain")]
+    {
         let pick = |v: &[f64]| v[..dimension].to_vec();
         let gradient: Vec<Vec<f64>> = (0..dimension)
             .map(|i| (0..dimension).map(|j| if i == j { 2.0 } else { 0.5 }).collect())
@@ -82,13 +85,13 @@ fn a_block_in_three_dimensions_and_a_bar_keep_their_momentum_with_convected_doma
                          "velocity": { "kind": "linear", "value": pick(&[0.3, -0.2, 0.1]), "origin": pick(&[0.5; 3]),
                                        "gradient": gradient } }],
             "stages": [{ "name": "s", "duration": 0.02 }],
-            "methods": { "mpm": { "cell_size": 0.1, "shape": "cpdi" } }
+            "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
         })));
         for c in 0..dimension {
             let change = report.end.momentum[c] - report.start.momentum[c];
-            assert!(change.abs() < 1e-12 * report.start.mass, "{space}: {change}");
+            assert!(change.abs() < 1e-12 * report.start.mass, "{space}, {shape}: {change}");
         }
-        assert!(largest_stress(&report) > 1e3, "{space}: it does swing");
+        assert!(largest_stress(&report) > 1e3, "{space}, {shape}: it does swing");
     }
 }
 
@@ -137,10 +140,60 @@ fn the_total_lagrangian_form_turns_without_stress() {
 }
 
 #[test]
+fn what_dual_gradients_and_a_consistent_mass_cannot_honour_is_refused_by_path() {
+    let wall = json!([{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }]);
+    let lifting = json!([{ "side": "y-min", "wall": { "kind": "smooth" }, "separation": true }]);
+    let pressure = json!([{ "kind": "pressure", "body": "b", "side": "y-max", "value": 10 }]);
+    let fluid = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
+                         "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1e-10, "bulk_modulus": 1e7 } }]);
+    let (dual, heavy) =
+        (json!({ "shape": "dual-domain" }), json!({ "mass": "consistent", "stress_update": "usl" }));
+    let table = [
+        (&dual, "loads", pressure, "loads[0].kind"),
+        (&dual, "bodies", fluid.clone(), "bodies[0].pore_fluid"),
+        (&dual, "domain", json!({ "min": [0, 0], "max": [2, 1], "periodic": ["x"] }), "domain.periodic"),
+        (&heavy, "boundaries", wall, "boundaries[0].wall"),
+        (&heavy, "boundaries", lifting, "boundaries[0].wall"),
+        (&heavy, "bodies", fluid, "bodies[0].pore_fluid"),
+        (&heavy, "domain", json!({ "min": [0, 0], "max": [2, 1], "periodic": ["x"] }), "domain.periodic"),
+        (
+            &heavy,
+            "stages",
+            json!([{ "name": "s", "duration": 1, "equilibrium": {} }]),
+            "stages[0].equilibrium",
+        ),
+    ];
+    for (options, key, value, path) in table {
+        let mut all = json!({ "cell_size": 0.1 });
+        all.as_object_mut().unwrap().extend(options.as_object().unwrap().clone());
+        let case = case(json!({ "methods": { "mpm": all }, key: value }));
+        let error = Mpm.build(&case).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(path), "{path}: {error}");
+    }
+}
+
+#[test]
 fn what_the_shapes_cannot_honour_is_refused_by_name() {
     for (path, options) in [
         ("formulation", json!({ "formulation": "total-lagrangian" })),
         ("integration", json!({ "integration": "mixed" })),
+        ("integration", json!({ "integration": "gauss" })),
+        ("integration", json!({ "shape": "dual-domain", "integration": "gauss" })),
+        ("full_cell", json!({ "shape": "linear", "integration": "gauss", "full_cell": 0.5 })),
+        ("shape", json!({ "shape": "dual-domain", "mesh": { "kind": "box" } })),
+        ("formulation", json!({ "shape": "dual-domain", "formulation": "total-lagrangian" })),
+        ("volumetric_strain", json!({ "shape": "dual-domain", "volumetric_strain": "nodal" })),
+        ("transfer", json!({ "shape": "dual-domain", "transfer": "tpic" })),
+        ("stress_update", json!({ "mass": "consistent" })),
+        ("transfer", json!({ "mass": "consistent", "stress_update": "usl", "transfer": "xpic" })),
+        ("fixed_nodes", json!({ "mass": "consistent", "stress_update": "usl", "fixed_nodes": "momentum" })),
+        ("points_per_cell", json!({ "mass": "consistent", "stress_update": "usl", "points_per_cell": 1 })),
+        (
+            "mesh",
+            json!({ "mass": "consistent", "stress_update": "usl", "shape": "linear", "mesh": { "kind": "box" } }),
+        ),
+        ("lumped_share", json!({ "lumped_share": 0.5 })),
+        ("lumped_share", json!({ "mass": "consistent", "lumped_share": 0 })),
         ("full_cell", json!({ "shape": "linear", "full_cell": 0.5 })),
         ("full_cell", json!({ "shape": "linear", "integration": "mixed", "full_cell": 1.5 })),
         ("transfer", json!({ "shape": "cpdi", "transfer": "apic" })),

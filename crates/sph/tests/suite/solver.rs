@@ -276,6 +276,11 @@ fn what_cannot_be_honoured_is_refused_by_name() {
             json!({ "loads": [{ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1] }] }),
             "loads[0]",
         ),
+        (json!({ "measures": { "lost": { "kind": "dissipation" } } }), "measures.lost"),
+        (
+            json!({ "stages": [{ "name": "s", "duration": 1, "rayleigh_damping": 1 }] }),
+            "stages[0].rayleigh_damping",
+        ),
         (wall(json!({ "separation": true })), "boundaries[0].separation"),
         (
             json!({ "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }],

@@ -1,0 +1,413 @@
+//! Consistent mass (GT eq. 3.9, Anura3D manual eq. 4.23; MPM sheet §2.1): `M_ij = Σ_p m_p N_ip N_jp`.
+//!
+//! Velocities of nodes solve `M v = p` and accelerations `M a = f`, with the conjugate gradients preconditioned by the
+//! diagonal of `M` (Jacobi), each component of the vectors by itself. `M` is never stored: `M x` is a sweep from nodes to
+//! points and back. Components that a wall holds are the wall's, and have no equation.
+//!
+//! The rank of `M` is at most the number of points, so it may be singular where there are few, while the right side
+//! `f`, unlike `p`, has a part that no point sees. What is solved with is therefore `(1 - θ) M + θ M_L` with the lumped
+//! `M_L` and a small `θ`, the option `lumped_share` (the partly consistent matrix of Burgess, Sulsky & Brackbill 1992): it is
+//! never singular, and has the row sums of both, so that momentum is conserved.
+
+use colluvium_case::description::{Boundary, Wall};
+use colluvium_case::{Case, CaseError, SolverError};
+use colluvium_grid::{Basis, Lanes, Layout, Node, Support};
+
+use crate::config::Mass;
+use crate::contact::three;
+use crate::momentum::{RowSums, sign, slowed};
+use crate::points::{PointDomain, ground};
+use crate::solver::MpmSolver;
+use crate::{FixedNodes, MpmOptions, StressScheme, Transfer};
+
+/// Size of what is left of the right side when a system counts as solved, in the norm of the preconditioner.
+const TOLERANCE: f64 = 1e-12;
+/// Most iterations.
+const ITERATIONS: usize = 1000;
+
+/// What the solves need, by node; empty with lumped mass.
+#[derive(Clone, Debug, Default)]
+pub struct ConsistentMass {
+    /// `Σ_p m_p N_ip²` (kg).
+    squares: Vec<f64>,
+    /// One over the diagonal of the matrix, zero for components without an equation.
+    inverse: Vec<Lanes>,
+    velocity: Vec<Lanes>,
+    acceleration: Vec<Lanes>,
+    residual: Vec<Lanes>,
+    direction: Vec<Lanes>,
+    product: Vec<Lanes>,
+    /// What the rows of nodes report.
+    rows: Vec<Lanes>,
+}
+
+/// Refuses what goes by the mass of single nodes.
+pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    if options.mass == Mass::Lumped {
+        return Ok(());
+    }
+    let refuse =
+        |path: &str, problem: &str| Err(CaseError::new(path, format!("with mass consistent {problem}")));
+    if options.stress_update != StressScheme::Usl {
+        let problem = "only usl is available: the re-mapped velocity of musl is the solved one";
+        return refuse("methods.mpm.stress_update", problem);
+    }
+    if options.transfer != Transfer::Flip {
+        return refuse("methods.mpm.transfer", "only flip (or a share of it) is available");
+    }
+    if options.fixed_nodes != FixedNodes::Force {
+        return refuse("methods.mpm.fixed_nodes", "only force is available");
+    }
+    if options.mesh.is_some() {
+        return refuse("methods.mpm.mesh", "a mesh is not available");
+    }
+    if options.points_per_cell < 2 {
+        return refuse(
+            "methods.mpm.points_per_cell",
+            "at least 2 are needed: fewer leave the matrix singular",
+        );
+    }
+    if !options.contacts.is_empty() {
+        return refuse("methods.mpm.contacts", "contacts are not available");
+    }
+    case.refuse_driven("mpm with mass consistent")?;
+    if !case.domain.periodic.is_empty() {
+        return refuse("domain.periodic", "a periodic domain is not available");
+    }
+    if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
+        return refuse(&format!("bodies[{number}].pore_fluid"), "a pore fluid is not available");
+    }
+    let holds = |wall: &Boundary| matches!(wall.wall, Wall::Rough | Wall::Smooth) && !wall.separation;
+    if let Some(number) = case.boundaries.iter().position(|boundary| !holds(boundary)) {
+        let problem = "walls are rough or smooth, without separation: the system is linear";
+        return refuse(&format!("boundaries[{number}].wall"), problem);
+    }
+    if let Some(number) = case.stages.iter().position(|stage| stage.equilibrium.is_some()) {
+        let problem = "equilibrium is not measured: use mass lumped for what comes to rest";
+        return refuse(&format!("stages[{number}].equilibrium"), problem);
+    }
+    Ok(())
+}
+
+impl ConsistentMass {
+    /// Memory of a node (bytes).
+    pub const BYTES: usize = size_of::<f64>() + 6 * size_of::<Lanes>();
+
+    /// Empty arrays for what the options ask for.
+    pub fn new<const D: usize>(options: &MpmOptions, layout: &Layout<D>) -> Self {
+        if options.mass == Mass::Lumped {
+            return Self::default();
+        }
+        let vectors = || vec![Lanes::ZERO; layout.len()];
+        Self {
+            squares: vec![0.0; layout.len()],
+            inverse: vectors(),
+            velocity: vectors(),
+            acceleration: vectors(),
+            residual: vectors(),
+            direction: vectors(),
+            product: vectors(),
+            rows: vec![Lanes::ZERO; layout.nodes()[0]],
+        }
+    }
+
+    /// Whether mass is consistent.
+    pub fn is_used(&self) -> bool {
+        !self.squares.is_empty()
+    }
+
+    /// Empties the active entries.
+    pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
+        if !self.is_used() {
+            return;
+        }
+        layout.reset(&mut self.squares);
+        for values in [
+            &mut self.inverse,
+            &mut self.velocity,
+            &mut self.acceleration,
+            &mut self.residual,
+            &mut self.direction,
+            &mut self.product,
+        ] {
+            layout.reset(values);
+        }
+    }
+}
+
+/// Sum over the active nodes, in their order, of what `of` gives for each, which may change it.
+fn sum_over<const D: usize>(
+    layout: &Layout<D>,
+    values: &mut [Lanes],
+    rows: &mut [Lanes],
+    of: &(dyn Fn(usize, &mut Lanes) -> Lanes + Sync),
+) -> Lanes {
+    let row_length = layout.strides()[0];
+    layout.rows(values, rows, |row, active, line| {
+        let mut sum = Lanes::ZERO;
+        for number in active {
+            sum += of(row * row_length + number, &mut line[number]);
+        }
+        sum
+    });
+    rows.iter().fold(Lanes::ZERO, |sum, row| sum + *row)
+}
+
+/// `a / b` lane by lane, zero where there is nothing to divide by.
+fn quotient(a: Lanes, b: Lanes) -> Lanes {
+    let (a, b) = (a.to_array(), b.to_array());
+    Lanes::new(std::array::from_fn(|c| if b[c] > 0.0 { a[c] / b[c] } else { 0.0 }))
+}
+
+/// The arrays of one solve, by node.
+struct System<'a> {
+    solution: &'a mut [Lanes],
+    residual: &'a mut [Lanes],
+    direction: &'a mut [Lanes],
+    product: &'a mut [Lanes],
+    inverse: &'a [Lanes],
+    rows: &'a mut [Lanes],
+}
+
+/// Conjugate gradients for all components at once, from the guess in the solution, whose components without an equation stay.
+/// `multiply` is the matrix, `right` the right side at a node. Returns whether it has converged.
+fn solve<const D: usize>(
+    layout: &Layout<D>,
+    system: System<'_>,
+    multiply: &dyn Fn(&[Lanes], &mut [Lanes]),
+    right: &(dyn Fn(usize) -> Lanes + Sync),
+) -> bool {
+    let System { solution, residual, direction, product, inverse, rows } = system;
+    multiply(solution, product);
+    let scale = sum_over(layout, residual, rows, &|node, _| right(node) * right(node) * inverse[node]);
+    let left = &*product;
+    let mut squared = sum_over(layout, residual, rows, &|node, rest| {
+        *rest = right(node) - left[node];
+        *rest * *rest * inverse[node]
+    });
+    let rest = &*residual;
+    sum_over(layout, direction, rows, &|node, along| {
+        *along = rest[node] * inverse[node];
+        Lanes::ZERO
+    });
+    // Of the right side, or of what the walls' motion makes of it.
+    let (given, begun) = (scale.to_array(), squared.to_array());
+    let scale: [f64; 4] = std::array::from_fn(|c| given[c].max(begun[c]));
+    for _ in 0..ITERATIONS {
+        let now = squared.to_array();
+        if (0..4).all(|c| now[c] <= TOLERANCE * TOLERANCE * scale[c]) {
+            return true;
+        }
+        multiply(direction, product);
+        let along = &*direction;
+        let stiffness = sum_over(layout, product, rows, &|node, product| along[node] * *product);
+        let step = quotient(squared, stiffness);
+        sum_over(layout, solution, rows, &|node, solution| {
+            *solution += along[node] * step;
+            Lanes::ZERO
+        });
+        let product = &*product;
+        let next = sum_over(layout, residual, rows, &|node, rest| {
+            *rest -= product[node] * step;
+            *rest * *rest * inverse[node]
+        });
+        let turn = quotient(next, squared);
+        let rest = &*residual;
+        sum_over(layout, direction, rows, &|node, along| {
+            *along = rest[node] * inverse[node] + *along * turn;
+            Lanes::ZERO
+        });
+        squared = next;
+    }
+    false
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// `out = ((1 - θ) M + θ M_L) x`; the masses of the nodes are in their fourth lane.
+    fn mass_times(&self, x: &[Lanes], out: &mut [Lanes]) {
+        let (strides, ground, sets) = (self.layout.strides(), ground!(self), &self.sets);
+        let share = self.options.lumped_share;
+        let own = 1.0 - share;
+        self.layout.reset(out);
+        self.layout.scatter(out, |slab, window, offset| {
+            for set in sets {
+                for p in set.slabs[slab]..set.slabs[slab + 1] {
+                    let support = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
+                    let value = support.interpolate(x, &strides, |x| *x);
+                    support.deposit_motion(window, offset, &strides, value * (own * set.mass[p]));
+                }
+            }
+        });
+        self.layout.rows(out, &mut vec![(); self.layout.nodes()[0]], |row, active, line| {
+            for number in active {
+                let node = row * strides[0] + number;
+                line[number] += x[node] * (share * self.nodes[node].motion.as_array()[3]);
+            }
+        });
+    }
+
+    /// `Σ_p m_p N_ip²`.
+    fn mass_squares(&self, squares: &mut [f64]) {
+        let (strides, ground, sets) = (self.layout.strides(), ground!(self), &self.sets);
+        self.layout.reset(squares);
+        self.layout.scatter(squares, |slab, window, offset| {
+            for set in sets {
+                for p in set.slabs[slab]..set.slabs[slab + 1] {
+                    let support = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
+                    support.for_each(&strides, |number, w, _| window[number - offset] += set.mass[p] * w * w);
+                }
+            }
+        });
+    }
+
+    /// The momentum solve with the consistent mass (steps 2 to 4): velocity at the end of the step and acceleration.
+    pub(crate) fn solve_consistent(&mut self, dt: f64) -> Result<(), SolverError> {
+        let mut mass = std::mem::take(&mut self.consistent);
+        let solved = self.solve_with(&mut mass, dt);
+        self.consistent = mass;
+        if solved {
+            return Ok(());
+        }
+        Err(SolverError::Step {
+            step: self.step,
+            time: self.time,
+            reason: format!(
+                "the consistent mass matrix has not been solved with in {ITERATIONS} iterations: use mass lumped, or \
+                 more points per cell"
+            ),
+        })
+    }
+
+    fn solve_with(&mut self, mass: &mut ConsistentMass, dt: f64) -> bool {
+        let layout = &self.layout;
+        let row_length = layout.strides()[0];
+        let (light, share) = (self.options.node_mass_cutoff * self.heaviest, self.options.lumped_share);
+        self.mass_squares(&mut mass.squares);
+        let ConsistentMass { squares, inverse, velocity, acceleration, residual, direction, product, rows } =
+            mass;
+        // 2: guess of the velocities, what walls hold, and the diagonal.
+        let (nodes, walls) = (&self.nodes, &self.walls);
+        let at = |node: usize| -> [f64; 3] {
+            let lumped = nodes[node].motion.as_array()[3];
+            three(nodes[node].motion).map(|p| if lumped > 0.0 { p / lumped } else { 0.0 })
+        };
+        sum_over(layout, velocity, rows, &|node, velocity| {
+            let mut start = at(node);
+            let index = layout.index(node / row_length, node % row_length);
+            walls.constrain(&index, &mut start, &mut [0.0; 3], false);
+            *velocity = Lanes::new([start[0], start[1], start[2], 0.0]);
+            Lanes::ZERO
+        });
+        sum_over(layout, inverse, rows, &|node, inverse| {
+            let lumped = nodes[node].motion.as_array()[3];
+            let index = layout.index(node / row_length, node % row_length);
+            let diagonal = (1.0 - share) * squares[node] + share * lumped;
+            let own = if lumped > light { 1.0 / diagonal } else { 0.0 };
+            let [x, y, z] = walls.free_components(&index);
+            let in_space = |axis: usize| if axis < D { own } else { 0.0 };
+            *inverse = Lanes::new([x * in_space(0), y * in_space(1), z * in_space(2), 0.0]);
+            Lanes::ZERO
+        });
+        let multiply = |x: &[Lanes], out: &mut [Lanes]| self.mass_times(x, out);
+        let spatial = Lanes::new([1.0, 1.0, 1.0, 0.0]);
+        let system = System { solution: velocity, residual, direction, product, inverse, rows };
+        if !solve(layout, system, &multiply, &|node| nodes[node].motion * spatial) {
+            return false;
+        }
+        // 3: forces.
+        let stage = &self.case.stages[self.stage];
+        let (damping, scaling) = (stage.damping_of_axes(), self.options.mass_scaling);
+        let gravity = self.gravity.map(|g| g * self.gravity_factor(dt));
+        let start = &*velocity;
+        let force = |node: usize| -> Lanes {
+            let (force, lumped) = (nodes[node].force.to_array(), nodes[node].motion.as_array()[3]);
+            let start = start[node].to_array();
+            let along = |c: usize| {
+                let total = force[c] + lumped * gravity[c];
+                (total - damping[c] * total.abs() * sign(start[c])) / scaling
+            };
+            Lanes::new([along(0), along(1), along(2), 0.0])
+        };
+        sum_over(layout, acceleration, rows, &|_, acceleration| {
+            *acceleration = Lanes::ZERO;
+            Lanes::ZERO
+        });
+        let system = System { solution: acceleration, residual, direction, product, inverse, rows };
+        if !solve(layout, system, &multiply, &force) {
+            return false;
+        }
+        // 4.
+        let (velocity, acceleration, rayleigh) = (&*velocity, &*acceleration, stage.rayleigh_damping * dt);
+        layout.rows(&mut self.nodes, &mut self.row_sums, |row, active, line| {
+            for number in active {
+                let node = row * row_length + number;
+                let (start, rate) = (velocity[node].to_array(), acceleration[node].to_array());
+                let lumped = line[number].motion.as_array()[3];
+                let moves = inverse[node].to_array();
+                let mut end: [f64; 4] = std::array::from_fn(|c| start[c] + dt * rate[c]);
+                for c in (0..3).filter(|c| rayleigh > 0.0 && moves[*c] > 0.0) {
+                    end[c] = slowed(start[c], end[c], rayleigh);
+                }
+                let rate = |c: usize| (end[c] - start[c]) / dt;
+                line[number] = Node {
+                    motion: Lanes::new([end[0], end[1], end[2], lumped]),
+                    force: Lanes::new([rate(0), rate(1), rate(2), 0.0]),
+                };
+            }
+            RowSums::default()
+        });
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::points::FixedDomain;
+    use crate::setup;
+    use crate::transfer::Scatter;
+    use colluvium_grid::{Gimp, Linear};
+
+    /// The rows of the matrix sum to the lumped masses, and it is symmetric.
+    fn sums<const S: usize, B: Basis<S>>(shape: &str) {
+        let text = serde_json::json!({
+            "title": "ball", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 7, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.45], "radius": 0.3 } }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": "usl", "mass": "consistent" } }
+        });
+        let case = Case::from_json(&text.to_string()).unwrap();
+        let options = setup::options(&case).unwrap();
+        let mut solver = setup::solver::<2, S, B, FixedDomain>(&case, &options).unwrap();
+        solver.scatter(Scatter::Everything, 1e-3);
+        let count = solver.layout.len();
+        let mut out = vec![Lanes::ZERO; count];
+        solver.mass_times(&vec![Lanes::ONE; count], &mut out);
+        let mut total = 0.0;
+        for (node, row) in solver.nodes.iter().zip(&out) {
+            let lumped = node.motion.as_array()[3];
+            total += lumped;
+            assert!(
+                row.to_array().iter().all(|sum| (sum - lumped).abs() < 1e-14),
+                "{shape}: {row:?}, {lumped}"
+            );
+        }
+        assert!(total > 1.0);
+        let wave = |phase: f64| -> Vec<Lanes> {
+            (0..count).map(|n| Lanes::splat((n as f64 * 1.3 + phase).sin())).collect()
+        };
+        let mut product = |x: &[Lanes], y: &[Lanes]| -> f64 {
+            solver.mass_times(x, &mut out);
+            out.iter().zip(y).map(|(a, b)| a.as_array()[0] * b.as_array()[0]).sum()
+        };
+        let (x, y) = (wave(0.0), wave(0.7));
+        assert!((product(&x, &y) - product(&y, &x)).abs() < 1e-13 && product(&x, &x) > 0.0, "{shape}");
+    }
+
+    #[test]
+    fn rows_of_the_matrix_sum_to_the_lumped_mass() {
+        sums::<2, Linear>("linear");
+        sums::<3, Gimp>("ugimp");
+    }
+}
