@@ -19,7 +19,8 @@ struct Setting {
 enum Motion {
     /// They settle: neighbours last.
     Settling,
-    /// They shear past each other: neighbours are found again and again.
+    /// They shear past each other: neighbours are found again and again. Along the motion the block goes on without
+    /// end, so that the measurement may take as long as it likes.
     Shearing,
 }
 
@@ -44,8 +45,12 @@ impl Setting {
             material["friction_angle"] = json!(20.0);
             material["cohesion"] = json!(0.1);
         }
-        let mut velocity = json!({ "kind": "rest" });
+        let (mut velocity, mut ceiling) = (json!({ "kind": "rest" }), all(1.0 + 4.0 * spacing));
+        let mut periodic = json!([]);
         if self.motion == Motion::Shearing {
+            (floor[0], ceiling[0], periodic) = (0.0, 1.0, json!(["x"]));
+            // What is thrown up stays in the domain.
+            ceiling[1] = 2.0;
             // At the top a fifth of the speed of sound (26 m/s): lists last some ten steps.
             let mut gradient = vec![all(0.0); self.dimension];
             gradient[0][1] = 5.0;
@@ -55,7 +60,7 @@ impl Setting {
         let text = json!({
             "title": "throughput",
             "space": if self.dimension == 2 { "plane-strain" } else { "3d" },
-            "domain": { "min": floor, "max": all(1.0 + 4.0 * spacing) },
+            "domain": { "min": floor, "max": ceiling, "periodic": periodic },
             "gravity": gravity,
             "materials": { "soil": material },
             "bodies": [{ "name": "block", "material": "soil", "velocity": velocity,

@@ -182,9 +182,31 @@ impl States {
     /// The states in a new order: point `i` of the result is point `order[i]` of `self`.
     #[must_use]
     pub fn permuted(&self, order: &[u32]) -> Self {
-        let Some(first) = self.blocks.first() else { return self.clone() };
         let all: Vec<&StateBlock> = self.blocks.iter().collect();
-        let blocks = order.chunks(BLOCK).map(|part| StateBlock(first.0.gather(&all, part))).collect();
+        Self::picked(&all, order)
+    }
+
+    /// States of points from several places, all of the same material: point `i` of the result is point `k` of
+    /// `parts[part]`, `(part, k)` being `picks[i]`.
+    #[must_use]
+    pub fn gathered(parts: &[&Self], picks: &[(u32, u32)]) -> Self {
+        let all: Vec<&StateBlock> = parts.iter().flat_map(|part| &part.blocks).collect();
+        let starts: Vec<u32> = parts
+            .iter()
+            .scan(0, |next, part| {
+                let start = *next;
+                *next += (part.blocks.len() * BLOCK) as u32;
+                Some(start)
+            })
+            .collect();
+        let order: Vec<u32> = picks.iter().map(|&(part, k)| starts[part as usize] + k).collect();
+        Self::picked(&all, &order)
+    }
+
+    /// Points `order` of blocks of one material, counted as if every block were full.
+    fn picked(all: &[&StateBlock], order: &[u32]) -> Self {
+        let Some(first) = all.first() else { return Self::default() };
+        let blocks = order.chunks(BLOCK).map(|part| StateBlock(first.0.gather(all, part))).collect();
         Self { blocks, len: order.len() }
     }
 }

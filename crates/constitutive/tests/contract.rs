@@ -481,5 +481,12 @@ fn states_survive_saving_and_reordering() {
         let order: Vec<u32> = (0..count as u32).rev().collect();
         let twice = states.permuted(&order).permuted(&order);
         assert_eq!(subject.law.save(&twice), bytes, "{}", subject.name());
+        // Dealt out to three, one of which has none, and put together again.
+        let of = |kind: u32| (0..count as u32).filter(|i| i % 3 / 2 == kind).collect::<Vec<u32>>();
+        let parts = [0, 1, 2].map(|kind| states.permuted(&of(kind)));
+        let pick = |i: u32| (i % 3 / 2, if i % 3 == 2 { i / 3 } else { i / 3 * 2 + i % 3 });
+        let picks: Vec<(u32, u32)> = (0..count as u32).map(pick).collect();
+        let whole = States::gathered(&[&parts[0], &parts[1], &parts[2]], &picks);
+        assert_eq!((subject.law.save(&whole), whole.len()), (bytes, states.len()), "{}", subject.name());
     }
 }

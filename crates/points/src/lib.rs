@@ -1,4 +1,4 @@
-//! Shapes, sampling and neighbour search for point-based methods.
+//! Shapes, sampling, neighbour search and partition for point-based methods.
 //!
 //! ```
 //! use colluvium_points::{NeighbourList, Shape, lattice};
@@ -14,11 +14,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bisection;
 mod boxes;
 mod neighbours;
 mod sampling;
 mod shape;
 
+pub use bisection::{Bisection, Bounds, halo};
 pub use boxes::Place;
 pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError};
 pub use sampling::{Sample, SamplingError, gauss_per_cell, lattice, overlap, per_cell, poisson_disk, random};

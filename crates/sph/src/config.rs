@@ -135,6 +135,10 @@ pub struct SphOptions {
     /// Fixed time step (s), which must be below the stable one; chosen by the solver when absent.
     #[serde(default)]
     pub time_step: Option<f64>,
+    /// Number of ranks that share the particles out and exchange copies of those near each other, 1 to 1024. Results
+    /// are those of one rank. With the leapfrog and present neighbours (`formulation: updated`) only.
+    #[serde(default = "one")]
+    pub ranks: u32,
 }
 
 impl SphOptions {
@@ -179,6 +183,7 @@ impl SphOptions {
             wall_k0: half(),
             courant: courant(),
             time_step: None,
+            ranks: one(),
         }
     }
 
@@ -256,6 +261,8 @@ impl SphOptions {
         ] {
             rule(name, steps as f64, steps > 0, "must be at least 1")?;
         }
+        let ranks = self.ranks;
+        rule("ranks", f64::from(ranks), (1..=1024).contains(&ranks), "is not in 1..=1024")?;
         let courant = self.courant;
         rule("courant", courant, courant > 0.0 && courant <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if let Some(step) = self.time_step {
@@ -288,6 +295,12 @@ impl SphOptions {
             return Err(("wall_stress", "must be pairwise where the smoothing length varies".to_owned()));
         }
         let stages = self.integration != TimeIntegration::Leapfrog;
+        if stages && self.ranks > 1 {
+            return Err(("integration", "must be leapfrog with more than one of ranks".to_owned()));
+        }
+        if self.formulation == Formulation::TotalLagrangian && self.ranks > 1 {
+            return Err(("formulation", "must be updated with more than one of ranks".to_owned()));
+        }
         if stages && self.smoothing_length == SmoothingLength::Rate {
             return Err(("smoothing_length", "rate goes with the leapfrog only".to_owned()));
         }
@@ -334,6 +347,9 @@ fn smoothing() -> f64 {
 /// Fitted by the source for granular flow, cubic spline and smoothing 1.2.
 fn viscosity() -> f64 {
     0.1
+}
+fn one() -> u32 {
+    1
 }
 fn ten() -> u64 {
     10

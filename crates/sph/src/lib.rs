@@ -5,7 +5,7 @@
 //! holds the smoothing kernels, [`operators`] the sums. The solver moves particles by the momentum
 //! equation in leapfrog steps, velocities half a step ahead (SPH sheet §3.3; [`SphSolver`] holds the step).
 //! One dimension, plane strain and three dimensions; rough walls are layers of particles, smooth walls
-//! mirrors.
+//! mirrors. [`RankedSolver`] shares the particles out among ranks that exchange copies of them.
 //!
 //! [`Sph`] is the way in: it turns a [`Case`] into a [`Solver`].
 
@@ -17,6 +17,7 @@ mod lanes;
 pub mod operators;
 mod pairs;
 mod particles;
+mod ranks;
 mod regularise;
 mod report;
 pub mod semi_discrete;
@@ -34,6 +35,7 @@ pub use config::{
     SmoothWall, SmoothingLength, SoundSpeed, SphOptions, Symmetrisation, Tensile, TimeIntegration,
     VelocityGradient, WallStress, WallVelocity,
 };
+pub use ranks::RankedSolver;
 pub use solver::SphSolver;
 
 /// Smoothed particle hydrodynamics.

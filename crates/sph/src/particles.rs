@@ -40,6 +40,18 @@ impl Group {
     pub fn range(&self) -> std::ops::Range<usize> {
         self.start..self.end
     }
+
+    /// The same body without particles.
+    pub fn hollow(&self) -> Self {
+        Self {
+            start: 0,
+            end: 0,
+            material: Arc::clone(&self.material),
+            states: States::default(),
+            held: self.held.clone(),
+            ..*self
+        }
+    }
 }
 
 /// All particles. The arrays of what acts on neighbours go on behind the `len` particles with their images and the
@@ -102,23 +114,44 @@ fn permute<T: Copy>(values: &mut [T], order: &[u32], old: &mut Vec<T>) {
 }
 
 impl<const D: usize> Particles<D> {
+    /// What has one vector per particle: origin, acceleration, position, velocity.
+    pub fn vectors(&self) -> [&Vec<[f64; D]>; 4] {
+        [&self.origin, &self.acceleration, &self.position, &self.velocity]
+    }
+
+    /// The same, to change.
+    pub fn vectors_mut(&mut self) -> [&mut Vec<[f64; D]>; 4] {
+        [&mut self.origin, &mut self.acceleration, &mut self.position, &mut self.velocity]
+    }
+
+    /// What has one number per particle: mass, density, speed of sound, smoothing length.
+    pub fn scalars(&self) -> [&Vec<f64>; 4] {
+        [&self.mass, &self.density, &self.sound, &self.length]
+    }
+
+    /// The same, to change.
+    pub fn scalars_mut(&mut self) -> [&mut Vec<f64>; 4] {
+        [&mut self.mass, &mut self.density, &mut self.sound, &mut self.length]
+    }
+
     /// Puts the particles of `range` in a new order.
     pub fn permute(&mut self, range: std::ops::Range<usize>, order: &[u32]) {
-        let old = &mut self.order;
+        let mut old = std::mem::take(&mut self.order);
         permute(&mut self.id[range.clone()], order, &mut old.ids);
-        for vectors in [&mut self.origin, &mut self.acceleration, &mut self.position, &mut self.velocity] {
+        for vectors in self.vectors_mut() {
             permute(&mut vectors[range.clone()], order, &mut old.vectors);
         }
         if !self.previous.is_empty() {
             permute(&mut self.previous[range.clone()], order, &mut old.vectors);
         }
-        for scalars in [&mut self.mass, &mut self.density, &mut self.sound, &mut self.length] {
+        for scalars in self.scalars_mut() {
             permute(&mut scalars[range.clone()], order, &mut old.scalars);
         }
         permute(&mut self.stress[range.clone()], order, &mut old.tensors);
         // Rates of the step before, which one of the schemes predicts from.
         permute(&mut self.gradient[range.clone()], order, &mut old.matrices);
         permute(&mut self.divergence[range], order, &mut old.scalars);
+        self.order = old;
     }
 
     /// Makes room for so many particles, images and walls; what is new is zero.
@@ -141,13 +174,13 @@ impl<const D: usize> Particles<D> {
     pub fn remove(&mut self, range: std::ops::Range<usize>) {
         self.resize(self.len);
         self.id.drain(range.clone());
-        for vectors in [&mut self.origin, &mut self.acceleration, &mut self.position, &mut self.velocity] {
+        for vectors in self.vectors_mut() {
             vectors.drain(range.clone());
         }
         if !self.previous.is_empty() {
             self.previous.drain(range.clone());
         }
-        for scalars in [&mut self.mass, &mut self.density, &mut self.sound, &mut self.length] {
+        for scalars in self.scalars_mut() {
             scalars.drain(range.clone());
         }
         self.stress.drain(range);

@@ -21,7 +21,7 @@ type Limit = (f64, &'static str, Option<usize>);
 impl<const D: usize> SphSolver<D> {
     /// The largest step that waves, forces, viscosity and damping allow (sheet §3.4); renews the speeds of sound.
     pub(crate) fn find_limit(&mut self) -> TimeStep {
-        let options = &self.options;
+        let (options, guests) = (&self.options, &self.guests);
         let p = &mut self.particles;
         let mut least: Limit = (f64::INFINITY, "nothing", None);
         for group in &self.groups {
@@ -45,6 +45,9 @@ impl<const D: usize> SphSolver<D> {
                         (SoundSpeed::YoungsModulus, Some(modulus)) => (modulus / density).sqrt(),
                         _ => wave,
                     };
+                    if guests.get(range.start + first + k).is_some_and(|guest| *guest) {
+                        continue;
+                    }
                     let speed = square(&velocities[first + k]).sqrt();
                     let pull = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
                     let limits = [

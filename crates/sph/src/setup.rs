@@ -12,6 +12,7 @@ use crate::config::{
 };
 use crate::kernel::Smoothing;
 use crate::particles::{Group, Particles};
+use crate::ranks::RankedSolver;
 use crate::solver::{Audit, Listed, SphSolver};
 use crate::total::{self, Reference};
 use crate::walls::{Contact, Period, Plane, Walls};
@@ -204,9 +205,17 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
 pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
     let options = options(case)?;
     Ok(match case.dimension() {
-        1 => Box::new(solver::<1>(case, &options)?),
-        2 => Box::new(solver::<2>(case, &options)?),
-        _ => Box::new(solver::<3>(case, &options)?),
+        1 => boxed::<1>(case, &options)?,
+        2 => boxed::<2>(case, &options)?,
+        _ => boxed::<3>(case, &options)?,
+    })
+}
+
+fn boxed<const D: usize>(case: &Case, options: &SphOptions) -> Result<Box<dyn Solver>, CaseError> {
+    let whole = solver::<D>(case, options)?;
+    Ok(match options.ranks {
+        1 => Box::new(whole),
+        ranks => Box::new(RankedSolver::new(whole, ranks as usize)),
     })
 }
 
@@ -252,6 +261,10 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     }
     let gravity = case.gravity3();
     check_distances(&particles, options)?;
+    if options.ranks as usize > particles.len {
+        let problem = format!("{} is more than the {} particles", options.ranks, particles.len);
+        return Err(CaseError::new("methods.sph.ranks", problem));
+    }
     let mut solver = SphSolver {
         case: Arc::new(case.clone()),
         options: options.clone(),
@@ -279,6 +292,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         audit: Audit::default(),
         inward: Vec::new(),
         reference: None,
+        guests: Vec::new(),
     };
     solver.particles.resize(solver.particles.len);
     if options.formulation == Formulation::TotalLagrangian {

@@ -43,6 +43,7 @@ mod sph_geostatic;
 mod sph_membrane;
 mod sph_operators;
 mod sph_pairing;
+mod sph_ranks;
 mod sph_shear;
 mod sph_slope;
 mod sph_tensile;
@@ -131,6 +132,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_cantilever_3d::BENCHMARK, None, 130),
     Listed::new(&sph_drum::BENCHMARK, None, 100),
     Listed::new(&sph_threads::BENCHMARK, Some(2), 8),
+    Listed::new(&sph_ranks::BENCHMARK, Some(5), 8),
     Listed::new(&sph_critical::SHEAR, Some(2), 6),
     Listed::new(&sph_critical::COLUMNS, None, 16),
     Listed::new(&sph_critical::COLUMNS_FINE, None, 200),

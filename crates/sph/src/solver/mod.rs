@@ -93,6 +93,9 @@ pub struct SphSolver<const D: usize> {
     pub(crate) inward: Vec<Inward<D>>,
     /// The initial configuration, of the total-Lagrangian form.
     pub(crate) reference: Option<Box<Reference<D>>>,
+    /// Which particles are copies of those of other ranks: neighbours for the others, whose own rates nobody asks for.
+    /// Empty where there are none.
+    pub(crate) guests: Vec<bool>,
 }
 
 pub(crate) fn square<const N: usize>(vector: &[f64; N]) -> f64 {
@@ -115,6 +118,29 @@ pub(crate) fn over_rows<const D: usize, T: Send>(
 }
 
 impl<const D: usize> SphSolver<D> {
+    /// A solver in the same stage of the same case at the same time, without particles.
+    pub(crate) fn hollow(&self) -> Self {
+        Self {
+            case: Arc::clone(&self.case),
+            options: self.options.clone(),
+            particles: Particles::default(),
+            groups: self.groups.iter().map(Group::hollow).collect(),
+            walls: self.walls.clone(),
+            images: Vec::new(),
+            neighbours: NeighbourList::new(),
+            weights: Vec::new(),
+            cells: CellList::new(),
+            listed: Listed { positions: Vec::new(), ..self.listed },
+            tensors: Vec::new(),
+            limit: self.limit.clone(),
+            audit: Audit::default(),
+            inward: Vec::new(),
+            reference: None,
+            guests: Vec::new(),
+            ..*self
+        }
+    }
+
     /// One step.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.limit.is_none() {
@@ -123,6 +149,11 @@ impl<const D: usize> SphSolver<D> {
         if self.reference.is_none() {
             self.refresh_neighbours(true)?;
         }
+        self.advance_listed(dt)
+    }
+
+    /// One step with the neighbours as they are listed.
+    pub(crate) fn advance_listed(&mut self, dt: f64) -> Result<(), SolverError> {
         self.regularise()?;
         self.shift();
         self.integrate(dt)?;
@@ -140,31 +171,49 @@ impl<const D: usize> SphSolver<D> {
     /// Particles may change their order, and their period, when a step begins, and not within it.
     pub(crate) fn refresh_neighbours(&mut self, begins: bool) -> Result<(), SolverError> {
         self.follow_density();
-        let longest = self.longest();
-        let support = self.smoothing.kernel().support() * longest;
+        let support = self.smoothing.kernel().support() * self.longest();
         if self.listed.positions.len() != self.particles.len || self.reached() + support > self.listed.reach {
-            let len = self.particles.len;
             if begins {
-                self.walls.wrap(&mut self.particles.position[..len], &mut self.particles.origin);
+                self.wrap();
+                if self.is_sort_due() {
+                    self.sort()?;
+                    self.sorted = Some(self.step);
+                }
             }
-            if begins && self.sorted.is_none_or(|step| self.step >= step + STEPS_PER_SORT) {
-                self.sort()?;
-                self.sorted = Some(self.step);
-            }
-            let listed = &mut self.listed;
-            listed.positions.clear();
-            listed.positions.extend_from_slice(&self.particles.position[..len]);
-            (listed.time, listed.reach) = (self.time, support * (1.0 + SKIN));
+            self.list_from_here(support);
             self.make_lists()?;
-            self.accelerated = false;
         }
-        self.particles.place(&self.images, &self.walls, self.time);
-        self.weighed = false;
+        self.place();
         Ok(())
     }
 
+    /// Particles that left a periodic domain back into it.
+    pub(crate) fn wrap(&mut self) {
+        let p = &mut self.particles;
+        self.walls.wrap(&mut p.position[..p.len], &mut p.origin);
+    }
+
+    pub(crate) fn is_sort_due(&self) -> bool {
+        self.sorted.is_none_or(|step| self.step >= step + STEPS_PER_SORT)
+    }
+
+    /// Lists are to be made for the places where the particles are now, with a margin over the radius `support` (m).
+    pub(crate) fn list_from_here(&mut self, support: f64) {
+        let listed = &mut self.listed;
+        listed.positions.clear();
+        listed.positions.extend_from_slice(&self.particles.position[..self.particles.len]);
+        (listed.time, listed.reach) = (self.time, support * (1.0 + SKIN));
+        self.accelerated = false;
+    }
+
+    /// Images and walls in their places.
+    pub(crate) fn place(&mut self) {
+        self.particles.place(&self.images, &self.walls, self.time);
+        self.weighed = false;
+    }
+
     /// How much closer two particles may be than when they were listed (m).
-    fn reached(&self) -> f64 {
+    pub(crate) fn reached(&self) -> f64 {
         let pairs = self.particles.position[..self.particles.len].par_iter().zip(&self.listed.positions);
         let moved = pairs.with_min_len(8 * TASK).map(|(x, old)| {
             let apart: [f64; D] = std::array::from_fn(|c| x[c] - old[c]);
@@ -177,7 +226,8 @@ impl<const D: usize> SphSolver<D> {
         2.0 * farthest + wall
     }
 
-    fn longest(&self) -> f64 {
+    /// The largest smoothing length (m).
+    pub(crate) fn longest(&self) -> f64 {
         if !self.options.is_variable() {
             return self.smoothing.length();
         }
@@ -247,7 +297,7 @@ impl<const D: usize> SphSolver<D> {
     }
 
     /// Smoothing lengths that follow the density in closed form.
-    fn follow_density(&mut self) {
+    pub(crate) fn follow_density(&mut self) {
         if self.options.smoothing_length != SmoothingLength::Density {
             return;
         }
@@ -267,6 +317,8 @@ impl<const D: usize> SphSolver<D> {
     /// What every particle shows its neighbours, walls and images included; step 3.
     pub(crate) fn load_records(&mut self) {
         if self.options.continuity == Continuity::Summation {
+            // Images need their masses.
+            self.particles.load_images(&self.images);
             let mut density = std::mem::take(&mut self.particles.density);
             let len = self.particles.len;
             let pairs = self.pairs();
@@ -333,12 +385,27 @@ impl<const D: usize> SphSolver<D> {
 
     /// The largest stable step from the current state (sheet §3.4).
     pub(crate) fn critical_step(&mut self) -> TimeStep {
-        if self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP {
+        if self.is_limit_due() {
             let limit = self.find_limit();
-            self.limit = Some(limit.or_fixed(self.options.time_step, self.options.courant / 1.8));
-            self.limit_age = 0;
+            self.set_limit(limit);
         }
         self.limit.clone().expect("set above")
+    }
+
+    pub(crate) fn is_limit_due(&self) -> bool {
+        self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP
+    }
+
+    /// Takes the critical step, or the one that the case fixes.
+    pub(crate) fn set_limit(&mut self, critical: TimeStep) {
+        self.limit = Some(critical.or_fixed(self.options.time_step, self.options.courant / 1.8));
+        self.limit_age = 0;
+    }
+
+    /// Whether particle `i` is a copy of one of another rank.
+    #[inline]
+    pub(crate) fn is_guest(&self, i: usize) -> bool {
+        self.guests.get(i).is_some_and(|guest| *guest)
     }
 }
 

@@ -60,7 +60,8 @@ impl<const D: usize> SphSolver<D> {
         let gravity = self.gravity.map(|g| g * self.gravity_factor(dt));
         let p = &self.particles;
         let mut audit = Audit { work: self.audit.work, ..Audit::default() };
-        for i in self.groups.iter().filter(|group| group.held.is_none()).flat_map(Group::range) {
+        let free = self.groups.iter().filter(|group| group.held.is_none());
+        for i in free.flat_map(Group::range).filter(|&i| !self.is_guest(i)) {
             let (m, v) = (p.mass[i], &p.velocity[i]);
             audit.unbalanced += m * m * square(&p.acceleration[i]);
             audit.external += m * m * square(&gravity);
@@ -140,6 +141,16 @@ impl<const D: usize> SphSolver<D> {
         self.weighed = true;
         self.find_drift();
         self.follow_rate(dt);
+        self.still_guests();
+    }
+
+    /// Copies of particles of other ranks do not strain here: they lack neighbours, and come anew before the next step.
+    fn still_guests(&mut self) {
+        let p = &mut self.particles;
+        for i in self.guests.iter().enumerate().filter_map(|(i, guest)| guest.then_some(i)) {
+            p.gradient[i] = [[0.0; D]; D];
+            p.divergence[i] = 0.0;
+        }
     }
 
     /// Velocities of XSPH.
@@ -185,6 +196,7 @@ impl<const D: usize> SphSolver<D> {
         let margin = 0.5 * self.options.spacing;
         let wraps: [bool; D] =
             std::array::from_fn(|c| self.walls.periods.iter().any(|period| period.axis == c));
+        let guests = &self.guests;
         let p = &mut self.particles;
         let extra = &p.drift;
         let all = p.position[..p.len].par_iter_mut().zip(&p.velocity).zip(&p.stress).enumerate();
@@ -198,7 +210,9 @@ impl<const D: usize> SphSolver<D> {
             }
             let outside =
                 (0..D).any(|c| !wraps[c] && (x[c] < domain.min[c] - margin || x[c] > domain.max[c] + margin));
-            if far {
+            if guests.get(i).is_some_and(|guest| *guest) {
+                None
+            } else if far {
                 Some((i, "it moved by more than 0.2 smoothing lengths in a step"))
             } else if !stress.is_finite() {
                 Some((i, "its stress is not finite"))

@@ -155,18 +155,24 @@ impl<const D: usize> SphSolver<D> {
         (self.tensors, self.weights) = (rates, weights);
     }
 
+    /// Whether what happens every so many steps happens in this one.
+    fn is_due(&self, every: u64) -> bool {
+        self.step > 0 && self.step.is_multiple_of(every)
+    }
+
+    pub(crate) fn is_regularisation_due(&self) -> bool {
+        self.options.regularisation != Regularisation::None && self.is_due(self.options.regularisation_steps)
+    }
+
     /// Smoothing of stress and renewal of density; step 10, of the step before.
     pub(crate) fn regularise(&mut self) -> Result<(), SolverError> {
-        let step = self.step;
-        let due = |every: u64| step > 0 && step.is_multiple_of(every);
-        if self.options.density_reset != DensityReset::None && due(self.options.density_reset_steps) {
+        if self.options.density_reset != DensityReset::None && self.is_due(self.options.density_reset_steps) {
             self.smooth_density(self.options.density_reset);
         }
-        let form = self.options.regularisation;
-        if form == Regularisation::None || !due(self.options.regularisation_steps) {
+        if !self.is_regularisation_due() {
             return Ok(());
         }
-        self.smooth_stress(form);
+        self.smooth_stress(self.options.regularisation);
         // The smoothed stress may lie beyond yield: a step without motion takes it back.
         let kept = (self.options.integration == TimeIntegration::LeapfrogRates)
             .then(|| (self.particles.gradient.clone(), self.particles.divergence.clone()));

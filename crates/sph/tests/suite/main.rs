@@ -3,6 +3,7 @@
 mod common;
 mod flows;
 mod operators;
+mod ranks;
 mod schemes;
 mod solids;
 mod solver;

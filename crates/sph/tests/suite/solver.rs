@@ -363,6 +363,10 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         (json!({ "smoothing_length": "density", "wall_stress": "interpolated" }), "wall_stress"),
         (json!({ "smoothing_length": "rate", "integration": "verlet" }), "smoothing_length"),
         (json!({ "held": ["nobody"] }), "held[0]"),
+        (json!({ "ranks": 0 }), "ranks"),
+        (json!({ "ranks": 5000 }), "ranks"),
+        (json!({ "ranks": 2, "integration": "verlet" }), "integration"),
+        (json!({ "ranks": 2, "formulation": "total-lagrangian" }), "formulation"),
         (json!({ "held": ["b"] }), "held"),
     ];
     let options = options.map(|(sph, name)| (with(sph), format!("methods.sph.{name}")));

@@ -1,0 +1,263 @@
+//! Orthogonal recursive bisection: points shared out among ranks, each with those of a box and the halo around it.
+
+use std::cmp::Ordering;
+
+/// A box between two corners, closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds<const D: usize> {
+    /// Lower corner (m).
+    pub low: [f64; D],
+    /// Upper corner (m).
+    pub high: [f64; D],
+}
+
+impl<const D: usize> Bounds<D> {
+    /// The smallest box around points; `None` where there are none.
+    pub fn around<'a>(points: impl IntoIterator<Item = &'a [f64; D]>) -> Option<Self> {
+        let mut points = points.into_iter();
+        let first = points.next()?;
+        let start = Self { low: *first, high: *first };
+        Some(points.fold(start, |bounds, x| Self {
+            low: std::array::from_fn(|c| bounds.low[c].min(x[c])),
+            high: std::array::from_fn(|c| bounds.high[c].max(x[c])),
+        }))
+    }
+
+    /// Whether `x` lies in the box or at most `reach` (m) away from it: the halo of the points in the box for sums
+    /// that reach so far.
+    pub fn is_within(&self, x: &[f64; D], reach: f64) -> bool {
+        let beyond = |c: usize| (self.low[c] - x[c]).max(x[c] - self.high[c]).max(0.0);
+        (0..D).map(|c| beyond(c).powi(2)).sum::<f64>() <= reach * reach
+    }
+
+    /// The longest axis, of equal ones the first.
+    fn longest_axis(&self) -> usize {
+        let length = |c: usize| self.high[c] - self.low[c];
+        (1..D).fold(0, |longest, c| if length(c) > length(longest) { c } else { longest })
+    }
+}
+
+/// Points other than those of `rank` that lie in the halo of its box: within `reach` (m) of it. Ascending.
+pub fn halo<const D: usize>(
+    positions: &[[f64; D]],
+    owners: &[u32],
+    rank: u32,
+    bounds: &Bounds<D>,
+    reach: f64,
+) -> Vec<u32> {
+    let all = positions.iter().zip(owners).enumerate();
+    let near = all.filter(|(_, (x, owner))| **owner != rank && bounds.is_within(x, reach));
+    near.map(|(point, _)| point as u32).collect()
+}
+
+/// A cut, or the rank at the end of a branch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Node<const D: usize> {
+    /// Points before `at` in the order of [`before`] go to the node `low`, the others to `high`.
+    Cut {
+        axis: usize,
+        at: [f64; D],
+        low: usize,
+        high: usize,
+    },
+    Rank(u32),
+}
+
+/// Cuts that share space out among ranks.
+///
+/// Points are cut at the weighted median across the longest axis of the box around them, and each half again, until
+/// there are as many parts as ranks (Berger & Bokhari 1987; SPH sheet §3.9). Where the number of ranks is odd the
+/// halves get shares of the weight as their numbers of ranks are. The boxes of two ranks have no inner point in common.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bisection<const D: usize> {
+    nodes: Vec<Node<D>>,
+    ranks: usize,
+}
+
+/// Order of points along `axis`; of those at the same coordinate along the axes that follow, so that a lattice can be
+/// cut anywhere in a row.
+fn before<const D: usize>(a: &[f64; D], b: &[f64; D], axis: usize) -> Ordering {
+    let along = (0..D).map(|k| (axis + k) % D).map(|c| a[c].total_cmp(&b[c]));
+    along.fold(Ordering::Equal, Ordering::then)
+}
+
+impl<const D: usize> Bisection<D> {
+    /// Shares points of the given weights out among `ranks` ranks (none counts as one); returns the cuts and the rank
+    /// of each point. The same points give the same cuts on every machine.
+    ///
+    /// On either side of a cut the weight differs from its share by half of the weight of one point at most, unless a
+    /// side would then have fewer points than ranks; with at least as many points as ranks none goes empty. Points at
+    /// the very same place go by their number.
+    pub fn new(positions: &[[f64; D]], weights: &[u32], ranks: usize) -> (Self, Vec<u32>) {
+        let ranks = ranks.max(1);
+        let mut cuts = Self { nodes: Vec::with_capacity(2 * ranks), ranks };
+        let mut owners = vec![0; positions.len()];
+        let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+        cuts.divide(positions, weights, &mut order, 0..ranks, &mut owners);
+        (cuts, owners)
+    }
+
+    /// The node that shares the points of `order` out among `ranks`.
+    fn divide(
+        &mut self,
+        positions: &[[f64; D]],
+        weights: &[u32],
+        order: &mut [u32],
+        ranks: std::ops::Range<usize>,
+        owners: &mut [u32],
+    ) -> usize {
+        let node = self.nodes.len();
+        self.nodes.push(Node::Rank(ranks.start as u32));
+        if ranks.len() == 1 {
+            order.iter().for_each(|&point| owners[point as usize] = ranks.start as u32);
+            return node;
+        }
+        let at = |point: u32| &positions[point as usize];
+        let bounds = Bounds::around(order.iter().map(|&point| at(point)));
+        let axis = bounds.map_or(0, |bounds| bounds.longest_axis());
+        order.sort_unstable_by(|&a, &b| before(at(a), at(b), axis).then(a.cmp(&b)));
+        let middle = ranks.start + ranks.len() / 2;
+        let shares = (middle - ranks.start, ranks.end - middle);
+        let cut = place_of_cut(order.iter().map(|&point| u64::from(weights[point as usize])), shares);
+        // Without points above it the cut leaves everything below.
+        let at = order.get(cut).map_or([f64::INFINITY; D], |&point| *at(point));
+        let (below, above) = order.split_at_mut(cut);
+        let low = self.divide(positions, weights, below, ranks.start..middle, owners);
+        let high = self.divide(positions, weights, above, middle..ranks.end, owners);
+        self.nodes[node] = Node::Cut { axis, at, low, high };
+        node
+    }
+
+    /// Number of ranks.
+    pub fn ranks(&self) -> usize {
+        self.ranks
+    }
+
+    /// The rank in whose part of space `x` lies.
+    pub fn owner(&self, x: &[f64; D]) -> u32 {
+        let mut node = 0;
+        loop {
+            match &self.nodes[node] {
+                Node::Rank(rank) => return *rank,
+                Node::Cut { axis, at, low, high } => {
+                    node = if before(x, at, *axis) == Ordering::Less { *low } else { *high };
+                }
+            }
+        }
+    }
+}
+
+/// After how many points to cut, so that their weight comes closest to its share; each side keeps a point for each
+/// rank where there are enough.
+fn place_of_cut(weights: impl ExactSizeIterator<Item = u64> + Clone, (low, high): (usize, usize)) -> usize {
+    let (count, ranks) = (weights.len(), (low + high) as u128);
+    let target = weights.clone().map(u128::from).sum::<u128>() * low as u128;
+    let (mut best, mut cut, mut sum) = (target, 0, 0u128);
+    for (number, weight) in weights.enumerate() {
+        sum += u128::from(weight);
+        let apart = (sum * ranks).abs_diff(target);
+        if apart < best {
+            (best, cut) = (apart, number + 1);
+        }
+    }
+    if count >= low + high { cut.clamp(low, count - high) } else { cut }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Weight of each rank.
+    fn loads(owners: &[u32], weights: &[u32], ranks: usize) -> Vec<u64> {
+        let mut loads = vec![0; ranks];
+        owners.iter().zip(weights).for_each(|(&owner, &weight)| loads[owner as usize] += u64::from(weight));
+        loads
+    }
+
+    fn boxes<const D: usize>(positions: &[[f64; D]], owners: &[u32], ranks: usize) -> Vec<Option<Bounds<D>>> {
+        let of = |rank: u32| positions.iter().zip(owners).filter(move |(_, o)| **o == rank).map(|(x, _)| x);
+        (0..ranks as u32).map(|rank| Bounds::around(of(rank))).collect()
+    }
+
+    fn shares_out<const D: usize>(positions: &[[f64; D]], weights: &[u32], ranks: usize) {
+        let weights = &weights[..positions.len()];
+        let (cuts, owners) = Bisection::new(positions, weights, ranks);
+        // Every point in exactly one rank, and in the one that its place says.
+        assert_eq!(owners.len(), positions.len());
+        for (i, (x, &owner)) in positions.iter().zip(&owners).enumerate() {
+            assert!((owner as usize) < ranks);
+            let alone = positions.iter().enumerate().all(|(j, y)| i == j || x != y);
+            assert!(!alone || cuts.owner(x) == owner, "{x:?}");
+        }
+        // No two boxes have an inner point in common.
+        let boxes = boxes(positions, &owners, ranks);
+        for (k, a) in boxes.iter().enumerate() {
+            for b in &boxes[..k] {
+                let (Some(a), Some(b)) = (a, b) else { continue };
+                assert!((0..D).any(|c| a.high[c] <= b.low[c] || b.high[c] <= a.low[c]), "{a:?} {b:?}");
+            }
+        }
+        // Within one point per cut: each cut is off by half a point at most, and hands it on by shares.
+        let loads = loads(&owners, weights, ranks);
+        if positions.len() >= 8 * ranks {
+            let mean = loads.iter().sum::<u64>() as f64 / ranks as f64;
+            let heaviest = f64::from(weights.iter().copied().max().unwrap_or(0));
+            let depth = ranks.next_power_of_two().trailing_zeros();
+            for load in &loads {
+                assert!((*load as f64 - mean).abs() <= 0.5 * heaviest * f64::from(depth) + 1e-9, "{loads:?}");
+            }
+        }
+        let empty = loads.iter().filter(|load| **load == 0).count();
+        assert!(empty == 0 || positions.len() < ranks);
+        // The halo is what brute force finds near the box.
+        for (rank, bounds) in boxes.iter().enumerate() {
+            let Some(bounds) = bounds else { continue };
+            let found = halo(positions, &owners, rank as u32, bounds, 0.7);
+            let near = |x: &[f64; D]| {
+                let nearest: [f64; D] = std::array::from_fn(|c| x[c].clamp(bounds.low[c], bounds.high[c]));
+                (0..D).map(|c| (x[c] - nearest[c]).powi(2)).sum::<f64>() <= 0.49
+            };
+            let all = (0..positions.len()).filter(|&i| owners[i] != rank as u32 && near(&positions[i]));
+            assert!(found.iter().map(|&i| i as usize).eq(all));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_point_has_one_rank_and_the_ranks_share_evenly(
+            coordinates in proptest::collection::vec(-3.0..3.0f64, 0..300),
+            weights in proptest::collection::vec(1..5u32, 300),
+            ranks in 1..20usize,
+        ) {
+            let (one, two, three) = (coordinates.as_chunks::<1>(), coordinates.as_chunks::<2>(), coordinates.as_chunks::<3>());
+            shares_out(one.0, &weights, ranks);
+            shares_out(two.0, &weights, ranks);
+            shares_out(three.0, &weights, ranks);
+        }
+
+        #[test]
+        fn a_lattice_is_cut_anywhere(columns in 1..12usize, rows in 1..12usize, ranks in 1..9usize) {
+            let site = |k: usize| [(k % columns) as f64, (k / columns) as f64];
+            let points: Vec<[f64; 2]> = (0..columns * rows).map(site).collect();
+            shares_out(&points, &vec![1; points.len()], ranks);
+        }
+    }
+
+    #[test]
+    fn points_at_one_place_and_no_points_are_shared_out_too() {
+        shares_out(&[[1.0, 2.0]; 24], &[1; 24], 3);
+        shares_out::<2>(&[], &[], 5);
+        shares_out(&[[0.0, 1.0]], &[7], 1);
+    }
+
+    #[test]
+    fn the_longest_axis_is_cut_by_shares() {
+        let points: Vec<[f64; 2]> = (0..12).map(|k| [f64::from(k), f64::from(k % 2)]).collect();
+        let (cuts, owners) = Bisection::new(&points, &[1; 12], 3);
+        assert_eq!(owners, [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2]);
+        assert_eq!((cuts.ranks(), cuts.owner(&[-5.0, 0.0]), cuts.owner(&[4.5, 9.0])), (3, 0, 1));
+        let heavy = [9, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1];
+        assert_eq!(Bisection::new(&points, &heavy, 2).1, [0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1]);
+    }
+}

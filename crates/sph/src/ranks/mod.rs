@@ -1,0 +1,344 @@
+//! The solver in ranks, for memory that is not shared (SPH sheet §3.9; Bui & Nguyen 2021, §3.7).
+//!
+//! Orthogonal recursive bisection gives each rank the particles of a box. A rank is a solver of its own for them and
+//! for copies of the particles around: its halo, wide enough that one exchange per step will do. Beyond these copies
+//! ranks know of each other the boxes and cuts, and what is summed up or compared over all: the least time step, the
+//! farthest motion, the largest smoothing length. All of this goes through [`Parcel`]s and returned values, so that
+//! a transport of messages can take the place of the mailbox; here the ranks are tasks of one process.
+//!
+//! Neighbours are listed for all ranks at the same step. Then particles go to the rank in whose box they are
+//! (migration), and where the ranks' work has come to differ by more than a tenth the cuts are made anew. Particles
+//! stand in every rank in the sequence of the solver without ranks, so that every sum runs over the same neighbours in
+//! the same order: results are the same to the last bit with any number of ranks.
+
+mod parcel;
+mod solver;
+
+use colluvium_case::{SolverError, TimeStep};
+use colluvium_points::{Bisection, Bounds, CellList};
+use rayon::prelude::*;
+
+use crate::config::{
+    Continuity, DensityReset, Regularisation, SphOptions, Symmetrisation, WallStress,
+};
+use crate::solver::SphSolver;
+use parcel::{Parcel, assemble};
+
+/// Largest weight of a rank over the mean beyond which cuts are made anew (sheet §3.9).
+const IMBALANCE: f64 = 1.1;
+
+/// How many times the reach of the sums the halo is wide: once for the accelerations, and once for the velocity
+/// gradients, for which neighbours need theirs; once or twice more for each pass that an option adds before these.
+fn passes(options: &SphOptions) -> usize {
+    let summed =
+        options.continuity == Continuity::Summation || options.symmetrisation == Symmetrisation::GradH;
+    let once = [
+        summed,
+        options.confining.is_some(),
+        options.regularisation != Regularisation::None,
+        options.density_reset != DensityReset::None,
+    ];
+    // Walls that interpolate stand between a particle and the soil they ask, with the accelerations and again with the
+    // gradients; shifting asks whether neighbours lie at a surface.
+    let twice = [options.wall_stress != WallStress::Pairwise, options.shifting > 0.0];
+    let count = |options: &[bool]| options.iter().filter(|on| **on).count();
+    2 + count(&once) + 2 * count(&twice)
+}
+
+/// Particles of a box, and their halo.
+struct Rank<const D: usize> {
+    /// The solver for both; the particles of the halo are its guests.
+    domain: SphSolver<D>,
+    /// Places of its particles, halo included, in the order of a solver without ranks.
+    sequence: Vec<u32>,
+    /// For each rank, the particles here that are in its halo.
+    sends: Vec<Vec<u32>>,
+    /// For each rank, where its particles in the halo stand.
+    gets: Vec<Vec<u32>>,
+}
+
+impl<const D: usize> Rank<D> {
+    fn new(domain: SphSolver<D>, ranks: usize) -> Self {
+        let sequence = (0..domain.particles.len as u32).collect();
+        Self { domain, sequence, sends: vec![Vec::new(); ranks], gets: vec![Vec::new(); ranks] }
+    }
+
+    /// Its own particles.
+    fn own(&self) -> impl Iterator<Item = u32> {
+        (0..self.domain.particles.len as u32).filter(|&i| !self.domain.is_guest(i as usize))
+    }
+
+    /// Weight of its own particles: of each one more than its neighbours at the last time.
+    fn weights(&self) -> impl Iterator<Item = u32> {
+        let listed = &self.domain.neighbours;
+        self.own()
+            .map(|i| 1 + if (i as usize) < listed.len() { listed.of(i as usize).len() } else { 0 } as u32)
+    }
+
+    /// Of its own particles those that are in the halo of a box, themselves or one of their images.
+    fn halo_of(&self, bounds: &Bounds<D>, width: f64, images: &[crate::walls::Image<D>]) -> Vec<u32> {
+        let x = &self.domain.listed.positions;
+        let mut near: Vec<u32> = self.own().filter(|&i| bounds.is_within(&x[i as usize], width)).collect();
+        let image_near = |image: &&crate::walls::Image<D>| {
+            let x = &x[image.source as usize];
+            bounds.is_within(&std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]), width)
+        };
+        near.extend(images.iter().filter(image_near).map(|image| image.source));
+        near.sort_unstable();
+        near.dedup();
+        near
+    }
+}
+
+/// Explicit SPH in `D` dimensions, in ranks.
+pub struct RankedSolver<const D: usize> {
+    ranks: Vec<Rank<D>>,
+    /// What each rank has sent to each other one last.
+    mail: Vec<Vec<Parcel<D>>>,
+    cuts: Option<Bisection<D>>,
+    /// Whether the particles are shared out, and neighbours listed.
+    shared_out: bool,
+    migrated: u64,
+}
+
+/// Everything that a rank does, on all of them.
+fn on_all<const D: usize, T: Send>(
+    ranks: &mut [Rank<D>],
+    work: impl Fn(&mut Rank<D>) -> Result<T, SolverError> + Send + Sync,
+) -> Result<Vec<T>, SolverError> {
+    // Of several errors the first rank's.
+    ranks.par_iter_mut().map(work).collect::<Vec<_>>().into_iter().collect()
+}
+
+impl<const D: usize> RankedSolver<D> {
+    /// As many ranks for the particles of `whole`.
+    pub fn new(whole: SphSolver<D>, ranks: usize) -> Self {
+        let mail = vec![vec![Parcel::default(); ranks]; ranks];
+        let mut solver = Self { ranks: Vec::new(), mail, cuts: None, shared_out: false, migrated: 0 };
+        solver.give_to_first(whole);
+        solver
+    }
+
+    /// How many times a particle has gone from one rank to another.
+    pub fn migrated(&self) -> u64 {
+        self.migrated
+    }
+
+    /// All particles to the first rank.
+    fn give_to_first(&mut self, whole: SphSolver<D>) {
+        let ranks = self.mail.len();
+        let others: Vec<_> = (1..ranks).map(|_| whole.hollow()).collect();
+        let all = std::iter::once(whole).chain(others);
+        self.ranks = all.map(|domain| Rank::new(domain, ranks)).collect();
+        (self.cuts, self.shared_out) = (None, false);
+    }
+
+    /// What is the same in all ranks: time, stage, options.
+    fn first(&self) -> &SphSolver<D> {
+        &self.ranks[0].domain
+    }
+
+    /// A solver without ranks in the same state.
+    fn gather(&self) -> SphSolver<D> {
+        let of_rank = |rank: &Rank<D>| {
+            let mut parcel = Parcel::default();
+            parcel.fill(&rank.domain, &rank.sequence, &rank.own().collect::<Vec<_>>(), true);
+            parcel
+        };
+        let parcels: Vec<Parcel<D>> = self.ranks.iter().map(of_rank).collect();
+        let mut whole = self.first().hollow();
+        assemble(&mut whole, &parcels.iter().collect::<Vec<_>>());
+        if self.first().listed.positions.is_empty() && !self.shared_out {
+            whole.listed.positions.clear();
+        }
+        for audit in self.ranks.iter().map(|rank| &rank.domain.audit) {
+            whole.audit.unbalanced += audit.unbalanced;
+            whole.audit.external += audit.external;
+            whole.audit.kinetic += audit.kinetic;
+            whole.audit.work += audit.work;
+        }
+        whole
+    }
+
+    /// The largest stable step: the least of all ranks.
+    fn critical_step(&mut self) -> TimeStep {
+        if self.first().is_limit_due() {
+            let found: Vec<TimeStep> =
+                self.ranks.par_iter_mut().map(|rank| rank.domain.find_limit()).collect();
+            let least =
+                found.into_iter().reduce(|least, found| if found.dt < least.dt { found } else { least });
+            let least = least.expect("at least one rank");
+            self.ranks.iter_mut().for_each(|rank| rank.domain.set_limit(least.clone()));
+        }
+        self.first().limit.clone().expect("set above")
+    }
+
+    /// One step.
+    fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        if self.first().limit.is_none() {
+            self.critical_step();
+        }
+        if self.shared_out {
+            self.exchange();
+        }
+        let of_rank = |rank: &mut Rank<D>| {
+            rank.domain.follow_density();
+            Ok((rank.domain.longest(), rank.domain.reached()))
+        };
+        let found = on_all(&mut self.ranks, of_rank)?;
+        let (longest, reached) =
+            found.into_iter().fold((0.0f64, 0.0f64), |(a, b), (c, d)| (a.max(c), b.max(d)));
+        let support = self.first().smoothing.kernel().support() * longest;
+        if !self.shared_out || reached + support > self.first().listed.reach {
+            self.ranks.par_iter_mut().for_each(|rank| rank.domain.wrap());
+            if self.first().is_sort_due() {
+                self.sort()?;
+            }
+            self.ranks.par_iter_mut().for_each(|rank| rank.domain.list_from_here(support));
+            self.share_out()?;
+        }
+        on_all(&mut self.ranks, |rank| {
+            rank.domain.place();
+            rank.domain.advance_listed(dt)
+        })?;
+        Ok(())
+    }
+
+    /// Renews the copies in the halos.
+    fn exchange(&mut self) {
+        // Smoothed stresses go back to yield, by the law and its state.
+        let whole = self.first().is_regularisation_due();
+        self.ranks.par_iter().zip(&mut self.mail).for_each(|(rank, parcels)| {
+            for (parcel, indices) in parcels.iter_mut().zip(&rank.sends) {
+                parcel.fill(&rank.domain, &rank.sequence, indices, whole);
+            }
+        });
+        let mail = &self.mail;
+        self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
+            for (parcels, places) in mail.iter().zip(&rank.gets) {
+                parcels[to].renew(&mut rank.domain, places);
+            }
+        });
+    }
+
+    /// The sequence after a sort by cell. The first rank gets positions, and answers with places in the sequence.
+    fn sort(&mut self) -> Result<(), SolverError> {
+        let total: usize = self.ranks.iter().map(|rank| rank.own().count()).sum();
+        let mut positions = vec![[0.0; D]; total];
+        for rank in &self.ranks {
+            for i in rank.own() {
+                positions[rank.sequence[i as usize] as usize] = rank.domain.particles.position[i as usize];
+            }
+        }
+        let mut places = vec![0; total];
+        let (mut cells, radius) = (CellList::new(), self.first().smoothing.radius());
+        let mut start = 0;
+        for number in 0..self.first().groups.len() {
+            let own = |rank: &Rank<D>| {
+                let range = rank.domain.groups[number].range();
+                rank.own().filter(|&i| range.contains(&(i as usize))).count()
+            };
+            let end = start + self.ranks.iter().map(own).sum::<usize>();
+            cells
+                .build(&positions[start..end], radius)
+                .map_err(|error| self.first().failed(0, format!("neighbour search: {error}")))?;
+            for (place, &old) in cells.order().iter().enumerate() {
+                places[start + old as usize] = (start + place) as u32;
+            }
+            start = end;
+        }
+        for rank in &mut self.ranks {
+            let own: Vec<u32> = rank.own().collect();
+            own.into_iter().for_each(|i| {
+                let place = &mut rank.sequence[i as usize];
+                *place = places[*place as usize];
+            });
+            rank.domain.sorted = Some(rank.domain.step);
+        }
+        Ok(())
+    }
+
+    /// Particles to the ranks in whose boxes they are listed, then their copies to the halos; lists of neighbours.
+    fn share_out(&mut self) -> Result<(), SolverError> {
+        let loads: Vec<u64> = self.ranks.iter().map(|rank| rank.weights().map(u64::from).sum()).collect();
+        let most = loads.iter().copied().max().unwrap_or(0) as f64;
+        let mean = loads.iter().sum::<u64>() as f64 / loads.len() as f64;
+        let cuts = match self.cuts.take() {
+            Some(cuts) if most <= IMBALANCE * mean => cuts,
+            _ => self.cut(),
+        };
+        self.migrate(&cuts);
+        self.cuts = Some(cuts);
+        self.fill_halos();
+        on_all(&mut self.ranks, |rank| rank.domain.make_lists())?;
+        self.shared_out = true;
+        Ok(())
+    }
+
+    /// New cuts. The first rank gets positions and weights, and answers with the cuts.
+    fn cut(&self) -> Bisection<D> {
+        let (mut positions, mut weights) = (Vec::new(), Vec::new());
+        for rank in &self.ranks {
+            positions.extend(rank.own().map(|i| rank.domain.listed.positions[i as usize]));
+            weights.extend(rank.weights());
+        }
+        Bisection::new(&positions, &weights, self.ranks.len()).0
+    }
+
+    /// Every rank keeps the particles in its own part of space and sends the others away.
+    fn migrate(&mut self, cuts: &Bisection<D>) {
+        let away = |(me, (rank, parcels)): (usize, (&Rank<D>, &mut Vec<Parcel<D>>))| -> u64 {
+            let mut shares = vec![Vec::new(); parcels.len()];
+            for i in rank.own() {
+                shares[cuts.owner(&rank.domain.listed.positions[i as usize]) as usize].push(i);
+            }
+            for (parcel, share) in parcels.iter_mut().zip(&shares) {
+                parcel.fill(&rank.domain, &rank.sequence, share, true);
+            }
+            shares.iter().enumerate().filter(|(to, _)| *to != me).map(|(_, share)| share.len() as u64).sum()
+        };
+        let gone: u64 = self.ranks.par_iter().zip(&mut self.mail).enumerate().map(away).sum();
+        // At first all are in one rank: that is no migration.
+        self.migrated += if self.shared_out { gone } else { 0 };
+        let mail = &self.mail;
+        self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
+            let parcels: Vec<&Parcel<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
+            (rank.sequence, _) = assemble(&mut rank.domain, &parcels);
+            rank.domain.guests.clear();
+        });
+    }
+
+    /// Every rank sends copies of what lies in the halos of the others.
+    fn fill_halos(&mut self) {
+        let boxes: Vec<Option<Bounds<D>>> =
+            self.ranks.iter().map(|rank| Bounds::around(&rank.domain.listed.positions)).collect();
+        let width = passes(&self.first().options) as f64 * self.first().listed.reach;
+        let send = |(me, (rank, parcels)): (usize, (&mut Rank<D>, &mut Vec<Parcel<D>>))| {
+            let (listed, mut images) = (&rank.domain.listed, Vec::new());
+            rank.domain.walls.images(&listed.positions, width, listed.time, &mut images);
+            let wanted = |(to, bounds): (usize, &Option<Bounds<D>>)| match bounds {
+                _ if to == me => rank.own().collect(),
+                Some(bounds) => rank.halo_of(bounds, width, &images),
+                None => Vec::new(),
+            };
+            rank.sends = boxes.iter().enumerate().map(wanted).collect();
+            for (parcel, indices) in parcels.iter_mut().zip(&rank.sends) {
+                parcel.fill(&rank.domain, &rank.sequence, indices, true);
+            }
+        };
+        self.ranks.par_iter_mut().zip(&mut self.mail).enumerate().for_each(send);
+        let mail = &self.mail;
+        self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
+            let parcels: Vec<&Parcel<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
+            (rank.sequence, rank.gets) = assemble(&mut rank.domain, &parcels);
+            rank.domain.guests.clear();
+            rank.domain.guests.resize(rank.sequence.len(), true);
+            let own = std::mem::take(&mut rank.gets[to]);
+            own.iter().for_each(|&i| rank.domain.guests[i as usize] = false);
+            rank.sends[to].clear();
+            for indices in &mut rank.sends {
+                indices.iter_mut().for_each(|i| *i = own[*i as usize]);
+            }
+        });
+    }
+}

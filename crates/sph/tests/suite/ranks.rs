@@ -1,0 +1,197 @@
+//! The solver in ranks: the same bits with any number of them (SPH sheet §3.9, V-26).
+
+use colluvium_case::{Case, Method, Snapshot, Solver};
+use colluvium_constitutive::SymTensor;
+use colluvium_sph::semi_discrete::{Given, prepared};
+use colluvium_sph::{RankedSolver, Sph};
+use serde_json::{Value, json};
+
+use crate::common::{advance, begin, changed, scalars};
+
+/// A heap thrown along a rough floor against a smooth wall, long enough for ranks that do not see each other.
+fn heap(options: &Value, more: &Value) -> Case {
+    let mut methods = json!({ "spacing": 0.025 });
+    for (key, value) in options.as_object().unwrap() {
+        methods[key] = value.clone();
+    }
+    let case = json!({
+        "title": "heap", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1.5, 1] }, "gravity": [0, -10],
+        "materials": { "m": {
+            "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.3,
+            "friction_angle": 20, "cohesion": 500
+        } },
+        "bodies": [
+            { "name": "lower", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 0.1] },
+              "velocity": { "kind": "uniform", "value": [-0.3, 0] } },
+            { "name": "upper", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.1], "max": [0.6, 0.2] },
+              "velocity": { "kind": "uniform", "value": [2, 0] } }
+        ],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "s", "duration": 1 }],
+        "methods": { "sph": methods }
+    });
+    changed(case, more)
+}
+
+/// The case with other options in ranks.
+fn in_ranks(case: &Case, ranks: u32) -> Box<dyn Solver> {
+    let mut case = case.clone();
+    case.methods.get_mut("sph").unwrap()["ranks"] = json!(ranks);
+    begin(&case)
+}
+
+/// The snapshot without the field that only ranks have.
+fn plain(solver: &dyn Solver) -> Snapshot {
+    let mut snapshot = solver.snapshot();
+    snapshot.fields.retain(|field| field.name != "rank");
+    snapshot
+}
+
+fn every_number_agrees(case: &Case, steps: usize, name: &str) {
+    let mut alone = begin(case);
+    advance(&mut *alone, steps);
+    let expected = plain(&*alone);
+    for ranks in [2, 3, 8] {
+        let mut solver = in_ranks(case, ranks);
+        advance(&mut *solver, steps);
+        let found = plain(&*solver);
+        assert_eq!(found.positions, expected.positions, "{name}, {ranks} ranks");
+        assert_eq!(found.hash(), expected.hash(), "{name}, {ranks} ranks");
+        assert_eq!(solver.save(), alone.save(), "{name}, {ranks} ranks");
+    }
+}
+
+#[test]
+fn v26_any_number_of_ranks_gives_the_same_bits() {
+    for options in [
+        json!({}),
+        json!({ "momentum": "rho-rho", "continuity": "volume", "velocity_gradient": "corrected",
+                "regularisation": "mls", "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 } }),
+        json!({ "kernel": "wendland-c2", "smoothing": 1.5, "wall_stress": "extrapolated", "regularisation": "shepard",
+                "damping": 0.01, "sound_speed": "youngs-modulus" }),
+        json!({ "smoothing_length": "density", "symmetrisation": "grad-h", "xsph": 0.3 }),
+        json!({ "smoothing_length": "rate", "symmetrisation": "harmonic", "shifting": 0.5, "wall_guard": 0.01 }),
+        json!({ "rough_wall": "mirror", "velocity_gradient": "corrected", "hourglass_viscosity": 0.5 }),
+        json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } }),
+        json!({ "smooth_wall": "particles", "wall_velocity": "linear", "stress_diffusion": 0.1 }),
+        json!({ "continuity": "summation", "allow_summation": true }),
+    ] {
+        every_number_agrees(&heap(&options, &json!({})), 150, &options.to_string());
+    }
+}
+
+#[test]
+fn ranks_reach_across_the_ends_of_a_period() {
+    let more = json!({
+        "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x"] },
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }]
+    });
+    every_number_agrees(&heap(&json!({}), &more), 150, "periodic");
+}
+
+#[test]
+fn ranks_share_out_lines_and_bodies_of_space_too() {
+    let line = json!({
+        "space": "1d", "domain": { "min": [0], "max": [10] }, "gravity": [0],
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1], "max": [3] },
+                     "velocity": { "kind": "sine", "amplitude": [0.1], "wave_vector": [3] } }],
+        "boundaries": []
+    });
+    every_number_agrees(&heap(&json!({}), &line), 100, "1d");
+    let space = json!({
+        "space": "3d", "domain": { "min": [0, 0, 0], "max": [1, 1, 1] }, "gravity": [0, -10, 0],
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0, 0], "max": [0.6, 0.1, 0.15] },
+                     "velocity": { "kind": "uniform", "value": [1, 0, 0.3] } }]
+    });
+    every_number_agrees(&heap(&json!({}), &space), 60, "3d");
+}
+
+#[test]
+fn particles_migrate_and_one_rank_is_a_solver_too() {
+    let case = heap(&json!({}), &json!({}));
+    let still = |_: u32, _: &[f64; 2]| Given {
+        shift: [0.0; 2],
+        velocity: [0.0; 2],
+        compression: 1.0,
+        stress: SymTensor::ZERO,
+    };
+    let thrown = |id: u32, x: &[f64; 2]| Given {
+        velocity: if x[1] > 0.1 { [2.0, 0.0] } else { [0.0; 2] },
+        ..still(id, x)
+    };
+    let mut hashes = Vec::new();
+    for ranks in [1, 4] {
+        let mut solver = RankedSolver::new(prepared::<2>(&case, thrown).unwrap(), ranks);
+        advance(&mut solver, 200);
+        hashes.push(plain(&solver).hash());
+        let owners = scalars(&solver.snapshot(), "rank");
+        let held = (0..ranks).map(|rank| owners.iter().filter(|owner| **owner == rank as f64).count());
+        let (least, most) = held.fold((usize::MAX, 0), |(a, b), count| (a.min(count), b.max(count)));
+        assert!(most as f64 <= 1.35 * least as f64, "{least} to {most} particles");
+        assert_eq!(solver.migrated() > 0, ranks > 1, "{}", solver.migrated());
+    }
+    assert_eq!(hashes[0], hashes[1]);
+}
+
+#[test]
+fn a_checkpoint_of_ranks_goes_on_with_any_number_of_them() {
+    let case = heap(&json!({ "hourglass_viscosity": 0.2, "regularisation": "shepard" }), &json!({}));
+    let mut whole = begin(&case);
+    advance(&mut *whole, 90);
+    let expected = plain(&*whole).hash();
+    for (before, after) in [(3, 1), (1, 3), (3, 2)] {
+        let mut first = in_ranks(&case, before);
+        advance(&mut *first, 53);
+        let mut then = in_ranks(&case, after);
+        then.restore(&first.save()).unwrap();
+        then.begin_stage(0, 0.0).unwrap();
+        advance(&mut *then, 37);
+        assert_eq!(plain(&*then).hash(), expected, "{before} ranks, then {after}");
+    }
+}
+
+#[test]
+fn ranks_follow_stages_and_equilibrium() {
+    let stages = json!([
+        { "name": "settle", "duration": 0.05, "damping": 0.5, "equilibrium": { "unbalanced_force": 1e-9, "kinetic_energy": 1e-9 },
+          "reset": ["velocity", "displacement", "state"] },
+        { "name": "go", "duration": 0.03, "remove_bodies": ["upper"] }
+    ]);
+    let case = heap(&json!({}), &json!({ "stages": stages }));
+    let run = |ranks: u32| {
+        let mut solver = in_ranks(&case, ranks);
+        advance(&mut *solver, 100);
+        let apart = solver.equilibrium().unwrap();
+        solver.end_stage(&case.stages[0]).unwrap();
+        let time = solver.time();
+        solver.begin_stage(1, time).unwrap();
+        advance(&mut *solver, 50);
+        (plain(&*solver).hash(), solver.budget(), solver.points(), apart)
+    };
+    let (alone, ranked) = (run(1), run(3));
+    assert_eq!((alone.0, alone.1, alone.2), (ranked.0, ranked.1, ranked.2));
+    // Sums over ranks run in another order.
+    let [a, b] = [alone.3, ranked.3].map(|apart| [apart.unbalanced_force, apart.kinetic_ratio]);
+    a.iter().zip(b).for_each(|(a, b)| assert!((a - b).abs() <= 1e-12 * a.abs(), "{a} {b}"));
+}
+
+#[test]
+fn ranks_are_the_same_on_one_and_two_threads() {
+    let case = heap(&json!({}), &json!({}));
+    let hash = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut solver = in_ranks(&case, 3);
+            advance(&mut *solver, 80);
+            solver.snapshot().hash()
+        })
+    };
+    assert_eq!(hash(1), hash(2));
+}
+
+#[test]
+fn more_ranks_than_particles_are_refused() {
+    let case = heap(&json!({ "ranks": 300, "spacing": 0.05 }), &json!({}));
+    let error = Sph.plan(&case).unwrap_err().to_string();
+    assert!(error.starts_with("methods.sph.ranks: "), "{error}");
+}
