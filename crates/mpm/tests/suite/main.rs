@@ -5,6 +5,8 @@ mod common;
 mod contact;
 mod driven;
 mod mesh;
+mod mesh_contact;
+mod mesh_phases;
 mod shapes;
 mod solver;
 mod transfers;
