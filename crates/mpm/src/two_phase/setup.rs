@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use colluvium_case::description::{Body, InitialStress, Space, Wall as CaseWall};
+use colluvium_case::description::{Body, InitialStress, Wall as CaseWall};
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Lanes, Layout, Node, Walls};
@@ -15,13 +15,11 @@ const COURANT: f64 = 0.9;
 
 /// Refuses what two phases cannot honour, and fills in their own default.
 pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseError> {
-    let wet = case.bodies.iter().position(|body| body.pore_fluid.is_some());
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
-    let Some(number) = wet else { return Ok(options) };
-    case.refuse_driven("mpm with a pore_fluid")?;
-    if case.space == Space::Axisymmetric {
-        return refuse(&format!("bodies[{number}].pore_fluid"), "is not available in axisymmetry yet");
+    if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
+        return Ok(options);
     }
+    case.refuse_driven("mpm with a pore_fluid")?;
     if options.stress_update == StressScheme::Usf {
         return refuse(
             "methods.mpm.stress_update",
