@@ -1,10 +1,12 @@
 //! Which nodes are in use, and in what order points scatter to them.
 
+mod numbered;
+
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::{Basis, Grid, Mesh};
+use crate::{Basis, Grid};
 
 /// Order of nodes in memory and of points in a scatter.
 ///
@@ -25,7 +27,7 @@ pub struct Layout<const D: usize> {
     above: usize,
     slab_cells: usize,
     active: Vec<Range<usize>>,
-    /// First node of the window of each slab of a mesh; empty on a structured grid.
+    /// First entry of the window of each slab of a mesh; empty on a structured grid.
     starts: Vec<usize>,
     periodic: [bool; D],
 }
@@ -142,44 +144,6 @@ impl<const D: usize> Layout<D> {
         }
     }
 
-    /// The layout of the nodes of a mesh in the box `grid` of cells as large as its largest element. Rows are lines of
-    /// nodes by number, and all are active; slabs are of the box, as a point's element reaches a cell at most.
-    pub fn of_mesh(mesh: &Mesh<D>, grid: &Grid<D>) -> Self {
-        let line = if D == 2 { [64, 1] } else { [8, 8] };
-        let count = mesh.nodes().len();
-        let row = line[0] * line[1];
-        let nodes = std::array::from_fn(|axis| if axis == 0 { count.div_ceil(row) } else { line[axis - 1] });
-        let strides = std::array::from_fn(|axis| {
-            if axis == 0 {
-                row
-            } else if axis == 1 {
-                line[1]
-            } else {
-                1
-            }
-        });
-        let slab_cells = 2 * (1 + MARGIN);
-        let start = |slab: usize| {
-            let cells = (slab * slab_cells) as f64 - (1 + MARGIN) as f64;
-            let bound = grid.origin[0] + cells * grid.cell;
-            mesh.nodes().partition_point(|x| x[0] < bound)
-        };
-        let slabs = grid.cells[0].div_ceil(slab_cells);
-        let rows = 0..nodes[0];
-        Self {
-            grid: *grid,
-            nodes,
-            strides,
-            ghosts: 0,
-            below: 1,
-            above: 1,
-            slab_cells,
-            active: rows.map(|k| 0..row.min(count - k * row)).collect(),
-            starts: (0..slabs).map(start).collect(),
-            periodic: [false; D],
-        }
-    }
-
     fn is_mesh(&self) -> bool {
         !self.starts.is_empty()
     }
@@ -276,6 +240,11 @@ impl<const D: usize> Layout<D> {
         visit: impl Fn(usize, Range<usize>, &mut [T]) -> R + Sync,
     ) {
         self.each_row(nodes, results, &visit);
+    }
+
+    /// As [`Layout::rows`], for a `visit` with nothing to report.
+    pub fn each<T: Send>(&self, nodes: &mut [T], visit: impl Fn(usize, Range<usize>, &mut [T]) + Sync) {
+        self.each_row(nodes, &mut vec![(); self.nodes[0]], &visit);
     }
 
     /// One compiled loop for every `visit`: a call a row costs nothing beside the row.

@@ -176,7 +176,7 @@ pub enum ContactTest {
     #[default]
     Approach,
     /// Where their surfaces touch, by what the node knows of their volumes and surfaces. What rests upon another
-    /// bounces more, since nothing dampens the approach; for bodies that roll, or meet after a flight.
+    /// bounces more, since nothing dampens the approach; for bodies that roll, or meet after a flight. Not on a mesh.
     Gap,
 }
 
@@ -273,7 +273,7 @@ pub enum Integration {
     #[default]
     Points,
     /// The cells that are full of material, each with the average stress of its points, and the points of the others
-    /// (MPM-MIXED): less noise of points that cross cells. Needs `shape` `linear`.
+    /// (MPM-MIXED): less noise of points that cross cells. Needs `shape` `linear`; the cells of a `mesh` are its elements.
     Mixed,
     /// All cells that hold a point, each with the average stress of its points and its whole volume, as in quasi-static
     /// analyses: no noise of points that cross cells at all, but a cell at the surface that is filled by half pulls as if
@@ -288,7 +288,8 @@ pub enum VolumetricStrain {
     /// The point itself.
     #[default]
     Point,
-    /// The average over the points of its cell that have its material; phase by phase with a `pore_fluid`.
+    /// The average over the points of its cell that have its material; phase by phase with a `pore_fluid`. In the triangles
+    /// and tetrahedra of a `mesh`, whose strain is constant, it changes nothing.
     CellAverage,
     /// The average over the nodes of its cell, each of which takes the average of the cells around it (nodal mixed
     /// discretisation).

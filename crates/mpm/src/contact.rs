@@ -47,7 +47,8 @@ pub struct ContactLaw {
 pub struct Contacts {
     /// Every pair of fields, in order; empty for a single field.
     pub pairs: Vec<Pair>,
-    /// `Σ_p Ω_p ∇N_i` of each field (m²), and in the fourth lane `Σ_p Ω_p N_i` over the cell size, field after field;
+    /// `Σ_p Ω_p ∇N_i` of each field (m²), and in the fourth lane `Σ_p Ω_p N_i` over the cell size (on a mesh the heights
+    /// of the elements), field after field;
     /// empty for a single field.
     pub surfaces: Vec<Lanes>,
     /// Distances of surfaces from nodes.

@@ -10,8 +10,10 @@ use colluvium_grid::{Basis, Grid, Lanes, Layout, Linear, Stencil, Support};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
-use crate::points::{PointDomain, PointSet};
+use crate::cells::{Cells, GridCells};
+use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
+use crate::strain::lowest_node;
 
 /// What detection needs.
 pub struct FreeSurface<const D: usize> {
@@ -19,8 +21,10 @@ pub struct FreeSurface<const D: usize> {
     factor: f64,
     /// Nodes of the cells.
     layout: Layout<D>,
-    /// `Σ N m_p/ρ_0` (m³) of the nodes; in the second lane, whether a point lies in the cell above the node.
+    /// `Σ N m_p/ρ_0` (m³) of the nodes, in every lane.
     sums: Vec<Lanes>,
+    /// Whether a cell holds a point.
+    occupied: Vec<bool>,
     /// Fill ratios of the nodes.
     fill: Vec<f64>,
     /// Of the bodies of the case: density at rest (kg/m³).
@@ -29,12 +33,14 @@ pub struct FreeSurface<const D: usize> {
     liquid: Vec<bool>,
 }
 
-/// The detection of a case; `None` where it is off.
+/// The detection of a case; `None` where it is off. `own` is the layout of the solver, `elements` that of the elements of
+/// a mesh.
 pub fn free_surface<const D: usize>(
     case: &Case,
     options: &MpmOptions,
     grid: &Grid<D>,
     own: &Layout<D>,
+    elements: Option<&Layout<D>>,
 ) -> Result<Option<Box<FreeSurface<D>>>, CaseError> {
     let Some(factor) = options.free_surface else { return Ok(None) };
     let spec = |body: &Body| &case.materials[&body.material];
@@ -48,10 +54,12 @@ pub fn free_surface<const D: usize>(
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("methods.mpm.free_surface", "is not available in axisymmetry"));
     }
-    let layout = Layout::new::<2, Linear>(grid).with_slabs_of(own);
+    let on_grid = || Layout::new::<2, Linear>(grid).with_slabs_of(own);
+    let layout = elements.map_or_else(on_grid, |_| own.clone());
     Ok(Some(Box::new(FreeSurface {
         factor,
         sums: vec![Lanes::ZERO; layout.len()],
+        occupied: vec![false; elements.unwrap_or(&layout).len()],
         fill: vec![0.0; layout.len()],
         layout,
         densities: case.bodies.iter().map(|body| spec(body).density()).collect(),
@@ -60,43 +68,33 @@ pub fn free_surface<const D: usize>(
 }
 
 impl<const D: usize> FreeSurface<D> {
-    /// Takes the stress off the points of a set where the fill ratio is small.
-    fn relieve<P>(&self, grid: &Grid<D>, set: &mut PointSet<D, P>) {
-        let strides = self.layout.strides();
-        let density = self.densities[set.body as usize];
-        let own = set.stress.par_iter_mut().zip(&mut set.volume);
-        own.zip(&set.position).zip(&set.mass).for_each(|(((stress, volume), position), mass)| {
-            let stencil = Stencil::<D, 2>::new::<Linear>(grid, position, &[0.0; D]);
-            let ratio = stencil.interpolate(&self.fill, &strides, |fill| Lanes::splat(*fill));
-            if ratio.as_array()[0] <= self.factor {
-                stress.0 = [0.0; 6];
-                *volume = mass / density;
-            }
-        });
-    }
-
     /// Fill ratios from the sums.
-    fn divide(&mut self, grid: &Grid<D>) {
-        let Self { sums, fill, .. } = self;
-        let strides = self.layout.strides();
-        let share = (0.5 * grid.cell).powi(D as i32);
-        fill.par_chunks_mut(strides[0]).enumerate().for_each(|(row, line)| {
-            for (number, ratio) in line.iter_mut().enumerate() {
-                let node = row * strides[0] + number;
+    fn divide(&mut self, cells: &impl Cells<D>) {
+        let Self { layout, sums, occupied, fill, .. } = self;
+        let row = layout.strides()[0];
+        fill.par_chunks_mut(row).enumerate().for_each(|(number, line)| {
+            for (place, ratio) in line.iter_mut().enumerate() {
+                let node = number * row + place;
                 let held = sums[node].as_array()[0];
                 if held == 0.0 {
                     *ratio = 0.0;
                     continue;
                 }
-                let around = (0..1 << D).filter(|corner| {
-                    let back: usize =
-                        (0..D).filter(|axis| corner >> axis & 1 == 1).map(|axis| strides[axis]).sum();
-                    node >= back && sums[node - back].as_array()[1] > 0.0
+                let mut around = 0.0;
+                cells.around(node, |cell, _| {
+                    if occupied[cell] {
+                        around += cells.volume(cell);
+                    }
                 });
-                *ratio = held / (share * around.count() as f64);
+                *ratio = held / around * corners(cells) as f64;
             }
         });
     }
+}
+
+/// Corners of one of the cells.
+fn corners<const D: usize, C: Cells<D>>(_cells: &C) -> usize {
+    C::CORNERS
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
@@ -104,41 +102,88 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn free_surface(&mut self) {
         let Some(mut surface) = self.free_surface.take() else { return };
         self.fill_ratios(&mut surface);
-        for set in self.sets.iter_mut().filter(|set| surface.liquid[set.body as usize]) {
-            surface.relieve(&self.grid, set);
+        let mut sets = std::mem::take(&mut self.sets);
+        for set in sets.iter_mut().filter(|set| surface.liquid[set.body as usize]) {
+            self.relieve(&surface, set);
         }
+        self.sets = sets;
         self.free_surface = Some(surface);
     }
 
+    /// Takes the stress off the points of a set where the fill ratio is small.
+    fn relieve(&self, surface: &FreeSurface<D>, set: &mut PointSet<D, P>) {
+        let (strides, ground, extent) = (surface.layout.strides(), ground!(self), set.extent);
+        let density = surface.densities[set.body as usize];
+        let own = set.stress.par_iter_mut().zip(&mut set.volume);
+        let own = own.zip(&set.position).zip(&set.domain).zip(&set.mass);
+        own.for_each(|((((stress, volume), position), domain), mass)| {
+            let fill = |fill: &f64| Lanes::splat(*fill);
+            let ratio = if P::MESHED {
+                let nodes = domain.support::<S, B>(&ground, position, &extent);
+                nodes.interpolate(&surface.fill, &strides, fill)
+            } else {
+                let nodes = Stencil::<D, 2>::new::<Linear>(ground.grid, position, &[0.0; D]);
+                nodes.interpolate(&surface.fill, &strides, fill)
+            };
+            if ratio.as_array()[0] <= surface.factor {
+                stress.0 = [0.0; 6];
+                *volume = mass / density;
+            }
+        });
+    }
+
     fn fill_ratios(&self, surface: &mut FreeSurface<D>) {
-        let FreeSurface { layout, sums, densities, .. } = surface;
+        let FreeSurface { layout, sums, occupied, densities, .. } = surface;
         sums.fill(Lanes::ZERO);
-        let (grid, strides) = (&self.grid, layout.strides());
+        occupied.fill(false);
+        let (ground, strides) = (ground!(self), layout.strides());
         layout.scatter(sums, |slab, window, offset| {
             for set in &self.sets {
                 let scale = 1.0 / densities[set.body as usize];
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let stencil = Stencil::<D, 2>::new::<Linear>(grid, &set.position[p], &[0.0; D]);
-                    let volume = Lanes::new([scale * set.mass[p], 0.0, 0.0, 0.0]);
-                    stencil.deposit_motion(window, offset, &strides, volume);
-                    let lowest: usize = (0..D).map(|axis| stencil.first[axis] * strides[axis]).sum();
-                    window[lowest - offset] = window[lowest - offset] * Lanes::new([1.0, 0.0, 0.0, 0.0])
-                        + Lanes::new([0.0, 1.0, 0.0, 0.0]);
+                    let (position, volume) = (&set.position[p], Lanes::splat(scale * set.mass[p]));
+                    if P::MESHED {
+                        let nodes = set.domain[p].support::<S, B>(&ground, position, &set.extent);
+                        nodes.deposit_motion(window, offset, &strides, volume);
+                    } else {
+                        let nodes = Stencil::<D, 2>::new::<Linear>(ground.grid, position, &[0.0; D]);
+                        nodes.deposit_motion(window, offset, &strides, volume);
+                    }
                 }
             }
         });
-        surface.divide(grid);
+        let cells = self.elements.as_ref().unwrap_or(layout);
+        cells.scatter(occupied, |slab, window, offset| {
+            for set in &self.sets {
+                for p in set.slabs[slab]..set.slabs[slab + 1] {
+                    let cell = if P::MESHED {
+                        set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p])
+                    } else {
+                        lowest_node::<D, 2, Linear>(ground.grid, &strides, &set.position[p])
+                    };
+                    window[cell - offset] = true;
+                }
+            }
+        });
+        if P::MESHED {
+            surface.divide(&self.mesh_cells());
+        } else {
+            let strides = surface.layout.strides();
+            surface.divide(&GridCells { grid: &self.grid, strides, ghosts: 0, axisymmetric: false });
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::InElement;
     use crate::points::FixedDomain;
     use crate::setup;
+    use colluvium_grid::Simplex;
 
     /// A stack of water of two whole cells and half a cell, in a tank as wide.
-    fn stack() -> MpmSolver<2, 2, Linear, FixedDomain> {
+    fn case() -> Case {
         let text = r#"{
             "title": "stack", "space": "plane-strain", "domain": { "min": [0, 0], "max": [3, 4] }, "gravity": [0, -1],
             "materials": { "water": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6 } },
@@ -147,7 +192,11 @@ mod tests {
             "stages": [{ "name": "s", "duration": 1 }],
             "methods": { "mpm": { "cell_size": 1, "points_per_cell": 20, "shape": "linear", "free_surface": 0.7 } }
         }"#;
-        let case = Case::from_json(text).unwrap();
+        Case::from_json(text).unwrap()
+    }
+
+    fn stack() -> MpmSolver<2, 2, Linear, FixedDomain> {
+        let case = case();
         setup::solver(&case, &setup::options(&case).unwrap()).unwrap()
     }
 
@@ -176,6 +225,43 @@ mod tests {
             let relieved = set.position[p][1] > 2.28;
             assert_eq!(set.stress[p].0 == [0.0; 6], relieved, "{:?}", set.position[p]);
             assert!((set.volume[p] * 1000.0 / set.mass[p] - if relieved { 1.0 } else { 0.9 }).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn triangles_have_the_ratios_of_squares() {
+        // The function of a node of these triangles, summed along x, is the hat of the squares: f² and (1 + 2 f - f²)/2, for
+        // which the points give 2/9 and 8/9: three to a triangle, at 1/6, 1/6 and 2/3, or 1/3, 5/6 and 5/6 of its height.
+        let mut case = case();
+        let options = case.methods.get_mut("mpm").unwrap();
+        options["mesh"] = serde_json::json!({ "kind": "box" });
+        options["points_per_cell"] = 2.into();
+        let mut solver: MpmSolver<2, 3, Simplex, InElement> =
+            setup::solver(&case, &setup::options(&case).unwrap()).unwrap();
+        let mut surface = solver.free_surface.take().unwrap();
+        solver.fill_ratios(&mut surface);
+        for (x, ratio) in
+            solver.mesh.nodes().iter().zip(&surface.fill).filter(|(x, _)| x[0] > 0.0 && x[0] < 3.0)
+        {
+            let exact = if x[1] > 3.5 {
+                0.0
+            } else if x[1] > 2.5 {
+                2.0 / 9.0
+            } else if x[1] > 1.5 {
+                8.0 / 9.0
+            } else {
+                1.0
+            };
+            assert!((ratio - exact).abs() < 1e-12, "{x:?}: {ratio} for {exact}");
+        }
+        solver.free_surface = Some(surface);
+        solver.free_surface();
+        let set = &solver.sets[0];
+        let relieved = |p: usize| set.stress[p].0 == [0.0; 6];
+        let within = |p: &usize| set.position[*p][0] > 1.0 && set.position[*p][0] < 2.0;
+        // Linear between 8/9 at 2 m and 2/9 at 3 m: 0.7 at 2.283 m.
+        for p in (0..set.len()).filter(within) {
+            assert_eq!(relieved(p), set.position[p][1] > 2.283, "{:?}", set.position[p]);
         }
     }
 }

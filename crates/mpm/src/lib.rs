@@ -13,6 +13,7 @@
 mod absorbing;
 mod affine;
 mod blocks;
+mod cells;
 mod checkpoint;
 mod config;
 mod consistent;

@@ -11,7 +11,7 @@ use colluvium_points::Sample;
 use crate::config::{Integration, MeshSource, ShapeFunctions, VolumetricStrain};
 use crate::points::{Ground, PointDomain, PointSet};
 use crate::setup;
-use crate::{Formulation, MpmOptions, Transfer};
+use crate::{ContactTest, Formulation, MpmOptions, Transfer};
 
 /// The element a point is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,6 +32,16 @@ impl<const D: usize> PointDomain<D> for InElement {
         _initial: &[f64; D],
     ) -> NodeList<D, S> {
         ground.mesh.support(self.element, position)
+    }
+
+    #[inline(always)]
+    fn cell<const S: usize, B: Basis<S>>(
+        &self,
+        _ground: &Ground<'_, D>,
+        _strides: &[usize; D],
+        _position: &[f64; D],
+    ) -> usize {
+        self.element as usize
     }
 
     #[inline(always)]
@@ -100,14 +110,10 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     if options.formulation != Formulation::UpdatedLagrangian {
         return refuse("formulation", "total-lagrangian is not available on a mesh");
     }
-    if options.integration != Integration::Points {
-        return refuse("integration", "by cells (mixed, gauss) is not available on a mesh yet");
-    }
-    if options.volumetric_strain != VolumetricStrain::Point {
-        return refuse("volumetric_strain", "only point is available on a mesh yet");
-    }
-    if !options.contacts.is_empty() {
-        return refuse("contacts", "are not available on a mesh yet");
+    if let Some(number) = options.contacts.iter().position(|contact| contact.test == ContactTest::Gap) {
+        let problem =
+            "gap needs a structured grid, whose shape functions tell the distance of a surface: use approach";
+        return refuse(&format!("contacts[{number}].test"), problem);
     }
     if !(1..=3).contains(&options.points_per_cell) {
         let problem = format!(
@@ -115,10 +121,6 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
             options.points_per_cell
         );
         return refuse("points_per_cell", &problem);
-    }
-    if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
-        let problem = "is not available on a mesh yet";
-        return Err(CaseError::new(format!("bodies[{number}].pore_fluid"), problem));
     }
     Ok(())
 }
@@ -142,10 +144,8 @@ fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> 
                        integration by cells";
         return refuse("domain.periodic", problem);
     }
-    if options.free_surface.is_some()
-        && (options.mesh.is_some() || options.formulation == Formulation::TotalLagrangian)
-    {
-        return refuse("methods.mpm.free_surface", "is not available with a mesh or total-lagrangian");
+    if options.free_surface.is_some() && options.formulation == Formulation::TotalLagrangian {
+        return refuse("methods.mpm.free_surface", "is not available with total-lagrangian");
     }
     Ok(())
 }
@@ -165,6 +165,7 @@ pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
             .map_err(|error| CaseError::new("methods.mpm.mesh", error.to_string()))?,
         MeshSource::File { file } => read(Path::new(file))?,
     };
+    nothing_driven(case)?;
     let Some(grid) = mesh.cells() else {
         return Err(CaseError::new("methods.mpm.mesh", "is empty"));
     };
@@ -179,6 +180,15 @@ pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
     }
     let layout = Layout::of_mesh(&mesh, &grid);
     Ok((grid, Arc::new(mesh), layout))
+}
+
+/// Refuses rigid bodies and patches, which take nodes by the cells of a structured grid.
+fn nothing_driven(case: &Case) -> Result<(), CaseError> {
+    let problem = "is not available on a mesh of triangles or tetrahedra";
+    if let Some(number) = case.bodies.iter().position(|body| body.rigid) {
+        return Err(CaseError::new(format!("bodies[{number}].rigid"), problem));
+    }
+    if case.patches.is_empty() { Ok(()) } else { Err(CaseError::new("patches[0]", problem)) }
 }
 
 fn read<const D: usize>(file: &Path) -> Result<Mesh<D>, CaseError> {

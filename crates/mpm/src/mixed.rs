@@ -7,17 +7,16 @@
 
 use colluvium_case::CaseError;
 use colluvium_constitutive::SymTensor;
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Node};
+use colluvium_grid::{Basis, Lanes, Layout, Node};
 
 use crate::MpmOptions;
+use crate::cells::Cells;
 use crate::config::{Integration, ShapeFunctions};
-use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
-use crate::strain::lowest_node;
+use crate::transfer::force_columns;
 
-/// The average stresses of cells, velocity field after velocity field; an entry is named by the cell's lowest node.
-/// Empty where every point pulls by itself.
+/// The average stresses of cells ([`crate::cells`]), velocity field after velocity field. Empty where every point pulls by itself.
 #[derive(Clone, Debug, Default)]
 pub struct CellStresses {
     /// Volume times stress, and the volume itself in the last lane but one.
@@ -47,9 +46,9 @@ pub fn cleared(options: &MpmOptions, two_phase: bool) -> Result<(), CaseError> {
 }
 
 impl CellStresses {
-    /// Empty arrays for what the options ask for.
-    pub fn new<const D: usize>(options: &MpmOptions, layout: &Layout<D>, fields: usize) -> Self {
-        let length = if options.integration != Integration::Points { fields * layout.len() } else { 0 };
+    /// Empty arrays over the cells for what the options ask for.
+    pub fn new<const D: usize>(options: &MpmOptions, cells: &Layout<D>, fields: usize) -> Self {
+        let length = if options.integration == Integration::Points { 0 } else { fields * cells.len() };
         Self { cells: vec![[Lanes::ZERO; 2]; length], full: vec![false; length] }
     }
 
@@ -68,77 +67,57 @@ impl CellStresses {
         self.cells.chunks_exact_mut(layout.len()).for_each(|cells| layout.reset(cells));
         self.full.chunks_exact_mut(layout.len()).for_each(|full| layout.reset(full));
     }
+
+    /// Finds the full cells: those whose neighbours across all faces hold points, or that hold more than the share `fill`
+    /// of their volume, which is any with 0.
+    fn mark_full<const D: usize>(&mut self, layout: &Layout<D>, cells: &impl Cells<D>, fill: f64) {
+        let sums = self.cells.chunks_exact(layout.len());
+        for (sums, full) in sums.zip(self.full.chunks_exact_mut(layout.len())) {
+            let volume = |cell: usize| sums[cell][1].as_array()[2];
+            layout.each(full, |row, active, line| {
+                for number in active {
+                    let cell = row * layout.strides()[0] + number;
+                    if volume(cell) <= 0.0 {
+                        continue;
+                    }
+                    let mut surrounded = true;
+                    cells.neighbours(cell, |other| surrounded &= volume(other) > 0.0);
+                    line[number] = surrounded || volume(cell) > fill * cells.volume(cell);
+                }
+            });
+        }
+    }
+
+    /// Adds the force of the full cells around them to the nodes.
+    fn pull<const D: usize>(
+        &self,
+        nodes: &mut [Node],
+        [of_nodes, of_cells]: [&Layout<D>; 2],
+        cells: &impl Cells<D>,
+    ) {
+        let fields = self.cells.chunks_exact(of_cells.len()).zip(self.full.chunks_exact(of_cells.len()));
+        for (nodes, (sums, full)) in nodes.chunks_exact_mut(of_nodes.len()).zip(fields) {
+            of_nodes.each(nodes, |row, active, line| {
+                for number in active {
+                    cells.around(row * of_nodes.strides()[0] + number, |cell, corner| {
+                        if full[cell] {
+                            line[number].force -= force(&sums[cell], cells.slopes(cell, corner));
+                        }
+                    });
+                }
+            });
+        }
+    }
 }
 
-/// What the cells of a field are, and what they pull with.
-struct CellForces<'a, const D: usize> {
-    grid: &'a Grid<D>,
-    layout: &'a Layout<D>,
-    ghosts: usize,
-    axisymmetric: bool,
-    /// Share of its volume that a cell at the boundary of the material must hold to count as full; any for zero.
-    fill: f64,
-}
-
-impl<const D: usize> CellForces<'_, D> {
-    /// Index along each axis of the cell with the lowest node `entry`; `None` for a node that is no cell's lowest.
-    fn cell(&self, entry: usize) -> Option<[usize; D]> {
-        let mut rest = entry;
-        let mut index = [0; D];
-        for (axis, stride) in self.layout.strides().into_iter().enumerate() {
-            index[axis] = (rest / stride).checked_sub(self.ghosts)?;
-            rest %= stride;
-            if index[axis] >= self.grid.cells[axis] {
-                return None;
-            }
-        }
-        Some(index)
-    }
-
-    fn radius(&self, cell: &[usize; D]) -> f64 {
-        if self.axisymmetric { self.grid.origin[0] + (cell[0] as f64 + 0.5) * self.grid.cell } else { 1.0 }
-    }
-
-    fn is_full(&self, cells: &[[Lanes; 2]], entry: usize) -> bool {
-        let volume = |entry: usize| cells[entry][1].as_array()[2];
-        let Some(cell) = self.cell(entry) else { return false };
-        if volume(entry) <= 0.0 {
-            return false;
-        }
-        let strides = self.layout.strides();
-        let surrounded = (0..D).all(|axis| {
-            (cell[axis] == 0 || volume(entry - strides[axis]) > 0.0)
-                && (cell[axis] + 1 == self.grid.cells[axis] || volume(entry + strides[axis]) > 0.0)
-        });
-        surrounded || volume(entry) > self.fill * self.grid.cell.powi(D as i32) * self.radius(&cell)
-    }
-
-    /// Force of the full cells around a node.
-    fn pull(&self, cells: &[[Lanes; 2]], full: &[bool], node: usize) -> Lanes {
-        let strides = self.layout.strides();
-        let share = (self.grid.cell / 2.0).powi(D as i32 - 1);
-        let mut force = Lanes::ZERO;
-        for corner in 0..1usize << D {
-            let is_upper = |axis: usize| corner >> axis & 1 == 1;
-            let offset: usize = (0..D).filter(|&a| is_upper(a)).map(|a| strides[a]).sum();
-            let Some(entry) = node.checked_sub(offset).filter(|&entry| full[entry]) else { continue };
-            let ([a, b], Some(cell)) = (cells[entry].map(Lanes::to_array), self.cell(entry)) else {
-                continue;
-            };
-            let stress = SymTensor([a[0], a[1], a[2], a[3], b[0], b[1]]) * (1.0 / b[2]);
-            let radius = self.radius(&cell);
-            let slope = |axis: usize| if is_upper(axis) { share * radius } else { -share * radius };
-            let row = |i: usize| -> f64 {
-                let s = &stress.0;
-                let rows = [[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]];
-                (0..D).map(|j| rows[i][j] * slope(j)).sum()
-            };
-            let at = |i: usize| if i < D { row(i) } else { 0.0 };
-            let hoop = if self.axisymmetric { stress.0[2] * (self.grid.cell / 2.0).powi(2) } else { 0.0 };
-            force -= Lanes::new([at(0) + hoop, at(1), at(2), 0.0]);
-        }
-        force
-    }
+/// `σ ∫∇N` with the average stress of a cell from its sums, and along the radius the hoop stress times `∫N/r`.
+#[inline(always)]
+fn force<const D: usize>(sums: &[Lanes; 2], (slope, hoop): ([f64; D], f64)) -> Lanes {
+    let [a, b] = sums.map(Lanes::to_array);
+    let stress = SymTensor([a[0], a[1], a[2], a[3], b[0], b[1]]) * (1.0 / b[2]);
+    let columns = force_columns::<D>(&stress, -1.0);
+    let along = columns.into_iter().zip(slope).map(|(column, slope)| column * slope);
+    along.fold(Lanes::new([stress.0[2] * hoop, 0.0, 0.0, 0.0]), |sum, part| sum + part)
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
@@ -148,31 +127,29 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             return;
         }
         let mut stresses = std::mem::take(&mut self.stresses);
-        stresses.reset(&self.layout);
-        let (len, strides, ground) = (self.layout.len(), self.layout.strides(), ground!(self));
-        let mut row_sums = std::mem::take(&mut self.row_sums);
-        let fields = stresses.cells.chunks_exact_mut(len).zip(stresses.full.chunks_exact_mut(len));
-        for (field, (cells, full)) in fields.enumerate() {
+        let layout = self.cell_layout();
+        stresses.reset(layout);
+        let (strides, ground) = (self.layout.strides(), ground!(self));
+        for (field, cells) in stresses.cells.chunks_exact_mut(layout.len()).enumerate() {
             let of_field = |set: &&PointSet<D, P>| set.field == field;
-            self.layout.scatter(cells, |slab, window, offset| {
+            layout.scatter(cells, |slab, window, offset| {
                 for set in self.sets.iter().filter(of_field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let entry = lowest_node::<D, S, B>(ground.grid, &strides, &set.position[p]);
+                        let cell = set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p]);
                         let (s, volume) = (&set.stress[p].0, set.volume[p]);
-                        window[entry - offset][0] += Lanes::new([s[0], s[1], s[2], s[3]]) * volume;
-                        window[entry - offset][1] += Lanes::new([s[4], s[5], 1.0, 0.0]) * volume;
+                        window[cell - offset][0] += Lanes::new([s[0], s[1], s[2], s[3]]) * volume;
+                        window[cell - offset][1] += Lanes::new([s[4], s[5], 1.0, 0.0]) * volume;
                     }
                 }
             });
-            let forces = self.cell_forces();
-            self.layout.rows(full, &mut row_sums, |row, active, line| {
-                for number in active {
-                    line[number] = forces.is_full(cells, row * strides[0] + number);
-                }
-                RowSums::default()
-            });
         }
-        self.row_sums = row_sums;
+        let gauss = self.options.integration == Integration::Gauss;
+        let fill = if gauss { 0.0 } else { self.options.full_cell };
+        if P::MESHED {
+            stresses.mark_full(layout, &self.mesh_cells(), fill);
+        } else {
+            stresses.mark_full(layout, &self.grid_cells(), fill);
+        }
         self.stresses = stresses;
     }
 
@@ -182,30 +159,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             return;
         }
         let mut nodes = std::mem::take(&mut self.nodes);
-        let mut row_sums = std::mem::take(&mut self.row_sums);
-        let (len, row_length) = (self.layout.len(), self.layout.strides()[0]);
-        let (cells, full) = (self.stresses.cells.chunks_exact(len), self.stresses.full.chunks_exact(len));
-        let forces = self.cell_forces();
-        for ((nodes, cells), full) in nodes.chunks_exact_mut(len).zip(cells).zip(full) {
-            self.layout.rows(nodes, &mut row_sums, |row, active, line: &mut [Node]| {
-                for number in active {
-                    line[number].force += forces.pull(cells, full, row * row_length + number);
-                }
-                RowSums::default()
-            });
+        let layouts = [&self.layout, self.cell_layout()];
+        if P::MESHED {
+            self.stresses.pull(&mut nodes, layouts, &self.mesh_cells());
+        } else {
+            self.stresses.pull(&mut nodes, layouts, &self.grid_cells());
         }
         self.nodes = nodes;
-        self.row_sums = row_sums;
-    }
-
-    fn cell_forces(&self) -> CellForces<'_, D> {
-        CellForces {
-            grid: &self.grid,
-            layout: &self.layout,
-            ghosts: B::GHOSTS,
-            axisymmetric: self.axisymmetric,
-            fill: if self.options.integration == Integration::Gauss { 0.0 } else { self.options.full_cell },
-        }
     }
 }
 

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::loads::SurfaceLoad;
+use crate::strain::lowest_node;
 use crate::two_phase::{PoreSet, SavedPore};
 
 /// Where points find their nodes.
@@ -50,6 +51,18 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
         position: &[f64; D],
         initial: &[f64; D],
     ) -> Self::Support<S>;
+
+    /// The cell that a point at `position` (m) is in, by its entry (see [`crate::cells`]) in arrays with the `strides` of
+    /// the nodes.
+    #[inline(always)]
+    fn cell<const S: usize, B: Basis<S>>(
+        &self,
+        ground: &Ground<'_, D>,
+        strides: &[usize; D],
+        position: &[f64; D],
+    ) -> usize {
+        lowest_node::<D, S, B>(ground.grid, strides, &self.anchor(position))
+    }
 
     /// Full widths (m) from the initial ones, on cells of edge `cell`.
     fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D];

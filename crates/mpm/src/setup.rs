@@ -17,7 +17,7 @@ use crate::dual::DualNodes;
 use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
-use crate::points::{Ground, PointDomain, PointSet};
+use crate::points::{Ground, PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::{
@@ -80,9 +80,14 @@ pub fn layout<const D: usize, const S: usize, B: Basis<S>>(
 pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
     case: &Case,
     stage: usize,
-    grid: &Grid<D>,
+    ground: &Ground<'_, D>,
+    layout: &Layout<D>,
     options: &MpmOptions,
 ) -> Result<Walls, CaseError> {
+    if !ground.mesh.is_empty() {
+        return mesh::walls(case, stage, ground.mesh, layout, options);
+    }
+    let grid = ground.grid;
     let nodes: Vec<usize> = (0..D).map(|axis| B::nodes(grid.cells[axis])).collect();
     let mut walls = Vec::new();
     if case.space == Space::Axisymmetric && grid.origin[0] == 0.0 {
@@ -272,14 +277,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
 ) -> Result<MpmSolver<D, S, B, P>, CaseError> {
     let (grid, mesh, layout) = mesh::terrain::<D, S, B>(case, options)?;
     for stage in 0..case.stages.len() {
-        if mesh.is_empty() {
-            walls::<D, S, B>(case, stage, &grid, options)?;
-        } else {
-            mesh::walls(case, stage, &mesh, &layout, options)?;
-        }
-    }
-    if !mesh.is_empty() {
-        case.refuse_driven("mpm on a mesh of simplices")?;
+        walls::<D, S, B>(case, stage, &Ground { grid: &grid, mesh: &mesh }, &layout, options)?;
     }
     if options.formulation == Formulation::TotalLagrangian {
         case.refuse_driven("the total-Lagrangian formulation of mpm")?;
@@ -296,8 +294,10 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
-    let strains = CellStrains::new(case, options, &layout);
-    let stresses = CellStresses::new(options, &layout, contacts.fields());
+    let elements = P::MESHED.then(|| Layout::of_elements(&mesh, &grid));
+    let cells = elements.as_ref().unwrap_or(&layout);
+    let strains = CellStrains::new(case, options, [&layout, cells]);
+    let stresses = CellStresses::new(options, cells, contacts.fields());
     let dual = DualNodes::new(options, &layout, contacts.fields());
     let consistent = ConsistentMass::new(options, &layout);
     for number in 0..case.loads.len() {
@@ -309,7 +309,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         let problem = "an absorbing boundary is not available with contacts";
         return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
     }
-    let free_surface = free_surface::free_surface(case, options, &grid, &layout)?;
+    let free_surface = free_surface::free_surface(case, options, &grid, &layout, elements.as_ref())?;
     let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
@@ -322,6 +322,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         closed: [[false; 2]; D],
         periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
         layout,
+        elements,
         grid,
         mesh,
         strains,
@@ -358,7 +359,9 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     if solver.contacts.fields() > 1 {
         solver.contacts.surfaces = vec![Default::default(); solver.nodes.len()];
         solver.contacts.rows = vec![Default::default(); solver.row_sums.len()];
-        solver.contacts.distance = SurfaceDistance::new::<S, B>();
+        if !P::MESHED {
+            solver.contacts.distance = SurfaceDistance::new::<S, B>();
+        }
     }
     solver.set_stage_walls(0)?;
     solver.sort();
@@ -504,14 +507,12 @@ fn samples<const D: usize>(
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
-        let (case, grid, options) = (&self.case, &self.grid, &self.options);
-        let own = if self.mesh.is_empty() {
-            walls::<D, S, B>(case, stage, grid, options)?
-        } else {
-            mesh::walls(case, stage, &self.mesh, &self.layout, options)?
-        };
-        if let Some(phases) = &mut self.two_phase {
-            phases.walls = two_phase::liquid_walls::<D, S, B>(case, stage, grid, options)?;
+        let walls = |case: &Case| walls::<D, S, B>(case, stage, &ground!(self), &self.layout, &self.options);
+        let own = walls(&self.case)?;
+        let of_liquid =
+            self.two_phase.is_some().then(|| walls(&two_phase::of_liquid(&self.case))).transpose()?;
+        if let (Some(phases), Some(of_liquid)) = (&mut self.two_phase, of_liquid) {
+            phases.walls = of_liquid;
         }
         self.set_walls(own);
         self.set_absorbing(stage)

@@ -33,6 +33,8 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     /// The mesh; empty on a structured grid.
     pub(crate) mesh: Arc<Mesh<D>>,
     pub(crate) layout: Layout<D>,
+    /// The elements of the mesh; `None` on a structured grid, whose cells go by their lowest nodes.
+    pub(crate) elements: Option<Layout<D>>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) remapped: Vec<Lanes>,
     pub(crate) row_sums: Vec<RowSums>,
@@ -175,8 +177,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // Nodes outside the new active region would keep what they hold.
         self.reset_nodes();
         self.reset_remapped();
-        self.strains.reset(&self.layout);
-        self.stresses.reset(&self.layout);
+        let cells = self.elements.as_ref().unwrap_or(&self.layout);
+        self.strains.reset([&self.layout, cells]);
+        self.stresses.reset(cells);
         self.dual.reset(&self.layout);
         self.consistent.reset(&self.layout);
         if let Some(phases) = &mut self.two_phase {

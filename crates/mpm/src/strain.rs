@@ -7,13 +7,13 @@ use colluvium_constitutive::Motion;
 use colluvium_grid::{Basis, Grid, Lanes, Layout, Support};
 
 use crate::MpmOptions;
+use crate::cells::Cells;
 use crate::config::VolumetricStrain;
-use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
 use crate::transfer::SOLVED;
 
-/// The volumetric strains of a step, by cell. An entry of the arrays is a cell, named by its lowest node, or a node.
+/// The volumetric strains of a step, by cell ([`crate::cells`]) and by node.
 #[derive(Clone, Debug, Default)]
 pub struct CellStrains {
     /// Number of the material of each body.
@@ -26,8 +26,8 @@ pub struct CellStrains {
 }
 
 impl CellStrains {
-    /// Empty arrays for what the options ask for.
-    pub fn new<const D: usize>(case: &Case, options: &MpmOptions, layout: &Layout<D>) -> Self {
+    /// Empty arrays for what the options ask for, over nodes and cells.
+    pub fn new<const D: usize>(case: &Case, options: &MpmOptions, [nodes, cells]: [&Layout<D>; 2]) -> Self {
         let first = |body: usize| {
             let same =
                 |other: &colluvium_case::description::Body| other.material == case.bodies[body].material;
@@ -39,11 +39,11 @@ impl CellStrains {
         distinct.dedup();
         let materials: Vec<usize> =
             firsts.iter().map(|f| distinct.iter().position(|d| d == f).unwrap_or(0)).collect();
-        let length = |wanted: bool| if wanted { distinct.len() * layout.len() } else { 0 };
+        let length = |wanted: bool, of: &Layout<D>| if wanted { distinct.len() * of.len() } else { 0 };
         let kind = options.volumetric_strain;
         Self {
-            cells: vec![Lanes::ZERO; length(kind != VolumetricStrain::Point)],
-            nodes: vec![Lanes::ZERO; length(kind == VolumetricStrain::Nodal)],
+            cells: vec![Lanes::ZERO; length(kind != VolumetricStrain::Point, cells)],
+            nodes: vec![Lanes::ZERO; length(kind == VolumetricStrain::Nodal, nodes)],
             materials,
         }
     }
@@ -55,8 +55,8 @@ impl CellStrains {
     }
 
     /// Empties the active entries.
-    pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
-        for values in [&mut self.cells, &mut self.nodes] {
+    pub fn reset<const D: usize>(&mut self, [nodes, cells]: [&Layout<D>; 2]) {
+        for (values, layout) in [(&mut self.nodes, nodes), (&mut self.cells, cells)] {
             values.chunks_exact_mut(layout.len()).for_each(|values| layout.reset(values));
         }
     }
@@ -69,55 +69,45 @@ impl CellStrains {
         [solid / volume, if moved > 0.0 { liquid / moved } else { 0.0 }]
     }
 
-    /// Cells give their average to their nodes (6.35), and nodes back to the cells (6.36); `size` is the volume of the
-    /// cells in a row over that of any other.
-    fn pass_through_nodes<const D: usize>(
-        &mut self,
-        layout: &Layout<D>,
-        row_sums: &mut [RowSums],
-        size: &(dyn Fn(usize) -> f64 + Sync),
-    ) {
-        let (strides, row) = (layout.strides(), layout.strides()[0]);
-        let offsets: [usize; 8] =
-            std::array::from_fn(|corner| (0..D).map(|a| (corner >> a & 1) * strides[a]).sum());
-        let corners = &offsets[..1 << D];
-        let len = layout.len();
-        for (cells, nodes) in self.cells.chunks_exact_mut(len).zip(self.nodes.chunks_exact_mut(len)) {
-            layout.rows(nodes, row_sums, |number, active, line| {
+    /// Cells give their average to their nodes (6.35), and nodes back to the cells (6.36).
+    fn pass_through_nodes<const D: usize>(&mut self, layouts: [&Layout<D>; 2], cells: &impl Cells<D>) {
+        let [of_nodes, of_cells] = layouts;
+        let values = self.cells.chunks_exact_mut(of_cells.len());
+        for (values, nodes) in values.zip(self.nodes.chunks_exact_mut(of_nodes.len())) {
+            let row = of_nodes.strides()[0];
+            of_nodes.each(nodes, |number, active, line| {
                 for node in active {
                     let mut sum = Lanes::ZERO;
-                    for offset in corners {
-                        let Some(cell) = (number * row + node).checked_sub(*offset) else { continue };
-                        let [volume, solid, moved, liquid] = cells[cell].to_array();
-                        let size = size(cell / row);
+                    cells.around(number * row + node, |cell, _| {
+                        let [volume, solid, moved, liquid] = values[cell].to_array();
                         if volume > 0.0 {
+                            let size = cells.volume(cell);
                             sum += Lanes::new([size, size * solid / volume, 0.0, 0.0]);
+                            if moved > 0.0 {
+                                sum += Lanes::new([0.0, 0.0, size, size * liquid / moved]);
+                            }
                         }
-                        if moved > 0.0 {
-                            sum += Lanes::new([0.0, 0.0, size, size * liquid / moved]);
-                        }
-                    }
+                    });
                     line[node] = sum;
                 }
-                RowSums::default()
             });
-            layout.rows(cells, row_sums, |number, active, line| {
+            let row = of_cells.strides()[0];
+            of_cells.each(values, |number, active, line| {
                 for cell in active {
                     let [volume, _, moved, _] = line[cell].to_array();
                     if volume <= 0.0 {
                         continue;
                     }
-                    let mut mean = [0.0; 2];
-                    for offset in corners {
-                        let [sizes, solid, wet, liquid] = nodes[number * row + cell + offset].to_array();
+                    let (mut count, mut mean) = (0.0, [0.0; 2]);
+                    cells.corners(number * row + cell, |node| {
+                        let [sizes, solid, wet, liquid] = nodes[node].to_array();
+                        count += 1.0;
                         mean[0] += solid / sizes;
                         mean[1] += if wet > 0.0 { liquid / wet } else { 0.0 };
-                    }
-                    let share = 1.0 / corners.len() as f64;
-                    let wet = if moved > 0.0 { 1.0 } else { 0.0 };
-                    line[cell] = Lanes::new([1.0, share * mean[0], wet, share * mean[1]]);
+                    });
+                    let wet = if moved > 0.0 { count } else { 0.0 };
+                    line[cell] = Lanes::new([count, mean[0], wet, mean[1]]);
                 }
-                RowSums::default()
             });
         }
     }
@@ -159,13 +149,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         read: impl Fn(&Self, &PointSet<D, P>, usize, &P::Support<S>) -> [f64; 2] + Sync,
     ) {
         let mut strains = std::mem::take(&mut self.strains);
-        strains.reset(&self.layout);
-        let (strides, ground, len) = (self.layout.strides(), ground!(self), self.layout.len());
-        for (material, cells) in strains.cells.chunks_exact_mut(len).enumerate() {
+        let layouts = [&self.layout, self.cell_layout()];
+        strains.reset(layouts);
+        let (strides, ground, [_, of_cells]) = (self.layout.strides(), ground!(self), layouts);
+        for (material, cells) in strains.cells.chunks_exact_mut(of_cells.len()).enumerate() {
             let of_material = |set: &&PointSet<D, P>| {
                 strains.materials[set.body as usize] == material && set.rigid.is_none()
             };
-            self.layout.scatter(cells, |slab, window, offset| {
+            of_cells.scatter(cells, |slab, window, offset| {
                 for set in self.sets.iter().filter(of_material) {
                     let wet = set.pore.as_ref().is_some_and(|pore| pore.fluid.is_some());
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
@@ -173,25 +164,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         let [solid, liquid] = read(self, set, p, &support);
                         let volume = set.volume[p];
                         let moved = if wet { volume } else { 0.0 };
-                        let place = set.domain[p].anchor(&set.position[p]);
-                        window[lowest_node::<D, S, B>(ground.grid, &strides, &place) - offset] +=
-                            Lanes::new([volume, volume * solid, moved, moved * liquid]);
+                        let cell = set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p]);
+                        window[cell - offset] += Lanes::new([volume, volume * solid, moved, moved * liquid]);
                     }
                 }
             });
         }
         if !strains.nodes.is_empty() {
-            let (grid, axisymmetric) = (self.grid, self.axisymmetric);
-            let size = |row: usize| {
-                if axisymmetric {
-                    grid.origin[0] + (row as f64 - B::GHOSTS as f64 + 0.5) * grid.cell
-                } else {
-                    1.0
-                }
-            };
-            let mut row_sums = std::mem::take(&mut self.row_sums);
-            strains.pass_through_nodes(&self.layout, &mut row_sums, &size);
-            self.row_sums = row_sums;
+            if P::MESHED {
+                strains.pass_through_nodes(layouts, &self.mesh_cells());
+            } else {
+                strains.pass_through_nodes(layouts, &self.grid_cells());
+            }
         }
         self.strains = strains;
     }
@@ -219,15 +203,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Shared volumetric strains of skeleton and liquid at a point of a body.
     #[inline(always)]
     pub(crate) fn shared_strain(&self, body: u32, domain: &P, position: &[f64; D]) -> [f64; 2] {
-        let place = domain.anchor(position);
-        let cell = lowest_node::<D, S, B>(&self.grid, &self.layout.strides(), &place);
-        self.strains.at(body, self.layout.len(), cell)
+        let cell = domain.cell::<S, B>(&ground!(self), &self.layout.strides(), position);
+        self.strains.at(body, self.cell_layout().len(), cell)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cells::GridCells;
     use colluvium_constitutive::{Mat3, Pore};
     use colluvium_grid::Linear;
 
@@ -273,7 +257,8 @@ mod tests {
                 }
             }
         }
-        shared.pass_through_nodes(&layout, &mut [RowSums::default(); 4], &|_| 1.0);
+        let grid_cells = GridCells { grid: &grid, strides: layout.strides(), ghosts: 0, axisymmetric: false };
+        shared.pass_through_nodes([&layout; 2], &grid_cells);
         std::array::from_fn(|i| std::array::from_fn(|j| shared.at(0, layout.len(), number(i, j))[0]))
     }
 

@@ -160,7 +160,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                             let at = |i: usize| if i == j { section } else { 0.0 };
                             Lanes::new([at(0), at(1), at(2), 0.0])
                         });
-                        let volume = Lanes::new([0.0, 0.0, 0.0, section / ground.grid.cell]);
+                        let spacing = set.domain[p].spacing(&ground);
+                        let volume = Lanes::new([0.0, 0.0, 0.0, section / spacing]);
                         stencil.deposit_slopes(window, offset, &strides, volume, &columns, |node| node);
                     }
                 }

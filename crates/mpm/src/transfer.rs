@@ -10,7 +10,7 @@ use crate::contact::three;
 use crate::dual::share;
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
-use crate::strain::{lowest_node, set_volumetric};
+use crate::strain::set_volumetric;
 use crate::work::Before;
 
 /// What a scatter carries to the nodes.
@@ -80,13 +80,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         let strides = self.layout.strides();
         let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
-        let transfer = self.options.transfer;
+        let (transfer, cells) = (self.options.transfer, self.cell_layout().len());
         // Of linear functions only.
         let dual = S == 2 && self.dual.is_used();
         let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
         for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
-            let full = self.stresses.full_cells(field, self.layout.len());
+            let full = self.stresses.full_cells(field, cells);
             self.layout.scatter(nodes, |slab, window, offset| {
                 for set in of_field(field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
@@ -94,7 +94,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         let mass = if what == Scatter::Forces { 0.0 } else { set.mass[p] };
                         let motion = lanes(&set.velocity[p], 1.0) * mass;
                         let left_to_cell = full.is_some_and(|full| {
-                            full[lowest_node::<D, S, B>(ground.grid, &strides, &set.position[p])]
+                            full[set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p])]
                         });
                         let pulls = what != Scatter::Motion && !left_to_cell;
                         let volume = if pulls { set.volume[p] } else { 0.0 };

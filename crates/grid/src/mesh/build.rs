@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use thiserror::Error;
 
-use super::{Bins, CORNERS, Element, Mesh, NONE, norm};
+use super::{Around, Bins, CORNERS, Element, Mesh, NONE, norm};
 use crate::Grid;
 
 /// Why a mesh cannot be used.
@@ -54,12 +54,12 @@ pub enum MeshError {
         position: Vec<f64>,
     },
     /// A facet between three elements or more.
-    #[error("elements {first} and {second} share a facet that a third one has too")]
+    #[error("elements around {first:?} m and {second:?} m share a facet that a third one has too")]
     SharedFacet {
-        /// Number of one element.
-        first: usize,
-        /// Number of another.
-        second: usize,
+        /// Centre of one element (m).
+        first: Vec<f64>,
+        /// Centre of another (m).
+        second: Vec<f64>,
     },
 }
 
@@ -86,10 +86,11 @@ impl<const D: usize> Mesh<D> {
         let nodes: Vec<[f64; D]> = order.iter().map(|&old| nodes[old]).collect();
         check_nodes(&nodes, &order)?;
         let mut built = Vec::with_capacity(elements.len());
-        for (number, corners) in elements.iter().enumerate() {
-            built.push(element(&nodes, corners.iter().map(|old| number_of[old]), number)?);
+        for number in along_first_axis(elements, &number_of) {
+            built.push(element(&nodes, elements[number].iter().map(|old| number_of[old]), number)?);
         }
-        join(&mut built)?;
+        join(&mut built, &nodes)?;
+        let around = Around::of(&built, nodes.len());
         let groups = groups.iter().map(|(name, members)| {
             let mut members: Vec<u32> =
                 members.iter().filter_map(|old| number_of.get(old).copied()).collect();
@@ -97,7 +98,7 @@ impl<const D: usize> Mesh<D> {
             members.dedup();
             (name.clone(), members)
         });
-        let mut mesh = Self { groups: groups.collect(), nodes, elements: built, bins: None };
+        let mut mesh = Self { groups: groups.collect(), nodes, elements: built, around, bins: None };
         mesh.bins = Some(mesh.make_bins());
         Ok(mesh)
     }
@@ -212,6 +213,33 @@ fn numbering<const D: usize>(
     (order, number_of)
 }
 
+/// The elements in order of their lowest node, so that slabs of the mesh are ranges of elements too.
+fn along_first_axis(elements: &[Vec<usize>], number_of: &HashMap<usize, u32>) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..elements.len()).collect();
+    order.sort_by_key(|&element| elements[element].iter().map(|old| number_of[old]).min());
+    order
+}
+
+impl Around {
+    /// The elements around each of `nodes` nodes.
+    fn of<const D: usize>(elements: &[Element<D>], nodes: usize) -> Self {
+        let corners =
+            || (0..).zip(elements).flat_map(|(e, element)| element.nodes[..=D].iter().map(move |&n| (e, n)));
+        let mut starts = vec![0; nodes + 1];
+        corners().for_each(|(_, node)| starts[node as usize + 1] += 1);
+        for node in 0..nodes {
+            starts[node + 1] += starts[node];
+        }
+        let mut place = starts.clone();
+        let mut members = vec![0; starts[nodes] as usize];
+        for (element, node) in corners() {
+            members[place[node as usize] as usize] = element;
+            place[node as usize] += 1;
+        }
+        Self { starts, elements: members }
+    }
+}
+
 fn check_nodes<const D: usize>(nodes: &[[f64; D]], order: &[usize]) -> Result<(), MeshError> {
     if let Some(k) = nodes.iter().position(|x| !x.iter().all(|c| c.is_finite())) {
         return Err(MeshError::NotFinite { node: order[k], position: nodes[k].to_vec() });
@@ -240,8 +268,7 @@ fn element<const D: usize>(
     let volume = determinant / if D == 2 { 2.0 } else { 6.0 };
     let longest = (0..D).map(|k| norm(&std::array::from_fn::<f64, D, _>(|c| edge(k, c)))).fold(0.0, f64::max);
     if !(volume > 1e-14 * longest.powi(D as i32)) {
-        let centre = (0..D).map(|c| (0..=D).map(|k| at(k)[c]).sum::<f64>() / (D + 1) as f64).collect();
-        return Err(MeshError::Volume { element: number, centre, volume });
+        return Err(MeshError::Volume { element: number, centre: centre(at), volume });
     }
     let mut gradients = [[0.0; D]; CORNERS];
     for c in 0..D {
@@ -257,6 +284,11 @@ fn element<const D: usize>(
     }
     let height = gradients[..=D].iter().map(|g| 1.0 / norm(g)).fold(f64::INFINITY, f64::min);
     Ok(Element { nodes, values, gradients, neighbours: [NONE; CORNERS], volume, height })
+}
+
+/// Centre of an element with its corners at `at` (m).
+fn centre<const D: usize>(at: impl Fn(usize) -> [f64; D]) -> Vec<f64> {
+    (0..D).map(|c| (0..=D).map(|k| at(k)[c]).sum::<f64>() / (D + 1) as f64).collect()
 }
 
 /// Determinant and adjugate rows of the matrix whose row `k` is edge `k`: `adjugate[k] · edge_j = det δ_kj`.
@@ -276,7 +308,7 @@ fn invert<const D: usize>(edge: impl Fn(usize, usize) -> f64) -> (f64, [[f64; D]
 }
 
 /// Finds the elements across all facets.
-fn join<const D: usize>(elements: &mut [Element<D>]) -> Result<(), MeshError> {
+fn join<const D: usize>(elements: &mut [Element<D>], places: &[[f64; D]]) -> Result<(), MeshError> {
     let mut open: HashMap<[u32; CORNERS], (usize, usize, bool)> = HashMap::new();
     for number in 0..elements.len() {
         for opposite in 0..=D {
@@ -286,7 +318,9 @@ fn join<const D: usize>(elements: &mut [Element<D>]) -> Result<(), MeshError> {
             key.sort_unstable();
             let Some((other, facet, joined)) = open.insert(key, (number, opposite, false)) else { continue };
             if joined {
-                return Err(MeshError::SharedFacet { first: other, second: number });
+                let [first, second] =
+                    [other, number].map(|e| centre(|k| places[elements[e].nodes[k] as usize]));
+                return Err(MeshError::SharedFacet { first, second });
             }
             elements[number].neighbours[opposite] = other as u32;
             elements[other].neighbours[facet] = number as u32;

@@ -48,7 +48,8 @@ pub struct Element<const D: usize> {
     /// Its `D + 1` nodes.
     pub nodes: [u32; CORNERS],
     values: [f64; CORNERS],
-    gradients: [[f64; D]; CORNERS],
+    /// Gradients of the shape functions of its nodes (1/m).
+    pub gradients: [[f64; D]; CORNERS],
     /// The element across the facet opposite to each node.
     neighbours: [u32; CORNERS],
     /// Volume (m³; m² in the plane).
@@ -57,15 +58,23 @@ pub struct Element<const D: usize> {
     pub height: f64,
 }
 
-/// A mesh of triangles (`D = 2`) or tetrahedra (`D = 3`). Its nodes are numbered along the first axis, so that slabs
-/// of the mesh are ranges of nodes.
+/// A mesh of triangles (`D = 2`) or tetrahedra (`D = 3`). Its nodes are numbered along the first axis, and its elements
+/// in the order of their lowest nodes, so that slabs of the mesh are ranges of both.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh<const D: usize> {
     nodes: Vec<[f64; D]>,
     elements: Vec<Element<D>>,
     groups: BTreeMap<String, Vec<u32>>,
+    around: Around,
     /// Cells of the size of the largest element, and the elements that reach into each.
     bins: Option<Bins<D>>,
+}
+
+/// The elements around the nodes: those of node `n` are the members from `starts[n]` to `starts[n + 1]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Around {
+    starts: Vec<u32>,
+    elements: Vec<u32>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -84,6 +93,19 @@ impl<const D: usize> Mesh<D> {
     /// The elements.
     pub fn elements(&self) -> &[Element<D>] {
         &self.elements
+    }
+
+    /// The elements that have a node.
+    #[inline]
+    pub fn elements_around(&self, node: u32) -> &[u32] {
+        let Around { starts, elements } = &self.around;
+        &elements[starts[node as usize] as usize..starts[node as usize + 1] as usize]
+    }
+
+    /// The elements across the facets of one; none across a facet on the boundary of the mesh.
+    pub fn neighbours(&self, element: u32) -> impl Iterator<Item = u32> {
+        let across = self.elements[element as usize].neighbours;
+        across.into_iter().take(D + 1).filter(|&other| other != NONE)
     }
 
     /// The nodes of a group.

@@ -22,7 +22,7 @@ use colluvium_grid::{Basis, Lanes, Layout, Node, Support, Walls};
 
 pub use fluid::{Fluid, PoreSet, SavedPore, critical_step};
 pub use momentum::PhaseSums;
-pub use setup::{cleared, liquid_walls, pore_set, two_phase};
+pub use setup::{cleared, of_liquid, pore_set, two_phase};
 
 use crate::config::StressScheme;
 use crate::points::PointDomain;

@@ -4,7 +4,7 @@ use colluvium_case::{Budget, Field, FieldData, PhaseBudget};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::Basis;
 
-use crate::points::{PointDomain, PointSet};
+use crate::points::{PointDomain, PointSet, ground};
 use crate::report::{Limit, spatial, square};
 use crate::solver::MpmSolver;
 use crate::two_phase::{Fluid, critical_step};
@@ -57,7 +57,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn phase_limit(&self, wave: Limit, modulus: f64) -> Limit {
         let (set, i) = (&self.sets[wave.set], wave.index);
         let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
-        let (n, dry, h) = (set.porosity(i), set.mass[i] / set.volume[i], self.grid.cell);
+        let (n, dry) = (set.porosity(i), set.mass[i] / set.volume[i]);
+        let h = set.domain[i].spacing(&ground!(self));
         // In time over the root of the scale of inertia the equations are those without it, with a weaker drag.
         let scale = self.options.mass_scaling.sqrt();
         let scaled = Fluid { resistance: fluid.resistance / scale, ..fluid };

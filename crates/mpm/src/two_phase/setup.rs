@@ -2,27 +2,25 @@
 
 use std::collections::BTreeSet;
 
-use colluvium_case::description::{Body, InitialStress, Space, Wall as CaseWall};
+use colluvium_case::description::{Body, InitialStress, Wall as CaseWall};
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Node, Walls};
+use colluvium_grid::{Lanes, Layout, Node, Walls};
 
 use super::{Fluid, PhaseSums, PoreSet, TwoPhase};
-use crate::{MpmOptions, ShapeFunctions, StressScheme, Transfer, setup};
+use crate::{MpmOptions, ShapeFunctions, StressScheme, Transfer};
 
 /// Courant number of MUSL in a case with pore fluid that gives none (MPM sheet §2.10).
 const COURANT: f64 = 0.9;
 
 /// Refuses what two phases cannot honour, and fills in their own default.
 pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseError> {
-    let wet = case.bodies.iter().position(|body| body.pore_fluid.is_some());
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
-    let Some(number) = wet else { return Ok(options) };
+    if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
+        return Ok(options);
+    }
     case.refuse_driven("mpm with a pore_fluid")?;
     case.refuse_dissipation("mpm with a pore_fluid")?;
-    if case.space == Space::Axisymmetric {
-        return refuse(&format!("bodies[{number}].pore_fluid"), "is not available in axisymmetry yet");
-    }
     if options.stress_update == StressScheme::Usf {
         return refuse(
             "methods.mpm.stress_update",
@@ -74,13 +72,8 @@ pub fn two_phase<const D: usize>(
     })
 }
 
-/// The walls of the liquid in a stage: smooth, where the case has impermeable ones.
-pub fn liquid_walls<const D: usize, const S: usize, B: Basis<S>>(
-    case: &Case,
-    stage: usize,
-    grid: &Grid<D>,
-    options: &MpmOptions,
-) -> Result<Walls, CaseError> {
+/// The case as its liquid sees it: with smooth walls, where there are impermeable ones.
+pub fn of_liquid(case: &Case) -> Case {
     let mut liquid = case.clone();
     liquid.boundaries.retain(|boundary| !boundary.drained);
     liquid.boundaries.retain(|boundary| !matches!(boundary.wall, CaseWall::Absorbing { .. }));
@@ -92,7 +85,7 @@ pub fn liquid_walls<const D: usize, const S: usize, B: Basis<S>>(
     for stage in &mut liquid.stages {
         stage.remove_boundaries.retain(|name| standing.contains(name));
     }
-    setup::walls::<D, S, B>(&liquid, stage, grid, options)
+    liquid
 }
 
 /// What pore fluid adds to points at `position` of a body with a skeleton of density `dry` (kg/m³), and their initial

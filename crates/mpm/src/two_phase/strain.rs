@@ -2,7 +2,7 @@
 
 use colluvium_grid::{Basis, Support};
 
-use super::{LIQUID, SOLID, TwoPhase, transfer::trace};
+use super::{LIQUID, SOLID, TwoPhase};
 use crate::points::PointDomain;
 use crate::solver::MpmSolver;
 
@@ -13,13 +13,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             return;
         }
         let strides = self.layout.strides();
-        self.share_strains(|_, _, _, support| {
+        self.share_strains(|solver, set, p, support| {
             let read = if FROM_SOLVED {
                 support.gather_phases(&phases.nodes, &strides)
             } else {
                 support.gather_velocities(&phases.remapped, &strides)
             };
-            [SOLID, LIQUID].map(|phase| dt * trace(&read[phase].gradient))
+            [SOLID, LIQUID].map(|phase| dt * solver.dilation(&read[phase], set.position[p][0]))
         });
     }
 }

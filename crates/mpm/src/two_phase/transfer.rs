@@ -2,7 +2,7 @@
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, SymTensor};
-use colluvium_grid::{Basis, Lanes, Support};
+use colluvium_grid::{Basis, Gathered, Lanes, Support};
 
 use super::{Fluid, LIQUID, SOLID, TwoPhase};
 use crate::blocks::{Block, BlockReport, Failure, OfSet};
@@ -13,18 +13,12 @@ use crate::solver::MpmSolver;
 use crate::strain::set_volumetric;
 use crate::transfer::{PointUpdate, force_columns, lanes};
 
-/// Trace of a velocity gradient given by its columns.
-#[inline(always)]
-pub fn trace<const D: usize>(columns: &[Lanes; D]) -> f64 {
-    (0..D).map(|j| columns[j].as_array()[j]).sum()
-}
-
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Point to grid (step 1), slab by slab.
     pub(super) fn scatter_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
         self.apply_loads(dt);
         let strides = self.layout.strides();
-        let (sets, ground) = (&self.sets, ground!(self));
+        let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
         self.layout.scatter(&mut phases.nodes, |slab, window, offset| {
             for set in sets {
                 let Some(pore) = &set.pore else { continue };
@@ -45,8 +39,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     let columns =
                         [force_columns::<D>(&total, volume), force_columns::<D>(&liquid_stress, volume)];
                     let of_loads = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
-                    let body =
+                    let mut body =
                         [lanes(&of_loads(&set.traction), drag), lanes(&of_loads(&pore.traction), full_mass)];
+                    if axisymmetric {
+                        let hoop = |stress: &SymTensor| -volume * stress[2] / set.position[p][0];
+                        body[SOLID] += Lanes::new([hoop(&total), 0.0, 0.0, 0.0]);
+                        body[LIQUID] += Lanes::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
+                    }
                     stencil.deposit_phases(window, offset, &strides, &motion, &columns, &body);
                 }
             }
@@ -152,11 +151,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             }
             if what.stress {
-                let mut strains = [SOLID, LIQUID].map(|phase| dt * trace(&read[phase].gradient));
-                self.set_motion(&mut motions[p], &read[SOLID].gradient, 0.0, 1.0, dt);
+                let radius = block.position[p][0];
+                let mut strains = [SOLID, LIQUID].map(|phase| dt * self.dilation(&read[phase], radius));
+                self.set_motion(&mut motions[p], &read[SOLID].gradient, velocity[0], radius, dt);
                 if self.strains.is_shared() {
                     strains = self.shared_strain(set.body, &block.domain[p], &block.position[p]);
-                    set_volumetric(&mut motions[p], D, strains[SOLID]);
+                    set_volumetric(&mut motions[p], self.normal_strains(), strains[SOLID]);
                 }
                 self.deform(block, p, &set.extent, &mut motions[p], set.fluid.as_ref(), strains)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
@@ -181,9 +181,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         Ok(moved)
     }
 
+    /// Rate of volumetric strain (1/s) from what a point at a radius (m; of use in axisymmetry) reads of a phase.
+    #[inline(always)]
+    pub(super) fn dilation(&self, read: &Gathered<D>, radius: f64) -> f64 {
+        let trace: f64 = (0..D).map(|j| read.gradient[j].as_array()[j]).sum();
+        trace + if self.axisymmetric { read.velocity.as_array()[0] / radius } else { 0.0 }
+    }
+
     /// FLIP and PIC (MPM sheet §2.6), alike for both phases.
     #[inline(always)]
-    fn follow_node(&self, velocity: &mut [f64; D], read: &colluvium_grid::Gathered<D>, dt: f64) {
+    fn follow_node(&self, velocity: &mut [f64; D], read: &Gathered<D>, dt: f64) {
         let flip = self.options.flip;
         let (new, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
         for c in 0..D {

@@ -6,6 +6,8 @@ mod consistent;
 mod contact;
 mod driven;
 mod mesh;
+mod mesh_contact;
+mod mesh_phases;
 mod shapes;
 mod solver;
 mod transfers;

@@ -18,9 +18,7 @@ use colluvium_case::{SolverError, TimeStep};
 use colluvium_points::{Bisection, Bounds, CellList};
 use rayon::prelude::*;
 
-use crate::config::{
-    Continuity, DensityReset, Regularisation, SphOptions, Symmetrisation, WallStress,
-};
+use crate::config::{Continuity, DensityReset, Regularisation, SphOptions, Symmetrisation, WallStress};
 use crate::solver::SphSolver;
 use parcel::{Parcel, assemble};
 
