@@ -184,7 +184,8 @@ fn water_seeps_towards_a_well_as_the_logarithm_of_the_radius() {
     }
     // Points keep what the onset of the flow gave them against each other, which the nodes do not see: their mean.
     let discharge = |(x, v): (&[f64; 3], &[f64; 3])| 0.4 * v[0] * x[0];
-    let mean = report.snapshot.positions.iter().zip(&velocity).map(discharge).sum::<f64>() / velocity.len() as f64;
+    let mean =
+        report.snapshot.positions.iter().zip(&velocity).map(discharge).sum::<f64>() / velocity.len() as f64;
     assert!((mean / flux - 1.0).abs() < 0.02, "{mean} for {flux}");
 }
 
