@@ -289,7 +289,7 @@ pub enum VolumetricStrain {
     #[default]
     Point,
     /// The average over the points of its cell that have its material; phase by phase with a `pore_fluid`. In the triangles
-    /// and tetrahedra of a `mesh`, whose strain is constant, it changes nothing.
+    /// and tetrahedra of a `mesh`, whose strain is constant, it changes nothing, but in axisymmetry.
     CellAverage,
     /// The average over the nodes of its cell, each of which takes the average of the cells around it (nodal mixed
     /// discretisation).

@@ -28,6 +28,7 @@ mod returns;
 mod rigid_motion;
 mod self_weight;
 mod simplices;
+mod simplices_soil;
 mod sph_balance;
 mod sph_cantilever;
 mod sph_cantilever_3d;
@@ -101,6 +102,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&manufactured::VORTEX, Some(45), 60),
     Listed::new(&cantilever::BENCHMARK, None, 155),
     Listed::new(&simplices::BENCHMARK, Some(5), 5),
+    Listed::new(&simplices_soil::BENCHMARK, Some(6), 6),
     Listed::new(&mpm_contact::BENCHMARK, Some(28), 28),
     Listed::new(&mpm_two_phase::CONSOLIDATION, Some(15), 22),
     Listed::new(&mpm_two_phase::WAVES, Some(1), 1),

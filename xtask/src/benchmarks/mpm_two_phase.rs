@@ -24,11 +24,11 @@ pub const WAVES: Benchmark = Benchmark {
 };
 
 /// Load (Pa), constrained modulus of the skeleton (Pa), bulk modulus of the water over porosity (Pa).
-const LOAD: f64 = 1e4;
-const SKELETON: f64 = 1e7;
-const WATER: f64 = 2.15e9 / 0.4;
+pub(super) const LOAD: f64 = 1e4;
+pub(super) const SKELETON: f64 = 1e7;
+pub(super) const WATER: f64 = 2.15e9 / 0.4;
 /// Coefficient of consolidation `k / (ρ_L g (1/E_c + n/K_L))` (m²/s).
-const CONSOLIDATION_RATE: f64 = 1e-3 / (9810.0 * (1.0 / SKELETON + 1.0 / WATER));
+pub(super) const CONSOLIDATION_RATE: f64 = 1e-3 / (9810.0 * (1.0 / SKELETON + 1.0 / WATER));
 
 fn consolidation(quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
@@ -128,7 +128,7 @@ fn undrained() -> f64 {
 }
 
 /// Runs the column to a time factor, with a frame every hundredth.
-fn consolidated(case: &Case, factor: f64) -> Result<RunReport, String> {
+pub(super) fn consolidated(case: &Case, factor: f64) -> Result<RunReport, String> {
     let mut case = case.clone();
     case.stages[0].duration = factor / CONSOLIDATION_RATE;
     case.output.frames = Some(0.01 / CONSOLIDATION_RATE);
@@ -144,11 +144,13 @@ fn degree(factor: f64) -> f64 {
     1.0 - modes().map(|a| 2.0 / (a * a) * (-a * a * factor).exp()).sum::<f64>()
 }
 
-fn modes() -> impl Iterator<Item = f64> {
+/// Wave numbers of Terzaghi's series over the height.
+pub(super) fn modes() -> impl Iterator<Item = f64> {
     (0..200).map(|m| PI / 2.0 * f64::from(2 * m + 1))
 }
 
-fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
+/// A field of one number a point.
+pub(super) fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
     match snapshot.field(name).map(|f| &f.data) {
         Some(FieldData::Scalar(values)) => values.clone(),
         _ => Vec::new(),
