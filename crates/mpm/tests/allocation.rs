@@ -66,6 +66,19 @@ fn saturated(shape: &str, scheme: &str, volumetric: &str) -> Case {
     case
 }
 
+/// The block by itself, with consistent mass.
+fn consistent() -> Case {
+    let mut case = block("ugimp", "usl", "flip");
+    case.bodies.truncate(1);
+    case.boundaries[0].wall = colluvium_case::description::Wall::Rough;
+    case.stages[0].equilibrium = None;
+    let options = case.methods.get_mut("mpm").unwrap();
+    options["mass"] = json!("consistent");
+    options["lumped_share"] = json!(0.12);
+    options["contacts"] = json!([]);
+    case
+}
+
 // One test, so that no other one allocates meanwhile.
 #[test]
 fn a_step_allocates_nothing() {
@@ -89,6 +102,7 @@ fn a_step_allocates_nothing() {
                 cases.push((name, saturated(shape, scheme, volumetric)));
             }
         }
+        cases.push(("consistent mass".to_owned(), consistent()));
         for (name, case) in cases {
             let mut solver = Mpm.build(&case).unwrap();
             solver.begin_stage(0, 0.0).unwrap();

@@ -160,7 +160,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/loads/0/body", json!("c"), "loads[0].body", "is not the name of a body"),
         ("/loads/0/ramp", json!(-1), "loads[0].ramp", "must not be negative"),
         ("/loads/0/stage", json!("gone"), "loads[0].stage", "is not the name of a stage"),
-        ("/loads/0/stage", json!(1), "loads[0]", "is not"),
+        ("/loads/0/stage", json!(1), "loads[0].stage", "is not of type string"),
         (
             "/loads/0",
             json!({ "kind": "pressure", "body": "c", "side": "y-max", "value": 10 }),
@@ -230,7 +230,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "looks at no cells",
         ),
         ("/measures/a,b", json!({ "kind": "front", "side": "x-max" }), "measures.a,b", "letters, digits"),
-        ("/measures/front", json!({ "kind": "dissipation", "side": "x-max" }), "measures.front", "side"),
+        ("/measures/front", json!({ "kind": "dissipation", "side": "x-max" }), "measures.front.side", "key"),
         ("/measures/eye/radius", json!(0), "measures.eye.radius", "must be positive"),
         (
             "/measures/eye/position",
