@@ -294,6 +294,15 @@ impl SphOptions {
         if self.is_variable() && self.wall_stress != WallStress::Pairwise {
             return Err(("wall_stress", "must be pairwise where the smoothing length varies".to_owned()));
         }
+        let corrects = self.momentum == Momentum::Corrected;
+        let fits =
+            matches!(self.velocity_gradient, VelocityGradient::Compatible | VelocityGradient::Corrected);
+        if corrects && !fits {
+            return Err(("velocity_gradient", "must be corrected where momentum is".to_owned()));
+        }
+        if corrects && self.wall_stress != WallStress::Pairwise {
+            return Err(("wall_stress", "must be pairwise where momentum is corrected".to_owned()));
+        }
         let stages = self.integration != TimeIntegration::Leapfrog;
         if stages && self.ranks > 1 {
             return Err(("integration", "must be leapfrog with more than one of ranks".to_owned()));
@@ -336,6 +345,14 @@ impl SphOptions {
         warn("viscosity_linear", self.viscosity_linear > 2.0, "more than 2 shortens run-outs");
         warn("courant", self.courant > 0.4, "more than 0.4 may be unstable near walls and surfaces");
         warn("momentum", self.momentum == Momentum::Difference, "this form does not conserve momentum");
+        let pair =
+            self.velocity_gradient != VelocityGradient::Corrected || self.momentum == Momentum::Corrected;
+        let viscous = self.viscosity_linear + self.viscosity_quadratic + self.hourglass_viscosity > 0.0;
+        warn(
+            "velocity_gradient",
+            !pair && !viscous,
+            "corrected makes energy without viscosity: set momentum to corrected",
+        );
         warnings
     }
 }

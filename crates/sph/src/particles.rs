@@ -94,6 +94,8 @@ pub struct Particles<const D: usize> {
     pub records: Vec<Record>,
     /// Artificial stress over density squared; with images and walls; empty without.
     pub repulsion: Vec<SymTensor>,
+    /// Corrections of the gradient; with images; empty where the momentum equation does without.
+    pub correction: Vec<Matrix<D>>,
     order: Order<D>,
 }
 

@@ -101,12 +101,13 @@ fn momenta(outcome: &mut Outcome) -> Result<(), String> {
     let stress = json!({ "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 });
     let pressure = json!({ "kind": "artificial-pressure", "strength": 0.9, "exponent": 2.55 });
     let viscous = [("viscosity_linear", json!(1.0)), ("viscosity_quadratic", json!(1.0))];
-    let settings: [(&str, Vec<(&str, Value)>); 5] = [
+    let settings: [(&str, Vec<(&str, Value)>); 6] = [
         ("(54), viscosity, artificial stress", [viscous.to_vec(), vec![("tensile", stress)]].concat()),
         (
             "footnote 5, viscosity, artificial pressure",
             [viscous.to_vec(), vec![("tensile", pressure), ("momentum", json!("rho-rho"))]].concat(),
         ),
+        ("corrected on both sides", vec![("momentum", json!("corrected"))]),
         (
             "variable h, mean of kernels",
             vec![("smoothing_length", json!("density")), ("symmetrisation", json!("kernel"))],
@@ -149,14 +150,19 @@ fn momenta(outcome: &mut Outcome) -> Result<(), String> {
     let particles = evaluate(&viscous, |id, _| random(id, 1.0))?;
     let reason = "not judged: V-11 asks to report it; pair forces of deviatoric stress are not central (K15)";
     outcome.show("V-11, the same with deviatoric stress", "not 0", torque(&particles), reason);
+    let particles = evaluate(&[("momentum", json!("corrected"))], |id, _| random(id, 1.0))?;
+    let name = "V-11, the same with deviatoric stress, corrected on both sides";
+    let reason = "pair forces are not central, but σ L M = σ is symmetric: their torques cancel";
+    outcome.below(name, "0", torque(&particles), 1e-12, reason);
     Ok(())
 }
 
 fn energies(outcome: &mut Outcome) -> Result<(), String> {
     let still = ("viscosity_linear", json!(0.0));
-    let pairs: [(&str, Vec<(&str, Value)>); 3] = [
+    let pairs: [(&str, Vec<(&str, Value)>); 4] = [
         ("(54) and operator 22", vec![still.clone()]),
         ("footnote 5 and operator 20", vec![still.clone(), ("momentum", json!("rho-rho"))]),
+        ("operator 21 on both sides", vec![still.clone(), ("momentum", json!("corrected"))]),
         (
             "gradient of h",
             vec![still.clone(), ("smoothing_length", json!("density")), ("symmetrisation", json!("grad-h"))],
@@ -171,15 +177,17 @@ fn energies(outcome: &mut Outcome) -> Result<(), String> {
         random(id, 1.0)
     })?);
     outcome.show("V-12, (54) and operator 21: no pair", "not 0", found, "not judged: for comparison");
-    for wall in ["rough", "smooth"] {
-        let mut case = with(std::slice::from_ref(&still))?;
+    let forms =
+        ["rho2", "corrected"].into_iter().flat_map(|form| ["rough", "smooth"].map(|wall| (form, wall)));
+    for (form, wall) in forms {
+        let mut case = with(&[still.clone(), ("momentum", json!(form))])?;
         let text = json!({ "side": "y-min", "position": 0.3, "wall": { "kind": wall } });
         case.boundaries.push(serde_json::from_value(text).map_err(|error| error.to_string())?);
         case.bodies[0].shape =
             serde_json::from_value(json!({ "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] }))
                 .map_err(|error| error.to_string())?;
         let particles = rates::<2>(&case, |id, _| random(id, 1.0)).map_err(|error| error.to_string())?;
-        let name = format!("V-12, the same on a {wall} wall at rest");
+        let name = format!("V-12, the same on a {wall} wall at rest, {form}");
         // A mirror sees its images: their half of the pair belongs to them.
         outcome.below(name, "0", power(&particles), 1e-12, "V-12: with the pairwise mirror too");
     }

@@ -265,7 +265,7 @@ fn compare(spec: &MaterialSpec) -> Result<f64, String> {
     let dt = start(&case)?.time_step().dt;
     let rate = shear / (steps * dt);
     set_of(&mut case, "sph", "time_step", dt);
-    let path = beside_law(&mut case, spec, Path { rate, pressure, shear, rows: 10 })?;
+    let path = beside_law(&mut case, spec, Path { rate, pressure, shear, rows: 10, hourglass: 0.0 })?;
     let apart = path.iter().map(|(_, ours, law)| (*ours - *law).norm() / law.norm().max(1e-3 * pressure));
     Ok(apart.fold(0.0, f64::max))
 }
@@ -296,6 +296,8 @@ pub(super) struct Path {
     pub shear: f64,
     /// Rows of the result.
     pub rows: usize,
+    /// `hourglass_viscosity`.
+    pub hourglass: f64,
 }
 
 /// A block of 10 × 10 particles beside the law, along the path.
@@ -304,7 +306,8 @@ pub(super) fn law_in_frame(spec: &MaterialSpec, path: Path) -> Result<Vec<Row>, 
 }
 
 fn beside_law(case: &mut Case, spec: &MaterialSpec, path: Path) -> Result<Vec<Row>, String> {
-    let Path { rate, pressure, shear, rows } = path;
+    let Path { rate, pressure, shear, rows, hourglass } = path;
+    set_of(case, "sph", "hourglass_viscosity", hourglass);
     for body in &mut case.bodies {
         body.velocity = parse(json!({
             "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, rate], [0, 0]]

@@ -12,6 +12,9 @@ pub enum Momentum {
     Rho2,
     /// `Σ m_j (σ_i + σ_j) / (ρ_i ρ_j) ∇W`.
     RhoRho,
+    /// `Σ m_j (σ_i L_i + σ_j L_j) / (ρ_i ρ_j) ∇W` with the corrections `L` of the gradient: conserves energy with the
+    /// `corrected` velocity gradient, which it needs.
+    Corrected,
     /// `Σ m_j (σ_j - σ_i) / (ρ_i ρ_j) ∇W`: conserves nothing; to show what that does.
     Difference,
 }

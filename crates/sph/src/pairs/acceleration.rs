@@ -70,6 +70,9 @@ impl<const D: usize> Pairs<'_, D> {
             (0..D).for_each(|c| sum[c] += other.mass * pull[c]);
         });
         let mut sum = sum.map(lanes::sum);
+        if self.options.momentum == Momentum::Corrected {
+            self.add_corrected(i, &row[..regular], weights, &mut sum);
+        }
         if regular < row.len() {
             self.push_off_walls(i, &row[regular..], form, &mut sum);
         }

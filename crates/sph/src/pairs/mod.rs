@@ -5,6 +5,7 @@
 //! the acceleration, and kept for the velocity gradient.
 
 mod acceleration;
+mod adjoint;
 mod extras;
 mod rates;
 mod wall;

@@ -10,6 +10,7 @@ use crate::particles::Matrix;
 fn operator(options: &SphOptions) -> VelocityGradient {
     match (options.velocity_gradient, options.momentum) {
         (VelocityGradient::Compatible, Momentum::Rho2) => VelocityGradient::DensityDifference,
+        (VelocityGradient::Compatible, Momentum::Corrected) => VelocityGradient::Corrected,
         (VelocityGradient::Compatible, _) => VelocityGradient::Difference,
         (operator, _) => operator,
     }

@@ -5,6 +5,7 @@ use colluvium_constitutive::SymTensor;
 use super::acceleration::Form;
 use super::{Pairs, SOFTENING, apart};
 use crate::config::WallVelocity;
+use crate::operators::product;
 use crate::particles::Matrix;
 use crate::walls::{Contact, Plane};
 
@@ -99,8 +100,10 @@ impl<const D: usize> Pairs<'_, D> {
             let pi = h * closing / (square + SOFTENING * h * h);
             let (linear, quadratic) = (self.options.viscosity_linear, self.options.viscosity_quadratic);
             let viscosity = (linear * sound * pi - quadratic * pi * pi) / density;
+            // Where the gradient is corrected its partner is too.
+            let turned = p.correction.get(i).map_or(apart, |l| product(l, &apart));
             for a in 0..D {
-                let pull: f64 = (0..D).map(|b| pair.at(a, b) * apart[b]).sum();
+                let pull: f64 = (0..D).map(|b| pair.at(a, b) * turned[b]).sum();
                 sum[a] += mass * weight * (pull + viscosity * apart[a]);
             }
         }

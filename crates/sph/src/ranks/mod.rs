@@ -18,7 +18,9 @@ use colluvium_case::{SolverError, TimeStep};
 use colluvium_points::{Bisection, Bounds, CellList};
 use rayon::prelude::*;
 
-use crate::config::{Continuity, DensityReset, Regularisation, SphOptions, Symmetrisation, WallStress};
+use crate::config::{
+    Continuity, DensityReset, Momentum, Regularisation, SphOptions, Symmetrisation, WallStress,
+};
 use crate::solver::SphSolver;
 use parcel::{Parcel, assemble};
 
@@ -32,6 +34,7 @@ fn passes(options: &SphOptions) -> usize {
         options.continuity == Continuity::Summation || options.symmetrisation == Symmetrisation::GradH;
     let once = [
         summed,
+        options.momentum == Momentum::Corrected,
         options.confining.is_some(),
         options.regularisation != Regularisation::None,
         options.density_reset != DensityReset::None,

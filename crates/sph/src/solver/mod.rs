@@ -15,7 +15,7 @@ use colluvium_points::{CellList, NeighbourList, ROWS};
 use rayon::prelude::*;
 
 use crate::SphOptions;
-use crate::config::{Continuity, SmoothingLength, Symmetrisation, Tensile, WallStress};
+use crate::config::{Continuity, Momentum, SmoothingLength, Symmetrisation, Tensile, WallStress};
 use crate::confinement::Inward;
 use crate::kernel::Smoothing;
 use crate::pairs::Pairs;
@@ -344,12 +344,38 @@ impl<const D: usize> SphSolver<D> {
         self.particles.move_images(&self.images);
         let mut records = std::mem::take(&mut self.particles.records);
         let (p, momentum) = (&self.particles, self.options.momentum);
+        // The lanes do not correct: they leave the stress to those who do.
+        let scale = |i: usize| match momentum {
+            Momentum::Corrected => 0.0,
+            _ => Pairs::<D>::flux_scale(momentum, p.density[i], p.spread[i]),
+        };
         records.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, record)| {
             if p.density[i] > 0.0 {
-                *record = p.record(i, Pairs::<D>::flux_scale(momentum, p.density[i], p.spread[i]));
+                *record = p.record(i, scale(i));
             }
         });
         self.particles.records = records;
+        self.find_corrections();
+    }
+
+    /// Corrections of the gradient, for the momentum equation that has them.
+    fn find_corrections(&mut self) {
+        if self.options.momentum != Momentum::Corrected {
+            return;
+        }
+        let mut correction = std::mem::take(&mut self.particles.correction);
+        let len = self.particles.len;
+        correction.resize(len + self.images.len(), [[0.0; D]; D]);
+        let pairs = self.pairs();
+        correction[..len].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, correction)| {
+            *correction = pairs.correction(i, self.neighbours.of(i));
+        });
+        for (image, slot) in self.images.iter().zip(len..) {
+            let l = correction[image.source as usize];
+            let flip = image.flip;
+            correction[slot] = std::array::from_fn(|a| std::array::from_fn(|b| flip[a] * l[a][b] * flip[b]));
+        }
+        self.particles.correction = correction;
     }
 
     /// Factors of the gradient of the smoothing length.

@@ -75,6 +75,7 @@ fn v26_any_number_of_ranks_gives_the_same_bits() {
         json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } }),
         json!({ "smooth_wall": "particles", "wall_velocity": "linear", "stress_diffusion": 0.1 }),
         json!({ "continuity": "summation", "allow_summation": true }),
+        json!({ "momentum": "corrected", "tensile": { "kind": "artificial-pressure", "strength": 0.5, "exponent": 4 } }),
     ] {
         every_number_agrees(&heap(&options, &json!({})), 150, &options.to_string());
     }

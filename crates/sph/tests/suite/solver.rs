@@ -60,6 +60,7 @@ fn variants() -> Vec<Value> {
         json!({ "integration": "runge-kutta4", "kernel": "wendland-c6", "smoothing": 1.5 }),
         json!({ "rough_wall": "mirror", "velocity_gradient": "corrected", "hourglass_viscosity": 0.5 }),
         json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } }),
+        json!({ "momentum": "corrected", "rough_wall": "mirror", "hourglass_viscosity": 0.1 }),
     ]
 }
 
@@ -139,6 +140,7 @@ fn v10_momentum_is_conserved() {
     for options in [
         json!({ "viscosity_linear": 1.0, "viscosity_quadratic": 1.0 }),
         json!({ "momentum": "rho-rho", "viscosity_linear": 0.1 }),
+        json!({ "momentum": "corrected", "viscosity_linear": 0.1 }),
         json!({ "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 } }),
         json!({ "tensile": { "kind": "artificial-pressure", "strength": 0.9, "exponent": 4 }, "velocity_gradient": "corrected" }),
     ] {
@@ -185,7 +187,7 @@ fn energy_drift(options: &Value, step: f64) -> f64 {
 
 #[test]
 fn compatible_pairs_conserve_energy_to_second_order_of_the_step() {
-    for momentum in ["rho2", "rho-rho"] {
+    for momentum in ["rho2", "rho-rho", "corrected"] {
         let coarse = energy_drift(&json!({ "momentum": momentum }), 1e-4);
         let fine = energy_drift(&json!({ "momentum": momentum }), 5e-5);
         assert!(coarse < 1e-2 && fine < 1e-2, "{momentum}: {coarse:e} {fine:e}");
@@ -362,6 +364,8 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         ),
         (json!({ "smoothing_length": "density", "wall_stress": "interpolated" }), "wall_stress"),
         (json!({ "smoothing_length": "rate", "integration": "verlet" }), "smoothing_length"),
+        (json!({ "momentum": "corrected", "velocity_gradient": "difference" }), "velocity_gradient"),
+        (json!({ "momentum": "corrected", "wall_stress": "interpolated" }), "wall_stress"),
         (json!({ "held": ["nobody"] }), "held[0]"),
         (json!({ "ranks": 0 }), "ranks"),
         (json!({ "ranks": 5000 }), "ranks"),
