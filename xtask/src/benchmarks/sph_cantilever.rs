@@ -182,7 +182,9 @@ fn without_viscosity(outcome: &mut Outcome) -> Result<(), String> {
     let none = || ("tensile", json!({ "kind": "none" }));
     let both = || ("momentum", json!("corrected"));
     let compatible = || ("velocity_gradient", json!("compatible"));
-    let runs: [(&str, Vec<(&str, Value)>, bool); 5] = [
+    /// Name, options, and whether it is judged.
+    type Run = (&'static str, Vec<(&'static str, Value)>, bool);
+    let runs: [Run; 5] = [
         ("corrected on both sides", vec![both(), none()], true),
         ("uncorrected", vec![compatible(), none()], true),
         ("total Lagrangian", vec![none(), ("formulation", json!("total-lagrangian"))], true),
