@@ -191,8 +191,8 @@ impl Wall {
         }
     }
 
-    /// Constrains the re-mapped velocity of MUSL: no penetration, and what stuck in the momentum
-    /// solve (`solved`) sticks.
+    /// Constrains the re-mapped velocity of MUSL: no penetration; what the wall stopped in the momentum solve (`solved`)
+    /// does not lift off, or the force of the wall would do work; and what stuck sticks.
     #[inline]
     pub fn constrain_again(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
         if self.holds() {
@@ -201,7 +201,8 @@ impl Wall {
             }
             return;
         }
-        if self.approach(velocity) > 0.0 {
+        let stopped = solved[self.axis] == self.velocity[self.axis];
+        if stopped || self.approach(velocity) > 0.0 {
             velocity[self.axis] = self.velocity[self.axis];
             let stuck = (0..3).all(|c| solved[c] == self.velocity[c]);
             if stuck && self.kind != WallKind::Smooth {
@@ -285,6 +286,21 @@ mod tests {
             let mut end = [1.0, 0.5, 0.0];
             floor(kind, true).constrain(&mut [0.0; 3], &mut end, true);
             assert_eq!(end, [1.0, 0.5, 0.0]);
+        }
+    }
+
+    #[test]
+    fn what_a_wall_stopped_in_the_solve_does_not_lift_off_as_it_is_re_mapped() {
+        let wall = floor(WallKind::Frictional { coefficient: 0.5 }, true);
+        for (solved, remapped, expected) in [
+            ([1.0, 0.0, 0.0], [1.1, 0.2, 0.0], [1.1, 0.0, 0.0]), // slides
+            ([0.0, 0.0, 0.0], [0.1, 0.2, 0.3], [0.0, 0.0, 0.0]), // sticks
+            ([1.0, 0.3, 0.0], [1.1, 0.2, 0.0], [1.1, 0.2, 0.0]), // lifts off
+            ([1.0, 0.3, 0.0], [1.1, -0.2, 0.0], [1.1, 0.0, 0.0]), // may not come back
+        ] {
+            let mut velocity = remapped;
+            wall.constrain_again(&solved, &mut velocity);
+            assert_eq!(velocity, expected);
         }
     }
 

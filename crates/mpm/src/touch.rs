@@ -103,7 +103,8 @@ impl Touch<'_> {
         Some(if norm(&relative) <= 1e-12 * norm(&before) { [common; 2] } else { touched })
     }
 
-    /// Re-mapped velocities: no approach, and what stuck sticks.
+    /// Re-mapped velocities: no approach; what touched does not part, or the force between the bodies would do work; and
+    /// what stuck sticks.
     fn again(&self, solved: [&Node; 2], pair: [&mut Lanes; 2], surfaces: [Lanes; 2]) {
         let masses = [solved[0].motion.as_array()[3], solved[1].motion.as_array()[3]];
         if !self.present(masses, surfaces) {
@@ -113,12 +114,14 @@ impl Touch<'_> {
         let common = together(self.inertias(masses), [&velocities[0], &velocities[1]]);
         let ends = [three(solved[0].motion), three(solved[1].motion)];
         let apart: [f64; 3] = std::array::from_fn(|c| ends[0][c] - ends[1][c]);
-        let stuck = norm(&apart) <= 1e-9 * norm(&ends[0]);
+        let slight = 1e-9 * norm(&ends[0]);
+        let stuck = norm(&apart) <= slight;
         let mut after = [common; 2];
         if let Some(law) = &self.law {
             let Some((normal, _)) = law.surface(surfaces, self.distance) else { return };
             let relative: [f64; 3] = std::array::from_fn(|c| velocities[0][c] - velocities[1][c]);
-            if !(dot(&relative, &normal) > 0.0) {
+            let touched = dot(&apart, &normal).abs() <= slight;
+            if !(touched || dot(&relative, &normal) > 0.0) {
                 return;
             }
             if !stuck {

@@ -267,3 +267,23 @@ fn what_cannot_be_periodic_is_refused_by_name() {
     text["domain"]["periodic"] = json!(["z"]);
     assert!(Case::from_json(&text.to_string()).unwrap_err().to_string().contains("domain.periodic[0]"));
 }
+
+#[test]
+fn a_wall_that_lets_go_gives_no_energy_to_what_bounces_off() {
+    let ball = json!([{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.3], "radius": 0.2 },
+                        "velocity": { "kind": "uniform", "value": [0.5, -2] } }]);
+    let smooth = json!({ "side": "y-min", "wall": { "kind": "smooth" }, "separation": true });
+    let rubbing = json!({ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } });
+    for wall in [smooth, rubbing] {
+        for scheme in ["usl", "musl"] {
+            let options = json!({ "cell_size": 0.05, "stress_update": scheme, "courant": 0.2 });
+            let report = solve(&case(json!({
+                "bodies": ball, "boundaries": [wall], "stages": [{ "name": "s", "duration": 0.15 }],
+                "methods": { "mpm": options }
+            })));
+            assert!(report.end.momentum[1] > 0.0, "it is on its way up");
+            let kept = (report.end.kinetic + report.end.elastic) / report.start.kinetic;
+            assert!(kept < 1.01 && kept > 0.7, "{wall}, {scheme}: {kept}");
+        }
+    }
+}
