@@ -135,7 +135,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_drum::BENCHMARK, None, 100),
     Listed::new(&sph_threads::BENCHMARK, Some(2), 8),
     Listed::new(&sph_ranks::BENCHMARK, Some(4), 4),
-    Listed::new(&sph_critical::SHEAR, Some(2), 30),
+    Listed::new(&sph_critical::SHEAR, Some(2), 80),
     Listed::new(&sph_critical::COLUMNS, None, 16),
     Listed::new(&sph_critical::COLUMNS_FINE, None, 200),
     Listed::new(&sph_cantilever::BENCHMARK, None, 400),
