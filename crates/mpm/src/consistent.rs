@@ -15,7 +15,7 @@ use colluvium_grid::{Basis, Lanes, Layout, Node, Support};
 
 use crate::config::Mass;
 use crate::contact::three;
-use crate::momentum::{RowSums, sign, slowed};
+use crate::momentum::{sign, slowed};
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::{FixedNodes, MpmOptions, StressScheme, Transfer};
@@ -238,7 +238,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             }
         });
-        self.layout.rows(out, &mut vec![(); self.layout.nodes()[0]], |row, active, line| {
+        self.layout.each(out, |row, active, line| {
             for number in active {
                 let node = row * strides[0] + number;
                 line[number] += x[node] * (share * self.nodes[node].motion.as_array()[3]);
@@ -338,7 +338,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         // 4.
         let (velocity, acceleration, rayleigh) = (&*velocity, &*acceleration, stage.rayleigh_damping * dt);
-        layout.rows(&mut self.nodes, &mut self.row_sums, |row, active, line| {
+        layout.each(&mut self.nodes, |row, active, line| {
             for number in active {
                 let node = row * row_length + number;
                 let (start, rate) = (velocity[node].to_array(), acceleration[node].to_array());
@@ -354,7 +354,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     force: Lanes::new([rate(0), rate(1), rate(2), 0.0]),
                 };
             }
-            RowSums::default()
         });
         true
     }

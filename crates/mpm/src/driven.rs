@@ -151,12 +151,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let [x, y, z] = self.driven[*driven].rigid_velocity();
             let len = self.layout.len();
             let nodes = &mut self.nodes[field * len..(field + 1) * len];
-            self.layout.rows(nodes, &mut self.row_sums, |_, active, line| {
+            self.layout.each(nodes, |_, active, line| {
                 for node in &mut line[active] {
                     let mass = node.motion.as_array()[3];
                     *node = Node { motion: Lanes::new([x, y, z, mass]), force: Lanes::ZERO };
                 }
-                crate::momentum::RowSums::default()
             });
         }
     }

@@ -17,7 +17,6 @@ use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Basis, Grid, Lanes, Layout, Node};
 
 use crate::config::{ShapeFunctions, VolumetricStrain};
-use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
 use crate::{MpmOptions, Transfer};
@@ -159,7 +158,6 @@ impl DualNodes {
         field: usize,
         grid: &Grid<D>,
         layout: &Layout<D>,
-        row_sums: &mut [RowSums],
         slabs: &Slabs<'_, D>,
     ) {
         let (len, strides) = (layout.len(), layout.strides());
@@ -184,31 +182,23 @@ impl DualNodes {
         });
         let stresses = &self.stresses[field * len..(field + 1) * len];
         let share = (0.5 * grid.cell).powi(D as i32);
-        layout.rows(&mut self.inverses[field * len..(field + 1) * len], row_sums, |row, active, line| {
+        layout.each(&mut self.inverses[field * len..(field + 1) * len], |row, active, line| {
             for number in active {
                 let node = row * strides[0] + number;
                 let around =
                     (0..Corners::<D>::COUNT).filter(|k| corners.cell(stresses, node, *k).is_some()).count();
                 line[number] = if around > 0 { 1.0 / (around as f64 * share) } else { 0.0 };
             }
-            RowSums::default()
         });
     }
 
     /// Adds the force of the stresses of the nodes of a field.
-    fn pull<const D: usize>(
-        &self,
-        field: usize,
-        grid: &Grid<D>,
-        layout: &Layout<D>,
-        row_sums: &mut [RowSums],
-        nodes: &mut [Node],
-    ) {
+    fn pull<const D: usize>(&self, field: usize, grid: &Grid<D>, layout: &Layout<D>, nodes: &mut [Node]) {
         let (len, strides) = (layout.len(), layout.strides());
         let corners = Corners::new(grid, &strides);
         let stresses = &self.stresses[field * len..(field + 1) * len];
         let inverses = &self.inverses[field * len..(field + 1) * len];
-        layout.rows(nodes, row_sums, |row, active, line| {
+        layout.each(nodes, |row, active, line| {
             for number in active {
                 let node = row * strides[0] + number;
                 let mut force = Lanes::ZERO;
@@ -228,7 +218,6 @@ impl DualNodes {
                 axes[..D].fill(1.0);
                 line[number].force -= force * Lanes::new(axes);
             }
-            RowSums::default()
         });
     }
 
@@ -238,14 +227,13 @@ impl DualNodes {
         field: usize,
         grid: &Grid<D>,
         layout: &Layout<D>,
-        row_sums: &mut [RowSums],
         of: &(dyn Fn(usize) -> Lanes + Sync),
     ) {
         let (len, strides) = (layout.len(), layout.strides());
         let corners = Corners::new(grid, &strides);
         let stresses = &self.stresses[field * len..(field + 1) * len];
         let inverses = &self.inverses[field * len..(field + 1) * len];
-        layout.rows(&mut self.slopes[field * len..(field + 1) * len], row_sums, |row, active, line| {
+        layout.each(&mut self.slopes[field * len..(field + 1) * len], |row, active, line| {
             for number in active {
                 let node = row * strides[0] + number;
                 let mut columns = [Lanes::ZERO; 3];
@@ -260,7 +248,6 @@ impl DualNodes {
                 }
                 line[number] = columns;
             }
-            RowSums::default()
         });
     }
 
@@ -297,18 +284,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             return;
         }
         let mut dual = std::mem::take(&mut self.dual);
-        let mut row_sums = std::mem::take(&mut self.row_sums);
         for field in 0..self.contacts.fields() {
             let of_field = |set: &&PointSet<D, P>| set.field == field;
             let sets = &self.sets;
-            dual.take(field, &self.grid, &self.layout, &mut row_sums, &|slab, visit| {
+            dual.take(field, &self.grid, &self.layout, &|slab, visit| {
                 for set in sets.iter().filter(of_field) {
                     let points = set.slabs[slab]..set.slabs[slab + 1];
                     visit(&set.position[points.clone()], &set.stress[points.clone()], &set.volume[points]);
                 }
             });
         }
-        self.row_sums = row_sums;
         self.dual = dual;
     }
 
@@ -319,7 +304,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         let (grid, layout) = (&self.grid, &self.layout);
         for (field, nodes) in self.nodes.chunks_exact_mut(layout.len()).enumerate() {
-            self.dual.pull(field, grid, layout, &mut self.row_sums, nodes);
+            self.dual.pull(field, grid, layout, nodes);
         }
     }
 
@@ -334,7 +319,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let of = |number: usize| {
                 if FROM_SOLVED { nodes[first + number].motion } else { remapped[first + number] }
             };
-            self.dual.average(field, grid, layout, &mut self.row_sums, &of);
+            self.dual.average(field, grid, layout, &of);
         }
     }
 }
@@ -353,7 +338,6 @@ mod tests {
         grid: Grid<D>,
         layout: Layout<D>,
         dual: DualNodes,
-        rows: Vec<RowSums>,
     }
 
     impl<const D: usize> Ground<D> {
@@ -365,13 +349,12 @@ mod tests {
             let bounds = layout.add_points(&places);
             let options = MpmOptions { shape: ShapeFunctions::DualDomain, ..MpmOptions::new(0.5) };
             let mut dual = DualNodes::new(&options, &layout, 1);
-            let mut rows = vec![RowSums::default(); layout.nodes()[0]];
             let (stresses, volumes) = (vec![SymTensor::ZERO; places.len()], vec![0.1; places.len()]);
-            dual.take(0, &grid, &layout, &mut rows, &|slab, visit| {
+            dual.take(0, &grid, &layout, &|slab, visit| {
                 let points = bounds[slab]..bounds[slab + 1];
                 visit(&places[points.clone()], &stresses[points.clone()], &volumes[points]);
             });
-            Self { grid, layout, dual, rows }
+            Self { grid, layout, dual }
         }
 
         /// A point in every cell.
@@ -404,7 +387,7 @@ mod tests {
                     Lanes::new([a, b, c, 0.0])
                 })
                 .collect();
-            self.dual.average(0, &self.grid, &self.layout, &mut self.rows, &|n| values[n]);
+            self.dual.average(0, &self.grid, &self.layout, &|n| values[n]);
             let stencil = Stencil::<D, 2>::new::<Linear>(&self.grid, x, &[0.1; D]);
             let mut gradient = stencil.gather_velocity(&values, &self.layout.strides()).gradient;
             self.dual.blend(0, &self.grid, &self.layout, x, &mut gradient);

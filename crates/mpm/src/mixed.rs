@@ -2,8 +2,8 @@
 //!
 //! Cells that are full of material pull at their nodes with the average stress of their points over the whole cell,
 //! which has no cell-crossing noise; the points of the others pull one by one. With Gauss integration every cell that holds a
-//! point counts as full. With one stress for the cell, one Gauss
-//! point at its centre and two along each axis give the same force.
+//! point counts as full. With one stress for the cell, one Gauss point at its centre and two along each axis give the same
+//! force.
 
 use colluvium_case::CaseError;
 use colluvium_constitutive::SymTensor;

@@ -251,10 +251,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             layout: &self.layout,
         };
         for nodes in self.nodes.chunks_exact_mut(self.layout.len()) {
-            self.layout.rows(nodes, &mut self.row_sums, |row, active, line| {
-                solve.row(row, active, line);
-                RowSums::default()
-            });
+            self.layout.each(nodes, |row, active, line| solve.row(row, active, line));
         }
         self.absorb(dt);
         self.hold_rigid();
@@ -262,9 +259,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.hold_patches(dt);
         if damp_later {
             for nodes in self.nodes.chunks_exact_mut(self.layout.len()) {
-                self.layout.rows(nodes, &mut self.row_sums, |_, active, line| {
+                self.layout.each(nodes, |_, active, line| {
                     line[active].iter_mut().for_each(|node| damp(node, &damping, dt));
-                    RowSums::default()
                 });
             }
         }

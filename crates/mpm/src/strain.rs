@@ -4,7 +4,7 @@
 
 use colluvium_case::Case;
 use colluvium_constitutive::Motion;
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Support};
+use colluvium_grid::{Basis, Gathered, Grid, Lanes, Layout, Support};
 
 use crate::MpmOptions;
 use crate::cells::Cells;
@@ -143,6 +143,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if self.axisymmetric { 3 } else { D }
     }
 
+    /// Rate of volumetric strain (1/s) from what a point at a radius (m; of use in axisymmetry) reads.
+    #[inline(always)]
+    pub(crate) fn dilation(&self, read: &Gathered<D>, radius: f64) -> f64 {
+        let trace: f64 = (0..D).map(|j| read.gradient[j].as_array()[j]).sum();
+        trace + if self.axisymmetric { read.velocity.as_array()[0] / radius } else { 0.0 }
+    }
+
     /// Shares the volumetric strains of the step, which `read` gives for skeleton and liquid at a point.
     pub(crate) fn share_strains(
         &mut self,
@@ -193,10 +200,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             } else {
                 support.gather_velocity(&solver.remapped[first..], &strides)
             };
-            let trace: f64 = (0..D).map(|j| read.gradient[j].as_array()[j]).sum();
-            let hoop =
-                if solver.axisymmetric { read.velocity.as_array()[0] / set.position[p][0] } else { 0.0 };
-            [dt * (trace + hoop), 0.0]
+            [dt * solver.dilation(&read, set.position[p][0]), 0.0]
         });
     }
 

@@ -174,7 +174,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let row_length = layout.strides()[0];
         let fields = self.remapped.chunks_exact_mut(layout.len()).zip(nodes.chunks_exact(layout.len()));
         for (remapped, nodes) in fields {
-            layout.rows(remapped, &mut self.row_sums, |row, active, line| {
+            layout.each(remapped, |row, active, line| {
                 for number in active {
                     let node = &nodes[row * row_length + number];
                     let mass = node.motion.as_array()[3];
@@ -188,7 +188,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     walls.constrain_again(&layout.index(row, number), &three(solved), &mut velocity);
                     line[number] = lanes(&velocity, 0.0);
                 }
-                crate::momentum::RowSums::default()
             });
         }
         if !start {

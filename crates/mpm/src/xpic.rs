@@ -6,7 +6,6 @@
 
 use colluvium_grid::{Basis, Lanes, Support};
 
-use crate::momentum::RowSums;
 use crate::points::{Ground, PointDomain, PointSet, for_each_point, ground};
 use crate::solver::MpmSolver;
 
@@ -52,14 +51,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             });
             self.layout.fold(rest, |sum, node| *sum += *node);
-            self.layout.rows(rest, &mut self.row_sums, |row, active, line| {
+            self.layout.each(rest, |row, active, line| {
                 for number in active {
                     let mass = nodes[row * row_length + number].motion.as_array()[3];
                     line[number] *= if mass > 0.0 { 1.0 / mass } else { 0.0 };
                     let [x, y, z] = walls.free_components(&layout.index(row, number));
                     line[number] *= Lanes::new([x, y, z, 1.0]);
                 }
-                RowSums::default()
             });
         }
         for set in &mut self.sets {

@@ -7,7 +7,6 @@ use colluvium_grid::{Basis, Gathered, Lanes, Support};
 use super::{Fluid, LIQUID, SOLID, TwoPhase};
 use crate::blocks::{Block, BlockReport, Failure, OfSet};
 use crate::contact::three;
-use crate::momentum::RowSums;
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::set_volumetric;
@@ -60,7 +59,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Maps the updated velocities of the points back to the nodes (step 6), walls included.
     pub(super) fn remap_phases(&mut self, phases: &mut TwoPhase) {
-        let TwoPhase { nodes, remapped, walls, row_sums, .. } = phases;
+        let TwoPhase { nodes, remapped, walls, .. } = phases;
         self.layout.reset(remapped);
         let strides = self.layout.strides();
         let (sets, ground) = (&self.sets, ground!(self));
@@ -80,7 +79,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.layout.fold(remapped, |sum, node| [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]));
         let walls = [&self.walls, &*walls];
         let (layout, row_length) = (&self.layout, strides[0]);
-        self.layout.rows(remapped, row_sums, |row, active, line| {
+        self.layout.each(remapped, |row, active, line| {
             for number in active {
                 let index = layout.index(row, number);
                 for phase in [SOLID, LIQUID] {
@@ -97,7 +96,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     *velocity = lanes(&held, 0.0);
                 }
             }
-            super::PhaseSums { mixture: RowSums::default(), liquid: RowSums::default() }
         });
     }
 
@@ -179,13 +177,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
         Ok(moved)
-    }
-
-    /// Rate of volumetric strain (1/s) from what a point at a radius (m; of use in axisymmetry) reads of a phase.
-    #[inline(always)]
-    pub(super) fn dilation(&self, read: &Gathered<D>, radius: f64) -> f64 {
-        let trace: f64 = (0..D).map(|j| read.gradient[j].as_array()[j]).sum();
-        trace + if self.axisymmetric { read.velocity.as_array()[0] / radius } else { 0.0 }
     }
 
     /// FLIP and PIC (MPM sheet §2.6), alike for both phases.
