@@ -75,7 +75,13 @@ impl Case {
             object.remove("$schema");
             if let Some(Value::Object(defs)) = object.remove("$defs") {
                 let all = schema["$defs"].as_object_mut().expect("a case has definitions");
-                all.extend(defs);
+                for (type_name, definition) in defs {
+                    let before = all.insert(type_name.clone(), definition);
+                    assert!(
+                        before.is_none_or(|before| before == all[&type_name]),
+                        "two types are called {type_name} in the schema of a case"
+                    );
+                }
             }
             properties.insert((*name).to_owned(), options);
         }

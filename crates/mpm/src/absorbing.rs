@@ -13,6 +13,7 @@ use colluvium_case::description::Wall as CaseWall;
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
 use colluvium_grid::{Basis, Grid, Lanes, Node, Stencil, Walls};
 
+use crate::config::Formulation;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
 use crate::two_phase::{LIQUID, SOLID};
@@ -164,14 +165,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // By id, so that the sums do not depend on how the points are sorted at the time.
         let mut layer: Vec<(u32, usize, usize)> = Vec::new();
         for (number, set) in self.sets.iter().enumerate() {
-            let within = (0..set.len()).filter(|&p| behind(grid, law, &set.origin[p]));
+            let start = self.start_of(set);
+            let within = (0..set.len()).filter(|&p| behind(grid, law, &start[p]));
             layer.extend(within.map(|p| (set.id[p], number, p)));
         }
         layer.sort_unstable();
         for (_, number, p) in layer {
             let (set, impedance) = (&self.sets[number], &self.impedances[self.sets[number].body as usize]);
             let area = set.initial_volume[p] / grid.cell;
-            let stencil = Stencil::<D, S>::new::<B>(grid, &set.origin[p], &set.extent);
+            let stencil = Stencil::<D, S>::new::<B>(grid, &self.start_of(set)[p], &set.extent);
             for_each_across::<D, S>(&stencil, law.axis, |mut index, weight| {
                 index[law.axis] = normal_index;
                 for index in self.layout.images(index) {
@@ -182,6 +184,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             });
         }
         found.into_values().collect()
+    }
+
+    /// Where the points of a set were at the start (m).
+    fn start_of<'a>(&self, set: &'a PointSet<D, P>) -> &'a [[f64; D]] {
+        if self.options.formulation == Formulation::SmallDisplacement { &set.position } else { &set.origin }
     }
 
     /// Dashpots and springs on the solved nodes of one phase.

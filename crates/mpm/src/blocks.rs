@@ -25,6 +25,8 @@ pub struct Block<'a, const D: usize, P> {
     pub first: usize,
     /// Positions (m).
     pub position: &'a mut [[f64; D]],
+    /// What displacements are counted from (m).
+    pub origin: &'a mut [[f64; D]],
     /// Velocities (m/s).
     pub velocity: &'a mut [[f64; D]],
     /// Volumes.
@@ -66,6 +68,7 @@ impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
         let lower = Block {
             first: self.first,
             position: front(&mut self.position, points),
+            origin: front(&mut self.origin, points),
             velocity: front(&mut self.velocity, points),
             volume: front(&mut self.volume, points),
             stress: front(&mut self.stress, points),
@@ -111,6 +114,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         Block {
             first: 0,
             position: &mut self.position,
+            origin: &mut self.origin,
             velocity: &mut self.velocity,
             volume: &mut self.volume,
             stress: &mut self.stress,

@@ -12,7 +12,7 @@ use crate::points::{PointDomain, SavedSet};
 use crate::solver::MpmSolver;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {

@@ -136,6 +136,7 @@ pub enum ShapeFunctions {
 /// Where the gradients of the shape functions are taken (MPM sheet §2.5g).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "MpmFormulation")]
 pub enum Formulation {
     /// Where the points are now.
     #[default]
@@ -144,6 +145,10 @@ pub enum Formulation {
     /// touched at the start stays together, and what did not never meets. Walls hold the nodes they held at the
     /// start. With `shape` `linear` or `quadratic`.
     TotalLagrangian,
+    /// Where the points were at the start, and the points stay there: loads and supports act on the geometry at the
+    /// start, as in finite elements for small displacements. Stresses, volumes and displacements follow the strains as
+    /// ever. For limit loads. Not with `cpgimp`, `cpdi` and `cpdi2`, whose domains deform.
+    SmallDisplacement,
 }
 
 /// Contact of two bodies (MPM sheet §2.12): they may separate, and slide by Coulomb's law with adhesion.
@@ -268,6 +273,7 @@ impl Transfer {
 /// Over what the internal force is summed (MPM sheet §2.16).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "MpmIntegration")]
 pub enum Integration {
     /// The points, each with its own stress and volume.
     #[default]
@@ -378,6 +384,13 @@ impl MpmOptions {
     }
 
     fn validate_formulation(&self) -> Result<(), (&'static str, String)> {
+        if self.formulation == Formulation::SmallDisplacement {
+            let deforms =
+                matches!(self.shape, ShapeFunctions::Cpgimp | ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2);
+            let problem = "small-displacement needs points whose domains stay as they are: linear, dual-domain, ugimp, \
+                           quadratic, cubic or a mesh";
+            return if deforms { Err(("formulation", problem.to_owned())) } else { Ok(()) };
+        }
         if self.formulation == Formulation::UpdatedLagrangian {
             return Ok(());
         }

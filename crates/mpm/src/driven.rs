@@ -21,8 +21,8 @@ pub struct Driven {
     pub patch: Option<usize>,
     /// Corners of a box around the patch at the start (m).
     pub bounds: [[f64; 3]; 2],
-    /// Velocity at the end of the step (m/s); `None` where nothing is prescribed.
-    pub velocity: [Option<f64>; 3],
+    /// Velocity at the start of the step (m/s); `None` where nothing was prescribed.
+    pub before: [Option<f64>; 3],
     /// What a restart needs.
     pub state: DrivenState,
 }
@@ -30,6 +30,8 @@ pub struct Driven {
 /// What changes of a [`Driven`] in the course of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DrivenState {
+    /// Velocity at the end of the step (m/s); `None` where nothing is prescribed.
+    pub velocity: [Option<f64>; 3],
     /// Way since the start (m).
     pub way: [f64; 3],
     /// Force of the material on it in the last step (N).
@@ -49,7 +51,7 @@ impl Driven {
 
     /// The velocity of a rigid body (m/s).
     pub fn rigid_velocity(&self) -> [f64; 3] {
-        self.velocity.map(|v| v.unwrap_or(0.0))
+        self.state.velocity.map(|v| v.unwrap_or(0.0))
     }
 }
 
@@ -62,7 +64,7 @@ pub fn driven(case: &Case) -> Vec<Driven> {
             let (low, high) = case.patches[patch].region.bounds(case.dimension());
             [low, high].map(|corner| std::array::from_fn(|c| corner.get(c).copied().unwrap_or(0.0)))
         }),
-        velocity: [None; 3],
+        before: [None; 3],
         state: DrivenState::default(),
     };
     let bodies = case.bodies.iter().filter(|body| body.rigid).map(|body| new(&body.name, None));
@@ -116,7 +118,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let elapsed = self.time + dt - self.stage_start;
         for driven in &mut self.driven {
             let motion = stage.motions.iter().find(|motion| motion.of == driven.name);
-            driven.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
+            driven.before = driven.state.velocity;
+            driven.state.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
             driven.state.force = [0.0; 3];
         }
         for set in &mut self.sets {
@@ -160,7 +163,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    /// Gives the solved nodes of the patches their velocity and books what that takes.
+    /// Gives the solved nodes of the patches their velocity, and the acceleration of the prescribed motion, and books the
+    /// force that takes. What motion begins with, nodes take from what they have.
     pub(crate) fn hold_patches(&mut self, dt: f64) {
         let keep_start = self.options.fixed_nodes == crate::FixedNodes::Momentum;
         let (case, grid, layout, rigid) = (&self.case, &self.grid, &self.layout, &self.contacts.rigid);
@@ -169,7 +173,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         for driven in &mut self.driven {
             let Some(patch) = driven.patch else { continue };
             let patch = &case.patches[patch];
-            let (way, velocity) = (followed(patch, driven), driven.velocity);
+            let (way, velocity, before) = (followed(patch, driven), driven.state.velocity, driven.before);
             let mut total = [0.0; 3];
             for field in soft_fields(nodes.len() / layout.len(), rigid) {
                 nodes_of::<D, S, B>(patch, &driven.bounds, &way, grid, layout, |number| {
@@ -177,10 +181,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
                     for c in 0..D {
                         let Some(held) = velocity[c] else { continue };
-                        let start = if keep_start { end[c] - dt * rate[c] } else { held };
-                        total[c] += inertia * end[3] * (end[c] - held);
+                        let own = end[c] - dt * rate[c];
+                        let start = if keep_start { own } else { before[c].unwrap_or(own) };
+                        let given = (held - start) / dt;
+                        total[c] += inertia * end[3] * dt * (rate[c] - given);
                         end[c] = held;
-                        rate[c] = (held - start) / dt;
+                        rate[c] = given;
                     }
                     *node = Node { motion: Lanes::new(end), force: Lanes::new(rate) };
                 });
@@ -202,7 +208,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     let node = &mut nodes[field * layout.len() + number];
                     let mut velocity = node.to_array();
                     for c in 0..D {
-                        velocity[c] = driven.velocity[c].unwrap_or(velocity[c]);
+                        velocity[c] = driven.state.velocity[c].unwrap_or(velocity[c]);
                     }
                     *node = Lanes::new(velocity);
                 });

@@ -107,7 +107,7 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     if options.transfer == Transfer::Apic {
         return refuse("transfer", "apic is not available on a mesh: use tpic");
     }
-    if options.formulation != Formulation::UpdatedLagrangian {
+    if options.formulation == Formulation::TotalLagrangian {
         return refuse("formulation", "total-lagrangian is not available on a mesh");
     }
     if let Some(number) = options.contacts.iter().position(|contact| contact.test == ContactTest::Gap) {

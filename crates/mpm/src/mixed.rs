@@ -36,8 +36,8 @@ pub fn cleared(options: &MpmOptions, two_phase: bool) -> Result<(), CaseError> {
             "by cells (mixed, gauss) needs shape linear: other shape functions reach beyond a cell",
         );
     }
-    if options.formulation != crate::Formulation::UpdatedLagrangian {
-        return refuse("by cells (mixed, gauss) needs formulation updated-lagrangian");
+    if options.formulation == crate::Formulation::TotalLagrangian {
+        return refuse("by cells (mixed, gauss) is not available with total-lagrangian");
     }
     if two_phase {
         return refuse("by cells (mixed, gauss) is not available with a pore_fluid yet");

@@ -6,6 +6,7 @@ use colluvium_grid::{Basis, Corners, Lanes, Support};
 
 use crate::affine::{affine_momentum, momentum};
 use crate::blocks::{Block, BlockReport, Failure, OfSet};
+use crate::config::Formulation;
 use crate::contact::three;
 use crate::dual::share;
 use crate::points::{PointDomain, ground};
@@ -291,14 +292,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         std::array::from_fn(|c| velocity.as_array()[c])
                     });
                 }
-                let mut step = 0f64;
-                for c in 0..D {
-                    block.position[p][c] += dt * velocity[c];
-                    step = step.max((dt * velocity[c]).abs());
-                }
-                moved = moved.max(if P::ANCHORED { 0.0 } else { step });
-                self.check_position(&mut block.domain[p], &mut block.position[p], step)
+                let step = self
+                    .move_point(block, p, &velocity, dt)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
+                moved = moved.max(if P::ANCHORED { 0.0 } else { step });
             }
         }
         if what.stress {
@@ -350,15 +347,30 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
+    /// Moves a point with `velocity` (m/s), or what its displacement is counted from where points keep their places;
+    /// returns the largest move along an axis (m).
+    #[inline(always)]
+    pub(crate) fn move_point(
+        &self,
+        block: &mut Block<'_, D, P>,
+        p: usize,
+        velocity: &[f64; 4],
+        dt: f64,
+    ) -> Result<f64, String> {
+        let step = velocity[..D].iter().fold(0f64, |step, v| step.max((dt * v).abs()));
+        if self.options.formulation == Formulation::SmallDisplacement {
+            (0..D).for_each(|c| block.origin[p][c] -= dt * velocity[c]);
+        } else {
+            (0..D).for_each(|c| block.position[p][c] += dt * velocity[c]);
+        }
+        self.check_position(&mut block.domain[p], &mut block.position[p], step)?;
+        Ok(step)
+    }
+
     /// Refuses a move that cannot be right. A point that round-off carries through a wall on the side
     /// of the domain is put back onto it.
     #[inline(always)]
-    pub(crate) fn check_position(
-        &self,
-        domain: &mut P,
-        position: &mut [f64; D],
-        step: f64,
-    ) -> Result<(), String> {
+    fn check_position(&self, domain: &mut P, position: &mut [f64; D], step: f64) -> Result<(), String> {
         let ground = ground!(self);
         // Written so that NaN counts as a failure.
         if !(step <= 0.5 * domain.spacing(&ground)) {

@@ -160,14 +160,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
             }
             if what.position {
-                let mut step = 0f64;
-                for c in 0..D {
-                    block.position[p][c] += dt * velocity[c];
-                    step = step.max((dt * velocity[c]).abs());
-                }
-                moved = moved.max(if P::ANCHORED { 0.0 } else { step });
-                self.check_position(&mut block.domain[p], &mut block.position[p], step)
+                let step = self
+                    .move_point(block, p, &velocity, dt)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
+                moved = moved.max(if P::ANCHORED { 0.0 } else { step });
             }
         }
         if what.stress {

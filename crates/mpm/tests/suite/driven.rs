@@ -85,6 +85,50 @@ fn a_patch_presses_with_the_force_of_the_oedometer() {
 }
 
 #[test]
+fn the_impulse_on_a_patch_is_what_the_material_gets() {
+    // It takes all nodes of the block from rest to 0.05 m/s, and on. Ramped and at once, with either treatment of what
+    // nodes bring.
+    for (ramp, fixed) in [(0.2, "force"), (0.0, "force"), (0.2, "momentum")] {
+        let case = case(json!({
+            "boundaries": [],
+            "patches": [{ "name": "hand", "region": { "kind": "box", "min": [0, 0], "max": [1, 2] } }],
+            "stages": [{ "name": "s", "duration": 0.5, "motions": [{ "of": "hand", "velocity": [null, 0.05], "ramp": ramp }] }],
+            "measures": { "force": { "kind": "reaction", "of": "hand" } },
+            "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "fixed_nodes": fixed } }
+        }));
+        let report = solve(&case);
+        let momentum = report.end.momentum[1] - report.start.momentum[1];
+        let impulse = report.table.pairs("time", "force.impulse.y").unwrap().last().unwrap().1;
+        assert!((momentum - 50.0).abs() < 1e-9, "{fixed}, ramp {ramp}: {momentum}");
+        assert!((momentum + impulse).abs() < 1e-9, "{fixed}, ramp {ramp}: {momentum} {impulse}");
+    }
+}
+
+#[test]
+fn a_patch_that_makes_a_material_flow_feels_its_strength_however_fast() {
+    // Tresca's column between smooth ends in plane strain carries 2 c_u. Points next to the patch go along with it: what they
+    // lag behind is no force.
+    for speed in [0.01, 0.05] {
+        let case = case(json!({
+            "domain": { "min": [0, 0], "max": [2, 1] },
+            "materials": { "m": { "model": "tresca", "density": 2000, "youngs_modulus": 5e6, "poissons_ratio": 0.3,
+                                  "undrained_strength": 10000 } },
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } }],
+            "patches": [{ "name": "lid", "region": { "kind": "box", "min": [0, 1], "max": [1, 1.1] } }],
+            "stages": [{ "name": "s", "duration": 0.02 / speed,
+                         "motions": [{ "of": "lid", "velocity": [null, -speed], "ramp": 0.1 }] }],
+            "measures": { "force": { "kind": "reaction", "of": "lid" } },
+            "output": { "measures": 0.002 / speed },
+            "methods": { "mpm": { "cell_size": 0.1, "shape": "linear", "volumetric_strain": "cell-average",
+                                  "formulation": "small-displacement" } }
+        }));
+        let force = late(&solve(&case), "force.impulse.y");
+        // Waves go up and down meanwhile.
+        assert!((force / 20_000.0 - 1.0).abs() < 0.04, "{speed}: {force}");
+    }
+}
+
+#[test]
 fn the_impulse_on_a_rigid_body_is_what_the_material_loses() {
     // A block thrown at a rigid plate in the air.
     for friction in [0.0, 0.4] {

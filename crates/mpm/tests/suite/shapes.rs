@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, RunOptions, RunReport, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{changed, solve, stresses, vectors};
+use crate::common::{advance_to, begin, changed, solve, stresses, vectors};
 
 /// A block of an elastic material that nothing acts on; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -182,6 +182,8 @@ fn what_the_shapes_cannot_honour_is_refused_by_name() {
         ("full_cell", json!({ "shape": "linear", "integration": "gauss", "full_cell": 0.5 })),
         ("shape", json!({ "shape": "dual-domain", "mesh": { "kind": "box" } })),
         ("formulation", json!({ "shape": "dual-domain", "formulation": "total-lagrangian" })),
+        ("formulation", json!({ "shape": "cpdi", "formulation": "small-displacement" })),
+        ("formulation", json!({ "shape": "cpgimp", "formulation": "small-displacement" })),
         ("volumetric_strain", json!({ "shape": "dual-domain", "volumetric_strain": "nodal" })),
         ("transfer", json!({ "shape": "dual-domain", "transfer": "tpic" })),
         ("stress_update", json!({ "mass": "consistent" })),
@@ -206,5 +208,42 @@ fn what_the_shapes_cannot_honour_is_refused_by_name() {
         let error =
             Mpm.build(&case(json!({ "methods": { "mpm": all } }))).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(&format!("methods.mpm.{path}")), "{options}: {error}");
+    }
+}
+
+#[test]
+fn with_small_displacements_points_keep_their_places_and_report_how_far_they_are() {
+    // A lid goes down by 20 % of an oedometer, on grid and mesh.
+    for options in [
+        json!({ "shape": "linear" }),
+        json!({ "shape": "quadratic", "stress_update": "usl" }),
+        json!({ "shape": "linear", "mesh": { "kind": "box" } }),
+    ] {
+        let mut all = json!({ "cell_size": 0.25, "formulation": "small-displacement" });
+        all.as_object_mut().unwrap().extend(options.as_object().unwrap().clone());
+        let rest = json!({ "kind": "uniform", "value": [0, -0.1] });
+        let case = case(json!({
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] }, "velocity": rest }],
+            "boundaries": [], "gravity": [0, 0],
+            "stages": [{ "name": "s", "duration": 2 }],
+            "methods": { "mpm": all }
+        }));
+        let mut solver = begin(&case);
+        let start = solver.snapshot().positions.clone();
+        advance_to(&mut *solver, 1.0);
+        let mut again = Mpm.build(&case).unwrap();
+        again.restore(&solver.save()).unwrap();
+        again.begin_stage(0, 0.0).unwrap();
+        for solver in [&mut solver, &mut again] {
+            advance_to(&mut **solver, 2.0);
+        }
+        let end = solver.snapshot();
+        assert_eq!(end.hash(), again.snapshot().hash(), "{options}: after a restart");
+        assert_eq!(end.positions, start, "{options}");
+        let way = -0.1 * solver.time();
+        assert!(
+            vectors(&end, "displacement").iter().all(|u| (u[1] - way).abs() < 1e-9 && u[0].abs() < 1e-9),
+            "{options}"
+        );
     }
 }

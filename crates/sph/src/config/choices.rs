@@ -226,6 +226,7 @@ pub enum SmoothWall {
 /// The configuration that the sums are taken over (sheet §2.14).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "SphFormulation")]
 pub enum Formulation {
     /// The present one: neighbours change.
     #[default]
