@@ -170,6 +170,41 @@ pub struct Contact {
     /// When the bodies act on each other.
     #[serde(default)]
     pub test: ContactTest,
+    /// A normal force that grows with the overlap of the bodies, in place of velocities that do not approach; with `test`
+    /// `gap`.
+    #[serde(default)]
+    pub penalty: Option<Penalty>,
+}
+
+/// Penalty contact (MPM sheet §4, row 58; after Ma, Zhang & Lian): the normal stress is `stiffness` times the overlap, and
+/// friction ends at a shear strength.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Penalty {
+    /// Normal stress for an overlap of one metre (Pa/m), > 0. A step never parts the bodies by more than the overlap,
+    /// however stiff they are.
+    pub stiffness: f64,
+    /// Largest shear stress (Pa), not negative, whatever the normal stress; no limit when absent.
+    #[serde(default)]
+    pub shear_strength: Option<f64>,
+}
+
+impl Penalty {
+    /// What is wrong with it, beside a test of contact.
+    pub(crate) fn validate(&self, test: ContactTest) -> Result<(), String> {
+        if test != ContactTest::Gap {
+            return Err("needs test gap, which tells the overlap".to_owned());
+        }
+        if !(self.stiffness.is_finite() && self.stiffness > 0.0) {
+            return Err(format!("the stiffness {} must be finite and positive (Pa/m)", self.stiffness));
+        }
+        match self.shear_strength {
+            Some(strength) if !(strength.is_finite() && strength >= 0.0) => {
+                Err(format!("the shear strength {strength} must be finite and not negative (Pa)"))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// When two bodies act on each other at a node that knows both, besides that their velocities approach (MPM sheet

@@ -12,10 +12,10 @@
 use colluvium_case::{Case, CaseError};
 use colluvium_grid::Lanes;
 
-use crate::gap::SurfaceDistance;
+use crate::gap::{SurfaceDistance, TOUCHING};
 use crate::points::{PointDomain, PointSet};
 use crate::touch::RowTouch;
-use crate::{ContactTest, MpmOptions};
+use crate::{ContactTest, MpmOptions, Penalty};
 
 /// Gradients of volume within a body, over the largest possible: what points make that no longer lie in rows.
 const NOISE: f64 = 0.1;
@@ -40,6 +40,19 @@ pub struct ContactLaw {
     pub normal: Option<[f64; 3]>,
     /// When the bodies act on each other.
     pub test: ContactTest,
+    /// With a force that grows with the overlap in place of a velocity without approach.
+    pub penalty: Option<Penalty>,
+}
+
+/// The interface of two bodies at a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interface {
+    /// Unit vector from the first body to the second.
+    pub normal: [f64; 3],
+    /// The node's share of the area (m²).
+    pub area: f64,
+    /// How far the bodies overlap (cells), where the test is for gaps; negative: the gap.
+    pub overlap: f64,
 }
 
 /// All contacts of a case.
@@ -99,11 +112,17 @@ pub fn contacts<const D: usize, P: PointDomain<D>>(
                 return Err(CaseError::new(path(key), format!("{value} must be finite and not negative")));
             }
         }
+        if let Some(penalty) = &contact.penalty {
+            penalty.validate(contact.test).map_err(|problem| CaseError::new(path("penalty"), problem))?;
+        }
         let normal =
             contact.normal.as_deref().map(|n| unit::<D>(n).ok_or("must be a vector of the space, not zero"));
         let normal = normal.transpose().map_err(|problem| CaseError::new(path("normal"), problem))?;
         let (friction, adhesion) = (contact.friction_coefficient, contact.adhesion);
-        laws.push((pair, ContactLaw { friction, adhesion, normal, test: contact.test }));
+        laws.push((
+            pair,
+            ContactLaw { friction, adhesion, normal, test: contact.test, penalty: contact.penalty },
+        ));
     }
     for set in sets.iter() {
         let body = set.body as usize;
@@ -161,9 +180,9 @@ pub fn three(lanes: Lanes) -> [f64; 3] {
 }
 
 impl ContactLaw {
-    /// Unit normal from the first body to the second and the node's area (m²), from the surface integrals of the two
-    /// (in the fourth lane: volumes over the cell size); `None` where there is no telling, or where they do not touch.
-    pub fn surface(&self, surfaces: [Lanes; 2], distance: &SurfaceDistance) -> Option<([f64; 3], f64)> {
+    /// The interface at a node, from the surface integrals of the two bodies (in the fourth lane: volumes over the cell
+    /// size); `None` where there is no telling, or where they do not touch.
+    pub fn surface(&self, surfaces: [Lanes; 2], distance: &SurfaceDistance) -> Option<Interface> {
         let normal = match self.normal {
             Some(normal) => normal,
             None => {
@@ -180,36 +199,42 @@ impl ContactLaw {
         // Both outward.
         let areas = [dot(&three(surfaces[0]), &normal), -dot(&three(surfaces[1]), &normal)];
         let volumes = surfaces.map(|surface| surface.as_array()[3]);
-        if self.test == ContactTest::Gap && !distance.touch(volumes, areas) {
-            return None;
-        }
-        Some((normal, 0.5 * (areas[0] + areas[1]).abs()))
+        let overlap = if self.test == ContactTest::Gap { distance.overlap(volumes, areas) } else { 0.0 };
+        let area = 0.5 * (areas[0] + areas[1]).abs();
+        (overlap >= -TOUCHING).then_some(Interface { normal, area, overlap })
     }
 
     /// The impulse (N s) on the first body; `None` where they separate. `masses` are inertias (kg), one of which may be
-    /// infinite, `dt` the step.
+    /// infinite, `cell` is the cell size (m) and `dt` the step.
     pub fn impulse(
         &self,
         masses: [f64; 2],
         velocities: [&[f64; 3]; 2],
-        (normal, area): ([f64; 3], f64),
-        dt: f64,
+        Interface { normal, area, overlap }: Interface,
+        [cell, dt]: [f64; 2],
     ) -> Option<[f64; 3]> {
         // m_a (v_a - v) with the velocity v of the two together.
         let reduced = 1.0 / (1.0 / masses[0] + 1.0 / masses[1]);
         let relative: [f64; 3] = std::array::from_fn(|c| reduced * (velocities[0][c] - velocities[1][c]));
         let approach = dot(&relative, &normal);
+        let push = match &self.penalty {
+            None => approach,
+            // No more than parts them by the end of the step.
+            Some(penalty) => {
+                let overlap = cell * overlap;
+                (penalty.stiffness * overlap * area * dt).min(approach + reduced * overlap / dt)
+            }
+        };
         // Written so that NaN separates; the run then stops by itself.
-        if !(approach > 0.0) {
+        if !(push > 0.0) {
             return None;
         }
         let along: [f64; 3] = std::array::from_fn(|c| relative[c] - approach * normal[c]);
         let shear = norm(&along);
-        let strength = self.friction * approach + self.adhesion * area * dt;
-        if shear <= strength {
-            return Some(relative.map(|c| -c));
-        }
-        Some(std::array::from_fn(|c| -approach * normal[c] - strength * along[c] / shear))
+        let most = self.penalty.and_then(|penalty| penalty.shear_strength).unwrap_or(f64::INFINITY);
+        let strength = (self.friction * push + self.adhesion * area * dt).min(most * area * dt);
+        let held = if shear <= strength { 1.0 } else { strength / shear };
+        Some(std::array::from_fn(|c| -push * normal[c] - held * along[c]))
     }
 }
 

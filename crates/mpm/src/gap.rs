@@ -20,7 +20,7 @@ const CELLS: usize = 16;
 /// Width of a point's domain (cells) for the shape functions that look at it.
 const THIN: f64 = 1e-4;
 /// Gap (cells) within which bodies count as touching: what the table and round-off leave.
-const TOUCHING: f64 = 1e-3;
+pub const TOUCHING: f64 = 1e-3;
 
 /// Distance from a node to a flat surface, from what the node knows of the body.
 #[derive(Clone, Debug, Default)]
@@ -78,9 +78,10 @@ impl SurfaceDistance {
         self.table[at] + (place - at as f64) * (self.table[at + 1] - self.table[at])
     }
 
-    /// Whether two bodies touch, from their volumes and surfaces as for [`SurfaceDistance::of`].
-    pub fn touch(&self, volumes: [f64; 2], surfaces: [f64; 2]) -> bool {
-        self.of(volumes[0], surfaces[0]) + self.of(volumes[1], surfaces[1]) >= -TOUCHING
+    /// How far two bodies overlap (cells; negative: the gap between them), from their volumes and surfaces as for
+    /// [`SurfaceDistance::of`].
+    pub fn overlap(&self, volumes: [f64; 2], surfaces: [f64; 2]) -> f64 {
+        self.of(volumes[0], surfaces[0]) + self.of(volumes[1], surfaces[1])
     }
 }
 
@@ -124,8 +125,12 @@ mod tests {
             let shift = 0.05;
             let volumes = |gap: f64| [below(s - 0.5 * gap), 1.0 - below(s + 0.5 * gap)];
             let surfaces = |gap: f64| [weight(s - 0.5 * gap), weight(s + 0.5 * gap)];
-            assert!(distance.touch(volumes(-shift), surfaces(-shift)), "{}: overlap at {s}", B::NAME);
-            assert!(!distance.touch(volumes(shift), surfaces(shift)), "{}: gap at {s}", B::NAME);
+            assert!(
+                distance.overlap(volumes(-shift), surfaces(-shift)) > TOUCHING,
+                "{}: overlap at {s}",
+                B::NAME
+            );
+            assert!(distance.overlap(volumes(shift), surfaces(shift)) < -TOUCHING, "{}: gap at {s}", B::NAME);
         }
     }
 

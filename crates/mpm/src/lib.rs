@@ -46,7 +46,7 @@ use schemars::Schema;
 
 pub use config::{
     Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, Mass, MeshSource, MpmOptions,
-    ShapeFunctions, StressScheme, Transfer, VolumetricStrain, WallFriction,
+    Penalty, ShapeFunctions, StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};
 pub use solver::MpmSolver;

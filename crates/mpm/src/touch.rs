@@ -2,7 +2,7 @@
 
 use colluvium_grid::{Basis, Grid, Lanes, Node, Support, Walls};
 
-use crate::contact::{ContactLaw, Pair, dot, norm, three};
+use crate::contact::{ContactLaw, Interface, Pair, dot, norm, three};
 use crate::gap::SurfaceDistance;
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
@@ -39,6 +39,7 @@ struct Touch<'a> {
     inertia: f64,
     /// Volume over the cell size (m²) from which a rigid body holds a node.
     filled: f64,
+    cell: f64,
     dt: f64,
 }
 
@@ -92,7 +93,7 @@ impl Touch<'_> {
         let common = together(inertias, ends);
         let Some(law) = &self.law else { return Some([common; 2]) };
         let surface = law.surface(surfaces, self.distance)?;
-        let impulse = law.impulse(inertias, ends, surface, self.dt)?;
+        let impulse = law.impulse(inertias, ends, surface, [self.cell, self.dt])?;
         let moved = |side: usize, sign: f64| -> [f64; 3] {
             std::array::from_fn(|c| ends[side][c] + sign * impulse[c] / inertias[side])
         };
@@ -118,7 +119,11 @@ impl Touch<'_> {
         let stuck = norm(&apart) <= slight;
         let mut after = [common; 2];
         if let Some(law) = &self.law {
-            let Some((normal, _)) = law.surface(surfaces, self.distance) else { return };
+            // A penalty is a force like others, and has acted.
+            if law.penalty.is_some() {
+                return;
+            }
+            let Some(Interface { normal, .. }) = law.surface(surfaces, self.distance) else { return };
             let relative: [f64; 3] = std::array::from_fn(|c| velocities[0][c] - velocities[1][c]);
             let touched = dot(&apart, &normal).abs() <= slight;
             if !(touched || dot(&relative, &normal) > 0.0) {
@@ -182,6 +187,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             light: self.options.node_mass_cutoff * self.heaviest,
             inertia: self.options.mass_scaling,
             filled: filled(&self.grid),
+            cell: self.grid.cell,
             dt,
         }
     }

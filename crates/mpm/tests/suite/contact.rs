@@ -145,6 +145,54 @@ fn pressed_bodies_slide_by_the_friction_between_them_and_stick_below_it() {
 }
 
 #[test]
+fn a_penalty_carries_a_block_by_the_overlap() {
+    // 400 Pa under the upper block: an overlap of 1 cm.
+    let mut contacts = contact(0.3, 0.0);
+    contacts[0]["penalty"] = json!({ "stiffness": 4e4 });
+    let mut case = blocks([[0.0; 2]; 2], &json!({ "contacts": contacts }));
+    case.gravity = vec![0.0, -1.0];
+    let floor = json!([{ "side": "y-min", "position": 0.6, "wall": { "kind": "smooth" } }]);
+    case.boundaries = serde_json::from_value(floor).unwrap();
+    case.stages = serde_json::from_value(json!([
+        { "name": "settle", "duration": 20, "damping": 0.5, "gravity_ramp": 1, "equilibrium": {} }]))
+    .unwrap();
+    let snapshot = solve(&case).snapshot;
+    let heights = |body: u32| {
+        let of_body = snapshot.positions.iter().zip(&snapshot.bodies).filter(move |(_, b)| **b == body);
+        of_body.map(|(x, _)| x[1])
+    };
+    let (top, bottom) = (heights(0).fold(0.0, f64::max), heights(1).fold(f64::INFINITY, f64::min));
+    let overlap = 0.05 * (1.0 - 400.0 / 1e5) - (bottom - top);
+    assert!((overlap / 0.01 - 1.0).abs() < 0.1, "{overlap}");
+}
+
+#[test]
+fn a_penalty_rubs_by_its_force_up_to_the_shear_strength() {
+    let pushed = |friction: f64, strength: Option<f64>| {
+        let mut contacts = contact(friction, 0.0);
+        contacts[0]["normal"] = json!([0, -1]);
+        contacts[0]["penalty"] = json!({ "stiffness": 1e5, "shear_strength": strength });
+        let mut case = blocks([[0.0, 0.0], [0.2, 0.0]], &json!({ "contacts": contacts }));
+        let loads = json!([
+            { "kind": "traction", "body": "upper", "side": "y-max", "value": [0, -200], "ramp": 0.1 },
+            { "kind": "traction", "body": "lower", "side": "y-min", "value": [0, 200], "ramp": 0.1 }]);
+        case.loads = serde_json::from_value(loads).unwrap();
+        case.stages[0].duration = 0.3;
+        means(&solve(&case).snapshot)
+    };
+    // As without a penalty: 400 kg and the impulse that presses, less the momentum that the lower block has.
+    let [lower, upper] = pushed(0.2, None);
+    let expected = 0.2 * (200.0 * 0.25 - 400.0 * lower[1]) / 400.0;
+    assert!((lower[0] / expected - 1.0).abs() < 0.05, "{lower:?}, {expected}");
+    assert!((upper[0] + lower[0] - 0.2).abs() < 1e-9, "{upper:?}");
+    // The strength is reached as soon as there is any pressure, and lost while they are apart.
+    let [lower, upper] = pushed(100.0, Some(20.0));
+    let most = 20.0 * 0.3 / 400.0;
+    assert!(lower[0] < most * (1.0 + 1e-9) && lower[0] > 0.85 * most, "{lower:?}, {most}");
+    assert!((upper[0] + lower[0] - 0.2).abs() < 1e-9, "{upper:?}");
+}
+
+#[test]
 fn contact_is_the_same_on_two_threads_and_after_a_restart() {
     for (shape, scheme) in [("linear", "musl"), ("ugimp", "usl"), ("cubic", "usf")] {
         let options = json!({ "shape": shape, "stress_update": scheme, "contacts": contact(0.3, 10.0) });
@@ -262,6 +310,19 @@ fn contacts_that_make_no_sense_are_refused_by_path() {
         (json!([{ "bodies": ["upper", "lower"], "adhesion": -1 }]), "methods.mpm.contacts[0].adhesion"),
         (json!([{ "bodies": ["upper", "lower"], "normal": [0, 0] }]), "methods.mpm.contacts[0].normal"),
         (json!([{ "bodies": ["upper", "lower"], "normal": [1] }]), "methods.mpm.contacts[0].normal"),
+        (
+            json!([{ "bodies": ["upper", "lower"], "penalty": { "stiffness": 1e5 } }]),
+            "methods.mpm.contacts[0].penalty",
+        ),
+        (
+            json!([{ "bodies": ["upper", "lower"], "test": "gap", "penalty": { "stiffness": 0 } }]),
+            "methods.mpm.contacts[0].penalty",
+        ),
+        (
+            json!([{ "bodies": ["upper", "lower"], "test": "gap",
+                     "penalty": { "stiffness": 1, "shear_strength": -1 } }]),
+            "methods.mpm.contacts[0].penalty",
+        ),
     ];
     for (contacts, path) in table {
         let error =
