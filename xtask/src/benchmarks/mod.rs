@@ -131,7 +131,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_column::BENCHMARK, None, 250),
     Listed::new(&sph_slope::BENCHMARK, None, 140),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
-    Listed::new(&sph_cantilever_3d::BENCHMARK, None, 1500),
+    Listed::new(&sph_cantilever_3d::BENCHMARK, None, 2700),
     Listed::new(&sph_drum::BENCHMARK, None, 45),
     Listed::new(&sph_threads::BENCHMARK, Some(2), 8),
     Listed::new(&sph_ranks::BENCHMARK, Some(4), 4),
