@@ -114,33 +114,46 @@ fn momentum_is_conserved_and_kinetic_energy_is_not_made() {
     }
 }
 
+/// Mean velocities of two blocks, the upper of which sets out to slide, pressed together by tractions at top and bottom;
+/// nothing else holds them.
+fn pressed(mut contacts: Value) -> [[f64; 2]; 2] {
+    contacts[0]["normal"] = json!([0, -1]);
+    let mut case = blocks([[0.0, 0.0], [0.2, 0.0]], &json!({ "contacts": contacts }));
+    let loads = json!([
+        { "kind": "traction", "body": "upper", "side": "y-max", "value": [0, -200], "ramp": 0.1 },
+        { "kind": "traction", "body": "lower", "side": "y-min", "value": [0, 200], "ramp": 0.1 }]);
+    case.loads = serde_json::from_value(loads).unwrap();
+    case.stages[0].duration = 0.3;
+    means(&solve(&case).snapshot)
+}
+
+/// One block upon the other, the lower one on a smooth floor, settled under their weight.
+fn settled(contacts: &Value) -> Snapshot {
+    let mut case = blocks([[0.0; 2]; 2], &json!({ "contacts": contacts }));
+    case.gravity = vec![0.0, -1.0];
+    let floor = json!([{ "side": "y-min", "position": 0.6, "wall": { "kind": "smooth" } }]);
+    case.boundaries = serde_json::from_value(floor).unwrap();
+    case.stages = serde_json::from_value(json!([
+        { "name": "settle", "duration": 20, "damping": 0.5, "gravity_ramp": 1, "equilibrium": {} }]))
+    .unwrap();
+    solve(&case).snapshot
+}
+
 #[test]
 fn pressed_bodies_slide_by_the_friction_between_them_and_stick_below_it() {
-    // Pressed together by tractions at top and bottom; the lower one rests on rollers along x, held by nothing else.
-    let sheared = |friction: f64, adhesion: f64| {
-        let mut contacts = contact(friction, adhesion);
-        contacts[0]["normal"] = json!([0, -1]);
-        let mut case = blocks([[0.0, 0.0], [0.2, 0.0]], &json!({ "contacts": contacts }));
-        let loads = json!([
-            { "kind": "traction", "body": "upper", "side": "y-max", "value": [0, -200], "ramp": 0.1 },
-            { "kind": "traction", "body": "lower", "side": "y-min", "value": [0, 200], "ramp": 0.1 }]);
-        case.loads = serde_json::from_value(loads).unwrap();
-        case.stages[0].duration = 0.3;
-        means(&solve(&case).snapshot)
-    };
     // Blocks of 400 kg. What presses is p t, half the ramp taken off, less the momentum that the lower one has.
     for (friction, adhesion, tolerance) in
         [(0.1, 0.0, 0.03), (0.2, 0.0, 0.03), (0.0, 20.0, 0.06), (0.1, 20.0, 0.06)]
     {
-        let [lower, upper] = sheared(friction, adhesion);
-        let pressed = 200.0 * 0.25 - 400.0 * lower[1];
+        let [lower, upper] = pressed(contact(friction, adhesion));
+        let impulse = 200.0 * 0.25 - 400.0 * lower[1];
         // Adhesion misses the moments in which they bounce.
-        let expected = (friction * pressed + adhesion * 0.3) / 400.0;
+        let expected = (friction * impulse + adhesion * 0.3) / 400.0;
         let error = (lower[0] / expected - 1.0).abs();
         assert!(error < tolerance, "{friction}, {adhesion}: {lower:?}, {expected}");
         assert!((upper[0] + lower[0] - 0.2).abs() < 1e-9, "{upper:?}");
     }
-    let [lower, upper] = sheared(100.0, 0.0);
+    let [lower, upper] = pressed(contact(100.0, 0.0));
     assert!((lower[0] - upper[0]).abs() < 0.05, "they stick: {lower:?}, {upper:?}");
 }
 
@@ -149,14 +162,7 @@ fn a_penalty_carries_a_block_by_the_overlap() {
     // 400 Pa under the upper block: an overlap of 1 cm.
     let mut contacts = contact(0.3, 0.0);
     contacts[0]["penalty"] = json!({ "stiffness": 4e4 });
-    let mut case = blocks([[0.0; 2]; 2], &json!({ "contacts": contacts }));
-    case.gravity = vec![0.0, -1.0];
-    let floor = json!([{ "side": "y-min", "position": 0.6, "wall": { "kind": "smooth" } }]);
-    case.boundaries = serde_json::from_value(floor).unwrap();
-    case.stages = serde_json::from_value(json!([
-        { "name": "settle", "duration": 20, "damping": 0.5, "gravity_ramp": 1, "equilibrium": {} }]))
-    .unwrap();
-    let snapshot = solve(&case).snapshot;
+    let snapshot = settled(&contacts);
     let heights = |body: u32| {
         let of_body = snapshot.positions.iter().zip(&snapshot.bodies).filter(move |(_, b)| **b == body);
         of_body.map(|(x, _)| x[1])
@@ -170,15 +176,8 @@ fn a_penalty_carries_a_block_by_the_overlap() {
 fn a_penalty_rubs_by_its_force_up_to_the_shear_strength() {
     let pushed = |friction: f64, strength: Option<f64>| {
         let mut contacts = contact(friction, 0.0);
-        contacts[0]["normal"] = json!([0, -1]);
         contacts[0]["penalty"] = json!({ "stiffness": 1e5, "shear_strength": strength });
-        let mut case = blocks([[0.0, 0.0], [0.2, 0.0]], &json!({ "contacts": contacts }));
-        let loads = json!([
-            { "kind": "traction", "body": "upper", "side": "y-max", "value": [0, -200], "ramp": 0.1 },
-            { "kind": "traction", "body": "lower", "side": "y-min", "value": [0, 200], "ramp": 0.1 }]);
-        case.loads = serde_json::from_value(loads).unwrap();
-        case.stages[0].duration = 0.3;
-        means(&solve(&case).snapshot)
+        pressed(contacts)
     };
     // As without a penalty: 400 kg and the impulse that presses, less the momentum that the lower block has.
     let [lower, upper] = pushed(0.2, None);
@@ -277,16 +276,9 @@ fn three_bodies_at_a_node_hold_each_other() {
 #[test]
 fn a_block_at_rest_on_another_is_in_equilibrium() {
     // Reactions between the bodies are no unbalanced force.
-    let mut case = blocks([[0.0; 2]; 2], &json!({ "contacts": contact(0.3, 0.0) }));
-    case.gravity = vec![0.0, -1.0];
-    let floor = json!([{ "side": "y-min", "position": 0.6, "wall": { "kind": "smooth" } }]);
-    case.boundaries = serde_json::from_value(floor).unwrap();
-    case.stages = serde_json::from_value(json!([
-        { "name": "settle", "duration": 20, "damping": 0.5, "gravity_ramp": 1, "equilibrium": {} }]))
-    .unwrap();
-    let report = solve(&case);
-    assert!(report.snapshot.time < 10.0, "it comes to rest, after {} s", report.snapshot.time);
-    let Some(FieldData::Tensor(stress)) = report.snapshot.field("stress").map(|f| &f.data) else {
+    let snapshot = settled(&contact(0.3, 0.0));
+    assert!(snapshot.time < 10.0, "it comes to rest, after {} s", snapshot.time);
+    let Some(FieldData::Tensor(stress)) = snapshot.field("stress").map(|f| &f.data) else {
         panic!("no stress")
     };
     let mean = stress.iter().map(|s| s[1]).sum::<f64>() / stress.len() as f64;
