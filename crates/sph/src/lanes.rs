@@ -124,17 +124,22 @@ pub fn sum(lanes: Lanes) -> f64 {
 }
 
 /// Calls `visit(first entry, four neighbours, how many of them count)` for the neighbours in `row`; what fills
-/// up the last four is `own`, whose distance is zero.
+/// up the last four is `own`, whose distance is zero. In one place, so that `visit` becomes part of the loop.
 #[inline(always)]
 pub fn fours(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usize; 4], usize)) {
-    let (whole, left) = row.as_chunks::<4>();
-    for (number, four) in whole.iter().enumerate() {
-        visit(4 * number, four.map(|j| j as usize), 4);
-    }
-    if !left.is_empty() {
-        let mut four = [own; 4];
-        four.iter_mut().zip(left).for_each(|(slot, &j)| *slot = j as usize);
-        visit(4 * whole.len(), four, left.len());
+    let mut left = row;
+    let mut start = 0;
+    while !left.is_empty() {
+        let (four, count) = match left.first_chunk::<4>() {
+            Some(four) => (four.map(|j| j as usize), 4),
+            None => {
+                let of = |k: usize| left.get(k).map_or(own, |&j| j as usize);
+                ([of(0), of(1), of(2), own], left.len())
+            }
+        };
+        visit(start, four, count);
+        left = &left[count..];
+        start += 4;
     }
 }
 
