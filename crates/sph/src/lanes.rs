@@ -6,7 +6,8 @@ use crate::kernel::{Kernel, Smoothing};
 pub use wide::f64x4 as Lanes;
 
 /// What a particle shows its neighbours, in rows of four so that four particles can be turned into lanes:
-/// position and velocity; mass, density, speed of sound and smoothing length; stress.
+/// position and velocity; volume, density, speed of sound and smoothing length; stress. Volumes, not masses: they take a
+/// division out of most sums over pairs.
 pub type Record = [[f64; 4]; 4];
 
 /// A record.
@@ -14,14 +15,14 @@ pub type Record = [[f64; 4]; 4];
 pub fn record<const D: usize>(
     x: &[f64; D],
     v: &[f64; D],
-    [mass, density, sound, length]: [f64; 4],
+    [volume, density, sound, length]: [f64; 4],
     [xx, yy, zz, xy, yz, zx]: [f64; 6],
 ) -> Record {
     if D == 3 {
-        [[x[0], x[1], x[2], mass], [v[0], v[1], v[2], density], [xx, yy, zz, xy], [yz, zx, sound, length]]
+        [[x[0], x[1], x[2], volume], [v[0], v[1], v[2], density], [xx, yy, zz, xy], [yz, zx, sound, length]]
     } else {
         let (last_x, last_v) = if D == 2 { (x[1], v[1]) } else { (0.0, 0.0) };
-        [[x[0], last_x, v[0], last_v], [mass, density, sound, length], [xx, yy, xy, 0.0], [0.0; 4]]
+        [[x[0], last_x, v[0], last_v], [volume, density, sound, length], [xx, yy, xy, 0.0], [0.0; 4]]
     }
 }
 
@@ -39,7 +40,7 @@ pub fn set_velocity<const D: usize>(record: &mut Record, v: &[f64; D]) {
 pub struct Motions<const D: usize> {
     pub x: [Lanes; D],
     pub v: [Lanes; D],
-    pub mass: Lanes,
+    pub volume: Lanes,
     pub density: Lanes,
 }
 
@@ -59,7 +60,7 @@ fn turn([a, b, c, d]: [&Record; 4], row: usize) -> [Lanes; 4] {
     [lane(0), lane(1), lane(2), lane(3)]
 }
 
-/// Lanes of position, velocity, mass and density.
+/// Lanes of position, velocity, volume and density.
 #[inline(always)]
 pub fn motions<const D: usize>(four: [&Record; 4]) -> Motions<D> {
     let (first, second) = (turn(four, 0), turn(four, 1));
@@ -67,14 +68,14 @@ pub fn motions<const D: usize>(four: [&Record; 4]) -> Motions<D> {
         Motions {
             x: std::array::from_fn(|c| first[c]),
             v: std::array::from_fn(|c| second[c]),
-            mass: first[3],
+            volume: first[3],
             density: second[3],
         }
     } else {
         Motions {
             x: std::array::from_fn(|c| first[c]),
             v: std::array::from_fn(|c| first[2 + c]),
-            mass: second[0],
+            volume: second[0],
             density: second[1],
         }
     }
@@ -153,6 +154,16 @@ pub fn load(values: &[f64], start: usize, count: usize) -> Lanes {
             four[..count].copy_from_slice(&values[start..start + count]);
             Lanes::new(four)
         }
+    }
+}
+
+/// Puts the first `count` lanes into a row from `start` on.
+#[inline(always)]
+pub fn store(values: &mut [f64], start: usize, count: usize, lanes: Lanes) {
+    let lanes = lanes.to_array();
+    match values[start..].first_chunk_mut::<4>() {
+        Some(four) if count == 4 => *four = lanes,
+        _ => values[start..start + count].iter_mut().zip(lanes).for_each(|(value, lane)| *value = lane),
     }
 }
 

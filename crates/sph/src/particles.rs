@@ -229,7 +229,7 @@ impl<const D: usize> Particles<D> {
     /// The record of particle `i`, its stress times `scale`.
     #[inline]
     pub fn record(&self, i: usize, scale: f64) -> Record {
-        let scalars = [self.mass[i], self.density[i], self.sound[i], self.length[i]];
+        let scalars = [self.mass[i] / self.density[i], self.density[i], self.sound[i], self.length[i]];
         record(&self.position[i], &self.velocity[i], scalars, (self.stress[i] * scale).0)
     }
 }

@@ -36,6 +36,7 @@ impl<const D: usize> Pairs<'_, D> {
         if variable {
             self.fill_weights(i, row, weights);
         }
+        let thinness = Lanes::splat(1.0) / own.density;
         let mut sum = [Lanes::splat(0.0); D];
         lanes::fours(&row[..regular], i, |start, four, count| {
             let near = four.map(|j| &records[j]);
@@ -46,28 +47,29 @@ impl<const D: usize> Pairs<'_, D> {
                 lanes::load(weights, start, count)
             } else {
                 let weight = self.smoothing.weights(square);
-                weights[start..start + count].copy_from_slice(&weight.to_array()[..count]);
+                lanes::store(weights, start, count, weight);
                 weight
             };
+            let mass = other.volume * other.density;
             let mut pull = if grad_h {
                 let others = self.weights_of_others(four, square);
                 let flux = std::array::from_fn(|c| mine.stress[c] * weight + more.stress[c] * others);
                 weight = (weight + others) * 0.5;
-                lanes::product::<D>(&flux, &apart)
+                lanes::product::<D>(&flux, &apart).map(|c| c * mass)
             } else {
                 let flux = std::array::from_fn(|c| mine.stress[c] * form.own + more.stress[c]);
-                let scale = if form.by_both { weight / (own.density * other.density) } else { weight };
+                let scale = weight * if form.by_both { other.volume * thinness } else { mass };
                 lanes::product::<D>(&flux, &apart).map(|c| c * scale)
             };
             if let Some(repelled) = self.repelled(i, four, square) {
                 let extra = lanes::product::<D>(&repelled, &apart);
-                (0..D).for_each(|c| pull[c] += extra[c] * weight);
+                (0..D).for_each(|c| pull[c] += extra[c] * (weight * mass));
             }
             if viscous {
-                let viscosity = self.viscosity((&own, &mine), (&other, &more), &apart, square) * weight;
+                let viscosity = self.viscosity((&own, &mine), (&other, &more), &apart, square) * (weight * mass);
                 (0..D).for_each(|c| pull[c] += apart[c] * viscosity);
             }
-            (0..D).for_each(|c| sum[c] += other.mass * pull[c]);
+            (0..D).for_each(|c| sum[c] += pull[c]);
         });
         let mut sum = sum.map(lanes::sum);
         if self.options.momentum == Momentum::Corrected {

@@ -143,7 +143,7 @@ impl<const D: usize> Pairs<'_, D> {
             let other = lanes::motions::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
             let weight = self.smoothing.weights(lanes::dot(&apart, &apart));
-            weights[start..start + count].copy_from_slice(&weight.to_array()[..count]);
+            lanes::store(weights, start, count, weight);
         });
     }
 

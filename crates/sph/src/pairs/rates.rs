@@ -39,8 +39,8 @@ impl<const D: usize> Pairs<'_, D> {
             let other = lanes::motions::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
             let relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
-            let mass = other.mass * lanes::load(weights, start, count);
-            let volume = if by_mass && !apart_forms { mass } else { mass / other.density };
+            let volume = other.volume * lanes::load(weights, start, count);
+            let mass = volume * other.density;
             let scaled = apart.map(|c| c * if by_mass { mass } else { volume });
             for a in 0..D {
                 for b in 0..D {
