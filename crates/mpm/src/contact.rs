@@ -85,6 +85,7 @@ pub fn contacts<const D: usize, P: PointDomain<D>>(
     options: &MpmOptions,
     sets: &mut [PointSet<D, P>],
 ) -> Result<Contacts, CaseError> {
+    let on_mesh = options.mesh.is_some();
     let mut bodies = Vec::new();
     let mut laws: Vec<([usize; 2], ContactLaw)> = Vec::new();
     for (number, contact) in options.contacts.iter().enumerate() {
@@ -105,24 +106,13 @@ pub fn contacts<const D: usize, P: PointDomain<D>>(
         if laws.iter().any(|(other, _)| *other == pair || *other == [pair[1], pair[0]]) {
             return Err(CaseError::new(path("bodies"), "an earlier contact names the same two bodies"));
         }
-        for (key, value) in
-            [("friction_coefficient", contact.friction_coefficient), ("adhesion", contact.adhesion)]
-        {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(CaseError::new(path(key), format!("{value} must be finite and not negative")));
-            }
-        }
-        if let Some(penalty) = &contact.penalty {
-            penalty.validate(contact.test).map_err(|problem| CaseError::new(path("penalty"), problem))?;
-        }
+        contact.validate(on_mesh).map_err(|(key, problem)| CaseError::new(path(key), problem))?;
         let normal =
             contact.normal.as_deref().map(|n| unit::<D>(n).ok_or("must be a vector of the space, not zero"));
         let normal = normal.transpose().map_err(|problem| CaseError::new(path("normal"), problem))?;
         let (friction, adhesion) = (contact.friction_coefficient, contact.adhesion);
-        laws.push((
-            pair,
-            ContactLaw { friction, adhesion, normal, test: contact.test, penalty: contact.penalty },
-        ));
+        let test = contact.test(on_mesh);
+        laws.push((pair, ContactLaw { friction, adhesion, normal, test, penalty: contact.penalty }));
     }
     for set in sets.iter() {
         let body = set.body as usize;

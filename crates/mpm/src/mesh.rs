@@ -11,7 +11,7 @@ use colluvium_points::Sample;
 use crate::config::{Integration, MeshSource, ShapeFunctions, VolumetricStrain};
 use crate::points::{Ground, PointDomain, PointSet};
 use crate::setup;
-use crate::{ContactTest, Formulation, MpmOptions, Transfer};
+use crate::{Formulation, MpmOptions, Transfer};
 
 /// The element a point is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -109,11 +109,6 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     }
     if options.formulation == Formulation::TotalLagrangian {
         return refuse("formulation", "total-lagrangian is not available on a mesh");
-    }
-    if let Some(number) = options.contacts.iter().position(|contact| contact.test == ContactTest::Gap) {
-        let problem =
-            "gap needs a structured grid, whose shape functions tell the distance of a surface: use approach";
-        return refuse(&format!("contacts[{number}].test"), problem);
     }
     if !(1..=3).contains(&options.points_per_cell) {
         let problem = format!(

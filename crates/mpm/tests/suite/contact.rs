@@ -238,11 +238,18 @@ fn bodies_that_come_near_do_not_touch_before_they_meet() {
         // They meet after 0.05 s; linear shape functions do not see where between the nodes a row of points is.
         let early = if shape == "linear" { 0.02 } else { 0.008 };
         assert!((first - 0.05).abs() < early, "{shape}: they meet at {first} s");
-        let mut early = case.clone();
-        early.methods.get_mut("mpm").unwrap()["contacts"][0]["test"] = json!("approach");
-        let mut solver = begin(&early);
-        solver.step(1e-4).unwrap();
-        assert!(means(&solver.snapshot())[0][1] != 0.0, "{shape}: by velocities alone they meet at once");
+        // By velocities alone they meet at once; so they do without a test where the normal is given.
+        for (keys, at_once) in
+            [(json!({ "test": "approach" }), true), (json!({ "normal": [0, -1] }), true), (json!({}), false)]
+        {
+            let mut early = case.clone();
+            let pair = &mut early.methods.get_mut("mpm").unwrap()["contacts"][0];
+            *pair = json!({ "bodies": ["upper", "lower"] });
+            pair.as_object_mut().unwrap().extend(keys.as_object().unwrap().clone());
+            let mut solver = begin(&early);
+            solver.step(1e-4).unwrap();
+            assert_eq!(means(&solver.snapshot())[0][1] != 0.0, at_once, "{shape}, {keys}");
+        }
     }
 }
 
@@ -303,7 +310,7 @@ fn contacts_that_make_no_sense_are_refused_by_path() {
         (json!([{ "bodies": ["upper", "lower"], "normal": [0, 0] }]), "methods.mpm.contacts[0].normal"),
         (json!([{ "bodies": ["upper", "lower"], "normal": [1] }]), "methods.mpm.contacts[0].normal"),
         (
-            json!([{ "bodies": ["upper", "lower"], "penalty": { "stiffness": 1e5 } }]),
+            json!([{ "bodies": ["upper", "lower"], "test": "approach", "penalty": { "stiffness": 1e5 } }]),
             "methods.mpm.contacts[0].penalty",
         ),
         (

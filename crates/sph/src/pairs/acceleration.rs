@@ -66,7 +66,8 @@ impl<const D: usize> Pairs<'_, D> {
                 (0..D).for_each(|c| pull[c] += extra[c] * (weight * mass));
             }
             if viscous {
-                let viscosity = self.viscosity((&own, &mine), (&other, &more), &apart, square) * (weight * mass);
+                let viscosity =
+                    self.viscosity((&own, &mine), (&other, &more), &apart, square) * (weight * mass);
                 (0..D).for_each(|c| pull[c] += apart[c] * viscosity);
             }
             (0..D).for_each(|c| sum[c] += pull[c]);
