@@ -3,13 +3,13 @@
 
 use colluvium_case::Case;
 use colluvium_case::description::Patch;
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Node};
+use colluvium_grid::{Basis, Lanes, Layout, Node};
 use serde::{Deserialize, Serialize};
 
-use crate::points::PointDomain;
+use crate::points::{Ground, PointDomain, ground};
 use crate::solver::MpmSolver;
 
-/// Distance (cells) from the surface of a patch within which nodes still belong to it: round-off.
+/// Distance (cells, on a mesh least heights of its elements) from the surface of a patch within which nodes still belong to it: round-off.
 const ON_SURFACE: f64 = 1e-6;
 
 /// Something driven, with what acts on it.
@@ -72,39 +72,63 @@ pub fn driven(case: &Case) -> Vec<Driven> {
     bodies.chain(patches).collect()
 }
 
-/// Calls `visit(number in memory)` for every node of a patch that has moved by `way`.
-fn nodes_of<const D: usize, const S: usize, B: Basis<S>>(
-    patch: &Patch,
-    [low, high]: &[[f64; 3]; 2],
-    way: &[f64; 3],
-    grid: &Grid<D>,
-    layout: &Layout<D>,
-    mut visit: impl FnMut(usize),
-) {
-    let slack = ON_SURFACE * grid.cell;
-    let (shape, strides) = (layout.nodes(), layout.strides());
-    let coordinate = |axis: usize, index: usize| {
-        grid.origin[axis] + grid.cell * B::coordinate(index, grid.cells[axis]) - way[axis]
-    };
-    // Nodes along each axis between the ends of the region.
-    let range: [std::ops::Range<usize>; 3] = std::array::from_fn(|axis| {
-        if axis >= D {
-            return 0..1;
+/// A patch where it is now.
+struct Place<'a> {
+    patch: &'a Patch,
+    bounds: &'a [[f64; 3]; 2],
+    way: [f64; 3],
+}
+
+impl Place<'_> {
+    /// Whether it has a node at `x` (m). What lies on its box up to round-off, `slack` (m), lies on it.
+    fn holds<const D: usize>(&self, x: &[f64; D], slack: f64) -> bool {
+        let [low, high] = self.bounds;
+        let start: [f64; D] = std::array::from_fn(|c| x[c] - self.way[c]);
+        let inside = (0..D).all(|c| (low[c] - slack..=high[c] + slack).contains(&start[c]));
+        inside
+            && self
+                .patch
+                .region
+                .contains(&std::array::from_fn::<f64, D, _>(|c| start[c].clamp(low[c], high[c])))
+    }
+
+    /// Calls `visit(number in memory)` for each of its nodes.
+    fn nodes<const D: usize, const S: usize, B: Basis<S>>(
+        &self,
+        Ground { grid, mesh }: &Ground<D>,
+        layout: &Layout<D>,
+        mut visit: impl FnMut(usize),
+    ) {
+        if !mesh.is_empty() {
+            let slack = ON_SURFACE * mesh.height();
+            let all = mesh.nodes().iter().enumerate();
+            return all.filter(|(_, x)| self.holds(x, slack)).for_each(|(number, _)| visit(number));
         }
-        let inside =
-            |index: &usize| (low[axis] - slack..=high[axis] + slack).contains(&coordinate(axis, *index));
-        let first = (0..shape[axis]).find(inside).unwrap_or(0);
-        first..first + (first..shape[axis]).take_while(inside).count()
-    });
-    for i in range[0].clone() {
-        for j in range[1].clone() {
-            for k in range[2].clone() {
-                let index = [i, j, k];
-                // What lies on the region's box up to round-off lies on it.
-                let place: [f64; D] =
-                    std::array::from_fn(|axis| coordinate(axis, index[axis]).clamp(low[axis], high[axis]));
-                if patch.region.contains(&place) {
-                    visit((0..D).map(|axis| index[axis] * strides[axis]).sum());
+        let slack = ON_SURFACE * grid.cell;
+        let (shape, strides) = (layout.nodes(), layout.strides());
+        let coordinate = |axis: usize, index: usize| {
+            grid.origin[axis] + grid.cell * B::coordinate(index, grid.cells[axis])
+        };
+        // Nodes along each axis between the ends of the region.
+        let range: [std::ops::Range<usize>; 3] = std::array::from_fn(|axis| {
+            if axis >= D {
+                return 0..1;
+            }
+            let ends = self.bounds.map(|end| end[axis] + self.way[axis]);
+            let inside =
+                |index: &usize| (ends[0] - slack..=ends[1] + slack).contains(&coordinate(axis, *index));
+            let first = (0..shape[axis]).find(inside).unwrap_or(0);
+            first..first + (first..shape[axis]).take_while(inside).count()
+        });
+        for i in range[0].clone() {
+            for j in range[1].clone() {
+                for k in range[2].clone() {
+                    let index = [i, j, k];
+                    let x: [f64; D] = std::array::from_fn(|axis| coordinate(axis, index[axis]));
+                    // The ends of the ranges have been looked at already.
+                    if self.holds(&x, 2.0 * slack) {
+                        visit((0..D).map(|axis| index[axis] * strides[axis]).sum());
+                    }
                 }
             }
         }
@@ -167,16 +191,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// force that takes. What motion begins with, nodes take from what they have.
     pub(crate) fn hold_patches(&mut self, dt: f64) {
         let keep_start = self.options.fixed_nodes == crate::FixedNodes::Momentum;
-        let (case, grid, layout, rigid) = (&self.case, &self.grid, &self.layout, &self.contacts.rigid);
+        let (case, ground, layout, rigid) = (&self.case, ground!(self), &self.layout, &self.contacts.rigid);
         let inertia = self.options.mass_scaling;
         let nodes = &mut self.nodes;
         for driven in &mut self.driven {
             let Some(patch) = driven.patch else { continue };
             let patch = &case.patches[patch];
-            let (way, velocity, before) = (followed(patch, driven), driven.state.velocity, driven.before);
+            let place = Place { patch, bounds: &driven.bounds, way: followed(patch, driven) };
+            let (velocity, before) = (driven.state.velocity, driven.before);
             let mut total = [0.0; 3];
             for field in soft_fields(nodes.len() / layout.len(), rigid) {
-                nodes_of::<D, S, B>(patch, &driven.bounds, &way, grid, layout, |number| {
+                place.nodes::<D, S, B>(&ground, layout, |number| {
                     let node = &mut nodes[field * layout.len() + number];
                     let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
                     for c in 0..D {
@@ -197,14 +222,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Gives the nodes of the patches their velocity where it is re-mapped.
     pub(crate) fn hold_patches_again(&mut self) {
-        let (case, grid, layout, rigid) = (&self.case, &self.grid, &self.layout, &self.contacts.rigid);
+        let (case, ground, layout, rigid) = (&self.case, ground!(self), &self.layout, &self.contacts.rigid);
         let nodes = &mut self.remapped;
         for driven in &self.driven {
             let Some(patch) = driven.patch else { continue };
             let patch = &case.patches[patch];
-            let way = followed(patch, driven);
+            let place = Place { patch, bounds: &driven.bounds, way: followed(patch, driven) };
             for field in soft_fields(nodes.len() / layout.len(), rigid) {
-                nodes_of::<D, S, B>(patch, &driven.bounds, &way, grid, layout, |number| {
+                place.nodes::<D, S, B>(&ground, layout, |number| {
                     let node = &mut nodes[field * layout.len() + number];
                     let mut velocity = node.to_array();
                     for c in 0..D {

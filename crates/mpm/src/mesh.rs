@@ -160,7 +160,7 @@ pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
             .map_err(|error| CaseError::new("methods.mpm.mesh", error.to_string()))?,
         MeshSource::File { file } => read(Path::new(file))?,
     };
-    nothing_driven(case)?;
+    nothing_rigid(case)?;
     let Some(grid) = mesh.cells() else {
         return Err(CaseError::new("methods.mpm.mesh", "is empty"));
     };
@@ -177,13 +177,11 @@ pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
     Ok((grid, Arc::new(mesh), layout))
 }
 
-/// Refuses rigid bodies and patches, which take nodes by the cells of a structured grid.
-fn nothing_driven(case: &Case) -> Result<(), CaseError> {
+/// Refuses rigid bodies, which take nodes by the cells of a structured grid.
+fn nothing_rigid(case: &Case) -> Result<(), CaseError> {
+    let Some(number) = case.bodies.iter().position(|body| body.rigid) else { return Ok(()) };
     let problem = "is not available on a mesh of triangles or tetrahedra";
-    if let Some(number) = case.bodies.iter().position(|body| body.rigid) {
-        return Err(CaseError::new(format!("bodies[{number}].rigid"), problem));
-    }
-    if case.patches.is_empty() { Ok(()) } else { Err(CaseError::new("patches[0]", problem)) }
+    Err(CaseError::new(format!("bodies[{number}].rigid"), problem))
 }
 
 fn read<const D: usize>(file: &Path) -> Result<Mesh<D>, CaseError> {

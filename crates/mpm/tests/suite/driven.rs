@@ -72,15 +72,25 @@ fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
 
 #[test]
 fn a_patch_presses_with_the_force_of_the_oedometer() {
-    for (moves, scheme) in [(false, "musl"), (true, "usl"), (false, "usf")] {
+    let mesh =
+        |scheme: &str| json!({ "mesh": { "kind": "box" }, "shape": "linear", "stress_update": scheme });
+    for (moves, more) in [
+        (false, json!({ "stress_update": "musl" })),
+        (true, json!({ "stress_update": "usl" })),
+        (false, json!({ "stress_update": "usf" })),
+        (false, mesh("musl")),
+        (true, mesh("usf")),
+    ] {
+        let mut options = json!({ "cell_size": 0.1, "courant": 0.4 });
+        options.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
         let case = case(json!({
             "patches": [{ "name": "lid", "region": { "kind": "box", "min": [0, 1], "max": [1, 1.2] }, "moves": moves }],
             "stages": press("lid"),
             "measures": { "force": { "kind": "reaction", "of": "lid" } },
-            "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "stress_update": scheme } }
+            "methods": { "mpm": options }
         }));
         let force = late(&solve(&case), "force.impulse.y");
-        assert!((force / 1000.0 - 1.0).abs() < 0.03, "{moves}, {scheme}: {force}");
+        assert!((force / 1000.0 - 1.0).abs() < 0.03, "{moves}, {more}: {force}");
     }
 }
 
