@@ -131,7 +131,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_column::BENCHMARK, None, 250),
     Listed::new(&sph_slope::BENCHMARK, None, 140),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
-    Listed::new(&sph_cantilever_3d::BENCHMARK, None, 2700),
+    Listed::new(&sph_cantilever_3d::BENCHMARK, None, 2200),
     Listed::new(&sph_drum::BENCHMARK, None, 45),
     Listed::new(&sph_threads::BENCHMARK, Some(2), 8),
     Listed::new(&sph_ranks::BENCHMARK, Some(4), 4),
@@ -142,8 +142,8 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_columns::BENCHMARK, None, 120),
     Listed::new(&sph_columns::SWEEP, None, 1700),
     Listed::new(&sph_clay::BENCHMARK, None, 62),
-    Listed::new(&sph_clay::FINE, None, 3000),
-    Listed::new(&sph_cylinders::BENCHMARK, None, 800),
+    Listed::new(&sph_clay::FINE, None, 5200),
+    Listed::new(&sph_cylinders::BENCHMARK, None, 1400),
     Listed::new(&sph_footing::BENCHMARK, Some(30), 220),
     Listed::new(&sph_membrane::BENCHMARK, None, 85),
 ];
@@ -286,6 +286,15 @@ fn set_of(case: &mut Case, method: &str, option: &str, value: impl Into<serde_js
     if let Some(serde_json::Value::Object(options)) = case.methods.get_mut(method) {
         options.insert(option.to_owned(), value.into());
     }
+}
+
+/// Sets keys of a material.
+fn set_material(case: &mut Case, material: &str, keys: &[(&str, serde_json::Value)]) -> Result<(), String> {
+    let spec = case.materials.get_mut(material).ok_or_else(|| format!("no material {material}"))?;
+    let mut text = serde_json::to_value(&*spec).map_err(|error| error.to_string())?;
+    keys.iter().for_each(|(key, value)| text[*key] = value.clone());
+    *spec = serde_json::from_value(text).map_err(|error| error.to_string())?;
+    Ok(())
 }
 
 /// Runs a case with the material point method in memory, frames kept.

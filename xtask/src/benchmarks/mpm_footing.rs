@@ -2,6 +2,7 @@
 
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 use colluvium::case::{Case, RunReport};
+use serde_json::json;
 
 use super::{Benchmark, Outcome, case, run, series, set};
 
@@ -100,6 +101,9 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
         "the sheet's band",
     );
 
+    if !quick {
+        triangles(&mut outcome, &mut chart)?;
+    }
     large(&mut outcome, &mut chart, quick)?;
     outcome.svg("Pressure under the footing.", &chart)?;
     Ok(outcome)
@@ -136,6 +140,24 @@ fn smoothed(outcome: &mut Outcome, chart: &mut LineChart, quick: bool) -> Result
         outcome.near("A-29 smoothed: finer cells come closer (1: yes)", 1.0, 0.0, f64::from(falls), reason);
     }
     Ok(of_eight)
+}
+
+/// On triangles, two to a square, with a point in each and strains shared by the nodes: the source's own elements.
+fn triangles(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String> {
+    let mut case = footing(STILL, 8)?;
+    set(&mut case, "mesh", json!({ "kind": "box" }));
+    set(&mut case, "points_per_cell", 1);
+    set(&mut case, "volumetric_strain", "nodal");
+    let curve = curve(&run(&case)?);
+    outcome.within(
+        "A-29 on triangles, nodal strains, rough, 8 cells: pressure at the end over c_u",
+        "5.142",
+        at_the_end(&curve),
+        (5.14, 5.60),
+        "the sheet's band for squares: the two kinds of smoothing alike",
+    );
+    chart.series.push(Series::new("triangles, 8 cells", curve, Style::Line));
+    Ok(())
 }
 
 /// With points that move the footing is pushed into clay that heaves beside it.

@@ -2,7 +2,9 @@
 
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 
-use super::{Benchmark, Outcome, case, crest, curve, held_front as front, reference, run_by, set_of};
+use super::{
+    Benchmark, Outcome, case, crest, curve, held_front as front, reference, run_by, set_material, set_of,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -72,10 +74,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
 fn forward(outcome: &mut Outcome) -> Result<(), String> {
     let mut case = case("sph/aluminium-bars")?;
     set_of(&mut case, "sph", "viscosity_linear", 0.0);
-    let mut text = serde_json::to_value(&case.materials["bars"]).map_err(|error| error.to_string())?;
-    text["integration"] = "explicit".into();
-    let law = serde_json::from_value(text).map_err(|error| error.to_string())?;
-    case.materials.insert("bars".into(), law);
+    set_material(&mut case, "bars", &[("integration", "explicit".into())])?;
     let reason = "not judged: set S judges the order only. Steps of the noise are longer than the strain at yield: the \
                   forward algorithm of the source then gives energy to it, the return takes energy away";
     match run_by("sph", &case) {

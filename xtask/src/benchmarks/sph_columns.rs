@@ -4,7 +4,7 @@ use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Case, Snapshot};
 use colluvium::points::Shape;
 
-use super::{Benchmark, Outcome, case, held_front, run_by, set_of, stresses, vectors};
+use super::{Benchmark, Outcome, case, held_front, run_by, set_material, set_of, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -53,11 +53,7 @@ fn column(a: f64) -> Result<(Case, f64), String> {
 }
 
 fn with_friction(case: &mut Case, angle: f64) -> Result<(), String> {
-    let spec = case.materials.get_mut("bars").ok_or("no bars")?;
-    let mut value = serde_json::to_value(&*spec).map_err(|error| error.to_string())?;
-    value["friction_angle"] = angle.into();
-    *spec = serde_json::from_value(value).map_err(|error| error.to_string())?;
-    Ok(())
+    set_material(case, "bars", &[("friction_angle", angle.into())])
 }
 
 fn run(_quick: bool) -> Result<Outcome, String> {

@@ -15,6 +15,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const RADIUS: f64 = 0.097;
+/// The source's law, the cone through triaxial compression, and one with the same friction angle in every direction.
+const CONE: &str = "";
+const PYRAMID: &str = ", Mohr–Coulomb";
 
 /// The farthest particle with two neighbours within 1.5 spacings, from the axis, and half a spacing (m).
 fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
@@ -28,8 +31,17 @@ fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
 
 fn run(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    for (ratio, spacing) in [(0.55, 0.0097), (0.55, 0.005), (0.9, 0.005)] {
+    for (ratio, spacing, law) in [
+        (0.55, 0.0097, CONE),
+        (0.55, 0.005, CONE),
+        (0.9, 0.005, CONE),
+        (0.55, 0.005, PYRAMID),
+        (0.9, 0.005, PYRAMID),
+    ] {
         let mut case = case("sph/cylinder")?;
+        if law == PYRAMID {
+            case.bodies[0].material = "pyramid".into();
+        }
         set_of(&mut case, "sph", "spacing", spacing);
         let height = ratio * RADIUS;
         case.domain.max[2] = 1.5 * height;
@@ -37,7 +49,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         let quarter = Shape::Box { min: vec![0.0; 3], max: case.domain.max.clone() };
         case.bodies[0].shape = Shape::Intersection { shapes: vec![column, quarter] };
         let snapshot = run_by("sph", &case)?.snapshot;
-        let name = |what: &str| format!("a = {ratio}, spacing {} mm: {what}", spacing * 1e3);
+        let name = |what: &str| format!("a = {ratio}, spacing {} mm{law}: {what}", spacing * 1e3);
         let expected = 1.24 * ratio;
         let found = reach(&snapshot, spacing) / RADIUS - 1.0;
         let layers = height / spacing;

@@ -6,7 +6,7 @@ use colluvium::case::{Case, Safety, Snapshot};
 
 use serde_json::{Value, json};
 
-use super::{Benchmark, Outcome, case, held_front, run_by, series, vectors};
+use super::{Benchmark, Outcome, case, held_front, run_by, series, set_material, vectors};
 use crate::bishop::{Circle, Slope};
 
 /// The benchmark.
@@ -64,19 +64,8 @@ fn search(soil: &[(&str, Value)], range: [f64; 2]) -> Result<Case, String> {
     if let Some(Measure::FactorOfSafety(search)) = case.measures.get_mut("safety") {
         (search.range, search.tolerance) = (range, 0.01);
     }
-    with_soil(&mut case, soil)?;
+    set_material(&mut case, "soil", soil)?;
     Ok(case)
-}
-
-/// Other parameters of the soil.
-fn with_soil(case: &mut Case, soil: &[(&str, Value)]) -> Result<(), String> {
-    let spec = case.materials.get_mut("soil").ok_or("no soil")?;
-    let mut value = serde_json::to_value(&*spec).map_err(|error| error.to_string())?;
-    for (name, parameter) in soil {
-        value[*name] = parameter.clone();
-    }
-    *spec = serde_json::from_value(value).map_err(|error| error.to_string())?;
-    Ok(())
 }
 
 fn safety(case: &Case) -> Result<Safety, String> {
@@ -149,7 +138,7 @@ fn surface(
     reason: &str,
 ) -> Result<(), String> {
     let mut case = case("sph/slope-failure")?;
-    with_soil(&mut case, &[("dilatancy_angle", dilatancy.into())])?;
+    set_material(&mut case, "soil", &[("dilatancy_angle", dilatancy.into())])?;
     if let Some(weakening) = &mut case.stages[1].weakening {
         weakening.factor = factor;
     }
@@ -201,7 +190,7 @@ fn surface(
 fn run_out(outcome: &mut Outcome) -> Result<(), String> {
     let mut case = case("sph/slope-failure")?;
     let softening = json!({ "residual_friction_angle": 15, "residual_cohesion": 100, "friction_rate": 3, "cohesion_rate": 3 });
-    with_soil(&mut case, &[("softening", softening)])?;
+    set_material(&mut case, "soil", &[("softening", softening)])?;
     case.stages[1].duration = 3.0;
     if let Some(weakening) = &mut case.stages[1].weakening {
         weakening.scope = colluvium::constitutive::laws::ReductionScope::Peak;
