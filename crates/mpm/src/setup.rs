@@ -229,12 +229,12 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
         );
     }
     let jumps = matches!(options.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain);
-    if jumps && options.stress_update == StressScheme::Usl {
-        warnings.push(
+    let steep = 0.5 * options.courant * options.courant;
+    if jumps && options.stress_update == StressScheme::Usl && options.node_mass_cutoff < 0.99 * steep {
+        warnings.push(format!(
             "methods.mpm.stress_update: usl with linear shape functions (dual-domain too) can turn points inside out at free \
-             surfaces; use musl, ugimp, or node_mass_cutoff"
-                .to_owned(),
-        );
+             surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.3}, half the square of courant"
+        ));
     }
     for (number, stage) in case.stages.iter().enumerate() {
         if options.mass_scaling > 1.0 && stage.equilibrium.is_none() {

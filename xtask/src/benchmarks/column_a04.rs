@@ -63,16 +63,7 @@ fn whole(
     for (shape, method) in METHODS {
         for &(friction, base) in bases {
             let label = format!("{method}, cells of {mm} mm, {base}");
-            let report = match column(shape, cell, friction, 6.0) {
-                Ok(report) => report,
-                // The other runs are judged all the same; the two that are compared must not stop.
-                Err(error) if friction >= 1.0 => {
-                    let reason = format!("it stopped: {error}");
-                    outcome.near(format!("(iv) {label}: runs to its end (1: yes)"), 1.0, 0.0, 0.0, &reason);
-                    continue;
-                }
-                Err(error) => return Err(error),
-            };
+            let report = column(shape, cell, friction, 6.0)?;
             let band = if friction < 1.0 { (0.9, 1.35) } else { (0.7, 1.1) };
             level(outcome, &label, &report, cell, band);
             if friction < 1.0 {
@@ -131,6 +122,11 @@ fn column(shape: &str, cell: f64, friction: f64, duration: f64) -> Result<RunRep
     let mut case = case("mpm/column-a04")?;
     set(&mut case, "shape", shape);
     set(&mut case, "cell_size", cell);
+    if shape == "linear" {
+        // P-02: with stress updated last, points that reach into a node by less than half the square of the Courant
+        // number overshoot (docs/theory/mpm.md, limits).
+        set(&mut case, "node_mass_cutoff", 0.045);
+    }
     let wall = serde_json::json!({ "kind": "frictional", "friction_coefficient": friction });
     case.boundaries[1].wall = serde_json::from_value(wall).map_err(|error| error.to_string())?;
     case.stages[0].duration = duration * scale();

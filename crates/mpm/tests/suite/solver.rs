@@ -47,6 +47,18 @@ fn crash(shape: &str, scheme: &str) -> Case {
 }
 
 #[test]
+fn light_nodes_of_linear_functions_are_warned_of_until_they_are_left_out() {
+    let warned = |scheme: &str, cutoff: f64| {
+        let mut case = crash("linear", scheme);
+        case.methods.get_mut("mpm").unwrap()["node_mass_cutoff"] = json!(cutoff);
+        Mpm.plan(&case).unwrap().warnings.iter().any(|warning| warning.contains("inside out"))
+    };
+    // Half the square of the Courant number of 0.3.
+    assert!(warned("usl", 1e-12) && warned("usl", 0.04) && !warned("usl", 0.045));
+    assert!(!warned("musl", 1e-12));
+}
+
+#[test]
 fn results_are_the_same_on_one_and_two_threads() {
     for shape in SHAPES {
         for scheme in SCHEMES {
