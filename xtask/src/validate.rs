@@ -122,15 +122,15 @@ fn all_entries(work: &[Work], defects: &[Defect]) -> Result<Vec<Entry>, String> 
     Ok(entries.into_iter().map(|(_, entry)| entry).collect())
 }
 
-/// A check that is known to fail.
+/// Checks that are known to fail, for one cause.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Defect {
     /// Name of the benchmark.
     benchmark: String,
-    /// How the name of the check begins.
-    check: String,
-    /// What is known of it.
+    /// How the names of the checks begin.
+    checks: Vec<String>,
+    /// What is known of them.
     found: String,
 }
 
@@ -170,8 +170,10 @@ fn entry(benchmark: &'static Benchmark, quick: bool, defects: &[Defect]) -> Entr
         Err(_) => (Outcome::default(), Some("the benchmark panicked".to_owned())),
     };
     for check in &mut outcome.checks {
-        let of_check =
-            |defect: &&Defect| defect.benchmark == benchmark.id && check.name.starts_with(&defect.check);
+        let of_check = |defect: &&Defect| {
+            defect.benchmark == benchmark.id
+                && defect.checks.iter().any(|begin| check.name.starts_with(begin))
+        };
         check.defect = defects.iter().find(of_check).map(|defect| defect.found.clone());
         let _ = writeln!(
             text,

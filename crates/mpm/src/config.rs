@@ -238,7 +238,7 @@ impl Penalty {
 #[serde(rename_all = "kebab-case")]
 pub enum ContactTest {
     /// Always: contact begins up to a cell early, and what rolls or comes near at an angle is held back. With normals from
-    /// the gradients of volumes corners dig in: a block that slides loses half of its acceleration.
+    /// the gradients of volumes corners dig in: a block that slides down loses more than half of its acceleration.
     Approach,
     /// Where their surfaces touch, by what the node knows of their volumes and surfaces. What rests upon another
     /// bounces more, since nothing dampens the approach. Not on a mesh.

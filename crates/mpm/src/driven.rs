@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::points::{Ground, PointDomain, ground};
 use crate::solver::MpmSolver;
 
-/// Distance (cells, on a mesh least heights of its elements) from the surface of a patch within which nodes still belong to it: round-off.
+/// Distance (cells; least heights of the elements of a mesh) from the surface of a patch within which nodes still belong
+/// to it: round-off.
 const ON_SURFACE: f64 = 1e-6;
 
 /// Something driven, with what acts on it.
@@ -49,6 +50,13 @@ impl Driven {
         }
     }
 
+    /// The patch where it is now; `None` for a rigid body.
+    fn place<'a>(&'a self, case: &'a Case) -> Option<Place<'a>> {
+        let patch = &case.patches[self.patch?];
+        let way = if patch.moves { self.state.way } else { [0.0; 3] };
+        Some(Place { patch, bounds: &self.bounds, way })
+    }
+
     /// The velocity of a rigid body (m/s).
     pub fn rigid_velocity(&self) -> [f64; 3] {
         self.state.velocity.map(|v| v.unwrap_or(0.0))
@@ -80,16 +88,16 @@ struct Place<'a> {
 }
 
 impl Place<'_> {
-    /// Whether it has a node at `x` (m). What lies on its box up to round-off, `slack` (m), lies on it.
-    fn holds<const D: usize>(&self, x: &[f64; D], slack: f64) -> bool {
+    /// Corners of the box around it (m).
+    fn ends(&self) -> [[f64; 3]; 2] {
+        self.bounds.map(|corner| std::array::from_fn(|c| corner[c] + self.way[c]))
+    }
+
+    /// Whether it holds a place (m) in the box around it. What lies on the box up to round-off lies on it.
+    fn holds<const D: usize>(&self, x: &[f64; D]) -> bool {
         let [low, high] = self.bounds;
-        let start: [f64; D] = std::array::from_fn(|c| x[c] - self.way[c]);
-        let inside = (0..D).all(|c| (low[c] - slack..=high[c] + slack).contains(&start[c]));
-        inside
-            && self
-                .patch
-                .region
-                .contains(&std::array::from_fn::<f64, D, _>(|c| start[c].clamp(low[c], high[c])))
+        let start: [f64; D] = std::array::from_fn(|c| (x[c] - self.way[c]).clamp(low[c], high[c]));
+        self.patch.region.contains(&start)
     }
 
     /// Calls `visit(number in memory)` for each of its nodes.
@@ -99,12 +107,17 @@ impl Place<'_> {
         layout: &Layout<D>,
         mut visit: impl FnMut(usize),
     ) {
+        let [low, high] = self.ends();
+        let slack = ON_SURFACE * if mesh.is_empty() { grid.cell } else { mesh.height() };
+        let inside = |axis: usize, x: f64| (low[axis] - slack..=high[axis] + slack).contains(&x);
         if !mesh.is_empty() {
-            let slack = ON_SURFACE * mesh.height();
-            let all = mesh.nodes().iter().enumerate();
-            return all.filter(|(_, x)| self.holds(x, slack)).for_each(|(number, _)| visit(number));
+            for (number, x) in mesh.nodes().iter().enumerate() {
+                if (0..D).all(|axis| inside(axis, x[axis])) && self.holds(x) {
+                    visit(number);
+                }
+            }
+            return;
         }
-        let slack = ON_SURFACE * grid.cell;
         let (shape, strides) = (layout.nodes(), layout.strides());
         let coordinate = |axis: usize, index: usize| {
             grid.origin[axis] + grid.cell * B::coordinate(index, grid.cells[axis])
@@ -114,9 +127,7 @@ impl Place<'_> {
             if axis >= D {
                 return 0..1;
             }
-            let ends = self.bounds.map(|end| end[axis] + self.way[axis]);
-            let inside =
-                |index: &usize| (ends[0] - slack..=ends[1] + slack).contains(&coordinate(axis, *index));
+            let inside = |index: &usize| inside(axis, coordinate(axis, *index));
             let first = (0..shape[axis]).find(inside).unwrap_or(0);
             first..first + (first..shape[axis]).take_while(inside).count()
         });
@@ -124,9 +135,7 @@ impl Place<'_> {
             for j in range[1].clone() {
                 for k in range[2].clone() {
                     let index = [i, j, k];
-                    let x: [f64; D] = std::array::from_fn(|axis| coordinate(axis, index[axis]));
-                    // The ends of the ranges have been looked at already.
-                    if self.holds(&x, 2.0 * slack) {
+                    if self.holds::<D>(&std::array::from_fn(|axis| coordinate(axis, index[axis]))) {
                         visit((0..D).map(|axis| index[axis] * strides[axis]).sum());
                     }
                 }
@@ -195,9 +204,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let inertia = self.options.mass_scaling;
         let nodes = &mut self.nodes;
         for driven in &mut self.driven {
-            let Some(patch) = driven.patch else { continue };
-            let patch = &case.patches[patch];
-            let place = Place { patch, bounds: &driven.bounds, way: followed(patch, driven) };
+            let Some(place) = driven.place(case) else { continue };
             let (velocity, before) = (driven.state.velocity, driven.before);
             let mut total = [0.0; 3];
             for field in soft_fields(nodes.len() / layout.len(), rigid) {
@@ -225,9 +232,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let (case, ground, layout, rigid) = (&self.case, ground!(self), &self.layout, &self.contacts.rigid);
         let nodes = &mut self.remapped;
         for driven in &self.driven {
-            let Some(patch) = driven.patch else { continue };
-            let patch = &case.patches[patch];
-            let place = Place { patch, bounds: &driven.bounds, way: followed(patch, driven) };
+            let Some(place) = driven.place(case) else { continue };
             for field in soft_fields(nodes.len() / layout.len(), rigid) {
                 place.nodes::<D, S, B>(&ground, layout, |number| {
                     let node = &mut nodes[field * layout.len() + number];
@@ -240,11 +245,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         }
     }
-}
-
-/// How far the nodes of a patch have gone.
-fn followed(patch: &Patch, driven: &Driven) -> [f64; 3] {
-    if patch.moves { driven.state.way } else { [0.0; 3] }
 }
 
 /// The velocity fields of bodies that deform.

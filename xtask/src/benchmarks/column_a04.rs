@@ -62,8 +62,8 @@ fn whole(
     let mut reports = Vec::new();
     for (shape, method) in METHODS {
         for &(friction, base) in bases {
-            let label = format!("{method}, cells of {mm} mm, {base}");
             let report = column(shape, cell, friction, 6.0)?;
+            let label = format!("{method}, cells of {mm} mm, {base}");
             let band = if friction < 1.0 { (0.9, 1.35) } else { (0.7, 1.1) };
             level(outcome, &label, &report, cell, band);
             if friction < 1.0 {
@@ -124,7 +124,7 @@ fn column(shape: &str, cell: f64, friction: f64, duration: f64) -> Result<RunRep
     set(&mut case, "cell_size", cell);
     if shape == "linear" {
         // P-02: with stress updated last, points that reach into a node by less than half the square of the Courant
-        // number overshoot (docs/theory/mpm.md, limits).
+        // number (0.3) overshoot (docs/theory/mpm.md, limits).
         set(&mut case, "node_mass_cutoff", 0.045);
     }
     let wall = serde_json::json!({ "kind": "frictional", "friction_coefficient": friction });

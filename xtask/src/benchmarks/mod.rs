@@ -119,7 +119,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&mpm_liquid::VISCOUS, Some(4), 4),
     Listed::new(&mpm_liquid::DAM_BREAK, Some(3), 20),
     Listed::new(&column_collapse::BENCHMARK, Some(64), 250),
-    Listed::new(&column_a04::BENCHMARK, Some(47), 900),
+    Listed::new(&column_a04::BENCHMARK, Some(47), 650),
     Listed::new(&aluminium_bars::BENCHMARK, Some(22), 82),
     Listed::new(&sph_operators::BENCHMARK, Some(2), 2),
     Listed::new(&sph_balance::BENCHMARK, Some(1), 1),
@@ -143,7 +143,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_columns::SWEEP, None, 1700),
     Listed::new(&sph_clay::BENCHMARK, None, 62),
     Listed::new(&sph_clay::FINE, None, 5200),
-    Listed::new(&sph_cylinders::BENCHMARK, None, 1400),
+    Listed::new(&sph_cylinders::BENCHMARK, None, 980),
     Listed::new(&sph_footing::BENCHMARK, Some(30), 220),
     Listed::new(&sph_membrane::BENCHMARK, None, 85),
 ];

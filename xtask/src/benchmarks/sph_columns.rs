@@ -52,10 +52,6 @@ fn column(a: f64) -> Result<(Case, f64), String> {
     Ok((case, width))
 }
 
-fn with_friction(case: &mut Case, angle: f64) -> Result<(), String> {
-    set_material(case, "bars", &[("friction_angle", angle.into())])
-}
-
 fn run(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = sweep(&[0.5, 1.0, 2.0], &SETS[..1])?;
     regularised(&mut outcome)?;
@@ -80,7 +76,7 @@ fn sweep(ratios: &[f64], sets: &[Set]) -> Result<Outcome, String> {
         let mut found = Vec::new();
         for &a in ratios {
             let (mut case, width) = column(a)?;
-            with_friction(&mut case, friction)?;
+            set_material(&mut case, "bars", &[("friction_angle", friction.into())])?;
             set_of(&mut case, "sph", "regularisation", regularisation);
             let end = held_front(&run_by("sph", &case)?.snapshot, SPACING);
             found.push((a, (end + 0.5 * SPACING - width) / width));

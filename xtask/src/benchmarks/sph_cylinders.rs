@@ -15,9 +15,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const RADIUS: f64 = 0.097;
-/// The source's law, the cone through triaxial compression, and one with the same friction angle in every direction.
-const CONE: &str = "";
-const PYRAMID: &str = ", Mohr–Coulomb";
+/// Materials of the case and what they add to names: the source's law, the cone through triaxial compression, and one with
+/// the same friction angle in every direction.
+const CONE: (&str, &str) = ("sand", "");
+const PYRAMID: (&str, &str) = ("pyramid", ", Mohr–Coulomb");
 
 /// The farthest particle with two neighbours within 1.5 spacings, from the axis, and half a spacing (m).
 fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
@@ -31,7 +32,7 @@ fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
 
 fn run(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    for (ratio, spacing, law) in [
+    for (ratio, spacing, (material, law)) in [
         (0.55, 0.0097, CONE),
         (0.55, 0.005, CONE),
         (0.9, 0.005, CONE),
@@ -39,9 +40,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         (0.9, 0.005, PYRAMID),
     ] {
         let mut case = case("sph/cylinder")?;
-        if law == PYRAMID {
-            case.bodies[0].material = "pyramid".into();
-        }
+        case.bodies[0].material = material.into();
         set_of(&mut case, "sph", "spacing", spacing);
         let height = ratio * RADIUS;
         case.domain.max[2] = 1.5 * height;

@@ -4,12 +4,15 @@ use colluvium_case::{Case, Method, RunOptions, RunReport, Snapshot, Solver, run}
 use colluvium_mpm::Mpm;
 use serde_json::Value;
 
+/// An object with the keys of `more` at its top in place of its own.
+pub fn with(mut object: Value, more: &Value) -> Value {
+    object.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    object
+}
+
 /// The case `text` with the keys of `more` at its top in place of its own.
-pub fn changed(mut text: Value, more: &Value) -> Case {
-    for (key, value) in more.as_object().unwrap() {
-        text[key] = value.clone();
-    }
-    Case::from_json(&text.to_string()).unwrap()
+pub fn changed(text: Value, more: &Value) -> Case {
+    Case::from_json(&with(text, more).to_string()).unwrap()
 }
 
 /// Runs a case to its end.

@@ -5,13 +5,14 @@ use std::f64::consts::PI;
 use colluvium_case::Case;
 use serde_json::{Value, json};
 
-use crate::common::{changed, solve, vectors};
+use crate::common::{changed, solve, vectors, with};
 
 /// Frequency (rad/s) of the first mode of a bar of 13 cells with two points each, as the momentum shows it.
 fn frequency(more: &Value) -> f64 {
-    let mut options =
-        json!({ "cell_size": 25.0 / 13.0, "shape": "linear", "stress_update": "usl", "courant": 0.1 });
-    options.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    let options = with(
+        json!({ "cell_size": 25.0 / 13.0, "shape": "linear", "stress_update": "usl", "courant": 0.1 }),
+        more,
+    );
     let text = json!({
         "title": "bar", "space": "1d", "domain": { "min": [0], "max": [25] }, "gravity": [0],
         "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 100, "poissons_ratio": 0 } },

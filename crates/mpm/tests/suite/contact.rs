@@ -4,7 +4,7 @@ use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, vectors};
+use crate::common::{begin, changed, solve, vectors, with};
 
 /// A case of one elastic material; `more` adds or replaces keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -244,8 +244,7 @@ fn bodies_that_come_near_do_not_touch_before_they_meet() {
         {
             let mut early = case.clone();
             let pair = &mut early.methods.get_mut("mpm").unwrap()["contacts"][0];
-            *pair = json!({ "bodies": ["upper", "lower"] });
-            pair.as_object_mut().unwrap().extend(keys.as_object().unwrap().clone());
+            *pair = with(json!({ "bodies": ["upper", "lower"] }), &keys);
             let mut solver = begin(&early);
             solver.step(1e-4).unwrap();
             assert_eq!(means(&solver.snapshot())[0][1] != 0.0, at_once, "{shape}, {keys}");

@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, RunReport, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, vectors};
+use crate::common::{begin, changed, solve, vectors, with};
 
 /// An elastic block of 1 m on a smooth floor between smooth walls, and more.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -81,8 +81,7 @@ fn a_patch_presses_with_the_force_of_the_oedometer() {
         (false, mesh("musl")),
         (true, mesh("usf")),
     ] {
-        let mut options = json!({ "cell_size": 0.1, "courant": 0.4 });
-        options.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        let options = with(json!({ "cell_size": 0.1, "courant": 0.4 }), &more);
         let case = case(json!({
             "patches": [{ "name": "lid", "region": { "kind": "box", "min": [0, 1], "max": [1, 1.2] }, "moves": moves }],
             "stages": press("lid"),

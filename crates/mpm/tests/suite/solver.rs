@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, stresses, vectors};
+use crate::common::{begin, changed, solve, stresses, vectors, with};
 
 /// A block of one material with everything else at its simplest; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -370,8 +370,8 @@ fn a_block_on_an_incline_slides_or_stays_by_its_friction() {
 
 /// A single point at `ξ = 0.05` of its cell under tension; the change of its stress in one step over its stress.
 fn pulled_point(options: &Value) -> f64 {
-    let mut all = json!({ "cell_size": 0.1, "points_per_cell": 10, "shape": "linear", "courant": 0.5 });
-    all.as_object_mut().unwrap().extend(options.as_object().unwrap().clone());
+    let all =
+        with(json!({ "cell_size": 0.1, "points_per_cell": 10, "shape": "linear", "courant": 0.5 }), options);
     let case = case(json!({
         "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
