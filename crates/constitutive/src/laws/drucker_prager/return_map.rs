@@ -61,7 +61,8 @@ impl DruckerPrager {
         let excess = cone.yield_value(at.root_j2, at.i1);
         let flows = excess > cone.fuzz(&at);
         let multiplier = excess * self.per_excess;
-        let on_cone = at.root_j2 - g * multiplier >= 0.0;
+        // Not at zero, where both may have vanished in rounding: that is the apex.
+        let on_cone = at.root_j2 - g * multiplier > 0.0;
         let mean = at.i1 / 3.0 - 3.0 * self.elasticity.bulk_modulus * cone.dilatancy * multiplier;
         // `r - G Δλ`, from the yield condition: it then holds to the last digit of the result.
         let kept = (cone.strength - 3.0 * cone.friction * mean).max(0.0);
