@@ -445,7 +445,8 @@ fn what_is_next_to_nothing_stays_finite() {
         for power in (150..=320).step_by(5) {
             let size = 10f64.powi(-150) * 10f64.powi(150 - power);
             assert!(size > 0.0);
-            for (stress, strain) in directions.iter().flat_map(|s| directions.map(|e| (*s * size, e * size))) {
+            for (stress, strain) in directions.iter().flat_map(|s| directions.map(|e| (*s * size, e * size)))
+            {
                 for strain in [SymTensor::ZERO, strain] {
                     let mut walker = subject.walker_at(SymTensor::ZERO);
                     walker.stress = stress;

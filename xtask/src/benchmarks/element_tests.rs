@@ -5,7 +5,7 @@ use colluvium::constitutive::driver::{ElementPath, ElementTest, Path, TestStage}
 use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymTensor};
 use serde_json::json;
 
-use super::{Benchmark, Outcome};
+use super::{Benchmark, Outcome, with};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -31,13 +31,9 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 }
 
 /// Reference set R1 with other entries added or replaced.
-fn material(model: &str, more: serde_json::Value) -> Result<MaterialSpec, String> {
-    let mut value =
-        json!({ "model": model, "density": 2000.0, "youngs_modulus": 20e6, "poissons_ratio": 0.3 });
-    if let (Some(object), serde_json::Value::Object(more)) = (value.as_object_mut(), more) {
-        object.extend(more);
-    }
-    serde_json::from_value(value).map_err(|error| error.to_string())
+pub(super) fn material(model: &str, more: serde_json::Value) -> Result<MaterialSpec, String> {
+    let base = json!({ "model": model, "density": 2000.0, "youngs_modulus": 20e6, "poissons_ratio": 0.3 });
+    serde_json::from_value(with(base, more)).map_err(|error| error.to_string())
 }
 
 fn test(material: MaterialSpec, pressure: f64, path: Path, steps: usize) -> Result<ElementPath, String> {

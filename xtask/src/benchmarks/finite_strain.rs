@@ -10,7 +10,8 @@ use colluvium::constitutive::laws::cohesive_cam_clay::Ellipse;
 use colluvium::constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 use serde_json::{Value, json};
 
-use super::{Benchmark, Outcome};
+use super::element_tests::material;
+use super::{Benchmark, Outcome, with};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -74,19 +75,11 @@ impl Walker {
 
 /// The elastic laws of the table, in the order of its columns.
 fn elastic_laws() -> Result<[(&'static str, MaterialSpec); 4], String> {
-    let law = |model: &str, more: Value| {
-        let mut value =
-            json!({ "model": model, "density": 2000.0, "youngs_modulus": 20e6, "poissons_ratio": 0.3 });
-        if let (Some(object), Value::Object(more)) = (value.as_object_mut(), more) {
-            object.extend(more);
-        }
-        spec(value)
-    };
     Ok([
-        ("Hencky", law("linear-elastic", json!({ "strain_measure": "hencky" }))?),
-        ("St. Venant–Kirchhoff", law("st-venant-kirchhoff", json!({}))?),
-        ("neo-Hookean", law("neo-hookean", json!({}))?),
-        ("fixed corotated", law("fixed-corotated", json!({}))?),
+        ("Hencky", material("linear-elastic", json!({ "strain_measure": "hencky" }))?),
+        ("St. Venant–Kirchhoff", material("st-venant-kirchhoff", json!({}))?),
+        ("neo-Hookean", material("neo-hookean", json!({}))?),
+        ("fixed corotated", material("fixed-corotated", json!({}))?),
     ])
 }
 
@@ -200,16 +193,13 @@ fn closed_path(outcome: &mut Outcome) -> Result<(), String> {
 }
 
 /// The Cohesive Cam Clay of §2.15 with other entries replaced.
-fn cam_clay(more: &Value) -> Result<MaterialSpec, String> {
-    let mut value = json!({
+fn cam_clay(more: Value) -> Result<MaterialSpec, String> {
+    let base = json!({
         "model": "cohesive-cam-clay", "density": 250.0, "youngs_modulus": 5e6, "poissons_ratio": 0.3,
         "critical_state_slope": 0.8, "cohesion_ratio": 0.1, "compressive_strength": 10e3,
         "hardening_factor": 10.0
     });
-    if let (Some(object), Some(more)) = (value.as_object_mut(), more.as_object()) {
-        object.extend(more.clone());
-    }
-    spec(value)
+    spec(with(base, more))
 }
 
 fn exponential(strain: [f64; 3]) -> Mat3 {
@@ -261,7 +251,7 @@ fn cam_clay_returns(outcome: &mut Outcome) -> Result<(), String> {
         ([-8e-3, -1e-3, 0.0], -8.888_219_439_7e-4, 33_796.575_2, 16_487.405_9, 47_035.237_0),
         ([2e-3, 1e-3, 0.0], 3e-3, 0.0, 0.0, 0.0),
     ];
-    let slab = cam_clay(&json!({}))?;
+    let slab = cam_clay(json!({}))?;
     for (strain, volumetric, p, q, strength) in rows {
         let mut walker = Walker::new(&slab)?;
         let stress = walker.to(&exponential(strain))?;
@@ -291,7 +281,7 @@ fn kirchhoff(run: &ElementPath, name: &str) -> Vec<(f64, f64)> {
 
 fn weak_layer(outcome: &mut Outcome) -> Result<(), String> {
     let layer = |hardening: Value| {
-        cam_clay(&json!({
+        cam_clay(json!({
             "youngs_modulus": 1e6, "compressive_strength": 2e3, "hardening_factor": 0.5, "hardening": hardening
         }))
     };

@@ -137,7 +137,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_ranks::BENCHMARK, Some(4), 4),
     Listed::new(&sph_critical::SHEAR, Some(2), 80),
     Listed::new(&sph_critical::COLUMNS, None, 16),
-    Listed::new(&sph_critical::COLUMNS_FINE, None, 145),
+    Listed::new(&sph_critical::COLUMNS_FINE, None, 400),
     Listed::new(&sph_cantilever::BENCHMARK, None, 400),
     Listed::new(&sph_columns::BENCHMARK, None, 120),
     Listed::new(&sph_columns::SWEEP, None, 1700),
@@ -315,6 +315,19 @@ fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
         Some(FieldData::Vector(values)) => values.clone(),
         _ => Vec::new(),
     }
+}
+
+/// A JSON object with entries of another added or replaced.
+fn with(mut object: serde_json::Value, more: serde_json::Value) -> serde_json::Value {
+    if let (Some(object), serde_json::Value::Object(more)) = (object.as_object_mut(), more) {
+        object.extend(more);
+    }
+    object
+}
+
+/// A field of one number a point.
+fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
+    snapshot.scalars(name).unwrap_or_default().to_vec()
 }
 
 /// Stresses of the points.

@@ -2,9 +2,9 @@
 //!
 
 use colluvium::case::plot::{LineChart, Series, Style};
-use colluvium::case::{Case, FieldData, RunReport, Snapshot};
+use colluvium::case::{Case, RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, run, set, stresses, vectors};
+use super::{Benchmark, Outcome, case, run, scalars, set, stresses, vectors};
 
 /// What needs one element only.
 pub const PHASES: Benchmark = Benchmark {
@@ -29,14 +29,6 @@ pub const ABSORBING: Benchmark = Benchmark {
     source: "Lysmer & Kuhlemeyer 1969; MPM sheet A-18, closed form",
     run: absorbing,
 };
-
-/// A field of one number a point.
-fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
-    match snapshot.field(name).map(|f| &f.data) {
-        Some(FieldData::Scalar(values)) => values.clone(),
-        _ => Vec::new(),
-    }
-}
 
 /// Changes a case by JSON pointers.
 fn changed(case: &Case, changes: &[(&str, serde_json::Value)]) -> Result<Case, String> {

@@ -4,7 +4,7 @@ use colluvium::case::description::Velocity;
 use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Case, RunReport};
 
-use super::{Benchmark, Outcome, case, run, series, set, vectors};
+use super::{Benchmark, Outcome, case, run, scalars, series, set, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -36,10 +36,7 @@ fn slope(cell: f64, per_axis: usize) -> Result<Case, String> {
 /// Energy of the motion along x over that at the start, against time.
 fn along(report: &RunReport) -> Vec<(f64, f64)> {
     let energy = |frame: &colluvium::case::Snapshot| {
-        let mass = match frame.field("mass").map(|field| &field.data) {
-            Some(colluvium::case::FieldData::Scalar(mass)) => mass.clone(),
-            _ => Vec::new(),
-        };
+        let mass = scalars(frame, "mass");
         vectors(frame, "velocity").iter().zip(mass).map(|(v, m)| 0.5 * m * v[0] * v[0]).sum::<f64>()
     };
     report.frames.iter().map(|frame| (frame.time, energy(frame) / ENERGY)).collect()

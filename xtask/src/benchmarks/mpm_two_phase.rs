@@ -3,9 +3,9 @@
 use std::f64::consts::PI;
 
 use colluvium::case::plot::{LineChart, Series, Style};
-use colluvium::case::{Case, FieldData, RunReport, Snapshot};
+use colluvium::case::{Case, RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, curve, reference, run, stresses, vectors};
+use super::{Benchmark, Outcome, case, curve, reference, run, scalars, stresses, vectors};
 
 /// One-dimensional consolidation.
 pub const CONSOLIDATION: Benchmark = Benchmark {
@@ -147,14 +147,6 @@ fn degree(factor: f64) -> f64 {
 /// Wave numbers of Terzaghi's series over the height.
 pub(super) fn modes() -> impl Iterator<Item = f64> {
     (0..200).map(|m| PI / 2.0 * f64::from(2 * m + 1))
-}
-
-/// A field of one number a point.
-pub(super) fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
-    match snapshot.field(name).map(|f| &f.data) {
-        Some(FieldData::Scalar(values)) => values.clone(),
-        _ => Vec::new(),
-    }
 }
 
 /// Where the points were at the start (m).

@@ -6,8 +6,8 @@ use colluvium::case::{Case, RunReport, Snapshot};
 use serde_json::{Value, json};
 
 use super::mpm_contact::{bars, contact, history, mean};
-use super::mpm_two_phase::{CONSOLIDATION_RATE, LOAD, SKELETON, WATER, consolidated, modes, scalars};
-use super::{Benchmark, Outcome, case, run, set, slope, vectors};
+use super::mpm_two_phase::{CONSOLIDATION_RATE, LOAD, SKELETON, WATER, consolidated, modes};
+use super::{Benchmark, Outcome, case, run, scalars, set, slope, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
