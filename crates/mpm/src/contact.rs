@@ -68,6 +68,8 @@ pub struct Contacts {
     pub distance: SurfaceDistance,
     /// For each field, the number of the rigid body it belongs to among what is driven; empty for a single field.
     pub rigid: Vec<Option<usize>>,
+    /// Volume over the cell size (m²) from which a rigid body holds a node, node by node; empty for a single field.
+    pub filled: Vec<f64>,
     /// Room for what the rows of nodes report of a pair.
     pub rows: Vec<RowTouch>,
 }

@@ -1,8 +1,8 @@
 //! What moves as the case says: rigid bodies and patches of nodes (MPM sheet §2.11: prescribed velocities, on nodes
 //! without material too).
 
-use colluvium_case::Case;
 use colluvium_case::description::Patch;
+use colluvium_case::{Case, SolverError};
 use colluvium_grid::{Basis, Lanes, Layout, Node};
 use serde::{Deserialize, Serialize};
 
@@ -163,21 +163,34 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     /// Moves what is driven, at the end of a step of `dt`; returns the largest move of a point along an axis (m).
-    pub(crate) fn move_driven(&mut self, dt: f64) -> f64 {
+    ///
+    /// # Errors
+    /// When a point of a rigid body leaves the domain or the mesh.
+    pub(crate) fn move_driven(&mut self, dt: f64) -> Result<f64, SolverError> {
         let mut moved = 0f64;
         for driven in &mut self.driven {
             let velocity = driven.rigid_velocity();
             (0..3).for_each(|c| driven.state.way[c] += dt * velocity[c]);
         }
-        for set in &mut self.sets {
+        let (ground, mut lost) = (ground!(self), None);
+        let within = !P::MESHED && !P::ANCHORED && self.periodic == [false; D];
+        for (number, set) in self.sets.iter_mut().enumerate() {
             let Some(driven) = set.rigid else { continue };
             let velocity = self.driven[driven].rigid_velocity();
-            for position in &mut set.position {
+            for (p, (position, domain)) in set.position.iter_mut().zip(&mut set.domain).enumerate() {
                 (0..D).for_each(|c| position[c] += dt * velocity[c]);
+                let mut settled = domain.settle(&ground, position);
+                if within && !self.grid.contains(position) {
+                    settled = Err("a rigid body left the domain: enlarge the domain".to_owned());
+                }
+                lost = lost.or(settled.err().map(|reason| (number, p, reason)));
             }
             moved = velocity.iter().fold(moved, |most, v| most.max((dt * v).abs()));
         }
-        moved
+        match lost {
+            Some((set, point, reason)) => Err(self.failed(set, point, reason)),
+            None => Ok(moved),
+        }
     }
 
     /// Gives the nodes of rigid bodies their velocity.

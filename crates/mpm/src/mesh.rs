@@ -160,7 +160,6 @@ pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
             .map_err(|error| CaseError::new("methods.mpm.mesh", error.to_string()))?,
         MeshSource::File { file } => read(Path::new(file))?,
     };
-    nothing_rigid(case)?;
     let Some(grid) = mesh.cells() else {
         return Err(CaseError::new("methods.mpm.mesh", "is empty"));
     };
@@ -175,13 +174,6 @@ pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
     }
     let layout = Layout::of_mesh(&mesh, &grid);
     Ok((grid, Arc::new(mesh), layout))
-}
-
-/// Refuses rigid bodies, which take nodes by the cells of a structured grid.
-fn nothing_rigid(case: &Case) -> Result<(), CaseError> {
-    let Some(number) = case.bodies.iter().position(|body| body.rigid) else { return Ok(()) };
-    let problem = "is not available on a mesh of triangles or tetrahedra";
-    Err(CaseError::new(format!("bodies[{number}].rigid"), problem))
 }
 
 fn read<const D: usize>(file: &Path) -> Result<Mesh<D>, CaseError> {

@@ -20,6 +20,7 @@ use crate::momentum::RowSums;
 use crate::points::{Ground, PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
+use crate::touch::{filled, filled_on_mesh};
 use crate::{
     Formulation, MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, dual, free_surface,
     loads, mesh, two_phase,
@@ -359,7 +360,10 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     if solver.contacts.fields() > 1 {
         solver.contacts.surfaces = vec![Default::default(); solver.nodes.len()];
         solver.contacts.rows = vec![Default::default(); solver.row_sums.len()];
-        if !P::MESHED {
+        if P::MESHED {
+            solver.contacts.filled = filled_on_mesh(&solver.mesh, solver.layout.len());
+        } else {
+            solver.contacts.filled = filled(&solver.grid, solver.layout.len());
             solver.contacts.distance = SurfaceDistance::new::<S, B>();
         }
     }

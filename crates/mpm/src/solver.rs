@@ -132,7 +132,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         };
         // 10
-        self.travel += moved.max(self.move_driven(dt));
+        self.travel += moved.max(self.move_driven(dt)?);
         self.wrap();
         self.time += dt;
         self.step += 1;

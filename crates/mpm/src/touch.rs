@@ -1,6 +1,6 @@
 //! The contact substep: what the laws of [`crate::contact`] do to the nodes (MPM sheet §3.6).
 
-use colluvium_grid::{Basis, Grid, Lanes, Node, Support, Walls};
+use colluvium_grid::{Basis, Grid, Lanes, Mesh, Node, Support, Walls};
 
 use crate::contact::{ContactLaw, Interface, Pair, dot, norm, three};
 use crate::gap::SurfaceDistance;
@@ -32,13 +32,15 @@ struct Touch<'a> {
     law: Option<ContactLaw>,
     /// Fields of rigid bodies.
     rigid: [bool; 2],
+    /// Surface integrals of the two fields, node by node.
+    surfaces: [&'a [Lanes]; 2],
     distance: &'a SurfaceDistance,
     walls: &'a Walls,
     keep_start: bool,
     light: f64,
     inertia: f64,
-    /// Volume over the cell size (m²) from which a rigid body holds a node.
-    filled: f64,
+    /// Volume over the cell size (m²) from which a rigid body holds a node, node by node.
+    filled: &'a [f64],
     cell: f64,
     dt: f64,
 }
@@ -50,20 +52,25 @@ impl Touch<'_> {
     }
 
     /// Whether there is enough of both bodies at the node.
-    fn present(&self, masses: [f64; 2], surfaces: [Lanes; 2]) -> bool {
-        masses.iter().all(|mass| *mass > self.light)
-            && (0..2).all(|side| !self.rigid[side] || surfaces[side].as_array()[3] >= self.filled)
+    fn present(&self, place: usize, masses: [f64; 2]) -> bool {
+        let filled = |side: usize| self.surfaces[side][place].as_array()[3] >= self.filled[place];
+        masses.iter().all(|mass| *mass > self.light) && (0..2).all(|side| !self.rigid[side] || filled(side))
+    }
+
+    /// The interface at a node, by a law.
+    fn interface(&self, place: usize, law: &ContactLaw) -> Option<Interface> {
+        law.surface(self.surfaces.map(|surfaces| surfaces[place]), self.distance)
     }
 
     /// Lets two solved nodes act on each other.
-    fn solved(&self, index: &[usize; 3], pair: [&mut Node; 2], surfaces: [Lanes; 2]) -> RowTouch {
+    fn solved(&self, place: usize, index: &[usize; 3], pair: [&mut Node; 2]) -> RowTouch {
         let masses = [pair[0].motion.as_array()[3], pair[1].motion.as_array()[3]];
-        if !self.present(masses, surfaces) {
+        if !self.present(place, masses) {
             return RowTouch::default();
         }
         let ends = [three(pair[0].motion), three(pair[1].motion)];
         let inertias = self.inertias(masses);
-        let Some(touched) = self.velocities(inertias, [&ends[0], &ends[1]], surfaces) else {
+        let Some(touched) = self.velocities(place, inertias, [&ends[0], &ends[1]]) else {
             return RowTouch::default();
         };
         let side = usize::from(self.rigid[0]);
@@ -84,15 +91,10 @@ impl Touch<'_> {
     }
 
     /// Velocities after contact; `None` without it.
-    fn velocities(
-        &self,
-        inertias: [f64; 2],
-        ends: [&[f64; 3]; 2],
-        surfaces: [Lanes; 2],
-    ) -> Option<[[f64; 3]; 2]> {
+    fn velocities(&self, place: usize, inertias: [f64; 2], ends: [&[f64; 3]; 2]) -> Option<[[f64; 3]; 2]> {
         let common = together(inertias, ends);
         let Some(law) = &self.law else { return Some([common; 2]) };
-        let surface = law.surface(surfaces, self.distance)?;
+        let surface = self.interface(place, law)?;
         let impulse = law.impulse(inertias, ends, surface, [self.cell, self.dt])?;
         let moved = |side: usize, sign: f64| -> [f64; 3] {
             std::array::from_fn(|c| ends[side][c] + sign * impulse[c] / inertias[side])
@@ -106,9 +108,9 @@ impl Touch<'_> {
 
     /// Re-mapped velocities: no approach; what touched does not part, or the force between the bodies would do work; and
     /// what stuck sticks.
-    fn again(&self, solved: [&Node; 2], pair: [&mut Lanes; 2], surfaces: [Lanes; 2]) {
+    fn again(&self, place: usize, solved: [&Node; 2], pair: [&mut Lanes; 2]) {
         let masses = [solved[0].motion.as_array()[3], solved[1].motion.as_array()[3]];
-        if !self.present(masses, surfaces) {
+        if !self.present(place, masses) {
             return;
         }
         let velocities = [three(*pair[0]), three(*pair[1])];
@@ -123,7 +125,7 @@ impl Touch<'_> {
             if law.penalty.is_some() {
                 return;
             }
-            let Some(Interface { normal, .. }) = law.surface(surfaces, self.distance) else { return };
+            let Some(Interface { normal, .. }) = self.interface(place, law) else { return };
             let relative: [f64; 3] = std::array::from_fn(|c| velocities[0][c] - velocities[1][c]);
             let touched = dot(&apart, &normal).abs() <= slight;
             if !(touched || dot(&relative, &normal) > 0.0) {
@@ -178,15 +180,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     fn touching(&self, pair: &Pair, dt: f64) -> Touch<'_> {
+        let len = self.layout.len();
         Touch {
             law: pair.law,
+            surfaces: pair.fields.map(|field| &self.contacts.surfaces[field * len..(field + 1) * len]),
             rigid: pair.fields.map(|field| self.contacts.rigid[field].is_some()),
             distance: &self.contacts.distance,
             walls: &self.walls,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
             light: self.options.node_mass_cutoff * self.heaviest,
             inertia: self.options.mass_scaling,
-            filled: filled(&self.grid),
+            filled: &self.contacts.filled,
             cell: self.grid.cell,
             dt,
         }
@@ -219,16 +223,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     fn touch_pair(&self, pair: &Pair, nodes: &mut [Node], rows: &mut [RowTouch], dt: f64) {
         let (len, row_length) = (self.layout.len(), self.layout.strides()[0]);
-        let [first, second] = pair.fields;
         let touch = self.touching(pair, dt);
-        let surfaces = &self.contacts.surfaces;
         self.layout.two_rows(two(nodes, len, pair.fields), rows, &|row, active, [a, b]| {
             let mut result = RowTouch::default();
             for number in active {
-                let place = row * row_length + number;
-                let surfaces = [surfaces[first * len + place], surfaces[second * len + place]];
                 let index = self.layout.index(row, number);
-                let touched = touch.solved(&index, [&mut a[number], &mut b[number]], surfaces);
+                let touched =
+                    touch.solved(row * row_length + number, &index, [&mut a[number], &mut b[number]]);
                 result.changed |= touched.changed;
                 (0..3).for_each(|c| result.impulse[c] += touched.impulse[c]);
             }
@@ -254,14 +255,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         for pair in &self.contacts.pairs {
             let touch = self.touching(pair, 1.0);
             let [first, second] = pair.fields;
-            let surfaces = &self.contacts.surfaces;
             let both = two(&mut velocities, len, pair.fields);
             self.layout.two_rows(both, &mut rows, &|row, active, [a, b]| {
                 for number in active {
                     let place = row * row_length + number;
-                    let surfaces = [surfaces[first * len + place], surfaces[second * len + place]];
                     let solved = [&self.nodes[first * len + place], &self.nodes[second * len + place]];
-                    touch.again(solved, [&mut a[number], &mut b[number]], surfaces);
+                    touch.again(place, solved, [&mut a[number], &mut b[number]]);
                 }
                 RowTouch::default()
             });
@@ -271,8 +270,23 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 }
 
-/// Volume over the cell size from which a rigid body holds a node: what there is of it at its corners where they are
-/// nodes, less what round-off takes.
-fn filled<const D: usize>(grid: &Grid<D>) -> f64 {
-    (1.0 - 1e-6) * 0.5f64.powi(D as i32) * grid.cell.powi(D as i32 - 1)
+/// Volumes over the cell size (m²) from which a rigid body holds the nodes of a grid: what there is of a body at its
+/// corners where they are nodes, less what round-off takes.
+pub fn filled<const D: usize>(grid: &Grid<D>, nodes: usize) -> Vec<f64> {
+    vec![ALMOST * 0.5f64.powi(D as i32) * grid.cell.powi(D as i32 - 1); nodes]
 }
+
+/// The same of a mesh: as much as the smallest of the elements at the node holds of it.
+pub fn filled_on_mesh<const D: usize>(mesh: &Mesh<D>, nodes: usize) -> Vec<f64> {
+    let share = |element: &u32| {
+        let element = &mesh.elements()[*element as usize];
+        element.volume / (element.height * (D + 1) as f64)
+    };
+    let least = |node: u32| mesh.elements_around(node).iter().map(share).fold(f64::INFINITY, f64::min);
+    let mut filled: Vec<f64> = (0..mesh.nodes().len() as u32).map(|node| ALMOST * least(node)).collect();
+    filled.resize(nodes, f64::INFINITY);
+    filled
+}
+
+/// One, less what round-off takes.
+const ALMOST: f64 = 1.0 - 1e-6;

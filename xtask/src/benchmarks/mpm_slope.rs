@@ -19,9 +19,33 @@ const ENERGY: f64 = 50.0;
 /// Length of the slope (m).
 const LENGTH: f64 = 0.853;
 
-/// The case on cells of `cell` with `squared` points in each, its velocity scaled to the energy.
-fn slope(cell: f64, per_axis: usize) -> Result<Case, String> {
+/// Cell sizes of the source (m).
+const COARSE: f64 = 0.0125;
+const FINE: f64 = 0.01;
+
+/// The prototype's GIMP with few and many points, and what smoother functions make of cells and points: with eight
+/// points along a cell GIMP is all but linear.
+const RUNS: &[Setting] = &[
+    ("ugimp", COARSE, 2),
+    ("ugimp", COARSE, 4),
+    ("ugimp", COARSE, 5),
+    ("ugimp", COARSE, 8),
+    ("ugimp", FINE, 5),
+    ("quadratic", COARSE, 5),
+    ("quadratic", COARSE, 8),
+    ("quadratic", FINE, 5),
+    ("cubic", COARSE, 5),
+    ("cubic", COARSE, 8),
+    ("cubic", FINE, 5),
+];
+
+/// Shape functions, cell size (m) and points per axis and cell.
+type Setting = (&'static str, f64, usize);
+
+/// The case with its velocity scaled to the energy.
+fn slope((shape, cell, per_axis): Setting) -> Result<Case, String> {
     let mut case = case("mpm/slope-in-motion")?;
+    set(&mut case, "shape", shape);
     set(&mut case, "cell_size", cell);
     set(&mut case, "points_per_cell", per_axis);
     let method = colluvium::method("mpm").ok_or("no method mpm")?;
@@ -57,12 +81,12 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     let read = vec![(0.1, 0.69), (0.2, 0.505), (0.3, 0.345), (0.4, 0.22), (0.5, 0.13), (0.6, 0.07)];
     chart.series.push(Series::new("thesis", read, Style::Markers));
     let mut ends = Vec::new();
-    let runs: &[(f64, usize)] =
-        if quick { &[(0.0125, 3)] } else { &[(0.0125, 2), (0.0125, 4), (0.0125, 5), (0.0125, 8), (0.01, 5)] };
-    for &(cell, per_axis) in runs {
+    let runs: &[Setting] = if quick { &[("ugimp", COARSE, 3)] } else { RUNS };
+    for &setting in runs {
+        let (shape, cell, per_axis) = setting;
         let points = per_axis * per_axis;
-        let report = run(&slope(cell, per_axis)?)?;
-        let label = format!("{points} points per cell, {} mm", 1e3 * cell);
+        let report = run(&slope(setting)?)?;
+        let label = format!("{shape}, {points} points per cell, {} mm", 1e3 * cell);
         let name = |what: &str| format!("S-01 {label}: {what}");
         let energy = along(&report);
         let reason = "the sheet's band around the digitised figure";
@@ -104,27 +128,28 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
             series(&report, "front").last().map_or(f64::NAN, |row| row.1),
             "the sheet judges the quantile",
         );
-        ends.push(((cell, points), run_out));
+        ends.push((setting, run_out));
         chart.series.push(Series::new(label, energy, Style::Line));
     }
-    let end =
-        |cell: f64, points: usize| ends.iter().find(|(key, _)| *key == (cell, points)).map(|(_, end)| *end);
-    // Lengths, run-out included.
-    if let (Some(some), Some(many), Some(fine)) = (end(0.0125, 25), end(0.0125, 64), end(0.01, 25)) {
-        outcome.within(
-            "S-01 run-out with 64 over that with 25 points per cell",
-            "1 ± 0.05",
-            many / some,
-            (0.95, 1.05),
-            "the sheet's 5 %",
-        );
-        outcome.within(
-            "S-01 run-out on 10 mm over that on 12.5 mm, 25 points per cell",
-            "1 ± 0.05",
-            fine / some,
-            (0.95, 1.05),
-            "the sheet's 5 %",
-        );
+    for shape in ["ugimp", "quadratic", "cubic"] {
+        let end = |cell: f64, per_axis: usize| {
+            ends.iter().find(|(setting, _)| *setting == (shape, cell, per_axis)).map(|(_, end)| *end)
+        };
+        let (Some(some), Some(many), Some(fine)) = (end(COARSE, 5), end(COARSE, 8), end(FINE, 5)) else {
+            continue;
+        };
+        for (what, ratio) in [
+            ("run-out with 64 over that with 25 points per cell", many / some),
+            ("run-out on 10 mm over that on 12.5 mm, 25 points per cell", fine / some),
+        ] {
+            let name = format!("S-01 {shape}: {what}");
+            if shape == "cubic" {
+                outcome.within(name, "1 ± 0.05", ratio, (0.95, 1.05), "the sheet's 5 %");
+            } else {
+                let reason = "not judged: of the smoothest functions that is asked; the sheet names none";
+                outcome.show(name, "1 ± 0.05", ratio, reason);
+            }
+        }
     }
     outcome.svg(&format!("Decay of the motion along x of a slope of {LENGTH} m."), &chart)?;
     Ok(outcome)

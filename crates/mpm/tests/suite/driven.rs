@@ -71,6 +71,66 @@ fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
 }
 
 #[test]
+fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
+    let slides = json!([{ "bodies": ["block", "lid"], "friction_coefficient": 0.2, "normal": [0, 1] }]);
+    for (scheme, contacts) in [("usl", json!([])), ("musl", json!([])), ("musl", slides)] {
+        let case = case(json!({
+            "bodies": [block(), lid()],
+            "stages": press("lid"),
+            "measures": { "force": { "kind": "reaction", "of": "lid" } },
+            "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": "linear", "mesh": { "kind": "box" },
+                                  "stress_update": scheme, "contacts": contacts } }
+        }));
+        let force = late(&solve(&case), "force.impulse.y");
+        assert!((force / 1000.0 - 1.0).abs() < 0.03, "{contacts}, {scheme}: {force}");
+    }
+    // A column of 0.3 m x 0.3 m: 90 N.
+    let corner = |low: f64, high: f64| json!({ "kind": "box", "min": [0, 0, low], "max": [0.3, 0.3, high] });
+    let sides: Vec<Value> = ["x-min", "x-max", "y-min", "y-max", "z-min"]
+        .map(|side| json!({ "side": side, "wall": { "kind": "smooth" } }))
+        .into();
+    let mut stages = press("lid");
+    stages.as_array_mut().unwrap().iter_mut().for_each(|stage| {
+        let down = stage["motions"][0]["velocity"][1].take();
+        stage["motions"][0]["velocity"] = json!([0, 0, down]);
+    });
+    let case = case(json!({
+        "space": "3d", "domain": { "min": [0, 0, 0], "max": [0.3, 0.3, 1.3] }, "gravity": [0, 0, 0],
+        "bodies": [{ "name": "block", "material": "m", "shape": corner(0.0, 1.0) },
+                   { "name": "lid", "material": "m", "shape": corner(1.0, 1.2), "rigid": true }],
+        "boundaries": sides,
+        "stages": stages,
+        "measures": { "force": { "kind": "reaction", "of": "lid" } },
+        "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": "linear", "mesh": { "kind": "box" },
+                              "stress_update": "musl" } }
+    }));
+    let force = late(&solve(&case), "force.impulse.z");
+    assert!((force / 90.0 - 1.0).abs() < 0.03, "tetrahedra: {force}");
+}
+
+#[test]
+fn a_rigid_body_that_leaves_is_an_error() {
+    for mesh in [json!({ "kind": "box" }), Value::Null] {
+        let case = case(json!({
+            "bodies": [block(), { "name": "lid", "material": "m", "shape": { "kind": "box", "min": [0, 1.2], "max": [1, 1.6] },
+                                  "rigid": true }],
+            "stages": [{ "name": "up", "duration": 1, "motions": [{ "of": "lid", "velocity": [0, 1] }] }],
+            "methods": { "mpm": { "cell_size": 0.2, "shape": "linear", "mesh": mesh } }
+        }));
+        let mut solver = begin(&case);
+        let error = loop {
+            let step = solver.time_step().dt;
+            if let Err(error) = solver.step(step) {
+                break error.to_string();
+            }
+            assert!(solver.time() < 1.0, "no error");
+        };
+        let place = if mesh.is_null() { "left the domain" } else { "left the mesh" };
+        assert!(error.contains(place), "{error}");
+    }
+}
+
+#[test]
 fn a_patch_presses_with_the_force_of_the_oedometer() {
     let mesh =
         |scheme: &str| json!({ "mesh": { "kind": "box" }, "shape": "linear", "stress_update": scheme });
