@@ -3,7 +3,7 @@
 //! Cells that are full of material pull at their nodes with the average stress of their points over the whole cell,
 //! which has no cell-crossing noise; the points of the others pull one by one. With Gauss integration every cell that holds a
 //! point counts as full. With one stress for the cell, one Gauss point at its centre and two along each axis give the same
-//! force.
+//! force. With a pore fluid the same goes for the total stress and the pore pressure.
 
 use colluvium_case::CaseError;
 use colluvium_constitutive::SymTensor;
@@ -15,18 +15,19 @@ use crate::config::{Integration, ShapeFunctions};
 use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
 use crate::transfer::force_columns;
+use crate::two_phase::{LIQUID, SOLID};
 
 /// The average stresses of cells ([`crate::cells`]), velocity field after velocity field. Empty where every point pulls by itself.
 #[derive(Clone, Debug, Default)]
 pub struct CellStresses {
-    /// Volume times stress, and the volume itself in the last lane but one.
+    /// Volume times total stress, then the volume itself and volume times pore pressure.
     cells: Vec<[Lanes; 2]>,
     /// Whether a cell is full.
     full: Vec<bool>,
 }
 
 /// Refuses what cells cannot integrate.
-pub fn cleared(options: &MpmOptions, two_phase: bool) -> Result<(), CaseError> {
+pub fn cleared(options: &MpmOptions) -> Result<(), CaseError> {
     if options.integration == Integration::Points {
         return Ok(());
     }
@@ -38,9 +39,6 @@ pub fn cleared(options: &MpmOptions, two_phase: bool) -> Result<(), CaseError> {
     }
     if options.formulation == crate::Formulation::TotalLagrangian {
         return refuse("by cells (mixed, gauss) is not available with total-lagrangian");
-    }
-    if two_phase {
-        return refuse("by cells (mixed, gauss) is not available with a pore_fluid yet");
     }
     Ok(())
 }
@@ -88,10 +86,10 @@ impl CellStresses {
         }
     }
 
-    /// Adds the force of the full cells around them to the nodes.
-    fn pull<const D: usize>(
+    /// Lets the full cells around them pull at the nodes.
+    fn pull<const D: usize, N: Pulled>(
         &self,
-        nodes: &mut [Node],
+        nodes: &mut [N],
         [of_nodes, of_cells]: [&Layout<D>; 2],
         cells: &impl Cells<D>,
     ) {
@@ -101,7 +99,7 @@ impl CellStresses {
                 for number in active {
                     cells.around(row * of_nodes.strides()[0] + number, |cell, corner| {
                         if full[cell] {
-                            line[number].force -= force(&sums[cell], cells.slopes(cell, corner));
+                            line[number].pull(&sums[cell], cells.slopes(cell, corner));
                         }
                     });
                 }
@@ -110,12 +108,41 @@ impl CellStresses {
     }
 }
 
-/// `σ ∫∇N` with the average stress of a cell from its sums, and along the radius the hoop stress times `∫N/r`.
+/// A node that cells pull at.
+trait Pulled: Send {
+    /// Takes the force of a cell from its sums and the integrals of the gradient of the node's function over it, and in
+    /// axisymmetry of the function over the radius.
+    fn pull<const D: usize>(&mut self, sums: &[Lanes; 2], slopes: ([f64; D], f64));
+}
+
+impl Pulled for Node {
+    #[inline(always)]
+    fn pull<const D: usize>(&mut self, sums: &[Lanes; 2], slopes: ([f64; D], f64)) {
+        self.force -= force(&averages(sums).0, slopes);
+    }
+}
+
+/// Skeleton and liquid: their equations are of the mixture and of the liquid.
+impl Pulled for [Node; 2] {
+    #[inline(always)]
+    fn pull<const D: usize>(&mut self, sums: &[Lanes; 2], slopes: ([f64; D], f64)) {
+        let (total, pressure) = averages(sums);
+        self[SOLID].force -= force(&total, slopes);
+        self[LIQUID].force -= force(&SymTensor::isotropic(-pressure), slopes);
+    }
+}
+
+/// Average total stress and pore pressure of a cell from its sums.
 #[inline(always)]
-fn force<const D: usize>(sums: &[Lanes; 2], (slope, hoop): ([f64; D], f64)) -> Lanes {
+fn averages(sums: &[Lanes; 2]) -> (SymTensor, f64) {
     let [a, b] = sums.map(Lanes::to_array);
-    let stress = SymTensor([a[0], a[1], a[2], a[3], b[0], b[1]]) * (1.0 / b[2]);
-    let columns = force_columns::<D>(&stress, -1.0);
+    (SymTensor([a[0], a[1], a[2], a[3], b[0], b[1]]) * (1.0 / b[2]), b[3] / b[2])
+}
+
+/// `σ ∫∇N` with the stress of a cell, and along the radius the hoop stress times `∫N/r`.
+#[inline(always)]
+fn force<const D: usize>(stress: &SymTensor, (slope, hoop): ([f64; D], f64)) -> Lanes {
+    let columns = force_columns::<D>(stress, -1.0);
     let along = columns.into_iter().zip(slope).map(|(column, slope)| column * slope);
     along.fold(Lanes::new([stress.0[2] * hoop, 0.0, 0.0, 0.0]), |sum, part| sum + part)
 }
@@ -136,9 +163,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 for set in self.sets.iter().filter(of_field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
                         let cell = set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p]);
-                        let (s, volume) = (&set.stress[p].0, set.volume[p]);
+                        let pressure = set.pore.as_ref().map_or(0.0, |pore| pore.pressure[p]);
+                        let total = set.stress[p] + SymTensor::isotropic(-pressure);
+                        let (s, volume) = (&total.0, set.volume[p]);
                         window[cell - offset][0] += Lanes::new([s[0], s[1], s[2], s[3]]) * volume;
-                        window[cell - offset][1] += Lanes::new([s[4], s[5], 1.0, 0.0]) * volume;
+                        window[cell - offset][1] += Lanes::new([s[4], s[5], 1.0, pressure]) * volume;
                     }
                 }
             });
@@ -155,17 +184,26 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Adds the internal force of the full cells to the nodes.
     pub(crate) fn pull_with_cells(&mut self) {
+        let mut nodes = std::mem::take(&mut self.nodes);
+        self.pull_at(&mut nodes);
+        self.nodes = nodes;
+    }
+
+    /// The same with the nodes of both phases.
+    pub(crate) fn pull_phases_with_cells(&self, nodes: &mut [[Node; 2]]) {
+        self.pull_at(nodes);
+    }
+
+    fn pull_at(&self, nodes: &mut [impl Pulled]) {
         if !self.stresses.is_used() {
             return;
         }
-        let mut nodes = std::mem::take(&mut self.nodes);
         let layouts = [&self.layout, self.cell_layout()];
         if P::MESHED {
-            self.stresses.pull(&mut nodes, layouts, &self.mesh_cells());
+            self.stresses.pull(nodes, layouts, &self.mesh_cells());
         } else {
-            self.stresses.pull(&mut nodes, layouts, &self.grid_cells());
+            self.stresses.pull(nodes, layouts, &self.grid_cells());
         }
-        self.nodes = nodes;
     }
 }
 

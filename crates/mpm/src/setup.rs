@@ -45,7 +45,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     mesh::cleared(case, &options)?;
     dual::cleared(case, &options)?;
     crate::consistent::cleared(case, &options)?;
-    mixed::cleared(&options, case.bodies.iter().any(|body| body.pore_fluid.is_some()))?;
+    mixed::cleared(&options)?;
     Ok(options)
 }
 

@@ -192,29 +192,31 @@ fn water_seeps_towards_a_well_as_the_logarithm_of_the_radius() {
 #[test]
 fn a_saturated_column_in_balance_stays_at_rest() {
     // hydrostatic water, the skeleton under its buoyant weight; centred points are in discrete balance.
-    let case = case(json!({
-        "gravity": [-9.81],
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
-                     "stress": { "kind": "k0", "surface": 1.0, "coefficient": 0.0 },
-                     "pore_fluid": { "porosity": 0.4, "permeability": 1e-3,
-                                     "pressure": { "kind": "hydrostatic", "surface": 1.0 } } }],
-        "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],
-        "stages": [{ "name": "s", "duration": 10, "equilibrium": { "unbalanced_force": 1e-9, "kinetic_energy": 1e-9 } }],
-        "methods": { "mpm": { "cell_size": 0.05, "points_per_cell": 1, "shape": "linear" } }
-    }));
-    let mut solver = begin(&case);
-    advance(&mut *solver, 10_000);
-    let snapshot = solver.snapshot();
-    for field in ["velocity", "liquid_velocity"] {
-        assert!(vectors(&snapshot, field).iter().all(|v| v[0].abs() < 1e-6), "{field}");
+    for integration in ["points", "mixed"] {
+        let case = case(json!({
+            "gravity": [-9.81],
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+                         "stress": { "kind": "k0", "surface": 1.0, "coefficient": 0.0 },
+                         "pore_fluid": { "porosity": 0.4, "permeability": 1e-3,
+                                         "pressure": { "kind": "hydrostatic", "surface": 1.0 } } }],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],
+            "stages": [{ "name": "s", "duration": 10, "equilibrium": { "unbalanced_force": 1e-9, "kinetic_energy": 1e-9 } }],
+            "methods": { "mpm": { "cell_size": 0.05, "points_per_cell": 1, "shape": "linear", "integration": integration } }
+        }));
+        let mut solver = begin(&case);
+        advance(&mut *solver, 10_000);
+        let snapshot = solver.snapshot();
+        for field in ["velocity", "liquid_velocity"] {
+            assert!(vectors(&snapshot, field).iter().all(|v| v[0].abs() < 1e-6), "{field}");
+        }
+        let (pressure, stress) = (scalars(&snapshot, "pore_pressure"), stresses(&snapshot));
+        for ((x, p), s) in snapshot.positions.iter().zip(&pressure).zip(&stress) {
+            let depth = 1.0 - x[0];
+            assert!((p / (9810.0 * depth) - 1.0).abs() < 1e-6);
+            assert!((s[0] / (-0.6 * 1650.0 * 9.81 * depth) - 1.0).abs() < 1e-6);
+        }
+        assert!(solver.equilibrium().unwrap().unbalanced_force < 1e-9, "{integration}");
     }
-    let (pressure, stress) = (scalars(&snapshot, "pore_pressure"), stresses(&snapshot));
-    for ((x, p), s) in snapshot.positions.iter().zip(&pressure).zip(&stress) {
-        let depth = 1.0 - x[0];
-        assert!((p / (9810.0 * depth) - 1.0).abs() < 1e-6);
-        assert!((s[0] / (-0.6 * 1650.0 * 9.81 * depth) - 1.0).abs() < 1e-6);
-    }
-    assert!(solver.equilibrium().unwrap().unbalanced_force < 1e-9);
 }
 
 /// A saturated block that is thrown against a rough drained floor, beside a dry one.
@@ -238,13 +240,19 @@ fn crash(shape: &str, volumetric: &str) -> Case {
 
 #[test]
 fn results_are_the_same_on_one_and_two_threads() {
-    for (shape, volumetric) in [("ugimp", "point"), ("ugimp", "cell-average"), ("quadratic", "point")] {
-        let case = crash(shape, volumetric);
+    for (shape, volumetric, integration) in [
+        ("ugimp", "point", "points"),
+        ("ugimp", "cell-average", "points"),
+        ("quadratic", "point", "points"),
+        ("linear", "nodal", "mixed"),
+    ] {
+        let mut case = crash(shape, volumetric);
+        case.methods.get_mut("mpm").unwrap()["integration"] = json!(integration);
         let hash = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| solve(&case).snapshot.hash())
         };
-        assert_eq!(hash(1), hash(2), "{shape}, {volumetric}");
+        assert_eq!(hash(1), hash(2), "{shape}, {volumetric}, {integration}");
     }
 }
 
