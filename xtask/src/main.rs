@@ -7,6 +7,7 @@ mod benchmarks;
 mod bishop;
 mod compare;
 mod html;
+mod log_spiral;
 mod report;
 mod textbook;
 mod validate;

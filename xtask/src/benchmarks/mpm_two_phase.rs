@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Case, RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, curve, reference, run, scalars, stresses, vectors};
+use super::{Benchmark, Outcome, case, curve, reference, run, scalars, set, stresses, vectors};
 
 /// One-dimensional consolidation.
 pub const CONSOLIDATION: Benchmark = Benchmark {
@@ -55,34 +55,15 @@ fn consolidation(quick: bool) -> Result<Outcome, String> {
         let down = vectors(frame, "displacement").iter().map(|u| -u[0]).fold(0.0, f64::max);
         surface.push((factor, 1e3 * down));
         let Some(nominal) = factors.iter().find(|f| (factor - **f).abs() < 1e-9) else { continue };
-        let pressures = scalars(frame, "pore_pressure");
-        let ratios: Vec<f64> = pressures.iter().map(|p| p / start).collect();
-        let depths: Vec<f64> = places(frame).iter().map(|x| 1.0 - x).collect();
-        let count = ratios.len() as f64;
-        let square = depths.iter().zip(&ratios).map(|(z, p)| (p - isochrone(*z, factor)).powi(2));
-        let rms = (square.sum::<f64>() / count).sqrt();
-        outcome.below(
-            format!("T = {nominal}: RMS error of pressure over that at the start"),
-            "0.017, 0.008, 0.007, 0.005, 0.003, 0.001 from T = 0.02 to 1 (sheet's prototype)",
-            rms,
-            0.03,
-            "the sheet's bound",
-        );
-        let found = 1.0 - ratios.iter().sum::<f64>() / count;
-        let exact = degree(factor);
-        outcome.within(
-            format!("T = {nominal}: degree of consolidation from pressures"),
-            &format!("{exact:.6}"),
-            found,
-            (exact - 0.02, exact + 0.02),
-            "the sheet's bound",
-        );
+        let points = profile(frame, start);
+        let law = |z: f64| isochrone(z, factor);
+        judge_pressures(&mut outcome, &format!("T = {nominal}"), &points, &law, degree(factor));
         let exact = curve(&table, "depth", &format!("T={nominal}"))?;
         let label = if *nominal == factors[0] { "closed form" } else { "" };
         isochrones.series.push(Series::new(label, exact, Style::Dashed));
-        let points = depths.into_iter().zip(ratios).collect();
         isochrones.series.push(Series::new(format!("T = {nominal}"), points, Style::Markers));
     }
+    mixed(&mut outcome, start)?;
     // The uppermost point lies a quarter of a cell below the surface, and what is above it settles too.
     let last = whole.frames.last().map_or(f64::NAN, |frame| CONSOLIDATION_RATE * frame.time);
     let settled = |factor: f64| {
@@ -142,6 +123,52 @@ fn isochrone(z: f64, factor: f64) -> f64 {
 
 fn degree(factor: f64) -> f64 {
     1.0 - modes().map(|a| 2.0 / (a * a) * (-a * a * factor).exp()).sum::<f64>()
+}
+
+/// Depth (m) and pressure over that at the `start` of the points of a column of 1 m.
+fn profile(frame: &Snapshot, start: f64) -> Vec<(f64, f64)> {
+    let pressures = scalars(frame, "pore_pressure").into_iter().map(|p| p / start);
+    places(frame).iter().map(|x| 1.0 - x).zip(pressures).collect()
+}
+
+/// Pressures over that at the start and the degree of consolidation that they say, against a closed form.
+pub(super) fn judge_pressures(
+    outcome: &mut Outcome,
+    label: &str,
+    points: &[(f64, f64)],
+    isochrone: &dyn Fn(f64) -> f64,
+    degree: f64,
+) {
+    let count = points.len() as f64;
+    let square = points.iter().map(|(z, p)| (p - isochrone(*z)).powi(2)).sum::<f64>();
+    outcome.below(
+        format!("{label}: RMS error of pressure over that at the start"),
+        "0.017, 0.008, 0.007, 0.005, 0.003, 0.001 at T = 0.02, 0.05, 0.1, 0.2, 0.5, 1 (sheet's prototype)",
+        (square / count).sqrt(),
+        0.03,
+        "the sheet's bound",
+    );
+    outcome.within(
+        format!("{label}: degree of consolidation from pressures"),
+        &format!("{degree:.6}"),
+        1.0 - points.iter().map(|point| point.1).sum::<f64>() / count,
+        (degree - 0.02, degree + 0.02),
+        "the sheet's bound",
+    );
+}
+
+/// The same with total stress and pressure by cells (§2.16).
+fn mixed(outcome: &mut Outcome, start: f64) -> Result<(), String> {
+    const NOMINAL: f64 = 0.1;
+    let mut case = case("mpm/consolidation")?;
+    set(&mut case, "integration", "mixed");
+    let report = consolidated(&case, NOMINAL)?;
+    let frame = report.frames.last().ok_or("no frame")?;
+    let factor = CONSOLIDATION_RATE * frame.time;
+    let law = |z: f64| isochrone(z, factor);
+    let label = format!("integration by cells, T = {NOMINAL}");
+    judge_pressures(outcome, &label, &profile(frame, start), &law, degree(factor));
+    Ok(())
 }
 
 /// Wave numbers of Terzaghi's series over the height.

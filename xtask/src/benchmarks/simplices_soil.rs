@@ -6,7 +6,7 @@ use colluvium::case::{Case, RunReport, Snapshot};
 use serde_json::{Value, json};
 
 use super::mpm_contact::{bars, contact, history, mean};
-use super::mpm_two_phase::{CONSOLIDATION_RATE, LOAD, SKELETON, WATER, consolidated, modes};
+use super::mpm_two_phase::{CONSOLIDATION_RATE, LOAD, SKELETON, WATER, consolidated, judge_pressures, modes};
 use super::{Benchmark, Outcome, case, run, scalars, set, slope, vectors};
 
 /// The benchmark.
@@ -143,37 +143,18 @@ fn consolidation(outcome: &mut Outcome) -> Result<(), String> {
         for factor in factors {
             let at = |frame: &&Snapshot| (CONSOLIDATION_RATE * frame.time - factor).abs() < 1e-9;
             let Some(frame) = report.frames.iter().find(at) else { continue };
-            let ratios: Vec<f64> = scalars(frame, "pore_pressure").iter().map(|p| p / start).collect();
             let moved = vectors(frame, "displacement");
-            let depths: Vec<f64> =
-                frame.positions.iter().zip(moved).map(|(x, u)| 1.0 - (x[1] - u[1])).collect();
-            let count = ratios.len() as f64;
-            let square = depths.iter().zip(&ratios).map(|(z, p)| (p - isochrone(*z, *factor)).powi(2));
-            let claim = "0.017, 0.008, 0.007, 0.005 from T = 0.02 to 0.2 (sheet's prototype, one dimension)";
-            let rms = (square.sum::<f64>() / count).sqrt();
-            let reason = "the sheet's bound";
-            outcome.below(
-                format!("A-19, {name}, T = {factor}: RMS error of pressure"),
-                claim,
-                rms,
-                0.03,
-                reason,
-            );
-            let found = 1.0 - ratios.iter().sum::<f64>() / count;
-            let exact = degree(*factor);
-            outcome.within(
-                format!("A-19, {name}, T = {factor}: degree of consolidation from pressures"),
-                &format!("{exact:.6}"),
-                found,
-                (exact - 0.02, exact + 0.02),
-                "the sheet's bound",
-            );
+            let depths = frame.positions.iter().zip(moved).map(|(x, u)| 1.0 - (x[1] - u[1]));
+            let points: Vec<(f64, f64)> =
+                depths.zip(scalars(frame, "pore_pressure").iter().map(|p| p / start)).collect();
+            let law = |z: f64| isochrone(z, *factor);
+            let label = format!("A-19, {name}, T = {factor}");
+            judge_pressures(outcome, &label, &points, &law, degree(*factor));
             if space == Space::PlaneStrain {
                 let label = if *factor == factors[0] { "closed form" } else { "" };
                 let exact =
                     (0..=50).map(|k| 0.02 * f64::from(k)).map(|z| (z, isochrone(z, *factor))).collect();
                 chart.series.push(Series::new(label, exact, Style::Dashed));
-                let points = depths.into_iter().zip(ratios).collect();
                 chart.series.push(Series::new(format!("T = {factor}"), points, Style::Markers));
             }
         }

