@@ -110,7 +110,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&mpm_step_wave::BENCHMARK, Some(1), 1),
     Listed::new(&mpm_footing::BENCHMARK, Some(9), 48),
     Listed::new(&mpm_cut::BENCHMARK, Some(17), 250),
-    Listed::new(&mpm_slope::BENCHMARK, Some(16), 340),
+    Listed::new(&mpm_slope::BENCHMARK, Some(16), 780),
     Listed::new(&mpm_axisymmetric::BENCHMARK, Some(25), 60),
     Listed::new(&mpm_saturated::PHASES, Some(2), 2),
     Listed::new(&mpm_saturated::GRAVITY, Some(4), 4),
@@ -143,7 +143,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_columns::SWEEP, None, 1700),
     Listed::new(&sph_clay::BENCHMARK, None, 62),
     Listed::new(&sph_clay::FINE, None, 5200),
-    Listed::new(&sph_cylinders::BENCHMARK, None, 980),
+    Listed::new(&sph_cylinders::BENCHMARK, None, 1400),
     Listed::new(&sph_footing::BENCHMARK, Some(30), 220),
     Listed::new(&sph_membrane::BENCHMARK, None, 85),
 ];

@@ -4,7 +4,7 @@ use colluvium::case::Snapshot;
 use colluvium::case::plot::PointCloud;
 use colluvium::points::Shape;
 
-use super::{Benchmark, Outcome, case, run_by, set_of};
+use super::{Benchmark, Outcome, case, run_by, set_material, set_of};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -15,10 +15,13 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 const RADIUS: f64 = 0.097;
-/// Materials of the case and what they add to names: the source's law, the cone through triaxial compression, and one with
-/// the same friction angle in every direction.
-const CONE: (&str, &str) = ("sand", "");
-const PYRAMID: (&str, &str) = ("pyramid", ", Mohr–Coulomb");
+/// Material of the case, matching of the cone and what they add to names: the source's law, the cone through triaxial
+/// compression, which is the strongest; the weakest, through triaxial extension; and a pyramid, which has the same friction
+/// angle in every direction.
+type Law = (&'static str, Option<&'static str>, &'static str);
+const CONE: Law = ("sand", None, "");
+const WEAKEST: Law = ("sand", Some("extension"), ", cone through extension");
+const PYRAMID: Law = ("pyramid", None, ", Mohr–Coulomb");
 
 /// The farthest particle with two neighbours within 1.5 spacings, from the axis, and half a spacing (m).
 fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
@@ -32,15 +35,20 @@ fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
 
 fn run(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    for (ratio, spacing, (material, law)) in [
+    for (ratio, spacing, (material, matching, law)) in [
         (0.55, 0.0097, CONE),
         (0.55, 0.005, CONE),
         (0.9, 0.005, CONE),
+        (0.55, 0.005, WEAKEST),
+        (0.9, 0.005, WEAKEST),
         (0.55, 0.005, PYRAMID),
         (0.9, 0.005, PYRAMID),
     ] {
         let mut case = case("sph/cylinder")?;
         case.bodies[0].material = material.into();
+        if let Some(matching) = matching {
+            set_material(&mut case, material, &[("matching", matching.into())])?;
+        }
         set_of(&mut case, "sph", "spacing", spacing);
         let height = ratio * RADIUS;
         case.domain.max[2] = 1.5 * height;

@@ -1,11 +1,12 @@
 //! What the finite-strain elastic laws share (constitutive sheet §2.13): the left Cauchy–Green tensor as
-//! state, its step, and the inverse from a stress to the stretches that carry it.
+//! state, its step, and the inverse from a stress to the stretches that carry it. Such a law is a [`FiniteElastic`].
 
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
 use crate::hencky::carried;
-use crate::{Mat3, MaterialError, Motion, SymTensor};
+use crate::tangent::from_spatial;
+use crate::{InitialCondition, Mat3, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
 
 /// Left Cauchy–Green tensor of a point less the unit tensor, `b - 1`: small strains keep their digits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,6 +19,78 @@ pub struct PrincipalStress {
     pub stress: [f64; 3],
     /// `∂τ_A/∂ε_B` with respect to the principal logarithmic strains (Pa).
     pub slope: [[f64; 3]; 3],
+}
+
+/// An isotropic elastic law of the left Cauchy–Green tensor `b`; its arguments are `b - 1`.
+pub trait FiniteElastic: Send + Sync + 'static {
+    /// Name of the model as it stands in a case file.
+    const NAME: &'static str;
+
+    /// Cauchy stress (Pa).
+    fn cauchy_stress(&self, b: &SymTensor) -> SymTensor;
+
+    /// The tensor `b - 1` whose Cauchy stress is `stress`.
+    ///
+    /// # Errors
+    /// When no deformation of moderate size carries the stress.
+    fn carrying(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError>;
+
+    /// Spatial tangent (Pa) of the Kirchhoff stress.
+    fn spatial_tangent(&self, b: &SymTensor) -> Tangent;
+
+    /// P-wave modulus (Pa) in the stiffest direction.
+    fn largest_modulus(&self, b: &SymTensor) -> f64;
+
+    /// Energy per unit initial volume (J/m³).
+    fn initial_energy(&self, b: &SymTensor) -> f64;
+}
+
+impl<L: FiniteElastic> StressUpdate for L {
+    type State = LeftCauchyGreen;
+
+    fn name(&self) -> &'static str {
+        L::NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<LeftCauchyGreen>, MaterialError> {
+        let b = self.carrying(&initial.stress)?;
+        Ok(Point { stress: self.cauchy_stress(&b), state: LeftCauchyGreen(b) })
+    }
+
+    #[inline]
+    fn update(
+        &self,
+        motion: &Motion,
+        old: &Point<LeftCauchyGreen>,
+    ) -> Result<Point<LeftCauchyGreen>, MaterialError> {
+        let b = stepped(L::NAME, &old.state.0, motion)?;
+        Ok(Point { stress: finite(L::NAME, self.cauchy_stress(&b))?, state: LeftCauchyGreen(b) })
+    }
+
+    fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
+        let new = self.update(motion, old)?;
+        let b = &new.state.0;
+        let singular = MaterialError::Motion { model: L::NAME, reason: "the step inverts the point" };
+        from_spatial(&self.spatial_tangent(b), motion, log_jacobian(b).exp(), &new.stress).ok_or(singular)
+    }
+
+    fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
+        self.largest_modulus(&point.state.0)
+    }
+
+    fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
+        let b = &point.state.0;
+        Some(self.initial_energy(b) * (-log_jacobian(b)).exp())
+    }
+
+    fn dissipation(
+        &self,
+        _motion: &Motion,
+        _old: &Point<LeftCauchyGreen>,
+        _new: &Point<LeftCauchyGreen>,
+    ) -> Option<f64> {
+        Some(0.0)
+    }
 }
 
 /// `ln J` of `b - 1`, from `J² - 1 = I1 + I2 + I3` of that tensor.

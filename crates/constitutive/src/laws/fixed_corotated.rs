@@ -11,15 +11,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use super::finite_elastic::{
-    LeftCauchyGreen, PrincipalStress, deformation_of, elongations, finite, stepped, volume_change,
-};
+use super::finite_elastic::{FiniteElastic, PrincipalStress, deformation_of, elongations, volume_change};
 use super::linear_elastic::stiff_warnings;
 use crate::model::{Facts, Kind, Model};
-use crate::tangent::{from_spatial, kirchhoff_tangent};
-use crate::{InitialCondition, Material, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
-
-const NAME: &str = "fixed-corotated";
+use crate::tangent::kirchhoff_tangent;
+use crate::{Material, MaterialError, SymTensor, Tangent};
 
 /// Parameters of `fixed-corotated`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -88,66 +84,37 @@ impl FixedCorotated {
         self.elasticity.shear_modulus * elongations.iter().map(|e| e * e).sum::<f64>()
             + 0.5 * self.elasticity.lame() * change * change
     }
+}
 
-    fn stress(&self, b: &SymTensor) -> SymTensor {
+impl FiniteElastic for FixedCorotated {
+    const NAME: &'static str = "fixed-corotated";
+
+    #[inline]
+    fn cauchy_stress(&self, b: &SymTensor) -> SymTensor {
         let spectrum = b.spectrum();
         let elongations = elongations(spectrum.values);
         spectrum.compose(self.principal(elongations).stress) * (1.0 / (1.0 + volume_change(elongations)))
     }
-}
 
-impl StressUpdate for FixedCorotated {
-    type State = LeftCauchyGreen;
-
-    fn name(&self) -> &'static str {
-        NAME
+    fn carrying(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
+        deformation_of(Self::NAME, stress, &self.elasticity, |e| self.principal(e))
     }
 
-    fn initial(&self, initial: &InitialCondition) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        let b = deformation_of(NAME, &initial.stress, &self.elasticity, |e| self.principal(e))?;
-        Ok(Point { stress: self.stress(&b), state: LeftCauchyGreen(b) })
-    }
-
-    #[inline]
-    fn update(
-        &self,
-        motion: &Motion,
-        old: &Point<LeftCauchyGreen>,
-    ) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        let b = stepped(NAME, &old.state.0, motion)?;
-        Ok(Point { stress: finite(NAME, self.stress(&b))?, state: LeftCauchyGreen(b) })
-    }
-
-    fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
-        let b = stepped(NAME, &old.state.0, motion)?;
+    fn spatial_tangent(&self, b: &SymTensor) -> Tangent {
         let spectrum = b.spectrum();
-        let elongations = elongations(spectrum.values);
-        let PrincipalStress { stress, slope } = self.principal(elongations);
-        let c = kirchhoff_tangent(&spectrum, stress, spectrum.values.map(|b| 1.0 + b), &slope);
-        let jacobian = 1.0 + volume_change(elongations);
-        let singular = MaterialError::Motion { model: NAME, reason: "the step inverts the point" };
-        from_spatial(&c, motion, jacobian, &(spectrum.compose(stress) * (1.0 / jacobian))).ok_or(singular)
+        let PrincipalStress { stress, slope } = self.principal(elongations(spectrum.values));
+        kirchhoff_tangent(&spectrum, stress, spectrum.values.map(|b| 1.0 + b), &slope)
     }
 
-    fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
+    fn largest_modulus(&self, b: &SymTensor) -> f64 {
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
-        let values = point.state.0.spectrum().values;
+        let values = b.spectrum().values;
         let jacobian = 1.0 + volume_change(elongations(values));
         // max (c_AAAA + τ_A) / J of §3.9, which is 2 μ s² + λ J² in the direction stretched most.
         2.0 * mu * (1.0 + values[0]) / jacobian + lame * jacobian
     }
 
-    fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
-        let elongations = elongations(point.state.0.spectrum().values);
-        Some(self.energy(elongations) / (1.0 + volume_change(elongations)))
-    }
-
-    fn dissipation(
-        &self,
-        _motion: &Motion,
-        _old: &Point<LeftCauchyGreen>,
-        _new: &Point<LeftCauchyGreen>,
-    ) -> Option<f64> {
-        Some(0.0)
+    fn initial_energy(&self, b: &SymTensor) -> f64 {
+        self.energy(elongations(b.spectrum().values))
     }
 }

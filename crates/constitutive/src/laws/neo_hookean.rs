@@ -12,13 +12,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use super::finite_elastic::{LeftCauchyGreen, finite, log_jacobian, stepped};
+use super::finite_elastic::{FiniteElastic, log_jacobian};
 use super::linear_elastic::stiff_warnings;
 use crate::model::{Facts, Kind, Model};
-use crate::tangent::from_spatial;
-use crate::{InitialCondition, Material, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
-
-const NAME: &str = "neo-hookean";
+use crate::{Material, MaterialError, SymTensor, Tangent};
 
 /// Parameters of `neo-hookean`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -115,14 +112,6 @@ impl NeoHookean {
         }
     }
 
-    /// Cauchy stress (Pa) of the left Cauchy–Green tensor less the unit tensor.
-    #[inline]
-    pub fn stress(&self, b: &SymTensor) -> SymTensor {
-        let log = log_jacobian(b);
-        (*b * self.elasticity.shear_modulus + SymTensor::isotropic(self.volumetric(log).stress))
-            * (-log).exp()
-    }
-
     /// The tensor `b - 1` whose Cauchy stress is `stress`: its volume ratio by bisection in the logarithm.
     fn deformation_of(&self, stress: &SymTensor) -> Option<SymTensor> {
         let mu = self.elasticity.shear_modulus;
@@ -148,36 +137,26 @@ impl NeoHookean {
     }
 }
 
-impl StressUpdate for NeoHookean {
-    type State = LeftCauchyGreen;
-
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
-    fn initial(&self, initial: &InitialCondition) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        if initial.stress == SymTensor::ZERO {
-            return Ok(Point { stress: SymTensor::ZERO, state: LeftCauchyGreen(SymTensor::ZERO) });
-        }
-        let reason = "no deformation of moderate size carries this stress".to_owned();
-        let b = self.deformation_of(&initial.stress).ok_or(MaterialError::Initial { model: NAME, reason })?;
-        Ok(Point { stress: self.stress(&b), state: LeftCauchyGreen(b) })
-    }
+impl FiniteElastic for NeoHookean {
+    const NAME: &'static str = "neo-hookean";
 
     #[inline]
-    fn update(
-        &self,
-        motion: &Motion,
-        old: &Point<LeftCauchyGreen>,
-    ) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        let b = stepped(NAME, &old.state.0, motion)?;
-        Ok(Point { stress: finite(NAME, self.stress(&b))?, state: LeftCauchyGreen(b) })
+    fn cauchy_stress(&self, b: &SymTensor) -> SymTensor {
+        let log = log_jacobian(b);
+        (*b * self.elasticity.shear_modulus + SymTensor::isotropic(self.volumetric(log).stress))
+            * (-log).exp()
     }
 
-    fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
-        let new = StressUpdate::update(self, motion, old)?;
-        let log = log_jacobian(&new.state.0);
-        let Volumetric { stress, slope, .. } = self.volumetric(log);
+    fn carrying(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
+        if *stress == SymTensor::ZERO {
+            return Ok(SymTensor::ZERO);
+        }
+        let reason = "no deformation of moderate size carries this stress".to_owned();
+        self.deformation_of(stress).ok_or(MaterialError::Initial { model: Self::NAME, reason })
+    }
+
+    fn spatial_tangent(&self, b: &SymTensor) -> Tangent {
+        let Volumetric { stress, slope, .. } = self.volumetric(log_jacobian(b));
         let shear = self.elasticity.shear_modulus - stress;
         // c = dU/d ln J 1⊗1 + 2 (μ - U) I
         let mut c = Tangent::ZERO;
@@ -186,12 +165,10 @@ impl StressUpdate for NeoHookean {
             c.0[i][i] += 2.0 * shear;
             c.0[i + 3][i + 3] += shear;
         }
-        let singular = MaterialError::Motion { model: NAME, reason: "the step inverts the point" };
-        from_spatial(&c, motion, log.exp(), &new.stress).ok_or(singular)
+        c
     }
 
-    fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
-        let b = &point.state.0;
+    fn largest_modulus(&self, b: &SymTensor) -> f64 {
         let mu = self.elasticity.shear_modulus;
         let log = log_jacobian(b);
         let Volumetric { stress, slope, .. } = self.volumetric(log);
@@ -199,19 +176,9 @@ impl StressUpdate for NeoHookean {
         (slope + 2.0 * mu - stress + mu * b.principal_values()[0]) * (-log).exp()
     }
 
-    fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
-        let b = &point.state.0;
+    fn initial_energy(&self, b: &SymTensor) -> f64 {
         let mu = self.elasticity.shear_modulus;
         let log = log_jacobian(b);
-        Some((0.5 * mu * b.trace() - mu * log + self.volumetric(log).energy) * (-log).exp())
-    }
-
-    fn dissipation(
-        &self,
-        _motion: &Motion,
-        _old: &Point<LeftCauchyGreen>,
-        _new: &Point<LeftCauchyGreen>,
-    ) -> Option<f64> {
-        Some(0.0)
+        0.5 * mu * b.trace() - mu * log + self.volumetric(log).energy
     }
 }

@@ -11,16 +11,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use super::finite_elastic::{
-    LeftCauchyGreen, PrincipalStress, deformation_of, finite, log_jacobian, stepped,
-};
+use super::finite_elastic::{FiniteElastic, PrincipalStress, deformation_of, log_jacobian};
 use super::linear_elastic::stiff_warnings;
 use crate::model::{Facts, Kind, Model};
-use crate::tangent::from_spatial;
 use crate::tensor::PAIRS;
-use crate::{InitialCondition, Material, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
-
-const NAME: &str = "st-venant-kirchhoff";
+use crate::{Material, MaterialError, SymTensor, Tangent};
 
 /// Parameters of `st-venant-kirchhoff`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -90,37 +85,22 @@ impl StVenantKirchhoff {
         });
         PrincipalStress { stress, slope }
     }
-
-    fn stress(&self, b: &SymTensor) -> SymTensor {
-        self.kirchhoff_stress(b) * (-log_jacobian(b)).exp()
-    }
 }
 
-impl StressUpdate for StVenantKirchhoff {
-    type State = LeftCauchyGreen;
-
-    fn name(&self) -> &'static str {
-        NAME
-    }
-
-    fn initial(&self, initial: &InitialCondition) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        let b = deformation_of(NAME, &initial.stress, &self.elasticity, |e| self.principal(e))?;
-        Ok(Point { stress: self.stress(&b), state: LeftCauchyGreen(b) })
-    }
+impl FiniteElastic for StVenantKirchhoff {
+    const NAME: &'static str = "st-venant-kirchhoff";
 
     #[inline]
-    fn update(
-        &self,
-        motion: &Motion,
-        old: &Point<LeftCauchyGreen>,
-    ) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        let b = stepped(NAME, &old.state.0, motion)?;
-        Ok(Point { stress: finite(NAME, self.stress(&b))?, state: LeftCauchyGreen(b) })
+    fn cauchy_stress(&self, b: &SymTensor) -> SymTensor {
+        self.kirchhoff_stress(b) * (-log_jacobian(b)).exp()
     }
 
-    fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
-        let new = StressUpdate::update(self, motion, old)?;
-        let b = new.state.0 + SymTensor::IDENTITY;
+    fn carrying(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
+        deformation_of(Self::NAME, stress, &self.elasticity, |e| self.principal(e))
+    }
+
+    fn spatial_tangent(&self, b: &SymTensor) -> Tangent {
+        let b = *b + SymTensor::IDENTITY;
         // c = λ b⊗b + μ (b_ik b_jl + b_il b_jk)
         let mut c = Tangent::ZERO;
         c.add_dyad(self.elasticity.lame(), &b, &b);
@@ -130,32 +110,20 @@ impl StressUpdate for StVenantKirchhoff {
                     self.elasticity.shear_modulus * (b.at(i, k) * b.at(j, l) + b.at(i, l) * b.at(j, k));
             }
         }
-        let singular = MaterialError::Motion { model: NAME, reason: "the step inverts the point" };
-        from_spatial(&c, motion, log_jacobian(&new.state.0).exp(), &new.stress).ok_or(singular)
+        c
     }
 
-    fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
-        let b = &point.state.0;
+    fn largest_modulus(&self, b: &SymTensor) -> f64 {
         // max (c_AAAA + τ_A) / J of §3.9, without the relief that compression gives.
         let largest = 1.0 + b.principal_values()[0];
         let jacobian = log_jacobian(b).exp();
-        let tension = point.stress.principal_values()[0].max(0.0);
+        let tension = self.cauchy_stress(b).principal_values()[0].max(0.0);
         self.elasticity.p_wave_modulus() * largest * largest / jacobian + tension
     }
 
-    fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
-        let b = &point.state.0;
+    fn initial_energy(&self, b: &SymTensor) -> f64 {
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
         let trace = b.trace();
-        Some((0.125 * lame * trace * trace + 0.25 * mu * b.dot(b)) * (-log_jacobian(b)).exp())
-    }
-
-    fn dissipation(
-        &self,
-        _motion: &Motion,
-        _old: &Point<LeftCauchyGreen>,
-        _new: &Point<LeftCauchyGreen>,
-    ) -> Option<f64> {
-        Some(0.0)
+        0.125 * lame * trace * trace + 0.25 * mu * b.dot(b)
     }
 }
