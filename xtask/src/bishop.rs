@@ -44,6 +44,15 @@ const PLACES: usize = 11;
 const ROUNDS: usize = 12;
 
 impl Slope {
+    /// The slope with its strength divided by a factor.
+    pub fn weakened(&self, factor: f64) -> Self {
+        Self {
+            cohesion: self.cohesion / factor,
+            friction_angle: (self.friction_angle.to_radians().tan() / factor).atan().to_degrees(),
+            ..*self
+        }
+    }
+
     fn surface(&self, x: f64) -> f64 {
         (x / self.cotangent).clamp(0.0, self.height)
     }
@@ -144,11 +153,6 @@ mod tests {
         let slope =
             Slope { height: 5.0, cotangent: 1.0, unit_weight: 18e3, cohesion: 12e3, friction_angle: 25.0 };
         let factor = slope.critical().unwrap().factor;
-        let weak = Slope {
-            cohesion: slope.cohesion / factor,
-            friction_angle: (slope.friction_angle.to_radians().tan() / factor).atan().to_degrees(),
-            ..slope
-        };
-        assert!((weak.critical().unwrap().factor - 1.0).abs() < 1e-6);
+        assert!((slope.weakened(factor).critical().unwrap().factor - 1.0).abs() < 1e-6);
     }
 }

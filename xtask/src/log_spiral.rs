@@ -72,9 +72,9 @@ impl Slope {
     pub fn log_spiral(&self) -> Option<Spiral> {
         let face = (1.0 / self.cotangent).atan();
         let reduced = |factor: f64| {
-            let friction = (self.friction_angle.to_radians().tan() / factor).atan();
-            let [number, crest] = stability(face, friction)?;
-            Some((number * self.cohesion / factor / self.unit_weight, crest))
+            let weak = self.weakened(factor);
+            let [number, crest] = stability(face, weak.friction_angle.to_radians())?;
+            Some((number * weak.cohesion / weak.unit_weight, crest))
         };
         let (mut low, mut high) = (0.1, 10.0);
         for _ in 0..HALVINGS {
@@ -104,11 +104,6 @@ mod tests {
         let slope =
             Slope { height: 5.0, cotangent: 1.0, unit_weight: 18e3, cohesion: 12e3, friction_angle: 25.0 };
         let factor = slope.log_spiral().unwrap().factor;
-        let weak = Slope {
-            cohesion: slope.cohesion / factor,
-            friction_angle: (slope.friction_angle.to_radians().tan() / factor).atan().to_degrees(),
-            ..slope
-        };
-        assert!((weak.log_spiral().unwrap().factor - 1.0).abs() < 1e-6);
+        assert!((slope.weakened(factor).log_spiral().unwrap().factor - 1.0).abs() < 1e-6);
     }
 }

@@ -446,13 +446,12 @@ fn what_is_next_to_nothing_stays_finite() {
         for power in (150..=320).step_by(5) {
             let size = 10f64.powi(-150) * 10f64.powi(150 - power);
             assert!(size > 0.0);
-            for (stress, strain) in directions.iter().flat_map(|s| directions.map(|e| (*s * size, e * size)))
-            {
-                for strain in [SymTensor::ZERO, strain] {
-                    let mut walker = subject.walker_at(SymTensor::ZERO);
-                    walker.stress = stress;
-                    let next = subject.step(&walker, &strain.to_matrix(), 1e-3);
-                    assert!(next.stress.is_finite(), "{}: {stress:?} and {strain:?}", subject.name());
+            for stress in directions {
+                let mut walker = subject.walker_at(SymTensor::ZERO);
+                walker.stress = stress * size;
+                for strain in directions.into_iter().chain([SymTensor::ZERO]) {
+                    let next = subject.step(&walker, &(strain * size).to_matrix(), 1e-3);
+                    assert!(next.stress.is_finite(), "{}: {size} of {stress:?}, {strain:?}", subject.name());
                 }
             }
         }

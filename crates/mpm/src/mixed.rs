@@ -163,9 +163,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 for set in self.sets.iter().filter(of_field) {
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
                         let cell = set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p]);
-                        let pressure = set.pore.as_ref().map_or(0.0, |pore| pore.pressure[p]);
-                        let total = set.stress[p] + SymTensor::isotropic(-pressure);
-                        let (s, volume) = (&total.0, set.volume[p]);
+                        let (s, pressure, volume) =
+                            (set.total_stress(p).0, set.pore_pressure(p), set.volume[p]);
                         window[cell - offset][0] += Lanes::new([s[0], s[1], s[2], s[3]]) * volume;
                         window[cell - offset][1] += Lanes::new([s[4], s[5], 1.0, pressure]) * volume;
                     }

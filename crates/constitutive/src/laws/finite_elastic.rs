@@ -38,8 +38,8 @@ pub trait FiniteElastic: Send + Sync + 'static {
     /// Spatial tangent (Pa) of the Kirchhoff stress.
     fn spatial_tangent(&self, b: &SymTensor) -> Tangent;
 
-    /// P-wave modulus (Pa) in the stiffest direction.
-    fn largest_modulus(&self, b: &SymTensor) -> f64;
+    /// P-wave modulus (Pa) in the stiffest direction; `stress` is the Cauchy stress (Pa).
+    fn largest_modulus(&self, b: &SymTensor, stress: &SymTensor) -> f64;
 
     /// Energy per unit initial volume (J/m³).
     fn initial_energy(&self, b: &SymTensor) -> f64;
@@ -75,7 +75,7 @@ impl<L: FiniteElastic> StressUpdate for L {
     }
 
     fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
-        self.largest_modulus(&point.state.0)
+        self.largest_modulus(&point.state.0, &point.stress)
     }
 
     fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {

@@ -106,7 +106,7 @@ impl FiniteElastic for FixedCorotated {
         kirchhoff_tangent(&spectrum, stress, spectrum.values.map(|b| 1.0 + b), &slope)
     }
 
-    fn largest_modulus(&self, b: &SymTensor) -> f64 {
+    fn largest_modulus(&self, b: &SymTensor, _stress: &SymTensor) -> f64 {
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
         let values = b.spectrum().values;
         let jacobian = 1.0 + volume_change(elongations(values));

@@ -168,7 +168,7 @@ impl FiniteElastic for NeoHookean {
         c
     }
 
-    fn largest_modulus(&self, b: &SymTensor) -> f64 {
+    fn largest_modulus(&self, b: &SymTensor, _stress: &SymTensor) -> f64 {
         let mu = self.elasticity.shear_modulus;
         let log = log_jacobian(b);
         let Volumetric { stress, slope, .. } = self.volumetric(log);

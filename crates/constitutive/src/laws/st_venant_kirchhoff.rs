@@ -113,11 +113,11 @@ impl FiniteElastic for StVenantKirchhoff {
         c
     }
 
-    fn largest_modulus(&self, b: &SymTensor) -> f64 {
+    fn largest_modulus(&self, b: &SymTensor, stress: &SymTensor) -> f64 {
         // max (c_AAAA + τ_A) / J of §3.9, without the relief that compression gives.
         let largest = 1.0 + b.principal_values()[0];
         let jacobian = log_jacobian(b).exp();
-        let tension = self.cauchy_stress(b).principal_values()[0].max(0.0);
+        let tension = stress.principal_values()[0].max(0.0);
         self.elasticity.p_wave_modulus() * largest * largest / jacobian + tension
     }
 

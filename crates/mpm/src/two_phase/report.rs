@@ -16,6 +16,16 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         fluid.map_or(0.0, |fluid| fluid.porosity_at(self.volume[point], self.initial_volume[point]))
     }
 
+    /// Pore pressure of a point (Pa), none where it is dry.
+    pub fn pore_pressure(&self, point: usize) -> f64 {
+        self.pore.as_ref().map_or(0.0, |pore| pore.pressure[point])
+    }
+
+    /// Effective stress of a point less its pore pressure (Pa).
+    pub fn total_stress(&self, point: usize) -> SymTensor {
+        self.stress[point] - SymTensor::isotropic(self.pore_pressure(point))
+    }
+
     /// Mass of the pore fluid of a point (kg).
     pub fn liquid_mass(&self, point: usize) -> f64 {
         let fluid = self.pore.as_ref().and_then(|pore| pore.fluid);
@@ -39,10 +49,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         };
         let porosity =
             |&(_, s, i): &(u32, usize, usize)| wet(s).map_or(f64::NAN, |_| self.sets[s].porosity(i));
-        let total = |&(_, s, i): &(u32, usize, usize)| {
-            let pressure = wet(s).map_or(0.0, |pore| pore.pressure[i]);
-            self.sets[s].stress[i] - SymTensor::isotropic(pressure)
-        };
+        let total = |&(_, s, i): &(u32, usize, usize)| self.sets[s].total_stress(i);
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
         vec![
             field("pore_pressure", "Pa", FieldData::Scalar(order.iter().map(pressure).collect())),

@@ -36,7 +36,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         lanes(&pore.velocity[p], 1.0) * liquid_mass,
                     ];
                     let liquid_stress = SymTensor::isotropic(-pore.pressure[p]);
-                    let total = set.stress[p] + liquid_stress;
+                    let total = set.total_stress(p);
                     let left_to_cell = full.is_some_and(|full| {
                         full[set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p])]
                     });
