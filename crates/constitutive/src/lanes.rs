@@ -10,25 +10,41 @@ type Lane = [f64; BLOCK];
 pub struct Lanes {
     gradient: [Lane; 9],
     pub(crate) stress: [Lane; 6],
+    /// Whether no point moves or is sheared out of the plane of the first two axes: components there are zero.
+    in_plane: bool,
 }
 
-/// Rotations, row by row.
-pub(crate) struct Rotations([Lane; 9]);
+/// Rotations, row by row; those in the plane leave the third axis as it is.
+pub(crate) struct Rotations {
+    rows: [Lane; 9],
+    in_plane: bool,
+}
 
 impl Lanes {
     /// A batch with nothing in it.
-    pub(crate) const EMPTY: Self = Self { gradient: [[0.0; BLOCK]; 9], stress: [[0.0; BLOCK]; 6] };
+    pub(crate) const EMPTY: Self =
+        Self { gradient: [[0.0; BLOCK]; 9], stress: [[0.0; BLOCK]; 6], in_plane: false };
 
     #[inline]
     pub(crate) fn fill(&mut self, motions: &[Motion], stresses: &[SymTensor]) {
         let [g0, g1, g2, g3, g4, g5, g6, g7, g8] = &mut self.gradient;
         let [xx, yy, zz, xy, yz, zx] = &mut self.stress;
-        for (i, (motion, stress)) in motions.iter().zip(stresses).enumerate().take(BLOCK) {
+        let points = || motions.iter().zip(stresses).enumerate().take(BLOCK);
+        let mut in_plane = true;
+        for (i, (motion, stress)) in points() {
             let [[a, b, c], [d, e, f], [g, h, k]] = motion.gradient.0;
-            (g0[i], g1[i], g2[i], g3[i], g4[i], g5[i]) = (a, b, c, d, e, f);
-            (g6[i], g7[i], g8[i]) = (g, h, k);
-            (xx[i], yy[i], zz[i], xy[i], yz[i], zx[i]) =
-                (stress.0[0], stress.0[1], stress.0[2], stress.0[3], stress.0[4], stress.0[5]);
+            (g0[i], g1[i], g3[i], g4[i], g8[i]) = (a, b, d, e, k);
+            let [sxx, syy, szz, sxy, syz, szx] = stress.0;
+            (xx[i], yy[i], zz[i], xy[i]) = (sxx, syy, szz, sxy);
+            in_plane &= [c, f, g, h, syz, szx] == [0.0; 6];
+        }
+        self.in_plane = in_plane;
+        if !in_plane {
+            for (i, (motion, stress)) in points() {
+                let [[_, _, c], [_, _, f], [g, h, _]] = motion.gradient.0;
+                (g2[i], g5[i], g6[i], g7[i]) = (c, f, g, h);
+                (yz[i], zx[i]) = (stress.0[4], stress.0[5]);
+            }
         }
     }
 
@@ -106,14 +122,29 @@ impl Lanes {
     #[inline(never)]
     pub(crate) fn half_rotations(&self, rotations: &mut Rotations) {
         let [_, g1, g2, g3, _, g5, g6, g7, _] = &self.gradient;
-        let [q0, q1, q2, q3, q4, q5, q6, q7, q8] = &mut rotations.0;
-        for i in 0..BLOCK {
-            let (x, y, z) = (0.5 * (g7[i] - g5[i]), 0.5 * (g2[i] - g6[i]), 0.5 * (g3[i] - g1[i]));
-            let square = x * x + y * y + z * z;
+        let [q0, q1, q2, q3, q4, q5, q6, q7, q8] = &mut rotations.rows;
+        rotations.in_plane = self.in_plane;
+        // What scales the axial vector, and the quadratic term, from its square.
+        let factors = |square: f64| {
             let t2 = 0.25 * square;
             let factor = 0.5 / (1.0 + (1.0 + t2).sqrt());
+            (factor, 2.0 / (1.0 + factor * factor * square))
+        };
+        if self.in_plane {
+            for i in 0..BLOCK {
+                let z = 0.5 * (g3[i] - g1[i]);
+                let (factor, c) = factors(z * z);
+                let z = factor * z;
+                (q0[i], q1[i]) = (1.0 - c * (z * z), c * -z);
+                (q3[i], q4[i]) = (c * z, 1.0 - c * (z * z));
+            }
+            q8.fill(1.0);
+            return;
+        }
+        for i in 0..BLOCK {
+            let (x, y, z) = (0.5 * (g7[i] - g5[i]), 0.5 * (g2[i] - g6[i]), 0.5 * (g3[i] - g1[i]));
+            let (factor, c) = factors(x * x + y * y + z * z);
             let (x, y, z) = (factor * x, factor * y, factor * z);
-            let c = 2.0 / (1.0 + factor * factor * square);
             q0[i] = 1.0 - c * (y * y + z * z);
             q1[i] = c * (x * y - z);
             q2[i] = c * (x * z + y);
@@ -149,19 +180,34 @@ impl Spectra {
 
 impl Rotations {
     /// Rotations to be filled in.
-    pub(crate) const EMPTY: Self = Self([[0.0; BLOCK]; 9]);
+    pub(crate) const EMPTY: Self = Self { rows: [[0.0; BLOCK]; 9], in_plane: false };
 
     /// The rotation of one point.
     #[inline]
     pub(crate) fn of(&self, index: usize) -> Mat3 {
-        Mat3(std::array::from_fn(|row| std::array::from_fn(|column| self.0[3 * row + column][index])))
+        Mat3(std::array::from_fn(|row| std::array::from_fn(|column| self.rows[3 * row + column][index])))
     }
 
     /// `Q σ Qᵀ` of all stresses, see [`SymTensor::rotated`].
     #[inline(never)]
     pub(crate) fn carry(&self, stress: &mut [Lane; 6]) {
-        let [q0, q1, q2, q3, q4, q5, q6, q7, q8] = &self.0;
+        let [q0, q1, q2, q3, q4, q5, q6, q7, q8] = &self.rows;
         let [sxx, syy, szz, sxy, syz, szx] = stress;
+        if self.in_plane {
+            for i in 0..BLOCK {
+                let (a, b, d, e) = (q0[i], q1[i], q3[i], q4[i]);
+                let (xx, yy, xy) = (sxx[i], syy[i], sxy[i]);
+                let (t0, t1) = (a * xx + b * xy, a * xy + b * yy);
+                let (t3, t4) = (d * xx + e * xy, d * xy + e * yy);
+                let (yz, zx) = (syz[i], szx[i]);
+                sxx[i] = t0 * a + t1 * b;
+                syy[i] = t3 * d + t4 * e;
+                sxy[i] = t0 * d + t1 * e;
+                syz[i] = d * zx + e * yz;
+                szx[i] = zx * a + yz * b;
+            }
+            return;
+        }
         for i in 0..BLOCK {
             let (a, b, c) = (q0[i], q1[i], q2[i]);
             let (d, e, f) = (q3[i], q4[i], q5[i]);

@@ -1,6 +1,6 @@
 //! Shape functions of a point in `D` dimensions, and the two transfers.
 
-use wide::f64x4;
+use wide::{f64x4, f64x8};
 
 use crate::{Basis, Grid, Support};
 
@@ -10,12 +10,34 @@ pub type Lanes = f64x4;
 /// What a node holds. While points scatter: momentum and, in the fourth lane, mass; internal and
 /// other forces. After the momentum solve: velocity (mass stays in the fourth lane); acceleration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C)]
+#[repr(C, align(64))]
 pub struct Node {
     /// Momentum (kg m/s) and mass (kg), later velocity (m/s) and mass.
     pub motion: Lanes,
     /// Force (N), later acceleration (m/s²).
     pub force: Lanes,
+}
+
+impl Node {
+    /// Both at once.
+    #[inline(always)]
+    fn whole(&self) -> f64x8 {
+        join(self.motion, self.force)
+    }
+
+    #[inline(always)]
+    fn add(&mut self, value: f64x8) {
+        let [a, b, c, d, e, f, g, h] = (self.whole() + value).to_array();
+        self.motion = Lanes::new([a, b, c, d]);
+        self.force = Lanes::new([e, f, g, h]);
+    }
+}
+
+/// Two sets of lanes at once.
+#[inline(always)]
+fn join(first: Lanes, second: Lanes) -> f64x8 {
+    let ([a, b, c, d], [e, f, g, h]) = (first.to_array(), second.to_array());
+    f64x8::new([a, b, c, d, e, f, g, h])
 }
 
 /// Weights and gradients of the `S^D` nodes at a point, as products over the axes.
@@ -136,11 +158,9 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
             if let Some(body) = body {
                 along += body * w;
             }
-            let motion = motion * w;
+            let (value, slope) = (join(motion * w, along), join(Lanes::ZERO, across));
             for k in 0..S {
-                let (wk, gk) = (self.weights[last][k], self.gradients[last][k]);
-                line[k].motion += motion * wk;
-                line[k].force += along * wk + across * gk;
+                line[k].add(value * self.weights[last][k] + slope * self.gradients[last][k]);
             }
         });
     }
@@ -201,19 +221,22 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
     #[inline(always)]
     fn gather(&self, nodes: &[Node], strides: &[usize; D]) -> Gathered<D> {
         let last = D - 1;
-        let zero = Lanes::ZERO;
         let mut out = Gathered::ZERO;
+        let mut both = f64x8::ZERO;
         self.lines(strides, |start, w, g| {
             let line = &nodes[start..start + S];
-            let (mut v, mut a, mut slope) = (zero, zero, zero);
+            let (mut value, mut slope) = (f64x8::ZERO, Lanes::ZERO);
             for k in 0..S {
-                v += line[k].motion * self.weights[last][k];
-                a += line[k].force * self.weights[last][k];
+                value += line[k].whole() * self.weights[last][k];
                 slope += line[k].motion * self.gradients[last][k];
             }
-            out.acceleration += a * w;
-            out.add_line(v, slope, w, g);
+            both += value * w;
+            let [a, b, c, d, ..] = value.to_array();
+            out.slopes_of_line(Lanes::new([a, b, c, d]), slope, w, g);
         });
+        let [a, b, c, d, e, f, g, h] = both.to_array();
+        out.velocity = Lanes::new([a, b, c, d]);
+        out.acceleration = Lanes::new([e, f, g, h]);
         out
     }
 
@@ -336,6 +359,11 @@ impl<const D: usize> Gathered<D> {
     #[inline(always)]
     fn add_line(&mut self, v: Lanes, slope: Lanes, w: f64, g: [f64; 2]) {
         self.velocity += v * w;
+        self.slopes_of_line(v, slope, w, g);
+    }
+
+    #[inline(always)]
+    fn slopes_of_line(&mut self, v: Lanes, slope: Lanes, w: f64, g: [f64; 2]) {
         self.gradient[D - 1] += slope * w;
         if D > 1 {
             self.gradient[0] += v * g[0];

@@ -68,6 +68,19 @@ pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes;
     std::array::from_fn(|j| columns[j] * scale)
 }
 
+/// No motion of a point of some width (m) in a step (s).
+#[inline(always)]
+pub fn still(dt: f64, size: f64) -> Motion {
+    Motion {
+        deformation: Mat3::IDENTITY,
+        gradient: Mat3::ZERO,
+        dt,
+        density: 0.0,
+        size,
+        pore: Pore::default(),
+    }
+}
+
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Point to grid (step 1), slab by slab.
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
@@ -221,14 +234,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let flip = self.options.flip_share();
         let first_node = set.field * self.layout.len();
         let mut moved = 0f64;
-        let mut motions = [Motion {
-            deformation: Mat3::IDENTITY,
-            gradient: Mat3::ZERO,
-            dt,
-            density: 0.0,
-            size: extent[0],
-            pore: Pore::default(),
-        }; BLOCK];
+        let mut motions = [still(dt, extent[0]); BLOCK];
         let n = block.position.len();
         let dual = S == 2 && what.stress && self.dual.is_used();
         for p in 0..n {
@@ -251,21 +257,23 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
             if what.stress {
                 let radius = block.position[p][0];
-                self.set_motion(&mut motions[p], &read.gradient, velocity[0], radius, dt);
+                let mut motion = still(dt, extent[0]);
+                self.set_gradient(&mut motion, &read.gradient, velocity[0], radius);
                 if self.strains.is_shared() {
                     let shared = self.shared_strain(set.body, &block.domain[p], &block.position[p]);
-                    set_volumetric(&mut motions[p], self.normal_strains(), shared[0]);
+                    set_volumetric(&mut motion, self.normal_strains(), shared[0]);
                 }
-                let stretch = motions[p].deformation.determinant();
+                let stretch = motion.deformation.determinant();
                 // Written so that NaN counts as a failure.
                 if !(stretch > 0.0) {
                     let reason = format!("the step would turn it inside out (volume ratio {stretch})");
                     return Err(Failure { index: block.first + p, reason });
                 }
                 block.volume[p] *= stretch;
-                motions[p].density = block.mass[p] / block.volume[p];
+                motion.density = block.mass[p] / block.volume[p];
                 let gradient: [[f64; D]; D] =
-                    std::array::from_fn(|i| std::array::from_fn(|j| motions[p].gradient.0[i][j]));
+                    std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
+                motions[p] = motion;
                 if block.pending.is_empty() {
                     block.domain[p].follow(&gradient);
                 } else {
@@ -313,23 +321,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Motion of the step from the columns of the velocity gradient.
     #[inline(always)]
-    pub(crate) fn set_motion(
-        &self,
-        motion: &mut Motion,
-        columns: &[Lanes; D],
-        radial: f64,
-        radius: f64,
-        dt: f64,
-    ) {
+    pub(crate) fn set_gradient(&self, motion: &mut Motion, columns: &[Lanes; D], radial: f64, radius: f64) {
         for (j, column) in columns.iter().enumerate() {
-            let column = (*column * dt).to_array();
+            let column = (*column * motion.dt).to_array();
             for i in 0..D {
                 motion.gradient.0[i][j] = column[i];
                 motion.deformation.0[i][j] = column[i] + if i == j { 1.0 } else { 0.0 };
             }
         }
         if self.axisymmetric {
-            let hoop = dt * radial / radius;
+            let hoop = motion.dt * radial / radius;
             motion.gradient.0[2][2] = hoop;
             motion.deformation.0[2][2] = 1.0 + hoop;
         }

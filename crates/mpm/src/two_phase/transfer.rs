@@ -1,7 +1,7 @@
 //! The transfers of both phases, and what happens at the points in between (MPM sheet §3.4).
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, SymTensor};
+use colluvium_constitutive::{BLOCK, Motion, Pore, SymTensor};
 use colluvium_grid::{Basis, Gathered, Lanes, Support};
 
 use super::{Fluid, LIQUID, SOLID, TwoPhase};
@@ -10,7 +10,7 @@ use crate::contact::three;
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::set_volumetric;
-use crate::transfer::{PointUpdate, force_columns, lanes};
+use crate::transfer::{PointUpdate, force_columns, lanes, still};
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Point to grid (step 1), slab by slab.
@@ -132,14 +132,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         let (strides, ground) = (self.layout.strides(), ground!(self));
         let mut moved = 0f64;
-        let mut motions = [Motion {
-            deformation: Mat3::IDENTITY,
-            gradient: Mat3::ZERO,
-            dt,
-            density: 0.0,
-            size: set.extent[0],
-            pore: Pore::default(),
-        }; BLOCK];
+        let mut motions = [still(dt, set.extent[0]); BLOCK];
         let n = block.position.len();
         for p in 0..n {
             let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], &set.extent);
@@ -158,13 +151,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             if what.stress {
                 let radius = block.position[p][0];
                 let mut strains = [SOLID, LIQUID].map(|phase| dt * self.dilation(&read[phase], radius));
-                self.set_motion(&mut motions[p], &read[SOLID].gradient, velocity[0], radius, dt);
+                let mut motion = still(dt, set.extent[0]);
+                self.set_gradient(&mut motion, &read[SOLID].gradient, velocity[0], radius);
                 if self.strains.is_shared() {
                     strains = self.shared_strain(set.body, &block.domain[p], &block.position[p]);
-                    set_volumetric(&mut motions[p], self.normal_strains(), strains[SOLID]);
+                    set_volumetric(&mut motion, self.normal_strains(), strains[SOLID]);
                 }
-                self.deform(block, p, &set.extent, &mut motions[p], set.fluid.as_ref(), strains)
+                self.deform(block, p, &set.extent, &mut motion, set.fluid.as_ref(), strains)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
+                motions[p] = motion;
             }
             if what.position {
                 let step = self
