@@ -34,8 +34,8 @@ pub struct Layout<const D: usize> {
 
 /// What is called for a row: with its number, its active nodes and the row.
 type RowVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, &mut [T]) -> R + Sync + 'a;
-/// The same for rows of two sets of nodes.
-type TwoRowVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, [&mut [T]; 2]) -> R + Sync + 'a;
+/// The same for rows of two sets of nodes, with what comes out in the end.
+type TwoRowVisitor<'a, T, R> = dyn Fn(usize, Range<usize>, [&mut [T]; 2], &mut R) + Sync + 'a;
 
 /// Cells a point may move along an axis before the points must be sorted again.
 const MARGIN: usize = 1;
@@ -82,6 +82,11 @@ impl<const D: usize> Layout<D> {
         }
         self.periodic = periodic;
         Some(self)
+    }
+
+    /// Whether the grid repeats itself along an axis.
+    pub fn is_periodic(&self, axis: usize) -> bool {
+        self.periodic[axis]
     }
 
     /// Gives nodes that are the same in a periodic grid the sum of what each of them has; `add` adds to a node.
@@ -260,8 +265,9 @@ impl<const D: usize> Layout<D> {
         });
     }
 
-    /// As [`Layout::rows`], for the same rows of two sets of nodes.
-    pub fn two_rows<T: Send, R: Send + Default>(
+    /// Runs `visit(row, active, lines of both sets, result of the row)` for the same rows of two sets of nodes, in
+    /// parallel. The results keep what they are left with.
+    pub fn two_rows<T: Send, R: Send>(
         &self,
         [first, second]: [&mut [T]; 2],
         results: &mut [R],
@@ -270,8 +276,7 @@ impl<const D: usize> Layout<D> {
         let row = self.strides[0];
         let lines = first.par_chunks_mut(row).zip(second.par_chunks_mut(row)).zip(results).enumerate();
         lines.for_each(|(row, ((first, second), result))| {
-            let active = self.active[row].clone();
-            *result = if active.is_empty() { R::default() } else { visit(row, active, [first, second]) };
+            visit(row, self.active[row].clone(), [first, second], result);
         });
     }
 

@@ -44,7 +44,7 @@ pub struct Wall {
 pub struct Walls {
     walls: Vec<Wall>,
     /// `lookup[axis][index]`: number of the wall plus one, zero for none.
-    lookup: [Vec<u8>; 3],
+    lookup: [Vec<u32>; 3],
     /// On a mesh: distance between neighbouring entries of a node's index, and `lookup` is by node.
     strides: Option<[usize; 3]>,
 }
@@ -53,24 +53,24 @@ impl Walls {
     /// The walls of a grid with `nodes` nodes per axis. Where two walls normal to the same axis claim
     /// a node, the later one has it.
     pub fn new(nodes: &[usize], walls: Vec<Wall>) -> Self {
-        let mut lookup: [Vec<u8>; 3] = Default::default();
+        let mut lookup: [Vec<u32>; 3] = Default::default();
         for (axis, &count) in nodes.iter().enumerate() {
             lookup[axis] = vec![0; count];
         }
         for (number, wall) in walls.iter().enumerate() {
             let nodes = &mut lookup[wall.axis];
             let range = if wall.upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
-            nodes[range].fill(number as u8 + 1);
+            nodes[range].fill(number as u32 + 1);
         }
         Self { walls, lookup, strides: None }
     }
 
     /// The walls of a mesh with `count` nodes (of a layout with `strides`), each with the nodes it holds.
     pub fn of_nodes<const D: usize>(strides: [usize; D], count: usize, walls: Vec<(Wall, Vec<u32>)>) -> Self {
-        let mut lookup: [Vec<u8>; 3] = Default::default();
+        let mut lookup: [Vec<u32>; 3] = Default::default();
         lookup[..D].fill(vec![0; count]);
         for (number, (wall, nodes)) in walls.iter().enumerate() {
-            nodes.iter().for_each(|&node| lookup[wall.axis][node as usize] = number as u8 + 1);
+            nodes.iter().for_each(|&node| lookup[wall.axis][node as usize] = number as u32 + 1);
         }
         let strides = std::array::from_fn(|axis| strides.get(axis).copied().unwrap_or(0));
         Self { walls: walls.into_iter().map(|(wall, _)| wall).collect(), lookup, strides: Some(strides) }
@@ -97,7 +97,26 @@ impl Walls {
 
     /// Lets the walls of a node act; see [`Wall::constrain`].
     pub fn constrain(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
-        self.of_node(index).for_each(|wall| wall.constrain(start, end, keep_start));
+        self.constrain_skeleton(index, start, end, keep_start, &[0.0; 3]);
+    }
+
+    /// The same for the skeleton of a saturated soil: friction goes by the effective stress. `lift` (m/s) is the change
+    /// of velocity that what the wall bears of the pore pressure would give the skeleton.
+    pub fn constrain_skeleton(
+        &self,
+        index: &[usize; 3],
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        keep_start: bool,
+        lift: &[f64; 3],
+    ) {
+        self.of_node(index).for_each(|wall| wall.constrain(start, end, keep_start, lift));
+    }
+
+    /// Whether no wall holds the node with an index along each axis.
+    #[inline]
+    pub fn leave(&self, index: &[usize; 3]) -> bool {
+        self.of_node(index).next().is_none()
     }
 
     /// Lets the walls of a node act on its re-mapped velocity; see [`Wall::constrain_again`].
@@ -144,9 +163,10 @@ impl Wall {
 
     /// Constrains a node: `start` is its velocity before the step, `end` the one after the momentum
     /// solve. With `keep_start` the start velocity is left as it was (momentum variant of fixed
-    /// nodes), else a held component has no acceleration (force variant, MPM sheet §3.3).
+    /// nodes), else a held component has no acceleration (force variant, MPM sheet §3.3). What friction goes by is the
+    /// push into the wall less `lift`, which a fluid in the pores bears; zero without.
     #[inline]
-    pub fn constrain(&self, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
+    pub fn constrain(&self, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool, lift: &[f64; 3]) {
         if self.holds() {
             for component in self.held_components() {
                 end[component] = self.velocity[component];
@@ -156,21 +176,28 @@ impl Wall {
             }
             return;
         }
-        let impulse = self.approach(end);
-        if impulse > 0.0 {
+        if self.approach(end) > 0.0 {
+            let dry: [f64; 3] = std::array::from_fn(|c| end[c] + lift[c]);
             if let WallKind::Plane { resting, sliding } = self.kind {
-                self.rub(start, end, [resting, sliding], keep_start);
+                self.rub(start, end, self.approach(&dry), [resting, sliding], keep_start);
             } else {
-                self.stop(end, impulse);
+                self.stop(end, self.approach(&dry).max(0.0));
             }
         }
     }
 
     /// Friction by the acceleration into the wall, before the wall takes it away.
-    fn rub(&self, start: &mut [f64; 3], end: &mut [f64; 3], [resting, sliding]: [f64; 2], keep_start: bool) {
+    fn rub(
+        &self,
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        approach: f64,
+        [resting, sliding]: [f64; 2],
+        keep_start: bool,
+    ) {
         // Change of velocity into the wall in the step: a_n dt of the sheet. A node that only runs
         // into the wall, without being pushed, has none, and then no friction (step 1).
-        let pushed = (self.approach(end) - self.approach(start)).max(0.0);
+        let pushed = (approach - self.approach(start)).max(0.0);
         let along = |v: &[f64; 3]| -> [f64; 3] {
             std::array::from_fn(|c| if c == self.axis { 0.0 } else { v[c] - self.velocity[c] })
         };
@@ -244,11 +271,11 @@ mod tests {
     fn friction_takes_the_coulomb_share_of_the_normal_impulse() {
         let wall = floor(WallKind::Frictional { coefficient: 0.5 }, true);
         let (mut start, mut end) = ([3.0, 0.0, 4.0], [3.0, -2.0, 4.0]);
-        wall.constrain(&mut start, &mut end, true);
+        wall.constrain(&mut start, &mut end, true, &[0.0; 3]);
         // |v_t| = 5 is reduced by 0.5 × 2.
         assert!((end[0] - 3.0 * 0.8).abs() < 1e-15 && end[1] == 0.0 && (end[2] - 4.0 * 0.8).abs() < 1e-15);
         let mut end = [0.3, -2.0, 0.4];
-        wall.constrain(&mut start, &mut end, true);
+        wall.constrain(&mut start, &mut end, true, &[0.0; 3]);
         assert_eq!(end, [0.0; 3], "slower than the friction allows: it sticks");
     }
 
@@ -267,7 +294,7 @@ mod tests {
             for (approach, keep_start) in [(0.0, false), (0.7, true)] {
                 let mut start = [before[0], -approach, before[1]];
                 let mut end = [after[0], -approach - 2.0, after[1]];
-                wall.constrain(&mut start, &mut end, keep_start);
+                wall.constrain(&mut start, &mut end, keep_start, &[0.0; 3]);
                 let close = |a: f64, b: f64| (a - b).abs() < 1e-15;
                 assert!(close(end[0], expected[0]) && end[1] == 0.0 && close(end[2], expected[1]), "{end:?}");
                 assert_eq!(start[1], -approach, "left, or without acceleration");
@@ -275,8 +302,37 @@ mod tests {
         }
         // It runs into the wall without being pushed: stopped, without friction.
         let mut end = [3.0, -0.5, 0.0];
-        wall.constrain(&mut [3.0, -0.7, 0.0], &mut end, true);
+        wall.constrain(&mut [3.0, -0.7, 0.0], &mut end, true, &[0.0; 3]);
         assert_eq!(end, [3.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn what_pore_pressure_bears_does_not_rub() {
+        for (kind, friction) in [
+            (WallKind::Frictional { coefficient: 0.5 }, 0.5 * (2.0 - 1.5)),
+            (WallKind::Plane { resting: 0.5, sliding: 0.25 }, 0.25 * (2.0 - 1.5)),
+        ] {
+            let mut end = [3.0, -2.0, 0.0];
+            floor(kind, true).constrain(&mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 1.5, 0.0]);
+            assert!((end[0] - (3.0 - friction)).abs() < 1e-15 && end[1] == 0.0, "{kind:?}: {end:?}");
+            // It bears all: the wall stops without friction. From above it pushes the other way.
+            let mut end = [3.0, -2.0, 0.0];
+            floor(kind, true).constrain(&mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 2.5, 0.0]);
+            assert_eq!(end, [3.0, 0.0, 0.0], "{kind:?}");
+            let mut end = [3.0, 2.0, 0.0];
+            let ceiling = Wall { upper: true, ..floor(kind, true) };
+            ceiling.constrain(&mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, -1.5, 0.0]);
+            assert!((end[0] - (3.0 - friction)).abs() < 1e-15 && end[1] == 0.0, "{kind:?}: {end:?}");
+        }
+    }
+
+    #[test]
+    fn the_last_of_many_walls_holds_its_nodes() {
+        let many = (0..300).map(|node| Wall { node, ..floor(WallKind::Smooth, false) }).rev().collect();
+        let walls = Walls::new(&[1, 400], many);
+        assert_eq!(walls.at(1, &[0, 0, 0]).map(|wall| wall.node), Some(0));
+        assert_eq!(walls.at(1, &[0, 299, 0]).map(|wall| wall.node), Some(299));
+        assert!(walls.leave(&[0, 300, 0]) && !walls.leave(&[0, 299, 0]));
     }
 
     #[test]
@@ -284,7 +340,7 @@ mod tests {
         let plane = WallKind::Plane { resting: 1.0, sliding: 0.5 };
         for kind in [WallKind::Rough, WallKind::Smooth, WallKind::Frictional { coefficient: 1.0 }, plane] {
             let mut end = [1.0, 0.5, 0.0];
-            floor(kind, true).constrain(&mut [0.0; 3], &mut end, true);
+            floor(kind, true).constrain(&mut [0.0; 3], &mut end, true, &[0.0; 3]);
             assert_eq!(end, [1.0, 0.5, 0.0]);
         }
     }
@@ -307,9 +363,9 @@ mod tests {
     #[test]
     fn the_force_variant_leaves_no_acceleration_on_a_held_node() {
         let (mut start, mut end) = ([1.0, -0.1, 0.0], [2.0, -0.7, 0.0]);
-        floor(WallKind::Smooth, false).constrain(&mut start, &mut end, false);
+        floor(WallKind::Smooth, false).constrain(&mut start, &mut end, false, &[0.0; 3]);
         assert_eq!((start, end), ([1.0, 0.0, 0.0], [2.0, 0.0, 0.0]));
-        floor(WallKind::Rough, false).constrain(&mut start, &mut end, false);
+        floor(WallKind::Rough, false).constrain(&mut start, &mut end, false, &[0.0; 3]);
         assert_eq!((start, end), ([0.0; 3], [0.0; 3]));
     }
 

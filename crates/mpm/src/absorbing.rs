@@ -165,15 +165,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // By id, so that the sums do not depend on how the points are sorted at the time.
         let mut layer: Vec<(u32, usize, usize)> = Vec::new();
         for (number, set) in self.sets.iter().enumerate() {
-            let start = self.start_of(set);
-            let within = (0..set.len()).filter(|&p| behind(grid, law, &start[p]));
+            let within = (0..set.len()).filter(|&p| behind(grid, law, &self.start_of(set, p)));
             layer.extend(within.map(|p| (set.id[p], number, p)));
         }
         layer.sort_unstable();
         for (_, number, p) in layer {
             let (set, impedance) = (&self.sets[number], &self.impedances[self.sets[number].body as usize]);
             let area = set.initial_volume[p] / grid.cell;
-            let stencil = Stencil::<D, S>::new::<B>(grid, &self.start_of(set)[p], &set.extent);
+            let stencil = Stencil::<D, S>::new::<B>(grid, &self.start_of(set, p), &set.extent);
             for_each_across::<D, S>(&stencil, law.axis, |mut index, weight| {
                 index[law.axis] = normal_index;
                 for index in self.layout.images(index) {
@@ -186,9 +185,19 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         found.into_values().collect()
     }
 
-    /// Where the points of a set were at the start (m).
-    fn start_of<'a>(&self, set: &'a PointSet<D, P>) -> &'a [[f64; D]] {
-        if self.options.formulation == Formulation::SmallDisplacement { &set.position } else { &set.origin }
+    /// Where a point of a set was at the start (m). What displacement is counted from goes through periodic sides with
+    /// the point.
+    fn start_of(&self, set: &PointSet<D, P>, p: usize) -> [f64; D] {
+        if self.options.formulation == Formulation::SmallDisplacement {
+            return set.position[p];
+        }
+        std::array::from_fn(|axis| {
+            let (start, low, high) = (set.origin[p][axis], self.grid.origin[axis], self.upper[axis]);
+            if !self.periodic[axis] || (low..=high).contains(&start) {
+                return start;
+            }
+            (low + (start - low).rem_euclid(high - low)).min(high)
+        })
     }
 
     /// Dashpots and springs on the solved nodes of one phase.

@@ -129,16 +129,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
     }
 
     fn equilibrium(&self) -> Option<Equilibrium> {
-        self.case.stages[self.stage].equilibrium?;
-        let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { f64::INFINITY };
-        let traction = self.traction_square();
-        if let Some(phases) = &self.two_phase {
-            return Some(self.phase_equilibrium(phases, traction));
-        }
-        Some(Equilibrium {
-            unbalanced_force: ratio(self.sums.unbalanced.sqrt(), (self.sums.external + traction).sqrt()),
-            kinetic_ratio: ratio(self.sums.kinetic, self.external_work.abs()),
-        })
+        self.measure_equilibrium()
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
@@ -249,10 +240,5 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             self.sets[number].states = states;
         }
         Ok(())
-    }
-
-    fn traction_square(&self) -> f64 {
-        let tractions = self.sets.iter().flat_map(|set| &set.traction);
-        tractions.map(|force| force.iter().map(|c| c * c).sum::<f64>()).sum()
     }
 }

@@ -55,6 +55,15 @@ pub struct Interface {
     pub overlap: f64,
 }
 
+/// Impulses (N s) that two bodies have given each other at a node in a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Given {
+    /// Along the normal.
+    pub push: f64,
+    /// Along the surface, all lengths added.
+    pub rub: f64,
+}
+
 /// All contacts of a case.
 #[derive(Clone, Debug, Default)]
 pub struct Contacts {
@@ -70,7 +79,9 @@ pub struct Contacts {
     pub rigid: Vec<Option<usize>>,
     /// Volume over the cell size (m²) from which a rigid body holds a node, node by node; empty for a single field.
     pub filled: Vec<f64>,
-    /// Room for what the rows of nodes report of a pair.
+    /// Radii of the nodes (m) in axisymmetry, where areas are per radian; empty elsewhere.
+    pub radii: Vec<f64>,
+    /// Room for what the rows of nodes report, pair after pair.
     pub rows: Vec<RowTouch>,
 }
 
@@ -197,13 +208,15 @@ impl ContactLaw {
     }
 
     /// The impulse (N s) on the first body; `None` where they separate. `masses` are inertias (kg), one of which may be
-    /// infinite, `cell` is the cell size (m) and `dt` the step.
+    /// infinite, `cell` is the cell size (m) and `dt` the step. What bodies have `given` each other in the step before
+    /// counts: the law holds for the sum, which is kept there.
     pub fn impulse(
         &self,
         masses: [f64; 2],
         velocities: [&[f64; 3]; 2],
         Interface { normal, area, overlap }: Interface,
         [cell, dt]: [f64; 2],
+        given: &mut Given,
     ) -> Option<[f64; 3]> {
         // m_a (v_a - v) with the velocity v of the two together.
         let reduced = 1.0 / (1.0 / masses[0] + 1.0 / masses[1]);
@@ -214,7 +227,7 @@ impl ContactLaw {
             // No more than parts them by the end of the step.
             Some(penalty) => {
                 let overlap = cell * overlap;
-                (penalty.stiffness * overlap * area * dt).min(approach + reduced * overlap / dt)
+                (penalty.stiffness * overlap * area * dt - given.push).min(approach + reduced * overlap / dt)
             }
         };
         // Written so that NaN separates; the run then stops by itself.
@@ -224,8 +237,11 @@ impl ContactLaw {
         let along: [f64; 3] = std::array::from_fn(|c| relative[c] - approach * normal[c]);
         let shear = norm(&along);
         let most = self.penalty.and_then(|penalty| penalty.shear_strength).unwrap_or(f64::INFINITY);
-        let strength = (self.friction * push + self.adhesion * area * dt).min(most * area * dt);
-        let held = if shear <= strength { 1.0 } else { strength / shear };
+        given.push += push;
+        let strength = (self.friction * given.push + self.adhesion * area * dt).min(most * area * dt);
+        let rub = shear.min((strength - given.rub).max(0.0));
+        given.rub += rub;
+        let held = if shear > 0.0 { rub / shear } else { 1.0 };
         Some(std::array::from_fn(|c| -push * normal[c] - held * along[c]))
     }
 }

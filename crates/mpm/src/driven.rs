@@ -6,6 +6,8 @@ use colluvium_case::{Case, SolverError};
 use colluvium_grid::{Basis, Lanes, Layout, Node};
 use serde::{Deserialize, Serialize};
 
+use crate::MpmOptions;
+use crate::config::Formulation;
 use crate::points::{Ground, PointDomain, ground};
 use crate::solver::MpmSolver;
 
@@ -50,10 +52,11 @@ impl Driven {
         }
     }
 
-    /// The patch where it is now; `None` for a rigid body.
-    fn place<'a>(&'a self, case: &'a Case) -> Option<Place<'a>> {
+    /// The patch where it is now; `None` for a rigid body. Where points keep their places it does.
+    fn place<'a>(&'a self, case: &'a Case, options: &MpmOptions) -> Option<Place<'a>> {
         let patch = &case.patches[self.patch?];
-        let way = if patch.moves { self.state.way } else { [0.0; 3] };
+        let moves = patch.moves && options.formulation != Formulation::SmallDisplacement;
+        let way = if moves { self.state.way } else { [0.0; 3] };
         Some(Place { patch, bounds: &self.bounds, way })
     }
 
@@ -100,12 +103,13 @@ impl Place<'_> {
         self.patch.region.contains(&start)
     }
 
-    /// Calls `visit(number in memory)` for each of its nodes.
+    /// Calls `visit(number in memory, whether it is the first of those that are one node)` for each of its nodes. Where
+    /// it reaches a side of the domain, the nodes beyond that side are its own.
     fn nodes<const D: usize, const S: usize, B: Basis<S>>(
         &self,
         Ground { grid, mesh }: &Ground<D>,
         layout: &Layout<D>,
-        mut visit: impl FnMut(usize),
+        mut visit: impl FnMut(usize, bool),
     ) {
         let [low, high] = self.ends();
         let slack = ON_SURFACE * if mesh.is_empty() { grid.cell } else { mesh.height() };
@@ -113,30 +117,46 @@ impl Place<'_> {
         if !mesh.is_empty() {
             for (number, x) in mesh.nodes().iter().enumerate() {
                 if (0..D).all(|axis| inside(axis, x[axis])) && self.holds(x) {
-                    visit(number);
+                    visit(number, true);
                 }
             }
             return;
         }
-        let (shape, strides) = (layout.nodes(), layout.strides());
-        let coordinate = |axis: usize, index: usize| {
-            grid.origin[axis] + grid.cell * B::coordinate(index, grid.cells[axis])
+        let (shape, strides, upper) = (layout.nodes(), layout.strides(), grid.upper());
+        // Coordinate of a node in the box, in the domain or in its next image.
+        let within = |axis: usize, index: usize| {
+            let (low, high) = (grid.origin[axis], upper[axis]);
+            let x = low + grid.cell * B::coordinate(index, grid.cells[axis]);
+            if layout.is_periodic(axis) {
+                let width = high - low;
+                return [x, x - width, x + width].into_iter().find(|x| inside(axis, *x));
+            }
+            Some(x.clamp(low, high)).filter(|x| inside(axis, *x))
         };
-        // Nodes along each axis between the ends of the region.
+        // Nodes along each axis from the first in the box to the last.
         let range: [std::ops::Range<usize>; 3] = std::array::from_fn(|axis| {
             if axis >= D {
                 return 0..1;
             }
-            let inside = |index: &usize| inside(axis, coordinate(axis, *index));
-            let first = (0..shape[axis]).find(inside).unwrap_or(0);
-            first..first + (first..shape[axis]).take_while(inside).count()
+            let mut indices = (0..shape[axis]).filter(|index| within(axis, *index).is_some());
+            let first = indices.next().unwrap_or(0);
+            first..indices.next_back().unwrap_or(first) + 1
         });
+        let place = |index: &[usize; 3]| -> Option<[f64; D]> {
+            let mut x = [0.0; D];
+            for axis in 0..D {
+                x[axis] = within(axis, index[axis])?;
+            }
+            Some(x)
+        };
         for i in range[0].clone() {
             for j in range[1].clone() {
                 for k in range[2].clone() {
                     let index = [i, j, k];
-                    if self.holds::<D>(&std::array::from_fn(|axis| coordinate(axis, index[axis]))) {
-                        visit((0..D).map(|axis| index[axis] * strides[axis]).sum());
+                    if place(&index).is_some_and(|x| self.holds(&x)) {
+                        let first =
+                            (0..D).all(|axis| !layout.is_periodic(axis) || index[axis] < grid.cells[axis]);
+                        visit((0..D).map(|axis| index[axis] * strides[axis]).sum(), first);
                     }
                 }
             }
@@ -173,6 +193,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             (0..3).for_each(|c| driven.state.way[c] += dt * velocity[c]);
         }
         let (ground, mut lost) = (ground!(self), None);
+        if self.options.formulation == Formulation::SmallDisplacement {
+            for set in &mut self.sets {
+                let Some(driven) = set.rigid else { continue };
+                let velocity = self.driven[driven].rigid_velocity();
+                set.origin.iter_mut().for_each(|x| (0..D).for_each(|c| x[c] -= dt * velocity[c]));
+            }
+            return Ok(0.0);
+        }
         let within = !P::MESHED && !P::ANCHORED && self.periodic == [false; D];
         for (number, set) in self.sets.iter_mut().enumerate() {
             let Some(driven) = set.rigid else { continue };
@@ -215,13 +243,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let keep_start = self.options.fixed_nodes == crate::FixedNodes::Momentum;
         let (case, ground, layout, rigid) = (&self.case, ground!(self), &self.layout, &self.contacts.rigid);
         let inertia = self.options.mass_scaling;
-        let nodes = &mut self.nodes;
+        let (nodes, options) = (&mut self.nodes, &self.options);
         for driven in &mut self.driven {
-            let Some(place) = driven.place(case) else { continue };
+            let Some(place) = driven.place(case, options) else { continue };
             let (velocity, before) = (driven.state.velocity, driven.before);
             let mut total = [0.0; 3];
             for field in soft_fields(nodes.len() / layout.len(), rigid) {
-                place.nodes::<D, S, B>(&ground, layout, |number| {
+                place.nodes::<D, S, B>(&ground, layout, |number, first| {
                     let node = &mut nodes[field * layout.len() + number];
                     let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
                     for c in 0..D {
@@ -229,7 +257,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         let own = end[c] - dt * rate[c];
                         let start = if keep_start { own } else { before[c].unwrap_or(own) };
                         let given = (held - start) / dt;
-                        total[c] += inertia * end[3] * dt * (rate[c] - given);
+                        if first {
+                            total[c] += inertia * end[3] * dt * (rate[c] - given);
+                        }
                         end[c] = held;
                         rate[c] = given;
                     }
@@ -243,11 +273,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Gives the nodes of the patches their velocity where it is re-mapped.
     pub(crate) fn hold_patches_again(&mut self) {
         let (case, ground, layout, rigid) = (&self.case, ground!(self), &self.layout, &self.contacts.rigid);
-        let nodes = &mut self.remapped;
+        let (nodes, options) = (&mut self.remapped, &self.options);
         for driven in &self.driven {
-            let Some(place) = driven.place(case) else { continue };
+            let Some(place) = driven.place(case, options) else { continue };
             for field in soft_fields(nodes.len() / layout.len(), rigid) {
-                place.nodes::<D, S, B>(&ground, layout, |number| {
+                place.nodes::<D, S, B>(&ground, layout, |number, _| {
                     let node = &mut nodes[field * layout.len() + number];
                     let mut velocity = node.to_array();
                     for c in 0..D {

@@ -22,6 +22,7 @@ mod dispatch;
 mod domains;
 mod driven;
 mod dual;
+mod equilibrium;
 mod free_surface;
 mod gap;
 mod loads;

@@ -37,14 +37,19 @@ impl RowSums {
     }
 }
 
+/// Entry of nodes on walls.
+const ON_WALLS: usize = 0;
+/// Entry of all other nodes.
+const OFF_WALLS: usize = 1;
+
 /// Everything the solve of one step needs.
 pub struct MomentumSolve<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
     /// Gravity at the end of the step (m/s²).
     pub gravity: [f64; 3],
-    /// Local damping factor of each axis.
-    pub damping: [f64; 3],
+    /// Local damping factor of each axis: of nodes on walls, and of the others.
+    pub damping: [[f64; 3]; 2],
     /// Rayleigh damping, mass part (1/s).
     pub rayleigh: f64,
     /// Momentum variant of held nodes.
@@ -67,7 +72,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         let gravity = Lanes::new([gx, gy, gz, 0.0]);
         let row_free = self.walls.is_free(0, row);
         let ease = 1.0 / self.inertia;
-        let plain = self.damping == [0.0; 3] && self.rayleigh == 0.0;
+        let plain = self.damping[OFF_WALLS] == [0.0; 3] && self.rayleigh == 0.0;
         for number in active {
             let node = &mut line[number];
             let mass = node.motion.as_array()[3];
@@ -97,10 +102,11 @@ impl<const D: usize> MomentumSolve<'_, D> {
         let force = node.force.to_array();
         let mut start = [0.0; 3];
         let mut end = [0.0; 3];
+        let damping = &self.damping[if self.walls.leave(index) { OFF_WALLS } else { ON_WALLS }];
         for c in 0..D {
             start[c] = motion[c] / mass;
             let total = force[c] + mass * self.gravity[c];
-            let damped = self.damping[c] * total.abs() * sign(start[c]);
+            let damped = damping[c] * total.abs() * sign(start[c]);
             end[c] = start[c] + self.dt * (total - damped) / (self.inertia * mass);
             if self.rayleigh > 0.0 {
                 end[c] = slowed(start[c], end[c], self.rayleigh * self.dt);
@@ -196,7 +202,7 @@ mod tests {
         let solve = MomentumSolve::<1> {
             dt,
             gravity: [0.0; 3],
-            damping: [0.0; 3],
+            damping: [[0.0; 3]; 2],
             rayleigh: 0.0,
             keep_start: false,
             inertia: 1.0,

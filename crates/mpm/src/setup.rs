@@ -125,6 +125,25 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
     Ok(Walls::new(&nodes, walls))
 }
 
+/// Refuses walls that would go by more than half a `cell` (m): nodes on a wall take its velocity, but its plane stays.
+pub fn refuse_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> {
+    for (number, boundary) in case.boundaries.iter().enumerate() {
+        let normal = boundary.velocity.as_ref().and_then(|velocity| velocity.get(boundary.side.axis()));
+        let stands =
+            |stage: &usize| case.active_boundaries(*stage).iter().any(|(active, _)| *active == number);
+        let time: f64 = (0..case.stages.len()).filter(stands).map(|stage| case.stages[stage].duration).sum();
+        let way = normal.map_or(0.0, |speed| speed.abs() * time);
+        if way > 0.5 * cell {
+            let problem = format!(
+                "the wall would go {way:.3e} m, more than half a cell or element ({:.3e} m), but its plane stays where                  it is and only its nodes have the velocity: drive a rigid body or a patch",
+                0.5 * cell
+            );
+            return Err(CaseError::new(format!("boundaries[{number}].velocity"), problem));
+        }
+    }
+    Ok(())
+}
+
 /// How the wall of a boundary acts; `None` for one that only brakes.
 pub fn kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> {
     Some(match boundary.wall {
@@ -359,7 +378,11 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     }
     if solver.contacts.fields() > 1 {
         solver.contacts.surfaces = vec![Default::default(); solver.nodes.len()];
-        solver.contacts.rows = vec![Default::default(); solver.row_sums.len()];
+        solver.contacts.rows =
+            crate::touch::rows(&solver.contacts, solver.row_sums.len(), solver.layout.strides()[0]);
+        if solver.axisymmetric {
+            solver.contacts.radii = solver.radii();
+        }
         if P::MESHED {
             solver.contacts.filled = filled_on_mesh(&solver.mesh, solver.layout.len());
         } else {
@@ -367,6 +390,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
             solver.contacts.distance = SurfaceDistance::new::<S, B>();
         }
     }
+    refuse_walls_that_leave(case, if P::MESHED { solver.mesh.height() } else { solver.grid.cell })?;
     solver.set_stage_walls(0)?;
     solver.sort();
     solver.start_affine();

@@ -13,6 +13,7 @@ use crate::consistent::ConsistentMass;
 use crate::contact::Contacts;
 use crate::driven::Driven;
 use crate::dual::DualNodes;
+use crate::equilibrium::power;
 use crate::free_surface::FreeSurface;
 use crate::mixed::CellStresses;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
@@ -121,6 +122,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 self.start_velocities();
                 self.share_strain_if_asked::<REMAPPED>(dt); // 7
                 self.update_points::<REMAPPED>(dt, PointUpdate { stress: true, ..PointUpdate::NONE })?; // 7–8
+                self.free_surface();
                 self.scatter(Scatter::Forces, dt); // 1, forces
                 self.solve_momentum(dt)?; // 2–4
                 self.follow_loads::<SOLVED>(dt);
@@ -237,12 +239,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         let stage = &self.case.stages[self.stage];
         let damping = stage.damping_of_axes();
-        // The force of another body or of what is driven is none that is out of balance: damping waits for it.
+        // The force of another body or of what is driven is none that is out of balance: damping waits for it. That of a
+        // wall is: on walls it does not wait.
         let damp_later = !(self.driven.is_empty() && self.contacts.pairs.is_empty()) && damping != [0.0; 3];
         let solve = MomentumSolve {
             dt,
             gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
-            damping: if damp_later { [0.0; 3] } else { damping },
+            damping: [damping, if damp_later { [0.0; 3] } else { damping }],
             rayleigh: stage.rayleigh_damping,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
             inertia: self.options.mass_scaling,
@@ -258,9 +261,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.touch(dt);
         self.hold_patches(dt);
         if damp_later {
-            for nodes in self.nodes.chunks_exact_mut(self.layout.len()) {
-                self.layout.each(nodes, |_, active, line| {
-                    line[active].iter_mut().for_each(|node| damp(node, &damping, dt));
+            let (layout, walls) = (&self.layout, &self.walls);
+            for nodes in self.nodes.chunks_exact_mut(layout.len()) {
+                layout.each(nodes, |row, active, line| {
+                    for number in active {
+                        if walls.leave(&layout.index(row, number)) {
+                            damp(&mut line[number], &damping, dt);
+                        }
+                    }
                 });
             }
         }
@@ -302,14 +310,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     /// Work of tractions and prescribed motions in the step (J).
-    fn work_of_loads(&self, dt: f64) -> f64 {
+    pub(crate) fn work_of_loads(&self, dt: f64) -> f64 {
         let mut work = 0.0;
-        for set in self.sets.iter().filter(|set| !set.traction.is_empty()) {
-            let power = |(force, velocity): (&[f64; D], &[f64; D])| {
-                (0..D).map(|c| force[c] * velocity[c]).sum::<f64>()
-            };
-            let power: f64 = set.traction.iter().zip(&set.velocity).map(power).sum();
-            work += dt * power;
+        for set in &self.sets {
+            work += dt * power(&set.traction, &set.velocity);
         }
         for driven in &self.driven {
             let velocity = driven.rigid_velocity();

@@ -2,7 +2,7 @@
 
 use colluvium_grid::{Basis, Grid, Lanes, Mesh, Node, Support, Walls};
 
-use crate::contact::{ContactLaw, Interface, Pair, dot, norm, three};
+use crate::contact::{ContactLaw, Contacts, Given, Interface, Pair, dot, norm, three};
 use crate::gap::SurfaceDistance;
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
@@ -13,12 +13,25 @@ const SWEEPS: usize = 30;
 const SETTLED: f64 = 1e-12;
 
 /// What a row of nodes reports of a pair.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct RowTouch {
     /// Whether velocities changed.
     changed: bool,
     /// Impulse (N s) that the first field took.
     impulse: [f64; 3],
+    /// What the two have given each other in the step, node by node; empty where no law asks for it.
+    given: Vec<Given>,
+}
+
+/// Room for what the rows of nodes report, pair after pair. Only where bodies are gone through more than once does a
+/// force or a strength have to last for all sweeps.
+pub fn rows(contacts: &Contacts, count: usize, length: usize) -> Vec<RowTouch> {
+    let row = |pair: &Pair| {
+        let lasts = pair.law.is_some_and(|law| law.penalty.is_some() || law.adhesion > 0.0);
+        let nodes = if lasts && contacts.fields() > 2 { length } else { 0 };
+        RowTouch { given: vec![Given::default(); nodes], ..RowTouch::default() }
+    };
+    contacts.pairs.iter().flat_map(|pair| std::iter::repeat_n(row(pair), count)).collect()
 }
 
 /// Two fields of `len` nodes each, borrowed together.
@@ -41,6 +54,8 @@ struct Touch<'a> {
     inertia: f64,
     /// Volume over the cell size (m²) from which a rigid body holds a node, node by node.
     filled: &'a [f64],
+    /// Radii of the nodes (m) in axisymmetry; empty elsewhere.
+    radii: &'a [f64],
     cell: f64,
     dt: f64,
 }
@@ -59,20 +74,28 @@ impl Touch<'_> {
 
     /// The interface at a node, by a law.
     fn interface(&self, place: usize, law: &ContactLaw) -> Option<Interface> {
-        law.surface(self.surfaces.map(|surfaces| surfaces[place]), self.distance)
+        let surface = law.surface(self.surfaces.map(|surfaces| surfaces[place]), self.distance)?;
+        // Of the section until here.
+        let around = self.radii.get(place).copied().unwrap_or(1.0);
+        Some(Interface { area: around * surface.area, ..surface })
     }
 
-    /// Lets two solved nodes act on each other.
-    fn solved(&self, place: usize, index: &[usize; 3], pair: [&mut Node; 2]) -> RowTouch {
+    /// Lets two solved nodes act on each other; says whether that changes anything, and which impulse (N s) the first
+    /// one takes.
+    fn solved(
+        &self,
+        place: usize,
+        index: &[usize; 3],
+        pair: [&mut Node; 2],
+        given: &mut Given,
+    ) -> Option<(bool, [f64; 3])> {
         let masses = [pair[0].motion.as_array()[3], pair[1].motion.as_array()[3]];
         if !self.present(place, masses) {
-            return RowTouch::default();
+            return None;
         }
         let ends = [three(pair[0].motion), three(pair[1].motion)];
         let inertias = self.inertias(masses);
-        let Some(touched) = self.velocities(place, inertias, [&ends[0], &ends[1]]) else {
-            return RowTouch::default();
-        };
+        let touched = self.velocities(place, inertias, [&ends[0], &ends[1]], given)?;
         let side = usize::from(self.rigid[0]);
         let moved: [f64; 3] = std::array::from_fn(|c| touched[side][c] - ends[side][c]);
         let sign = if side == 0 { 1.0 } else { -1.0 };
@@ -87,15 +110,21 @@ impl Touch<'_> {
             let rate = |c: usize| (end[c] - start[c]) / self.dt;
             node.force = Lanes::new([rate(0), rate(1), rate(2), 0.0]);
         }
-        RowTouch { changed, impulse }
+        Some((changed, impulse))
     }
 
     /// Velocities after contact; `None` without it.
-    fn velocities(&self, place: usize, inertias: [f64; 2], ends: [&[f64; 3]; 2]) -> Option<[[f64; 3]; 2]> {
+    fn velocities(
+        &self,
+        place: usize,
+        inertias: [f64; 2],
+        ends: [&[f64; 3]; 2],
+        given: &mut Given,
+    ) -> Option<[[f64; 3]; 2]> {
         let common = together(inertias, ends);
         let Some(law) = &self.law else { return Some([common; 2]) };
         let surface = self.interface(place, law)?;
-        let impulse = law.impulse(inertias, ends, surface, [self.cell, self.dt])?;
+        let impulse = law.impulse(inertias, ends, surface, [self.cell, self.dt], given)?;
         let moved = |side: usize, sign: f64| -> [f64; 3] {
             std::array::from_fn(|c| ends[side][c] + sign * impulse[c] / inertias[side])
         };
@@ -179,6 +208,18 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
+    /// Radii of the nodes (m); none on the other side of the axis.
+    pub(crate) fn radii(&self) -> Vec<f64> {
+        let radius = |node: usize| match P::MESHED {
+            true => self.mesh.nodes().get(node).map_or(0.0, |x| x[0]),
+            false => {
+                let row = node / self.layout.strides()[0];
+                self.grid.origin[0] + self.grid.cell * B::coordinate(row, self.grid.cells[0])
+            }
+        };
+        (0..self.layout.len()).map(|node| radius(node).max(0.0)).collect()
+    }
+
     fn touching(&self, pair: &Pair, dt: f64) -> Touch<'_> {
         let len = self.layout.len();
         Touch {
@@ -191,6 +232,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             light: self.options.node_mass_cutoff * self.heaviest,
             inertia: self.options.mass_scaling,
             filled: &self.contacts.filled,
+            radii: &self.contacts.radii,
             cell: self.grid.cell,
             dt,
         }
@@ -201,39 +243,43 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// acts on both bodies.
     pub(crate) fn touch(&mut self, dt: f64) {
         let mut nodes = std::mem::take(&mut self.nodes);
-        let mut rows = std::mem::take(&mut self.contacts.rows);
+        let mut all = std::mem::take(&mut self.contacts.rows);
+        all.iter_mut().for_each(|row| row.given.fill(Given::default()));
         for _ in 0..SWEEPS {
             let mut changed = false;
             for number in 0..self.contacts.pairs.len() {
                 let pair = self.contacts.pairs[number];
+                let rows = &mut all[number * self.row_sums.len()..][..self.row_sums.len()];
                 if pair.fields.iter().all(|field| self.contacts.rigid[*field].is_some()) {
                     continue;
                 }
-                self.touch_pair(&pair, &mut nodes, &mut rows, dt);
+                self.touch_pair(&pair, &mut nodes, rows, dt);
                 changed |= rows.iter().any(|row| row.changed);
-                self.react(&pair, &rows, dt);
+                self.react(&pair, rows, dt);
             }
             if !changed || self.contacts.fields() < 3 {
                 break;
             }
         }
-        self.contacts.rows = rows;
+        self.contacts.rows = all;
         self.nodes = nodes;
     }
 
     fn touch_pair(&self, pair: &Pair, nodes: &mut [Node], rows: &mut [RowTouch], dt: f64) {
         let (len, row_length) = (self.layout.len(), self.layout.strides()[0]);
         let touch = self.touching(pair, dt);
-        self.layout.two_rows(two(nodes, len, pair.fields), rows, &|row, active, [a, b]| {
-            let mut result = RowTouch::default();
+        self.layout.two_rows(two(nodes, len, pair.fields), rows, &|row, active, [a, b], result| {
+            (result.changed, result.impulse) = (false, [0.0; 3]);
             for number in active {
                 let index = self.layout.index(row, number);
-                let touched =
-                    touch.solved(row * row_length + number, &index, [&mut a[number], &mut b[number]]);
-                result.changed |= touched.changed;
-                (0..3).for_each(|c| result.impulse[c] += touched.impulse[c]);
+                let mut alone = Given::default();
+                let given = result.given.get_mut(number).unwrap_or(&mut alone);
+                let nodes = [&mut a[number], &mut b[number]];
+                let touched = touch.solved(row * row_length + number, &index, nodes, given);
+                let Some((changed, impulse)) = touched else { continue };
+                result.changed |= changed;
+                (0..3).for_each(|c| result.impulse[c] += impulse[c]);
             }
-            result
         });
     }
 
@@ -256,13 +302,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let touch = self.touching(pair, 1.0);
             let [first, second] = pair.fields;
             let both = two(&mut velocities, len, pair.fields);
-            self.layout.two_rows(both, &mut rows, &|row, active, [a, b]| {
+            self.layout.two_rows(both, &mut rows, &|row, active, [a, b], _| {
                 for number in active {
                     let place = row * row_length + number;
                     let solved = [&self.nodes[first * len + place], &self.nodes[second * len + place]];
                     touch.again(place, solved, [&mut a[number], &mut b[number]]);
                 }
-                RowTouch::default()
             });
         }
         self.contacts.rows = rows;

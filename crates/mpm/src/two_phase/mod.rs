@@ -25,7 +25,9 @@ pub use momentum::PhaseSums;
 pub use setup::{cleared, of_liquid, pore_set, two_phase};
 
 use crate::config::StressScheme;
-use crate::points::PointDomain;
+use crate::equilibrium::{Scales, over, power, square_sum};
+use crate::momentum::RowSums;
+use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED};
 use momentum::PhaseSolve;
@@ -112,23 +114,36 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if audit {
             *sums = PhaseSums::default();
             row_sums.iter().for_each(|row| sums.add(row));
-            self.external_work += sums.mixture.work;
+            self.external_work += sums.mixture.work + self.work_of_loads(dt) + self.work_of_pore_loads(dt);
         }
     }
 
     /// Distance from equilibrium: the larger one of mixture and liquid (MPM sheet §2.14). `traction` is the sum of
     /// the squares of the tractions (N²).
-    pub(crate) fn phase_equilibrium(&self, phases: &TwoPhase, traction: f64) -> Equilibrium {
+    pub(crate) fn phase_equilibrium(&self, phases: &TwoPhase, traction: f64, scales: Scales) -> Equilibrium {
         let PhaseSums { mixture, liquid } = &phases.sums;
-        let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { f64::INFINITY };
         let of_mixture = (mixture.external + traction).sqrt();
-        // Without weight the liquid has no external force of its own.
-        let of_liquid = if liquid.external > 0.0 { liquid.external.sqrt() } else { of_mixture };
-        let unbalanced =
-            ratio(mixture.unbalanced.sqrt(), of_mixture).max(ratio(liquid.unbalanced.sqrt(), of_liquid));
-        Equilibrium {
-            unbalanced_force: unbalanced,
-            kinetic_ratio: ratio(mixture.kinetic, self.external_work.abs()),
+        let pore_loads = self.sets.iter().flat_map(PointSet::pore_loads);
+        let pore_loads: f64 = pore_loads.map(|(_, force)| square_sum(&[force])).sum();
+        let mut of_liquid = (liquid.external + pore_loads).sqrt();
+        if of_liquid == 0.0 {
+            // Without weight and pressures the liquid has no external force of its own.
+            of_liquid = of_mixture;
         }
+        let unbalanced = |sums: &RowSums, external| over(sums.unbalanced.sqrt(), external, scales.force);
+        Equilibrium {
+            unbalanced_force: unbalanced(mixture, of_mixture).max(unbalanced(liquid, of_liquid)),
+            kinetic_ratio: over(mixture.kinetic, self.external_work.abs(), scales.energy),
+        }
+    }
+
+    /// Work in the step (J) of prescribed pore pressures on the fluid beyond what they do on the mixture.
+    fn work_of_pore_loads(&self, dt: f64) -> f64 {
+        let of_set = |set: &PointSet<D, P>| -> f64 {
+            let Some(pore) = &set.pore else { return 0.0 };
+            let seepage = |p: usize| std::array::from_fn(|c| pore.velocity[p][c] - set.velocity[p][c]);
+            set.pore_loads().map(|(p, force)| power(&[force], &[seepage(p)])).sum()
+        };
+        dt * self.sets.iter().map(of_set).sum::<f64>()
     }
 }

@@ -131,6 +131,8 @@ impl<const D: usize> PhaseSolve<'_, D> {
         // Liquid: force without drag, and its damping.
         let (mut driving, mut damped) = ([0.0; 3], [0.0; 3]);
         let mut carried = [0.0; 3];
+        // What walls bear of the pore pressure, as a change of the skeleton's velocity.
+        let mut lift = [0.0; 3];
         let mut weight = masses.solid;
         if wet {
             weight += masses.liquid;
@@ -145,8 +147,9 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 to[c] = from[c] + self.dt * (unbalanced[c] + damped[c]) / (self.inertia * masses.full);
             }
             let free = to;
-            self.constrain(LIQUID, index, &mut from, &mut to);
+            self.constrain(LIQUID, index, &mut from, &mut to, &[0.0; 3]);
             for c in 0..D {
+                lift[c] = masses.full * (to[c] - free[c]) / masses.solid;
                 carried[c] = self.inertia * masses.liquid * (to[c] - from[c]) / self.dt;
                 if self.audit {
                     let own = masses.liquid * self.gravity[c];
@@ -174,7 +177,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
             to[c] = from[c] + self.dt * force / (self.inertia * masses.solid);
         }
         let free = to;
-        self.constrain(SOLID, index, &mut from, &mut to);
+        self.constrain(SOLID, index, &mut from, &mut to, &lift);
         if self.audit {
             for c in 0..D {
                 let (own, all) = (masses.solid * self.gravity[c], weight * self.gravity[c]);
@@ -194,12 +197,19 @@ impl<const D: usize> PhaseSolve<'_, D> {
         let motion = node.motion.to_array();
         let mut start: [f64; 3] = std::array::from_fn(|c| if c < D { motion[c] / mass } else { 0.0 });
         let mut end = start;
-        self.constrain(phase, index, &mut start, &mut end);
+        self.constrain(phase, index, &mut start, &mut end, &[0.0; 3]);
         start
     }
 
-    fn constrain(&self, phase: usize, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3]) {
-        self.walls[phase].constrain(index, start, end, self.keep_start);
+    fn constrain(
+        &self,
+        phase: usize,
+        index: &[usize; 3],
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        lift: &[f64; 3],
+    ) {
+        self.walls[phase].constrain_skeleton(index, start, end, self.keep_start, lift);
     }
 
     fn finish(&self, node: &mut Node, start: &[f64; 3], end: &[f64; 3], mass: f64) {

@@ -287,3 +287,54 @@ fn a_wall_that_lets_go_gives_no_energy_to_what_bounces_off() {
         }
     }
 }
+
+#[test]
+fn absorbing_sides_stay_uniform_as_points_go_through_a_period() {
+    let case = Case::from_json(
+        &json!({
+            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 2], "periodic": ["x"] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+                         "velocity": { "kind": "uniform", "value": [1, 0] } }],
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "absorbing" } }],
+            "stages": [{ "name": "a", "duration": 0.3 }, { "name": "b", "duration": 0.2 }],
+            "methods": { "mpm": { "cell_size": 0.1 } }
+        })
+        .to_string(),
+    )
+    .unwrap();
+    let snapshot = solve(&case).snapshot;
+    let velocities = vectors(&snapshot, "velocity");
+    for (x, v) in snapshot.positions.iter().zip(&velocities) {
+        let row =
+            snapshot.positions.iter().zip(&velocities).filter(|(other, _)| (other[1] - x[1]).abs() < 1e-9);
+        assert!(row.into_iter().all(|(_, w)| (0..2).all(|c| (v[c] - w[c]).abs() < 1e-9)), "{v:?} at {x:?}");
+    }
+}
+
+#[test]
+fn walls_that_would_leave_their_plane_are_refused() {
+    let case = |speed: f64| {
+        Case::from_json(
+            &json!({
+                "title": "test", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
+                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }],
+                "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } },
+                               { "side": "x-max", "wall": { "kind": "smooth" }, "velocity": [speed] }],
+                "stages": [{ "name": "a", "duration": 1 }],
+                "methods": { "mpm": { "cell_size": 0.1 } }
+            })
+            .to_string(),
+        )
+        .unwrap()
+    };
+    for speed in [0.2, -0.2] {
+        let error = Mpm.build(&case(speed)).err().unwrap().to_string();
+        assert!(
+            error.contains("boundaries[1].velocity") && error.contains("rigid body or a patch"),
+            "{error}"
+        );
+    }
+    assert!(Mpm.build(&case(0.04)).is_ok());
+}

@@ -85,6 +85,60 @@ fn smooth_bodies_slide_without_a_change() {
 }
 
 #[test]
+fn forces_of_contact_do_not_know_of_bodies_elsewhere() {
+    let soft = json!({ "stiffness": 1e5 });
+    let laws = [
+        json!({ "bodies": ["lower", "upper"], "test": "gap", "penalty": soft }),
+        json!({ "bodies": ["lower", "upper"], "test": "gap", "adhesion": 50.0, "friction_coefficient": 0.2 }),
+        json!({ "bodies": ["lower", "upper"], "test": "gap", "friction_coefficient": 0.9,
+                "penalty": { "stiffness": 1e5, "shear_strength": 20.0 } }),
+    ];
+    for law in laws {
+        let ends = [false, true].map(|third| {
+            let options = json!({ "shape": "ugimp", "contacts": [law] });
+            let mut case = blocks([[0.0, 0.1], [0.4, -0.3]], &options);
+            if third {
+                let mut far = case.bodies[1].clone();
+                far.name = "far".to_owned();
+                far.shape =
+                    serde_json::from_value(json!({ "kind": "box", "min": [0.1, 0.1], "max": [0.3, 0.3] }))
+                        .unwrap();
+                far.velocity = Default::default();
+                case.bodies.push(far);
+            }
+            means(&solve(&case).snapshot)
+        });
+        for (alone, with_far) in ends[0].iter().flatten().zip(ends[1].iter().flatten()) {
+            assert!((alone - with_far).abs() < 1e-9, "{law}: {ends:?}");
+        }
+    }
+}
+
+#[test]
+fn adhesion_on_a_ring_is_that_of_its_whole_area_per_radian() {
+    // A ring of 10 to 11 m and 1 m high on a rigid core, pressed on it, in free fall: of 10 m² per radian and 1 kPa.
+    let falls = |adhesion: f64| {
+        let case = case(json!({
+            "space": "axisymmetric", "domain": { "min": [9.5, 0], "max": [11.5, 3] }, "gravity": [0, -1],
+            "bodies": [
+                { "name": "core", "rigid": true, "material": "m", "shape": { "kind": "box", "min": [9.7, 0], "max": [10, 3] } },
+                { "name": "ring", "material": "m", "shape": { "kind": "box", "min": [10, 1.5], "max": [11, 2.5] } }],
+            "loads": [{ "kind": "traction", "body": "ring", "side": "x-max", "value": [-5000.0, 0], "ramp": 0.05 }],
+            "stages": [{ "name": "s", "duration": 0.4, "damping": 0.2 }],
+            "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4,
+                                  "contacts": [{ "bodies": ["core", "ring"], "adhesion": adhesion, "normal": [1, 0] }] } }
+        }));
+        let report = solve(&case);
+        let budget = report.snapshot.bodies.iter().zip(vectors(&report.snapshot, "velocity"));
+        let ring: Vec<f64> = budget.filter(|(body, _)| **body == 1).map(|(_, v)| v[1]).collect();
+        ring.iter().sum::<f64>() / ring.len() as f64
+    };
+    let mass = 1000.0 * 0.5 * (11.0f64.powi(2) - 10.0f64.powi(2));
+    let force = mass * (falls(1000.0) - falls(0.0)) / 0.4;
+    assert!((force / 10_000.0 - 1.0).abs() < 0.1, "{force}");
+}
+
+#[test]
 fn momentum_is_conserved_and_kinetic_energy_is_not_made() {
     for shape in SHAPES {
         for scheme in SCHEMES {

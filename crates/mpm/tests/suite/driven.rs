@@ -71,6 +71,95 @@ fn a_rigid_lid_presses_with_the_force_of_the_oedometer() {
 }
 
 #[test]
+fn a_patch_that_does_nothing_changes_nothing_at_walls() {
+    // A block that slides on a frictional floor, damped; the patch is far above it.
+    for nodes in ["force", "momentum"] {
+        let ends = [false, true].map(|patch| {
+            let mut more = json!({
+                "gravity": [2, -10],
+                "domain": { "min": [0, 0], "max": [3, 2] },
+                "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.1 } }],
+                "stages": [{ "name": "s", "duration": 0.2, "damping": 0.3 }],
+                "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "fixed_nodes": nodes } }
+            });
+            if patch {
+                more["patches"] = json!([{ "name": "idle", "region": { "kind": "box", "min": [2.5, 1.8], "max": [3, 2] } }]);
+            }
+            vectors(&solve(&case(more)).snapshot, "displacement")
+        });
+        for (alone, with_patch) in ends[0].iter().zip(&ends[1]) {
+            assert!(
+                (0..2).all(|c| (alone[c] - with_patch[c]).abs() < 1e-9),
+                "{nodes}: {alone:?}, {with_patch:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_plate_over_a_whole_period_moves_all_of_its_nodes() {
+    // A-26 with the upper plate as a patch: nodes beyond the side and the images of nodes go along.
+    for shape in ["linear", "ugimp"] {
+        let flow = |region: [f64; 2]| {
+            let case = case(json!({
+                "domain": { "min": [0, 0], "max": [0.3, 1], "periodic": ["x"] },
+                "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 4e5, "viscosity": 1000,
+                                      "cavitation_strength": 4e5 } },
+                "bodies": [{ "name": "oil", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.3, 1] } }],
+                "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "y-max", "wall": { "kind": "smooth" } }],
+                "patches": [{ "name": "plate", "region": { "kind": "box", "min": [region[0], 1], "max": [region[1], 1.2] } }],
+                "measures": { "force": { "kind": "reaction", "of": "plate" } },
+                "stages": [{ "name": "flow", "duration": 0.5, "motions": [{ "of": "plate", "velocity": [1, 0] }] }],
+                "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
+            }));
+            solve(&case)
+        };
+        let report = flow([0.0, 0.3]);
+        // Steady: 1000 Pa on 0.3 m.
+        let force = late(&report, "force.impulse.x");
+        assert!((force / -300.0 - 1.0).abs() < 0.02, "{shape}: {force}");
+        let wider = flow([-0.2, 0.5]);
+        for ((x, v), w) in report
+            .snapshot
+            .positions
+            .iter()
+            .zip(vectors(&report.snapshot, "velocity"))
+            .zip(vectors(&wider.snapshot, "velocity"))
+        {
+            assert!((v[0] - x[1]).abs() < 0.01 && v[1].abs() < 1e-9, "{shape}: {v:?} at {x:?}");
+            assert!((0..2).all(|c| (v[c] - w[c]).abs() < 1e-12), "{shape}: {v:?}, {w:?}");
+        }
+    }
+}
+
+#[test]
+fn a_rigid_plate_presses_where_points_keep_their_places() {
+    // Far beyond a cell: the plate goes on pressing the surface where that was at the start.
+    let case = case(json!({
+        "bodies": [block(), lid()],
+        "stages": [{ "name": "press", "duration": 1, "damping": 0.5, "motions": [{ "of": "lid", "velocity": [0, -0.3], "ramp": 0.2 }] }],
+        "measures": { "force": { "kind": "reaction", "of": "lid" } },
+        "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "formulation": "small-displacement" } }
+    }));
+    let report = solve(&case);
+    let lid: Vec<[f64; 3]> = report
+        .snapshot
+        .positions
+        .iter()
+        .zip(&report.snapshot.bodies)
+        .filter(|(_, body)| **body == 1)
+        .map(|(x, _)| *x)
+        .collect();
+    assert!(lid.iter().all(|x| x[1] > 1.0), "it stays as the points do");
+    let ways = vectors(&report.snapshot, "displacement");
+    let way = ways.iter().zip(&report.snapshot.bodies).find(|(_, body)| **body == 1).unwrap().0[1];
+    assert!((way + 0.27).abs() < 1e-9, "{way}");
+    // 100 kPa times 0.27, of which the mean over the last tenth lacks 0.015.
+    let force = late(&report, "force.impulse.y");
+    assert!((force / (1e5 * 0.255) - 1.0).abs() < 0.05, "{force}");
+}
+
+#[test]
 fn a_rigid_lid_presses_on_triangles_and_tetrahedra_too() {
     let slides = json!([{ "bodies": ["block", "lid"], "friction_coefficient": 0.2, "normal": [0, 1] }]);
     for (scheme, contacts) in [("usl", json!([])), ("musl", json!([])), ("musl", slides)] {

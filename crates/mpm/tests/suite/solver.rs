@@ -4,7 +4,7 @@ use colluvium_case::{Case, Method, RunOptions, RunReport, Solver, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, solve, stresses, vectors, with};
+use crate::common::{advance_to, begin, changed, solve, stresses, vectors, with};
 
 /// A block of one material with everything else at its simplest; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -505,4 +505,50 @@ fn viscosity_limits_the_step_of_a_fluid_and_stress_follows_the_rate() {
     assert_eq!(plan.time_step.limit, "viscosity");
     // C ρ h² / (4 μ)
     assert!((plan.time_step.dt - 0.5 * 1000.0 * 0.01 / (4.0 * 1e4)).abs() < 1e-12);
+}
+
+#[test]
+fn a_stage_without_external_forces_comes_to_equilibrium() {
+    // A hole in ground under stress, without weight.
+    let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
+    let case = Case::from_json(
+        &json!({
+            "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+                         "stress": { "kind": "uniform", "value": [-1e4, -1e4, -1e4, 0, 0, 0] } }],
+            "boundaries": [wall("x-min"), wall("x-max"), wall("y-min"), wall("y-max")],
+            "stages": [{ "name": "s", "duration": 3, "damping": 0.7, "equilibrium": {},
+                         "excavate": [{ "kind": "box", "min": [0.4, 0.4], "max": [0.6, 0.6] }] }],
+            "methods": { "mpm": { "cell_size": 0.1 } }
+        })
+        .to_string(),
+    )
+    .unwrap();
+    let report = solve(&case);
+    assert!(report.snapshot.time < 3.0, "{}", report.snapshot.time);
+}
+
+#[test]
+fn points_on_a_free_surface_carry_no_stress_whatever_the_order_of_a_step() {
+    // A strip of half-filled cells: all of its points lie on the surface, and nothing pulls.
+    for scheme in ["usf", "usl", "musl"] {
+        let case = Case::from_json(
+            &json!({
+                "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
+                "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 1e-3 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.4], "max": [0.8, 0.45] },
+                             "velocity": { "kind": "linear", "value": [0, 0], "origin": [0.5, 0.5], "gradient": [[-1, 0], [0, 0]] } }],
+                "stages": [{ "name": "s", "duration": 0.01 }],
+                "methods": { "mpm": { "cell_size": 0.1, "stress_update": scheme, "free_surface": 0.7 } }
+            })
+            .to_string(),
+        )
+        .unwrap();
+        let before = Mpm.build(&case).unwrap().budget().kinetic;
+        let mut solver = begin(&case);
+        advance_to(&mut *solver, 0.01);
+        let after = solver.budget().kinetic;
+        assert!((after / before - 1.0).abs() < 1e-9, "{scheme}: {before} J, {after} J");
+    }
 }

@@ -348,3 +348,50 @@ fn the_default_step_is_stable_in_every_space() {
         }
     }
 }
+
+#[test]
+fn friction_of_a_wall_goes_by_the_effective_stress() {
+    // A saturated layer at rest under its weight, that gravity begins to pull along the floor: of 19.9 kPa only the
+    // 9.9 kPa of the skeleton rub.
+    let layer = |friction: Value| {
+        changed(
+            json!({
+                "title": "test", "space": "plane-strain", "domain": { "min": [0, 0], "max": [0.5, 1.2], "periodic": ["x"] },
+                "gravity": [3, -10],
+                "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.5, 1] },
+                             "stress": { "kind": "k0", "surface": 1, "coefficient": 0.5 },
+                             "pore_fluid": { "porosity": 0.4, "permeability": 1e-3, "density": 1000, "bulk_modulus": 1e8,
+                                             "pressure": { "kind": "hydrostatic", "surface": 1 } } }],
+                "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.5 } }],
+                "stages": [{ "name": "s", "duration": 0.2 }],
+                "methods": { "mpm": { "cell_size": 0.1, "wall_friction": friction } }
+            }),
+            &json!({}),
+        )
+    };
+    for friction in ["impulse", "acceleration"] {
+        let report = solve(&layer(json!(friction)));
+        let budget = Mpm.build(&layer(json!(friction))).unwrap().budget();
+        let velocities = vectors(&report.snapshot, "velocity");
+        let mean = velocities.iter().map(|v| v[0]).sum::<f64>() / velocities.len() as f64;
+        let exact = (3.0 - 0.5 * 10.0 * 990.0 / 1990.0) * 0.2;
+        assert!((mean / exact - 1.0).abs() < 0.1, "{friction}: {mean} instead of {exact} m/s ({budget:?})");
+    }
+}
+
+#[test]
+fn equilibrium_under_a_traction_is_met_with_pore_fluid_too() {
+    let case = case(json!({
+        "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": [-1e4] }],
+        "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+                     "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10, "bulk_modulus": 2e7 } }],
+        "stages": [{ "name": "s", "duration": 3, "damping": 0.5, "equilibrium": {} }],
+        "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 2, "shape": "linear" } }
+    }));
+    let report = solve(&case);
+    assert!(report.snapshot.time < 3.0, "{}", report.snapshot.time);
+    let total = report.snapshot.tensors("total_stress").unwrap();
+    assert!(total.iter().all(|s| (s[0] / -1e4 - 1.0).abs() < 0.05), "{total:?}");
+}
