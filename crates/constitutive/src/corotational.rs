@@ -188,6 +188,14 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         Ok(())
     }
 
+    fn is_in_rate_form(&self) -> bool {
+        true
+    }
+
+    fn is_time_dependent(&self) -> bool {
+        self.0.is_time_dependent()
+    }
+
     fn wave_modulus(&self, point: &Point<L::State>) -> f64 {
         self.0.wave_modulus(point)
     }
@@ -260,6 +268,14 @@ impl<L: SmallStrain> StressUpdate for FirstOrderSpin<L> {
         // W σ - σ W is symmetric, and twice the symmetric part of W σ.
         let turned = Point { stress: old.stress + (spin * stress).sym() * 2.0, state: old.state.clone() };
         self.0.update(&motion.strain_increment(), motion, &turned)
+    }
+
+    fn is_in_rate_form(&self) -> bool {
+        true
+    }
+
+    fn is_time_dependent(&self) -> bool {
+        self.0.is_time_dependent()
     }
 
     fn wave_modulus(&self, point: &Point<L::State>) -> f64 {

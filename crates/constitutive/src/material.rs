@@ -237,6 +237,12 @@ pub trait Material: Send + Sync {
         states: &mut StateBlock,
     ) -> Result<(), BatchError>;
 
+    /// See [`StressUpdate::is_in_rate_form`].
+    fn is_in_rate_form(&self) -> bool;
+
+    /// See [`StressUpdate::is_time_dependent`].
+    fn is_time_dependent(&self) -> bool;
+
     /// Upper bounds on the P-wave modulus (Pa), one per point.
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
@@ -322,6 +328,14 @@ impl<L: StressUpdate> Material for L {
         }
         let done = self.update_batch(motions, stresses, typed_mut::<L::State>(states));
         done.map_err(|error| error.with_step(motions, stresses))
+    }
+
+    fn is_in_rate_form(&self) -> bool {
+        StressUpdate::is_in_rate_form(self)
+    }
+
+    fn is_time_dependent(&self) -> bool {
+        StressUpdate::is_time_dependent(self)
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {

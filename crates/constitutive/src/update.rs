@@ -68,6 +68,17 @@ pub trait StressUpdate: Send + Sync + 'static {
         Ok(())
     }
 
+    /// Whether the law is in rate form: a step starts from the stress of the point, so that one changed from outside
+    /// (smoothed, diffused) is kept. Other laws find their stress from the state or the motion alone.
+    fn is_in_rate_form(&self) -> bool {
+        false
+    }
+
+    /// Whether stress or state change with time in a step without motion, as by viscosity.
+    fn is_time_dependent(&self) -> bool {
+        false
+    }
+
     /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
 
@@ -159,6 +170,11 @@ pub trait SmallStrain: Send + Sync + 'static {
     /// Rotates tensorial internal variables; nothing to do for scalar ones.
     #[inline]
     fn rotate_state(&self, _state: &mut Self::State, _rotation: &crate::Mat3) {}
+
+    /// See [`StressUpdate::is_time_dependent`].
+    fn is_time_dependent(&self) -> bool {
+        false
+    }
 
     /// See [`StressUpdate::wave_modulus`].
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64;

@@ -30,6 +30,9 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
     /// Motion the inner law sees, and own state at the end of the step.
     fn step(&self, motion: &Motion, own: &Self::Own) -> (Motion, Self::Own);
 
+    /// Whether the motion that the inner law sees depends on time, see [`crate::StressUpdate::is_time_dependent`].
+    const TIME_DEPENDENT: bool = false;
+
     /// What is added to the wave modulus of the inner law (Pa).
     fn added_modulus(&self) -> f64 {
         0.0
@@ -120,6 +123,14 @@ impl<W: Wrapper> Material for Around<W> {
             }
         }
         Ok(())
+    }
+
+    fn is_in_rate_form(&self) -> bool {
+        self.inner.is_in_rate_form()
+    }
+
+    fn is_time_dependent(&self) -> bool {
+        W::TIME_DEPENDENT || self.inner.is_time_dependent()
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {

@@ -459,6 +459,38 @@ fn what_is_next_to_nothing_stays_finite() {
 }
 
 #[test]
+fn only_laws_in_rate_form_keep_a_stress_changed_from_outside() {
+    for subject in subjects() {
+        let whole = subject.walker();
+        let mut less = whole.clone();
+        less.stress = whole.stress * 0.99;
+        let strain = SymTensor([1e-5, -2e-5, 0.0, 1e-5, 0.0, 0.0]).to_matrix();
+        let differs = subject.step(&whole, &strain, 1e-3).stress != subject.step(&less, &strain, 1e-3).stress;
+        // Fluids whose shear is in rate form have their pressure from density: shear is what they keep.
+        let shears = whole.stress.deviator() != SymTensor::ZERO;
+        assert_eq!(differs, subject.law.is_in_rate_form() && shears, "{}", subject.name());
+    }
+}
+
+#[test]
+fn without_motion_only_time_dependent_laws_ask_how_long() {
+    for subject in subjects().iter().filter(|s| s.law.is_in_rate_form()) {
+        let mut beyond = subject.walker();
+        // Beyond the yield surface of most.
+        beyond.stress += SymTensor([2e4, -1e4, -1e4, 5e4, 0.0, 0.0]);
+        let after = |dt: f64| {
+            let motion = motion(&Mat3::ZERO, dt, beyond.density);
+            subject.try_apply(&beyond, &motion).map(|walker| walker.stress)
+        };
+        let differs = after(1e-4) != after(1e-3);
+        assert!(!differs || subject.law.is_time_dependent(), "{}", subject.name());
+        // Without viscosity a flow keeps its yield stress at any rate.
+        let flows = subject.spec.is_fluid() && !subject.name().contains("viscosity: 0.0");
+        assert!(differs || !flows, "{}", subject.name());
+    }
+}
+
+#[test]
 fn two_half_steps_differ_from_one_by_the_square_of_the_step() {
     // From a state on the yield surface, in a direction that goes on loading and turns.
     let before = Mat3([[0.002, 0.002, 0.0], [0.001, -0.004, 0.0005], [0.0, 0.001, 0.001]]);

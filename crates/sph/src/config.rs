@@ -67,14 +67,17 @@ pub struct SphOptions {
     /// Against tensile instability.
     #[serde(default)]
     pub tensile: Tensile,
-    /// Smoothing of stress. Only for laws whose stress is free of its history, as elastoplastic laws in
-    /// rate form are: a law that keeps its elastic strain puts the old stress back.
+    /// Smoothing of stress, of bodies whose law is in rate form: a law that finds its stress from its elastic strain or
+    /// the rate of the motion, as hyperelastic laws and Newtonian fluids do, keeps its own. Refused where no body's law
+    /// is in rate form. A step without motion takes the stress back to yield; where the law depends on time (relaxation,
+    /// eigenstrain, user materials) the next step with motion does.
     #[serde(default)]
     pub regularisation: Regularisation,
     /// Steps between two regularisations.
     #[serde(default = "ten")]
     pub regularisation_steps: u64,
-    /// Diffusion of stress `ζ`, 0 to 0.5; what the weight between particles explains is left out.
+    /// Diffusion of stress `ζ`, 0 to 0.5; what the weight between particles explains is left out. Acts on bodies whose
+    /// law is in rate form, as `regularisation`, and is refused where no body's is.
     #[serde(default)]
     pub stress_diffusion: f64,
     /// Ratio of horizontal to vertical stress in that weight.

@@ -10,17 +10,18 @@ use crate::solver::{SphSolver, TASK};
 const CONDITION: f64 = 1e-8;
 
 impl<const D: usize> SphSolver<D> {
-    /// Replaces every stress by the average over the particles of the same body.
+    /// Replaces the stresses of laws in rate form by the average over the particles of the same body; others find
+    /// theirs anew.
     pub(crate) fn smooth_stress(&mut self, form: Regularisation) {
         let mut smoothed = std::mem::take(&mut self.tensors);
         smoothed.resize(self.particles.len, SymTensor::ZERO);
-        for group in &self.groups {
+        for group in self.groups.iter().filter(|group| group.material.is_in_rate_form()) {
             let (range, start) = (group.range(), group.start);
             smoothed[range.clone()].par_iter_mut().enumerate().with_min_len(64).for_each(|(k, stress)| {
                 *stress = self.average(start + k, &range, form);
             });
+            self.particles.stress[range.clone()].copy_from_slice(&smoothed[range]);
         }
-        self.particles.stress[..smoothed.len()].copy_from_slice(&smoothed);
         self.tensors = smoothed;
     }
 
@@ -97,17 +98,16 @@ impl<const D: usize> SphSolver<D> {
         Some(solution)
     }
 
-    /// Calls `visit(j, V_j W, (x_i - x_j) / h)` for the particle itself and its neighbours of the same body.
+    /// Calls `visit(j, V_j W, (x_i - x_j) / h)` for the particle itself and its neighbours of the same body, across
+    /// the ends of periods too. Images in mirrors are no particles of the body (sheet §2.10).
     fn around(&self, i: usize, body: &std::ops::Range<usize>, mut visit: impl FnMut(usize, f64, &[f64; D])) {
         let p = &self.particles;
         visit(i, p.mass[i] / p.density[i] * self.smoothing.value(0.0), &[0.0; D]);
         for &j in self.neighbours.of(i) {
-            let j = j as usize;
-            if !body.contains(&j) {
-                continue;
-            }
+            let place = &p.position[j as usize];
+            let Some(j) = self.particle_of(j as usize).filter(|j| body.contains(j)) else { continue };
             let h = p.length[i];
-            let apart: [f64; D] = std::array::from_fn(|c| (p.position[i][c] - p.position[j][c]) / h);
+            let apart: [f64; D] = std::array::from_fn(|c| (p.position[i][c] - place[c]) / h);
             let r = h * apart.iter().map(|c| c * c).sum::<f64>().sqrt();
             let weight = p.mass[j] / p.density[j] * self.smoothing.value(r);
             // Beyond the support a neighbour must not count: which ones are listed depends on the past.

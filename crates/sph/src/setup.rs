@@ -8,7 +8,8 @@ use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
 use colluvium_points::{CellList, HalfList, NeighbourList};
 
 use crate::config::{
-    Continuity, DensityReset, Formulation, RoughWall, SmoothWall, SoundSpeed, SphOptions, WallStress,
+    Continuity, DensityReset, Formulation, Regularisation, RoughWall, SmoothWall, SoundSpeed, SphOptions,
+    WallStress,
 };
 use crate::kernel::Smoothing;
 use crate::particles::{Group, Particles};
@@ -98,7 +99,9 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
 
 /// Periodic axes must be longer than the reach of a particle, and a whole number of spacings.
 fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
-    let reach = options.kernel.support() * options.length() * options.smoothing_growth.max(1.2);
+    // Walls that interpolate go on beyond the ends by one reach, and ask the soil one further out.
+    let layers = if options.wall_stress == WallStress::Pairwise { 1.0 } else { 2.0 };
+    let reach = options.kernel.support() * options.length() * options.smoothing_growth.max(1.2).max(layers);
     for (number, axis) in case.domain.periodic.iter().enumerate() {
         let path = format!("domain.periodic[{number}]");
         let axis = axis.number();
@@ -143,6 +146,24 @@ fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseErro
                 format!("methods.sph.{name}"),
                 "is for fluids, and no body is made of one",
             ));
+        }
+    }
+    Ok(())
+}
+
+/// Laws that are not in rate form find their stress anew in every step: nothing is left of what smooths it.
+fn check_stress_forms(groups: &[Group], options: &SphOptions) -> Result<(), CaseError> {
+    if groups.iter().any(|group| group.material.is_in_rate_form()) {
+        return Ok(());
+    }
+    for (name, on) in [
+        ("regularisation", options.regularisation != Regularisation::None),
+        ("stress_diffusion", options.stress_diffusion > 0.0),
+    ] {
+        if on {
+            let problem =
+                "is for laws in rate form, and no body is made of one: others find their stress anew";
+            return Err(CaseError::new(format!("methods.sph.{name}"), problem));
         }
     }
     Ok(())
@@ -259,6 +280,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     for (number, body) in case.bodies.iter().enumerate() {
         groups.push(add_body(case, options, number, body, &mut particles)?);
     }
+    check_stress_forms(&groups, options)?;
     let gravity = case.gravity3();
     check_distances(&particles, options)?;
     if options.ranks as usize > particles.len {

@@ -78,6 +78,10 @@ fn a_step_allocates_nothing() {
                 "plane-strain",
                 json!({ "regularisation": "mls", "regularisation_steps": 5, "kernel": "wendland-c2" }),
             ),
+            (
+                "plane-strain",
+                json!({ "regularisation": "shepard", "regularisation_steps": 1, "hourglass_viscosity": 0.5 }),
+            ),
             ("plane-strain", json!({ "smoothing_length": "density", "symmetrisation": "grad-h" })),
         ] {
             let mut solver = Sph.build(&block(space, &options)).unwrap();

@@ -225,6 +225,10 @@ impl<L: StressUpdate> StressUpdate for Viscous<L> {
         Ok(tangent)
     }
 
+    fn is_time_dependent(&self) -> bool {
+        true
+    }
+
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
         let phi = self.viscosity.phi(point.state.stretching.norm());
         let factor = (1.0 - 2.0 * phi.abs()).max(1.0 / LARGEST);

@@ -77,6 +77,7 @@ impl Wrapper for Eigenstrain {
     type Own = f64;
 
     const NAME: &'static str = "eigenstrain";
+    const TIME_DEPENDENT: bool = true;
 
     fn start(&self) -> f64 {
         0.0

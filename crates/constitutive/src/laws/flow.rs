@@ -92,6 +92,10 @@ impl<V: EffectiveViscosity> StressUpdate for Viscous<V> {
         Ok(Point { stress, state })
     }
 
+    fn is_time_dependent(&self) -> bool {
+        true
+    }
+
     fn wave_modulus(&self, point: &Point<FluidState>) -> f64 {
         self.pressure.modulus(point.state.ratio())
     }
@@ -194,6 +198,12 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
 
     fn largest_step(&self) -> f64 {
         f64::INFINITY
+    }
+
+    /// A stress above yield relaxes where the flow curve rises with the rate.
+    fn is_time_dependent(&self) -> bool {
+        let pressure = self.pressure.bulk_modulus;
+        self.rheology.strength(1.0, pressure) > self.rheology.strength(0.0, pressure)
     }
 
     fn wave_modulus(&self, point: &Point<FluidState>) -> f64 {

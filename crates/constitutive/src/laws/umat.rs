@@ -408,6 +408,15 @@ impl StressUpdate for Umat {
         Ok(Point { stress: called.stress, state })
     }
 
+    fn is_in_rate_form(&self) -> bool {
+        true
+    }
+
+    /// What a library does with time is its own.
+    fn is_time_dependent(&self) -> bool {
+        true
+    }
+
     fn wave_modulus(&self, point: &Point<UmatState>) -> f64 {
         point.state.modulus
     }

@@ -154,7 +154,7 @@ impl<const D: usize> SphSolver<D> {
 
     /// One step with the neighbours as they are listed.
     pub(crate) fn advance_listed(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.regularise()?;
+        self.regularise(dt)?;
         self.shift();
         self.integrate(dt)?;
         if self.case.stages[self.stage].equilibrium.is_some() {
@@ -237,7 +237,10 @@ impl<const D: usize> SphSolver<D> {
     /// Images and neighbours of the listed positions.
     pub(crate) fn make_lists(&mut self) -> Result<(), SolverError> {
         let Listed { positions, time, reach } = &self.listed;
-        self.walls.images(positions, *reach, *time, &mut self.images);
+        // Walls that interpolate go on beyond the ends of periods, and ask the soil still further out.
+        let asks = self.options.wall_stress != WallStress::Pairwise && !self.walls.periods.is_empty();
+        let depth = if asks { 2.0 * reach } else { *reach };
+        self.walls.images(positions, depth, *time, &mut self.images);
         let p = &mut self.particles;
         let first_wall = p.len + self.images.len();
         let total = first_wall + self.walls.particles.len();
@@ -426,6 +429,15 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn set_limit(&mut self, critical: TimeStep) {
         self.limit = Some(critical.or_fixed(self.options.time_step, self.options.courant / 1.8));
         self.limit_age = 0;
+    }
+
+    /// The particle that neighbour `j` is, or whose image in a period it is; `None` for images in mirrors and
+    /// particles of walls.
+    #[inline]
+    pub(crate) fn particle_of(&self, j: usize) -> Option<usize> {
+        let Some(number) = j.checked_sub(self.particles.len) else { return Some(j) };
+        let image = self.images.get(number)?;
+        (image.flip == [1.0; D]).then_some(image.source as usize)
     }
 
     /// Whether particle `i` is a copy of one of another rank.

@@ -5,7 +5,7 @@ use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
 use rayon::prelude::*;
 
 use super::{SphSolver, over_rows};
-use crate::config::{Continuity, DensityReset, Regularisation, TimeIntegration};
+use crate::config::{Continuity, DensityReset, Regularisation};
 use crate::particles::Matrix;
 
 /// Densities beyond these shares of the initial one stop a run (sheet §7).
@@ -165,7 +165,7 @@ impl<const D: usize> SphSolver<D> {
     }
 
     /// Smoothing of stress and renewal of density; step 10, of the step before.
-    pub(crate) fn regularise(&mut self) -> Result<(), SolverError> {
+    pub(crate) fn regularise(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.options.density_reset != DensityReset::None && self.is_due(self.options.density_reset_steps) {
             self.smooth_density(self.options.density_reset);
         }
@@ -173,16 +173,36 @@ impl<const D: usize> SphSolver<D> {
             return Ok(());
         }
         self.smooth_stress(self.options.regularisation);
-        // The smoothed stress may lie beyond yield: a step without motion takes it back.
-        let kept = (self.options.integration == TimeIntegration::LeapfrogRates)
-            .then(|| (self.particles.gradient.clone(), self.particles.divergence.clone()));
-        self.particles.gradient.fill([[0.0; D]; D]);
-        self.particles.divergence.fill(0.0);
-        self.update_stress(self.last_step, Over::Start)?;
-        if let Some(rates) = kept {
-            (self.particles.gradient, self.particles.divergence) = rates;
+        self.return_to_yield(dt)
+    }
+
+    /// Smoothed stresses may lie beyond yield: a step without motion takes them back. Of laws that depend on time it
+    /// would make a relaxation of its own; theirs return in the next step with motion.
+    fn return_to_yield(&mut self, dt: f64) -> Result<(), SolverError> {
+        let p = &mut self.particles;
+        let mut failure = None;
+        for group in &mut self.groups {
+            let material = &group.material;
+            if !material.is_in_rate_form() || material.is_time_dependent() {
+                continue;
+            }
+            let range = group.start..group.end;
+            let blocks = group.states.blocks_mut().par_iter_mut();
+            let stress = p.stress[range.clone()].par_chunks_mut(BLOCK);
+            let density = p.density[range.clone()].par_chunks(BLOCK);
+            let mass = p.mass[range.clone()].par_chunks(BLOCK);
+            let all = blocks.zip(stress).zip(density).zip(mass).enumerate();
+            let error = all.filter_map(|(number, (((states, stress), density), mass))| {
+                let mut motions = [STILL; BLOCK];
+                for ((motion, density), mass) in motions.iter_mut().zip(density).zip(mass) {
+                    *motion = Motion { dt, density: *density, size: edge::<D>(mass / density), ..STILL };
+                }
+                let updated = material.update(&motions[..stress.len()], stress, states);
+                updated.err().map(|e| (range.start + number * BLOCK + e.index, e.source.to_string()))
+            });
+            failure = failure.or(error.min_by_key(|(index, _)| *index));
         }
-        Ok(())
+        failure.map_or(Ok(()), |(index, reason)| Err(self.failed(index, reason)))
     }
 }
 

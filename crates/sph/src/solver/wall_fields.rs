@@ -39,16 +39,15 @@ impl<const D: usize> SphSolver<D> {
         self.move_walls();
     }
 
-    /// Calls `visit(particle, V W, x_wall - x)` for the soil around particle `wall`; returns the sum of `V W`.
+    /// Calls `visit(particle, V W, x_wall - x)` for the soil around particle `wall`, across the ends of periods too;
+    /// returns the sum of `V W`.
     fn around_wall(&self, wall: usize, mut visit: impl FnMut(usize, f64, &[f64; D])) -> f64 {
         let p = &self.particles;
         let mut total = 0.0;
         for &j in self.neighbours.of(wall) {
-            let j = j as usize;
-            if j >= p.len {
-                break;
-            }
-            let apart: [f64; D] = std::array::from_fn(|c| p.position[wall][c] - p.position[j][c]);
+            let place = &p.position[j as usize];
+            let Some(j) = self.particle_of(j as usize) else { continue };
+            let apart: [f64; D] = std::array::from_fn(|c| p.position[wall][c] - place[c]);
             let weight = p.mass[j] / p.density[j] * self.smoothing.value(square(&apart).sqrt());
             if weight > 0.0 {
                 total += weight;

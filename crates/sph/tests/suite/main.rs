@@ -4,6 +4,7 @@ mod common;
 mod flows;
 mod operators;
 mod ranks;
+mod regularisation;
 mod schemes;
 mod solids;
 mod solver;

@@ -81,13 +81,23 @@ fn v26_any_number_of_ranks_gives_the_same_bits() {
     }
 }
 
-#[test]
-fn ranks_reach_across_the_ends_of_a_period() {
-    let more = json!({
+/// A domain without ends.
+fn periodic() -> Value {
+    json!({
         "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x"] },
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }]
-    });
-    every_number_agrees(&heap(&json!({}), &more), 150, "periodic");
+    })
+}
+
+#[test]
+fn ranks_reach_across_the_ends_of_a_period() {
+    for options in [
+        json!({}),
+        json!({ "regularisation": "mls", "regularisation_steps": 3, "wall_stress": "extrapolated",
+                "velocity_gradient": "corrected", "hourglass_viscosity": 0.5 }),
+    ] {
+        every_number_agrees(&heap(&options, &periodic()), 150, &format!("periodic, {options}"));
+    }
 }
 
 #[test]
@@ -136,7 +146,9 @@ fn particles_migrate_and_one_rank_is_a_solver_too() {
 
 #[test]
 fn a_checkpoint_of_ranks_goes_on_with_any_number_of_them() {
-    let case = heap(&json!({ "hourglass_viscosity": 0.2, "regularisation": "shepard" }), &json!({}));
+    let options =
+        json!({ "hourglass_viscosity": 0.2, "regularisation": "shepard", "wall_stress": "interpolated" });
+    let case = heap(&options, &periodic());
     let mut whole = begin(&case);
     advance(&mut *whole, 90);
     let expected = plain(&*whole).hash();

@@ -1,0 +1,228 @@
+//! What smooths stress and density against closed forms and symmetries (SPH sheet §2.10, §2.13).
+
+use std::f64::consts::PI;
+
+use colluvium_case::{Case, Method, Snapshot};
+use colluvium_sph::Sph;
+use serde_json::{Value, json};
+
+use crate::common::{advance, begin, changed, scalars, solve, stresses, vectors};
+
+/// An elastic block; `more` replaces or adds keys, `sph` options.
+fn case(more: &Value, sph: &Value) -> Case {
+    let mut methods = json!({ "spacing": 0.05, "viscosity_linear": 0 });
+    for (key, value) in sph.as_object().unwrap() {
+        methods[key] = value.clone();
+    }
+    let mut text = json!({
+        "title": "test", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
+        "materials": { "m": elastic() },
+        "bodies": [body("b", "m", [0.0, 0.0], &json!({}))],
+        "stages": [{ "name": "s", "duration": 0.01 }]
+    });
+    text["methods"] = json!({ "sph": methods });
+    changed(text, more)
+}
+
+fn elastic() -> Value {
+    json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 })
+}
+
+/// A square of 0.4 m with its lower corner at `low` (m).
+fn body(name: &str, material: &str, low: [f64; 2], more: &Value) -> Value {
+    let shape = json!({ "kind": "box", "min": low, "max": low.map(|c| c + 0.4) });
+    let mut body = json!({ "name": name, "material": material, "shape": shape });
+    for (key, value) in more.as_object().unwrap() {
+        body[key] = value.clone();
+    }
+    body
+}
+
+/// Velocities of rate `gradient` (1/s) about the middle of a body at the origin.
+fn linear(gradient: [[f64; 2]; 2]) -> Value {
+    json!({ "velocity": { "kind": "linear", "value": [0, 0], "origin": [0.2, 0.2], "gradient": gradient } })
+}
+
+#[test]
+fn regularisation_goes_on_after_velocities_are_reset() {
+    let soil = json!({ "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
+                       "friction_angle": 20, "cohesion": 1000 });
+    let more = json!({
+        "domain": { "min": [-1, 0], "max": [2, 2] }, "gravity": [0, -10], "materials": { "m": soil },
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
+        "stages": [{ "name": "settle", "duration": 0.02, "damping": 0.5, "reset": ["velocity"] },
+                   { "name": "go", "duration": 0.02 }]
+    });
+    let report = solve(&case(&more, &json!({ "regularisation": "mls", "regularisation_steps": 1 })));
+    assert!((report.snapshot.time - 0.04).abs() < 1e-9);
+}
+
+#[test]
+fn a_law_that_finds_its_stress_anew_is_left_alone() {
+    for law in [
+        json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 150,
+                "cavitation_strength": 1e9 }),
+        json!({ "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 }),
+    ] {
+        let more = json!({
+            "materials": { "m": elastic(), "other": law },
+            "bodies": [body("b", "other", [0.0, 0.0], &linear([[2.0, 3.0], [0.0, -1.0]])), body("rest", "m", [1.0, 0.0], &json!({}))]
+        });
+        let hash = |sph: Value| solve(&case(&more, &sph)).snapshot.hash();
+        assert_eq!(
+            hash(json!({})),
+            hash(json!({ "regularisation": "mls", "regularisation_steps": 1 })),
+            "{law}"
+        );
+    }
+}
+
+#[test]
+fn what_smooths_stress_needs_a_law_in_rate_form() {
+    for law in [
+        json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 150 }),
+        json!({ "model": "neo-hookean", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 }),
+        json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25, "strain_measure": "hencky" }),
+    ] {
+        for (name, value) in [("regularisation", json!("mls")), ("stress_diffusion", json!(0.1))] {
+            let alone = json!({ "materials": { "m": law } });
+            let error = Sph.plan(&case(&alone, &json!({ name: value }))).unwrap_err().to_string();
+            assert!(error.starts_with(&format!("methods.sph.{name}: is for laws in rate form")), "{error}");
+            let bodies = [body("b", "m", [0.0, 0.0], &json!({})), body("c", "e", [1.0, 0.0], &json!({}))];
+            let beside = json!({ "materials": { "m": law, "e": elastic() }, "bodies": bodies });
+            assert!(Sph.plan(&case(&beside, &json!({ name: value }))).is_ok());
+        }
+    }
+}
+
+/// Stresses of a body that is held, of which the stress is smoothed in every step, after `duration` (s).
+fn smoothed_while_held(law: &Value, motion: &Value, duration: f64) -> Vec<[f64; 6]> {
+    let more = json!({
+        "materials": { "m": elastic(), "held": law },
+        "bodies": [body("b", "held", [0.0, 0.0], motion), body("rest", "m", [1.0, 0.0], &json!({}))],
+        "stages": [{ "name": "s", "duration": duration }]
+    });
+    let sph = json!({ "regularisation": "mls", "regularisation_steps": 1, "held": ["b"],
+                      "velocity_gradient": "corrected", "continuity": "volume" });
+    let snapshot = solve(&case(&more, &sph)).snapshot;
+    let all = snapshot.bodies.iter().zip(stresses(&snapshot));
+    all.filter(|(body, _)| **body == 0).map(|(_, stress)| stress).collect()
+}
+
+/// Swelling of 1 % in 1 s that cannot take place.
+#[test]
+fn smoothing_lets_no_time_pass() {
+    let law =
+        json!({ "model": "eigenstrain", "volumetric_strain": 0.01, "duration": 1, "material": elastic() });
+    let bulk_modulus = 1e6 / (3.0 * (1.0 - 2.0 * 0.25));
+    let exact = -bulk_modulus * 0.01 * 0.05;
+    for stress in smoothed_while_held(&law, &json!({}), 0.05) {
+        assert!((0..3).all(|c| (stress[c] / exact - 1.0).abs() < 1e-9), "{stress:?} {exact}");
+    }
+}
+
+/// Flow at 5 1/s for many relaxation times μ/G.
+#[test]
+fn smoothing_relaxes_nothing() {
+    let law = json!({ "model": "bingham", "density": 1000, "bulk_modulus": 1e6, "shear_modulus": 1e5, "yield_stress": 200,
+                      "viscosity": 100, "cavitation_strength": 1e9 });
+    for stress in smoothed_while_held(&law, &linear([[0.0, 5.0], [0.0, 0.0]]), 0.02) {
+        assert!((stress[3] / (200.0 + 100.0 * 5.0) - 1.0).abs() < 1e-3, "{stress:?}");
+    }
+}
+
+/// A body that stretches evenly loses to the hourglass viscosity what the waves from its surfaces lose; no more with
+/// smoothed stress.
+#[test]
+fn smoothing_keeps_the_gradients_for_the_hourglass_viscosity() {
+    let motion = linear([[5.0, 0.0], [0.0, -5.0]]);
+    let stretch = json!({ "bodies": [body("b", "m", [0.0, 0.0], &motion)] });
+    let energy = |hourglass: f64, regularisation: &str| {
+        let sph = json!({ "momentum": "corrected", "hourglass_viscosity": hourglass, "continuity": "volume",
+                          "regularisation": regularisation, "regularisation_steps": 1 });
+        let mut solver = begin(&case(&stretch, &sph));
+        advance(&mut *solver, 5);
+        let end = solver.budget();
+        end.kinetic + end.elastic
+    };
+    let lost = |regularisation: &str| 1.0 - energy(1.0, regularisation) / energy(0.0, regularisation);
+    let (plain, smoothed) = (lost("none"), lost("mls"));
+    assert!(plain < 0.01 && smoothed < 2.0 * plain, "{plain} {smoothed}");
+}
+
+/// A plane wave along a periodic square of 1 m, polarised along `amplitude`, after some steps.
+fn wave(material: &Value, amplitude: [f64; 2], sph: &Value) -> Snapshot {
+    let shape = json!({ "kind": "box", "min": [0, 0], "max": [1, 1] });
+    let velocity = json!({ "kind": "sine", "amplitude": amplitude, "wave_vector": [2.0 * PI, 0] });
+    let more = json!({
+        "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x", "y"] }, "materials": { "m": material },
+        "bodies": [{ "name": "b", "material": "m", "shape": shape, "velocity": velocity }]
+    });
+    let mut solver = begin(&case(&more, sph));
+    advance(&mut *solver, 20);
+    solver.snapshot()
+}
+
+/// Largest sum of a field at two places half a wave apart, over the largest value.
+fn asymmetry(snapshot: &Snapshot, values: &[f64]) -> f64 {
+    let places = &snapshot.positions;
+    let partner = |x: &[f64; 3]| {
+        let apart = |y: &[f64; 3]| {
+            let along = (y[0] - x[0]).abs() - 0.5;
+            along.hypot(y[1] - x[1])
+        };
+        (0..places.len()).min_by(|a, b| apart(&places[*a]).total_cmp(&apart(&places[*b]))).unwrap()
+    };
+    let sums = places.iter().zip(values).map(|(x, value)| (value + values[partner(x)]).abs());
+    sums.fold(0.0, f64::max) / values.iter().fold(0.0, |largest, value| value.abs().max(largest))
+}
+
+#[test]
+fn smoothing_sees_no_ends_of_a_period() {
+    for regularisation in ["shepard", "mls"] {
+        let sph = json!({ "regularisation": regularisation, "regularisation_steps": 1 });
+        let snapshot = wave(&elastic(), [0.0, 1e-5], &sph);
+        let shear: Vec<f64> = stresses(&snapshot).iter().map(|stress| stress[3]).collect();
+        let found = asymmetry(&snapshot, &shear);
+        assert!(found < 1e-4, "{regularisation}: {found}");
+    }
+}
+
+#[test]
+fn renewed_density_sees_no_ends_of_a_period() {
+    let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1,
+                        "cavitation_strength": 1e9 });
+    for form in ["shepard", "mls"] {
+        let snapshot = wave(&water, [1e-5, 0.0], &json!({ "density_reset": form, "density_reset_steps": 1 }));
+        let excess: Vec<f64> = scalars(&snapshot, "density").iter().map(|density| density - 1000.0).collect();
+        let found = asymmetry(&snapshot, &excess);
+        assert!(found < 1e-3, "{form}: {found}");
+    }
+}
+
+/// A periodic layer that falls and is thrown along its floor: nothing depends on the place along the period.
+#[test]
+fn walls_that_interpolate_see_no_ends_of_a_period() {
+    for wall_stress in ["interpolated", "extrapolated"] {
+        let shape = json!({ "kind": "box", "min": [0, 0], "max": [1, 0.5] });
+        let velocity = json!({ "kind": "uniform", "value": [0.3, -0.1] });
+        let more = json!({
+            "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x"] }, "gravity": [0, -10],
+            "bodies": [{ "name": "b", "material": "m", "shape": shape, "velocity": velocity }],
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }]
+        });
+        let mut solver = begin(&case(&more, &json!({ "wall_stress": wall_stress })));
+        advance(&mut *solver, 40);
+        let snapshot = solver.snapshot();
+        let all: Vec<_> = snapshot.positions.iter().zip(vectors(&snapshot, "velocity")).collect();
+        for (x, v) in &all {
+            let of_row = all.iter().filter(|(y, _)| (y[1] - x[1]).abs() < 0.01);
+            for (_, other) in of_row {
+                assert!(
+                    (0..2).all(|c| (v[c] - other[c]).abs() < 1e-9),
+                    "{wall_stress}: {x:?} {v:?} {other:?}"
+                );
+            }
+        }
+    }
+}
