@@ -46,7 +46,8 @@ pub struct SphOptions {
     /// Form of the continuity equation.
     #[serde(default)]
     pub continuity: Continuity,
-    /// Allows density by summation where surfaces are free: particles there lose up to half of their density.
+    /// Allows density by summation where supports are not full at the start, or densities differ: particles at free
+    /// surfaces lose up to half of their density, and jumps of density are smeared.
     #[serde(default)]
     pub allow_summation: bool,
     /// Operator of the velocity gradient that the law gets.
@@ -76,14 +77,14 @@ pub struct SphOptions {
     /// Steps between two regularisations.
     #[serde(default = "ten")]
     pub regularisation_steps: u64,
-    /// Diffusion of stress `ζ`, 0 to 0.5; what the weight between particles explains is left out. Acts on bodies whose
-    /// law is in rate form, as `regularisation`, and is refused where no body's is.
+    /// Diffusion of stress `ζ` within each body, 0 to 0.5; what the weight between particles explains is left out. Acts
+    /// on bodies whose law is in rate form, as `regularisation`, and is refused where no body's is.
     #[serde(default)]
     pub stress_diffusion: f64,
     /// Ratio of horizontal to vertical stress in that weight.
     #[serde(default = "half")]
     pub stress_diffusion_k0: f64,
-    /// Diffusion of density `δ`, 0 to 0.5, for fluids.
+    /// Diffusion of density `δ` within each body of fluid, 0 to 0.5.
     #[serde(default)]
     pub density_diffusion: f64,
     /// Renewal of density, for fluids.
@@ -92,7 +93,7 @@ pub struct SphOptions {
     /// Steps between two renewals.
     #[serde(default = "thirty")]
     pub density_reset_steps: u64,
-    /// Share of the neighbours' velocity with which particles move (XSPH), 0 to 1.
+    /// Share of the neighbours' velocity with which particles of bodies that are not `held` move (XSPH), 0 to 1.
     #[serde(default)]
     pub xsph: f64,
     /// Viscosity, in units of `viscosity_linear`, against the part of the relative velocity of neighbours that their
@@ -101,7 +102,7 @@ pub struct SphOptions {
     #[serde(default)]
     pub hourglass_viscosity: f64,
     /// Shifting of particles towards even spacing, in smoothing lengths per length moved; at least 0. Velocity,
-    /// density and stress are carried along to first order.
+    /// density and stress are carried along to first order, density and stress with their gradients within the body.
     #[serde(default)]
     pub shifting: f64,
     /// The configuration that the sums are taken over.
@@ -293,6 +294,9 @@ impl SphOptions {
         }
         if grad_h && self.continuity != Continuity::Mass {
             return Err(("continuity", "must be mass with grad-h".to_owned()));
+        }
+        if self.continuity == Continuity::Summation && self.wall_stress != WallStress::Pairwise {
+            return Err(("wall_stress", "must be pairwise where density is summed".to_owned()));
         }
         if self.is_variable() && self.wall_stress != WallStress::Pairwise {
             return Err(("wall_stress", "must be pairwise where the smoothing length varies".to_owned()));

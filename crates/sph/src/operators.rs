@@ -111,24 +111,46 @@ impl<'a, const D: usize> Cloud<'a, D> {
         })
     }
 
-    /// `Σ V_j f_j W` (BN 4), the particle itself included.
+    /// `Σ V_j f_j W` (BN 4), the particle itself included. Of the density it is `Σ m_j W` (BN 2), which replaces the top
+    /// hat, the mass within a sphere over its volume (BN 1), by a smooth weight:
+    ///
+    /// ```
+    /// use colluvium_points::NeighbourList;
+    /// use colluvium_sph::kernel::{Kernel, Smoothing};
+    /// use colluvium_sph::operators::{Cloud, test_lattice};
+    ///
+    /// let lattice = test_lattice::<2>(9, 20, 0.0);
+    /// let (x, centre) = (&lattice.positions, lattice.inner[40]);
+    /// let mass = 1000.0 * lattice.spacing.powi(2);
+    ///
+    /// let radius = 20.5 * lattice.spacing;
+    /// let inside = x.iter().filter(|y| (y[0] - x[centre][0]).hypot(y[1] - x[centre][1]) < radius);
+    /// let top_hat = inside.map(|_| mass).sum::<f64>() / (std::f64::consts::PI * radius.powi(2));
+    /// assert!((top_hat - 1000.0).abs() < 10.0);
+    ///
+    /// let smoothing = Smoothing::new(Kernel::CubicSpline, 1.2 * lattice.spacing)?;
+    /// let mut neighbours = NeighbourList::new();
+    /// neighbours.build(x, smoothing.radius())?;
+    /// let volume = vec![lattice.spacing.powi(2); x.len()];
+    /// let density = vec![1000.0; x.len()];
+    /// let summed = Cloud::new(x, &volume, &neighbours, &smoothing).interpolate(&density, centre);
+    /// assert!((summed - 1000.0).abs() < 1.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn interpolate(&self, field: &[f64], i: usize) -> f64 {
         let own = self.volumes[i] * field[i] * self.smoothing.value(0.0);
         own + self.around(i).map(|(j, v, _, r)| v * field[j] * self.smoothing.value(r)).sum::<f64>()
     }
 
+    fn moments(&self, i: usize) -> Moment<D> {
+        let mut moment = Moment::default();
+        self.around(i).for_each(|(_, v, x, r)| moment.add(v * self.smoothing.weight(r), &x));
+        moment
+    }
+
     /// `M = Σ V_j (x_j - x_i) ⊗ ∇W`, symmetric; the unit matrix in a full regular support.
     pub fn moment(&self, i: usize) -> [[f64; D]; D] {
-        let mut moment = [[0.0; D]; D];
-        for (_, v, x, r) in self.around(i) {
-            let weight = v * self.smoothing.weight(r);
-            for a in 0..D {
-                for b in 0..D {
-                    moment[a][b] += weight * x[a] * x[b];
-                }
-            }
-        }
-        moment
+        self.moments(i).matrix
     }
 
     /// `Σ V_j ∇W`, zero in a full regular support and along the inward normal at a surface.
@@ -145,8 +167,7 @@ impl<'a, const D: usize> Cloud<'a, D> {
 
     /// `L = M⁻¹`; `None` where too little lies around the particle.
     pub fn correction(&self, i: usize) -> Option<[[f64; D]; D]> {
-        let enough = self.neighbours.of(i).len() > D;
-        enough.then(|| correction(&self.moment(i))).flatten()
+        self.moments(i).correction()
     }
 
     /// Gradient of `field` at particle `i`; `Corrected` falls back to `Difference` where no correction exists.
@@ -284,33 +305,68 @@ pub(crate) fn product<const D: usize>(matrix: &[[f64; D]; D], vector: &[f64; D])
     std::array::from_fn(|a| (0..D).map(|b| matrix[a][b] * vector[b]).sum())
 }
 
-/// Inverse of a symmetric moment in closed form; `None` where its determinant is below
-/// [`LEAST_DETERMINANT`] of that of an isotropic moment of the same trace.
-#[inline]
-pub fn correction<const D: usize>(moment: &[[f64; D]; D]) -> Option<[[f64; D]; D]> {
-    let m = |a: usize, b: usize| moment[a][b];
-    let trace = (0..D).map(|c| m(c, c)).sum::<f64>() / D as f64;
-    // Cofactors; the matrix is symmetric.
-    let (determinant, cofactor): (f64, [[f64; D]; D]) = match D {
-        1 => (m(0, 0), [[1.0; D]; D]),
-        2 => {
-            let rows = std::array::from_fn(|a| {
-                std::array::from_fn(|b| if a == b { m(1 - a, 1 - a) } else { -m(a, b) })
-            });
-            (m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0), rows)
+/// The moment of the gradient of a particle, `M = Σ V_j F x ⊗ x`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moment<const D: usize> {
+    /// The sum.
+    pub matrix: [[f64; D]; D],
+    /// How many neighbours have a weight.
+    pub neighbours: u32,
+}
+
+impl<const D: usize> Default for Moment<D> {
+    fn default() -> Self {
+        Self { matrix: [[0.0; D]; D], neighbours: 0 }
+    }
+}
+
+impl<const D: usize> Moment<D> {
+    /// Adds a neighbour with weight `V F`, `apart` (m) away.
+    #[inline]
+    pub fn add(&mut self, weight: f64, apart: &[f64; D]) {
+        self.neighbours += u32::from(weight > 0.0);
+        for a in 0..D {
+            for b in 0..D {
+                self.matrix[a][b] += weight * apart[a] * apart[b];
+            }
         }
-        _ => {
-            let minor = |a: usize, b: usize| {
-                let (i, k) = ((a + 1) % 3, (a + 2) % 3);
-                let (j, l) = ((b + 1) % 3, (b + 2) % 3);
-                m(i, j) * m(k, l) - m(i, l) * m(k, j)
-            };
-            let rows = std::array::from_fn(|a| std::array::from_fn(|b| minor(a, b)));
-            (m(0, 0) * minor(0, 0) + m(0, 1) * minor(0, 1) + m(0, 2) * minor(0, 2), rows)
-        }
-    };
-    let sound = determinant > LEAST_DETERMINANT * trace.powi(D as i32) && determinant.is_finite();
-    sound.then(|| cofactor.map(|row| row.map(|c| c / determinant)))
+    }
+
+    /// `tr M`, which falls at free surfaces (sheet §2.13 h).
+    pub fn trace(&self) -> f64 {
+        (0..D).map(|c| self.matrix[c][c]).sum()
+    }
+
+    /// `L = M⁻¹` in closed form; `None` with fewer than `D + 1` neighbours, or where the determinant is below
+    /// [`LEAST_DETERMINANT`] of that of an isotropic moment of the same trace (sheet §2.3).
+    #[inline]
+    pub fn correction(&self) -> Option<[[f64; D]; D]> {
+        let m = |a: usize, b: usize| self.matrix[a][b];
+        let trace = self.trace() / D as f64;
+        // Cofactors; the matrix is symmetric.
+        let (determinant, cofactor): (f64, [[f64; D]; D]) = match D {
+            1 => (m(0, 0), [[1.0; D]; D]),
+            2 => {
+                let rows = std::array::from_fn(|a| {
+                    std::array::from_fn(|b| if a == b { m(1 - a, 1 - a) } else { -m(a, b) })
+                });
+                (m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0), rows)
+            }
+            _ => {
+                let minor = |a: usize, b: usize| {
+                    let (i, k) = ((a + 1) % 3, (a + 2) % 3);
+                    let (j, l) = ((b + 1) % 3, (b + 2) % 3);
+                    m(i, j) * m(k, l) - m(i, l) * m(k, j)
+                };
+                let rows = std::array::from_fn(|a| std::array::from_fn(|b| minor(a, b)));
+                (m(0, 0) * minor(0, 0) + m(0, 1) * minor(0, 1) + m(0, 2) * minor(0, 2), rows)
+            }
+        };
+        let enough = self.neighbours as usize > D;
+        let sound =
+            enough && determinant > LEAST_DETERMINANT * trace.powi(D as i32) && determinant.is_finite();
+        sound.then(|| cofactor.map(|row| row.map(|c| c / determinant)))
+    }
 }
 
 /// The particle sets of the sheet's studies (§5.1).

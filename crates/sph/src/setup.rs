@@ -16,10 +16,15 @@ use crate::particles::{Group, Particles};
 use crate::ranks::RankedSolver;
 use crate::solver::{Audit, Listed, SphSolver};
 use crate::total::{self, Reference};
-use crate::walls::{Contact, Period, Plane, Walls};
+use crate::walls::{Contact, Period, Plane, Walls, sites};
 
 /// Beyond this many particles the ids no longer fit.
 const MOST_PARTICLES: usize = u32::MAX as usize;
+/// Walls of more particles than this are refused, as bodies are: they would not fit in memory.
+const MOST_OF_WALLS: f64 = (1u64 << 28) as f64;
+/// Share by which the density of a particle may be off when it is summed up. Of full supports it is by up to 2 % (sheet
+/// §2.2); beside a free surface by 13 % or more.
+const SUMMED: f64 = 0.1;
 
 /// The options of the case, checked.
 fn options(case: &Case) -> Result<SphOptions, CaseError> {
@@ -121,16 +126,19 @@ fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Density by summation, and what is for fluids only.
+/// The least and the largest density of a body (kg/m³).
+fn densities(case: &Case) -> (f64, f64) {
+    let all = case.bodies.iter().filter_map(|b| case.materials.get(&b.material)).map(MaterialSpec::density);
+    all.fold((f64::INFINITY, 0.0f64), |(low, high), density| (low.min(density), high.max(density)))
+}
+
+/// Density by summation across jumps, and what is for fluids only.
 fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
-    let closed = |axis: usize| {
-        let side =
-            |max: bool| case.boundaries.iter().any(|b| b.side.axis() == axis && b.side.is_max() == max);
-        case.domain.is_periodic(axis) || (side(false) && side(true))
-    };
-    let free = !(0..case.dimension()).all(closed);
-    if options.continuity == Continuity::Summation && free && !options.allow_summation {
-        let problem = "summation loses density at free surfaces: close the domain by walls or periods, or allow_summation";
+    let (low, high) = densities(case);
+    if options.continuity == Continuity::Summation && low < high && !options.allow_summation {
+        let problem = format!(
+            "summation smears the jump between bodies of {low} and {high} kg/m³: use volume, or allow_summation"
+        );
         return Err(CaseError::new("methods.sph.continuity", problem));
     }
     let fluid = case
@@ -173,9 +181,7 @@ fn check_stress_forms(groups: &[Group], options: &SphOptions) -> Result<(), Case
 fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
-    let densities =
-        case.bodies.iter().filter_map(|b| case.materials.get(&b.material)).map(MaterialSpec::density);
-    let (low, high) = densities.fold((f64::INFINITY, 0.0f64), |(a, b), d| (a.min(d), b.max(d)));
+    let (low, high) = densities(case);
     if options.continuity == Continuity::Mass && high >= 2.0 * low {
         warnings.push(format!(
             "methods.sph.continuity: densities from {low} to {high} kg/m³: volume is the form for such jumps"
@@ -188,38 +194,63 @@ fn corner<const D: usize>(values: &[f64]) -> [f64; D] {
     std::array::from_fn(|axis| values[axis])
 }
 
+/// Whether a wall is made of mirror images, not of particles.
+fn mirrors(wall: &Wall, options: &SphOptions) -> bool {
+    match wall {
+        Wall::Smooth => options.smooth_wall == SmoothWall::Mirror,
+        Wall::Rough => options.rough_wall == RoughWall::Mirror,
+        Wall::Absorbing { .. } | Wall::Frictional { .. } => false,
+    }
+}
+
+/// The box that walls of particles cover (m), and how deep they are, for a kernel of the radius `reach` (m).
+fn extent<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> (([f64; D], [f64; D]), f64) {
+    let growth = if options.is_variable() { options.smoothing_growth } else { 1.0 };
+    ((corner(&case.domain.min), corner(&case.domain.max)), reach * growth)
+}
+
+/// Walls of particles along a large domain would not fit in memory.
+fn check_walls<const D: usize>(case: &Case, options: &SphOptions, reach: f64) -> Result<(), CaseError> {
+    let (span, depth) = extent::<D>(case, options, reach);
+    let of_particles = case.boundaries.iter().filter(|boundary| !mirrors(&boundary.wall, options));
+    let count: f64 = of_particles
+        .map(|boundary| sites(boundary.side.axis(), &span, options.spacing, depth).iter().product::<f64>())
+        .sum();
+    if count <= MOST_OF_WALLS {
+        return Ok(());
+    }
+    let problem = format!(
+        "its walls would need about {count:.2e} particles, more than 2^28: make it smaller, or use a larger spacing"
+    );
+    Err(CaseError::new("domain", problem))
+}
+
 /// The walls of a stage.
 pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, reach: f64) -> Walls<D> {
-    let (mut mirrors, mut faces) = (Vec::new(), Vec::new());
+    let (mut planes, mut faces) = (Vec::new(), Vec::new());
     for (_, boundary) in case.active_boundaries(stage) {
-        let plane = |contact: Contact| Plane {
+        let contact = match boundary.wall {
+            Wall::Smooth => Contact::FreeSlip,
+            // Absorbing sides are refused.
+            Wall::Rough | Wall::Absorbing { .. } => Contact::NoSlip,
+            Wall::Frictional { friction_coefficient } => Contact::Friction(friction_coefficient),
+        };
+        let kind = if mirrors(&boundary.wall, options) { &mut planes } else { &mut faces };
+        kind.push(Plane {
             axis: boundary.side.axis(),
             position: boundary.position(&case.domain),
             upper: boundary.side.is_max(),
             velocity: boundary.velocity.as_ref().map_or([0.0; D], |velocity| corner(velocity)),
             contact,
-        };
-        match boundary.wall {
-            Wall::Smooth if options.smooth_wall == SmoothWall::Mirror => {
-                mirrors.push(plane(Contact::FreeSlip));
-            }
-            Wall::Smooth => faces.push(plane(Contact::FreeSlip)),
-            Wall::Rough if options.rough_wall == RoughWall::Mirror => mirrors.push(plane(Contact::NoSlip)),
-            // Absorbing sides are refused.
-            Wall::Rough | Wall::Absorbing { .. } => faces.push(plane(Contact::NoSlip)),
-            Wall::Frictional { friction_coefficient } => {
-                faces.push(plane(Contact::Friction(friction_coefficient)));
-            }
-        }
+        });
     }
     let period = |axis: &Axis| {
         let axis = axis.number();
         Period { axis, low: case.domain.min[axis], high: case.domain.max[axis] }
     };
     let periods = case.domain.periodic.iter().map(period).collect();
-    let span = (corner(&case.domain.min), corner(&case.domain.max));
-    let reach = if options.is_variable() { reach * options.smoothing_growth } else { reach };
-    Walls::new(mirrors, faces, periods, span, options.spacing, reach)
+    let (span, depth) = extent(case, options, reach);
+    Walls::new(planes, faces, periods, span, options.spacing, depth)
 }
 
 /// The solver of `case`.
@@ -275,6 +306,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     refuse(case, options)?;
     let smoothing = Smoothing::<D>::new(options.kernel, options.length())
         .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))?;
+    check_walls::<D>(case, options, smoothing.radius())?;
     let mut particles = Particles::default();
     let mut groups = Vec::new();
     for (number, body) in case.bodies.iter().enumerate() {
@@ -323,7 +355,26 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         solver.reference = Some(Box::new(reference));
     }
     check_fixed_step(&mut solver, options)?;
+    if options.continuity == Continuity::Summation && !options.allow_summation {
+        check_summed_densities(&mut solver)?;
+    }
     Ok(solver)
+}
+
+/// Density by summation needs full supports.
+fn check_summed_densities<const D: usize>(solver: &mut SphSolver<D>) -> Result<(), CaseError> {
+    let summed =
+        solver.summed_densities().map_err(|error| CaseError::new("methods.sph", error.to_string()))?;
+    let p = &solver.particles;
+    let off =
+        summed.iter().zip(&p.density).position(|(sum, density)| !((sum / density - 1.0).abs() <= SUMMED));
+    let Some(i) = off else { return Ok(()) };
+    let problem = format!(
+        "summation gives the particle at {:?} m {:.3} of its density: fill the domain between walls or periods, or allow_summation",
+        p.position[i],
+        summed[i] / p.density[i]
+    );
+    Err(CaseError::new("methods.sph.continuity", problem))
 }
 
 /// No two particles may stand in the same place.

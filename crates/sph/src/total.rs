@@ -9,7 +9,7 @@ use colluvium_points::{NeighbourList, SearchError};
 use rayon::prelude::*;
 
 use crate::kernel::Smoothing;
-use crate::operators::correction;
+use crate::operators::Moment;
 use crate::particles::{Matrix, Particles};
 use crate::solver::{Over, SphSolver, TASK};
 
@@ -24,7 +24,7 @@ pub struct Reference<const D: usize> {
     position: Vec<[f64; D]>,
     /// Volumes (m^d).
     volume: Vec<f64>,
-    /// `L⁰`; the unit matrix where a particle sees too little around it.
+    /// `L⁰`; zero where a particle sees too little around it.
     correction: Vec<Matrix<D>>,
     /// `F` at the start of the step.
     deformation: Vec<Matrix<D>>,
@@ -72,9 +72,12 @@ impl<const D: usize> Reference<D> {
             position,
         };
         for i in 0..reference.position.len() {
-            let moment = reference.gradient(i, |j, c| reference.position[j][c] - reference.position[i][c]);
+            let moment = Moment {
+                matrix: reference.gradient(i, |j, c| reference.position[j][c] - reference.position[i][c]),
+                neighbours: reference.around(i).filter(|(_, weight)| *weight != [0.0; D]).count() as u32,
+            };
             // Without neighbours on all sides a particle goes its way undeformed.
-            reference.correction[i] = correction(&moment).unwrap_or([[0.0; D]; D]);
+            reference.correction[i] = moment.correction().unwrap_or([[0.0; D]; D]);
         }
         Ok(reference)
     }
@@ -194,7 +197,10 @@ impl<const D: usize> SphSolver<D> {
 /// # Errors
 /// The first such thing, by its path.
 pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Result<(), CaseError> {
-    use crate::config::{Continuity, Regularisation, Tensile, TimeIntegration};
+    use crate::config::{
+        Continuity, DensityReset, Momentum, Regularisation, Symmetrisation, Tensile, TimeIntegration,
+        VelocityGradient,
+    };
     let rule = |holds: bool, path: &str, problem: &str| {
         if holds {
             Ok(())
@@ -209,7 +215,20 @@ pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Resul
     rule(options.integration == TimeIntegration::Leapfrog, &of("integration"), "only the leapfrog is there")?;
     rule(options.tensile == Tensile::None, &of("tensile"), "there is no tensile instability to cure")?;
     rule(options.regularisation == Regularisation::None, &of("regularisation"), "stress is not smoothed")?;
-    rule(options.continuity != Continuity::Summation, &of("continuity"), "density follows the deformation")?;
+    // Both are corrected by nature, and adjoint.
+    let momentum = matches!(options.momentum, Momentum::Rho2 | Momentum::Corrected);
+    rule(momentum, &of("momentum"), "the momentum equation is corrected")?;
+    let gradient =
+        matches!(options.velocity_gradient, VelocityGradient::Compatible | VelocityGradient::Corrected);
+    rule(gradient, &of("velocity_gradient"), "the velocity gradient is corrected")?;
+    rule(options.continuity == Continuity::Mass, &of("continuity"), "density follows the deformation")?;
+    rule(
+        options.density_reset == DensityReset::None,
+        &of("density_reset"),
+        "density follows the deformation",
+    )?;
+    let symmetrisation = options.symmetrisation == Symmetrisation::Arithmetic;
+    rule(symmetrisation, &of("symmetrisation"), "the smoothing length is fixed")?;
     rule(!options.is_variable(), &of("smoothing_length"), "the smoothing length is fixed")?;
     rule(case.domain.periodic.is_empty(), "domain.periodic", "there are no periods")?;
     rule(options.confining.is_none(), &of("confining"), "no pressure acts on surfaces")?;

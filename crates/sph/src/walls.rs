@@ -101,27 +101,41 @@ pub struct Walls<const D: usize> {
     pub face_of: Vec<u32>,
 }
 
+/// How many particles a wall normal to `axis` has along each axis: layers as deep as `reach` (m), over the box from
+/// `low` to `high` and as far beyond it. As real numbers: a large box may need more than can be counted.
+pub fn sites<const D: usize>(
+    axis: usize,
+    (low, high): &([f64; D], [f64; D]),
+    spacing: f64,
+    reach: f64,
+) -> [f64; D] {
+    let whole = |length: f64| (length / spacing - 1e-9).ceil();
+    let layers = whole(reach);
+    std::array::from_fn(|c| if c == axis { layers } else { whole(high[c] - low[c]) + 2.0 * layers })
+}
+
 impl<const D: usize> Walls<D> {
     /// The walls, those of particles in layers as deep as `reach` (m) over the box from `low` to `high` and as
-    /// far beyond it, which is also what periods of whole spacings make of them.
+    /// far beyond it, which is also what periods of whole spacings make of them. Their [`sites`] must not be too many.
     pub fn new(
         mirrors: Vec<Plane<D>>,
         faces: Vec<Plane<D>>,
         periods: Vec<Period>,
-        (low, high): ([f64; D], [f64; D]),
+        span: ([f64; D], [f64; D]),
         spacing: f64,
         reach: f64,
     ) -> Self {
-        let layers = (reach / spacing - 1e-9).ceil() as i64;
         let (mut particles, mut face_of) = (Vec::new(), Vec::new());
         for (number, plane) in faces.iter().enumerate() {
+            let counts = sites(plane.axis, &span, spacing, reach).map(|count| count as i64);
+            let layers = counts[plane.axis];
             let line = |axis: usize| -> Vec<f64> {
                 if axis == plane.axis {
                     let sign = if plane.upper { 1.0 } else { -1.0 };
                     return (0..layers).map(|k| plane.position + sign * (k as f64 + 0.5) * spacing).collect();
                 }
-                let count = ((high[axis] - low[axis]) / spacing - 1e-9).ceil() as i64;
-                (-layers..count + layers).map(|k| low[axis] + (k as f64 + 0.5) * spacing).collect()
+                let all = -layers..counts[axis] - layers;
+                all.map(|k| span.0[axis] + (k as f64 + 0.5) * spacing).collect()
             };
             let lines: [Vec<f64>; D] = std::array::from_fn(line);
             let total: usize = lines.iter().map(Vec::len).product();

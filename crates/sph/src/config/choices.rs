@@ -28,7 +28,7 @@ pub enum Continuity {
     Mass,
     /// `ρ_i Σ V_j (v_i - v_j)·∇W`, for jumps in density.
     Volume,
-    /// `Σ m_j W`: for closed or periodic domains, whose particles have full supports.
+    /// `Σ m_j W`: for one density in closed or periodic domains, which the bodies must fill: supports are to be full.
     Summation,
 }
 

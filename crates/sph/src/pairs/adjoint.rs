@@ -4,14 +4,14 @@
 //! `V_i V_j (σ_i L_i + σ_j L_j) ∇W`: they conserve energy with it, and linear momentum too, for they are antisymmetric.
 
 use super::{Pairs, apart};
-use crate::operators::{correction, product};
+use crate::operators::product;
 use crate::particles::Matrix;
 
 impl<const D: usize> Pairs<'_, D> {
     /// `L_i = M_i⁻¹` of the corrected gradient; the unit matrix where a particle sees too little around it.
     pub fn correction(&self, i: usize, row: &[u32]) -> Matrix<D> {
         let unit = std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
-        correction(&self.moment(i, row)).unwrap_or(unit)
+        self.moment(i, row).correction().unwrap_or(unit)
     }
 
     /// `σ_i L_i x`.

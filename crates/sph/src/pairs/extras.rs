@@ -1,12 +1,13 @@
 //! What is smoothed and diffused beside the equations of motion (SPH sheet §2.10, §2.12). Options, off by default:
 //! plain loops.
 
+use std::ops::Range;
+
 use colluvium_constitutive::SymTensor;
 
 use super::{Pairs, apart};
-use crate::operators::{correction, product};
+use crate::operators::{Moment, product};
 use crate::particles::Matrix;
-use crate::walls::Image;
 
 /// Keeps the diffusion of stress finite for particles that meet (sheet §2.10).
 const SOFTENING: f64 = 1e-4;
@@ -45,7 +46,7 @@ impl<const D: usize> Pairs<'_, D> {
     /// velocity of a pair, what is left of it beyond the mean of both velocity gradients; of pairs that approach and
     /// of pairs that part. After the hourglass viscosity of Flanagan & Belytschko (1981), in the pairwise form of
     /// Ganzenmüller (2015). Conserves both momenta.
-    pub fn hourglass(&self, i: usize, (row, weights): (&[u32], &[f64]), images: &[Image<D>]) -> [f64; D] {
+    pub fn hourglass(&self, i: usize, (row, weights): (&[u32], &[f64])) -> [f64; D] {
         let p = self.particles;
         let mut sum = [0.0; D];
         for (&j, weight) in row[..self.before(row, self.first_wall)].iter().zip(weights) {
@@ -53,7 +54,7 @@ impl<const D: usize> Pairs<'_, D> {
             let gradient = if j < p.len {
                 p.gradient[j]
             } else {
-                let image = &images[j - p.len];
+                let image = &self.images[j - p.len];
                 image.gradient(&p.gradient[image.source as usize])
             };
             let (apart, square) = apart(&p.position[i], &p.position[j]);
@@ -83,32 +84,34 @@ impl<const D: usize> Pairs<'_, D> {
         sum
     }
 
-    /// `-ρ̇/ρ` by the diffusion of density, without `2 δ` (δ-SPH).
-    pub fn density_diffusion(&self, i: usize, row: &[u32], weights: &[f64]) -> f64 {
+    /// `-ρ̇/ρ` by the diffusion of density within `body`, without `2 δ` (δ-SPH).
+    pub fn density_diffusion(&self, i: usize, (row, weights): (&[u32], &[f64]), body: &Range<usize>) -> f64 {
         let p = self.particles;
-        let regular = self.before(row, self.first_wall);
-        let sum = row[..regular].iter().zip(weights).map(|(&j, weight)| {
+        let mut sum = 0.0;
+        for (&j, weight) in row[..self.before(row, self.first_wall)].iter().zip(weights) {
             let j = j as usize;
-            p.mass[j] / p.density[j] * (p.density[j] - p.density[i]) * weight
-        });
-        -p.length[i] * p.sound[i] * sum.sum::<f64>() / p.density[i]
+            if body.contains(&self.source(j)) {
+                sum += p.mass[j] / p.density[j] * (p.density[j] - p.density[i]) * weight;
+            }
+        }
+        -p.length[i] * p.sound[i] * sum / p.density[i]
     }
 
-    /// Rate of stress by its diffusion, without `2 ζ`; the weight of the material under `gravity` is left out.
+    /// Rate of stress by its diffusion within `body`, without `2 ζ`; the weight of the material under `gravity` is
+    /// left out.
     pub fn stress_diffusion(
         &self,
         i: usize,
         (row, weights): (&[u32], &[f64]),
         gravity: &[f64; D],
-        body: &std::ops::Range<usize>,
+        body: &Range<usize>,
     ) -> SymTensor {
         let p = self.particles;
         let size = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
         let mut sum = SymTensor::ZERO;
         for (&j, &weight) in row[..self.before(row, self.first_wall)].iter().zip(weights) {
             let j = j as usize;
-            // Same material only; images stand for particles of the same body.
-            if weight == 0.0 || (j < p.len && !body.contains(&j)) {
+            if weight == 0.0 || !body.contains(&self.source(j)) {
                 continue;
             }
             let (apart, square) = apart(&p.position[i], &p.position[j]);
@@ -132,13 +135,20 @@ impl<const D: usize> Pairs<'_, D> {
         geostatic(density * size * rise, k0, &up)
     }
 
-    /// The move of particle `i`, which went `length` (m) in the step, towards even spacing (sheet §2.12); `None`
-    /// near free surfaces.
-    pub fn shift(&self, i: usize, row: &[u32], length: f64, surface: &[bool]) -> Option<Shift<D>> {
+    /// The move of particle `i` of `body`, which went `length` (m) in the step, towards even spacing (sheet §2.12);
+    /// `None` near free surfaces. Density and stress jump between bodies: their gradients are those within the body.
+    pub fn shift(
+        &self,
+        i: usize,
+        row: &[u32],
+        length: f64,
+        (body, surface): (&Range<usize>, &[bool]),
+    ) -> Option<Shift<D>> {
         let p = self.particles;
         let (h, reference) = (p.length[i], self.smoothing.value(self.options.spacing));
         let mut crowding = [0.0; D];
-        let (mut moment, mut slopes) = ([[0.0; D]; D], [[0.0; D]; 10]);
+        let (mut all, mut within) = (Moment::default(), Moment::default());
+        let (mut velocity, mut fields) = ([[0.0; D]; D], [[0.0; D]; 7]);
         for &j in row {
             let j = j as usize;
             if j < p.len && surface[j] {
@@ -154,34 +164,35 @@ impl<const D: usize> Pairs<'_, D> {
             if j >= self.first_wall {
                 continue;
             }
-            for a in 0..D {
-                for b in 0..D {
-                    moment[a][b] += weight * apart[a] * apart[b];
-                }
+            all.add(weight, &apart);
+            for (a, slope) in velocity.iter_mut().enumerate() {
+                let difference = p.velocity[j][a] - p.velocity[i][a];
+                (0..D).for_each(|c| slope[c] += weight * difference * apart[c]);
             }
-            let mut differences = [0.0; 10];
-            (0..D).for_each(|c| differences[c] = p.velocity[j][c] - p.velocity[i][c]);
-            differences[3] = p.density[j] - p.density[i];
-            let stress = p.stress[j] - p.stress[i];
-            differences[4..].copy_from_slice(&stress.0);
-            for (slope, difference) in slopes.iter_mut().zip(differences) {
+            if !body.contains(&self.source(j)) {
+                continue;
+            }
+            within.add(weight, &apart);
+            let mut differences = [p.density[j] - p.density[i]; 7];
+            differences[1..].copy_from_slice(&(p.stress[j] - p.stress[i]).0);
+            for (slope, difference) in fields.iter_mut().zip(differences) {
                 (0..D).for_each(|c| slope[c] += weight * difference * apart[c]);
             }
         }
-        let correction = correction(&moment)?;
+        let (all, within) = (all.correction()?, within.correction()?);
         let scale = -self.options.shifting * h * length;
         let size = crowding.iter().map(|c| c * c).sum::<f64>().sqrt() * scale.abs();
         let limit = 0.1 * self.options.spacing;
         let scale = if size > limit { scale * limit / size } else { scale };
         let position = crowding.map(|c| c * scale);
-        let change = |slope: &[f64; D]| -> f64 {
-            product(&correction, slope).iter().zip(&position).map(|(g, x)| g * x).sum()
+        let change = |correction: &Matrix<D>, slope: &[f64; D]| -> f64 {
+            product(correction, slope).iter().zip(&position).map(|(g, x)| g * x).sum()
         };
         Some(Shift {
             position,
-            velocity: std::array::from_fn(|c| change(&slopes[c])),
-            density: change(&slopes[3]),
-            stress: SymTensor(std::array::from_fn(|c| change(&slopes[4 + c]))),
+            velocity: std::array::from_fn(|c| change(&all, &velocity[c])),
+            density: change(&within, &fields[0]),
+            stress: SymTensor(std::array::from_fn(|c| change(&within, &fields[1 + c]))),
         })
     }
 
@@ -190,19 +201,14 @@ impl<const D: usize> Pairs<'_, D> {
     }
 
     /// `M = Σ V F x ⊗ x`, whose trace falls at free surfaces (sheet §2.13 h).
-    pub fn moment(&self, i: usize, row: &[u32]) -> Matrix<D> {
+    pub fn moment(&self, i: usize, row: &[u32]) -> Moment<D> {
         let p = self.particles;
-        let mut moment = [[0.0; D]; D];
+        let mut moment = Moment::default();
         for &j in row {
             let j = j as usize;
             let k = if j >= self.answering { i } else { j };
             let (apart, square) = apart(&p.position[i], &p.position[j]);
-            let weight = p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt());
-            for a in 0..D {
-                for b in 0..D {
-                    moment[a][b] += weight * apart[a] * apart[b];
-                }
-            }
+            moment.add(p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt()), &apart);
         }
         moment
     }
@@ -211,23 +217,23 @@ impl<const D: usize> Pairs<'_, D> {
     pub fn length_rate(&self, i: usize, row: &[u32], weights: &[f64]) -> f64 {
         let p = self.particles;
         let kernel = self.kernel_of(p.length[i]);
-        let (mut moment, mut gradient) = ([[0.0; D]; D], [[0.0; D]; D]);
+        let (mut moment, mut gradient) = (Moment::default(), [[0.0; D]; D]);
         let (mut rate, mut slope) = (0.0, p.mass[i] * kernel.length_derivative(0.0));
         for (&j, &weight) in row[..self.regular(row)].iter().zip(weights) {
             let j = j as usize;
             let (apart, square) = apart(&p.position[i], &p.position[j]);
             let volume = p.mass[j] / p.density[j] * weight;
             slope += p.mass[j] * kernel.length_derivative(square.sqrt());
+            moment.add(volume, &apart);
             for a in 0..D {
                 let relative = p.velocity[j][a] - p.velocity[i][a];
                 rate -= p.mass[j] * weight * relative * apart[a];
                 for b in 0..D {
                     gradient[a][b] += volume * relative * apart[b];
-                    moment[a][b] += volume * apart[a] * apart[b];
                 }
             }
         }
-        let Some(l) = correction(&moment) else { return 0.0 };
+        let Some(l) = moment.correction() else { return 0.0 };
         let divergence: f64 = (0..D).map(|a| product(&l, &gradient[a])[a]).sum();
         if slope == 0.0 { 0.0 } else { (-p.density[i] * divergence - rate) / slope }
     }

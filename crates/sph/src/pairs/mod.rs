@@ -19,7 +19,7 @@ use crate::config::{Momentum, SphOptions, Symmetrisation};
 use crate::kernel::Smoothing;
 use crate::lanes::{self, Lanes};
 use crate::particles::{Matrix, Particles};
-use crate::walls::Walls;
+use crate::walls::{Image, Walls};
 
 /// Keeps the viscosity finite for particles that meet (sheet §2.8).
 const SOFTENING: f64 = 0.01;
@@ -34,6 +34,8 @@ pub struct Pairs<'a, const D: usize> {
     pub options: &'a SphOptions,
     /// The walls.
     pub walls: &'a Walls<D>,
+    /// The images.
+    pub images: &'a [Image<D>],
     /// The first particle of a wall.
     pub first_wall: usize,
     /// From this number on a neighbour is a wall that answers to the particle itself.
@@ -86,6 +88,13 @@ impl<const D: usize> Pairs<'_, D> {
             Some(&last) if last as usize >= number => row.partition_point(|&j| (j as usize) < number),
             _ => row.len(),
         }
+    }
+
+    /// The particle that the neighbour `j`, which is none of a wall, is or is the image of.
+    #[inline]
+    fn source(&self, j: usize) -> usize {
+        let len = self.particles.len;
+        if j < len { j } else { self.images[j - len].source as usize }
     }
 
     fn grad_h(&self) -> bool {

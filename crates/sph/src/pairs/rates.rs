@@ -3,7 +3,7 @@
 use super::{Pairs, Rates};
 use crate::config::{Continuity, Momentum, SphOptions, VelocityGradient};
 use crate::lanes::{self, Lanes};
-use crate::operators::{correction, product};
+use crate::operators::{Moment, product};
 use crate::particles::Matrix;
 
 /// The operator of the velocity gradient, `compatible` resolved.
@@ -33,7 +33,7 @@ impl<const D: usize> Pairs<'_, D> {
         // Where the two forms go together the divergence is the trace.
         let apart_forms = corrected || by_mass != (self.options.continuity == Continuity::Mass);
         let mut gradient = [[Lanes::splat(0.0); D]; D];
-        let mut moment = [[Lanes::splat(0.0); D]; D];
+        let (mut moment, mut neighbours) = ([[Lanes::splat(0.0); D]; D], Lanes::splat(0.0));
         let mut trace = Lanes::splat(0.0);
         lanes::fours(&row[..regular], i, |start, four, count| {
             let other = lanes::motions::<D>(four.map(|j| &records[j]));
@@ -52,6 +52,7 @@ impl<const D: usize> Pairs<'_, D> {
                 trace += lanes::dot(&relative, &apart) * weight;
             }
             if corrected {
+                neighbours += volume.simd_gt(Lanes::splat(0.0)) & Lanes::splat(1.0);
                 for a in 0..D {
                     for b in 0..D {
                         moment[a][b] += apart[a] * scaled[b];
@@ -66,15 +67,18 @@ impl<const D: usize> Pairs<'_, D> {
         }
         let by_density = if self.options.continuity == Continuity::Mass { density } else { 1.0 };
         let mut trace = lanes::sum(trace) / by_density;
-        let mut moment = total(&moment);
+        let mut moment = Moment { matrix: total(&moment), neighbours: lanes::sum(neighbours) as u32 };
         if regular < row.len() {
             self.shear_at_walls(i, &row[regular..], &mut gradient, &mut trace, &mut moment);
         }
         let divergence = if apart_forms { trace } else { (0..D).map(|c| gradient[c][c]).sum() };
-        if corrected && let Some(l) = correction(&moment) {
-            gradient = gradient.map(|row| product(&l, &row));
-        }
         let spread = if self.grad_h() { self.particles.spread[i] } else { 1.0 };
-        Rates { gradient: gradient.map(|row| row.map(|c| c * spread)), divergence: divergence * spread }
+        // The corrected gradient is exact for the weights as they are: 1/ϑ belongs to the other sums.
+        let correction = if corrected { moment.correction() } else { None };
+        let gradient = match correction {
+            Some(l) => gradient.map(|row| product(&l, &row)),
+            None => gradient.map(|row| row.map(|c| c * spread)),
+        };
+        Rates { gradient, divergence: divergence * spread }
     }
 }

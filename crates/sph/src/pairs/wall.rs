@@ -5,7 +5,7 @@ use colluvium_constitutive::SymTensor;
 use super::acceleration::Form;
 use super::{Pairs, SOFTENING, apart};
 use crate::config::WallVelocity;
-use crate::operators::product;
+use crate::operators::{Moment, product};
 use crate::particles::Matrix;
 use crate::walls::{Contact, Plane};
 
@@ -116,7 +116,7 @@ impl<const D: usize> Pairs<'_, D> {
         row: &[u32],
         gradient: &mut Matrix<D>,
         trace: &mut f64,
-        moment: &mut Matrix<D>,
+        moment: &mut Moment<D>,
     ) {
         let p = self.particles;
         let kernel = self.kernel_of(p.length[i]);
@@ -129,11 +129,11 @@ impl<const D: usize> Pairs<'_, D> {
                 continue;
             }
             let Some(answer) = self.answer(i, wall) else { continue };
+            moment.add(weight, &apart);
             for a in 0..D {
                 *trace += weight * answer.relative[a] * apart[a];
                 for b in 0..D {
                     gradient[a][b] += weight * answer.relative[a] * apart[b];
-                    moment[a][b] += weight * apart[a] * apart[b];
                 }
             }
         }

@@ -293,6 +293,7 @@ impl<const D: usize> SphSolver<D> {
             smoothing: &self.smoothing,
             options: &self.options,
             walls: &self.walls,
+            images: &self.images,
             first_wall,
             answering,
             time: self.time,
@@ -323,11 +324,7 @@ impl<const D: usize> SphSolver<D> {
             // Images need their masses.
             self.particles.load_images(&self.images);
             let mut density = std::mem::take(&mut self.particles.density);
-            let len = self.particles.len;
-            let pairs = self.pairs();
-            density[..len].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, density)| {
-                *density = pairs.summed_density(i, self.neighbours.of(i));
-            });
+            self.sum_densities(&mut density);
             self.particles.density = density;
         }
         self.interpolate_walls();
@@ -359,6 +356,27 @@ impl<const D: usize> SphSolver<D> {
         });
         self.particles.records = records;
         self.find_corrections();
+    }
+
+    /// `Σ m W` of every particle (BN 2).
+    fn sum_densities(&self, density: &mut [f64]) {
+        let (len, pairs) = (self.particles.len, self.pairs());
+        density[..len].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, density)| {
+            *density = pairs.summed_density(i, self.neighbours.of(i));
+        });
+    }
+
+    /// What summation would make of the densities as the particles stand now; the state stays what it is.
+    pub(crate) fn summed_densities(&mut self) -> Result<Vec<f64>, SolverError> {
+        self.list_from_here(self.smoothing.radius());
+        self.make_lists()?;
+        self.particles.load_images(&self.images);
+        let mut density = vec![0.0; self.particles.len];
+        self.sum_densities(&mut density);
+        self.listed = Listed::default();
+        self.images.clear();
+        self.particles.resize(self.particles.len);
+        Ok(density)
     }
 
     /// Corrections of the gradient, for the momentum equation that has them.
@@ -438,6 +456,11 @@ impl<const D: usize> SphSolver<D> {
         let Some(number) = j.checked_sub(self.particles.len) else { return Some(j) };
         let image = self.images.get(number)?;
         (image.flip == [1.0; D]).then_some(image.source as usize)
+    }
+
+    /// The body of particle `i`.
+    fn body_of(&self, i: usize) -> Option<&Group> {
+        self.groups.iter().find(|group| group.range().contains(&i))
     }
 
     /// Whether particle `i` is a copy of one of another rank.

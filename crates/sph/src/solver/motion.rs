@@ -46,9 +46,9 @@ impl<const D: usize> SphSolver<D> {
         }
         let mut accelerations = std::mem::take(&mut self.particles.acceleration);
         let mut weights = std::mem::take(&mut self.weights);
-        let (pairs, images) = (self.pairs(), &self.images);
+        let pairs = self.pairs();
         over_rows(&self.neighbours, &mut weights, &mut accelerations, |i, row, weights, a| {
-            let pull = pairs.hourglass(i, (row, weights), images);
+            let pull = pairs.hourglass(i, (row, weights));
             (0..D).for_each(|c| a[c] += strength * pull[c]);
         });
         self.particles.acceleration = accelerations;
@@ -117,6 +117,7 @@ impl<const D: usize> SphSolver<D> {
         let mut weights = std::mem::take(&mut self.weights);
         let (pairs, weighed) = (self.pairs(), self.weighed);
         let diffusion = 2.0 * self.options.density_diffusion;
+        let fluid = |i: usize| self.body_of(i).filter(|group| group.fluid);
         // The gradient and the divergence of a particle stand in two arrays.
         let both = gradient.par_chunks_mut(ROWS).zip(divergence.par_chunks_mut(ROWS));
         let blocks = both.zip(&mut weights).zip(self.neighbours.blocks()).enumerate();
@@ -130,8 +131,10 @@ impl<const D: usize> SphSolver<D> {
                 let rates = pairs.rates(i, row, weights);
                 gradient[k] = rates.gradient;
                 divergence[k] = rates.divergence;
-                if diffusion > 0.0 {
-                    divergence[k] += diffusion * pairs.density_diffusion(i, row, weights);
+                if diffusion > 0.0
+                    && let Some(body) = fluid(i)
+                {
+                    divergence[k] += diffusion * pairs.density_diffusion(i, (row, weights), &body.range());
                 }
             }
         });
@@ -153,7 +156,7 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// Velocities of XSPH.
+    /// Velocities of XSPH. Bodies that are held move with none.
     fn find_drift(&mut self) {
         if self.options.xsph == 0.0 {
             return;
@@ -165,6 +168,9 @@ impl<const D: usize> SphSolver<D> {
         over_rows(&self.neighbours, &mut weights, &mut drift, |i, row, _, drift| {
             *drift = pairs.drift(i, row).map(|v| v * share);
         });
+        for group in self.groups.iter().filter(|group| group.held.is_some()) {
+            drift[group.range()].fill([0.0; D]);
+        }
         self.weights = weights;
         self.particles.drift = drift;
     }
@@ -201,13 +207,9 @@ impl<const D: usize> SphSolver<D> {
         let extra = &p.drift;
         let all = p.position[..p.len].par_iter_mut().zip(&p.velocity).zip(&p.stress).enumerate();
         let lost = all.with_min_len(TASK).filter_map(|(i, ((x, v), stress))| {
-            let far = !(square(v) * dt * dt <= longest * longest);
-            for c in 0..D {
-                x[c] += dt * v[c];
-            }
-            if let Some(extra) = extra.get(i) {
-                (0..D).for_each(|c| x[c] += dt * extra[c]);
-            }
+            let v = extra.get(i).map_or(*v, |extra| std::array::from_fn(|c| v[c] + extra[c]));
+            let far = !(square(&v) * dt * dt <= longest * longest);
+            (0..D).for_each(|c| x[c] += dt * v[c]);
             let outside =
                 (0..D).any(|c| !wraps[c] && (x[c] < domain.min[c] - margin || x[c] > domain.max[c] + margin));
             if guests.get(i).is_some_and(|guest| *guest) {
@@ -237,28 +239,23 @@ impl<const D: usize> SphSolver<D> {
         self.particles.move_images(&self.images);
         let (len, dt) = (self.particles.len, self.last_step);
         let (pairs, neighbours) = (self.pairs(), &self.neighbours);
-        let at_surface = |i: usize| {
-            let moment = pairs.moment(i, neighbours.of(i));
-            (0..D).map(|c| moment[c][c]).sum::<f64>() < SURFACE[D - 1]
-        };
+        let at_surface = |i: usize| pairs.moment(i, neighbours.of(i)).trace() < SURFACE[D - 1];
         let surface: Vec<bool> = (0..len).into_par_iter().map(at_surface).collect();
         let moves = |i: usize| {
             let length = square(&self.particles.velocity[i]).sqrt() * dt;
-            let free = !surface[i];
-            if free { pairs.shift(i, neighbours.of(i), length, &surface) } else { None }
+            let body = self.body_of(i).filter(|body| body.held.is_none() && !surface[i])?;
+            pairs.shift(i, neighbours.of(i), length, (&body.range(), &surface))
         };
         let shifts: Vec<_> = (0..len).into_par_iter().map(moves).collect();
         let p = &mut self.particles;
-        for group in self.groups.iter().filter(|group| group.held.is_none()) {
-            for i in group.range() {
-                let Some(shift) = &shifts[i] else { continue };
-                for c in 0..D {
-                    p.position[i][c] += shift.position[c];
-                    p.velocity[i][c] += shift.velocity[c];
-                }
-                p.density[i] += shift.density;
-                p.stress[i] += shift.stress;
+        for (i, shift) in shifts.iter().enumerate() {
+            let Some(shift) = shift else { continue };
+            for c in 0..D {
+                p.position[i][c] += shift.position[c];
+                p.velocity[i][c] += shift.velocity[c];
             }
+            p.density[i] += shift.density;
+            p.stress[i] += shift.stress;
         }
         self.particles.place(&self.images, &self.walls, self.time);
     }

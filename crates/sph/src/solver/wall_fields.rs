@@ -23,19 +23,15 @@ impl<const D: usize> SphSolver<D> {
             return;
         }
         let first = self.particles.len + self.images.len();
-        let density = self.groups.first().map_or(0.0, |group| group.density);
-        let mass = density * self.options.spacing.powi(D as i32);
         let mut stress = std::mem::take(&mut self.tensors);
         stress.resize(self.walls.particles.len(), SymTensor::ZERO);
         stress.par_iter_mut().enumerate().with_min_len(64).for_each(|(k, stress)| {
-            *stress = self.wall_stress(first, k, density);
+            *stress = self.wall_stress(first, k);
         });
         let p = &mut self.particles;
         p.stress[first..].copy_from_slice(&stress);
-        p.mass[first..].fill(mass);
-        p.density[first..].fill(density);
         self.tensors = stress;
-        self.sound_walls(first);
+        self.weigh_walls(first);
         self.move_walls();
     }
 
@@ -57,7 +53,7 @@ impl<const D: usize> SphSolver<D> {
         total
     }
 
-    fn wall_stress(&self, first: usize, k: usize, density: f64) -> SymTensor {
+    fn wall_stress(&self, first: usize, k: usize) -> SymTensor {
         let gravity = self.gravity.map(|g| g * self.gravity_factor(0.0));
         let size = square(&gravity).sqrt();
         let carries = self.options.wall_stress == WallStress::Extrapolated && size > 0.0;
@@ -68,7 +64,8 @@ impl<const D: usize> SphSolver<D> {
             if carries {
                 let rise: f64 = (0..D).map(|c| up[c] * apart[c]).sum();
                 // Tension positive: higher places bear less.
-                stress += geostatic(density * size * rise, self.options.wall_k0, &up) * weight;
+                let unit_weight = self.particles.density[j] * size;
+                stress += geostatic(unit_weight * rise, self.options.wall_k0, &up) * weight;
             }
         });
         if total < LEAST_SOIL {
@@ -79,11 +76,21 @@ impl<const D: usize> SphSolver<D> {
         if face.contact == Contact::FreeSlip { sheared(&stress, face.axis, -1.0) } else { stress }
     }
 
-    fn sound_walls(&mut self, first: usize) {
+    /// Densities, masses and speeds of sound of the walls: the soil's. Without soil around it a wall weighs nothing.
+    fn weigh_walls(&mut self, first: usize) {
+        let volume = self.options.spacing.powi(D as i32);
         for wall in first..self.particles.position.len() {
-            let mut sound = 0.0;
-            let total = self.around_wall(wall, |j, weight, _| sound += weight * self.particles.sound[j]);
-            self.particles.sound[wall] = if total < LEAST_SOIL { 0.0 } else { sound / total };
+            let (mut density, mut sound) = (0.0, 0.0);
+            let total = self.around_wall(wall, |j, weight, _| {
+                density += weight * self.particles.density[j];
+                sound += weight * self.particles.sound[j];
+            });
+            let p = &mut self.particles;
+            (p.density[wall], p.mass[wall], p.sound[wall]) = if total < LEAST_SOIL {
+                (1.0, 0.0, 0.0)
+            } else {
+                (density / total, density / total * volume, sound / total)
+            };
         }
     }
 

@@ -2,6 +2,7 @@
 
 mod common;
 mod flows;
+mod interfaces;
 mod operators;
 mod ranks;
 mod regularisation;

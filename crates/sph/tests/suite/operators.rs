@@ -1,8 +1,12 @@
 //! Operator studies V-01 to V-07 of the SPH sheet (§5.2). Bounds and reference values are the sheet's.
 
+use colluvium_case::Case;
+use colluvium_constitutive::SymTensor;
 use colluvium_points::NeighbourList;
 use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::operators::{Cloud, Gradient, Laplacian, Mean, test_lattice};
+use colluvium_sph::semi_discrete::{Given, Particle, rates};
+use serde_json::{Value, json};
 
 /// Largest error over the inner particles of `found(cloud, field, i)`.
 fn worst<const D: usize>(
@@ -245,4 +249,51 @@ fn symmetric_gradients_balance_over_all_particles() {
     for operator in [Gradient::Difference, Gradient::DensityDifference, Gradient::Corrected] {
         assert_eq!(cloud.gradient(operator, &constant, 0), [0.0; 2]);
     }
+}
+
+/// Rates of a block with a linear field of velocity and uneven densities.
+fn stretched<const D: usize>(space: &str, edge: f64, sph: &Value) -> Vec<Particle<D>> {
+    let all = |value: f64| vec![value; D];
+    let mut methods = json!({ "spacing": 0.05 });
+    for (key, value) in sph.as_object().unwrap() {
+        methods[key] = value.clone();
+    }
+    let text = json!({
+        "title": "test", "space": space, "domain": { "min": all(-1.0), "max": all(1.0) }, "gravity": all(0.0),
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": all(0.0), "max": all(edge) } }],
+        "stages": [{ "name": "s", "duration": 1 }], "methods": { "sph": methods }
+    });
+    let given = |id: u32, x: &[f64; D]| Given {
+        shift: [0.0; D],
+        velocity: std::array::from_fn(|c| SLOPE[c][0] * x[0] + if D > 1 { SLOPE[c][1] * x[1] } else { 0.0 }),
+        compression: 1.0 + 0.2 * f64::from(id).sin(),
+        stress: SymTensor::ZERO,
+    };
+    rates::<D>(&Case::from_json(&text.to_string()).unwrap(), given).unwrap()
+}
+
+const SLOPE: [[f64; 2]; 2] = [[0.3, -0.7], [1.1, 0.2]];
+
+#[test]
+fn the_corrected_velocity_gradient_is_exact_with_every_symmetrisation() {
+    for symmetrisation in ["arithmetic", "harmonic", "geometric", "max", "min", "kernel", "grad-h"] {
+        let sph = json!({ "smoothing_length": "density", "symmetrisation": symmetrisation,
+                          "velocity_gradient": "corrected" });
+        for particle in stretched::<2>("plane-strain", 0.5, &sph) {
+            for (found, exact) in particle.gradient.iter().flatten().zip(SLOPE.iter().flatten()) {
+                assert!((found - exact).abs() < 1e-12, "{symmetrisation}: {:?}", particle.gradient);
+            }
+        }
+    }
+}
+
+#[test]
+fn gradients_of_fewer_neighbours_than_dimensions_and_one_stay_uncorrected() {
+    let of = |operator: &str, edge: f64| {
+        let sph = json!({ "velocity_gradient": operator });
+        stretched::<1>("1d", edge, &sph).iter().map(|p| p.gradient[0][0]).collect::<Vec<_>>()
+    };
+    assert_eq!(of("corrected", 0.1), of("difference", 0.1));
+    assert!(of("corrected", 0.15).iter().all(|slope| (slope - SLOPE[0][0]).abs() < 1e-12));
 }

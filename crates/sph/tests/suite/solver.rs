@@ -69,7 +69,7 @@ fn results_are_the_same_on_one_and_two_threads() {
     let total = case(json!({
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.5], "radius": 0.4 },
                      "velocity": { "kind": "sine", "amplitude": [0, 1], "wave_vector": [9, 0] } }],
-        "methods": { "sph": { "spacing": 0.025, "formulation": "total-lagrangian" } }
+        "methods": { "sph": { "spacing": 0.025, "formulation": "total-lagrangian", "velocity_gradient": "corrected" } }
     }));
     let cases = variants().into_iter().map(|options| (crash(&options), options.to_string()));
     for (case, name) in cases.chain([(total, "total-lagrangian".to_owned())]) {
@@ -272,6 +272,10 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         }
         json!({ "boundaries": [boundary] })
     };
+    let large = |edge: f64| {
+        json!({ "domain": { "min": [0, 0], "max": [edge, 1] },
+                "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }] })
+    };
     let table = [
         (json!({ "space": "axisymmetric" }), "space"),
         (
@@ -291,6 +295,8 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         ),
         (wall(json!({ "position": 0.5 })), "bodies[0].shape"),
         (json!({ "domain": { "min": [0, 0], "max": [1.03, 1], "periodic": ["x"] } }), "domain.periodic[0]"),
+        (large(1e7), "domain"),
+        (large(1e18), "domain"),
         (json!({ "methods": {} }), "methods.sph"),
         (json!({ "methods": { "sph": { "spacing": 0.05, "smoothing": 2.5 } } }), "methods.sph.smoothing"),
         (json!({ "methods": { "sph": { "spacing": 0.05, "time_step": 1 } } }), "methods.sph.time_step"),
@@ -345,6 +351,13 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         (json!({ "formulation": "total-lagrangian", "regularisation": "mls" }), "regularisation"),
         (json!({ "formulation": "total-lagrangian", "smoothing_length": "density" }), "smoothing_length"),
         (json!({ "formulation": "total-lagrangian", "confining": { "pressure": 1 } }), "confining"),
+        (json!({ "formulation": "total-lagrangian", "momentum": "difference" }), "momentum"),
+        (
+            json!({ "formulation": "total-lagrangian", "velocity_gradient": "difference" }),
+            "velocity_gradient",
+        ),
+        (json!({ "formulation": "total-lagrangian", "continuity": "volume" }), "continuity"),
+        (json!({ "formulation": "total-lagrangian", "symmetrisation": "min" }), "symmetrisation"),
         (json!({ "formulation": "total-lagrangian", "stress_diffusion": 0.1 }), "stress_diffusion"),
         (json!({ "formulation": "total-lagrangian", "xsph": 0.1 }), "xsph"),
         (json!({ "formulation": "total-lagrangian", "shifting": 0.1 }), "shifting"),
@@ -363,6 +376,7 @@ fn what_cannot_be_honoured_is_refused_by_name() {
             "momentum",
         ),
         (json!({ "smoothing_length": "density", "wall_stress": "interpolated" }), "wall_stress"),
+        (json!({ "continuity": "summation", "wall_stress": "interpolated" }), "wall_stress"),
         (json!({ "smoothing_length": "rate", "integration": "verlet" }), "smoothing_length"),
         (json!({ "momentum": "corrected", "velocity_gradient": "difference" }), "velocity_gradient"),
         (json!({ "momentum": "corrected", "wall_stress": "interpolated" }), "wall_stress"),
@@ -379,4 +393,57 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         let error = Sph.plan(&case(more)).unwrap_err().to_string();
         assert!(error.starts_with(&format!("{path}: ")), "{error}");
     }
+}
+
+#[test]
+fn the_total_form_refuses_to_renew_the_density_of_a_fluid() {
+    let case = case(json!({
+        "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e5, "viscosity": 1 } },
+        "methods": { "sph": { "spacing": 0.05, "formulation": "total-lagrangian", "density_reset": "shepard" } }
+    }));
+    let error = Sph.plan(&case).unwrap_err().to_string();
+    assert!(
+        error.starts_with("methods.sph.density_reset: ") && error.contains("total-Lagrangian"),
+        "{error}"
+    );
+}
+
+#[test]
+fn density_by_summation_needs_full_supports_and_one_density() {
+    let sides = ["x-min", "x-max", "y-min", "y-max"];
+    let closed = |shapes: &[(&str, [f64; 2], [f64; 2])], sph: &Value| {
+        let mut methods = json!({ "spacing": 0.05, "continuity": "summation" });
+        for (key, value) in sph.as_object().unwrap() {
+            methods[key] = value.clone();
+        }
+        let bodies = shapes.iter().enumerate().map(|(number, (material, low, high))| {
+            json!({ "name": number.to_string(), "material": material,
+                    "shape": { "kind": "box", "min": low, "max": high } })
+        });
+        let of = |density: f64| json!({ "model": "linear-elastic", "density": density, "youngs_modulus": 1e6, "poissons_ratio": 0.25 });
+        let wall = |side: &str| json!({ "side": side, "wall": { "kind": if side == "y-min" { "rough" } else { "smooth" } } });
+        case(json!({
+            "materials": { "m": of(1000.0), "light": of(900.0) }, "bodies": bodies.collect::<Vec<_>>(),
+            "boundaries": sides.map(wall), "methods": { "sph": methods }
+        }))
+    };
+    let whole = [("m", [0.0, 0.0], [1.0, 1.0])];
+    let half = [("m", [0.0, 0.0], [1.0, 0.5])];
+    let two = [("m", [0.0, 0.0], [1.0, 0.5]), ("m", [0.0, 0.5], [1.0, 1.0])];
+    let unlike = [("m", [0.0, 0.0], [1.0, 0.5]), ("light", [0.0, 0.5], [1.0, 1.0])];
+    for bodies in [&whole[..], &two] {
+        Sph.plan(&closed(bodies, &json!({}))).unwrap();
+    }
+    for bodies in [&half[..], &unlike] {
+        let error = Sph.plan(&closed(bodies, &json!({}))).unwrap_err().to_string();
+        assert!(error.starts_with("methods.sph.continuity: "), "{error}");
+        Sph.plan(&closed(bodies, &json!({ "allow_summation": true }))).unwrap();
+    }
+    // The check leaves nothing behind.
+    let [checked, free] = [json!({}), json!({ "allow_summation": true })].map(|sph| {
+        let mut solver = begin(&closed(&whole, &sph));
+        crate::common::advance(&mut *solver, 20);
+        solver.snapshot().hash()
+    });
+    assert_eq!(checked, free);
 }

@@ -1,0 +1,188 @@
+//! Bodies of different density and stress side by side, and bodies that are held: what is smoothed, diffused or carried
+//! along stays within each body (SPH sheet §2.10, §2.12, §2.13).
+
+use colluvium_case::{Case, Solver};
+use colluvium_constitutive::SymTensor;
+use colluvium_sph::semi_discrete::{Given, prepared, rates};
+use serde_json::{Value, json};
+
+use crate::common::{advance, begin, changed, scalars, stresses, vectors};
+
+/// Two materials that fill a domain without ends, each one half of it; `sph` adds options.
+fn halves(materials: &[Value; 2], sph: &Value) -> Case {
+    let mut methods = json!({ "spacing": 0.05, "viscosity_linear": 0, "continuity": "volume" });
+    for (key, value) in sph.as_object().unwrap() {
+        methods[key] = value.clone();
+    }
+    let half = |name: &str, low: f64| {
+        json!({ "name": name, "material": name,
+                "shape": { "kind": "box", "min": [low, 0], "max": [low + 0.5, 0.5] } })
+    };
+    changed(
+        json!({
+            "title": "test", "space": "plane-strain", "gravity": [0, 0],
+            "domain": { "min": [0, 0], "max": [1, 0.5], "periodic": ["x", "y"] },
+            "materials": { "left": materials[0], "right": materials[1] },
+            "bodies": [half("left", 0.0), half("right", 0.5)],
+            "stages": [{ "name": "s", "duration": 1 }]
+        }),
+        &json!({ "methods": { "sph": methods } }),
+    )
+}
+
+fn fluid(density: f64) -> Value {
+    json!({ "model": "newtonian-fluid", "density": density, "bulk_modulus": 1e5, "viscosity": 1 })
+}
+
+fn solid(density: f64) -> Value {
+    json!({ "model": "linear-elastic", "density": density, "youngs_modulus": 1e6, "poissons_ratio": 0.25 })
+}
+
+const STILL: Given<2> =
+    Given { shift: [0.0; 2], velocity: [0.0; 2], compression: 1.0, stress: SymTensor::ZERO };
+
+/// A number between -1 and 1 for each particle and component.
+fn noise(id: u32, component: u32) -> f64 {
+    2.0 * (f64::from(3 * id + component + 1) * 0.618_033_988_749_894_9).fract() - 1.0
+}
+
+#[test]
+fn densities_diffuse_within_each_body_of_fluid_only() {
+    let diffuses = json!({ "density_diffusion": 0.1 });
+    let found = rates::<2>(&halves(&[fluid(1000.0), fluid(2000.0)], &diffuses), |_, _| STILL).unwrap();
+    assert!(found.iter().all(|particle| particle.divergence == 0.0));
+
+    let uneven = |id: u32, _: &[f64; 2]| Given { compression: 1.0 + 0.01 * noise(id, 0), ..STILL };
+    let found = rates::<2>(&halves(&[fluid(1000.0), solid(1000.0)], &diffuses), uneven).unwrap();
+    let (left, right): (Vec<_>, Vec<_>) = found.iter().partition(|particle| particle.position[0] < 0.5);
+    assert!(right.iter().all(|particle| particle.divergence == 0.0));
+    assert!(left.iter().all(|particle| particle.divergence != 0.0));
+    // Σ V ρ̇ / c of pairs within the body vanishes, and c √ρ is the same everywhere.
+    let rates: Vec<f64> = left.iter().map(|p| p.mass * p.divergence * p.density.sqrt()).collect();
+    let (sum, size) = rates.iter().fold((0.0, 0.0), |(sum, size), rate| (sum + rate, size + rate.abs()));
+    assert!(f64::abs(sum) < 1e-12 * size, "{sum:e} of {size:e}");
+}
+
+/// Left and right under different stress.
+fn stressed(_: u32, x: &[f64; 2]) -> Given<2> {
+    let pressure = if x[0] < 0.5 { -1e3 } else { -5e3 };
+    Given { stress: SymTensor::isotropic(pressure), ..STILL }
+}
+
+#[test]
+fn stress_does_not_diffuse_from_body_to_body() {
+    let case = halves(&[solid(1000.0), solid(1000.0)], &json!({ "stress_diffusion": 0.1 }));
+    let mut solver = prepared::<2>(&case, stressed).unwrap();
+    // Waves change stress by the square of the Courant number, diffusion by the number itself.
+    let dt = 1e-6 * solver.time_step().dt;
+    let before = stresses(&solver.snapshot());
+    solver.step(dt).unwrap();
+    for (old, new) in before.iter().zip(stresses(&solver.snapshot())) {
+        assert!((old[0] - new[0]).abs() < 1e-7, "{old:?} {new:?}");
+    }
+}
+
+#[test]
+fn shifting_carries_neither_density_nor_stress_from_body_to_body() {
+    let case = halves(&[solid(1000.0), solid(2000.0)], &json!({ "shifting": 1 }));
+    let given = |id: u32, x: &[f64; 2]| Given {
+        shift: [0.005 * noise(id, 0), 0.005 * noise(id, 1)],
+        velocity: [30.0, 0.0],
+        ..stressed(id, x)
+    };
+    let mut solver = prepared::<2>(&case, given).unwrap();
+    let dt = 1e-6 * solver.time_step().dt;
+    let before = solver.snapshot();
+    (0..2).for_each(|_| solver.step(dt).unwrap());
+    let after = solver.snapshot();
+    let moved = vectors(&after, "displacement").iter().map(|u| u[1].abs()).fold(0.0, f64::max);
+    assert!(moved > 1e-3 * 30.0 * dt, "{moved:e} m");
+    for (old, new) in scalars(&before, "density").iter().zip(scalars(&after, "density")) {
+        assert!((old - new).abs() < 1e-9 * old, "{old} {new}");
+    }
+    for (old, new) in stresses(&before).iter().zip(stresses(&after)) {
+        assert!((old[0] - new[0]).abs() < 1e-7, "{old:?} {new:?}");
+    }
+}
+
+/// A layer of 1000 kg/m³ on one of 2000 kg/m³ on a rough floor, in either order of the bodies.
+fn layers(wall_stress: &str, upper_first: bool) -> Case {
+    let layer = |name: &str, low: f64| {
+        json!({ "name": name, "material": name,
+                "shape": { "kind": "box", "min": [0, low], "max": [0.5, low + 0.5] } })
+    };
+    let mut bodies = vec![layer("left", 0.5), layer("right", 0.0)];
+    if !upper_first {
+        bodies.reverse();
+    }
+    let sph = json!({ "wall_stress": wall_stress });
+    changed(
+        serde_json::to_value(halves(&[solid(1000.0), solid(2000.0)], &sph)).unwrap(),
+        &json!({
+            "domain": { "min": [0, 0], "max": [0.5, 1.5], "periodic": ["x"] }, "gravity": [0, -10], "bodies": bodies,
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }]
+        }),
+    )
+}
+
+#[test]
+fn walls_take_the_density_of_the_soil_that_touches_them() {
+    let rest = |_: u32, x: &[f64; 2]| {
+        let vertical = if x[1] > 0.5 { -1e4 * (1.0 - x[1]) } else { -5e3 - 2e4 * (0.5 - x[1]) };
+        Given { stress: SymTensor::diagonal(0.5 * vertical, vertical, 0.5 * vertical), ..STILL }
+    };
+    for wall_stress in ["interpolated", "extrapolated"] {
+        let mut found = [true, false].map(|upper_first| {
+            let mut solver = prepared::<2>(&layers(wall_stress, upper_first), rest).unwrap();
+            let dt = 0.5 * solver.time_step().dt;
+            solver.step(dt).unwrap();
+            let snapshot = solver.snapshot();
+            let start = vectors(&snapshot, "velocity");
+            let lowest = |x: &[f64; 3]| x[1] < 0.06;
+            let fall = snapshot.positions.iter().zip(&start).filter(|(x, _)| lowest(x));
+            let fall = fall.map(|(_, v)| v[1].abs() / (10.0 * dt)).fold(0.0, f64::max);
+            // Of gravity; the lattice's own error is 2 %.
+            assert!(wall_stress == "interpolated" || fall < 0.05, "{fall} g");
+            (0..100).for_each(|_| solver.step(dt).unwrap());
+            let snapshot = solver.snapshot();
+            let both = snapshot.positions.iter().zip(stresses(&snapshot));
+            both.map(|(x, stress)| (x.map(|c| (c * 1e6).round() as i64), stress[1])).collect::<Vec<_>>()
+        });
+        found.iter_mut().for_each(|all| all.sort_by_key(|(place, _)| *place));
+        for (a, b) in found[0].iter().zip(&found[1]) {
+            assert!((a.1 - b.1).abs() < 1e-6 * a.1.abs(), "{wall_stress}: {a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn bodies_that_are_held_keep_their_path_with_xsph() {
+    for integration in ["leapfrog", "predictor-corrector", "velocity-verlet", "verlet", "runge-kutta4"] {
+        let sph = json!({ "xsph": 0.5, "held": ["right"], "integration": integration });
+        let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &sph)).unwrap();
+        text["bodies"][1]["velocity"] = json!({ "kind": "uniform", "value": [0.3, 0.2] });
+        let mut solver = begin(&changed(text, &json!({})));
+        advance(&mut *solver, 20);
+        let snapshot = solver.snapshot();
+        for (body, u) in snapshot.bodies.iter().zip(vectors(&snapshot, "displacement")) {
+            let off = (u[0] - 0.3 * snapshot.time).hypot(u[1] - 0.2 * snapshot.time);
+            assert!(*body == 0 || off < 1e-12, "{integration}: {u:?} after {} s", snapshot.time);
+        }
+    }
+}
+
+#[test]
+fn the_guard_against_far_moves_knows_what_xsph_adds() {
+    let case = halves(&[solid(1000.0), solid(1000.0)], &json!({ "xsph": 1 }));
+    let dt = 1e-4;
+    // A quarter of a smoothing length in the step, but the mean of neighbours that alternate is next to nothing.
+    let alternating = |_: u32, x: &[f64; 2]| {
+        let even = x.iter().map(|c| (c / 0.05).floor() as i64).sum::<i64>() % 2 == 0;
+        Given { velocity: [0.25 * 0.06 / dt * if even { 1.0 } else { -1.0 }, 0.0], ..STILL }
+    };
+    let mut solver = prepared::<2>(&case, alternating).unwrap();
+    solver.step(dt).unwrap();
+    for u in vectors(&solver.snapshot(), "displacement") {
+        assert!(u[0].abs() < 0.1 * 0.06, "{u:?}");
+    }
+}
