@@ -113,10 +113,12 @@ impl Walls {
         self.of_node(index).for_each(|wall| wall.constrain(start, end, keep_start, lift));
     }
 
-    /// Whether no wall holds the node with an index along each axis.
-    #[inline]
-    pub fn leave(&self, index: &[usize; 3]) -> bool {
-        self.of_node(index).next().is_none()
+    /// Which components of the velocity of a node its walls hold now that it has ended with `end`.
+    pub fn holding(&self, index: &[usize; 3], end: &[f64; 3]) -> [bool; 3] {
+        self.of_node(index).fold([false; 3], |held, wall| {
+            let own = wall.holding(end);
+            std::array::from_fn(|c| held[c] || own[c])
+        })
     }
 
     /// Lets the walls of a node act on its re-mapped velocity; see [`Wall::constrain_again`].
@@ -159,6 +161,17 @@ impl Wall {
     fn free_components(&self) -> [f64; 3] {
         let held = if self.holds() { self.held_components() } else { 0..0 };
         std::array::from_fn(|c| if held.contains(&c) { 0.0 } else { 1.0 })
+    }
+
+    /// Which components it holds of a node that it has left with `end`.
+    fn holding(&self, end: &[f64; 3]) -> [bool; 3] {
+        if self.holds() {
+            let held = self.held_components();
+            return std::array::from_fn(|c| held.contains(&c));
+        }
+        let stopped = end[self.axis] == self.velocity[self.axis];
+        let stuck = *end == self.velocity && self.kind != WallKind::Smooth;
+        std::array::from_fn(|c| stuck || (stopped && c == self.axis))
     }
 
     /// Constrains a node: `start` is its velocity before the step, `end` the one after the momentum
@@ -228,11 +241,10 @@ impl Wall {
             }
             return;
         }
-        let stopped = solved[self.axis] == self.velocity[self.axis];
-        if stopped || self.approach(velocity) > 0.0 {
+        let held = self.holding(solved);
+        if held[self.axis] || self.approach(velocity) > 0.0 {
             velocity[self.axis] = self.velocity[self.axis];
-            let stuck = (0..3).all(|c| solved[c] == self.velocity[c]);
-            if stuck && self.kind != WallKind::Smooth {
+            if held == [true; 3] {
                 *velocity = self.velocity;
             }
         }
@@ -332,7 +344,7 @@ mod tests {
         let walls = Walls::new(&[1, 400], many);
         assert_eq!(walls.at(1, &[0, 0, 0]).map(|wall| wall.node), Some(0));
         assert_eq!(walls.at(1, &[0, 299, 0]).map(|wall| wall.node), Some(299));
-        assert!(walls.leave(&[0, 300, 0]) && !walls.leave(&[0, 299, 0]));
+        assert_eq!(walls.at(1, &[0, 300, 0]), None);
     }
 
     #[test]
@@ -343,6 +355,17 @@ mod tests {
             floor(kind, true).constrain(&mut [0.0; 3], &mut end, true, &[0.0; 3]);
             assert_eq!(end, [1.0, 0.5, 0.0]);
         }
+    }
+
+    #[test]
+    fn a_wall_holds_what_it_has_stopped() {
+        let rubs = floor(WallKind::Frictional { coefficient: 0.5 }, true);
+        assert_eq!(rubs.holding(&[0.0; 3]), [true; 3], "sticks");
+        assert_eq!(rubs.holding(&[1.0, 0.0, 0.0]), [false, true, false], "slides");
+        assert_eq!(rubs.holding(&[0.0, 0.1, 0.0]), [false; 3], "lifts off");
+        assert_eq!(floor(WallKind::Smooth, true).holding(&[0.0; 3]), [false, true, false]);
+        assert_eq!(floor(WallKind::Smooth, false).holding(&[1.0, 2.0, 3.0]), [false, true, false]);
+        assert_eq!(floor(WallKind::Rough, false).holding(&[1.0, 2.0, 3.0]), [true; 3]);
     }
 
     #[test]

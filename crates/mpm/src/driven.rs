@@ -237,9 +237,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    /// Gives the solved nodes of the patches their velocity, and the acceleration of the prescribed motion, and books the
+    /// Gives the solved nodes of the patches their velocity, and the acceleration of the prescribed motion, and `books` the
     /// force that takes. What motion begins with, nodes take from what they have.
-    pub(crate) fn hold_patches(&mut self, dt: f64) {
+    pub(crate) fn hold_patches(&mut self, dt: f64, books: bool) {
         let keep_start = self.options.fixed_nodes == crate::FixedNodes::Momentum;
         let (case, ground, layout, rigid) = (&self.case, ground!(self), &self.layout, &self.contacts.rigid);
         let inertia = self.options.mass_scaling;
@@ -257,7 +257,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         let own = end[c] - dt * rate[c];
                         let start = if keep_start { own } else { before[c].unwrap_or(own) };
                         let given = (held - start) / dt;
-                        if first {
+                        if first && books {
                             total[c] += inertia * end[3] * dt * (rate[c] - given);
                         }
                         end[c] = held;

@@ -37,19 +37,12 @@ impl RowSums {
     }
 }
 
-/// Entry of nodes on walls.
-const ON_WALLS: usize = 0;
-/// Entry of all other nodes.
-const OFF_WALLS: usize = 1;
-
 /// Everything the solve of one step needs.
 pub struct MomentumSolve<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
     /// Gravity at the end of the step (m/s²).
     pub gravity: [f64; 3],
-    /// Local damping factor of each axis: of nodes on walls, and of the others.
-    pub damping: [[f64; 3]; 2],
     /// Rayleigh damping, mass part (1/s).
     pub rayleigh: f64,
     /// Momentum variant of held nodes.
@@ -72,7 +65,7 @@ impl<const D: usize> MomentumSolve<'_, D> {
         let gravity = Lanes::new([gx, gy, gz, 0.0]);
         let row_free = self.walls.is_free(0, row);
         let ease = 1.0 / self.inertia;
-        let plain = self.damping[OFF_WALLS] == [0.0; 3] && self.rayleigh == 0.0;
+        let plain = self.rayleigh == 0.0;
         for number in active {
             let node = &mut line[number];
             let mass = node.motion.as_array()[3];
@@ -102,12 +95,10 @@ impl<const D: usize> MomentumSolve<'_, D> {
         let force = node.force.to_array();
         let mut start = [0.0; 3];
         let mut end = [0.0; 3];
-        let damping = &self.damping[if self.walls.leave(index) { OFF_WALLS } else { ON_WALLS }];
         for c in 0..D {
             start[c] = motion[c] / mass;
             let total = force[c] + mass * self.gravity[c];
-            let damped = damping[c] * total.abs() * sign(start[c]);
-            end[c] = start[c] + self.dt * (total - damped) / (self.inertia * mass);
+            end[c] = start[c] + self.dt * total / (self.inertia * mass);
             if self.rayleigh > 0.0 {
                 end[c] = slowed(start[c], end[c], self.rayleigh * self.dt);
             }
@@ -130,10 +121,10 @@ pub fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// Local damping of a solved node by all that accelerates it (MPM sheet §2.13).
-pub fn damp(node: &mut Node, damping: &[f64; 3], dt: f64) {
+/// Local damping of a solved node by all that accelerates it (MPM sheet §2.13), of the components that no wall holds.
+pub fn damp(node: &mut Node, damping: &[f64; 3], held: [bool; 3], dt: f64) {
     let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
-    for c in 0..3 {
+    for c in (0..3).filter(|c| !held[*c]) {
         let start = end[c] - dt * rate[c];
         rate[c] -= damping[c] * rate[c].abs() * sign(start);
         end[c] = start + dt * rate[c];
@@ -202,7 +193,6 @@ mod tests {
         let solve = MomentumSolve::<1> {
             dt,
             gravity: [0.0; 3],
-            damping: [[0.0; 3]; 2],
             rayleigh: 0.0,
             keep_start: false,
             inertia: 1.0,

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::absorbing::{Absorbing, Impedance};
 use crate::config::{StressScheme, Transfer};
 use crate::consistent::ConsistentMass;
-use crate::contact::Contacts;
+use crate::contact::{Contacts, three};
 use crate::driven::Driven;
 use crate::dual::DualNodes;
 use crate::equilibrium::power;
@@ -238,14 +238,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             return self.solve_consistent(dt);
         }
         let stage = &self.case.stages[self.stage];
-        let damping = stage.damping_of_axes();
-        // The force of another body or of what is driven is none that is out of balance: damping waits for it. That of a
-        // wall is: on walls it does not wait.
-        let damp_later = !(self.driven.is_empty() && self.contacts.pairs.is_empty()) && damping != [0.0; 3];
         let solve = MomentumSolve {
             dt,
             gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
-            damping: [damping, if damp_later { [0.0; 3] } else { damping }],
             rayleigh: stage.rayleigh_damping,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
             inertia: self.options.mass_scaling,
@@ -259,19 +254,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.absorb(dt);
         self.hold_rigid();
         self.touch(dt);
-        self.hold_patches(dt);
-        if damp_later {
-            let (layout, walls) = (&self.layout, &self.walls);
-            for nodes in self.nodes.chunks_exact_mut(layout.len()) {
-                layout.each(nodes, |row, active, line| {
-                    for number in active {
-                        if walls.leave(&layout.index(row, number)) {
-                            damp(&mut line[number], &damping, dt);
-                        }
-                    }
-                });
-            }
-        }
+        self.hold_patches(dt, true);
+        self.damp(dt);
         if self.case.stages[self.stage].equilibrium.is_some() {
             self.audit(dt);
         }
@@ -281,6 +265,26 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             Transfer::Apic | Transfer::Tpic => self.gather_affine(),
         }
         Ok(())
+    }
+
+    /// Local damping. It goes by the forces out of balance: those of walls, of other bodies and of what is driven are in
+    /// balance with others, and so it comes last. What is held stays held.
+    fn damp(&mut self, dt: f64) {
+        let damping = self.case.stages[self.stage].damping_of_axes();
+        if damping == [0.0; 3] {
+            return;
+        }
+        let (layout, walls) = (&self.layout, &self.walls);
+        for nodes in self.nodes.chunks_exact_mut(layout.len()) {
+            layout.each(nodes, |row, active, line| {
+                for number in active {
+                    let node = &mut line[number];
+                    let held = walls.holding(&layout.index(row, number), &three(node.motion));
+                    damp(node, &damping, held, dt);
+                }
+            });
+        }
+        self.hold_patches(dt, false);
     }
 
     /// Measures of equilibrium from the solved nodes, contacts included (MPM sheet §2.14).
