@@ -30,6 +30,7 @@ mod mesh;
 mod mixed;
 mod momentum;
 mod points;
+mod readings;
 mod report;
 mod setup;
 mod solver;
