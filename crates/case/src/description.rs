@@ -243,9 +243,13 @@ pub enum InitialStress {
         /// Stress components.
         value: [f64; 6],
     },
-    /// Weight of the material above along gravity, and a ratio of horizontal to vertical stress.
+    /// Weight of the material above along gravity, and a ratio of horizontal to vertical stress. All bodies count that lie
+    /// above the point, up to `surface`, each with its own density (with a pore fluid the saturated one); what is empty or
+    /// rigid weighs nothing. Pore pressure is taken off. The stress is in balance under level ground in level layers; where
+    /// the weight above differs at the same height, let the first stage have an `equilibrium`. A state outside the
+    /// yield surface of the material is refused, unless the material has `project`.
     K0 {
-        /// Coordinate of the free surface along the axis of gravity (m).
+        /// Coordinate along the axis of gravity (m) up to which bodies count: the top of the ground.
         surface: f64,
         /// Ratio of horizontal to vertical effective stress.
         coefficient: f64,
@@ -387,7 +391,8 @@ pub struct Stage {
     /// Time over which gravity grows linearly from zero (s).
     #[serde(default)]
     pub gravity_ramp: f64,
-    /// Ends the stage early, at rest.
+    /// Ends the stage early, at rest, once gravity and motions of the stage and all loads that act have grown over
+    /// their ramps.
     #[serde(default)]
     pub equilibrium: Option<EquilibriumCriterion>,
     /// Prescribed motions of rigid bodies and patches.

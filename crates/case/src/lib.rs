@@ -4,12 +4,14 @@
 
 pub mod description;
 mod error;
+mod initial_stress;
 pub mod json;
 mod load;
 pub mod measure;
 pub mod output;
 pub mod plot;
 mod pore_fluid;
+mod ramps;
 pub mod run;
 pub mod solver;
 mod surface;

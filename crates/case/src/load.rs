@@ -2,12 +2,11 @@
 
 use std::path::Path;
 
-use colluvium_constitutive::SymTensor;
 use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::description::{Boundary, Domain, InitialStress, Measure, Velocity};
+use crate::description::{Boundary, Domain, Measure, Velocity};
 use crate::{Case, CaseError, CaseErrors, json, validate};
 
 impl Case {
@@ -194,6 +193,7 @@ impl Case {
             }
             warnings.extend(spec.warnings().into_iter().map(|warning| format!("materials.{name}.{warning}")));
         }
+        self.warn_of_weights(&mut warnings);
         warnings
     }
 }
@@ -238,25 +238,6 @@ impl Velocity {
                 let place = ((x[*along] - clamp) / length).max(0.0);
                 let value = tip * cantilever(place) / cantilever(1.0);
                 std::array::from_fn(|c| if c == *across { value } else { 0.0 })
-            }
-        }
-    }
-}
-
-impl InitialStress {
-    /// Stress at `x` (Pa, tension-positive) in a material of `density` (kg/m³) under `gravity` (m/s²).
-    pub fn at(&self, x: [f64; 3], density: f64, gravity: [f64; 3]) -> SymTensor {
-        match self {
-            Self::None => SymTensor::ZERO,
-            Self::Uniform { value } => SymTensor(*value),
-            Self::K0 { surface, coefficient } => {
-                let Some(axis) = (0..3).find(|&axis| gravity[axis] != 0.0) else { return SymTensor::ZERO };
-                // Depth below the surface, counted along gravity.
-                let depth = ((x[axis] - surface) * gravity[axis].signum()).max(0.0);
-                let vertical = -density * gravity[axis].abs() * depth;
-                let mut stress = SymTensor::isotropic(coefficient * vertical);
-                stress[axis] = vertical;
-                stress
             }
         }
     }

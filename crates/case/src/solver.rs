@@ -5,6 +5,7 @@ use schemars::Schema;
 use thiserror::Error;
 
 use crate::description::Stage;
+use crate::measure::Reading;
 use crate::{Case, CaseError};
 
 /// A numerical method: its options, and the way from a case to a running solver.
@@ -274,6 +275,12 @@ pub trait Solver: Send {
 
     /// Distance from equilibrium after the last step; `None` where the method has no measure of it.
     fn equilibrium(&self) -> Option<Equilibrium>;
+
+    /// What else the method tells of itself in each row of the measures; always the same names in the same order, NaN for
+    /// what it does not know at the time.
+    fn readings(&self) -> Vec<Reading> {
+        Vec::new()
+    }
 
     /// Force of the material on the rigid body or patch `name`; `None` for methods without them.
     fn reaction(&self, name: &str) -> Option<Reaction> {

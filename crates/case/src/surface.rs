@@ -12,7 +12,7 @@ pub enum Load {
     /// A traction (Pa) on one side of a body, carried by its outermost points, unchanged in direction. On a body
     /// with a pore fluid it is the total one, of skeleton and fluid.
     Traction {
-        /// Body it acts on.
+        /// Body it acts on, not a rigid one.
         body: String,
         /// Side of the body's bounding box it acts on.
         side: Side,
@@ -32,7 +32,7 @@ pub enum Load {
     /// A pressure (Pa) on one side of a body, carried by its outermost points: it follows the surface, stays normal to
     /// it and grows with its area. On a body with a pore fluid it is the total one.
     Pressure {
-        /// Body it acts on.
+        /// Body it acts on, not a rigid one.
         body: String,
         /// Side of the body's bounding box it acts on.
         side: Side,
@@ -53,7 +53,7 @@ pub enum Load {
     /// fluid alone; what presses on skeleton and fluid together is a `traction` or a `pressure` beside it. A side
     /// without it has none.
     PorePressure {
-        /// Body it acts on.
+        /// Body it acts on, not a rigid one.
         body: String,
         /// Side of the body's bounding box it acts on.
         side: Side,

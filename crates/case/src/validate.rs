@@ -1,5 +1,6 @@
 //! What a case must satisfy beyond its schema.
 
+mod equilibrium;
 mod strength;
 mod surface;
 
@@ -397,6 +398,7 @@ impl Findings<'_> {
                 self.report(format!("{path}.name"), format!("{:?} names two stages", stage.name));
             }
             self.stage(&path, stage);
+            self.equilibrium(number);
             self.weakening(number);
         }
     }
@@ -414,17 +416,6 @@ impl Findings<'_> {
         for (number, axis) in stage.damping_axes.iter().flatten().enumerate() {
             let problem = format!("{axis} is not an axis of a space of {} dimensions", case.dimension());
             self.require(*axis < case.dimension(), format!("{path}.damping_axes[{number}]"), problem);
-        }
-        if let Some(criterion) = &stage.equilibrium {
-            let bounds = [
-                ("unbalanced_force", criterion.unbalanced_force),
-                ("kinetic_energy", criterion.kinetic_energy),
-            ];
-            for (key, value) in bounds {
-                let path = format!("{path}.equilibrium.{key}");
-                self.require(value > 0.0 && value < 1.0, path, format!("{value} is not between 0 and 1"));
-            }
-            self.require(criterion.hold >= 1, format!("{path}.equilibrium.hold"), "must be at least 1");
         }
         let boundaries: Vec<&str> = case.boundaries.iter().map(Boundary::name).collect();
         for (number, name) in stage.remove_boundaries.iter().enumerate() {

@@ -253,16 +253,23 @@ fn a_folder_with_results_is_safe() {
 }
 
 /// What `plot --field pressure` draws of the disks, without extension.
-const PICTURES: [&str; 9] = [
+const PICTURES: [&str; 16] = [
     "angular_momentum.z",
     "elastic_energy",
     "kinetic_energy",
+    "kinetic_energy.x",
+    "kinetic_energy.y",
     "mass",
     "momentum.x",
     "momentum.y",
     "momentum.z",
+    "points_per_cell.mean",
+    "points_per_cell.min",
     "potential_energy",
     "pressure-00009",
+    "time_step",
+    "volume_ratio.max",
+    "volume_ratio.min",
 ];
 
 #[test]

@@ -1,6 +1,7 @@
 //! Saving and restoring the solver, and the `Solver` face of it.
 
 use colluvium_case::description::{Reset, Stage};
+use colluvium_case::measure::Reading;
 use colluvium_case::{Budget, Equilibrium, Reaction, Snapshot, Solver, SolverError, TimeStep};
 use colluvium_constitutive::InitialCondition;
 use colluvium_grid::Basis;
@@ -130,6 +131,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
 
     fn equilibrium(&self) -> Option<Equilibrium> {
         self.measure_equilibrium()
+    }
+
+    fn readings(&self) -> Vec<Reading> {
+        self.take_readings()
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {

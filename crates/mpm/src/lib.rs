@@ -31,6 +31,7 @@ mod mesh;
 mod mixed;
 mod momentum;
 mod points;
+mod readings;
 mod report;
 mod setup;
 mod solver;

@@ -436,14 +436,11 @@ fn point_set<const D: usize, P: PointDomain<D>>(
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
     let density = spec.density();
-    let mut initial: Vec<InitialCondition> = position
+    let initial: Vec<InitialCondition> = position
         .iter()
-        .map(|x| InitialCondition { stress: body.stress.at(spatial(x), density, case.gravity3()), density })
+        .map(|x| InitialCondition { stress: case.initial_stress(body, spatial(x)), density })
         .collect();
-    let pore = two_phase::pore_set(case, body, &position, density).map(|(pore, effective)| {
-        initial.iter_mut().zip(effective).for_each(|(condition, stress)| condition.stress = stress);
-        pore
-    });
+    let pore = two_phase::pore_set(case, body, &position);
     let (stress, states) = material.initial(&initial).map_err(|error| {
         let place = &position[error.index];
         CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))

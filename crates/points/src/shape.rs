@@ -191,6 +191,34 @@ impl Shape {
         }
     }
 
+    /// Coordinates along an axis (m) at which the line through `point` parallel to it may enter or leave the shape,
+    /// in no order: between two neighbours of them the line is inside or outside all along. Of a valid shape.
+    pub fn crossings(&self, point: &[f64], axis: usize) -> Vec<f64> {
+        match self {
+            Self::Box { min, max } => vec![min[axis], max[axis]],
+            Self::Ball { centre, radius } => {
+                let across = centre.iter().zip(point).enumerate().filter(|(c, _)| *c != axis);
+                round(centre[axis], *radius, across.map(|(_, (c, x))| (x - c).powi(2)).sum())
+            }
+            Self::Polygon { vertices } => polygon_crossings(vertices, point, axis),
+            Self::Cylinder { base, axis: own, height, .. } if *own == axis => {
+                vec![base[axis], base[axis] + height]
+            }
+            Self::Cylinder { base, axis: own, radius, .. } => {
+                let across = (0..3).filter(|c| *c != axis && c != own);
+                round(base[axis], *radius, across.map(|c| (point[c] - base[c]).powi(2)).sum())
+            }
+            Self::Union { shapes } | Self::Intersection { shapes } => {
+                shapes.iter().flat_map(|shape| shape.crossings(point, axis)).collect()
+            }
+            Self::Difference { from, cut } => {
+                let mut all = from.crossings(point, axis);
+                all.extend(cut.crossings(point, axis));
+                all
+            }
+        }
+    }
+
     /// Length, area or volume where it is known in closed form.
     pub fn measure(&self, dimension: usize) -> Option<f64> {
         match self {
@@ -205,6 +233,29 @@ impl Shape {
             Self::Union { .. } | Self::Intersection { .. } | Self::Difference { .. } => None,
         }
     }
+}
+
+/// Where a line at a distance of root `square` from the centre crosses a circle.
+fn round(centre: f64, radius: f64, square: f64) -> Vec<f64> {
+    let half = (radius * radius - square).max(0.0).sqrt();
+    vec![centre - half, centre + half]
+}
+
+fn polygon_crossings(vertices: &[[f64; 2]], point: &[f64], axis: usize) -> Vec<f64> {
+    let (across, at) = (1 - axis, point[1 - axis]);
+    let mut all = Vec::new();
+    for (a, b) in vertices.iter().zip(vertices.iter().cycle().skip(1)) {
+        if a[across].min(b[across]) > at || a[across].max(b[across]) < at {
+            continue;
+        }
+        if a[across] == b[across] {
+            all.extend([a[axis], b[axis]]);
+        } else {
+            let share = (at - a[across]) / (b[across] - a[across]);
+            all.push(a[axis] + share * (b[axis] - a[axis]));
+        }
+    }
+    all
 }
 
 fn combine(
@@ -324,6 +375,38 @@ mod tests {
         assert_eq!(box2([0.0; 2], [1.0; 2]).validate(3).unwrap_err().path, "min");
         let inverted = Shape::Box { min: vec![1.0, 0.0], max: vec![0.0, 1.0] };
         assert_eq!(inverted.validate(2).unwrap_err().path, "max[0]");
+    }
+
+    #[test]
+    fn a_line_through_a_shape_is_inside_between_its_crossings() {
+        let length = |shape: &Shape, point: [f64; 3], axis: usize| -> f64 {
+            let mut cuts = shape.crossings(&point, axis);
+            cuts.sort_by(f64::total_cmp);
+            let inside = |pair: &&[f64]| {
+                let mut middle = point;
+                middle[axis] = 0.5 * (pair[0] + pair[1]);
+                shape.contains(&middle)
+            };
+            cuts.windows(2).filter(inside).map(|pair| pair[1] - pair[0]).sum()
+        };
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} for {b}");
+        let ball = Shape::Ball { centre: vec![0.0, 0.0, 1.0], radius: 5.0 };
+        near(length(&ball, [3.0, 0.0, 1.0], 1), 8.0);
+        near(length(&ball, [6.0, 0.0, 1.0], 1), 0.0);
+        let cylinder = Shape::Cylinder { base: [0.0; 3], axis: 2, radius: 5.0, height: 2.0 };
+        near(length(&cylinder, [3.0, 0.0, 1.0], 1), 8.0);
+        near(length(&cylinder, [3.0, 0.0, 1.0], 2), 2.0);
+        let polygon =
+            Shape::Polygon { vertices: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]] };
+        near(length(&polygon, [1.0, 0.5, 0.0], 1), 2.0);
+        near(length(&polygon, [2.0, 2.0, 0.0], 0), 2.0);
+        let both = Shape::Union { shapes: vec![box2([0.0, 0.0], [2.0, 2.0]), box2([1.0, 1.0], [3.0, 4.0])] };
+        near(length(&both, [1.5, 0.0, 0.0], 1), 4.0);
+        let hollow = Shape::Difference {
+            from: Box::new(both),
+            cut: Box::new(Shape::Ball { centre: vec![1.5, 2.0], radius: 0.5 }),
+        };
+        near(length(&hollow, [1.5, 0.0, 0.0], 1), 3.0);
     }
 
     #[test]

@@ -456,7 +456,7 @@ fn add_body<const D: usize>(
     let space = crate::solver::spatial::<D>;
     let initial: Vec<InitialCondition> = positions
         .iter()
-        .map(|x| InitialCondition { stress: body.stress.at(space(x), density, case.gravity3()), density })
+        .map(|x| InitialCondition { stress: case.initial_stress(body, space(x)), density })
         .collect();
     let (stress, states) = material.initial(&initial).map_err(|error| {
         let place = &positions[error.index];

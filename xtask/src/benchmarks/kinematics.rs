@@ -85,7 +85,7 @@ fn one_step(case: &Case) -> Result<(SymTensor, f64), String> {
     }
     let spec = &case.materials["body"];
     let law = spec.build().map_err(|error| error.to_string())?;
-    let stress = case.bodies[0].stress.at([0.0; 3], spec.density(), [0.0; 3]);
+    let stress = case.initial_stress(&case.bodies[0], [0.0; 3]);
     let start = InitialCondition { stress, density: spec.density() };
     let (mut stresses, mut states) = law.initial(&[start]).map_err(|error| error.to_string())?;
     let deformation = Mat3::IDENTITY + gradient;
@@ -112,7 +112,7 @@ fn shaped(case: &mut Case, shape: &str) {
 fn rotation(outcome: &mut Outcome, shape: &str) -> Result<(), String> {
     let mut case = case("mpm/stress-rotation")?;
     shaped(&mut case, shape);
-    let start = case.bodies[0].stress.at([0.0; 3], 1.0, [0.0; 3]);
+    let start = case.initial_stress(&case.bodies[0], [0.0; 3]);
     let turned = start.rotated(&Mat3::rotation_z(std::f64::consts::FRAC_PI_2));
     let found = core(&run(&case).map_err(|error| format!("quarter turn, {shape}: {error}"))?.snapshot);
     let middle = mean(&found);

@@ -1,8 +1,9 @@
 //! Failure of cuts and slopes in clay (MPM sheet A-30).
 
 use colluvium::case::description::Measure;
+use colluvium::case::measure::profile;
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
-use colluvium::case::{Case, RunReport};
+use colluvium::case::{Case, RunReport, Snapshot};
 use serde_json::json;
 
 use super::{Benchmark, Outcome, case, run, series, set};
@@ -22,6 +23,10 @@ const FACE: f64 = 1.5;
 const FOOT: f64 = 0.5;
 /// How long the cut that is too high falls freely (s).
 const FALL: f64 = 3.0;
+/// Largest height of a vertical face in c_u/γ: the sheet's bound for what is left of a cut at rest.
+const FACE_BOUND: f64 = 3.83;
+/// A face at this angle (degrees) or steeper is near-vertical.
+const NEAR_VERTICAL: f64 = 75.0;
 
 /// The clay with a stability number γH/c_u; `strong` clay does not yield.
 fn clay(case: &mut Case, number: f64, strong: bool) -> Result<(), String> {
@@ -160,6 +165,18 @@ fn balance(outcome: &mut Outcome, report: &RunReport, cell: f64) {
     );
 }
 
+/// Height of the highest near-vertical face of a surface (m): its largest fall over the width that a face as high as `bound`
+/// (m) at the least angle has.
+fn face(snapshot: &Snapshot, bin: f64, bound: f64) -> f64 {
+    let width = bound / NEAR_VERTICAL.to_radians().tan();
+    let surface = profile(snapshot, 0, 1, bin);
+    let falls = surface.iter().flat_map(|(x, top)| {
+        let near = surface.iter().filter(move |(other, _)| (other - x).abs() <= width);
+        near.map(move |(_, other)| top - other)
+    });
+    falls.fold(0.0, f64::max)
+}
+
 /// (iii): the cut with γH/c_u = 6 runs out and stops.
 fn run_out(outcome: &mut Outcome) -> Result<(), String> {
     let number = 6.0;
@@ -188,9 +205,7 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
         let start = &report.frames[0];
         let above: Vec<usize> =
             (0..start.positions.len()).filter(|p| start.positions[*p][1] > FOOT).collect();
-        let front = |frame: &colluvium::case::Snapshot| {
-            above.iter().map(|p| frame.positions[*p][0]).fold(0.0, f64::max)
-        };
+        let front = |frame: &Snapshot| above.iter().map(|p| frame.positions[*p][0]).fold(0.0, f64::max);
         let way: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, front(frame))).collect();
         let end = way.last().map_or(f64::NAN, |row| row.1);
         let late = way.iter().find(|(t, _)| *t >= 2.0).map_or(f64::NAN, |row| row.1);
@@ -200,6 +215,14 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
             end - late,
             0.01 * HEIGHT,
             "1 % of the height",
+        );
+        let bound = FACE_BOUND * HEIGHT / number;
+        outcome.below(
+            format!("A-30 run-out, {} mm: height of the highest near-vertical face at rest (m)", 1e3 * cell),
+            "below 3.83 c_u/γ = 0.638 m",
+            face(&report.snapshot, cell, bound),
+            bound,
+            "the sheet's bound; near-vertical: 75° or steeper, on bins of a cell",
         );
         ends.push(end - FACE);
         chart.series.push(Series::new(format!("{} mm", 1e3 * cell), way, Style::Line));

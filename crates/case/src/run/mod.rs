@@ -229,11 +229,11 @@ impl Run<'_> {
         for stage in self.progress.stage..self.case.stages.len() {
             if !resumed || stage != self.progress.stage {
                 self.progress.stage = stage;
-                self.progress.stage_start = self.solver.time();
+                self.progress.stage_starts.push(self.solver.time());
                 self.progress.held = 0;
             }
             self.weaken(stage)?;
-            self.solver.begin_stage(stage, self.progress.stage_start)?;
+            self.solver.begin_stage(stage, self.progress.stage_start())?;
             if !self.progress.begun {
                 self.progress.begun = true;
                 self.recorder.begin(&*self.solver, &mut self.progress)?;
@@ -278,7 +278,7 @@ impl Run<'_> {
 
     /// Steps through a stage.
     fn stage(&mut self, stage: &Stage) -> Result<Ending, RunError> {
-        let end = self.progress.stage_start + stage.duration;
+        let end = self.progress.stage_start() + stage.duration;
         loop {
             if asked_to_stop(self.options) {
                 return Ok(Ending::Interrupted);
@@ -293,6 +293,7 @@ impl Run<'_> {
                 continue;
             };
             self.solver.step(dt)?;
+            self.progress.time_step = Some(limit.dt);
             self.show(limit.limit, dt);
             if self.at_rest(stage) {
                 return Ok(Ending::Completed);
@@ -322,11 +323,11 @@ impl Run<'_> {
         if !self.solver.step_count().is_multiple_of(STEPS_PER_CHECK) {
             return false;
         }
-        let ramped = self.solver.time() - self.progress.stage_start >= stage.gravity_ramp;
+        let grown = self.case.has_grown(&self.progress.stage_starts, self.solver.time());
         let holds = self.solver.equilibrium().is_some_and(|e| {
             e.unbalanced_force < criterion.unbalanced_force && e.kinetic_ratio < criterion.kinetic_energy
         });
-        self.progress.held = if ramped && holds { self.progress.held + 1 } else { 0 };
+        self.progress.held = if grown && holds { self.progress.held + 1 } else { 0 };
         self.progress.held >= criterion.hold
     }
 

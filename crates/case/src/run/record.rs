@@ -18,7 +18,8 @@ use crate::{Budget, Case, PhaseBudget, Snapshot, Solver, SolverError, measure};
 pub(super) struct Progress {
     pub(super) begun: bool,
     pub(super) stage: usize,
-    pub(super) stage_start: f64,
+    /// When the stages so far began (s).
+    pub(super) stage_starts: Vec<f64>,
     pub(super) held: u32,
     pub(super) frames: u64,
     pub(super) rows: u64,
@@ -26,6 +27,15 @@ pub(super) struct Progress {
     /// Steps done at each frame of the collection.
     pub(super) frame_steps: Vec<u64>,
     pub(super) start: SavedBudget,
+    /// Bound on the last step (s).
+    pub(super) time_step: Option<f64>,
+}
+
+impl Progress {
+    /// When the stage began (s).
+    pub(super) fn stage_start(&self) -> f64 {
+        self.stage_starts.last().copied().unwrap_or(0.0)
+    }
 }
 
 /// [`Budget`] in a checkpoint.
@@ -173,7 +183,7 @@ impl<'a> Recorder<'a> {
         }
         let snapshot = solver.snapshot();
         if row {
-            self.row(solver, &snapshot)?;
+            self.row(solver, &snapshot, progress.time_step)?;
             progress.rows += 1;
         }
         if frame {
@@ -192,7 +202,7 @@ impl<'a> Recorder<'a> {
         let time = solver.time();
         let snapshot = solver.snapshot();
         if self.table.last("time") != Some(time) {
-            self.row(solver, &snapshot)?;
+            self.row(solver, &snapshot, progress.time_step)?;
         }
         if progress.collection.frames.last().map(|(at, _)| *at) != Some(time) {
             self.frame(snapshot, progress)?;
@@ -200,10 +210,16 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    fn row(&mut self, solver: &dyn Solver, snapshot: &Snapshot) -> Result<(), RunError> {
+    fn row(
+        &mut self,
+        solver: &dyn Solver,
+        snapshot: &Snapshot,
+        time_step: Option<f64>,
+    ) -> Result<(), RunError> {
         let mut readings = vec![
             ("time".to_owned(), "s".to_owned(), solver.time()),
             ("step".to_owned(), String::new(), solver.step_count() as f64),
+            ("time_step".to_owned(), "s".to_owned(), time_step.unwrap_or(f64::NAN)),
         ];
         let budget = solver.budget();
         let mut push = |name: &str, unit: &str, value: f64| {
@@ -228,6 +244,8 @@ impl<'a> Recorder<'a> {
         }
         let equilibrium = solver.equilibrium();
         push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
+        push("kinetic_ratio", "", equilibrium.map_or(f64::NAN, |e| e.kinetic_ratio));
+        readings.extend(solver.readings());
         readings.extend(measure::read(self.case, snapshot, solver.cell_size()));
         readings.extend(measure::of_solver(self.case, solver));
         if self.table.columns.is_empty() {

@@ -171,6 +171,66 @@ fn a_stage_ends_at_rest_and_the_next_begins() {
     assert!(end > 4.0 && end < 20.0, "settling takes about ln(1500) s, the run ended at {end} s");
 }
 
+/// The oscillators with a load that grows over 8 s, beginning with `stage`. With a damping of 3 they rest after 4 s.
+fn loaded(stages: &str, stage: Option<&str>) -> Case {
+    let mut case = case(stages);
+    let load = serde_json::json!({ "kind": "traction", "body": "b", "side": "y-max", "value": [0, -1], "ramp": 8,
+                                   "stage": stage });
+    case.loads = vec![serde_json::from_value(load).unwrap()];
+    case
+}
+
+/// Checks of equilibrium of the oscillators are this far apart (s).
+const CHECKS: f64 = 1.4;
+
+#[test]
+fn no_stage_is_at_rest_before_its_loads_have_grown() {
+    let stages = r#"[ { "name": "wait", "duration": 3 }, { "name": "settle", "duration": 40, "equilibrium": { "hold": 1 } },
+                      { "name": "last", "duration": 1 } ]"#;
+    for (stage, rest) in [(None, 8.0), (Some("wait"), 8.0), (Some("settle"), 11.0), (Some("last"), 3.0)] {
+        let case = loaded(stages, stage);
+        let report = run(&case, Oscillators::boxed(3.0, None), &RunOptions::default()).unwrap();
+        let end = report.snapshot.time - 1.0;
+        assert!((rest..rest + CHECKS).contains(&end), "{stage:?}: {end} s");
+    }
+}
+
+#[test]
+fn no_stage_is_at_rest_before_its_motions_have_grown() {
+    let mut case = case(r#"[ { "name": "settle", "duration": 40.0, "equilibrium": { "hold": 1 } } ]"#);
+    let motion = serde_json::json!({ "of": "p", "velocity": [1, null], "ramp": 8 });
+    case.stages[0].motions = vec![serde_json::from_value(motion).unwrap()];
+    let patch = serde_json::json!({ "name": "p", "region": { "kind": "box", "min": [0, 0], "max": [1, 1] } });
+    case.patches = vec![serde_json::from_value(patch).unwrap()];
+    let end = run(&case, Oscillators::boxed(3.0, None), &RunOptions::default()).unwrap().snapshot.time;
+    assert!((8.0..8.0 + CHECKS).contains(&end), "{end} s");
+}
+
+#[test]
+fn a_resumed_run_knows_when_its_loads_began() {
+    let stages = r#"[ { "name": "wait", "duration": 1 }, { "name": "load", "duration": 1 },
+                      { "name": "settle", "duration": 40, "equilibrium": { "hold": 1 } } ]"#;
+    let case = loaded(stages, Some("load"));
+    let whole = tempfile::tempdir().unwrap();
+    let end = run(&case, Oscillators::boxed(3.0, None), &options(whole.path())).unwrap().snapshot.time;
+    assert!((9.0..9.0 + CHECKS).contains(&end), "{end} s");
+    let folder = tempfile::tempdir().unwrap();
+    run(&case, Oscillators::boxed(3.0, Some(6.0)), &options(folder.path())).unwrap_err();
+    let again = RunOptions { resume: true, ..options(folder.path()) };
+    assert_eq!(run(&case, Oscillators::boxed(3.0, None), &again).unwrap().snapshot.time, end);
+    assert!(left(folder.path()) == left(whole.path()));
+}
+
+#[test]
+fn rows_tell_the_step_and_how_far_from_rest_it_is() {
+    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    let report = run(&case, Oscillators::boxed(0.0, None), &RunOptions::default()).unwrap();
+    let steps = report.table.column("time_step").unwrap();
+    assert!(steps[0].is_nan() && steps[1..].iter().all(|dt| *dt == 0.0137), "{steps:?}");
+    assert_eq!(report.table.column("kinetic_ratio"), report.table.column("unbalanced_force"));
+    assert!(report.table.column("points_per_cell.min").is_none(), "the method tells of none");
+}
+
 #[test]
 fn a_stage_that_does_not_settle_is_an_error() {
     let case = case(r#"[ { "name": "settle", "duration": 2.0, "equilibrium": {} } ]"#);

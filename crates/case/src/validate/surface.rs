@@ -27,6 +27,12 @@ impl Findings<'_> {
         for (number, load) in case.loads.iter().enumerate() {
             let path = format!("loads[{number}]");
             self.name(&format!("{path}.body"), load.body(), &bodies, "the name of a body");
+            let rigid = case.bodies.iter().any(|body| body.rigid && body.name == load.body());
+            let problem = format!(
+                "the body {:?} is rigid and moves as the stages say, whatever acts on it",
+                load.body()
+            );
+            self.require(!rigid, format!("{path}.body"), problem);
             self.side(&format!("{path}.side"), load.side());
             if let Some(stage) = load.stage() {
                 self.name(&format!("{path}.stage"), stage, &stages, "the name of a stage");

@@ -173,6 +173,20 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "loads[0].body",
             "has no pore_fluid",
         ),
+        ("/bodies/0/rigid", json!(true), "loads[0].body", "the body \"a\" is rigid"),
+        (
+            "/loads/0",
+            json!({ "kind": "pressure", "body": "a", "side": "y-max", "value": 10, "ramp": 1.5 }),
+            "loads[0].ramp",
+            "longer than the 1 s until the end of the stage \"settle\"",
+        ),
+        (
+            "/stages/0",
+            json!({ "name": "settle", "duration": 1, "equilibrium": {},
+                    "motions": [{ "of": "a", "velocity": [0, -1], "ramp": 1.5 }] }),
+            "stages[0].motions[0].ramp",
+            "longer than the stage",
+        ),
         ("/domain/periodic", json!(["z"]), "domain.periodic[0]", "does not have this axis"),
         ("/domain/periodic", json!(["x", "x"]), "domain.periodic[1]", "named twice"),
         ("/domain/periodic", json!(["y"]), "boundaries[0].side", "periodic along the axis"),
@@ -483,6 +497,7 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
 fn motions_that_make_no_sense_are_named_where_they_are() {
     let driven = |motion: Value| {
         let mut case = sound();
+        case["loads"] = json!([]);
         case["bodies"][0]["rigid"] = json!(true);
         case["patches"] =
             json!([{ "name": "p", "region": { "kind": "ball", "centre": [0.5, 0.5], "radius": 0.1 } }]);

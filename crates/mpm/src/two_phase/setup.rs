@@ -2,9 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use colluvium_case::description::{Body, InitialStress, Wall as CaseWall};
+use colluvium_case::description::{Body, Wall as CaseWall};
 use colluvium_case::{Case, CaseError};
-use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Lanes, Layout, Node, Walls};
 
 use super::{Fluid, PhaseSums, PoreSet, TwoPhase};
@@ -88,28 +87,20 @@ pub fn of_liquid(case: &Case) -> Case {
     liquid
 }
 
-/// What pore fluid adds to points at `position` of a body with a skeleton of density `dry` (kg/m³), and their initial
-/// effective stress. `None` in a case without pore fluid.
-pub fn pore_set<const D: usize>(
-    case: &Case,
-    body: &Body,
-    position: &[[f64; D]],
-    dry: f64,
-) -> Option<(PoreSet<D>, Vec<SymTensor>)> {
+/// What pore fluid adds to points at `position` of a body; `None` in a case without pore fluid.
+pub fn pore_set<const D: usize>(case: &Case, body: &Body, position: &[[f64; D]]) -> Option<PoreSet<D>> {
     if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
         return None;
     }
     let gravity = case.gravity3();
     let spatial = |x: &[f64; D]| std::array::from_fn(|c| if c < D { x[c] } else { 0.0 });
     let Some(fluid) = &body.pore_fluid else {
-        let stress = position.iter().map(|x| body.stress.at(spatial(x), dry, gravity)).collect();
-        let pore = PoreSet {
+        return Some(PoreSet {
             fluid: None,
             velocity: vec![[0.0; D]; position.len()],
             pressure: vec![0.0; position.len()],
             traction: Vec::new(),
-        };
-        return Some((pore, stress));
+        });
     };
     let strength = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let velocity = fluid.velocity.as_ref().unwrap_or(&body.velocity);
@@ -118,21 +109,6 @@ pub fn pore_set<const D: usize>(
         std::array::from_fn(|c| velocity[c])
     };
     let pressure: Vec<f64> = position.iter().map(|x| fluid.pressure_at(spatial(x), gravity)).collect();
-    let saturated = fluid.saturated_density(dry);
-    let effective = |(x, pressure): (&[f64; D], &f64)| match body.stress {
-        InitialStress::K0 { coefficient, .. } => {
-            // The weight of the saturated soil gives the total vertical stress.
-            let mut stress = body.stress.at(spatial(x), saturated, gravity);
-            if let Some(axis) = (0..3).find(|&axis| gravity[axis] != 0.0) {
-                let vertical = stress[axis] + pressure;
-                stress = SymTensor::isotropic(coefficient * vertical);
-                stress[axis] = vertical;
-            }
-            stress
-        }
-        _ => body.stress.at(spatial(x), dry, gravity),
-    };
-    let stress = position.iter().zip(&pressure).map(effective).collect();
     let constants = Fluid {
         density: fluid.density,
         bulk_modulus: fluid.bulk_modulus,
@@ -141,5 +117,5 @@ pub fn pore_set<const D: usize>(
         least: fluid.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
     };
     let velocity = position.iter().map(velocity_at).collect();
-    Some((PoreSet { fluid: Some(constants), velocity, pressure, traction: Vec::new() }, stress))
+    Some(PoreSet { fluid: Some(constants), velocity, pressure, traction: Vec::new() })
 }

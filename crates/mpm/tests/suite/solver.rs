@@ -322,6 +322,81 @@ fn what_plastic_flow_dissipates_closes_the_balance_of_energy() {
 }
 
 #[test]
+fn rows_tell_of_energy_by_axis_work_volumes_and_cells() {
+    // A block of 4 × 4 cells of 2 × 2 points that flies and is stretched at a uniform rate.
+    let thrown =
+        json!({ "kind": "linear", "value": [3, 4], "origin": [0.4, 0.5], "gradient": [[0.1, 0], [0, -0.2]] });
+    let report = solve(&case(json!({
+        "gravity": [0, -10],
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
+                     "velocity": thrown }],
+        "stages": [{ "name": "s", "duration": 0.02 }],
+        "output": { "measures": 1e-3 }
+    })));
+    let column = |name: &str| report.table.column(name).unwrap();
+    let (x, y, all) = (column("kinetic_energy.x"), column("kinetic_energy.y"), column("kinetic_energy"));
+    assert!(report.table.column("kinetic_energy.z").is_none());
+    for ((x, y), all) in x.iter().zip(&y).zip(&all) {
+        assert!(((x + y) / all - 1.0).abs() < 1e-12);
+    }
+    // 160 kg, 0.4 m wide and high with eight points across: Σ ½ m v².
+    let spread = |rate: f64| rate * rate * 0.4 * 0.4 / 12.0 * (1.0 - 1.0 / 64.0);
+    assert!((x[0] / (80.0 * (9.0 + spread(0.1))) - 1.0).abs() < 1e-12, "{}", x[0]);
+    assert!((y[0] / (80.0 * (16.0 + spread(0.2))) - 1.0).abs() < 1e-12, "{}", y[0]);
+    assert_eq!((column("volume_ratio.min")[0], column("volume_ratio.max")[0]), (1.0, 1.0));
+    let (least, most) = (column("volume_ratio.min"), column("volume_ratio.max"));
+    assert!(least.iter().zip(&most).all(|(least, most)| 0.99 < *least && least <= most && *most < 1.01));
+    assert!(least[20] < most[20], "it does not deform evenly");
+    assert_eq!((column("points_per_cell.min")[0], column("points_per_cell.mean")[0]), (4.0, 4.0));
+    assert!(column("points_per_cell.min")[20] < 4.0, "it has left its cells");
+    assert!(column("external_work").iter().all(|work| work.is_nan()), "nothing asks for it");
+    assert!(column("time_step")[1..].iter().all(|dt| *dt > 0.0));
+}
+
+#[test]
+fn work_of_external_forces_is_told_where_rest_is_looked_for() {
+    // A block falls freely for 0.02 s from rest: its weight does m g² t² / 2.
+    let case = case(json!({
+        "gravity": [0, -10],
+        "stages": [{ "name": "rest", "duration": 0.03, "equilibrium": {} }]
+    }));
+    let mut solver = begin(&case);
+    while solver.time() < 0.02 - 1e-12 {
+        let dt = solver.time_step().dt.min(1e-4).min(0.02 - solver.time());
+        solver.step(dt).unwrap();
+    }
+    let readings = solver.readings();
+    let work = readings.iter().find(|(name, ..)| name == "external_work").unwrap().2;
+    assert!((work / (160.0 * 100.0 * 0.5 * 0.02 * 0.02) - 1.0).abs() < 0.01, "{work}");
+}
+
+#[test]
+fn the_lower_of_two_layers_starts_with_the_weight_of_both() {
+    // 3000 kg/m³ over 1000 kg/m³: the states of both hold still from the start.
+    let soil = |density: f64| json!({ "model": "linear-elastic", "density": density, "youngs_modulus": 1e7, "poissons_ratio": 0.25 });
+    let k0 = json!({ "kind": "k0", "surface": 0.8, "coefficient": 1.0 / 3.0 });
+    let case = case(json!({
+        "gravity": [0, -10],
+        "materials": { "heavy": soil(3000.0), "light": soil(1000.0) },
+        "bodies": [{ "name": "lower", "material": "light", "stress": k0, "shape": { "kind": "box", "min": [0, 0], "max": [1, 0.4] } },
+                   { "name": "upper", "material": "heavy", "stress": k0, "shape": { "kind": "box", "min": [0, 0.4], "max": [1, 0.8] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-min", "wall": { "kind": "smooth" } },
+                       { "side": "x-max", "wall": { "kind": "smooth" } }],
+        "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 2, "shape": "linear" } }
+    }));
+    let snapshot = begin(&case).snapshot();
+    for (x, stress) in snapshot.positions.iter().zip(stresses(&snapshot)) {
+        let depth = 0.8 - x[1];
+        let exact = if depth < 0.4 { -3e4 * depth } else { -1.2e4 - 1e4 * (depth - 0.4) };
+        assert!((stress[1] / exact - 1.0).abs() < 1e-9, "{} at {depth} m", stress[1]);
+    }
+    let moved =
+        vectors(&solve(&case).snapshot, "displacement").iter().map(|u| u[1].abs()).fold(0.0, f64::max);
+    // Weight of both layers over stiffness, 1.6e4 · 0.8 / 1.2e7, were it not there from the start.
+    assert!(moved < 1e-6, "{moved} m");
+}
+
+#[test]
 fn a_sliding_block_stops_where_friction_says() {
     // MPM sheet A-31: after v0/(μ g), at v0²/(2 μ g); 2 %.
     for friction in FRICTIONS {

@@ -1,0 +1,211 @@
+//! Initial stress: the weight of what lies above (MPM sheet §2.19).
+
+use colluvium_constitutive::{MaterialSpec, SymTensor};
+
+use crate::Case;
+use crate::description::{Body, InitialStress};
+
+/// Places per direction at which the weight above a body is compared.
+const PLACES: usize = 24;
+/// What counts as a difference of weights or of heights, of the largest.
+const SAME: f64 = 1e-6;
+
+impl Case {
+    /// Initial stress of `body` at `x` (Pa, tension-positive), the effective one where it has a pore fluid.
+    pub fn initial_stress(&self, body: &Body, x: [f64; 3]) -> SymTensor {
+        match &body.stress {
+            InitialStress::None => SymTensor::ZERO,
+            InitialStress::Uniform { value } => SymTensor(*value),
+            InitialStress::K0 { surface, coefficient } => {
+                let gravity = self.gravity3();
+                let Some(axis) = self.vertical() else { return SymTensor::ZERO };
+                let pore_pressure =
+                    body.pore_fluid.as_ref().map_or(0.0, |fluid| fluid.pressure_at(x, gravity));
+                let vertical = pore_pressure - self.weight_above(x, axis, *surface);
+                let mut stress = SymTensor::isotropic(coefficient * vertical);
+                stress[axis] = vertical;
+                stress
+            }
+        }
+    }
+
+    /// Axis of gravity; `None` without gravity.
+    fn vertical(&self) -> Option<usize> {
+        let gravity = self.gravity3();
+        (0..3).find(|&axis| gravity[axis] != 0.0)
+    }
+
+    /// Weight per area (Pa) of the bodies on the vertical from `x` up to the coordinate `surface` (m). Rigid bodies carry
+    /// themselves.
+    fn weight_above(&self, x: [f64; 3], axis: usize, surface: f64) -> f64 {
+        let gravity = self.gravity3()[axis];
+        if (x[axis] - surface) * gravity.signum() <= 0.0 {
+            return 0.0;
+        }
+        let dimension = self.dimension();
+        let (low, high) = (x[axis].min(surface), x[axis].max(surface));
+        let heavy = || self.bodies.iter().filter(|body| !body.rigid);
+        let mut cuts: Vec<f64> =
+            heavy().flat_map(|body| body.shape.crossings(&x[..dimension], axis)).collect();
+        cuts.retain(|cut| low < *cut && *cut < high);
+        cuts.extend([low, high]);
+        cuts.sort_by(f64::total_cmp);
+        let weight = |pair: &[f64]| {
+            let mut middle = x;
+            middle[axis] = 0.5 * (pair[0] + pair[1]);
+            let body = heavy().find(|body| body.shape.contains(&middle[..dimension]));
+            body.map_or(0.0, |body| self.bulk_density(body) * gravity.abs() * (pair[1] - pair[0]))
+        };
+        cuts.windows(2).map(weight).sum()
+    }
+
+    /// Density of a body with what fills its pores (kg/m³).
+    fn bulk_density(&self, body: &Body) -> f64 {
+        let own = self.materials.get(&body.material).map_or(0.0, MaterialSpec::density);
+        body.pore_fluid.as_ref().map_or(own, |fluid| fluid.saturated_density(own))
+    }
+
+    /// Warns of K0 stresses that are in no balance, and of surfaces that nothing reaches.
+    pub(crate) fn warn_of_weights(&self, warnings: &mut Vec<String>) {
+        let Some(axis) = self.vertical() else { return };
+        let settles = self.stages.first().is_some_and(|stage| stage.equilibrium.is_some());
+        let up = -self.gravity3()[axis].signum();
+        let top = |body: &Body| {
+            let (low, high) = body.shape.bounds(self.dimension());
+            if up > 0.0 { high[axis] } else { -low[axis] }
+        };
+        let top = self.bodies.iter().filter(|b| !b.rigid).map(top).fold(f64::NEG_INFINITY, f64::max);
+        let size = self.domain.max[axis] - self.domain.min[axis];
+        for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| !body.rigid) {
+            let InitialStress::K0 { surface, .. } = body.stress else { continue };
+            if up * surface > top + SAME * size {
+                warnings.push(format!(
+                    "bodies[{number}].stress.surface: {surface} m lies above all bodies, and what is not there weighs \
+                     nothing"
+                ));
+            }
+            if !settles && !self.is_level(body, axis, surface) {
+                warnings.push(format!(
+                    "bodies[{number}].stress: the weight above differs at the same height (a slope, a step, or layers that \
+                     are not level), and a k0 stress is in no balance there: begin with a stage that has `equilibrium`"
+                ));
+            }
+        }
+    }
+
+    /// Whether the weight above a body is the same along each horizontal plane through it.
+    fn is_level(&self, body: &Body, axis: usize, surface: f64) -> bool {
+        let dimension = self.dimension();
+        let (low, high) = body.shape.bounds(dimension);
+        let place = |c: usize, i: usize| low[c] + (i as f64 + 0.5) / PLACES as f64 * (high[c] - low[c]);
+        let across: Vec<usize> = (0..dimension).filter(|c| *c != axis).collect();
+        let columns = PLACES.pow(across.len() as u32);
+        let (mut differ, mut largest) = (0.0_f64, 0.0_f64);
+        for height in 0..PLACES {
+            let weights = (0..columns).filter_map(|column| {
+                let mut x = [0.0; 3];
+                x[axis] = place(axis, height);
+                for (k, c) in across.iter().enumerate() {
+                    x[*c] = place(*c, column / PLACES.pow(k as u32) % PLACES);
+                }
+                body.shape.contains(&x[..dimension]).then(|| self.weight_above(x, axis, surface))
+            });
+            let none = (f64::INFINITY, f64::NEG_INFINITY);
+            let (least, most) = weights.fold(none, |(a, b), weight| (a.min(weight), b.max(weight)));
+            differ = differ.max(most - least);
+            largest = largest.max(most);
+        }
+        differ <= SAME * largest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// Layers of 1 m of 3000 kg/m³ over 2 m of 1000 kg/m³, under 10 m/s², with changes at JSON pointers.
+    fn layers(changes: &[(&str, Value)]) -> Case {
+        let soil = |density: f64| json!({ "model": "linear-elastic", "density": density, "youngs_modulus": 1e7, "poissons_ratio": 0.2 });
+        let k0 = json!({ "kind": "k0", "surface": 3, "coefficient": 0.5 });
+        let mut case = json!({
+            "title": "layers", "space": "plane-strain",
+            "domain": { "min": [0, 0], "max": [8, 8] }, "gravity": [0, -10],
+            "materials": { "heavy": soil(3000.0), "light": soil(1000.0) },
+            "bodies": [
+                { "name": "lower", "material": "light", "stress": k0, "shape": { "kind": "box", "min": [0, 0], "max": [8, 2] } },
+                { "name": "upper", "material": "heavy", "stress": k0, "shape": { "kind": "box", "min": [0, 2], "max": [8, 3] } }
+            ],
+            "stages": [{ "name": "go", "duration": 1 }]
+        });
+        for (pointer, value) in changes {
+            let (parent, key) = pointer.rsplit_once('/').unwrap();
+            match case.pointer_mut(parent).unwrap() {
+                Value::Array(items) => items[key.parse::<usize>().unwrap()] = value.clone(),
+                object => object[key] = value.clone(),
+            }
+        }
+        Case::from_json(&case.to_string()).unwrap()
+    }
+
+    fn vertical(case: &Case, body: usize, x: [f64; 3]) -> f64 {
+        case.initial_stress(&case.bodies[body], x)[1]
+    }
+
+    #[test]
+    fn a_layer_bears_the_layers_above_it_with_their_own_weight() {
+        let case = layers(&[]);
+        assert!((vertical(&case, 1, [1.0, 2.75, 0.0]) + 7.5e3).abs() < 1e-9);
+        assert!((vertical(&case, 0, [1.0, 1.975, 0.0]) + 30.25e3).abs() < 1e-9);
+        let stress = case.initial_stress(&case.bodies[0], [4.0, 1.0, 0.0]);
+        assert!((stress[1] + 40e3).abs() < 1e-9 && (stress[0] + 20e3).abs() < 1e-9 && stress[2] == stress[0]);
+        assert!(case.warnings().is_empty(), "{:?}", case.warnings());
+    }
+
+    #[test]
+    fn depth_counts_from_the_surface_above_the_point() {
+        // A slope of 45° from (2, 2) up to (3, 3).
+        let slope = json!({ "kind": "polygon", "vertices": [[2, 2], [8, 2], [8, 3], [3, 3]] });
+        let case = layers(&[("/bodies/1/shape", slope)]);
+        assert!((vertical(&case, 1, [2.5, 2.25, 0.0]) + 7.5e3).abs() < 1e-9);
+        assert!((vertical(&case, 0, [2.25, 1.5, 0.0]) + 12.5e3).abs() < 1e-9);
+        assert!((vertical(&case, 0, [1.0, 1.5, 0.0]) + 5e3).abs() < 1e-9, "nothing above but its own");
+        assert_eq!(vertical(&case, 1, [7.0, 3.0, 0.0]), 0.0);
+    }
+
+    #[test]
+    fn what_lies_above_the_given_surface_or_is_rigid_weighs_nothing() {
+        let own = json!({ "kind": "k0", "surface": 2, "coefficient": 0 });
+        assert!((vertical(&layers(&[("/bodies/0/stress", own)]), 0, [1.0, 1.0, 0.0]) + 10e3).abs() < 1e-9);
+        let rigid = layers(&[("/bodies/1/rigid", json!(true))]);
+        assert!((vertical(&rigid, 0, [1.0, 1.0, 0.0]) + 10e3).abs() < 1e-9);
+        let high = json!({ "kind": "k0", "surface": 5, "coefficient": 0 });
+        let high = layers(&[("/bodies/0/stress", high)]);
+        assert!((vertical(&high, 0, [1.0, 1.0, 0.0]) + 40e3).abs() < 1e-9);
+        assert!(
+            high.warnings()[0].starts_with("bodies[0].stress.surface: 5 m lies above"),
+            "{:?}",
+            high.warnings()
+        );
+    }
+
+    #[test]
+    fn a_saturated_layer_bears_what_is_above_it_less_its_pore_pressure() {
+        let water = json!({ "porosity": 0.4, "permeability": 1e-3, "pressure": { "kind": "hydrostatic", "surface": 2 } });
+        let case = layers(&[("/bodies/0/pore_fluid", water)]);
+        // 30 kPa of the dry layer, 1 m of 1400 kg/m³, and 10 kPa of water.
+        assert!((vertical(&case, 0, [1.0, 1.0, 0.0]) + 34e3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn k0_stresses_under_a_slope_are_warned_of_until_the_case_settles_first() {
+        let slope = json!({ "kind": "polygon", "vertices": [[0, 2], [8, 2], [8, 3], [1, 3]] });
+        let tilted = layers(&[("/bodies/1/shape", slope.clone())]).warnings();
+        assert_eq!(tilted.len(), 2, "both layers: {tilted:?}");
+        assert!(tilted[0].starts_with("bodies[0].stress: the weight above differs"), "{tilted:?}");
+        let settle =
+            json!([{ "name": "settle", "duration": 9, "equilibrium": {} }, { "name": "go", "duration": 1 }]);
+        assert!(layers(&[("/bodies/1/shape", slope), ("/stages", settle)]).warnings().is_empty());
+    }
+}

@@ -1,0 +1,33 @@
+//! Rules of stages that come to rest.
+
+use super::Findings;
+
+impl Findings<'_> {
+    pub(super) fn equilibrium(&mut self, number: usize) {
+        let case = self.case;
+        let stage = &case.stages[number];
+        let Some(criterion) = &stage.equilibrium else { return };
+        let path = format!("stages[{number}]");
+        let bounds =
+            [("unbalanced_force", criterion.unbalanced_force), ("kinetic_energy", criterion.kinetic_energy)];
+        for (key, value) in bounds {
+            let path = format!("{path}.equilibrium.{key}");
+            self.require(value > 0.0 && value < 1.0, path, format!("{value} is not between 0 and 1"));
+        }
+        self.require(criterion.hold >= 1, format!("{path}.equilibrium.hold"), "must be at least 1");
+        for (motion, ramp) in stage.motions.iter().map(|motion| motion.ramp).enumerate() {
+            let problem = format!("{ramp} s is longer than the stage, which is to come to rest");
+            self.require(!(ramp > stage.duration), format!("{path}.motions[{motion}].ramp"), problem);
+        }
+        for (load, begins, ramp) in case.loads_in(number).map(|(n, begins, load)| (n, begins, load.ramp().0))
+        {
+            let longest: f64 = case.stages[begins..=number].iter().map(|stage| stage.duration).sum();
+            let problem = format!(
+                "{ramp} s is longer than the {longest} s until the end of the stage {:?}, which is to come to rest under \
+                 the load",
+                stage.name
+            );
+            self.require(!(ramp > longest), format!("loads[{load}].ramp"), problem);
+        }
+    }
+}

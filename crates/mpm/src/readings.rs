@@ -1,0 +1,73 @@
+//! Numbers that tell of the state of a run in each row of the measures (MPM sheet §3.9).
+
+use colluvium_case::measure::Reading;
+use colluvium_grid::Basis;
+
+use crate::points::{PointDomain, PointSet, ground};
+use crate::solver::MpmSolver;
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Kinetic energy along each axis, work of the external forces, volume ratios, points per cell.
+    pub(crate) fn take_readings(&self) -> Vec<Reading> {
+        let mut readings = Vec::new();
+        let mut push = |name: &str, unit: &str, value: f64| {
+            readings.push((name.to_owned(), unit.to_owned(), value));
+        };
+        for (axis, energy) in AXES.into_iter().zip(self.kinetic_energies()) {
+            push(&format!("kinetic_energy.{axis}"), "J", energy);
+        }
+        let audited = self.case.stages[self.stage].equilibrium.is_some();
+        push("external_work", "J", if audited { self.external_work } else { f64::NAN });
+        let [least, most] = self.volume_ratios();
+        push("volume_ratio.min", "", least);
+        push("volume_ratio.max", "", most);
+        let [fewest, mean] = self.points_per_cell();
+        push("points_per_cell.min", "", fewest);
+        push("points_per_cell.mean", "", mean);
+        readings
+    }
+
+    /// Kinetic energy of the motion along each axis (J), of both phases.
+    fn kinetic_energies(&self) -> [f64; D] {
+        let mut energies = [0.0; D];
+        let mut add = |mass: f64, velocity: &[f64; D]| {
+            energies.iter_mut().zip(velocity).for_each(|(energy, v)| *energy += 0.5 * mass * v * v);
+        };
+        for set in &self.sets {
+            set.mass.iter().zip(&set.velocity).for_each(|(mass, velocity)| add(*mass, velocity));
+            if let Some(pore) = &set.pore {
+                pore.velocity.iter().enumerate().for_each(|(p, velocity)| add(set.liquid_mass(p), velocity));
+            }
+        }
+        energies
+    }
+
+    /// The bodies that deform.
+    fn soft_sets(&self) -> impl Iterator<Item = &PointSet<D, P>> {
+        self.sets.iter().filter(|set| set.rigid.is_none())
+    }
+
+    /// Least and largest volume of a point over its initial one; NaN without points.
+    fn volume_ratios(&self) -> [f64; 2] {
+        let ratios = self.soft_sets().flat_map(|set| {
+            set.volume.iter().zip(&set.initial_volume).map(|(volume, initial)| volume / initial)
+        });
+        ratios.fold([f64::NAN; 2], |[least, most], ratio| [ratio.min(least), ratio.max(most)])
+    }
+
+    /// Fewest and mean number of points in the cells that hold any; NaN without points.
+    fn points_per_cell(&self) -> [f64; 2] {
+        let (ground, strides) = (ground!(self), self.layout.strides());
+        let of_set = |set: &PointSet<D, P>| -> Vec<usize> {
+            let cell = |(domain, x): (&P, &[f64; D])| domain.cell::<S, B>(&ground, &strides, x);
+            set.domain.iter().zip(&set.position).map(cell).collect()
+        };
+        let mut cells: Vec<usize> = self.soft_sets().flat_map(of_set).collect();
+        cells.sort_unstable();
+        let counts = || cells.chunk_by(|a, b| a == b).map(<[usize]>::len);
+        let fewest = counts().min().map_or(f64::NAN, |count| count as f64);
+        [fewest, cells.len() as f64 / counts().count() as f64]
+    }
+}
