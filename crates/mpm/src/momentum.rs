@@ -116,6 +116,12 @@ pub fn slowed(start: f64, end: f64, share: f64) -> f64 {
     (end - 0.5 * share * start) / (1.0 + 0.5 * share)
 }
 
+/// Velocity at the start of a step from that at its end and the change: zero where round-off cannot tell it from that.
+fn before(end: f64, change: f64) -> f64 {
+    let start = end - change;
+    if start.abs() <= 1e-12 * change.abs() { 0.0 } else { start }
+}
+
 /// Sign, and zero of zero.
 pub fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
@@ -125,7 +131,7 @@ pub fn sign(x: f64) -> f64 {
 pub fn damp(node: &mut Node, damping: &[f64; 3], held: [bool; 3], dt: f64) {
     let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
     for c in (0..3).filter(|c| !held[*c]) {
-        let start = end[c] - dt * rate[c];
+        let start = before(end[c], dt * rate[c]);
         rate[c] -= damping[c] * rate[c].abs() * sign(start);
         end[c] = start + dt * rate[c];
     }
@@ -167,7 +173,7 @@ impl<const D: usize> Audit<'_, D> {
             for c in 0..D {
                 let weight = mass * self.gravity[c];
                 // What accelerates it, without the damping that is in it.
-                let start = end[c] - self.dt * rate[c];
+                let start = before(end[c], self.dt * rate[c]);
                 let net = self.inertia * mass * (rate[c] + self.rayleigh * 0.5 * (start + end[c]));
                 let unbalanced = free[c] * net / (1.0 - self.damping[c] * sign(start) * sign(net));
                 sums.unbalanced += unbalanced * unbalanced;
@@ -212,6 +218,29 @@ mod tests {
             largest = speeds.iter().fold(largest, |a, v| a.max(v.abs()));
         }
         largest
+    }
+
+    #[test]
+    fn what_starts_from_rest_is_not_damped() {
+        for change in [0.1, 0.3, 1e-7, -0.7] {
+            for dt in [1e-3, 0.3, 1e-5] {
+                let rate = change / dt;
+                let mut node = Node {
+                    motion: Lanes::new([dt * rate, 1.0, 0.0, 2.0]),
+                    force: Lanes::new([rate, rate, rate, 0.0]),
+                };
+                damp(&mut node, &[0.7; 3], [false, false, true], dt);
+                let (end, rates) = (node.motion.to_array(), node.force.to_array());
+                assert_eq!((end[0], rates[0]), (dt * rate, rate), "from rest");
+                let start = 1.0 - dt * rate;
+                let damped = rate - 0.7 * rate.abs() * sign(start);
+                assert!(
+                    (rates[1] - damped).abs() <= 1e-9 * rate.abs()
+                        && (end[1] - start - dt * damped).abs() < 1e-12
+                );
+                assert_eq!((end[2], rates[2]), (0.0, rate), "held");
+            }
+        }
     }
 
     #[test]

@@ -120,6 +120,7 @@ fn adhesion_on_a_ring_is_that_of_its_whole_area_per_radian() {
     let falls = |adhesion: f64| {
         let case = case(json!({
             "space": "axisymmetric", "domain": { "min": [9.5, 0], "max": [11.5, 3] }, "gravity": [0, -1],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
             "bodies": [
                 { "name": "core", "rigid": true, "material": "m", "shape": { "kind": "box", "min": [9.7, 0], "max": [10, 3] } },
                 { "name": "ring", "material": "m", "shape": { "kind": "box", "min": [10, 1.5], "max": [11, 2.5] } }],
