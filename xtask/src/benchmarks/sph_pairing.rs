@@ -63,7 +63,7 @@ fn follow(solver: &mut dyn Solver, seconds: f64) -> Result<Course, String> {
         if due {
             course.kinetic.push((solver.time(), solver.budget().kinetic));
         }
-        if due || solver.step_count() % 20 == 0 {
+        if due || solver.step_count().is_multiple_of(20) {
             let speeds = vectors(&solver.snapshot(), "velocity");
             course.fastest = speeds.iter().map(|v| v[0].hypot(v[1])).fold(course.fastest, f64::max);
         }
