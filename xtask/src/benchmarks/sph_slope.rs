@@ -2,11 +2,11 @@
 
 use colluvium::case::description::Measure;
 use colluvium::case::plot::{LineChart, Series, Style};
-use colluvium::case::{Case, Safety, Snapshot};
+use colluvium::case::{Case, RunReport, Safety, Snapshot};
 
 use serde_json::{Value, json};
 
-use super::{Benchmark, Outcome, case, held_front, run_by, series, set_material, vectors};
+use super::{Benchmark, Outcome, case, held_front, run_by, series, set_material, set_of, vectors};
 use crate::bishop::{Circle, Slope};
 
 /// The benchmark.
@@ -205,9 +205,13 @@ fn surface(
     )
 }
 
-/// V-41: the same slope softens and flows.
-fn run_out(outcome: &mut Outcome) -> Result<(), String> {
+/// V-41: the same slope softens and flows; how far its front advances (m).
+fn flow(spacing: f64) -> Result<(RunReport, f64), String> {
     let mut case = case("sph/slope-failure")?;
+    set_of(&mut case, "sph", "spacing", spacing);
+    // The smoothing length stays what it is.
+    set_of(&mut case, "sph", "smoothing", 1.2 * SPACING / spacing);
+    set_of(&mut case, "sph", "allow_pairing", spacing < SPACING);
     let softening = json!({ "residual_friction_angle": 15, "residual_cohesion": 100, "friction_rate": 3, "cohesion_rate": 3 });
     set_material(&mut case, "soil", &[("softening", softening)])?;
     case.stages[1].duration = 3.0;
@@ -215,7 +219,22 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
         weakening.scope = colluvium::constitutive::laws::ReductionScope::Peak;
     }
     let report = run_by("sph", &case)?;
-    let advance = held_front(&report.snapshot, SPACING) - held_front(&report.frames[0], SPACING);
+    let advance = held_front(&report.snapshot, spacing) - held_front(&report.frames[0], spacing);
+    Ok((report, advance))
+}
+
+/// V-41: where its front ends, on half the spacing too, and that no energy is made.
+fn run_out(outcome: &mut Outcome) -> Result<(), String> {
+    let (report, advance) = flow(SPACING)?;
+    let (_, finer) = flow(0.5 * SPACING)?;
+    let reason = "V-41: less than 15 % with half the spacing and the same smoothing length";
+    outcome.near(
+        "softening slope: advance of the front on half the spacing over that",
+        1.0,
+        0.15,
+        finer / advance,
+        reason,
+    );
     outcome.within("softening slope: advance of the front (m)", "0.1 to 0.6", advance, (0.1, 0.6), "V-41");
     let reason = "derived: where a straight slope of the same area stands at residual strength by Bishop's method; the sheet's bound is \
                   a proposal";
