@@ -129,7 +129,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_pairing::BENCHMARK, Some(12), 52),
     Listed::new(&sph_geostatic::BENCHMARK, Some(24), 72),
     Listed::new(&sph_column::BENCHMARK, None, 250),
-    Listed::new(&sph_slope::BENCHMARK, None, 140),
+    Listed::new(&sph_slope::BENCHMARK, None, 310),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
     Listed::new(&sph_cantilever_3d::BENCHMARK, None, 2200),
     Listed::new(&sph_drum::BENCHMARK, None, 45),
