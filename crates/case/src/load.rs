@@ -120,6 +120,14 @@ impl Case {
         self.boundaries.iter().enumerate().filter(|(_, boundary)| !removed(boundary)).collect()
     }
 
+    /// Whether stage number `stage` or one before it has removed the body of that name.
+    pub fn is_removed(&self, body: &str, stage: usize) -> bool {
+        self.stages
+            .iter()
+            .take(stage.saturating_add(1))
+            .any(|s| s.remove_bodies.iter().any(|name| name == body))
+    }
+
     /// The options of method `name`, its defaults where the case gives none.
     ///
     /// # Errors

@@ -6,18 +6,12 @@ use crate::description::Load;
 impl Case {
     /// The loads that act in stage number `stage`: their numbers, and those of the stages they begin with.
     pub(crate) fn loads_in(&self, stage: usize) -> impl Iterator<Item = (usize, usize, &Load)> {
-        let removed = move |body: &str| {
-            self.stages
-                .iter()
-                .take(stage + 1)
-                .any(|stage| stage.remove_bodies.iter().any(|name| name == body))
-        };
         self.loads.iter().enumerate().filter_map(move |(number, load)| {
             let begins = match load.stage() {
                 Some(name) => self.stages.iter().position(|stage| stage.name == name)?,
                 None => 0,
             };
-            (begins <= stage && !removed(load.body())).then_some((number, begins, load))
+            (begins <= stage && !self.is_removed(load.body(), stage)).then_some((number, begins, load))
         })
     }
 

@@ -27,9 +27,7 @@ impl Node {
 
     #[inline(always)]
     fn add(&mut self, value: f64x8) {
-        let [a, b, c, d, e, f, g, h] = (self.whole() + value).to_array();
-        self.motion = Lanes::new([a, b, c, d]);
-        self.force = Lanes::new([e, f, g, h]);
+        [self.motion, self.force] = split(self.whole() + value);
     }
 }
 
@@ -38,6 +36,13 @@ impl Node {
 fn join(first: Lanes, second: Lanes) -> f64x8 {
     let ([a, b, c, d], [e, f, g, h]) = (first.to_array(), second.to_array());
     f64x8::new([a, b, c, d, e, f, g, h])
+}
+
+/// The two sets of lanes of [`join`].
+#[inline(always)]
+fn split(both: f64x8) -> [Lanes; 2] {
+    let [a, b, c, d, e, f, g, h] = both.to_array();
+    [Lanes::new([a, b, c, d]), Lanes::new([e, f, g, h])]
 }
 
 /// Weights and gradients of the `S^D` nodes at a point, as products over the axes.
@@ -231,12 +236,10 @@ impl<const D: usize, const S: usize> Support<D> for Stencil<D, S> {
                 slope += line[k].motion * self.gradients[last][k];
             }
             both += value * w;
-            let [a, b, c, d, ..] = value.to_array();
-            out.slopes_of_line(Lanes::new([a, b, c, d]), slope, w, g);
+            let [v, _] = split(value);
+            out.slopes_of_line(v, slope, w, g);
         });
-        let [a, b, c, d, e, f, g, h] = both.to_array();
-        out.velocity = Lanes::new([a, b, c, d]);
-        out.acceleration = Lanes::new([e, f, g, h]);
+        [out.velocity, out.acceleration] = split(both);
         out
     }
 

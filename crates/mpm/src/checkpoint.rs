@@ -85,9 +85,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         self.stage = stage;
         self.stage_start = start;
         let case = &self.case;
-        let removed: Vec<&String> = case.stages[..=stage].iter().flat_map(|s| &s.remove_bodies).collect();
         let points = self.points();
-        self.sets.retain(|set| !removed.contains(&&case.bodies[set.body as usize].name));
+        self.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));
         if fresh {
             let pits = &case.stages[stage].excavate;
             let dug = |x: &[f64; D]| pits.iter().any(|pit| pit.contains(x));

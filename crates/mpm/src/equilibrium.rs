@@ -48,7 +48,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     fn scales(&self) -> Scales {
         let mut sums = Scales::default();
-        for set in self.sets.iter().filter(|set| set.rigid.is_none()) {
+        for set in self.soft_sets() {
             let mut moduli = [0.0; BLOCK];
             for (block, (stresses, states)) in set.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate() {
                 set.material.wave_moduli(stresses, states, &mut moduli[..stresses.len()]);

@@ -45,7 +45,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     /// The bodies that deform.
-    fn soft_sets(&self) -> impl Iterator<Item = &PointSet<D, P>> {
+    pub(crate) fn soft_sets(&self) -> impl Iterator<Item = &PointSet<D, P>> {
         self.sets.iter().filter(|set| set.rigid.is_none())
     }
 

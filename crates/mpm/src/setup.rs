@@ -135,7 +135,8 @@ pub fn refuse_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> 
         let way = normal.map_or(0.0, |speed| speed.abs() * time);
         if way > 0.5 * cell {
             let problem = format!(
-                "the wall would go {way:.3e} m, more than half a cell or element ({:.3e} m), but its plane stays where                  it is and only its nodes have the velocity: drive a rigid body or a patch",
+                "the wall would go {way:.3e} m, more than half a cell or element ({:.3e} m), but its plane stays where it \
+                 is and only its nodes have the velocity: drive a rigid body or a patch",
                 0.5 * cell
             );
             return Err(CaseError::new(format!("boundaries[{number}].velocity"), problem));

@@ -153,9 +153,8 @@ impl<const D: usize> SphSolver<D> {
 
     fn remove_bodies(&mut self, stage: usize) {
         let case = std::sync::Arc::clone(&self.case);
-        let removed: Vec<&String> = case.stages[..=stage].iter().flat_map(|s| &s.remove_bodies).collect();
         let is_gone =
-            |group: &crate::particles::Group| removed.contains(&&case.bodies[group.body as usize].name);
+            |group: &crate::particles::Group| case.is_removed(&case.bodies[group.body as usize].name, stage);
         while let Some(number) = self.groups.iter().position(is_gone) {
             let range = self.groups.remove(number).range();
             for group in &mut self.groups[number..] {

@@ -143,11 +143,10 @@ impl<const D: usize> SphSolver<D> {
         let mut rates = std::mem::take(&mut self.tensors);
         let mut weights = std::mem::take(&mut self.weights);
         rates.resize(self.particles.len, colluvium_constitutive::SymTensor::ZERO);
-        let (pairs, groups) = (self.pairs(), &self.groups);
+        let pairs = self.pairs();
         over_rows(&self.neighbours, &mut weights, &mut rates, |i, row, weights, rate| {
-            let body = groups.iter().map(crate::particles::Group::range).find(|range| range.contains(&i));
-            if let Some(body) = body {
-                *rate = pairs.stress_diffusion(i, (row, weights), &gravity, &body);
+            if let Some(body) = self.body_of(i) {
+                *rate = pairs.stress_diffusion(i, (row, weights), &gravity, &body.range());
             }
         });
         let stress = self.particles.stress.iter_mut().zip(&rates);
@@ -186,7 +185,7 @@ impl<const D: usize> SphSolver<D> {
             if !material.is_in_rate_form() || material.is_time_dependent() {
                 continue;
             }
-            let range = group.start..group.end;
+            let range = group.range();
             let blocks = group.states.blocks_mut().par_iter_mut();
             let stress = p.stress[range.clone()].par_chunks_mut(BLOCK);
             let density = p.density[range.clone()].par_chunks(BLOCK);
