@@ -162,6 +162,9 @@ pub struct Patch {
     /// Whether the region goes along with its velocity, as a rigid plate does.
     #[serde(default)]
     pub moves: bool,
+    /// Whether pore fluid passes, as through a porous plate; else it has the prescribed velocity too.
+    #[serde(default)]
+    pub drained: bool,
 }
 
 /// The prescribed motion of a rigid body or of a patch in a stage.

@@ -3,6 +3,7 @@
 //! A [`Case`] describes a problem once; a [`Method`] turns it into a [`Solver`].
 
 pub mod description;
+mod equilibrium;
 mod error;
 mod initial_stress;
 pub mod json;
@@ -18,9 +19,9 @@ mod surface;
 mod validate;
 
 pub use description::Case;
+pub use equilibrium::{Equilibrium, Scales};
 pub use error::{CaseError, CaseErrors};
 pub use run::{RunError, RunOptions, RunReport, Safety, run, run_method};
 pub use solver::{
-    Budget, Equilibrium, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Snapshot, Solver,
-    SolverError, TimeStep,
+    Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Snapshot, Solver, SolverError, TimeStep,
 };

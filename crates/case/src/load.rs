@@ -143,14 +143,23 @@ impl Case {
     /// # Errors
     /// The first of them, by path.
     pub fn refuse_driven(&self, method: &str) -> Result<(), CaseError> {
+        self.refuse_rigid(method)?;
+        if !self.patches.is_empty() {
+            return Err(CaseError::new("patches[0]", format!("{method} has no nodes to prescribe")));
+        }
+        Ok(())
+    }
+
+    /// Refuses, in the name of `method`, rigid bodies and damping along single axes.
+    ///
+    /// # Errors
+    /// The first of them, by path.
+    pub fn refuse_rigid(&self, method: &str) -> Result<(), CaseError> {
         if let Some(number) = self.bodies.iter().position(|body| body.rigid) {
             return Err(CaseError::new(
                 format!("bodies[{number}].rigid"),
                 format!("{method} has no rigid bodies"),
             ));
-        }
-        if !self.patches.is_empty() {
-            return Err(CaseError::new("patches[0]", format!("{method} has no nodes to prescribe")));
         }
         if let Some(number) = self.stages.iter().position(|stage| stage.damping_axes.is_some()) {
             let path = format!("stages[{number}].damping_axes");

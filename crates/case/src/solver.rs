@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::description::Stage;
 use crate::measure::Reading;
-use crate::{Case, CaseError};
+use crate::{Case, CaseError, Equilibrium};
 
 /// A numerical method: its options, and the way from a case to a running solver.
 pub trait Method: Send + Sync {
@@ -110,15 +110,6 @@ pub struct PhaseBudget {
     pub elastic: f64,
     /// Potential energy of gravity, zero at the origin (J).
     pub potential: f64,
-}
-
-/// How far from static equilibrium (MPM sheet §2.14).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Equilibrium {
-    /// `|F_ext - F_int| / |F_ext|` over the free degrees of freedom.
-    pub unbalanced_force: f64,
-    /// Kinetic energy over the work of the external forces since the stage began.
-    pub kinetic_ratio: f64,
 }
 
 /// What the material does to a rigid body or to a patch of prescribed velocity.
@@ -275,6 +266,11 @@ pub trait Solver: Send {
 
     /// Distance from equilibrium after the last step; `None` where the method has no measure of it.
     fn equilibrium(&self) -> Option<Equilibrium>;
+
+    /// Whether what its own options let grow with time has its full size: before that nothing is at rest.
+    fn has_grown(&self) -> bool {
+        true
+    }
 
     /// What else the method tells of itself in each row of the measures; always the same names in the same order, NaN for
     /// what it does not know at the time.

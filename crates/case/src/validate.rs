@@ -303,7 +303,6 @@ impl Findings<'_> {
 
     fn boundaries(&mut self) {
         let case = self.case;
-        let saturated = case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let mut names = HashSet::new();
         let mut seen: Vec<(Side, f64)> = Vec::new();
         for (number, boundary) in case.boundaries.iter().enumerate() {
@@ -343,8 +342,7 @@ impl Findings<'_> {
                 self.vector(&format!("{path}.velocity"), velocity);
             }
             self.absorbing(&path, boundary);
-            let problem = "no body has a pore_fluid that could drain";
-            self.require(saturated || !boundary.drained, format!("{path}.drained"), problem);
+            self.drained(&path, boundary.drained);
         }
     }
 
@@ -360,7 +358,15 @@ impl Findings<'_> {
             if let Err(error) = patch.region.validate(case.dimension()) {
                 self.report(format!("{path}.region.{}", error.path), error.problem);
             }
+            self.drained(&path, patch.drained);
         }
+    }
+
+    /// Only where something is saturated can it drain.
+    fn drained(&mut self, path: &str, drained: bool) {
+        let saturated = self.case.bodies.iter().any(|body| body.pore_fluid.is_some());
+        let problem = "no body has a pore_fluid that could drain";
+        self.require(saturated || !drained, format!("{path}.drained"), problem);
     }
 
     fn motions(&mut self, path: &str, stage: &Stage) {

@@ -1,7 +1,7 @@
 //! Points in blocks, handed to the threads.
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
+use colluvium_constitutive::{BLOCK, Motion, StateBlock, SymTensor};
 use colluvium_grid::Basis;
 
 use crate::points::{PointDomain, PointSet};
@@ -101,6 +101,27 @@ impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
             self = rest;
         }
         if blocks > 0 { worst(report, update(&mut self)) } else { report }
+    }
+}
+
+impl<const D: usize, P: PointDomain<D>> Block<'_, D, P> {
+    /// The domain of a point follows its motion in the step, now or when the step is over.
+    #[inline(always)]
+    pub fn stretch(&mut self, p: usize, motion: &Motion) {
+        let gradient: [[f64; D]; D] =
+            std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
+        match self.pending.get_mut(p) {
+            Some(pending) => *pending = gradient,
+            None => self.domain[p].follow(&gradient),
+        }
+    }
+
+    /// The domain of a point follows the motion that [`Block::stretch`] kept, if it did.
+    #[inline(always)]
+    pub fn stretch_at_last(&mut self, p: usize) {
+        if let Some(pending) = self.pending.get(p) {
+            self.domain[p].follow(pending);
+        }
     }
 }
 

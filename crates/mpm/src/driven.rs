@@ -10,6 +10,7 @@ use crate::MpmOptions;
 use crate::config::Formulation;
 use crate::points::{Ground, PointDomain, ground};
 use crate::solver::MpmSolver;
+use crate::two_phase::{LIQUID, SOLID};
 
 /// Distance (cells; least heights of the elements of a mesh) from the surface of a patch within which nodes still belong
 /// to it: round-off.
@@ -60,6 +61,33 @@ impl Driven {
         Some(Place { patch, bounds: &self.bounds, way })
     }
 
+    /// Gives a solved node the velocity and acceleration of the prescribed motion; returns the impulse (N s) of the material
+    /// on what drives, without mass scaling.
+    fn hold(&self, node: &mut Node, keep_start: bool, dt: f64) -> [f64; 3] {
+        let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
+        let mut taken = [0.0; 3];
+        for c in 0..3 {
+            let Some(held) = self.state.velocity[c] else { continue };
+            let own = end[c] - dt * rate[c];
+            let start = if keep_start { own } else { self.before[c].unwrap_or(own) };
+            let given = (held - start) / dt;
+            taken[c] = end[3] * dt * (rate[c] - given);
+            end[c] = held;
+            rate[c] = given;
+        }
+        *node = Node { motion: Lanes::new(end), force: Lanes::new(rate) };
+        taken
+    }
+
+    /// Gives a velocity (m/s) the components that are prescribed.
+    fn hold_velocity(&self, lanes: &mut Lanes) {
+        let mut velocity = lanes.to_array();
+        for c in 0..3 {
+            velocity[c] = self.state.velocity[c].unwrap_or(velocity[c]);
+        }
+        *lanes = Lanes::new(velocity);
+    }
+
     /// The velocity of a rigid body (m/s).
     pub fn rigid_velocity(&self) -> [f64; 3] {
         self.state.velocity.map(|v| v.unwrap_or(0.0))
@@ -94,6 +122,11 @@ impl Place<'_> {
     /// Corners of the box around it (m).
     fn ends(&self) -> [[f64; 3]; 2] {
         self.bounds.map(|corner| std::array::from_fn(|c| corner[c] + self.way[c]))
+    }
+
+    /// The phases that it holds.
+    fn phases(&self) -> std::ops::Range<usize> {
+        SOLID..if self.patch.drained { LIQUID } else { LIQUID + 1 }
     }
 
     /// Whether it holds a place (m) in the box around it. What lies on the box up to round-off lies on it.
@@ -246,27 +279,50 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let (nodes, options) = (&mut self.nodes, &self.options);
         for driven in &mut self.driven {
             let Some(place) = driven.place(case, options) else { continue };
-            let (velocity, before) = (driven.state.velocity, driven.before);
             let mut total = [0.0; 3];
             for field in soft_fields(nodes.len() / layout.len(), rigid) {
                 place.nodes::<D, S, B>(&ground, layout, |number, first| {
                     let node = &mut nodes[field * layout.len() + number];
-                    let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
-                    for c in 0..D {
-                        let Some(held) = velocity[c] else { continue };
-                        let own = end[c] - dt * rate[c];
-                        let start = if keep_start { own } else { before[c].unwrap_or(own) };
-                        let given = (held - start) / dt;
-                        if first && books {
-                            total[c] += inertia * end[3] * dt * (rate[c] - given);
-                        }
-                        end[c] = held;
-                        rate[c] = given;
+                    let given = driven.hold(node, keep_start, dt);
+                    if first && books {
+                        (0..D).for_each(|c| total[c] += inertia * given[c]);
                     }
-                    *node = Node { motion: Lanes::new(end), force: Lanes::new(rate) };
                 });
             }
             driven.take(total, dt);
+        }
+    }
+
+    /// The same of the nodes of two phases: of the skeleton, and of the pore fluid that a patch does not let through.
+    pub(crate) fn hold_phases(&mut self, nodes: &mut [[Node; 2]], dt: f64) {
+        let keep_start = self.options.fixed_nodes == crate::FixedNodes::Momentum;
+        let (case, ground, layout) = (&self.case, ground!(self), &self.layout);
+        let (options, inertia) = (&self.options, self.options.mass_scaling);
+        for driven in &mut self.driven {
+            let Some(place) = driven.place(case, options) else { continue };
+            let mut total = [0.0; 3];
+            place.nodes::<D, S, B>(&ground, layout, |number, first| {
+                for node in &mut nodes[number][place.phases()] {
+                    let given = driven.hold(node, keep_start, dt);
+                    if first {
+                        (0..D).for_each(|c| total[c] += inertia * given[c]);
+                    }
+                }
+            });
+            driven.take(total, dt);
+        }
+    }
+
+    /// Marks the components of velocity that patches hold, of both phases: one bit an axis.
+    pub(crate) fn mark_held(&self, held: &mut [[u8; 2]]) {
+        let (case, ground) = (&self.case, ground!(self));
+        for driven in &self.driven {
+            let Some(place) = driven.place(case, &self.options) else { continue };
+            let axes = (0..D).filter(|c| driven.state.velocity[*c].is_some());
+            let mark = axes.map(|c| 1 << c).sum::<u8>();
+            place.nodes::<D, S, B>(&ground, &self.layout, |number, _| {
+                held[number][place.phases()].iter_mut().for_each(|held| *held |= mark);
+            });
         }
     }
 
@@ -278,14 +334,21 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let Some(place) = driven.place(case, options) else { continue };
             for field in soft_fields(nodes.len() / layout.len(), rigid) {
                 place.nodes::<D, S, B>(&ground, layout, |number, _| {
-                    let node = &mut nodes[field * layout.len() + number];
-                    let mut velocity = node.to_array();
-                    for c in 0..D {
-                        velocity[c] = driven.state.velocity[c].unwrap_or(velocity[c]);
-                    }
-                    *node = Lanes::new(velocity);
+                    driven.hold_velocity(&mut nodes[field * layout.len() + number]);
                 });
             }
+        }
+    }
+
+    /// The same of two phases.
+    pub(crate) fn hold_phases_again(&self, nodes: &mut [[Lanes; 2]]) {
+        let (case, ground) = (&self.case, ground!(self));
+        for driven in &self.driven {
+            let Some(place) = driven.place(case, &self.options) else { continue };
+            place.nodes::<D, S, B>(&ground, &self.layout, |number, _| {
+                let held = &mut nodes[number][place.phases()];
+                held.iter_mut().for_each(|velocity| driven.hold_velocity(velocity));
+            });
         }
     }
 }

@@ -1,35 +1,11 @@
-//! How far a stage is from static equilibrium (MPM sheet §2.14; Anura3D manual 2021, eqs. 6.29 and 6.30).
+//! How far a stage is from static equilibrium (MPM sheet §2.14).
 
-use colluvium_case::Equilibrium;
+use colluvium_case::{Equilibrium, Scales};
 use colluvium_constitutive::BLOCK;
 use colluvium_grid::Basis;
 
 use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
-
-/// Share of the reference scale below which external force or work is none.
-const NONE: f64 = 1e-12;
-
-/// What unbalanced force (N) and kinetic energy (J) are compared with where nothing acts from outside.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Scales {
-    /// Root of the sum of the squares of stress times volume over spacing (N).
-    pub force: f64,
-    /// `Σ V |σ|² / 2 M` with the modulus of waves: what the stresses may hold (J).
-    pub energy: f64,
-}
-
-/// A measure over what acts from outside, or over the reference scale where that is next to nothing.
-pub fn over(value: f64, external: f64, reference: f64) -> f64 {
-    let scale = if external > NONE * reference { external } else { reference };
-    if value == 0.0 {
-        0.0
-    } else if scale > 0.0 {
-        value / scale
-    } else {
-        f64::INFINITY
-    }
-}
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Unbalanced force and kinetic energy over what acts from outside; `None` where the stage does not ask.
@@ -41,13 +17,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         let external = (self.sums.external + traction).sqrt();
         Some(Equilibrium {
-            unbalanced_force: over(self.sums.unbalanced.sqrt(), external, scales.force),
-            kinetic_ratio: over(self.sums.kinetic, self.external_work.abs(), scales.energy),
+            unbalanced_force: scales.force_ratio(self.sums.unbalanced.sqrt(), external),
+            kinetic_ratio: scales.energy_ratio(self.sums.kinetic, self.external_work),
         })
     }
 
     fn scales(&self) -> Scales {
-        let mut sums = Scales::default();
+        let mut scales = Scales::default();
         for set in self.soft_sets() {
             let mut moduli = [0.0; BLOCK];
             for (block, (stresses, states)) in set.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate() {
@@ -55,14 +31,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 for (k, stress) in stresses.iter().enumerate() {
                     let p = block * BLOCK + k;
                     let spacing = set.domain[p].spacing(&ground!(self));
-                    sums.force += (set.volume[p] / spacing * set.total_stress(p).norm()).powi(2);
-                    if moduli[k] > 0.0 {
-                        sums.energy += 0.5 * set.volume[p] * stress.dot(stress) / moduli[k];
-                    }
+                    scales.add(set.volume[p], spacing, &set.total_stress(p), stress, moduli[k]);
                 }
             }
         }
-        Scales { force: sums.force.sqrt(), ..sums }
+        scales
     }
 
     /// Sum of the squares of the tractions (N²).

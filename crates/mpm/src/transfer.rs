@@ -271,22 +271,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
                 block.volume[p] *= stretch;
                 motion.density = block.mass[p] / block.volume[p];
-                let gradient: [[f64; D]; D] =
-                    std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
+                block.stretch(p, &motion);
                 motions[p] = motion;
-                if block.pending.is_empty() {
-                    block.domain[p].follow(&gradient);
-                } else {
-                    block.pending[p] = gradient;
-                }
                 if let Some(reason) = block.domain[p].fault(extent, self.grid.cell) {
                     return Err(Failure { index: block.first + p, reason });
                 }
             }
             if what.position {
-                if !block.pending.is_empty() {
-                    block.domain[p].follow(&block.pending[p]);
-                }
+                block.stretch_at_last(p);
                 if P::CONVECTED {
                     let own = std::array::from_fn(|c| velocity[c]);
                     block.domain[p].convect(&block.position[p], extent, &own, dt, |place| {

@@ -1,6 +1,7 @@
 //! Saving and restoring the solver, and the `Solver` face of it.
 
 use colluvium_case::description::{Reset, Stage};
+use colluvium_case::measure::Reading;
 use colluvium_case::{Budget, Equilibrium, Snapshot, Solver, SolverError, TimeStep};
 use colluvium_constitutive::{InitialCondition, SymTensor};
 use serde::{Deserialize, Serialize};
@@ -242,11 +243,19 @@ impl<const D: usize> Solver for SphSolver<D> {
 
     fn equilibrium(&self) -> Option<Equilibrium> {
         self.case.stages[self.stage].equilibrium?;
-        let ratio = |value: f64, scale: f64| if scale > 0.0 { value / scale } else { f64::INFINITY };
+        let scales = self.scales();
         Some(Equilibrium {
-            unbalanced_force: ratio(self.audit.unbalanced.sqrt(), self.audit.external.sqrt()),
-            kinetic_ratio: ratio(self.audit.kinetic, self.audit.work.abs()),
+            unbalanced_force: scales.force_ratio(self.audit.unbalanced.sqrt(), self.audit.external.sqrt()),
+            kinetic_ratio: scales.energy_ratio(self.audit.kinetic, self.audit.work),
         })
+    }
+
+    fn has_grown(&self) -> bool {
+        self.is_confined()
+    }
+
+    fn readings(&self) -> Vec<Reading> {
+        self.take_readings()
     }
 
     fn snapshot(&self) -> Snapshot {

@@ -114,6 +114,12 @@ pub struct SphOptions {
     /// Names of bodies that keep their initial field of velocity for good; their stress follows their law.
     #[serde(default)]
     pub held: Vec<String>,
+    /// Writes how well the sums over neighbours hold: as fields what the plain gradient makes of a constant, times the
+    /// smoothing length (`gradient_of_constant`, nothing where supports are full), and of the position
+    /// (`gradient_of_position`, one there); in the measures how many pairs of particles lie in one place and how many
+    /// corrections fall back. Takes the neighbours anew for every output.
+    #[serde(default)]
+    pub diagnostics: bool,
     /// What rough walls answer with.
     #[serde(default)]
     pub wall_stress: WallStress,
@@ -178,6 +184,7 @@ impl SphOptions {
             shifting: 0.0,
             formulation: Formulation::default(),
             confining: None,
+            diagnostics: false,
             held: Vec::new(),
             wall_stress: WallStress::default(),
             wall_velocity: WallVelocity::default(),

@@ -46,6 +46,11 @@ impl<const D: usize> Pairs<'_, D> {
 }
 
 impl<const D: usize> SphSolver<D> {
+    /// Whether the confining pressure has its full size.
+    pub(crate) fn is_confined(&self) -> bool {
+        self.options.confining.as_ref().is_none_or(|confining| self.time >= confining.ramp)
+    }
+
     /// Adds the confining pressure at the end of a step of `dt` to the accelerations.
     pub(crate) fn confine(&mut self, dt: f64) {
         let Some(confining) = &self.options.confining else { return };
@@ -71,17 +76,22 @@ impl<const D: usize> SphSolver<D> {
                     of_surface(j) && square(&apart) <= near * near
                 })
         };
+        let mut pushes = std::mem::take(&mut self.pushes);
+        pushes.clear();
+        pushes.resize(p.len, [0.0; D]);
         for group in self.groups.iter().filter(|group| group.confined) {
             let range = group.range();
             let first = range.start;
-            accelerations[range].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, a)| {
+            let pushed = accelerations[range.clone()].par_iter_mut().zip(&mut pushes[range]);
+            pushed.enumerate().with_min_len(TASK).for_each(|(k, (a, push))| {
                 let i = first + k;
                 if acts(i) {
                     let scale = pressure / p.density[i];
-                    (0..D).for_each(|c| a[c] += scale * inward[i].direction[c]);
+                    *push = inward[i].direction.map(|d| scale * d);
+                    (0..D).for_each(|c| a[c] += push[c]);
                 }
             });
         }
-        (self.inward, self.particles.acceleration) = (inward, accelerations);
+        (self.inward, self.pushes, self.particles.acceleration) = (inward, pushes, accelerations);
     }
 }

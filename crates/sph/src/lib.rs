@@ -12,6 +12,7 @@
 mod checkpoint;
 mod config;
 mod confinement;
+mod diagnostics;
 pub mod kernel;
 mod lanes;
 pub mod operators;

@@ -56,7 +56,7 @@ impl Group {
 
 /// All particles. The arrays of what acts on neighbours go on behind the `len` particles with their images and the
 /// particles of walls; the others have one entry per particle.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Particles<const D: usize> {
     /// Number of particles.
     pub len: usize,
@@ -100,7 +100,7 @@ pub struct Particles<const D: usize> {
 }
 
 /// Buffers of a permutation.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Order<const D: usize> {
     scalars: Vec<f64>,
     vectors: Vec<[f64; D]>,

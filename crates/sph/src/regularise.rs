@@ -27,7 +27,9 @@ impl<const D: usize> SphSolver<D> {
 
     /// Replaces the densities of fluids by their averages (sheet §2.10).
     pub(crate) fn smooth_density(&mut self, form: DensityReset) {
-        let mut smoothed = self.particles.density[..self.particles.len].to_vec();
+        let mut smoothed = std::mem::take(&mut self.scalars);
+        smoothed.clear();
+        smoothed.extend_from_slice(&self.particles.density[..self.particles.len]);
         let form = if form == DensityReset::Mls { Regularisation::Mls } else { Regularisation::Shepard };
         for group in self.groups.iter().filter(|group| group.fluid) {
             let (range, start) = (group.range(), group.start);
@@ -46,6 +48,7 @@ impl<const D: usize> SphSolver<D> {
             });
         }
         self.particles.density[..smoothed.len()].copy_from_slice(&smoothed);
+        self.scalars = smoothed;
     }
 
     fn average(&self, i: usize, body: &std::ops::Range<usize>, form: Regularisation) -> SymTensor {
@@ -60,7 +63,7 @@ impl<const D: usize> SphSolver<D> {
     }
 
     /// First row of the inverse moments of `(1, (x_i - x_j) / h)`; `None` where they are ill-conditioned.
-    fn linear_weights(&self, i: usize, body: &std::ops::Range<usize>) -> Option<[f64; 4]> {
+    pub(crate) fn linear_weights(&self, i: usize, body: &std::ops::Range<usize>) -> Option<[f64; 4]> {
         let mut system = [[0.0; 5]; 4];
         let mut count = 0;
         self.around(i, body, |_, weight, apart| {

@@ -1,6 +1,6 @@
 //! What the solver tells: time-step limit, snapshot, budget.
 
-use colluvium_case::{Budget, Field, FieldData, Snapshot, TimeStep};
+use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, TimeStep};
 use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
 use rayon::prelude::*;
 
@@ -78,6 +78,21 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
+    /// What to compare unbalanced force and kinetic energy with where nothing acts from outside.
+    pub(crate) fn scales(&self) -> Scales {
+        let (mut scales, p) = (Scales::default(), &self.particles);
+        for group in self.groups.iter().filter(|group| group.held.is_none()) {
+            let moduli = self.per_particle(group, 1, |stress, states, out| {
+                group.material.wave_moduli(stress, states, out);
+            });
+            for (i, modulus) in group.range().zip(moduli) {
+                let volume = p.mass[i] / p.density[i];
+                scales.add(volume, volume.powf(1.0 / D as f64), &p.stress[i], &p.stress[i], modulus);
+            }
+        }
+        scales
+    }
+
     /// Velocities at the time of the positions (m/s).
     fn velocity(&self, i: usize) -> [f64; D] {
         let (p, half) = (&self.particles, self.half_behind(i));
@@ -147,6 +162,7 @@ impl<const D: usize> SphSolver<D> {
             fields.push(field("smoothing_length", "m", FieldData::Scalar(self.lengths(&order))));
         }
         fields.extend(self.law_fields(&order));
+        fields.extend(self.diagnostic_fields(&order));
         let width = |i: usize| [(p.mass[i] / p.density[i]).powf(1.0 / D as f64); D];
         Snapshot {
             time: self.time,

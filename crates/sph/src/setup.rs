@@ -335,6 +335,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         listed: Listed::default(),
         sorted: None,
         tensors: Vec::new(),
+        scalars: Vec::new(),
         gravity: corner(&gravity),
         stage: 0,
         stage_start: 0.0,
@@ -345,6 +346,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         limit_age: 0,
         audit: Audit::default(),
         inward: Vec::new(),
+        pushes: Vec::new(),
         reference: None,
         guests: Vec::new(),
     };
@@ -356,13 +358,13 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     }
     check_fixed_step(&mut solver, options)?;
     if options.continuity == Continuity::Summation && !options.allow_summation {
-        check_summed_densities(&mut solver)?;
+        check_summed_densities(&solver)?;
     }
     Ok(solver)
 }
 
 /// Density by summation needs full supports.
-fn check_summed_densities<const D: usize>(solver: &mut SphSolver<D>) -> Result<(), CaseError> {
+fn check_summed_densities<const D: usize>(solver: &SphSolver<D>) -> Result<(), CaseError> {
     let summed =
         solver.summed_densities().map_err(|error| CaseError::new("methods.sph", error.to_string()))?;
     let p = &solver.particles;

@@ -46,10 +46,15 @@ fn block(space: &str, options: &Value) -> Case {
     for (key, value) in options.as_object().unwrap() {
         methods[key] = value.clone();
     }
+    let mut material = json!({ "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
+                               "friction_angle": 20, "cohesion": 100 });
+    if methods["density_reset"].is_string() {
+        material =
+            json!({ "model": "newtonian-fluid", "density": 1000, "viscosity": 1, "bulk_modulus": 1e6 });
+    }
     let text = json!({
         "title": "allocation", "space": space, "domain": { "min": low, "max": all(2.0) }, "gravity": gravity,
-        "materials": { "m": { "model": "drucker-prager", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3,
-                              "friction_angle": 20, "cohesion": 100 } },
+        "materials": { "m": material },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": all(0.0), "max": all(1.0) } }],
         "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } }],
         "stages": [{ "name": "s", "duration": 1, "damping": 0.1,
@@ -83,6 +88,10 @@ fn a_step_allocates_nothing() {
                 json!({ "regularisation": "shepard", "regularisation_steps": 1, "hourglass_viscosity": 0.5 }),
             ),
             ("plane-strain", json!({ "smoothing_length": "density", "symmetrisation": "grad-h" })),
+            (
+                "plane-strain",
+                json!({ "density_reset": "mls", "density_reset_steps": 2, "density_diffusion": 0.1 }),
+            ),
         ] {
             let mut solver = Sph.build(&block(space, &options)).unwrap();
             solver.begin_stage(0, 0.0).unwrap();

@@ -323,7 +323,8 @@ impl Run<'_> {
         if !self.solver.step_count().is_multiple_of(STEPS_PER_CHECK) {
             return false;
         }
-        let grown = self.case.has_grown(&self.progress.stage_starts, self.solver.time());
+        let loaded = self.case.has_grown(&self.progress.stage_starts, self.solver.time());
+        let grown = loaded && self.solver.has_grown();
         let holds = self.solver.equilibrium().is_some_and(|e| {
             e.unbalanced_force < criterion.unbalanced_force && e.kinetic_ratio < criterion.kinetic_energy
         });

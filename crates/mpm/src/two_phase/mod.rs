@@ -17,7 +17,7 @@ mod setup;
 mod strain;
 mod transfer;
 
-use colluvium_case::{Equilibrium, SolverError};
+use colluvium_case::{Equilibrium, Scales, SolverError};
 use colluvium_grid::{Basis, Lanes, Layout, Node, Support, Walls};
 
 pub use fluid::{Fluid, PoreSet, SavedPore, critical_step};
@@ -25,7 +25,7 @@ pub use momentum::PhaseSums;
 pub use setup::{cleared, of_liquid, pore_set, two_phase};
 
 use crate::config::StressScheme;
-use crate::equilibrium::{Scales, over, power, square_sum};
+use crate::equilibrium::{power, square_sum};
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, PointSet};
 use crate::solver::MpmSolver;
@@ -42,6 +42,8 @@ pub struct TwoPhase {
     nodes: Vec<[Node; 2]>,
     remapped: Vec<[Lanes; 2]>,
     row_sums: Vec<PhaseSums>,
+    /// Components of velocity that patches hold, one bit an axis; empty where nothing asks for them.
+    held: Vec<[u8; 2]>,
     pub(crate) sums: PhaseSums,
     /// Walls of the liquid.
     pub(crate) walls: Walls,
@@ -62,9 +64,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn advance_two_phase(&mut self, dt: f64) -> Result<(), SolverError> {
         self.sort_if_moved();
         let Some(mut phases) = self.two_phase.take() else { return Ok(()) };
+        self.drive(dt);
         let moved = self.step_phases(&mut phases, dt);
         self.two_phase = Some(phases);
-        self.travel += moved?;
+        self.travel += moved?.max(self.move_driven(dt)?);
         self.wrap();
         self.time += dt;
         self.step += 1;
@@ -74,28 +77,64 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     fn step_phases(&mut self, phases: &mut TwoPhase, dt: f64) -> Result<f64, SolverError> {
         self.layout.reset(&mut phases.nodes); // 0
-        self.scatter_phases(phases, dt); // 1
-        self.solve_phases(phases, dt); // 2–4
-        let strides = self.layout.strides();
-        let all = PointUpdate { velocity: true, stress: true, position: true };
-        if self.options.stress_update == StressScheme::Usl {
-            self.share_phase_strains::<SOLVED>(phases, dt); // 7
-            self.follow_surfaces(dt, |_, _, stencil| stencil.gather_phases(&phases.nodes, &strides)[SOLID]);
-            return self.update_phases::<SOLVED>(phases, dt, all); // 5, 7–9
-        }
         let velocity = PointUpdate { velocity: true, ..PointUpdate::NONE };
-        self.update_phases::<SOLVED>(phases, dt, velocity)?; // 5
-        self.remap_phases(phases); // 6
-        self.share_phase_strains::<REMAPPED>(phases, dt); // 7
+        let stress = PointUpdate { stress: true, ..PointUpdate::NONE };
+        let position = PointUpdate { position: true, ..PointUpdate::NONE };
+        match self.options.stress_update {
+            StressScheme::Usl => {
+                self.scatter_phases(phases, dt); // 1
+                self.solve_phases(phases, dt); // 2–4
+                self.share_phase_strains::<SOLVED>(phases, dt); // 7
+                self.follow_phases::<SOLVED>(phases, dt);
+                // 5, 7–9
+                self.update_phases::<SOLVED>(
+                    phases,
+                    dt,
+                    PointUpdate { velocity: true, position: true, ..stress },
+                )
+            }
+            StressScheme::Musl => {
+                self.scatter_phases(phases, dt); // 1
+                self.solve_phases(phases, dt); // 2–4
+                self.update_phases::<SOLVED>(phases, dt, velocity)?; // 5
+                self.remap_phases(phases, false); // 6
+                self.share_phase_strains::<REMAPPED>(phases, dt); // 7
+                self.follow_phases::<REMAPPED>(phases, dt);
+                self.update_phases::<REMAPPED>(phases, dt, PointUpdate { position: true, ..stress }) // 7–9
+            }
+            StressScheme::Usf => {
+                self.remap_phases(phases, true); // 1, momenta and masses
+                self.share_phase_strains::<REMAPPED>(phases, dt); // 7
+                self.update_phases::<REMAPPED>(phases, dt, stress)?; // 7, 8
+                self.scatter_phases(phases, dt); // 1
+                self.solve_phases(phases, dt); // 2–4
+                self.follow_phases::<SOLVED>(phases, dt);
+                self.update_phases::<SOLVED>(phases, dt, PointUpdate { velocity: true, ..position }) // 5, 9
+            }
+        }
+    }
+
+    /// Loads that follow the surface, from the velocity of the skeleton.
+    fn follow_phases<const FROM_SOLVED: bool>(&mut self, phases: &TwoPhase, dt: f64) {
+        let strides = self.layout.strides();
         self.follow_surfaces(dt, |_, _, stencil| {
-            stencil.gather_velocities(&phases.remapped, &strides)[SOLID]
+            if FROM_SOLVED {
+                stencil.gather_phases(&phases.nodes, &strides)[SOLID]
+            } else {
+                stencil.gather_velocities(&phases.remapped, &strides)[SOLID]
+            }
         });
-        self.update_phases::<REMAPPED>(phases, dt, PointUpdate { velocity: false, ..all }) // 7–9
     }
 
     fn solve_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
         let stage = &self.case.stages[self.stage];
-        let TwoPhase { nodes, row_sums, walls, heaviest, sums, .. } = phases;
+        let audit = stage.equilibrium.is_some();
+        phases.held.clear();
+        if (audit || stage.damping > 0.0) && !self.case.patches.is_empty() {
+            phases.held.resize(phases.nodes.len(), [0; 2]);
+            self.mark_held(&mut phases.held);
+        }
+        let TwoPhase { nodes, row_sums, walls, heaviest, sums, held, .. } = phases;
         let cutoff = self.options.node_mass_cutoff;
         let solve = PhaseSolve {
             dt,
@@ -104,13 +143,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
             inertia: self.options.mass_scaling,
             light: [cutoff * self.heaviest, cutoff * *heaviest],
-            audit: stage.equilibrium.is_some(),
+            audit,
+            held,
             walls: [&self.walls, walls],
             layout: &self.layout,
         };
-        let audit = solve.audit;
         self.layout.rows(nodes, row_sums, |row, active, line| solve.row(row, active, line));
         self.absorb_phases(nodes, walls, dt);
+        self.hold_phases(nodes, dt);
         if audit {
             *sums = PhaseSums::default();
             row_sums.iter().for_each(|row| sums.add(row));
@@ -130,10 +170,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             // Without weight and pressures the liquid has no external force of its own.
             of_liquid = of_mixture;
         }
-        let unbalanced = |sums: &RowSums, external| over(sums.unbalanced.sqrt(), external, scales.force);
+        let unbalanced = |sums: &RowSums, external| scales.force_ratio(sums.unbalanced.sqrt(), external);
         Equilibrium {
             unbalanced_force: unbalanced(mixture, of_mixture).max(unbalanced(liquid, of_liquid)),
-            kinetic_ratio: over(mixture.kinetic, self.external_work.abs(), scales.energy),
+            kinetic_ratio: scales.energy_ratio(mixture.kinetic, self.external_work),
         }
     }
 

@@ -40,6 +40,8 @@ pub struct PhaseSolve<'a, const D: usize> {
     pub light: [f64; 2],
     /// Whether to sum the measures of equilibrium.
     pub audit: bool,
+    /// Components of velocity that are prescribed, of all nodes, one bit an axis; empty where none are.
+    pub held: &'a [[u8; 2]],
     /// Boundary conditions of both phases.
     pub walls: [&'a Walls; 2],
     /// The nodes.
@@ -71,6 +73,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         let plain = self.damping == 0.0 && !self.audit;
         let free = |axis: usize, index: usize| self.walls.iter().all(|walls| walls.is_free(axis, index));
         let row_free = free(0, row);
+        let line_length = self.layout.strides()[0];
         for number in active {
             let node = &mut line[number];
             let masses = Masses {
@@ -89,7 +92,8 @@ impl<const D: usize> PhaseSolve<'_, D> {
             if plain && row_free && (1..D).all(|axis| free(axis, index[axis])) {
                 self.free_node(node, &masses, gravity);
             } else {
-                self.node(&index, node, &masses, &mut sums);
+                let held = self.held.get(row * line_length + number).copied().unwrap_or_default();
+                self.node(&index, node, &masses, held, &mut sums);
             }
         }
         sums
@@ -123,8 +127,12 @@ impl<const D: usize> PhaseSolve<'_, D> {
         index: &[usize; 3],
         [solid, liquid]: &mut [Node; 2],
         masses: &Masses,
+        held: [u8; 2],
         sums: &mut PhaseSums,
     ) {
+        let is_free = |phase: usize, c: usize| held[phase] & (1 << c) == 0;
+        // What is held is not damped: that would be counted with the force it takes to hold it.
+        let damping = |phase: usize, c: usize| if is_free(phase, c) { self.damping } else { 0.0 };
         let wet = masses.liquid > self.light[LIQUID];
         let start = self.start(SOLID, index, solid, masses.solid);
         let share = if wet { masses.liquid / masses.full } else { 0.0 };
@@ -142,7 +150,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
             let mut unbalanced = [0.0; 3];
             for c in 0..D {
                 driving[c] = force[c] + masses.full * self.gravity[c];
-                damped[c] = -self.damping * driving[c].abs() * sign(from[c]);
+                damped[c] = -damping(LIQUID, c) * driving[c].abs() * sign(from[c]);
                 unbalanced[c] = driving[c] - masses.drag * (from[c] - start[c]);
                 to[c] = from[c] + self.dt * (unbalanced[c] + damped[c]) / (self.inertia * masses.full);
             }
@@ -153,10 +161,13 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 carried[c] = self.inertia * masses.liquid * (to[c] - from[c]) / self.dt;
                 if self.audit {
                     let own = masses.liquid * self.gravity[c];
+                    sums.liquid.external += own * own;
+                    if !is_free(LIQUID, c) {
+                        continue;
+                    }
                     if to[c] == free[c] {
                         sums.liquid.unbalanced += (share * unbalanced[c]).powi(2);
                     }
-                    sums.liquid.external += own * own;
                     sums.mixture.work += own * to[c] * self.dt;
                     sums.mixture.kinetic += 0.5 * self.inertia * masses.liquid * to[c] * to[c];
                 }
@@ -172,7 +183,7 @@ impl<const D: usize> PhaseSolve<'_, D> {
         for c in 0..D {
             from[c] = motion[c] / masses.solid;
             total[c] = force[c] + weight * self.gravity[c];
-            let own = -self.damping * (total[c] - share * driving[c]).abs() * sign(from[c]);
+            let own = -damping(SOLID, c) * (total[c] - share * driving[c]).abs() * sign(from[c]);
             let force = total[c] - carried[c] + own + share * damped[c];
             to[c] = from[c] + self.dt * force / (self.inertia * masses.solid);
         }
@@ -181,10 +192,13 @@ impl<const D: usize> PhaseSolve<'_, D> {
         if self.audit {
             for c in 0..D {
                 let (own, all) = (masses.solid * self.gravity[c], weight * self.gravity[c]);
+                sums.mixture.external += all * all;
+                if !is_free(SOLID, c) {
+                    continue;
+                }
                 if to[c] == free[c] {
                     sums.mixture.unbalanced += total[c] * total[c];
                 }
-                sums.mixture.external += all * all;
                 sums.mixture.work += own * to[c] * self.dt;
                 sums.mixture.kinetic += 0.5 * self.inertia * masses.solid * to[c] * to[c];
             }
@@ -258,6 +272,7 @@ mod tests {
             inertia: 1.0,
             light: [0.0; 2],
             audit,
+            held: &[],
             walls,
             layout,
         }
@@ -366,6 +381,7 @@ mod tests {
             inertia: 1.0,
             light: [0.0; 2],
             audit: false,
+            held: &[],
             walls: [&walls, &walls],
             layout: &layout,
         };

@@ -18,14 +18,8 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
     if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
         return Ok(options);
     }
-    case.refuse_driven("mpm with a pore_fluid")?;
+    case.refuse_rigid("mpm with a pore_fluid")?;
     case.refuse_dissipation("mpm with a pore_fluid")?;
-    if options.stress_update == StressScheme::Usf {
-        return refuse(
-            "methods.mpm.stress_update",
-            "usf is not available with a pore_fluid: use musl or usl",
-        );
-    }
     if options.transfer != Transfer::Flip {
         return refuse("methods.mpm.transfer", "only flip (or a share of it) is available with a pore_fluid");
     }
@@ -63,6 +57,7 @@ pub fn two_phase<const D: usize>(
         Box::new(TwoPhase {
             nodes: vec![[Node::default(); 2]; layout.len()],
             remapped: vec![[Lanes::ZERO; 2]; length(options.stress_update != StressScheme::Usl)],
+            held: Vec::new(),
             row_sums: vec![PhaseSums::default(); layout.nodes()[0]],
             sums: PhaseSums::default(),
             walls: Walls::default(),

@@ -64,8 +64,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.pull_phases_with_cells(&mut phases.nodes);
     }
 
-    /// Maps the updated velocities of the points back to the nodes (step 6), walls included.
-    pub(super) fn remap_phases(&mut self, phases: &mut TwoPhase) {
+    /// Maps the velocities of the points to the nodes, walls included: the updated ones back (step 6) or, at the `start` of
+    /// the step, those that there are.
+    pub(super) fn remap_phases(&mut self, phases: &mut TwoPhase, start: bool) {
         let TwoPhase { nodes, remapped, walls, .. } = phases;
         self.layout.reset(remapped);
         let strides = self.layout.strides();
@@ -76,8 +77,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
                     let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
                     let momenta = [
-                        lanes(&set.velocity[p], 0.0) * set.mass[p],
-                        lanes(&pore.velocity[p], 0.0) * set.liquid_mass(p),
+                        lanes(&set.velocity[p], 1.0) * set.mass[p],
+                        lanes(&pore.velocity[p], 1.0) * set.liquid_mass(p),
                     ];
                     stencil.deposit_motions(window, offset, &strides, &momenta);
                 }
@@ -90,9 +91,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             for number in active {
                 let index = layout.index(row, number);
                 for phase in [SOLID, LIQUID] {
-                    let solved = nodes[row * row_length + number][phase].motion;
-                    let mass = solved.as_array()[3];
                     let velocity = &mut line[number][phase];
+                    let mass = velocity.as_array()[3];
+                    let solved = match start {
+                        true => Lanes::splat(f64::NAN),
+                        false => nodes[row * row_length + number][phase].motion,
+                    };
                     if mass <= 0.0 {
                         *velocity = Lanes::ZERO;
                         continue;
@@ -104,6 +108,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             }
         });
+        self.hold_phases_again(remapped);
     }
 
     /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
@@ -162,6 +167,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 motions[p] = motion;
             }
             if what.position {
+                block.stretch_at_last(p);
                 let step = self
                     .move_point(block, p, &velocity, dt)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
@@ -214,9 +220,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         block.volume[p] *= stretch;
         motion.density = block.mass[p] / block.volume[p];
-        let gradient: [[f64; D]; D] =
-            std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
-        block.domain[p].follow(&gradient);
+        block.stretch(p, motion);
         block.domain[p].fault(extent, self.grid.cell).map_or(Ok(()), Err)
     }
 }

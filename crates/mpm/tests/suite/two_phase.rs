@@ -99,7 +99,7 @@ fn closed(scheme: &str, volumetric: &str) -> Case {
 #[test]
 fn without_drainage_water_takes_its_share_of_the_compression() {
     // one confined element between impermeable walls.
-    for scheme in ["musl", "usl"] {
+    for scheme in ["musl", "usl", "usf"] {
         for volumetric in ["point", "cell-average"] {
             let mut solver = begin(&closed(scheme, volumetric));
             (0..10).for_each(|_| solver.step(1e-6).unwrap());
@@ -219,6 +219,72 @@ fn a_saturated_column_in_balance_stays_at_rest() {
     }
 }
 
+/// The column of 1 m under a plate, whose name is `lid`, that moves in by 1 mm/s.
+fn under_a_plate(drained: bool, more: &Value) -> Case {
+    let plate = case(json!({
+        "domain": { "min": [0], "max": [1.2] },
+        "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
+        "patches": [{ "name": "lid", "region": { "kind": "box", "min": [1], "max": [1.2] }, "moves": true, "drained": drained }],
+        "stages": [{ "name": "s", "duration": 1, "motions": [{ "of": "lid", "velocity": [-1e-3] }] }],
+        "measures": { "force": { "kind": "reaction", "of": "lid" } }
+    }));
+    changed(serde_json::to_value(&plate).unwrap(), more)
+}
+
+#[test]
+fn a_plate_presses_on_both_phases_as_a_wall_does() {
+    // A-23 by a patch: all faces are shut.
+    for scheme in ["musl", "usl", "usf"] {
+        let plate = under_a_plate(
+            false,
+            &json!({ "domain": { "min": [0], "max": [2] },
+                     "methods": { "mpm": { "cell_size": 1, "points_per_cell": 1, "shape": "linear", "stress_update": scheme } } }),
+        );
+        let mut solvers = [begin(&plate), begin(&closed(scheme, "point"))];
+        for solver in &mut solvers {
+            (0..10).for_each(|_| solver.step(1e-6).unwrap());
+        }
+        let pressures = solvers.each_ref().map(|solver| scalars(&solver.snapshot(), "pore_pressure")[0]);
+        assert!((pressures[0] / pressures[1] - 1.0).abs() < 1e-6, "{scheme}: {pressures:?}");
+        // Force of the stresses at the start of the last step, of the strains by then.
+        let strain = if scheme == "usf" { 1e-3 * 1e-5 } else { 1e-3 * 9e-6 };
+        let force = solvers[0].reaction("lid").unwrap().force[0];
+        assert!((force / ((1e7 + 2.15e9 / 0.4) * strain) - 1.0).abs() < 1e-6, "{scheme}: {force}");
+    }
+}
+
+#[test]
+fn a_porous_plate_presses_the_water_out() {
+    // Pressed by 1 %; then the skeleton bears all (H²/c_v is 1 s), or the water most of it, for good.
+    let stages = |damping: f64| {
+        json!([
+            { "name": "press", "duration": 0.2, "motions": [{ "of": "lid", "velocity": [-0.05], "ramp": 0.04 }] },
+            { "name": "rest", "duration": 2, "damping": damping, "motions": [{ "of": "lid", "velocity": [0] }] },
+            { "name": "hold", "duration": 1, "damping": damping, "motions": [{ "of": "lid", "velocity": [0] }],
+              "equilibrium": { "unbalanced_force": 1e-6, "kinetic_energy": 1e-3 } }
+        ])
+    };
+    let strain = -(1.0 - 0.05 * 0.18f64).ln();
+    let body = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+                        "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10, "bulk_modulus": 1e8 } }]);
+    for scheme in ["musl", "usf"] {
+        for (drained, modulus) in [(true, 1e7), (false, 1e7 + 1e8 / 0.4)] {
+            let report = solve(&under_a_plate(
+                drained,
+                &json!({ "stages": stages(if drained { 0.0 } else { 0.3 }), "bodies": body,
+                         "methods": { "mpm": { "cell_size": 0.2, "points_per_cell": 2, "stress_update": scheme } } }),
+            ));
+            let impulses = report.table.pairs("time", "force.impulse.x").unwrap();
+            let [first, last] = [impulses[impulses.len() / 2], impulses[impulses.len() - 1]];
+            let force = (last.1 - first.1) / (last.0 - first.0);
+            assert!((force / (modulus * strain) - 1.0).abs() < 0.02, "{scheme}, {drained}: {force}");
+            let pressure = scalars(&report.snapshot, "pore_pressure").iter().sum::<f64>() / 10.0;
+            let exact = if drained { 0.0 } else { 1e8 / 0.4 * strain };
+            assert!((pressure - exact).abs() < 0.02 * modulus * strain, "{scheme}, {drained}: {pressure}");
+        }
+    }
+}
+
 /// A saturated block that is thrown against a rough drained floor, beside a dry one.
 fn crash(shape: &str, volumetric: &str) -> Case {
     case(json!({
@@ -278,7 +344,6 @@ fn what_two_phases_cannot_honour_is_refused_by_name() {
         Mpm.plan(&case).unwrap_err().to_string()
     };
     let options = [
-        ("stress_update", json!("usf")),
         ("transfer", json!("tpic")),
         ("transfer", json!("xpic")),
         ("contacts", json!([{ "bodies": ["b", "dry"] }])),
@@ -322,9 +387,13 @@ fn the_default_step_is_stable_in_every_space() {
         };
         let mut top = all(0.8);
         top[dimension - 1] = 1.0;
-        for (shape, scheme) in
-            [("linear", "musl"), ("ugimp", "musl"), ("quadratic", "musl"), ("ugimp", "usl")]
-        {
+        for (shape, scheme) in [
+            ("linear", "musl"),
+            ("ugimp", "musl"),
+            ("quadratic", "musl"),
+            ("ugimp", "usl"),
+            ("cpgimp", "usf"),
+        ] {
             for permeability in [1e-5, 1e-2, 10.0] {
                 let soaked = case(json!({
                     "space": space, "domain": { "min": all(0.0), "max": top }, "gravity": up(-1.0),

@@ -196,7 +196,7 @@ impl<const D: usize> Pairs<'_, D> {
         })
     }
 
-    fn between_weight(&self, i: usize, j: usize, r: f64) -> f64 {
+    pub(crate) fn between_weight(&self, i: usize, j: usize, r: f64) -> f64 {
         if self.options.is_variable() { self.between(i, j, r)[0] } else { self.smoothing.weight(r) }
     }
 

@@ -62,7 +62,7 @@ struct Repulsion {
 
 /// `x_j - x_i` and its square.
 #[inline(always)]
-fn apart<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; D], f64) {
+pub(crate) fn apart<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; D], f64) {
     let apart: [f64; D] = std::array::from_fn(|c| to[c] - from[c]);
     let square = apart.iter().map(|c| c * c).sum();
     (apart, square)

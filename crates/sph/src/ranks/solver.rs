@@ -1,6 +1,7 @@
 //! The `Solver` face of the solver in ranks. What is not a step is done by a solver without ranks in the same state.
 
 use colluvium_case::description::Stage;
+use colluvium_case::measure::Reading;
 use colluvium_case::{Budget, Equilibrium, Field, FieldData, Snapshot, Solver, SolverError, TimeStep};
 
 use super::{Rank, RankedSolver};
@@ -70,6 +71,14 @@ impl<const D: usize> Solver for RankedSolver<D> {
 
     fn equilibrium(&self) -> Option<Equilibrium> {
         self.gather().equilibrium()
+    }
+
+    fn has_grown(&self) -> bool {
+        self.first().is_confined()
+    }
+
+    fn readings(&self) -> Vec<Reading> {
+        self.gather().take_readings()
     }
 
     /// As without ranks, and the rank of each particle.

@@ -43,7 +43,7 @@ pub struct Audit {
     pub external: f64,
     /// Kinetic energy (J).
     pub kinetic: f64,
-    /// Work of gravity since the stage began (J).
+    /// Work of gravity and a confining pressure since the stage began (J).
     pub work: f64,
 }
 
@@ -79,6 +79,7 @@ pub struct SphSolver<const D: usize> {
     /// Step of the last sort.
     pub(crate) sorted: Option<u64>,
     pub(crate) tensors: Vec<SymTensor>,
+    pub(crate) scalars: Vec<f64>,
     pub(crate) gravity: [f64; D],
     pub(crate) stage: usize,
     pub(crate) stage_start: f64,
@@ -91,6 +92,8 @@ pub struct SphSolver<const D: usize> {
     pub(crate) audit: Audit,
     /// What a confining pressure needs; empty without.
     pub(crate) inward: Vec<Inward<D>>,
+    /// Accelerations by a confining pressure (m/s²); empty without.
+    pub(crate) pushes: Vec<[f64; D]>,
     /// The initial configuration, of the total-Lagrangian form.
     pub(crate) reference: Option<Box<Reference<D>>>,
     /// Which particles are copies of those of other ranks: neighbours for the others, whose own rates nobody asks for.
@@ -132,9 +135,11 @@ impl<const D: usize> SphSolver<D> {
             cells: CellList::new(),
             listed: Listed { positions: Vec::new(), ..self.listed },
             tensors: Vec::new(),
+            scalars: Vec::new(),
             limit: self.limit.clone(),
             audit: Audit::default(),
             inward: Vec::new(),
+            pushes: Vec::new(),
             reference: None,
             guests: Vec::new(),
             ..*self
@@ -366,16 +371,12 @@ impl<const D: usize> SphSolver<D> {
         });
     }
 
-    /// What summation would make of the densities as the particles stand now; the state stays what it is.
-    pub(crate) fn summed_densities(&mut self) -> Result<Vec<f64>, SolverError> {
-        self.list_from_here(self.smoothing.radius());
-        self.make_lists()?;
-        self.particles.load_images(&self.images);
-        let mut density = vec![0.0; self.particles.len];
-        self.sum_densities(&mut density);
-        self.listed = Listed::default();
-        self.images.clear();
-        self.particles.resize(self.particles.len);
+    /// What summation would make of the densities as the particles stand now.
+    pub(crate) fn summed_densities(&self) -> Result<Vec<f64>, SolverError> {
+        let mut probe = self.probe()?;
+        probe.particles.load_images(&probe.images);
+        let mut density = vec![0.0; probe.particles.len];
+        probe.sum_densities(&mut density);
         Ok(density)
     }
 
@@ -459,7 +460,7 @@ impl<const D: usize> SphSolver<D> {
     }
 
     /// The body of particle `i`.
-    fn body_of(&self, i: usize) -> Option<&Group> {
+    pub(crate) fn body_of(&self, i: usize) -> Option<&Group> {
         self.groups.iter().find(|group| group.range().contains(&i))
     }
 

@@ -64,9 +64,10 @@ impl<const D: usize> SphSolver<D> {
         for i in free.flat_map(Group::range).filter(|&i| !self.is_guest(i)) {
             let (m, v) = (p.mass[i], &p.velocity[i]);
             audit.unbalanced += m * m * square(&p.acceleration[i]);
-            audit.external += m * m * square(&gravity);
+            let push = self.pushes.get(i).copied().unwrap_or([0.0; D]);
+            audit.external += m * m * (square(&gravity) + square(&push));
             audit.kinetic += 0.5 * m * square(v);
-            audit.work += m * dt * (0..D).map(|c| gravity[c] * v[c]).sum::<f64>();
+            audit.work += m * dt * (0..D).map(|c| (gravity[c] + push[c]) * v[c]).sum::<f64>();
         }
         self.audit = audit;
     }

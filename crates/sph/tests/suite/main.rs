@@ -1,6 +1,7 @@
 //! The solver and what it stands on, against closed forms, conservation laws and its promises about bits.
 
 mod common;
+mod diagnostics;
 mod flows;
 mod interfaces;
 mod operators;

@@ -1,0 +1,128 @@
+//! How well the sums over neighbours hold (Bui & Nguyen 2021, eq. 19; SPH sheet §2.2, pitfalls 9 and 13).
+
+use colluvium_case::measure::Reading;
+use colluvium_case::{Field, FieldData, SolverError};
+use colluvium_constitutive::{Mat3, SymTensor};
+use rayon::prelude::*;
+
+use crate::config::{DensityReset, Momentum, Regularisation, VelocityGradient};
+use crate::pairs::{Pairs, apart};
+use crate::particles::Group;
+use crate::solver::{Listed, SphSolver, TASK, spatial};
+
+/// Distance (smoothing lengths) within which two particles are in one place: their kernel has no direction.
+const COINCIDENT: f64 = 1e-12;
+
+/// What is found at a particle.
+#[derive(Clone, Copy, Debug, Default)]
+struct Finding {
+    /// `h Σ V_j ∇W`.
+    constant: [f64; 3],
+    /// `M = Σ V_j (x_j - x_i) ⊗ ∇W`.
+    linear: SymTensor,
+    /// Particles of higher number, or images, in the same place.
+    coincident: usize,
+    /// Whether the corrected gradient falls back to the plain one.
+    uncorrected: bool,
+    /// Whether moving least squares fall back to Shepard's interpolation.
+    averaged: bool,
+}
+
+impl<const D: usize> Pairs<'_, D> {
+    /// `Σ V_j ∇W` of particle `i` (1/m).
+    fn gradient_of_constant(&self, i: usize, row: &[u32]) -> [f64; D] {
+        let p = self.particles;
+        let mut sum = [0.0; D];
+        for &j in row {
+            let j = j as usize;
+            let k = if j >= self.answering { i } else { j };
+            let (apart, square) = apart(&p.position[i], &p.position[j]);
+            let weight = p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt());
+            (0..D).for_each(|c| sum[c] += weight * apart[c]);
+        }
+        sum
+    }
+}
+
+impl<const D: usize> SphSolver<D> {
+    /// A solver with the same particles where they are now, with neighbours, images and walls of their own.
+    ///
+    /// # Errors
+    /// When particles lie too far from one another for a search.
+    pub(crate) fn probe(&self) -> Result<Self, SolverError> {
+        let mut probe = self.hollow();
+        probe.particles = self.particles.clone();
+        for (group, own) in probe.groups.iter_mut().zip(&self.groups) {
+            (group.start, group.end) = (own.start, own.end);
+        }
+        probe.listed = Listed::default();
+        probe.list_from_here(probe.smoothing.kernel().support() * probe.longest());
+        probe.make_lists()?;
+        probe.place();
+        Ok(probe)
+    }
+
+    fn findings(&self) -> Option<Vec<Finding>> {
+        if !self.options.diagnostics {
+            return None;
+        }
+        let mut probe = self.probe().ok()?;
+        probe.load_records();
+        let pairs = probe.pairs();
+        let of_particle = |i: usize| {
+            let (p, row) = (&probe.particles, probe.neighbours.of(i));
+            let h = p.length[i];
+            let moment = pairs.moment(i, row);
+            let entry = |a: usize, b: usize| if a < D && b < D { moment.matrix[a][b] } else { 0.0 };
+            let linear = Mat3(std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b))));
+            let distance = |j: usize| apart(&p.position[i], &p.position[j]).1.sqrt();
+            let others = row.iter().map(|j| *j as usize).filter(|j| *j > i);
+            let mls = self.options.regularisation == Regularisation::Mls
+                || self.options.density_reset == DensityReset::Mls;
+            let body = probe.body_of(i).map(Group::range);
+            Finding {
+                constant: spatial(&pairs.gradient_of_constant(i, row)).map(|g| h * g),
+                linear: linear.sym(),
+                coincident: others.filter(|j| distance(*j) < COINCIDENT * h).count(),
+                uncorrected: moment.correction().is_none(),
+                averaged: mls && body.is_some_and(|body| probe.linear_weights(i, &body).is_none()),
+            }
+        };
+        Some((0..probe.particles.len).into_par_iter().with_min_len(TASK).map(of_particle).collect())
+    }
+
+    /// What the plain gradient makes of a constant and of the position, of the particles in the given order; none unless
+    /// asked for.
+    pub(crate) fn diagnostic_fields(&self, order: &[usize]) -> Vec<Field> {
+        let Some(findings) = self.findings() else { return Vec::new() };
+        let field = |name: &str, data| Field { name: name.to_owned(), unit: "", data };
+        let constants = order.iter().map(|&i| findings[i].constant).collect();
+        let linears = order.iter().map(|&i| findings[i].linear).collect();
+        vec![
+            field("gradient_of_constant", FieldData::Vector(constants)),
+            field("gradient_of_position", FieldData::Tensor(linears)),
+        ]
+    }
+
+    /// Numbers of particles in one place and of corrections that fall back; none unless asked for.
+    pub(crate) fn take_readings(&self) -> Vec<Reading> {
+        let Some(findings) = self.findings() else { return Vec::new() };
+        let mut readings = Vec::new();
+        let mut push = |name: &str, count: usize| {
+            readings.push((name.to_owned(), String::new(), count as f64));
+        };
+        push("coincident_pairs", findings.iter().map(|finding| finding.coincident).sum());
+        let count = |is: fn(&Finding) -> bool| findings.iter().filter(|finding| is(finding)).count();
+        if self.options.momentum == Momentum::Corrected
+            || self.options.velocity_gradient == VelocityGradient::Corrected
+        {
+            push("uncorrected_gradients", count(|finding| finding.uncorrected));
+        }
+        if self.options.regularisation == Regularisation::Mls
+            || self.options.density_reset == DensityReset::Mls
+        {
+            push("averages_by_shepard", count(|finding| finding.averaged));
+        }
+        readings
+    }
+}

@@ -1,0 +1,95 @@
+//! How well the sums over neighbours hold, and what a confining pressure brings to rest (SPH sheet §2.2, §2.13 g).
+
+use colluvium_case::{Case, Method, Solver};
+use colluvium_sph::Sph;
+use serde_json::{Value, json};
+
+use crate::common::{begin, changed, solve, vectors};
+
+/// An elastic block of 20 x 20 particles on a rough floor.
+fn block(more: &Value, sph: &Value) -> Case {
+    let mut methods = json!({ "spacing": 0.05 });
+    methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
+    let text = json!({
+        "title": "test", "space": "plane-strain", "domain": { "min": [-1, 0], "max": [2, 2] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
+        "stages": [{ "name": "s", "duration": 0.01 }],
+        "methods": { "sph": methods }
+    });
+    changed(text, more)
+}
+
+fn reading(solver: &dyn Solver, name: &str) -> f64 {
+    solver.readings().iter().find(|(n, ..)| n == name).unwrap_or_else(|| panic!("no {name}")).2
+}
+
+#[test]
+fn sums_hold_within_and_fail_at_surfaces() {
+    let sph = json!({ "diagnostics": true, "regularisation": "mls", "momentum": "corrected" });
+    let solver = begin(&block(&json!({}), &sph));
+    let snapshot = solver.snapshot();
+    let (constant, position) =
+        (vectors(&snapshot, "gradient_of_constant"), snapshot.tensors("gradient_of_position").unwrap());
+    for ((x, constant), position) in snapshot.positions.iter().zip(&constant).zip(position) {
+        let inside = (0.15..0.85).contains(&x[0]) && x[1] < 0.85;
+        let size = constant.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+        if inside {
+            // The floor's particles count as those of the block.
+            assert!(size < 1e-12, "{x:?}: {constant:?}");
+            assert!(
+                (position.at(0, 0) - 1.0).abs() < 0.02 && position.at(0, 1).abs() < 1e-12,
+                "{position:?}"
+            );
+        } else if x[0] < 0.05 && (0.15..0.85).contains(&x[1]) {
+            // From the surface into the body.
+            assert!(constant[0] > 0.3 && constant[1].abs() < 1e-12, "{x:?}: {constant:?}");
+            assert!(position.at(0, 0) < 0.7, "{position:?}");
+        }
+    }
+    for name in ["coincident_pairs", "uncorrected_gradients", "averages_by_shepard"] {
+        assert_eq!(reading(&*solver, name), 0.0, "{name}");
+    }
+}
+
+#[test]
+fn what_falls_back_is_counted() {
+    // A line of particles sees nothing across it: no gradient can be corrected, no average be linear.
+    let line = json!({ "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [1, 1.05] } }] });
+    let sph = json!({ "diagnostics": true, "regularisation": "mls", "velocity_gradient": "corrected" });
+    let solver = begin(&block(&line, &sph));
+    assert_eq!(solver.points(), 20);
+    assert_eq!(reading(&*solver, "uncorrected_gradients"), 20.0);
+    assert_eq!(reading(&*solver, "averages_by_shepard"), 20.0);
+}
+
+#[test]
+fn diagnostics_change_nothing_else() {
+    let thrown = json!({ "gravity": [0, -10] });
+    let [plain, told] = [false, true]
+        .map(|diagnostics| solve(&block(&thrown, &json!({ "diagnostics": diagnostics }))).snapshot.positions);
+    assert_eq!(plain, told);
+    let total = block(
+        &json!({ "boundaries": [] }),
+        &json!({ "formulation": "total-lagrangian", "diagnostics": true }),
+    );
+    let problem = Sph.plan(&total).unwrap_err().to_string();
+    assert!(problem.starts_with("methods.sph.diagnostics"), "{problem}");
+}
+
+#[test]
+fn a_confined_block_comes_to_rest_under_the_full_pressure() {
+    // Nothing but the pressure acts, and it grows for longer than the block takes to be still beside it.
+    let more = json!({
+        "boundaries": [],
+        "stages": [{ "name": "s", "duration": 4, "damping": 0.5,
+                     "equilibrium": { "unbalanced_force": 1e-2, "kinetic_energy": 1e-3 } }]
+    });
+    let sph = json!({ "momentum": "rho-rho", "confining": { "pressure": 1000, "ramp": 0.5 } });
+    let report = solve(&block(&more, &sph));
+    assert!((0.5..3.0).contains(&report.snapshot.time), "{}", report.snapshot.time);
+    let pressures = report.snapshot.tensors("stress").unwrap().iter().map(|s| -0.5 * (s[0] + s[1]));
+    let mean = pressures.sum::<f64>() / 400.0;
+    assert!((mean / 1000.0 - 1.0).abs() < 0.1, "{mean}");
+}
