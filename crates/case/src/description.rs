@@ -458,7 +458,8 @@ pub enum Reset {
     Velocity,
     /// Displacements to zero: counted from here on.
     Displacement,
-    /// Internal variables (plastic strain, hardening) to their initial values; stress is kept.
+    /// Internal variables (plastic strain, hardening) to their initial values; stress is kept. The run stops where the law
+    /// has no such state: stress beyond an initial cap or strength that has grown, a fluid that flows.
     State,
 }
 

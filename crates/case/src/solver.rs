@@ -193,6 +193,13 @@ impl Snapshot {
     }
 }
 
+/// The problem of a body whose law cannot begin anew from the stress it has, for its own `reason`.
+pub fn not_reset(reason: &str) -> String {
+    format!(
+        "reset of state at the end of the stage: its law cannot begin anew from the stress it has ({reason})"
+    )
+}
+
 /// Why a run had to stop.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum SolverError {

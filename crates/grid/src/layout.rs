@@ -125,6 +125,13 @@ impl<const D: usize> Layout<D> {
         images
     }
 
+    /// Whether the node at `index` is one that another of lower index is too, in a periodic grid: sums over nodes leave
+    /// such ones out.
+    #[inline]
+    pub fn is_repeated(&self, index: &[usize; 3]) -> bool {
+        (0..D).any(|axis| self.periodic[axis] && index[axis] >= self.grid.cells[axis])
+    }
+
     /// Makes the images of active nodes active.
     fn wake_images(&mut self) {
         if (1..D).any(|axis| self.periodic[axis]) {

@@ -4,7 +4,7 @@
 //! which most generators offer. Triangles (in the plane) or tetrahedra become elements; physical groups become groups
 //! of nodes.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Display;
 use std::str::{FromStr, SplitWhitespace};
 
@@ -43,6 +43,8 @@ struct Content {
     places: Vec<[f64; 3]>,
     /// Elements with `D + 1` corners.
     elements: Vec<Vec<usize>>,
+    /// The corners of each, in order.
+    listed: HashSet<Vec<usize>>,
     groups: BTreeMap<String, Vec<usize>>,
 }
 
@@ -253,11 +255,18 @@ impl Content {
             let name = self.names.get(group).cloned().unwrap_or_else(|| group.1.to_string());
             self.groups.entry(name).or_default().extend(&nodes);
         }
-        if own == dimension {
+        // Version 2.2 lists an element once for each of its groups.
+        if own == dimension && self.listed.insert(sorted(&nodes)) {
             self.elements.push(nodes);
         }
         Ok(())
     }
+}
+
+fn sorted(nodes: &[usize]) -> Vec<usize> {
+    let mut nodes = nodes.to_vec();
+    nodes.sort_unstable();
+    nodes
 }
 
 fn nodes_of_two(lines: &mut Lines<'_>, content: &mut Content) -> Result<(), MshError> {
@@ -354,6 +363,19 @@ mod tests {
         let unknown = format!("$Comments\nby hand\n$EndComments\n{TWO}");
         assert!(Mesh::<2>::from_msh(&unknown).is_err(), "the format comes first");
         assert_eq!(Mesh::<2>::from_msh(&format!("{TWO}$Comments\nby hand\n$EndComments\n")).unwrap(), two);
+    }
+
+    #[test]
+    fn an_element_of_two_groups_is_one_element() {
+        let groups = TWO
+            .replace("$Elements\n4\n", "$Elements\n5\n")
+            .replace("$PhysicalNames\n2\n", "$PhysicalNames\n3\n");
+        let named = groups.replace("2 9 \"soil\"\n", "2 9 \"soil\"\n2 10 \"lower\"\n");
+        let twice = named.replace("4 2 2 9 1 1 3 40\n", "4 2 2 9 1 1 3 40\n5 2 2 10 1 1 2 3\n");
+        let mesh = Mesh::<2>::from_msh(&twice).unwrap();
+        assert_eq!(mesh.elements().len(), 2);
+        assert_eq!(mesh.groups().collect::<Vec<_>>(), ["lower", "soil", "the base"]);
+        assert_eq!((mesh.group("lower").unwrap().len(), mesh.group("soil").unwrap().len()), (3, 4));
     }
 
     #[test]

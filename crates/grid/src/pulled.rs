@@ -46,10 +46,16 @@ impl<const D: usize, const S: usize> Support<D> for Pulled<D, S> {
         });
     }
 
+    /// Those of the start: `position` is where the point was then.
     fn moments<const T: usize, B: Basis<T>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]) {
         let (reference, squares) = self.reference.moments::<T, B>(grid, position);
+        (Self { reference, ..*self }.of_moments(), squares)
+    }
+
+    #[inline(always)]
+    fn of_moments(&self) -> Self {
         let inverse = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }));
-        (Self { reference, inverse }, squares)
+        Self { reference: self.reference, inverse }
     }
 
     #[inline(always)]

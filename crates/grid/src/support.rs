@@ -14,6 +14,12 @@ pub trait Support<const D: usize>: Copy + Send + Sync {
     /// family reproduces linear fields.
     fn moments<const S: usize, B: Basis<S>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]);
 
+    /// The same nodes with the gradients of the configuration that the moments are of.
+    #[inline(always)]
+    fn of_moments(&self) -> Self {
+        *self
+    }
+
     /// Point to grid: adds `N motion` and `Σ_j ∂N/∂x_j columns[j] + N body` to the nodes, the first of which has the
     /// number `offset`. With `columns[j] = -V σ e_j` this is the internal force.
     #[inline(always)]

@@ -45,6 +45,8 @@ pub struct Walls {
     walls: Vec<Wall>,
     /// `lookup[axis][index]`: number of the wall plus one, zero for none.
     lookup: [Vec<u32>; 3],
+    /// Whether walls that move set off in this step: what they hold is not yet as fast as they are.
+    sets_off: bool,
     /// On a mesh: distance between neighbouring entries of a node's index, and `lookup` is by node.
     strides: Option<[usize; 3]>,
 }
@@ -62,7 +64,7 @@ impl Walls {
             let range = if wall.upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
             nodes[range].fill(number as u32 + 1);
         }
-        Self { walls, lookup, strides: None }
+        Self { walls, lookup, sets_off: false, strides: None }
     }
 
     /// The walls of a mesh with `count` nodes (of a layout with `strides`), each with the nodes it holds.
@@ -73,7 +75,8 @@ impl Walls {
             nodes.iter().for_each(|&node| lookup[wall.axis][node as usize] = number as u32 + 1);
         }
         let strides = std::array::from_fn(|axis| strides.get(axis).copied().unwrap_or(0));
-        Self { walls: walls.into_iter().map(|(wall, _)| wall).collect(), lookup, strides: Some(strides) }
+        let walls = walls.into_iter().map(|(wall, _)| wall).collect();
+        Self { walls, lookup, sets_off: false, strides: Some(strides) }
     }
 
     /// The wall normal to `axis` that holds the node with an index along each axis.
@@ -95,6 +98,12 @@ impl Walls {
         axes.filter_map(|axis| self.at(axis, index))
     }
 
+    /// Says whether walls that move set off in this step. Then they take along what they hold, as a prescribed motion that
+    /// begins does: without an acceleration the points beside would never have the speed of the wall.
+    pub fn set_off(&mut self, sets_off: bool) {
+        self.sets_off = sets_off;
+    }
+
     /// Lets the walls of a node act; see [`Wall::constrain`].
     pub fn constrain(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
         self.constrain_skeleton(index, start, end, keep_start, &[0.0; 3]);
@@ -110,7 +119,10 @@ impl Walls {
         keep_start: bool,
         lift: &[f64; 3],
     ) {
-        self.of_node(index).for_each(|wall| wall.constrain(start, end, keep_start, lift));
+        self.of_node(index).for_each(|wall| {
+            let keep_start = keep_start || (self.sets_off && wall.velocity != [0.0; 3]);
+            wall.constrain(start, end, keep_start, lift);
+        });
     }
 
     /// Which components of the velocity of a node its walls hold now that it has ended with `end`.

@@ -8,13 +8,12 @@
 
 use std::collections::BTreeMap;
 
-use colluvium_case::CaseError;
-use colluvium_case::description::Wall as CaseWall;
+use colluvium_case::description::{Boundary, Wall as CaseWall};
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
 use colluvium_grid::{Basis, Grid, Lanes, Node, Stencil, Walls};
 
-use crate::config::Formulation;
 use crate::points::{PointDomain, PointSet};
+use crate::report::spatial;
 use crate::solver::MpmSolver;
 use crate::two_phase::{LIQUID, SOLID};
 
@@ -24,6 +23,8 @@ pub struct Absorbing {
     faces: Vec<Face>,
     /// How far the nodes of each face have moved (m), by the number of the boundary.
     pub moved: BTreeMap<usize, Vec<[f64; 3]>>,
+    /// Where the points behind the faces of all stages were at the start (m), by id.
+    starts: BTreeMap<u32, [f64; 3]>,
 }
 
 #[derive(Debug)]
@@ -77,8 +78,9 @@ pub struct Impedance {
 }
 
 impl Impedance {
-    /// From the points of a body at the start: the mean of their moduli.
-    pub fn of<const D: usize, P>(set: &PointSet<D, P>) -> Self {
+    /// From the points of a body at the start: the mean of their moduli. Mass scaling `inertia` slows waves and is in what
+    /// answers them.
+    pub fn of<const D: usize, P>(set: &PointSet<D, P>, inertia: f64) -> Self {
         let (mut modulus, mut shear_modulus) = (0.0, 0.0);
         let share = 1.0 / set.stress.len() as f64;
         for (block, (stress, states)) in set.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate() {
@@ -107,11 +109,11 @@ impl Impedance {
             (dry + n * fluid.density, modulus + fluid.bulk_modulus / n, own)
         });
         Self {
-            normal: (density * stiff).sqrt(),
-            shear: (density * shear_modulus).sqrt(),
+            normal: (inertia * density * stiff).sqrt(),
+            shear: (inertia * density * shear_modulus).sqrt(),
             modulus,
             shear_modulus,
-            liquid,
+            liquid: inertia.sqrt() * liquid,
         }
     }
 }
@@ -129,15 +131,32 @@ struct Law {
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Remembers the points behind absorbing faces, before anything moves.
+    pub(crate) fn remember_starts(&mut self) {
+        let laws: Vec<Law> = self.case.boundaries.iter().filter_map(|boundary| self.law(boundary)).collect();
+        for set in &self.sets {
+            for (id, x) in set.id.iter().zip(&set.position) {
+                if laws.iter().any(|law| behind(&self.grid, law, x)) {
+                    self.absorbing.starts.insert(*id, spatial(x));
+                }
+            }
+        }
+    }
+
+    /// The dashpot of a boundary, if it has one.
+    fn law(&self, boundary: &Boundary) -> Option<Law> {
+        let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return None };
+        let axis = boundary.side.axis();
+        let line = (boundary.position(&self.case.domain) - self.grid.origin[axis]) / self.grid.cell;
+        let (face, upper) = (line.round() as usize, boundary.side.is_max());
+        Some(Law { axis, upper, face, normal, tangential, spring_length })
+    }
+
     /// Takes the absorbing boundaries of a stage; what stood before keeps the displacements of its springs.
-    pub(crate) fn set_absorbing(&mut self, stage: usize) -> Result<(), CaseError> {
+    pub(crate) fn set_absorbing(&mut self, stage: usize) {
         let mut faces = Vec::new();
         for (number, boundary) in self.case.active_boundaries(stage) {
-            let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { continue };
-            let axis = boundary.side.axis();
-            let line = (boundary.position(&self.case.domain) - self.grid.origin[axis]) / self.grid.cell;
-            let (face, upper) = (line.round() as usize, boundary.side.is_max());
-            let law = Law { axis, upper, face, normal, tangential, spring_length };
+            let Some(law) = self.law(boundary) else { continue };
             faces.push(Face { number, nodes: self.face_nodes(&law) });
         }
         let moved = &mut self.absorbing.moved;
@@ -149,7 +168,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         }
         self.absorbing.faces = faces;
-        Ok(())
     }
 
     /// Nodes of a face with their dashpots, in the order of their numbers.
@@ -162,17 +180,27 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             law.face + B::GHOSTS
         };
         let mut found: BTreeMap<usize, FaceNode> = BTreeMap::new();
+        let present = self
+            .sets
+            .iter()
+            .enumerate()
+            .flat_map(|(number, set)| set.id.iter().enumerate().map(move |(p, id)| (*id, (number, p))));
+        let present: BTreeMap<u32, (usize, usize)> =
+            present.filter(|(id, _)| self.absorbing.starts.contains_key(id)).collect();
         // By id, so that the sums do not depend on how the points are sorted at the time.
-        let mut layer: Vec<(u32, usize, usize)> = Vec::new();
-        for (number, set) in self.sets.iter().enumerate() {
-            let within = (0..set.len()).filter(|&p| behind(grid, law, &self.start_of(set, p)));
-            layer.extend(within.map(|p| (set.id[p], number, p)));
-        }
-        layer.sort_unstable();
-        for (_, number, p) in layer {
+        for (id, (number, p)) in present {
+            let start = self.absorbing.starts[&id];
+            let start: [f64; D] = std::array::from_fn(|c| start[c]);
+            if !behind(grid, law, &start) {
+                continue;
+            }
             let (set, impedance) = (&self.sets[number], &self.impedances[self.sets[number].body as usize]);
-            let area = set.initial_volume[p] / grid.cell;
-            let stencil = Stencil::<D, S>::new::<B>(grid, &self.start_of(set, p), &set.extent);
+            let mut area = set.initial_volume[p] / grid.cell;
+            if self.axisymmetric && law.axis == 0 {
+                // Its volume is per radian at its own radius.
+                area *= (grid.origin[0] + grid.cell * law.face as f64) / start[0];
+            }
+            let stencil = Stencil::<D, S>::new::<B>(grid, &start, &set.extent);
             for_each_across::<D, S>(&stencil, law.axis, |mut index, weight| {
                 index[law.axis] = normal_index;
                 for index in self.layout.images(index) {
@@ -183,21 +211,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             });
         }
         found.into_values().collect()
-    }
-
-    /// Where a point of a set was at the start (m). What displacement is counted from goes through periodic sides with
-    /// the point.
-    fn start_of(&self, set: &PointSet<D, P>, p: usize) -> [f64; D] {
-        if self.options.formulation == Formulation::SmallDisplacement {
-            return set.position[p];
-        }
-        std::array::from_fn(|axis| {
-            let (start, low, high) = (set.origin[p][axis], self.grid.origin[axis], self.upper[axis]);
-            if !self.periodic[axis] || (low..=high).contains(&start) {
-                return start;
-            }
-            (low + (start - low).rem_euclid(high - low)).min(high)
-        })
     }
 
     /// Dashpots and springs on the solved nodes of one phase.
@@ -290,6 +303,35 @@ fn for_each_across<const D: usize, const S: usize>(
         }
         if weight > 0.0 {
             visit(index, weight);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::points::FixedDomain;
+    use crate::setup;
+    use colluvium_case::Case;
+    use colluvium_grid::Linear;
+
+    #[test]
+    fn a_mantle_has_the_area_of_its_own_radius() {
+        // 0.3 m high, per radian; ρ c_P = √(1000 · 1e6) Pa s/m.
+        for (low, radius) in [(0.0, 0.5), (0.0, 1.0), (0.5, 1.0)] {
+            let text = serde_json::json!({
+                "title": "ring", "space": "axisymmetric", "domain": { "min": [low, 0], "max": [1, 0.3] }, "gravity": [0, 0],
+                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [low, 0], "max": [radius, 0.3] } }],
+                "boundaries": [{ "side": "x-max", "position": radius, "wall": { "kind": "absorbing" } }],
+                "stages": [{ "name": "s", "duration": 1 }],
+                "methods": { "mpm": { "cell_size": 0.1, "shape": "linear" } }
+            });
+            let case = Case::from_json(&text.to_string()).unwrap();
+            let options = setup::options(&case).unwrap();
+            let solver = setup::solver::<2, 2, Linear, FixedDomain>(&case, &options).unwrap();
+            let dashpot: f64 = solver.absorbing.faces[0].nodes.iter().map(|node| node.solid[0]).sum();
+            let exact = 1e9f64.sqrt() * 0.3 * radius;
+            assert!((dashpot / exact - 1.0).abs() < 1e-12, "{low}, {radius}: {dashpot} for {exact}");
         }
     }
 }

@@ -1,4 +1,5 @@
-//! Affine transfers, APIC and TPIC (MPM sheet §2.6): points carry the moment or the gradient of the velocity.
+//! Affine transfers, APIC and TPIC (MPM sheet §2.6): points carry the moment or the gradient of the velocity, over the
+//! places from which they look at the grid: those of the start in the total-Lagrangian form.
 
 use colluvium_grid::{Basis, Grid, Lanes, Node, Support};
 
@@ -21,7 +22,7 @@ pub fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDoma
     p: usize,
     stencil: &P::Support<S>,
 ) -> (P::Support<S>, [Lanes; D]) {
-    let (moments, squares) = stencil.moments::<S, B>(grid, &set.position[p]);
+    let (moments, squares) = stencil.moments::<S, B>(grid, &set.domain[p].anchor(&set.position[p]));
     let columns = std::array::from_fn(|j| {
         let scale = set.mass[p] * if transfer == Transfer::Apic { 1.0 / squares[j] } else { 1.0 };
         let at = |i: usize| if i < D { scale * set.affine[p][i][j] } else { 0.0 };
@@ -64,11 +65,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let extent = &set.extent;
             for_each_point(&mut set.affine, &set.position, &set.domain, |affine, position, domain| {
                 let stencil = domain.support::<S, B>(&ground, position, extent);
-                let slopes = if transfer == Transfer::Apic {
-                    stencil.moments::<S, B>(ground.grid, position).0.gather(nodes, &strides)
-                } else {
-                    stencil.gather(nodes, &strides)
+                let moments = match transfer {
+                    Transfer::Apic => stencil.moments::<S, B>(ground.grid, &domain.anchor(position)).0,
+                    _ => stencil.of_moments(),
                 };
+                let slopes = moments.gather(nodes, &strides);
                 for (j, column) in slopes.gradient.iter().enumerate() {
                     let column = column.to_array();
                     for i in 0..D {

@@ -2,6 +2,7 @@
 
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
+use colluvium_case::solver::not_reset;
 use colluvium_case::{Budget, Equilibrium, Reaction, Snapshot, Solver, SolverError, TimeStep};
 use colluvium_constitutive::InitialCondition;
 use colluvium_grid::Basis;
@@ -239,7 +240,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let (stress, states) = set
                 .material
                 .initial(&initial)
-                .map_err(|error| self.failed(number, error.index, error.source.to_string()))?;
+                .map_err(|error| self.failed(number, error.index, not_reset(&error.source.to_string())))?;
             self.sets[number].stress = stress;
             self.sets[number].states = states;
         }

@@ -187,9 +187,8 @@ impl Place<'_> {
                 for k in range[2].clone() {
                     let index = [i, j, k];
                     if place(&index).is_some_and(|x| self.holds(&x)) {
-                        let first =
-                            (0..D).all(|axis| !layout.is_periodic(axis) || index[axis] < grid.cells[axis]);
-                        visit((0..D).map(|axis| index[axis] * strides[axis]).sum(), first);
+                        let number = (0..D).map(|axis| index[axis] * strides[axis]).sum();
+                        visit(number, !layout.is_repeated(&index));
                     }
                 }
             }
@@ -328,19 +327,31 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Gives the nodes of the patches their velocity where it is re-mapped.
     pub(crate) fn hold_patches_again(&mut self) {
+        self.at_patches(Driven::hold_velocity);
+    }
+
+    /// Leaves nothing of what is re-mapped in the components that patches hold.
+    pub(crate) fn clear_patches(&mut self) {
+        self.at_patches(|driven, rest| {
+            let free = driven.state.velocity.map(|v| f64::from(u8::from(v.is_none())));
+            *rest *= Lanes::new([free[0], free[1], free[2], 1.0]);
+        });
+    }
+
+    fn at_patches(&mut self, act: impl Fn(&Driven, &mut Lanes)) {
         let (case, ground, layout, rigid) = (&self.case, ground!(self), &self.layout, &self.contacts.rigid);
         let (nodes, options) = (&mut self.remapped, &self.options);
         for driven in &self.driven {
             let Some(place) = driven.place(case, options) else { continue };
             for field in soft_fields(nodes.len() / layout.len(), rigid) {
                 place.nodes::<D, S, B>(&ground, layout, |number, _| {
-                    driven.hold_velocity(&mut nodes[field * layout.len() + number]);
+                    act(driven, &mut nodes[field * layout.len() + number]);
                 });
             }
         }
     }
 
-    /// The same of two phases.
+    /// Gives the nodes of the patches their velocity where it is re-mapped, of two phases.
     pub(crate) fn hold_phases_again(&self, nodes: &mut [[Lanes; 2]]) {
         let (case, ground) = (&self.case, ground!(self));
         for driven in &self.driven {

@@ -18,7 +18,7 @@ const STEPS: usize = 4000;
 /// Cells of the line on which the shape function is looked at.
 const CELLS: usize = 16;
 /// Width of a point's domain (cells) for the shape functions that look at it.
-const THIN: f64 = 1e-4;
+pub const THIN: f64 = 1e-4;
 /// Gap (cells) within which bodies count as touching: what the table and round-off leave.
 pub const TOUCHING: f64 = 1e-3;
 

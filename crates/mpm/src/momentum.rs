@@ -166,10 +166,11 @@ impl<const D: usize> Audit<'_, D> {
             let node = &line[number];
             let (end, rate) = (node.motion.to_array(), node.force.to_array());
             let mass = end[3];
-            if mass <= self.light {
+            let index = self.layout.index(row, number);
+            if mass <= self.light || self.layout.is_repeated(&index) {
                 continue;
             }
-            let free = self.walls.free_components(&self.layout.index(row, number));
+            let free = self.walls.free_components(&index);
             for c in 0..D {
                 let weight = mass * self.gravity[c];
                 // What accelerates it, without the damping that is in it.

@@ -325,7 +325,8 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         loads::apply(case, number, &mesh, &mut sets)?;
     }
     let absorbs = case.boundaries.iter().position(|b| matches!(b.wall, CaseWall::Absorbing { .. }));
-    let impedances = absorbs.map_or_else(Vec::new, |_| sets.iter().map(Impedance::of).collect());
+    let impedances = absorbs
+        .map_or_else(Vec::new, |_| sets.iter().map(|set| Impedance::of(set, options.mass_scaling)).collect());
     if let (Some(number), true) = (absorbs, contacts.fields() > 1) {
         let problem = "an absorbing boundary is not available with contacts";
         return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
@@ -387,11 +388,12 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         if P::MESHED {
             solver.contacts.filled = filled_on_mesh(&solver.mesh, solver.layout.len());
         } else {
-            solver.contacts.filled = filled(&solver.grid, solver.layout.len());
+            solver.contacts.filled = filled::<D, S, B>(&solver.grid, &solver.layout, options.points_per_cell);
             solver.contacts.distance = SurfaceDistance::new::<S, B>();
         }
     }
     refuse_walls_that_leave(case, if P::MESHED { solver.mesh.height() } else { solver.grid.cell })?;
+    solver.remember_starts();
     solver.set_stage_walls(0)?;
     solver.sort();
     solver.start_affine();
@@ -533,7 +535,11 @@ fn samples<const D: usize>(
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
-        let walls = |case: &Case| walls::<D, S, B>(case, stage, &ground!(self), &self.layout, &self.options);
+        let walls = |case: &Case| -> Result<Walls, CaseError> {
+            let mut walls = walls::<D, S, B>(case, stage, &ground!(self), &self.layout, &self.options)?;
+            walls.set_off(self.step == 0);
+            Ok(walls)
+        };
         let own = walls(&self.case)?;
         let of_liquid =
             self.two_phase.is_some().then(|| walls(&two_phase::of_liquid(&self.case))).transpose()?;
@@ -541,6 +547,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             phases.walls = of_liquid;
         }
         self.set_walls(own);
-        self.set_absorbing(stage)
+        self.set_absorbing(stage);
+        Ok(())
     }
 }

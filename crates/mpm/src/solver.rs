@@ -133,9 +133,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 )?
             }
         };
-        // 10
+        self.end_step(moved, dt) // 10
+    }
+
+    /// Moves what is driven, and counts (step 10); `moved` is the largest move of a point along an axis (m).
+    pub(crate) fn end_step(&mut self, moved: f64, dt: f64) -> Result<(), SolverError> {
         self.travel += moved.max(self.move_driven(dt)?);
         self.wrap();
+        self.walls.set_off(false);
         self.time += dt;
         self.step += 1;
         self.limit_age += 1;

@@ -1,9 +1,9 @@
 //! The contact substep: what the laws of [`crate::contact`] do to the nodes (MPM sheet §3.6).
 
-use colluvium_grid::{Basis, Grid, Lanes, Mesh, Node, Support, Walls};
+use colluvium_grid::{Basis, Grid, Lanes, Layout, Mesh, Node, Support, Walls};
 
 use crate::contact::{ContactLaw, Contacts, Given, Interface, Pair, dot, norm, three};
-use crate::gap::SurfaceDistance;
+use crate::gap::{SurfaceDistance, THIN};
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 
@@ -205,6 +205,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     }
                 }
             });
+            self.layout.fold(nodes, |sum, node| *sum += *node);
         }
     }
 
@@ -278,7 +279,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 let touched = touch.solved(row * row_length + number, &index, nodes, given);
                 let Some((changed, impulse)) = touched else { continue };
                 result.changed |= changed;
-                (0..3).for_each(|c| result.impulse[c] += impulse[c]);
+                if !self.layout.is_repeated(&index) {
+                    (0..3).for_each(|c| result.impulse[c] += impulse[c]);
+                }
             }
         });
     }
@@ -316,9 +319,48 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 }
 
 /// Volumes over the cell size (m²) from which a rigid body holds the nodes of a grid: what there is of a body at its
-/// corners where they are nodes, less what round-off takes.
-pub fn filled<const D: usize>(grid: &Grid<D>, nodes: usize) -> Vec<f64> {
-    vec![ALMOST * 0.5f64.powi(D as i32) * grid.cell.powi(D as i32 - 1); nodes]
+/// corners where they are nodes, less what round-off takes. At the sides of the domain that is less, because there is
+/// less of a node.
+pub fn filled<const D: usize, const S: usize, B: Basis<S>>(
+    grid: &Grid<D>,
+    layout: &Layout<D>,
+    points: usize,
+) -> Vec<f64> {
+    let corner = ALMOST * 0.5f64.powi(D as i32) * grid.cell.powi(D as i32 - 1);
+    let shares: [Vec<f64>; D] = std::array::from_fn(|axis| {
+        if layout.is_periodic(axis) {
+            vec![1.0; layout.nodes()[axis]]
+        } else {
+            integrals::<S, B>(grid.cells[axis], points)
+        }
+    });
+    let strides = layout.strides();
+    let share = |node: usize| -> f64 {
+        let mut rest = node;
+        (0..D)
+            .map(|axis| {
+                let index = rest / strides[axis];
+                rest %= strides[axis];
+                shares[axis][index]
+            })
+            .product()
+    };
+    (0..layout.len()).map(|node| corner * share(node)).collect()
+}
+
+/// Integrals of the shape functions along an axis of `cells` cells, in cells, as the `points` of a cell find them.
+fn integrals<const S: usize, B: Basis<S>>(cells: usize, points: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; B::nodes(cells)];
+    let weight = 1.0 / points as f64;
+    for cell in 0..cells {
+        for k in 0..points {
+            let (first, weights, _) = B::evaluate(cell as f64 + weight * (k as f64 + 0.5), THIN, cells);
+            for (sum, own) in sums[first..].iter_mut().zip(weights) {
+                *sum += weight * own;
+            }
+        }
+    }
+    sums
 }
 
 /// The same of a mesh: as much as the smallest of the elements at the node holds of it.

@@ -30,8 +30,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    /// `R ← R - S S⁺ R` for the rest `R` in the scratch of the points. Components that a wall holds have no part in
-    /// it: there the grid's velocity is the wall's.
+    /// `R ← R - S S⁺ R` for the rest `R` in the scratch of the points. Components that a wall or a patch holds have no
+    /// part in it: there the grid's velocity is theirs.
     fn sweep(&mut self) {
         self.reset_remapped();
         let strides = self.layout.strides();
@@ -60,6 +60,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             });
         }
+        self.clear_patches();
+        let ground = ground!(self);
         for set in &mut self.sets {
             let nodes = &self.remapped[set.field * self.layout.len()..];
             subtract::<D, S, B, P>(set, &ground, |stencil| {

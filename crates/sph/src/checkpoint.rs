@@ -2,6 +2,7 @@
 
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
+use colluvium_case::solver::not_reset;
 use colluvium_case::{Budget, Equilibrium, Snapshot, Solver, SolverError, TimeStep};
 use colluvium_constitutive::{InitialCondition, SymTensor};
 use serde::{Deserialize, Serialize};
@@ -171,10 +172,9 @@ impl<const D: usize> SphSolver<D> {
             let (group, p) = (&self.groups[number], &self.particles);
             let condition = |i: usize| InitialCondition { stress: p.stress[i], density: p.density[i] };
             let initial: Vec<InitialCondition> = group.range().map(condition).collect();
-            let (stress, states) = group
-                .material
-                .initial(&initial)
-                .map_err(|error| self.failed(group.start + error.index, error.source.to_string()))?;
+            let (stress, states) = group.material.initial(&initial).map_err(|error| {
+                self.failed(group.start + error.index, not_reset(&error.source.to_string()))
+            })?;
             let range = self.groups[number].range();
             self.particles.stress[range].copy_from_slice(&stress);
             self.groups[number].states = states;

@@ -359,6 +359,24 @@ impl SphOptions {
         warn("viscosity_linear", self.viscosity_linear > 2.0, "more than 2 shortens run-outs");
         warn("courant", self.courant > 0.4, "more than 0.4 may be unstable near walls and surfaces");
         warn("momentum", self.momentum == Momentum::Difference, "this form does not conserve momentum");
+        let smooths = self.regularisation != Regularisation::None;
+        let renews = self.density_reset != DensityReset::None;
+        let extrapolates = self.wall_stress == WallStress::Extrapolated;
+        let diffuses = self.stress_diffusion > 0.0;
+        for (name, is_set, has_effect, what) in [
+            ("regularisation_steps", self.regularisation_steps != ten(), smooths, "regularisation"),
+            ("density_reset_steps", self.density_reset_steps != thirty(), renews, "density_reset"),
+            ("stress_diffusion_k0", self.stress_diffusion_k0 != half(), diffuses, "stress_diffusion"),
+            ("wall_k0", self.wall_k0 != half(), extrapolates, "wall_stress extrapolated"),
+            (
+                "smoothing_growth",
+                self.smoothing_growth != growth(),
+                self.is_variable(),
+                "a smoothing_length that varies",
+            ),
+        ] {
+            warn(name, is_set && !has_effect, &format!("has no effect without {what}"));
+        }
         let pair =
             self.velocity_gradient != VelocityGradient::Corrected || self.momentum == Momentum::Corrected;
         let viscous = self.viscosity_linear + self.viscosity_quadratic + self.hourglass_viscosity > 0.0;

@@ -187,6 +187,17 @@ fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
             "methods.sph.continuity: densities from {low} to {high} kg/m³: volume is the form for such jumps"
         ));
     }
+    let of_particles = case.boundaries.iter().any(|boundary| !mirrors(&boundary.wall, options));
+    let defaults = SphOptions::new(options.spacing);
+    for (name, is_set) in [
+        ("wall_stress", options.wall_stress != defaults.wall_stress),
+        ("wall_velocity", options.wall_velocity != defaults.wall_velocity),
+        ("wall_guard", options.wall_guard != defaults.wall_guard),
+    ] {
+        if is_set && !of_particles {
+            warnings.push(format!("methods.sph.{name}: has no effect, no wall is made of particles"));
+        }
+    }
     warnings
 }
 

@@ -149,7 +149,34 @@ fn block(outcome: &mut Outcome) -> Result<(), String> {
             "not judged: the sheet gives the normal; corners tilt the others, and undamped contact by gaps bounces",
         );
     }
+    for friction in ["impulse", "acceleration"] {
+        plane(outcome, &mut chart, friction)?;
+    }
     outcome.svg("A block on a flat base: Coulomb's law takes its speed in a straight line.", &chart)
+}
+
+/// The same block on a frictional plane (§3.7), with friction in impulses or in accelerations.
+fn plane(outcome: &mut Outcome, chart: &mut LineChart, friction: &str) -> Result<(), String> {
+    let mut case = case("mpm/contact-block")?;
+    case.bodies.remove(0);
+    let floor = serde_json::json!({
+        "side": "y-min", "position": 0.4, "wall": { "kind": "frictional", "friction_coefficient": 0.4 }
+    });
+    case.boundaries[0] = serde_json::from_value(floor).map_err(|error| error.to_string())?;
+    if let Some(mpm) = case.methods.get_mut("mpm") {
+        mpm["contacts"] = serde_json::json!([]);
+        mpm["wall_friction"] = friction.into();
+    }
+    let report = run(&case)?;
+    let speeds = history(&report, "velocity", 0, 0.0);
+    let sliding: Vec<(f64, f64)> = speeds.iter().copied().filter(|(t, _)| *t < 0.22).collect();
+    let name = |what: &str| format!("A-31 block on a plane, friction by {friction}: {what}");
+    let reason = "the sheet's 2 %";
+    outcome.near(name("time to rest by its deceleration (s)"), 0.25, 0.02, 1.0 / -slope(&sliding), reason);
+    let way = mean(&report.snapshot, "displacement", 0, 0);
+    outcome.near(name("way to rest (m)"), 0.125, 0.02, way, reason);
+    chart.series.push(Series::new(format!("plane, by {friction}"), speeds, Style::Line));
+    Ok(())
 }
 
 /// A block on an incline, A-14.

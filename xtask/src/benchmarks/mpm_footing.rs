@@ -1,5 +1,6 @@
 //! Strip footing on Tresca clay (MPM sheet A-29; Prandtl 1920).
 
+use colluvium::case::description::Space;
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 use colluvium::case::{Case, RunReport};
 use serde_json::json;
@@ -103,6 +104,7 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
 
     if !quick {
         triangles(&mut outcome, &mut chart)?;
+        circular(&mut outcome)?;
     }
     large(&mut outcome, &mut chart, quick)?;
     outcome.svg("Pressure under the footing.", &chart)?;
@@ -158,6 +160,45 @@ fn triangles(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String>
     );
     chart.series.push(Series::new("triangles, 8 cells", curve, Style::Line));
     Ok(())
+}
+
+/// A circular footing of the same radius.
+fn circular(outcome: &mut Outcome) -> Result<(), String> {
+    let mut chart = LineChart {
+        title: "Circular footing on Tresca clay".into(),
+        x_label: "settlement (m)".into(),
+        y_label: "pressure over c_u".into(),
+        ..LineChart::default()
+    };
+    for (kind, exact) in [("smooth", 5.69), ("rough", 6.05)] {
+        for cells in [8, 16] {
+            let mut case = footing(STILL, cells)?;
+            case.space = Space::Axisymmetric;
+            if kind == "smooth" {
+                case.stages[0].motions[0].velocity[0] = None;
+            }
+            // The force is per radian: on half the square of the radius.
+            let curve: Vec<(f64, f64)> =
+                curve(&run(&case)?).into_iter().map(|(s, q)| (s, 2.0 * q / HALF_WIDTH)).collect();
+            let name = format!("A-29 circular, {kind}, {cells} cells: pressure at the end over c_u");
+            let last = at_the_end(&curve);
+            if cells == 16 {
+                outcome.within(
+                    name,
+                    &exact.to_string(),
+                    last,
+                    (exact, 1.08 * exact),
+                    "the sheet allows 8 % more",
+                );
+            } else {
+                outcome.show(name, &exact.to_string(), last, "judged with 16 cells; the sheet names none");
+            }
+            chart.series.push(Series::new(format!("{kind}, {cells} cells"), curve, Style::Line));
+        }
+        let line = vec![(0.0, exact), (SETTLEMENT, exact)];
+        chart.series.push(Series::new(format!("{kind}, exact"), line, Style::Dashed));
+    }
+    outcome.svg("Pressure under a circular footing.", &chart)
 }
 
 /// With points that move the footing is pushed into clay that heaves beside it.

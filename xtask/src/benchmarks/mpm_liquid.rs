@@ -113,6 +113,12 @@ fn profile(snapshot: &Snapshot) -> Vec<(f64, f64)> {
     snapshot.positions.iter().zip(&velocity).map(|(x, v)| (x[1], v[0])).collect()
 }
 
+/// Mean velocity of the row of points under the plate.
+fn uppermost(snapshot: &Snapshot) -> f64 {
+    let row: Vec<f64> = profile(snapshot).into_iter().filter(|(y, _)| *y > 0.975).map(|(_, v)| v).collect();
+    row.iter().sum::<f64>() / row.len() as f64
+}
+
 /// Couette start-up: velocity over that of the plate at `y` over the gap, at `time` in units of the gap squared over
 /// the viscosity.
 fn couette(y: f64, time: f64) -> f64 {
@@ -150,6 +156,19 @@ fn viscous(_quick: bool) -> Result<Outcome, String> {
             );
         }
         chart.series.push(Series::new(format!("t = {time} H²/ν"), profile(frame), Style::Markers));
+        if time == 0.5 {
+            let top = 1.0 - 0.25 / 20.0;
+            let exact = couette(top, time);
+            outcome.within(
+                format!(
+                    "Couette, t = {time} H²/ν, row of points under the plate: velocity over that of the plate"
+                ),
+                &format!("{exact:.6}"),
+                uppermost(frame),
+                (exact - 0.02, exact + 0.02),
+                "the sheet's 2 %, of the plate's velocity",
+            );
+        }
         let line = (0..=100).map(|i| f64::from(i) / 100.0).map(|y| (y, couette(y, time))).collect();
         let label = if time < 0.06 { "closed form" } else { "" };
         chart.series.push(Series::new(label, line, Style::Dashed));

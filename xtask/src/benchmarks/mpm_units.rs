@@ -1,5 +1,6 @@
 //! What holds exactly: shape functions, conservation, filters, boundary conditions, equilibrium (MPM sheet §5.1, §5.2).
 
+use colluvium::case::description::InitialStress;
 use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Budget, Case, RunOptions, Solver};
 use colluvium::grid::{
@@ -24,6 +25,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     integration_by_cells(&mut outcome)?;
     conservation(&mut outcome)?;
     filters(&mut outcome)?;
+    affine(&mut outcome)?;
     oscillator(&mut outcome)?;
     floor_without_material(&mut outcome)?;
     traction(&mut outcome)?;
@@ -270,6 +272,26 @@ fn filters(outcome: &mut Outcome) -> Result<(), String> {
             factor.fold(f64::INFINITY, f64::min),
             "six digits of the closed form; the step bends it by 1e-9",
         );
+    }
+    Ok(())
+}
+
+/// a field of velocity that is linear comes out of a step of APIC as it went in.
+fn affine(outcome: &mut Outcome) -> Result<(), String> {
+    for shape in ["quadratic", "cubic"] {
+        let mut case = case("mpm/patch")?;
+        set(&mut case, "shape", shape);
+        set(&mut case, "transfer", "apic");
+        case.bodies[0].stress = InitialStress::default();
+        let before = start(&case)?.snapshot();
+        let after = run(&case)?.snapshot;
+        let inside = |x: &[f64; 3]| (0..2).all(|c| x[c].abs() < 0.3);
+        let pairs =
+            before.positions.iter().zip(vectors(&before, "velocity")).zip(vectors(&after, "velocity"));
+        let changes =
+            pairs.filter(|((x, _), _)| inside(x)).map(|((_, v), w)| (v[0] - w[0]).hypot(v[1] - w[1]));
+        let name = format!("A-03 APIC, {shape}: change of a linear velocity field in one step (m/s)");
+        outcome.below(name, "0", changes.fold(0.0, f64::max), 1e-12, "exact: round-off");
     }
     Ok(())
 }

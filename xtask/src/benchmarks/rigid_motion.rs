@@ -24,7 +24,7 @@ const YOUNG: f64 = 1e6;
 
 fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic"] {
+    for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic", "cpdi", "cpdi2", "dual-domain"] {
         translation(&mut outcome, shape)?;
     }
     let mut chart = LineChart {

@@ -66,13 +66,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let Some(mut phases) = self.two_phase.take() else { return Ok(()) };
         self.drive(dt);
         let moved = self.step_phases(&mut phases, dt);
+        phases.walls.set_off(false);
         self.two_phase = Some(phases);
-        self.travel += moved?.max(self.move_driven(dt)?);
-        self.wrap();
-        self.time += dt;
-        self.step += 1;
-        self.limit_age += 1;
-        Ok(())
+        self.end_step(moved?, dt)
     }
 
     fn step_phases(&mut self, phases: &mut TwoPhase, dt: f64) -> Result<f64, SolverError> {

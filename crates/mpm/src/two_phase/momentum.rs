@@ -93,7 +93,9 @@ impl<const D: usize> PhaseSolve<'_, D> {
                 self.free_node(node, &masses, gravity);
             } else {
                 let held = self.held.get(row * line_length + number).copied().unwrap_or_default();
-                self.node(&index, node, &masses, held, &mut sums);
+                let mut repeated = PhaseSums::default();
+                let sums = if self.layout.is_repeated(&index) { &mut repeated } else { &mut sums };
+                self.node(&index, node, &masses, held, sums);
             }
         }
         sums

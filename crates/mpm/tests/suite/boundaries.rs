@@ -313,6 +313,61 @@ fn absorbing_sides_stay_uniform_as_points_go_through_a_period() {
 }
 
 #[test]
+fn work_and_rest_of_a_periodic_column_do_not_depend_on_its_width() {
+    // Nodes of both ends are one node.
+    for (shape, fluid) in [("linear", false), ("ugimp", false), ("cpgimp", false), ("ugimp", true)] {
+        let found = [5, 10].map(|cells| {
+            let width = 0.1 * f64::from(cells);
+            let mut text = json!({
+                "title": "test", "space": "plane-strain", "gravity": [0, -10],
+                "domain": { "min": [0, 0], "max": [width, 1.2], "periodic": ["x"] },
+                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0.2 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [width, 1] } }],
+                "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
+                "stages": [{ "name": "s", "duration": 1, "equilibrium": { "unbalanced_force": 1e-9, "kinetic_energy": 1e-9 } }],
+                "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "courant": 0.3 } }
+            });
+            if fluid {
+                text["bodies"][0]["pore_fluid"] = json!({ "porosity": 0.4, "permeability": 1e-2, "bulk_modulus": 1e7 });
+            }
+            let mut solver = begin(&Case::from_json(&text.to_string()).unwrap());
+            let start = solver.budget().potential;
+            (0..200).for_each(|_| solver.step(1e-4).unwrap());
+            let fallen = start - solver.budget().potential;
+            let work = solver.readings().iter().find(|(name, ..)| name == "external_work").unwrap().2;
+            // Water that leaves does not take its points along.
+            assert!(fluid || (work / fallen - 1.0).abs() < 0.02, "{shape}, {cells}: {work} for {fallen}");
+            let rest = solver.equilibrium().unwrap();
+            [work / width, rest.unbalanced_force, rest.kinetic_ratio]
+        });
+        for (narrow, wide) in found[0].iter().zip(&found[1]) {
+            assert!((narrow / wide - 1.0).abs() < 1e-9, "{shape}, {fluid}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn absorbing_sides_do_not_mind_where_displacement_is_counted_from() {
+    let ends = [json!([]), json!(["displacement"])].map(|reset| {
+        let bar = Case::from_json(
+            &json!({
+                "title": "test", "space": "1d", "domain": { "min": [0], "max": [2] }, "gravity": [0],
+                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+                             "velocity": { "kind": "uniform", "value": [1] } }],
+                "boundaries": [{ "side": "x-min", "wall": { "kind": "absorbing" } }],
+                "stages": [{ "name": "a", "duration": 0.05, "reset": reset }, { "name": "b", "duration": 0.05 }],
+                "methods": { "mpm": { "cell_size": 0.1 } }
+            })
+            .to_string(),
+        )
+        .unwrap();
+        solve(&bar).end.momentum[0]
+    });
+    assert_eq!(ends[0], ends[1]);
+}
+
+#[test]
 fn walls_that_would_leave_their_plane_are_refused() {
     let case = |speed: f64| {
         Case::from_json(

@@ -1,6 +1,8 @@
 //! Rigid bodies and patches of prescribed velocity (MPM sheet §2.11, §3.6).
 
-use colluvium_case::{Case, Method, RunReport, Solver};
+use std::collections::BTreeMap;
+
+use colluvium_case::{Case, Method, RunReport, Snapshot, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
@@ -128,6 +130,90 @@ fn a_plate_over_a_whole_period_moves_all_of_its_nodes() {
         {
             assert!((v[0] - x[1]).abs() < 0.01 && v[1].abs() < 1e-9, "{shape}: {v:?} at {x:?}");
             assert!((0..2).all(|c| (v[c] - w[c]).abs() < 1e-12), "{shape}: {v:?}, {w:?}");
+        }
+    }
+}
+
+/// The largest difference of velocity (m/s) within a row of points.
+fn unevenness(snapshot: &Snapshot) -> f64 {
+    let velocities = vectors(snapshot, "velocity");
+    let mut rows: BTreeMap<i64, [[f64; 2]; 2]> = BTreeMap::new();
+    for ((x, body), v) in
+        snapshot.positions.iter().zip(&snapshot.bodies).zip(&velocities).filter(|((_, b), _)| **b == 0)
+    {
+        let row =
+            rows.entry((x[1] * 1e6).round() as i64).or_insert([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]]);
+        for c in 0..2 {
+            row[0][c] = row[0][c].min(v[c]);
+            row[1][c] = row[1][c].max(v[c]);
+        }
+        assert!(*body == 0);
+    }
+    rows.values().flat_map(|[low, high]| (0..2).map(|c| high[c] - low[c])).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_rigid_plate_from_wall_to_wall_presses_evenly() {
+    // Nodes at the sides have half of the volume of others, and are held with them.
+    for shape in ["linear", "ugimp", "quadratic"] {
+        let case = case(json!({
+            "bodies": [block(), lid()],
+            "stages": [{ "name": "press", "duration": 0.4, "motions": [{ "of": "lid", "velocity": [0, -0.3] }] }],
+            "methods": { "mpm": { "cell_size": 0.1, "courant": 0.4, "shape": shape } }
+        }));
+        let mut solver = begin(&case);
+        while solver.time() < 0.4 {
+            let dt = solver.time_step().dt;
+            solver.step(dt).unwrap();
+            let uneven = unevenness(&solver.snapshot());
+            assert!(uneven < 1e-9, "{shape}: {uneven} at {}", solver.time());
+        }
+    }
+}
+
+#[test]
+fn a_rigid_plate_over_a_whole_period_drags_evenly() {
+    for shape in ["linear", "ugimp", "cpgimp"] {
+        let reactions = [0.6, 1.2].map(|width| {
+            let flow = case(json!({
+                "domain": { "min": [0, 0], "max": [width, 1.4], "periodic": ["x"] },
+                "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 4e5, "viscosity": 1000,
+                                      "cavitation_strength": 4e5 } },
+                "bodies": [{ "name": "oil", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [width, 1] } },
+                           { "name": "lid", "material": "m", "shape": { "kind": "box", "min": [0, 1], "max": [width, 1.2] }, "rigid": true }],
+                "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } }],
+                "measures": { "force": { "kind": "reaction", "of": "lid" } },
+                "stages": [{ "name": "flow", "duration": 0.5, "motions": [{ "of": "lid", "velocity": [1, 0] }] }],
+                "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
+            }));
+            let report = solve(&flow);
+            let uneven = unevenness(&report.snapshot);
+            assert!(uneven < 1e-9, "{shape}, {width}: {uneven}");
+            late(&report, "force.impulse.x") / width
+        });
+        // Steady: 1000 Pa, whatever the width.
+        assert!((reactions[0] / reactions[1] - 1.0).abs() < 1e-6, "{shape}: {reactions:?}");
+        assert!((reactions[0] / -1000.0 - 1.0).abs() < 0.02, "{shape}: {reactions:?}");
+    }
+}
+
+#[test]
+fn a_moving_wall_takes_the_liquid_beside_it_along() {
+    // A-26, steady: the speed of a point is its height, to the last row under the wall.
+    for scheme in ["usf", "usl", "musl"] {
+        let flow = case(json!({
+            "domain": { "min": [0, 0], "max": [0.3, 1], "periodic": ["x"] },
+            "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 4e5, "viscosity": 1000,
+                                  "cavitation_strength": 4e5 } },
+            "bodies": [{ "name": "oil", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.3, 1] } }],
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } },
+                           { "side": "y-max", "wall": { "kind": "rough" }, "velocity": [1, 0] }],
+            "stages": [{ "name": "flow", "duration": 1 }],
+            "methods": { "mpm": { "cell_size": 0.1, "stress_update": scheme } }
+        }));
+        let snapshot = solve(&flow).snapshot;
+        for (x, v) in snapshot.positions.iter().zip(vectors(&snapshot, "velocity")) {
+            assert!((v[0] - x[1]).abs() < 0.02, "{scheme}: {v:?} at {x:?}");
         }
     }
 }

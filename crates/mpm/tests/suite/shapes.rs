@@ -30,7 +30,12 @@ fn largest_stress(report: &RunReport) -> f64 {
 /// Every shape of this file, as options of the method.
 fn options() -> Vec<Value> {
     let option = |shape: &str, formulation: &str| json!({ "cell_size": 0.1, "shape": shape, "formulation": formulation });
+    let total = |shape: &str, transfer: &str| json!({ "cell_size": 0.1, "shape": shape, "formulation": "total-lagrangian", "transfer": transfer });
     vec![
+        total("quadratic", "apic"),
+        total("linear", "tpic"),
+        total("quadratic", "tpic"),
+        total("linear", "xpic"),
         option("dual-domain", "updated-lagrangian"),
         option("cpdi", "updated-lagrangian"),
         option("cpdi2", "updated-lagrangian"),

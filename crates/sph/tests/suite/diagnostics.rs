@@ -93,3 +93,28 @@ fn a_confined_block_comes_to_rest_under_the_full_pressure() {
     let mean = pressures.sum::<f64>() / 400.0;
     assert!((mean / 1000.0 - 1.0).abs() < 0.1, "{mean}");
 }
+
+#[test]
+fn options_without_effect_are_named() {
+    let warnings = |more: Value, sph: Value| Sph.plan(&block(&more, &sph)).unwrap().warnings.join("\n");
+    for (name, value) in [
+        ("regularisation_steps", json!(3)),
+        ("density_reset_steps", json!(3)),
+        ("stress_diffusion_k0", json!(0.4)),
+        ("wall_k0", json!(0.4)),
+        ("smoothing_growth", json!(1.2)),
+    ] {
+        let told = warnings(json!({}), json!({ name: value }));
+        assert!(told.contains(&format!("methods.sph.{name}: has no effect")), "{told}");
+    }
+    for (name, value) in [
+        ("wall_stress", json!("interpolated")),
+        ("wall_velocity", json!("linear")),
+        ("wall_guard", json!(0.1)),
+    ] {
+        let told = warnings(json!({}), json!({ "rough_wall": "mirror", name: value }));
+        assert!(told.contains(&format!("methods.sph.{name}: has no effect")), "{told}");
+        assert!(!warnings(json!({}), json!({ name: value })).contains("no effect"));
+    }
+    assert!(!warnings(json!({}), json!({})).contains("no effect"));
+}
