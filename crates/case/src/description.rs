@@ -248,7 +248,8 @@ pub enum InitialStress {
     },
     /// Weight of the material above along gravity, and a ratio of horizontal to vertical stress. All bodies count that lie
     /// above the point, up to `surface`, each with its own density (with a pore fluid the saturated one); what is empty or
-    /// rigid weighs nothing. Pore pressure is taken off. The stress is in balance under level ground in level layers; where
+    /// rigid weighs nothing. Pore pressure is taken off, and that of an `undrained` material added again to the total stress
+    /// with which it starts. The stress is in balance under level ground in level layers; where
     /// the weight above differs at the same height, let the first stage have an `equilibrium`. A state outside the
     /// yield surface of the material is refused, unless the material has `project`.
     K0 {
