@@ -43,6 +43,8 @@ pub struct RunOptions {
     pub stop: Option<Arc<AtomicBool>>,
 }
 
+    /// Commit of the program, for the record.
+    pub commit: Option<String>,
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {

@@ -95,6 +95,8 @@ pub(super) struct Recorder<'a> {
     pub(super) kept: Vec<Snapshot>,
     /// States of the solver at the ends of stages, by their names.
     states: BTreeMap<String, Vec<u8>>,
+    /// Of the case.
+    fingerprint: u64,
 }
 
 impl<'a> Recorder<'a> {
@@ -109,6 +111,7 @@ impl<'a> Recorder<'a> {
             table: Table::default(),
             kept: Vec::new(),
             states: BTreeMap::new(),
+            fingerprint: case.fingerprint(),
         };
         if let Some(out) = &options.out {
             recorder.prepare(out)?;
@@ -118,7 +121,9 @@ impl<'a> Recorder<'a> {
 
     fn prepare(&self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
-        let running = json!({ "status": "running", "title": self.case.title, "method": self.options.method });
+        let running = json!({
+            "status": "running", "title": self.case.title, "method": self.options.method, "fingerprint": self.mark(),
+        });
         let used = out.join(SUMMARY).exists() || out.join(CHECKPOINT).exists();
         if self.options.resume {
             if !used {
@@ -148,13 +153,15 @@ impl<'a> Recorder<'a> {
         if summary["status"] == "completed" {
             return Err(folder("holds a complete run: there is nothing to resume"));
         }
-        let text = fs::read_to_string(out.join(CASE)).unwrap_or_default();
-        match Case::from_json(&text) {
-            Ok(case) if case.fingerprint() != self.case.fingerprint() => {
-                Err(folder("holds a run of another case"))
-            }
-            _ => Ok(()),
+        if summary["fingerprint"].as_str().is_some_and(|mark| mark != self.mark()) {
+            return Err(folder("holds a run of another case"));
         }
+        Ok(())
+    }
+
+    /// The fingerprint of the case in a summary.
+    fn mark(&self) -> String {
+        format!("{:016x}", self.fingerprint)
     }
 
     /// First row and frame, at time zero.
@@ -291,7 +298,7 @@ impl<'a> Recorder<'a> {
         let Some(out) = &self.options.out else { return Ok(()) };
         let checkpoint = Checkpoint {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            fingerprint: self.case.fingerprint(),
+            fingerprint: self.fingerprint,
             method: self.options.method.clone(),
             progress: progress.clone(),
             tables: self.tables.sync()?,
@@ -362,7 +369,7 @@ impl<'a> Recorder<'a> {
         let bytes = fs::read(&path).map_err(|error| self.refuse(out, error.to_string()))?;
         let checkpoint: Checkpoint = postcard::from_bytes(&bytes)
             .map_err(|error| self.refuse(out, format!("cannot be read ({error})")))?;
-        if checkpoint.fingerprint != self.case.fingerprint() {
+        if checkpoint.fingerprint != self.fingerprint {
             return Err(self.refuse(out, "was written for another case".to_owned()));
         }
         if checkpoint.method != self.options.method || checkpoint.version != env!("CARGO_PKG_VERSION") {
@@ -405,7 +412,8 @@ impl<'a> Recorder<'a> {
             "title": self.case.title,
             "method": self.options.method,
             "version": env!("CARGO_PKG_VERSION"),
-            "commit": option_env!("COLLUVIUM_COMMIT"),
+            "commit": self.options.commit,
+            "fingerprint": self.mark(),
             "wall_time": wall,
             "steps": solver.step_count(),
             "time": solver.time(),
