@@ -284,8 +284,9 @@ impl<'a> Recorder<'a> {
         let columns = [("time", "s"), ("position", "m"), ("height", "m")];
         let columns = columns.map(|(name, unit)| (name.to_owned(), unit.to_owned()));
         for (name, measure) in &self.case.measures {
-            let Measure::Profile { axis, height, bin } = measure else { continue };
-            let heights = measure::profile(snapshot, *axis, *height, *bin);
+            let Measure::Profile { axis, height, bin, bodies } = measure else { continue };
+            let counted = measure::counted(self.case, snapshot, bodies.as_deref());
+            let heights = measure::profile(&counted, *axis, *height, *bin);
             let rows: Vec<Vec<f64>> =
                 heights.into_iter().map(|(x, top)| vec![snapshot.time, x, top]).collect();
             self.tables.append(&folder::profile(name), &columns, &rows)?;
