@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::folder::{self, CASE, CHECKPOINT, COLLECTION, FRAMES, MEASURES, SUMMARY, Tables};
-use super::{RunError, RunOptions};
+use super::{RunError, RunOptions, Safety, row};
 use crate::description::Measure;
 use crate::output::{Collection, OutputError, Table, read_frame, write_atomically, write_frame};
 use crate::{Budget, Case, PhaseBudget, Snapshot, Solver, SolverError, measure};
@@ -176,6 +176,11 @@ impl<'a> Recorder<'a> {
         self.frame_interval.map_or(row, |interval| row.min(progress.frames as f64 * interval))
     }
 
+    /// The shorter of the times between rows and between frames (s).
+    pub(super) fn shortest_interval(&self) -> f64 {
+        self.row_interval.min(self.frame_interval.unwrap_or(f64::INFINITY))
+    }
+
     /// Writes the row and the frame that are due.
     pub(super) fn output(&mut self, solver: &dyn Solver, progress: &mut Progress) -> Result<(), RunError> {
         let time = solver.time();
@@ -223,38 +228,8 @@ impl<'a> Recorder<'a> {
         snapshot: &Snapshot,
         time_step: Option<f64>,
     ) -> Result<(), RunError> {
-        let mut readings = vec![
-            ("time".to_owned(), "s".to_owned(), solver.time()),
-            ("step".to_owned(), String::new(), solver.step_count() as f64),
-            ("time_step".to_owned(), "s".to_owned(), time_step.unwrap_or(f64::NAN)),
-        ];
-        let budget = solver.budget();
-        let mut push = |name: &str, unit: &str, value: f64| {
-            readings.push((name.to_owned(), unit.to_owned(), value));
-        };
-        push("mass", "kg", budget.mass);
-        for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            push(&format!("momentum.{axis}"), "kg m/s", budget.momentum[c]);
-        }
-        push("angular_momentum.z", "kg m2/s", budget.angular_momentum[2]);
-        push("kinetic_energy", "J", budget.kinetic);
-        push("elastic_energy", "J", budget.elastic);
-        push("potential_energy", "J", budget.potential);
-        if let Some(liquid) = budget.liquid {
-            push("liquid_mass", "kg", liquid.mass);
-            for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
-                push(&format!("liquid_momentum.{axis}"), "kg m/s", liquid.momentum[c]);
-            }
-            push("liquid_kinetic_energy", "J", liquid.kinetic);
-            push("liquid_elastic_energy", "J", liquid.elastic);
-            push("liquid_potential_energy", "J", liquid.potential);
-        }
-        let equilibrium = solver.equilibrium();
-        push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
-        push("kinetic_ratio", "", equilibrium.map_or(f64::NAN, |e| e.kinetic_ratio));
-        readings.extend(solver.readings());
-        readings.extend(measure::read(self.case, snapshot, solver.cell_size()));
-        readings.extend(measure::of_solver(self.case, solver));
+        let mut readings = row::of_run(solver, time_step);
+        readings.extend(row::of_case(self.case, solver, snapshot));
         if self.table.columns.is_empty() {
             self.table.columns =
                 readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
@@ -380,14 +355,14 @@ impl<'a> Recorder<'a> {
         Ok(Some(checkpoint))
     }
 
-    /// Writes the summary.
+    /// Writes the summary, with wall-clock time (s) and factors of safety.
     pub(super) fn summary(
         &self,
         status: &str,
         reason: Option<&str>,
         solver: &dyn Solver,
         progress: &Progress,
-        wall: f64,
+        (wall, safety): (f64, &BTreeMap<String, Safety>),
     ) -> Result<(), RunError> {
         let budget = |b: Budget| {
             let mut all = json!({
@@ -423,6 +398,11 @@ impl<'a> Recorder<'a> {
             "measures": measures,
             "case": self.case,
         });
+        if !safety.is_empty() {
+            let found: serde_json::Map<String, serde_json::Value> =
+                safety.iter().map(|(name, safety)| (name.clone(), safety.to_json())).collect();
+            summary["factors_of_safety"] = found.into();
+        }
         if completed {
             self.tables.sync()?;
             summary["end"] = budget(solver.budget());
