@@ -49,9 +49,9 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
 fn end(method: &dyn Method, case: &Case) -> End {
     let attempt = || match method.build(case) {
         Err(refusal) => End::Refused(refusal.to_string()),
-        Ok(solver) => {
+        Ok(_) => {
             let options = RunOptions { method: method.name().to_owned(), ..RunOptions::default() };
-            match colluvium::case::run(case, solver, &options) {
+            match colluvium::case::run_method(method, case, &options) {
                 Ok(report) => End::Done(Box::new(report)),
                 Err(error) => End::Failed(error.to_string()),
             }
@@ -77,27 +77,35 @@ fn page(case: &Case, ends: &[(&str, End)]) -> Result<String, String> {
     let title = escape(&case.title);
     let mut html = format!(
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title><style>{STYLE}</style>\
-         </head><body><h1>{title}</h1><table><tr><th>Method</th><th>Result</th><th>Steps</th><th>Time</th></tr>"
+         </head><body><h1>{title}</h1><table><tr><th>Method</th><th>Result</th><th>Steps</th><th>Time</th>"
     );
-    for (method, end) in ends {
+    let searches: Vec<&str> = case.factors_of_safety().map(|(name, _)| name).collect();
+    for name in &searches {
         // Writing to a string cannot fail.
+        let _ = write!(html, "<th>{}: factor of safety</th>", escape(name));
+    }
+    html.push_str("</tr>");
+    let rest = 3 + searches.len();
+    for (method, end) in ends {
         let _ = match end {
             End::Refused(why) => {
                 write!(
                     html,
-                    "<tr><td>{method}</td><td colspan=\"3\">not for this case: {}</td></tr>",
+                    "<tr><td>{method}</td><td colspan=\"{rest}\">not for this case: {}</td></tr>",
                     escape(why)
                 )
             }
             End::Failed(why) => write!(
                 html,
-                "<tr class=\"failed\"><td>{method}</td><td colspan=\"3\">failed: {}</td></tr>",
+                "<tr class=\"failed\"><td>{method}</td><td colspan=\"{rest}\">failed: {}</td></tr>",
                 escape(why)
             ),
             End::Done(report) => write!(
                 html,
-                "<tr><td>{method}</td><td>completed</td><td>{}</td><td>{:.1} s</td></tr>",
-                report.steps, report.wall
+                "<tr><td>{method}</td><td>completed</td><td>{}</td><td>{:.1} s</td>{}</tr>",
+                report.steps,
+                report.wall,
+                factors(report, &searches)
             ),
         };
     }
@@ -119,6 +127,19 @@ fn page(case: &Case, ends: &[(&str, End)]) -> Result<String, String> {
     }
     html.push_str("</body></html>\n");
     Ok(html)
+}
+
+/// Cells with what the searches for a factor of safety found.
+fn factors(report: &RunReport, searches: &[&str]) -> String {
+    let found = |name: &&str| match report.safety.get(*name) {
+        None => String::new(),
+        Some(safety) => match safety.factor() {
+            Some(factor) => format!("{factor:.3} ({:.3} to {:.3})", safety.stable, safety.failed),
+            None if safety.stable == 0.0 => format!("below {:.3}", safety.failed),
+            None => format!("above {:.3}", safety.stable),
+        },
+    };
+    searches.iter().map(|name| format!("<td>{}</td>", found(name))).collect()
 }
 
 /// One chart per measure, every method that has it in it.
@@ -166,5 +187,28 @@ mod tests {
         }
         assert_eq!(html.matches("src=\"").count(), html.matches("src=\"data:image/png;base64,").count());
         assert!(html.contains("src=\"data:"));
+    }
+
+    #[test]
+    fn what_a_search_for_a_factor_of_safety_finds_stands_in_the_table() {
+        let text = colluvium::template("column-collapse").expect("a template");
+        let mut case = Case::from_json(text).expect("a case");
+        case.stages[0].duration = 0.002;
+        let search = serde_json::json!({
+            "kind": "factor-of-safety", "after": case.stages[0].name, "duration": 0.002, "height": 0.1,
+            "range": [1, 2], "tolerance": 1
+        });
+        case.measures.insert("safety".to_owned(), serde_json::from_value(search).expect("a measure"));
+        let weakening = serde_json::from_value(serde_json::json!({ "factor": 1.1 }));
+        case.stages[0].weakening = Some(weakening.expect("a weakening"));
+        let ends = [("mpm", end(colluvium::method("mpm").expect("the method"), &case))];
+        let html = page(&case, &ends).expect("a page");
+        assert!(html.contains("<th>safety: factor of safety</th>"));
+        let End::Done(report) = &ends[0].1 else { panic!("{html}") };
+        let cell = factors(report, &["safety"]);
+        assert!(
+            html.contains(&cell) && ["above", "below", "1."].iter().any(|word| cell.contains(word)),
+            "{cell}"
+        );
     }
 }

@@ -51,7 +51,7 @@ pub struct Case {
     /// What is written.
     #[serde(default)]
     pub output: Output,
-    /// Quantities to follow, by name.
+    /// Quantities to follow, by name; those of the columns that are there anyway are taken.
     #[serde(default)]
     pub measures: BTreeMap<String, Measure>,
     /// Options per method; a method without an entry runs with its defaults.
@@ -248,7 +248,8 @@ pub enum InitialStress {
     },
     /// Weight of the material above along gravity, and a ratio of horizontal to vertical stress. All bodies count that lie
     /// above the point, up to `surface`, each with its own density (with a pore fluid the saturated one); what is empty or
-    /// rigid weighs nothing. Pore pressure is taken off. The stress is in balance under level ground in level layers; where
+    /// rigid weighs nothing. Pore pressure is taken off, and that of an `undrained` material added again to the total stress
+    /// with which it starts. The stress is in balance under level ground in level layers; where
     /// the weight above differs at the same height, let the first stage have an `equilibrium`. A state outside the
     /// yield surface of the material is refused, unless the material has `project`.
     K0 {
@@ -473,7 +474,7 @@ pub struct Output {
     pub measures: Option<f64>,
     /// Wall-clock seconds between checkpoints.
     pub checkpoint: f64,
-    /// Fields in the frames; all when absent.
+    /// Fields in the frames; all when absent. Identity, body and extent of each point are always there.
     pub fields: Option<Vec<String>>,
 }
 
@@ -492,7 +493,8 @@ pub enum Measure {
     /// the front is the farthest end of a point's domain in it. Points beyond a gap are detached and do not
     /// count. Where no column at the wall is occupied, counting begins at the rearmost that is; where nothing
     /// lies on the base, a column is occupied by points at any height. With a quantile below 1, the place
-    /// behind which that fraction of the mass lies, which stray points do not move.
+    /// behind which that fraction of the mass lies, which stray points do not move. Rigid bodies do not count, unless
+    /// `bodies` names them.
     Front {
         /// Direction in which the front moves.
         side: Side,
@@ -503,6 +505,10 @@ pub enum Measure {
         /// point widths for a method that tells of none.
         #[serde(default)]
         cell: Option<f64>,
+        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
+        /// included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bodies: Option<Vec<String>>,
     },
     /// `(front - initial) / initial`, both counted from `origin`; the front is that of the measure `front`.
     RunOut {
@@ -518,8 +524,13 @@ pub enum Measure {
         /// Width of the columns (m), as in `front`.
         #[serde(default)]
         cell: Option<f64>,
+        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
+        /// included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bodies: Option<Vec<String>>,
     },
-    /// Height of the surface in bins along an axis, written at each frame.
+    /// Height of the surface in bins along an axis, written at each frame. Rigid bodies do not count, unless `bodies` names
+    /// them.
     Profile {
         /// Axis along which the bins lie: 0 is x.
         axis: usize,
@@ -527,6 +538,10 @@ pub enum Measure {
         height: usize,
         /// Width of a bin (m).
         bin: f64,
+        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
+        /// included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bodies: Option<Vec<String>>,
     },
     /// Fields averaged over the points within `radius` of a place.
     Probe {

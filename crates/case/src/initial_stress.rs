@@ -11,7 +11,8 @@ const PLACES: usize = 24;
 const SAME: f64 = 1e-6;
 
 impl Case {
-    /// Initial stress of `body` at `x` (Pa, tension-positive), the effective one where it has a pore fluid.
+    /// Initial stress of `body` at `x` (Pa, tension-positive): the effective one where it has a pore fluid, the total one
+    /// where its material is undrained.
     pub fn initial_stress(&self, body: &Body, x: [f64; 3]) -> SymTensor {
         match &body.stress {
             InitialStress::None => SymTensor::ZERO,
@@ -21,10 +22,11 @@ impl Case {
                 let Some(axis) = self.vertical() else { return SymTensor::ZERO };
                 let pore_pressure =
                     body.pore_fluid.as_ref().map_or(0.0, |fluid| fluid.pressure_at(x, gravity));
-                let vertical = pore_pressure - self.weight_above(x, axis, *surface);
-                let mut stress = SymTensor::isotropic(coefficient * vertical);
-                stress[axis] = vertical;
-                stress
+                let undrained = self.materials.get(&body.material).map_or(0.0, undrained_pressure);
+                let vertical = pore_pressure + undrained - self.weight_above(x, axis, *surface);
+                let mut effective = SymTensor::isotropic(coefficient * vertical);
+                effective[axis] = vertical;
+                effective - SymTensor::isotropic(undrained)
             }
         }
     }
@@ -119,6 +121,15 @@ impl Case {
     }
 }
 
+/// Pore pressure (Pa) that a material holds at the start, in itself or in what it is around.
+fn undrained_pressure(material: &MaterialSpec) -> f64 {
+    let own = match material {
+        MaterialSpec::Undrained(spec) => spec.initial_pore_pressure,
+        _ => 0.0,
+    };
+    own + material.inner().map_or(0.0, undrained_pressure)
+}
+
 #[cfg(test)]
 mod tests {
     use serde_json::{Value, json};
@@ -196,6 +207,21 @@ mod tests {
         let case = layers(&[("/bodies/0/pore_fluid", water)]);
         // 30 kPa of the dry layer, 1 m of 1400 kg/m³, and 10 kPa of water.
         assert!((vertical(&case, 0, [1.0, 1.0, 0.0]) + 34e3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_ratio_holds_for_the_effective_stress_of_an_undrained_layer() {
+        let skeleton = json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.2 });
+        let clay = json!({ "model": "undrained", "fluid_bulk_modulus": 2e9, "porosity": 0.4,
+                           "initial_pore_pressure": 6000, "skeleton": skeleton });
+        let drying = json!({ "model": "eigenstrain", "volumetric_strain": 0, "duration": 1, "material": clay.clone() });
+        for material in [clay, drying] {
+            let case = layers(&[("/materials/light", material)]);
+            let stress = case.initial_stress(&case.bodies[0], [4.0, 1.0, 0.0]);
+            // 40 kPa in all, 34 kPa of them effective.
+            let exact = [-23e3, -40e3, -23e3, 0.0, 0.0, 0.0];
+            assert!(stress.0.iter().zip(exact).all(|(s, e)| (s - e).abs() < 1e-9), "{stress:?}");
+        }
     }
 
     #[test]

@@ -41,13 +41,21 @@ impl Case {
         Ok(case)
     }
 
-    /// Files that the options of a method name (`mesh.file`) are meant from the folder of the case.
+    /// Files that the options of a method name are meant from the folder of the case; a whole path is the same from
+    /// wherever the case, or the copy of it that a run keeps, is read.
     fn resolve_files(&mut self, folder: &Path) {
-        for options in self.methods.values_mut() {
-            if let Some(Value::String(file)) = options.pointer_mut("/mesh/file") {
-                *file = folder.join(&*file).display().to_string();
-            }
+        for file in self.files() {
+            let path = folder.join(&*file);
+            *file = std::path::absolute(&path).unwrap_or(path).display().to_string();
         }
+    }
+
+    /// The files that options of methods name: `mesh.file`.
+    fn files(&mut self) -> impl Iterator<Item = &mut String> {
+        self.methods.values_mut().filter_map(|options| match options.pointer_mut("/mesh/file") {
+            Some(Value::String(file)) => Some(file),
+            _ => None,
+        })
     }
 
     /// The case as JSON text.
@@ -55,12 +63,18 @@ impl Case {
         serde_json::to_string_pretty(self).expect("plain data always serialises")
     }
 
-    /// A number that differs between cases that differ in anything that matters to a run.
+    /// A number that differs between cases that differ in anything that matters to a run. Of files that options of
+    /// methods name what is in them counts, not where they are.
     pub fn fingerprint(&self) -> u64 {
         let mut case = self.clone();
         case.schema = None;
         case.notes.clear();
         case.output.checkpoint = 1.0;
+        for file in case.files() {
+            if let Ok(content) = std::fs::read(&*file) {
+                *file = format!("{:016x}", fnv1a(&content));
+            }
+        }
         fnv1a(serde_json::to_string(&case).expect("plain data always serialises").as_bytes())
     }
 

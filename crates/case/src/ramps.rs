@@ -7,10 +7,7 @@ impl Case {
     /// The loads that act in stage number `stage`: their numbers, and those of the stages they begin with.
     pub(crate) fn loads_in(&self, stage: usize) -> impl Iterator<Item = (usize, usize, &Load)> {
         self.loads.iter().enumerate().filter_map(move |(number, load)| {
-            let begins = match load.stage() {
-                Some(name) => self.stages.iter().position(|stage| stage.name == name)?,
-                None => 0,
-            };
+            let begins = load.begins(&self.stages)?;
             (begins <= stage && !self.is_removed(load.body(), stage)).then_some((number, begins, load))
         })
     }

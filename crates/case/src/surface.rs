@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::description::Side;
+use crate::description::{Side, Stage};
 
 /// A load.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -98,6 +98,11 @@ impl Load {
             | Self::Pressure { stage, .. }
             | Self::PorePressure { stage, .. } => stage.as_deref(),
         }
+    }
+
+    /// Number of the stage with which it begins; `None` where no stage has its name.
+    pub(crate) fn begins(&self, stages: &[Stage]) -> Option<usize> {
+        self.stage().map_or(Some(0), |name| stages.iter().position(|stage| stage.name == name))
     }
 
     /// Share of the load that acts `elapsed` seconds after it began; none before, where that is negative.

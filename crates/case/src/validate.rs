@@ -1,6 +1,7 @@
 //! What a case must satisfy beyond its schema.
 
 mod equilibrium;
+mod measures;
 mod strength;
 mod surface;
 
@@ -10,7 +11,7 @@ use colluvium_constitutive::MaterialSpec;
 use colluvium_points::overlap;
 
 use crate::description::{
-    Boundary, InitialStress, Measure, PoreFluid, PorePressure, Side, Space, Stage, Velocity, Wall,
+    Boundary, InitialStress, PoreFluid, PorePressure, Side, Space, Stage, Velocity, Wall,
 };
 use crate::json::closest;
 use crate::{Case, CaseError, CaseErrors};
@@ -191,11 +192,15 @@ impl Findings<'_> {
             }
             self.velocity(&format!("{path}.velocity"), &body.velocity);
             self.initial_stress(&format!("{path}.stress"), &body.stress);
-            if let Some(fluid) = &body.pore_fluid {
+            let material = case.materials.get(&body.material);
+            let unfit = if let Some(fluid) = &body.pore_fluid {
                 self.pore_fluid(&format!("{path}.pore_fluid"), fluid);
-                if let Some(problem) = case.materials.get(&body.material).and_then(no_skeleton) {
-                    self.report(format!("{path}.material"), format!("{:?} {problem}", body.material));
-                }
+                material.and_then(no_skeleton)
+            } else {
+                material.filter(|_| !body.rigid).and_then(no_soil)
+            };
+            if let Some(problem) = unfit {
+                self.report(format!("{path}.material"), format!("{:?} {problem}", body.material));
             }
         }
         for second in 1..case.bodies.len() {
@@ -394,6 +399,16 @@ impl Findings<'_> {
         }
     }
 
+    /// What is gone cannot be moved.
+    fn motions_of_removed(&mut self, stage: usize) {
+        let case = self.case;
+        for (number, motion) in case.stages[stage].motions.iter().enumerate() {
+            let problem = format!("the body {:?} is removed by then", motion.of);
+            let path = format!("stages[{stage}].motions[{number}].of");
+            self.require(!case.is_removed(&motion.of, stage), path, problem);
+        }
+    }
+
     fn stages(&mut self) {
         let case = self.case;
         self.require(!case.stages.is_empty(), "stages", "at least one stage is needed");
@@ -404,6 +419,7 @@ impl Findings<'_> {
                 self.report(format!("{path}.name"), format!("{:?} names two stages", stage.name));
             }
             self.stage(&path, stage);
+            self.motions_of_removed(number);
             self.equilibrium(number);
             self.weakening(number);
         }
@@ -453,58 +469,6 @@ impl Findings<'_> {
         self.positive("output.checkpoint", output.checkpoint, "s");
     }
 
-    fn measures(&mut self) {
-        let case = self.case;
-        let dimension = case.dimension();
-        for (name, measure) in &case.measures {
-            let path = format!("measures.{name}");
-            let problem = "a name is made of letters, digits, _ and -: it becomes a column and a file";
-            self.require(is_plain(name), path.clone(), problem);
-            match measure {
-                Measure::Front { side, quantile, cell } | Measure::RunOut { side, quantile, cell, .. } => {
-                    self.side(&format!("{path}.side"), *side);
-                    let problem = format!("{quantile} is not in 0..=1 (0 excluded)");
-                    self.require(*quantile > 0.0 && *quantile <= 1.0, format!("{path}.quantile"), problem);
-                    if let Some(cell) = cell {
-                        self.positive(format!("{path}.cell"), *cell, "m");
-                        let problem = "a quantile below 1 looks at no cells";
-                        self.require(*quantile == 1.0, format!("{path}.cell"), problem);
-                    }
-                    if let Measure::RunOut { origin, initial_length, .. } = measure {
-                        self.finite(format!("{path}.origin"), *origin);
-                        self.positive(format!("{path}.initial_length"), *initial_length, "m");
-                    }
-                }
-                Measure::FactorOfSafety(search) => self.factor_of_safety(&path, search),
-                Measure::Dissipation {} => {}
-                Measure::Profile { axis, height, bin } => {
-                    let fits = *axis < dimension && *height < dimension && axis != height;
-                    let problem =
-                        format!("{axis} and height {height} must be two different axes of the space");
-                    self.require(fits, format!("{path}.axis"), problem);
-                    self.positive(format!("{path}.bin"), *bin, "m");
-                }
-                Measure::Reaction { of } => {
-                    let driven = driven(case);
-                    self.name(&format!("{path}.of"), of, &driven, "the name of a rigid body or of a patch");
-                }
-                Measure::Probe { position, radius, fields } => {
-                    self.vector(&format!("{path}.position"), position);
-                    for (axis, place) in position.iter().enumerate().filter(|(_, place)| place.is_finite()) {
-                        self.inside(format!("{path}.position[{axis}]"), axis, *place);
-                    }
-                    self.positive(format!("{path}.radius"), *radius, "m");
-                    self.require(!fields.is_empty(), format!("{path}.fields"), "name at least one field");
-                    for (number, field) in fields.iter().enumerate() {
-                        let problem =
-                            format!("{field:?}: names of fields are made of letters, digits, _ and -");
-                        self.require(is_plain(field), format!("{path}.fields[{number}]"), problem);
-                    }
-                }
-            }
-        }
-    }
-
     fn methods(&mut self) {
         for (name, options) in &self.case.methods {
             let problem = "the options of a method are an object";
@@ -524,17 +488,17 @@ fn no_skeleton(material: &MaterialSpec) -> Option<&'static str> {
     if material.is_fluid() {
         return Some("is a fluid and has no pores");
     }
-    let mut layer = Some(material);
-    while let Some(spec) = layer {
-        if spec.name() == "undrained" {
-            return Some("holds its pore water already: give its skeleton, or leave out pore_fluid");
-        }
-        layer = spec.inner();
-    }
-    None
+    let problem = "holds its pore water already: give its skeleton, or leave out pore_fluid";
+    has_layer(material, "undrained").then_some(problem)
 }
 
-/// True for names that can stand in the head of a table.
-fn is_plain(name: &str) -> bool {
-    !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
+/// Why a material cannot be a soil without a pore fluid.
+fn no_soil(material: &MaterialSpec) -> Option<&'static str> {
+    let problem = "loses strength as its saturation grows, and without a pore_fluid the body has none";
+    has_layer(material, "saturation-softened").then_some(problem)
+}
+
+/// Whether a material is of the model, or is around one that is.
+fn has_layer(material: &MaterialSpec, model: &str) -> bool {
+    material.name() == model || material.inner().is_some_and(|inner| has_layer(inner, model))
 }

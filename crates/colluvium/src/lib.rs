@@ -35,6 +35,9 @@ use case::{Case, CaseError, CaseErrors, Method};
 use constitutive::driver::{DriverError, ElementTest};
 use serde_json::Value;
 
+/// Commit that this was built from; `None` where there was no git.
+pub const COMMIT: Option<&str> = option_env!("COLLUVIUM_COMMIT");
+
 /// All methods.
 pub fn methods() -> &'static [&'static dyn Method] {
     &[&mpm::Mpm, &sph::Sph]

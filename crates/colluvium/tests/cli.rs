@@ -99,6 +99,13 @@ fn broken_cases_end_with_code_3_and_one_clear_line() {
         ("/methods/mpm/time_step", "methods.mpm.time_step", json!(1.0)),
         ("/methods/lbm", "methods.lbm", json!({})),
         ("/methods/mpm/flip", "methods.mpm.flip", json!(2)),
+        ("/output/fields", "output.fields[1]", json!(["stress", "strss"])),
+        (
+            "/measures/front",
+            "measures.front.fields[0]",
+            json!({ "kind": "probe", "position": [0, 0], "radius": 0.1, "fields": ["heat"] }),
+        ),
+        ("/measures/mass", "measures.mass", json!({ "kind": "front", "side": "x-max" })),
         (
             "/loads",
             "loads[0].body",
@@ -116,20 +123,30 @@ fn broken_cases_end_with_code_3_and_one_clear_line() {
         }
         let file = write(folder.path(), &format!("broken-{number}.json"), &case);
         let out = folder.path().join(format!("out-{number}"));
-        for command in ["check", "run"] {
+        for command in ["check", "run", "run --quiet"] {
             let mut run = colluvium();
-            run.arg(command).arg(&file);
-            if command == "run" {
+            run.args(command.split(' ')).arg(&file);
+            if command != "check" {
                 run.arg("--out").arg(&out);
             }
             let (code, _, errors) = output(&mut run);
             assert_eq!(code, 3, "{command} {pointer}: {errors}");
-            let first = errors.lines().next().unwrap_or_default();
+            // A run warns before its method looks at the case.
+            let first = errors.lines().find(|line| !line.starts_with("warning: ")).unwrap_or_default();
             assert!(first.starts_with(&format!("error: {path}: ")), "{command} {pointer}: {first}");
             assert!(!errors.contains("panicked"), "{errors}");
         }
         assert!(!out.exists(), "{pointer}: a broken case leaves nothing");
     }
+}
+
+#[test]
+fn a_check_warns_on_standard_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(folder.path(), "column.json", &column());
+    let (code, text, errors) = output(colluvium().arg("check").arg(&file));
+    assert!(code == 0 && text.contains("points") && !text.contains("warning"), "{text}");
+    assert!(errors.starts_with("warning: stages[0].damping: "), "{errors}");
 }
 
 #[test]
@@ -172,6 +189,48 @@ fn threads_do_not_change_a_bit() {
     }
 }
 
+/// The column as it hangs together until its strength is searched for.
+fn searched() -> Value {
+    let mut case = column();
+    case["materials"]["sand"]["cohesion"] = json!(2000);
+    case["stages"] = json!([{ "name": "rest", "duration": 0.01, "damping": 0.5 }]);
+    case["measures"] = json!({ "safety": {
+        "kind": "factor-of-safety", "after": "rest", "duration": 0.1, "height": 0.1, "damping": 0.5,
+        "range": [0.5, 20], "tolerance": 0.1
+    } });
+    case
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_search_ends_with_code_4_and_goes_on_when_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(folder.path(), "slope.json", &searched());
+    let run = |out: &Path, flag: Option<&str>| {
+        let mut command = colluvium();
+        command.args(["run", "--quiet", "--out"]).arg(out).arg(&file).args(flag);
+        command
+    };
+    let out = folder.path().join("cut");
+    let mut child = run(&out, None).spawn().expect("the program starts");
+    while !out.join("trials-safety.csv").exists() && child.try_wait().expect("a child").is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    assert!(killed.success());
+    assert_eq!(child.wait().expect("a child").code(), Some(4));
+    assert_eq!(summary(&out)["status"], "interrupted");
+    let (code, _, errors) = output(&mut run(&out, Some("--resume")));
+    assert_eq!(code, 0, "{errors}");
+    let whole = folder.path().join("whole");
+    assert_eq!(output(&mut run(&whole, None)).0, 0);
+    let (found, exact) = (summary(&out), summary(&whole));
+    assert!(exact["factors_of_safety"]["safety"]["factor"].is_number(), "{exact}");
+    assert_eq!(found["factors_of_safety"], exact["factors_of_safety"]);
+    assert_eq!(found["snapshot_hash"], exact["snapshot_hash"]);
+    assert!(results(&out) == results(&whole), "every file is the same");
+}
+
 fn modified(file: &Path) -> Option<SystemTime> {
     fs::metadata(file).and_then(|data| data.modified()).ok()
 }
@@ -195,6 +254,7 @@ fn a_killed_run_resumes_to_the_last_bit() {
     let (code, _, errors) = output(colluvium().args(["run", "--quiet", "--out"]).arg(&whole).arg(&file));
     assert_eq!(code, 0, "{errors}");
     assert_eq!(summary(&whole)["status"], "completed");
+    assert_eq!(summary(&whole)["commit"].as_str(), colluvium::COMMIT);
     let killed = folder.path().join("killed");
     let mut kills = 0;
     let mut kept = None;

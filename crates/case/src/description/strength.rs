@@ -1,7 +1,7 @@
 //! Strength that is lost in a stage, and the search for how much may be.
 
-use colluvium_constitutive::MaterialError;
 use colluvium_constitutive::laws::{ReductionScope, StrengthReduction};
+use colluvium_constitutive::{MaterialError, MaterialSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +20,21 @@ pub struct Weakening {
     /// Names of the materials; all that have a strength when absent.
     #[serde(default)]
     pub materials: Option<Vec<String>>,
+}
+
+/// Takes an initial stress outside the yield surface back to it, in materials around another too.
+fn project(material: &mut MaterialSpec) {
+    match material {
+        MaterialSpec::DruckerPrager(spec) => spec.project = true,
+        MaterialSpec::MohrCoulomb(spec) => spec.project = true,
+        MaterialSpec::Tresca(spec) => spec.project = true,
+        MaterialSpec::VonMises(spec) => spec.project = true,
+        MaterialSpec::Eigenstrain(spec) => project(&mut spec.material),
+        MaterialSpec::StrengthReduced(spec) => project(&mut spec.material),
+        MaterialSpec::Undrained(spec) => project(&mut spec.skeleton),
+        // No other can be weakened.
+        _ => {}
+    }
 }
 
 /// Search for a factor of safety by strength reduction (SPH sheet §3.5).
@@ -92,7 +107,9 @@ impl Case {
         self.stages.iter().take(stage.saturating_add(1)).rev().find_map(|stage| stage.weakening.as_ref())
     }
 
-    /// The case with the materials as they are in stage number `stage`.
+    /// The case with the materials as they are in stage number `stage`. Weakened ones have `project`: the initial stress,
+    /// which the full strength bears, may lie outside what is left of it, and a state at the start of the stage replaces
+    /// it anyway.
     ///
     /// # Errors
     /// When a material cannot be weakened, by the path of the stage.
@@ -117,7 +134,10 @@ impl Case {
                 continue;
             }
             match spec.strength_reduced(&reduction) {
-                Ok(reduced) => (*spec, any) = (reduced, true),
+                Ok(reduced) => {
+                    (*spec, any) = (reduced, true);
+                    project(spec);
+                }
                 Err(MaterialError::Choice { field, .. }) if named.is_none() && field == "model" => {}
                 Err(error) => return Err(CaseError::new(path, format!("material {name:?}: {error}"))),
             }
@@ -143,5 +163,39 @@ impl Case {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use colluvium_constitutive::laws::EigenstrainSpec;
+    use serde_json::Value;
+
+    use super::*;
+
+    fn innermost(spec: &MaterialSpec) -> &MaterialSpec {
+        spec.inner().map_or(spec, innermost)
+    }
+
+    #[test]
+    fn whatever_can_be_weakened_may_start_outside_what_is_left_of_its_strength() {
+        let reduction = StrengthReduction::by(1.05);
+        let mut all = MaterialSpec::examples();
+        let drying = |material: &MaterialSpec| {
+            let material = Box::new(material.clone());
+            MaterialSpec::Eigenstrain(EigenstrainSpec { volumetric_strain: 0.0, duration: 1.0, material })
+        };
+        all.extend(all.iter().map(drying).collect::<Vec<_>>());
+        all.extend(MaterialSpec::wrapped_examples());
+        let mut names: Vec<&str> = Vec::new();
+        for mut reduced in all.iter().filter_map(|spec| spec.strength_reduced(&reduction).ok()) {
+            project(&mut reduced);
+            let law = serde_json::to_value(innermost(&reduced)).unwrap();
+            assert_eq!(law["project"], Value::Bool(true), "{} around {}", reduced.name(), law["model"]);
+            names.push(reduced.name());
+        }
+        for name in ["mohr-coulomb", "undrained", "eigenstrain", "strength-reduced"] {
+            assert!(names.contains(&name), "{name} is not among {names:?}");
+        }
     }
 }

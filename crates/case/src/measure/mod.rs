@@ -2,10 +2,11 @@
 
 mod front;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use crate::description::{Measure, Side};
-use crate::{Case, FieldData, Reaction, Snapshot, Solver};
+use crate::description::{Body, Measure, Side};
+use crate::{Case, Field, FieldData, Reaction, Snapshot, Solver};
 
 pub use front::{Columns, front};
 
@@ -17,17 +18,20 @@ pub type Reading = (String, String, f64);
 pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading> {
     let mut readings = Vec::new();
     for (name, measure) in &case.measures {
-        let front = |side: Side, quantile: f64, own: Option<f64>| match quantile {
-            1.0 => Columns::of(case, side, own.or(cell), snapshot).front(snapshot),
-            _ => front(snapshot, side, quantile),
+        let front = |side: Side, quantile: f64, own: Option<f64>, bodies: &Option<Vec<String>>| {
+            let counted = counted(case, snapshot, bodies.as_deref());
+            match quantile {
+                1.0 => Columns::of(case, side, own.or(cell), &counted).front(&counted),
+                _ => front(&counted, side, quantile),
+            }
         };
         match measure {
-            Measure::Front { side, quantile, cell } => {
-                readings.push((name.clone(), "m".to_owned(), front(*side, *quantile, *cell)));
+            Measure::Front { side, quantile, cell, bodies } => {
+                readings.push((name.clone(), "m".to_owned(), front(*side, *quantile, *cell, bodies)));
             }
-            Measure::RunOut { side, origin, initial_length, quantile, cell } => {
+            Measure::RunOut { side, origin, initial_length, quantile, cell, bodies } => {
                 let sign = if side.is_max() { 1.0 } else { -1.0 };
-                let length = sign * (front(*side, *quantile, *cell) - origin);
+                let length = sign * (front(*side, *quantile, *cell, bodies) - origin);
                 readings.push((name.clone(), String::new(), (length - initial_length) / initial_length));
             }
             Measure::Probe { position, radius, fields } => {
@@ -40,6 +44,36 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
         }
     }
     readings
+}
+
+/// The points that count where mass is looked for, with their `mass`: those of `bodies`, or of all that are not rigid.
+pub fn counted<'a>(case: &Case, snapshot: &'a Snapshot, bodies: Option<&[String]>) -> Cow<'a, Snapshot> {
+    let counts = |body: &Body| match bodies {
+        Some(names) => names.contains(&body.name),
+        None => !body.rigid,
+    };
+    let counts: Vec<bool> = case.bodies.iter().map(counts).collect();
+    let kept = |i: &usize| counts.get(snapshot.bodies[*i] as usize).copied().unwrap_or(true);
+    let kept: Vec<usize> = (0..snapshot.bodies.len()).filter(kept).collect();
+    if kept.len() == snapshot.bodies.len() {
+        return Cow::Borrowed(snapshot);
+    }
+    let mass = snapshot.field("mass").and_then(|field| match &field.data {
+        FieldData::Scalar(values) => {
+            let data = FieldData::Scalar(kept.iter().map(|&i| values[i]).collect());
+            Some(Field { name: field.name.clone(), unit: field.unit, data })
+        }
+        _ => None,
+    });
+    Cow::Owned(Snapshot {
+        time: snapshot.time,
+        step: snapshot.step,
+        ids: kept.iter().map(|&i| snapshot.ids[i]).collect(),
+        bodies: kept.iter().map(|&i| snapshot.bodies[i]).collect(),
+        positions: kept.iter().map(|&i| snapshot.positions[i]).collect(),
+        extents: kept.iter().map(|&i| snapshot.extents[i]).collect(),
+        fields: mass.into_iter().collect(),
+    })
 }
 
 /// Reads what the case measures and no snapshot tells off a solver: of reactions, force and impulse along each axis; energy
@@ -112,8 +146,9 @@ fn probe(name: &str, snapshot: &Snapshot, place: &[f64], radius: f64, fields: &[
 
 #[cfg(test)]
 mod tests {
+    use serde_json::{Value, json};
+
     use super::*;
-    use crate::Field;
 
     fn line(positions: &[f64]) -> Snapshot {
         let count = positions.len();
@@ -140,6 +175,44 @@ mod tests {
         for (found, exact) in heights.iter().zip(expected) {
             assert!((found.0 - exact.0).abs() < 1e-12 && (found.1 - exact.1).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn rigid_bodies_count_only_where_they_are_named() {
+        let body = |name: &str, at: f64, rigid: bool| {
+            let shape = json!({ "kind": "box", "min": [at, 0], "max": [at + 1.0, 1] });
+            json!({ "name": name, "material": "m", "rigid": rigid, "shape": shape })
+        };
+        let measure = |bodies: Value| {
+            let mut measure = json!({ "kind": "front", "side": "x-max", "quantile": 0.5 });
+            if !bodies.is_null() {
+                measure["bodies"] = bodies;
+            }
+            measure
+        };
+        let elastic =
+            json!({ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 });
+        let case = json!({
+            "title": "plough", "space": "plane-strain", "gravity": [0, -10],
+            "domain": { "min": [0, 0], "max": [9, 9] }, "materials": { "m": elastic },
+            "bodies": [body("soil", 0.0, false), body("stone", 2.0, false), body("plough", 4.0, true)],
+            "stages": [{ "name": "go", "duration": 1 }],
+            "measures": {
+                "loose": measure(Value::Null),
+                "plough": measure(json!(["plough"])),
+                "soil": measure(json!(["soil"])),
+                "run": { "kind": "run-out", "side": "x-max", "origin": 0, "initial_length": 2, "cell": 9 }
+            }
+        });
+        let case = Case::from_json(&case.to_string()).unwrap();
+        let snapshot = Snapshot { bodies: vec![0, 1, 2], ..line(&[0.55, 2.95, 4.95]) };
+        let readings = read(&case, &snapshot, None);
+        for (name, exact) in [("loose", 0.6), ("plough", 5.0), ("soil", 0.6), ("run", 0.5)] {
+            let found = readings.iter().find(|(n, ..)| n == name).unwrap().2;
+            assert!((found - exact).abs() < 1e-12, "{name}: {found} is not {exact}");
+        }
+        let heights = profile(&counted(&case, &snapshot, None), 0, 1, 9.0);
+        assert!((heights[0].1 - 1.525).abs() < 1e-12, "the plough is higher: {heights:?}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod folder;
 mod record;
+mod row;
 mod safety;
 
 use std::collections::BTreeMap;
@@ -18,6 +19,7 @@ use crate::output::{OutputError, Table};
 use crate::{Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, SolverError, TimeStep};
 use record::{Progress, Recorder};
 
+pub use row::check_names;
 pub use safety::{Safety, Trial};
 
 /// Steps between checks of a stage's equilibrium.
@@ -41,12 +43,14 @@ pub struct RunOptions {
     pub keep_frames: bool,
     /// Set from elsewhere to stop at the next step, with a checkpoint.
     pub stop: Option<Arc<AtomicBool>>,
+    /// Commit of the program, for the record.
+    pub commit: Option<String>,
 }
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// All stages are done.
+    /// All stages and searches for a factor of safety are done.
     Completed,
     /// It was asked to stop.
     Interrupted,
@@ -104,7 +108,15 @@ pub enum RunError {
         /// Kinetic-energy ratio at the end.
         kinetic: f64,
     },
-    /// The solver has no usable time step, for example because no point is left.
+    /// Nothing limits the time step: there is no material that moves.
+    #[error("stage {stage:?}, t = {time} s: nothing is left to move, all bodies are removed or rigid")]
+    NothingMoves {
+        /// Name of the stage.
+        stage: String,
+        /// Time (s).
+        time: f64,
+    },
+    /// The solver has no usable time step.
     #[error("t = {time} s: no stable time step (found {dt} s, limited by: {limit})")]
     TimeStep {
         /// Time (s).
@@ -114,9 +126,16 @@ pub enum RunError {
         /// Why.
         limit: &'static str,
     },
-    /// A search for a factor of safety was asked to stop.
-    #[error("the search for a factor of safety was interrupted; the run before it is complete")]
-    SearchStopped,
+    /// A trial of a search for a factor of safety could not go on.
+    #[error("measures.{measure}: trial with the factor {factor}: {source}")]
+    Trial {
+        /// Name of the measure.
+        measure: String,
+        /// The factor.
+        factor: f64,
+        /// Why.
+        source: Box<RunError>,
+    },
     /// The folder cannot be used.
     #[error("{}: {problem}", path.display())]
     Folder {
@@ -160,6 +179,7 @@ fn start(
     options: &RunOptions,
 ) -> Result<RunReport, RunError> {
     case.validate()?;
+    check_names(case, &*solver)?;
     let recorder = Recorder::open(case, options)?;
     let mut run = Run {
         case,
@@ -173,6 +193,8 @@ fn start(
         started: Instant::now(),
         saved: Instant::now(),
         first_step: 0,
+        safety: BTreeMap::new(),
+        searched: Duration::ZERO,
     };
     let result = run.all();
     let ending = match &result {
@@ -184,11 +206,7 @@ fn start(
     let finished = run.finish(ending, reason.as_deref());
     let ending = result?;
     finished?;
-    let mut report = run.report(ending);
-    if let (Some(method), Ending::Completed) = (method, ending) {
-        report.safety = run.factors_of_safety(method)?;
-    }
-    Ok(report)
+    Ok(run.report(ending))
 }
 
 struct Run<'a> {
@@ -204,6 +222,9 @@ struct Run<'a> {
     started: Instant,
     saved: Instant,
     first_step: u64,
+    safety: BTreeMap<String, Safety>,
+    /// Wall-clock time of the searches.
+    searched: Duration,
 }
 
 fn bar(case: &Case, options: &RunOptions) -> ProgressBar {
@@ -226,6 +247,12 @@ impl Run<'_> {
         }
         self.first_step = self.solver.step_count();
         let resumed = self.progress.begun;
+        let last = self.case.stages.len() - 1;
+        if self.progress.stage > last {
+            // What was interrupted is a search: the solver stands where the last stage ended.
+            self.weaken(last)?;
+            self.solver.begin_stage(last, self.progress.stage_start())?;
+        }
         for stage in self.progress.stage..self.case.stages.len() {
             if !resumed || stage != self.progress.stage {
                 self.progress.stage = stage;
@@ -248,7 +275,7 @@ impl Run<'_> {
                 self.recorder.keep_state(&done.name, self.solver.save())?;
             }
         }
-        Ok(Ending::Completed)
+        self.search()
     }
 
     /// Puts the state into a solver whose materials have the strength of the stage.
@@ -263,29 +290,38 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn factors_of_safety(&mut self, method: &dyn Method) -> Result<BTreeMap<String, Safety>, RunError> {
-        let mut found = BTreeMap::new();
-        for search in self.case.factors_of_safety() {
-            let rest = self.recorder.state(&search.1.after)?;
-            found
-                .insert(search.0.to_owned(), safety::search(method, self.case, search, &rest, self.options)?);
+    /// Searches for the factors of safety, from the states that were kept. The checkpoint before lets an interrupted
+    /// search be taken up again.
+    fn search(&mut self) -> Result<Ending, RunError> {
+        let (Some(method), Some(_)) = (self.method, self.case.factors_of_safety().next()) else {
+            return Ok(Ending::Completed);
+        };
+        self.recorder.output_last(&*self.solver, &mut self.progress)?;
+        self.progress.stage = self.case.stages.len();
+        self.save()?;
+        let begun = Instant::now();
+        for (name, search) in self.case.factors_of_safety() {
+            self.bar.set_message(format!("searching for {name}"));
+            let rest = self.recorder.state(&search.after)?;
+            let found = safety::search(method, self.case, (name, search), &rest, self.options);
+            self.searched = begun.elapsed();
+            let Some(found) = found? else { return Ok(Ending::Interrupted) };
+            self.safety.insert(name.to_owned(), found);
         }
-        if let (Some(out), false) = (&self.options.out, found.is_empty()) {
-            safety::note(out, &found)?;
-        }
-        Ok(found)
+        Ok(Ending::Completed)
     }
 
     /// Steps through a stage.
     fn stage(&mut self, stage: &Stage) -> Result<Ending, RunError> {
         let end = self.progress.stage_start() + stage.duration;
+        let span = stage.duration.min(self.recorder.shortest_interval());
         loop {
             if asked_to_stop(self.options) {
                 return Ok(Ending::Interrupted);
             }
-            let limit = stable_step(&mut *self.solver)?;
+            let limit = stable_step(&mut *self.solver, &stage.name)?;
             let until = self.recorder.next_output(&self.progress).min(end);
-            let Some(dt) = step_towards(self.solver.time(), until, limit.dt) else {
+            let Some(dt) = step_towards(self.solver.time(), until, limit.dt.min(span)) else {
                 self.recorder.output(&*self.solver, &mut self.progress)?;
                 if until >= end {
                     return self.stage_over(stage);
@@ -354,7 +390,7 @@ impl Run<'_> {
             self.recorder.output_last(&*self.solver, &mut self.progress)?;
         }
         let wall = self.started.elapsed().as_secs_f64();
-        self.recorder.summary(ending, reason, &*self.solver, &self.progress, wall)?;
+        self.recorder.summary(ending, reason, &*self.solver, &self.progress, (wall, &self.safety))?;
         Ok(())
     }
 
@@ -371,8 +407,8 @@ impl Run<'_> {
             end: self.solver.budget(),
             steps,
             wall,
-            updates_per_second: updates / wall,
-            safety: BTreeMap::new(),
+            updates_per_second: updates / (wall - self.searched.as_secs_f64()),
+            safety: std::mem::take(&mut self.safety),
         }
     }
 }
@@ -381,17 +417,20 @@ fn asked_to_stop(options: &RunOptions) -> bool {
     options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
 }
 
-/// The solver's stable step.
-fn stable_step(solver: &mut dyn Solver) -> Result<TimeStep, RunError> {
+/// The solver's stable step in the stage of that name.
+fn stable_step(solver: &mut dyn Solver, stage: &str) -> Result<TimeStep, RunError> {
     let limit = solver.time_step();
     if limit.dt.is_finite() && limit.dt > 0.0 {
         return Ok(limit);
+    }
+    if limit.dt == f64::INFINITY {
+        return Err(RunError::NothingMoves { stage: stage.to_owned(), time: solver.time() });
     }
     Err(RunError::TimeStep { time: solver.time(), dt: limit.dt, limit: limit.limit })
 }
 
 /// The step from `time` towards `until`: at most `limit`, the last two alike so that none is a
-/// sliver; `None` once there.
+/// sliver; `None` once there, to a part of `limit`, which is therefore no longer than what is waited for.
 fn step_towards(time: f64, until: f64, limit: f64) -> Option<f64> {
     let rest = until - time;
     if rest <= 1e-9 * limit {

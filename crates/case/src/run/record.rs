@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::folder::{self, CASE, CHECKPOINT, COLLECTION, FRAMES, MEASURES, SUMMARY, Tables};
-use super::{RunError, RunOptions};
+use super::{RunError, RunOptions, Safety, row};
 use crate::description::Measure;
 use crate::output::{Collection, OutputError, Table, read_frame, write_atomically, write_frame};
 use crate::{Budget, Case, PhaseBudget, Snapshot, Solver, SolverError, measure};
@@ -95,6 +95,8 @@ pub(super) struct Recorder<'a> {
     pub(super) kept: Vec<Snapshot>,
     /// States of the solver at the ends of stages, by their names.
     states: BTreeMap<String, Vec<u8>>,
+    /// Of the case.
+    fingerprint: u64,
 }
 
 impl<'a> Recorder<'a> {
@@ -109,6 +111,7 @@ impl<'a> Recorder<'a> {
             table: Table::default(),
             kept: Vec::new(),
             states: BTreeMap::new(),
+            fingerprint: case.fingerprint(),
         };
         if let Some(out) = &options.out {
             recorder.prepare(out)?;
@@ -118,7 +121,9 @@ impl<'a> Recorder<'a> {
 
     fn prepare(&self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
-        let running = json!({ "status": "running", "title": self.case.title, "method": self.options.method });
+        let running = json!({
+            "status": "running", "title": self.case.title, "method": self.options.method, "fingerprint": self.mark(),
+        });
         let used = out.join(SUMMARY).exists() || out.join(CHECKPOINT).exists();
         if self.options.resume {
             if !used {
@@ -148,13 +153,15 @@ impl<'a> Recorder<'a> {
         if summary["status"] == "completed" {
             return Err(folder("holds a complete run: there is nothing to resume"));
         }
-        let text = fs::read_to_string(out.join(CASE)).unwrap_or_default();
-        match Case::from_json(&text) {
-            Ok(case) if case.fingerprint() != self.case.fingerprint() => {
-                Err(folder("holds a run of another case"))
-            }
-            _ => Ok(()),
+        if summary["fingerprint"].as_str().is_some_and(|mark| mark != self.mark()) {
+            return Err(folder("holds a run of another case"));
         }
+        Ok(())
+    }
+
+    /// The fingerprint of the case in a summary.
+    fn mark(&self) -> String {
+        format!("{:016x}", self.fingerprint)
     }
 
     /// First row and frame, at time zero.
@@ -167,6 +174,11 @@ impl<'a> Recorder<'a> {
     pub(super) fn next_output(&self, progress: &Progress) -> f64 {
         let row = progress.rows as f64 * self.row_interval;
         self.frame_interval.map_or(row, |interval| row.min(progress.frames as f64 * interval))
+    }
+
+    /// The shorter of the times between rows and between frames (s).
+    pub(super) fn shortest_interval(&self) -> f64 {
+        self.row_interval.min(self.frame_interval.unwrap_or(f64::INFINITY))
     }
 
     /// Writes the row and the frame that are due.
@@ -216,38 +228,8 @@ impl<'a> Recorder<'a> {
         snapshot: &Snapshot,
         time_step: Option<f64>,
     ) -> Result<(), RunError> {
-        let mut readings = vec![
-            ("time".to_owned(), "s".to_owned(), solver.time()),
-            ("step".to_owned(), String::new(), solver.step_count() as f64),
-            ("time_step".to_owned(), "s".to_owned(), time_step.unwrap_or(f64::NAN)),
-        ];
-        let budget = solver.budget();
-        let mut push = |name: &str, unit: &str, value: f64| {
-            readings.push((name.to_owned(), unit.to_owned(), value));
-        };
-        push("mass", "kg", budget.mass);
-        for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            push(&format!("momentum.{axis}"), "kg m/s", budget.momentum[c]);
-        }
-        push("angular_momentum.z", "kg m2/s", budget.angular_momentum[2]);
-        push("kinetic_energy", "J", budget.kinetic);
-        push("elastic_energy", "J", budget.elastic);
-        push("potential_energy", "J", budget.potential);
-        if let Some(liquid) = budget.liquid {
-            push("liquid_mass", "kg", liquid.mass);
-            for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
-                push(&format!("liquid_momentum.{axis}"), "kg m/s", liquid.momentum[c]);
-            }
-            push("liquid_kinetic_energy", "J", liquid.kinetic);
-            push("liquid_elastic_energy", "J", liquid.elastic);
-            push("liquid_potential_energy", "J", liquid.potential);
-        }
-        let equilibrium = solver.equilibrium();
-        push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
-        push("kinetic_ratio", "", equilibrium.map_or(f64::NAN, |e| e.kinetic_ratio));
-        readings.extend(solver.readings());
-        readings.extend(measure::read(self.case, snapshot, solver.cell_size()));
-        readings.extend(measure::of_solver(self.case, solver));
+        let mut readings = row::of_run(solver, time_step);
+        readings.extend(row::of_case(self.case, solver, snapshot));
         if self.table.columns.is_empty() {
             self.table.columns =
                 readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
@@ -277,8 +259,9 @@ impl<'a> Recorder<'a> {
         let columns = [("time", "s"), ("position", "m"), ("height", "m")];
         let columns = columns.map(|(name, unit)| (name.to_owned(), unit.to_owned()));
         for (name, measure) in &self.case.measures {
-            let Measure::Profile { axis, height, bin } = measure else { continue };
-            let heights = measure::profile(snapshot, *axis, *height, *bin);
+            let Measure::Profile { axis, height, bin, bodies } = measure else { continue };
+            let counted = measure::counted(self.case, snapshot, bodies.as_deref());
+            let heights = measure::profile(&counted, *axis, *height, *bin);
             let rows: Vec<Vec<f64>> =
                 heights.into_iter().map(|(x, top)| vec![snapshot.time, x, top]).collect();
             self.tables.append(&folder::profile(name), &columns, &rows)?;
@@ -291,7 +274,7 @@ impl<'a> Recorder<'a> {
         let Some(out) = &self.options.out else { return Ok(()) };
         let checkpoint = Checkpoint {
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            fingerprint: self.case.fingerprint(),
+            fingerprint: self.fingerprint,
             method: self.options.method.clone(),
             progress: progress.clone(),
             tables: self.tables.sync()?,
@@ -362,7 +345,7 @@ impl<'a> Recorder<'a> {
         let bytes = fs::read(&path).map_err(|error| self.refuse(out, error.to_string()))?;
         let checkpoint: Checkpoint = postcard::from_bytes(&bytes)
             .map_err(|error| self.refuse(out, format!("cannot be read ({error})")))?;
-        if checkpoint.fingerprint != self.case.fingerprint() {
+        if checkpoint.fingerprint != self.fingerprint {
             return Err(self.refuse(out, "was written for another case".to_owned()));
         }
         if checkpoint.method != self.options.method || checkpoint.version != env!("CARGO_PKG_VERSION") {
@@ -372,14 +355,14 @@ impl<'a> Recorder<'a> {
         Ok(Some(checkpoint))
     }
 
-    /// Writes the summary.
+    /// Writes the summary, with wall-clock time (s) and factors of safety.
     pub(super) fn summary(
         &self,
         status: &str,
         reason: Option<&str>,
         solver: &dyn Solver,
         progress: &Progress,
-        wall: f64,
+        (wall, safety): (f64, &BTreeMap<String, Safety>),
     ) -> Result<(), RunError> {
         let budget = |b: Budget| {
             let mut all = json!({
@@ -405,7 +388,8 @@ impl<'a> Recorder<'a> {
             "title": self.case.title,
             "method": self.options.method,
             "version": env!("CARGO_PKG_VERSION"),
-            "commit": option_env!("COLLUVIUM_COMMIT"),
+            "commit": self.options.commit,
+            "fingerprint": self.mark(),
             "wall_time": wall,
             "steps": solver.step_count(),
             "time": solver.time(),
@@ -414,6 +398,11 @@ impl<'a> Recorder<'a> {
             "measures": measures,
             "case": self.case,
         });
+        if !safety.is_empty() {
+            let found: serde_json::Map<String, serde_json::Value> =
+                safety.iter().map(|(name, safety)| (name.clone(), safety.to_json())).collect();
+            summary["factors_of_safety"] = found.into();
+        }
         if completed {
             self.tables.sync()?;
             summary["end"] = budget(solver.budget());

@@ -1,15 +1,12 @@
 //! Factors of safety by strength reduction (SPH sheet §3.5; Bui & Nguyen 2021, section 4.1): trials from one
 //! state at rest, bisected between a factor at which the bodies come to rest again and one at which they do not.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use serde_json::{Value, json};
 
-use serde_json::json;
-
-use super::folder::{SUMMARY, trials};
+use super::folder::trials;
 use super::{RunError, RunOptions};
-use crate::description::FactorOfSafety;
-use crate::output::{OutputError, Table, write_atomically};
+use crate::description::{FactorOfSafety, Stage};
+use crate::output::Table;
 use crate::{Case, Method, Snapshot, Solver};
 
 /// Steps between two looks at a trial.
@@ -68,24 +65,57 @@ impl Safety {
             rows: self.trials.iter().map(row).collect(),
         }
     }
+
+    /// What the summary of a run says of it.
+    pub(super) fn to_json(&self) -> Value {
+        json!({
+            "factor": self.factor(),
+            "stable": (self.stable > 0.0).then_some(self.stable),
+            "failed": self.failed.is_finite().then_some(self.failed),
+            "trials": self.trials.len(),
+        })
+    }
 }
 
-/// Searches for the factor of safety from the state `rest` of the solver at the end of the stage `after`.
+/// The trials of a search that was interrupted: those in its table.
+fn done(options: &RunOptions, name: &str) -> Result<Vec<Trial>, RunError> {
+    let Some(table) = options.out.as_ref().map(|out| out.join(trials(name))) else { return Ok(Vec::new()) };
+    if !options.resume || !table.exists() {
+        return Ok(Vec::new());
+    }
+    let trial = |row: &Vec<f64>| match row[..] {
+        [factor, failed, time, displacement, kinetic_ratio] => {
+            Some(Trial { factor, failed: failed != 0.0, time, displacement, kinetic_ratio })
+        }
+        _ => None,
+    };
+    Ok(Table::read(&table)?.rows.iter().filter_map(trial).collect())
+}
+
+/// Searches for the factor of safety from the state `rest` of the solver at the end of the stage `after`; `None` when
+/// it is asked to stop. Trials that a resumed search has done are not run again.
 ///
 /// # Errors
-/// When a trial cannot be built or its solver cannot go on, or when the run is asked to stop.
+/// When a trial cannot be built or its solver cannot go on.
 pub(super) fn search(
     method: &dyn Method,
     case: &Case,
     (name, search): (&str, &FactorOfSafety),
     rest: &[u8],
     options: &RunOptions,
-) -> Result<Safety, RunError> {
+) -> Result<Option<Safety>, RunError> {
+    let done = done(options, name)?;
     let mut safety = Safety { stable: 0.0, failed: f64::INFINITY, trials: Vec::new() };
     let [low, high] = search.range;
     let mut next = Some(low);
     while let Some(factor) = next {
-        let trial = run_trial(method, &search.trial(case, name, factor), search, rest, options)?;
+        let trial = match done.iter().find(|trial| trial.factor == factor) {
+            Some(trial) => Some(*trial),
+            None => run_trial(method, &search.trial(case, name, factor), search, rest, options).map_err(
+                |error| RunError::Trial { measure: name.to_owned(), factor, source: Box::new(error) },
+            )?,
+        };
+        let Some(trial) = trial else { return Ok(None) };
         let bound = if trial.failed { &mut safety.failed } else { &mut safety.stable };
         *bound = factor;
         safety.trials.push(Trial { factor, ..trial });
@@ -102,7 +132,7 @@ pub(super) fn search(
             open.then_some(0.5 * (safety.stable + safety.failed))
         };
     }
-    Ok(safety)
+    Ok(Some(safety))
 }
 
 fn run_trial(
@@ -111,7 +141,7 @@ fn run_trial(
     search: &FactorOfSafety,
     rest: &[u8],
     options: &RunOptions,
-) -> Result<Trial, RunError> {
+) -> Result<Option<Trial>, RunError> {
     let stage = case.stages.len() - 1;
     let weak = case.weakened(stage).map_err(crate::CaseErrors::one)?;
     let mut solver = method.build(&weak).map_err(crate::CaseErrors::one)?;
@@ -125,10 +155,10 @@ fn run_trial(
     let mut trial = Trial { factor: 0.0, failed: true, time: 0.0, displacement: 0.0, kinetic_ratio: 0.0 };
     loop {
         if super::asked_to_stop(options) {
-            return Err(RunError::SearchStopped);
+            return Ok(None);
         }
         let before = trial.time;
-        let over = advance(&mut *solver, start + search.duration)?;
+        let over = advance(&mut *solver, &case.stages[stage], start)?;
         trial.time = solver.time() - start;
         let kinetic = solver.budget().kinetic;
         peak = peak.max(kinetic);
@@ -137,23 +167,24 @@ fn run_trial(
         let growing = moved > trial.displacement;
         trial.displacement = moved;
         if moved > MOST_MOVED * search.height && growing && kinetic > still {
-            return Ok(trial);
+            return Ok(Some(trial));
         }
         rested = if kinetic < (REST * peak).max(still) { rested + (trial.time - before) } else { 0.0 };
         if rested >= HOLD * search.duration || (over && rested > 0.0) {
-            return Ok(Trial { failed: false, ..trial });
+            return Ok(Some(Trial { failed: false, ..trial }));
         }
         if over {
-            return Ok(trial);
+            return Ok(Some(trial));
         }
     }
 }
 
-/// Some steps, at most until `end`; whether it is reached.
-fn advance(solver: &mut dyn Solver, end: f64) -> Result<bool, RunError> {
+/// Some steps of a stage that began at `start`, at most until its end; whether it is reached.
+fn advance(solver: &mut dyn Solver, stage: &Stage, start: f64) -> Result<bool, RunError> {
     for _ in 0..STEPS_PER_LOOK {
-        let limit = super::stable_step(solver)?;
-        match super::step_towards(solver.time(), end, limit.dt) {
+        let limit = super::stable_step(solver, &stage.name)?;
+        let limit = limit.dt.min(stage.duration);
+        match super::step_towards(solver.time(), start + stage.duration, limit) {
             Some(dt) => solver.step(dt)?,
             None => return Ok(true),
         }
@@ -171,25 +202,6 @@ fn moved(now: &Snapshot, before: &Snapshot) -> f64 {
     }
     let (_, value, _) = all.select_nth_unstable_by(rank, |a, b| b.total_cmp(a));
     *value
-}
-
-/// Adds what was found to the summary of the run.
-pub(super) fn note(out: &Path, found: &BTreeMap<String, Safety>) -> Result<(), RunError> {
-    let path = out.join(SUMMARY);
-    let fail = |error: &dyn std::fmt::Display| OutputError::new(&path, error);
-    let text = std::fs::read_to_string(&path).map_err(|error| fail(&error))?;
-    let mut summary: serde_json::Value = serde_json::from_str(&text).map_err(|error| fail(&error))?;
-    for (name, safety) in found {
-        let finite = |value: f64| value.is_finite().then_some(value);
-        summary["factors_of_safety"][name] = json!({
-            "factor": safety.factor(),
-            "stable": (safety.stable > 0.0).then_some(safety.stable),
-            "failed": finite(safety.failed),
-            "trials": safety.trials.len(),
-        });
-    }
-    let text = serde_json::to_string_pretty(&summary).map_err(|error| fail(&error))?;
-    Ok(write_atomically(&path, text.as_bytes())?)
 }
 
 #[cfg(test)]

@@ -96,6 +96,62 @@ impl Solver for Oscillators {
     }
 }
 
+/// A point at rest with a stable step of its own.
+struct Still {
+    dt: f64,
+    time: f64,
+    steps: u64,
+}
+
+impl Solver for Still {
+    fn time(&self) -> f64 {
+        self.time
+    }
+    fn step_count(&self) -> u64 {
+        self.steps
+    }
+    fn points(&self) -> usize {
+        1
+    }
+    fn time_step(&mut self) -> TimeStep {
+        TimeStep { dt: self.dt, limit: "test", point: None, position: [0.0; 3] }
+    }
+    fn step(&mut self, dt: f64) -> Result<(), SolverError> {
+        self.time += dt;
+        self.steps += 1;
+        Ok(())
+    }
+    fn begin_stage(&mut self, _stage: usize, _start: f64) -> Result<(), SolverError> {
+        Ok(())
+    }
+    fn end_stage(&mut self, _stage: &Stage) -> Result<(), SolverError> {
+        Ok(())
+    }
+    fn equilibrium(&self) -> Option<Equilibrium> {
+        None
+    }
+    fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            time: self.time,
+            step: self.steps,
+            ids: vec![0],
+            bodies: vec![0],
+            positions: vec![[0.0; 3]],
+            extents: vec![[0.1; 3]],
+            fields: Vec::new(),
+        }
+    }
+    fn budget(&self) -> Budget {
+        Budget::default()
+    }
+    fn save(&self) -> Vec<u8> {
+        Vec::new()
+    }
+    fn restore(&mut self, _bytes: &[u8]) -> Result<(), SolverError> {
+        Ok(())
+    }
+}
+
 fn case(stages: &str) -> Case {
     let text = format!(
         r#"{{
@@ -158,6 +214,60 @@ fn no_step_is_a_sliver() {
         time += dt;
     }
     assert!(least >= 0.15 - 1e-12 && (time - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_stable_step_far_beyond_the_run_is_no_end_of_it() {
+    let case = case(r#"[ { "name": "a", "duration": 0.35 }, { "name": "b", "duration": 0.65 } ]"#);
+    for dt in [1.0, 1e9, 1e200] {
+        let solver = Box::new(Still { dt, time: 0.0, steps: 0 });
+        let report = run(&case, solver, &RunOptions::default()).unwrap();
+        assert_eq!(
+            (report.steps, report.table.rows.len()),
+            (11, 11),
+            "a step to each row and end of a stage"
+        );
+        assert!((report.snapshot.time - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_run_with_nothing_left_to_move_says_so_with_its_stage() {
+    let case = case(r#"[ { "name": "dig", "duration": 1 } ]"#);
+    let solver = Box::new(Still { dt: f64::INFINITY, time: 0.0, steps: 0 });
+    let error = run(&case, solver, &RunOptions::default()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "stage \"dig\", t = 0 s: nothing is left to move, all bodies are removed or rigid"
+    );
+}
+
+#[test]
+fn names_that_only_the_solver_can_judge_are_refused_before_anything_is_written() {
+    let probe = |field: &str| serde_json::json!({ "kind": "probe", "position": [0, 0], "radius": 1, "fields": ["mass", field] });
+    let front = serde_json::json!({ "kind": "front", "side": "x-max" });
+    for (change, path, words) in [
+        (("fields", serde_json::json!(["mass", "strss"])), "output.fields[1]", "did you mean \"stress\"?"),
+        (("fields", serde_json::json!(["heat"])), "output.fields[0]", "there are mass, stress, id"),
+        (("eye", probe("strss")), "measures.eye.fields[1]", "did you mean \"stress\"?"),
+        (("mass", front.clone()), "measures.mass", "the column \"mass\" is there in every run"),
+        (("kinetic_ratio", front), "measures.kinetic_ratio", "is there in every run"),
+    ] {
+        let mut value: serde_json::Value =
+            serde_json::from_str(&case(r#"[ { "name": "all", "duration": 1 } ]"#).to_json()).unwrap();
+        let place = if change.0 == "fields" { "output" } else { "measures" };
+        value[place][change.0] = change.1;
+        let wrong = Case::from_json(&value.to_string()).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let error = run(&wrong, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap_err();
+        assert!(matches!(error, RunError::Case(_)));
+        let error = error.to_string();
+        assert!(error.starts_with(&format!("{path}: ")) && error.contains(words), "{error}");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{path}");
+    }
+    let mut sound = case(r#"[ { "name": "all", "duration": 0.1 } ]"#);
+    sound.output.fields = Some(["stress", "id", "extent"].map(str::to_owned).into());
+    run(&sound, Oscillators::boxed(0.0, None), &RunOptions::default()).unwrap();
 }
 
 #[test]

@@ -37,6 +37,11 @@ impl Findings<'_> {
             if let Some(stage) = load.stage() {
                 self.name(&format!("{path}.stage"), stage, &stages, "the name of a stage");
             }
+            if load.begins(&case.stages).is_some_and(|stage| case.is_removed(load.body(), stage)) {
+                let key = if load.stage().is_some() { "stage" } else { "body" };
+                let problem = format!("the body {:?} is removed by then", load.body());
+                self.report(format!("{path}.{key}"), problem);
+            }
             match load {
                 Load::Traction { value, .. } => self.vector(&format!("{path}.value"), value),
                 Load::Pressure { value, .. } => self.finite(format!("{path}.value"), *value),

@@ -100,6 +100,15 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ),
         ("/materials/sand/model", Value::Null, "materials.sand", "\"model\" is missing"),
         (
+            "/materials/sand",
+            json!({ "model": "eigenstrain", "volumetric_strain": 0, "duration": 1, "material": {
+                "model": "saturation-softened", "saturated_cohesion": 0, "material": {
+                    "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e7, "poissons_ratio": 0.3,
+                    "friction_angle": 30, "cohesion": 1e3 } } }),
+            "bodies[0].material",
+            "without a pore_fluid the body has none",
+        ),
+        (
             "/materials/sand/friction_angle",
             json!(95),
             "materials.sand.friction_angle",
@@ -187,6 +196,14 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "stages[0].motions[0].ramp",
             "longer than the stage",
         ),
+        (
+            "/stages/0",
+            json!({ "name": "settle", "duration": 1, "remove_bodies": ["a"] }),
+            "loads[0].body",
+            "the body \"a\" is removed by then",
+        ),
+        ("/measures/front/bodies", json!(["c"]), "measures.front.bodies[0]", "is not the name of a body"),
+        ("/measures/front/bodies", json!([]), "measures.front.bodies", "name at least one body"),
         ("/domain/periodic", json!(["z"]), "domain.periodic[0]", "does not have this axis"),
         ("/domain/periodic", json!(["x", "x"]), "domain.periodic[1]", "named twice"),
         ("/domain/periodic", json!(["y"]), "boundaries[0].side", "periodic along the axis"),
@@ -568,4 +585,57 @@ fn pore_fluids_out_of_range_are_refused_by_name() {
         case["boundaries"][0]["drained"] = json!(true);
     };
     refused(&dry, "boundaries[0].drained", "no body");
+}
+
+#[test]
+fn what_is_removed_is_neither_moved_nor_loaded() {
+    let mut case = sound();
+    case["bodies"][1]["rigid"] = json!(true);
+    case["loads"][0]["stage"] = json!("go");
+    case["stages"] = json!([
+        { "name": "settle", "duration": 1, "remove_bodies": ["a", "b"] },
+        { "name": "go", "duration": 1, "motions": [{ "of": "b", "velocity": [0, 0] }] }
+    ]);
+    let found = Case::from_json(&case.to_string()).unwrap_err().to_string();
+    let lines: Vec<&str> = found.lines().collect();
+    assert_eq!(
+        lines,
+        [
+            "loads[0].stage: the body \"a\" is removed by then",
+            "stages[1].motions[0].of: the body \"b\" is removed by then"
+        ]
+    );
+    // Until they are removed they may be.
+    case["stages"][0]["remove_bodies"] = json!([]);
+    case["stages"][1]["remove_bodies"] = json!(["a"]);
+    case["loads"][0]["stage"] = json!("settle");
+    Case::from_json(&case.to_string()).unwrap();
+}
+
+#[test]
+fn a_case_is_the_same_from_wherever_it_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = sound();
+    case["methods"]["mpm"]["mesh"] = json!({ "kind": "file", "file": "a.msh" });
+    let file = folder.path().join("case.json");
+    std::fs::write(&file, case.to_string()).unwrap();
+    std::fs::write(folder.path().join("a.msh"), "one mesh").unwrap();
+    let read = Case::load(&file).unwrap();
+    let mesh = |case: &Case| case.methods["mpm"]["mesh"]["file"].as_str().unwrap().to_owned();
+    assert_eq!(mesh(&read), folder.path().join("a.msh").to_str().unwrap());
+    // The copy in another folder.
+    let copy = folder.path().join("out/case.json");
+    std::fs::create_dir(folder.path().join("out")).unwrap();
+    std::fs::write(&copy, read.to_json()).unwrap();
+    assert_eq!(Case::load(&copy).unwrap(), read);
+    // From the working directory, which is that of the crate.
+    let here = std::env::current_dir().unwrap();
+    let up = "../".repeat(here.components().count() - 1);
+    let relative = std::path::Path::new(&up).join(file.strip_prefix("/").unwrap_or(&file));
+    let from_here = Case::load(&relative).unwrap();
+    assert!(std::path::Path::new(&mesh(&from_here)).is_absolute(), "{}", mesh(&from_here));
+    assert_eq!(from_here.fingerprint(), read.fingerprint());
+    let before = read.fingerprint();
+    std::fs::write(folder.path().join("a.msh"), "another").unwrap();
+    assert_ne!(read.fingerprint(), before, "what is in the mesh counts");
 }

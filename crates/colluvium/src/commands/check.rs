@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::case::Case;
+use colluvium::case::run::check_names;
 
 use super::{Failure, choose};
 
@@ -20,6 +21,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
     let plan = method.plan(&case)?;
+    check_names(&case, &*method.build(&case)?)?;
     let step = &plan.time_step;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let seconds = plan.points as f64 * plan.steps as f64 / (plan.updates_per_second * threads as f64);
@@ -41,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         println!("stage          {}: {} s{until}", stage.name, stage.duration);
     }
     for warning in &plan.warnings {
-        println!("warning: {warning}");
+        eprintln!("warning: {warning}");
     }
     Ok(())
 }

@@ -46,9 +46,9 @@ impl Failure {
     /// The exit code.
     pub fn code(&self) -> u8 {
         match self {
+            Self::Case(_) | Self::Run(RunError::Case(_)) => 3,
             Self::Run(_) | Self::Output(_) | Self::Other(_) => 1,
             Self::Usage(_) => 2,
-            Self::Case(_) => 3,
             Self::Interrupted => 4,
         }
     }

@@ -51,6 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         progress: !arguments.quiet && std::io::stderr().is_terminal(),
         keep_frames: false,
         stop: Some(stop),
+        commit: colluvium::COMMIT.map(str::to_owned),
     };
     let threads = arguments.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new()

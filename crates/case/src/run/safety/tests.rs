@@ -1,7 +1,11 @@
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
 use schemars::{JsonSchema, schema_for};
 
 use super::*;
-use crate::description::Stage;
+use crate::run::Ending;
 use crate::{Budget, CaseError, Equilibrium, Field, Plan, SolverError, TimeStep, run_method};
 
 /// Force per mass on the block of [`Slider`] (m/s²), and its cohesion per mass in the case.
@@ -134,10 +138,110 @@ fn a_block_is_as_safe_as_its_cohesion_exceeds_its_pull() {
     assert!((safety.factor().unwrap() - STRENGTH).abs() <= 0.005);
     let table = Table::read(&out.join("trials-safety.csv")).unwrap();
     assert_eq!(table.rows.len(), safety.trials.len());
-    let summary: serde_json::Value =
+    let summary: Value =
         serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
     assert_eq!(summary["factors_of_safety"]["safety"]["factor"].as_f64(), safety.factor());
     assert_eq!(report.snapshot.time, 0.7, "the run itself goes on with its stages");
+}
+
+/// [`Sliding`] that is asked to stop when it builds its solver for the trial of that number, or refuses to build it.
+struct Cut {
+    stop: Arc<AtomicBool>,
+    refuses: bool,
+    trial: usize,
+    built: AtomicUsize,
+}
+
+impl Cut {
+    fn new(trial: usize, refuses: bool) -> Self {
+        Self { stop: Arc::default(), refuses, trial, built: AtomicUsize::new(0) }
+    }
+}
+
+impl Method for Cut {
+    fn name(&self) -> &'static str {
+        "sliding"
+    }
+    fn summary(&self) -> &'static str {
+        "a block"
+    }
+    fn options_schema(&self) -> schemars::Schema {
+        schema_for!(Nothing)
+    }
+    fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
+        Sliding.plan(case)
+    }
+    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+        let built = self.built.fetch_add(1, Ordering::Relaxed);
+        if built == self.trial && self.refuses {
+            return Err(CaseError::new("materials.clay", "refused"));
+        }
+        self.stop.store(built == self.trial, Ordering::Relaxed);
+        Sliding.build(case)
+    }
+}
+
+fn status(out: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).unwrap()).unwrap()
+}
+
+/// Name and bytes of the files in a folder but the summary.
+fn files(out: &Path) -> Vec<(String, Vec<u8>)> {
+    let paths = std::fs::read_dir(out).unwrap().map(|entry| entry.unwrap().path());
+    let kept = paths.filter(|path| path.is_file() && !path.ends_with("summary.json"));
+    let mut files: Vec<_> = kept
+        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(path).unwrap()))
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn an_interrupted_search_is_taken_up_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = |name: &str| RunOptions {
+        method: "sliding".into(),
+        out: Some(folder.path().join(name)),
+        ..RunOptions::default()
+    };
+    let case = searching("[1, 2]");
+    let whole = run_method(&Sliding, &case, &options("whole")).unwrap();
+    let cut = Cut::new(4, false);
+    let report =
+        run_method(&cut, &case, &RunOptions { stop: Some(cut.stop.clone()), ..options("cut") }).unwrap();
+    assert_eq!((report.ending, report.safety.len()), (Ending::Interrupted, 0));
+    let out = folder.path().join("cut");
+    let summary = status(&out);
+    assert_eq!(summary["status"], "interrupted");
+    assert!(summary["factors_of_safety"].is_null(), "{summary}");
+    let again = Cut::new(usize::MAX, false);
+    let report = run_method(&again, &case, &RunOptions { resume: true, ..options("cut") }).unwrap();
+    assert_eq!((report.ending, &report.safety), (Ending::Completed, &whole.safety));
+    // The first build is that of the run.
+    let open = whole.safety["safety"].trials.len() - 3;
+    assert_eq!(again.built.into_inner(), 1 + open, "trials that are done are not run again");
+    let (summary, exact) = (status(&out), status(&folder.path().join("whole")));
+    for key in ["status", "factors_of_safety", "snapshot_hash", "measures", "end"] {
+        assert_eq!(summary[key], exact[key], "{key}");
+    }
+    assert_eq!(summary["status"], "completed");
+    assert!(files(&out) == files(&folder.path().join("whole")));
+}
+
+#[test]
+fn a_trial_that_fails_fails_the_run_which_can_be_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let options =
+        RunOptions { method: "sliding".into(), out: Some(folder.path().to_owned()), ..RunOptions::default() };
+    let case = searching("[1, 2]");
+    let error = run_method(&Cut::new(2, true), &case, &options).unwrap_err();
+    assert_eq!(error.to_string(), "measures.safety: trial with the factor 2: materials.clay: refused");
+    let summary = status(folder.path());
+    assert_eq!(summary["status"], "failed");
+    assert_eq!(summary["reason"].as_str(), Some(error.to_string().as_str()));
+    let report = run_method(&Sliding, &case, &RunOptions { resume: true, ..options }).unwrap();
+    assert!(report.safety["safety"].factor().is_some());
+    assert_eq!(status(folder.path())["status"], "completed");
 }
 
 #[test]
@@ -174,8 +278,8 @@ fn a_weakened_stage_has_the_strength_it_says() {
 #[test]
 fn bad_searches_are_refused_by_path() {
     let measure = |text: &str| {
-        let mut value: serde_json::Value = serde_json::from_str(&searching("[1, 2]").to_json()).unwrap();
-        let change: serde_json::Value = serde_json::from_str(text).unwrap();
+        let mut value: Value = serde_json::from_str(&searching("[1, 2]").to_json()).unwrap();
+        let change: Value = serde_json::from_str(text).unwrap();
         for (key, new) in change.as_object().unwrap() {
             value["measures"]["safety"][key] = new.clone();
         }

@@ -1,0 +1,92 @@
+//! A row of the measures, and the names that a case may use in it.
+
+use crate::description::Measure;
+use crate::json::closest;
+use crate::measure::{self, Reading};
+use crate::{Case, CaseError, CaseErrors, Snapshot, Solver};
+
+/// What every frame holds beside the fields of its snapshot.
+const ALWAYS_IN_FRAMES: [&str; 3] = ["id", "body", "extent"];
+
+/// What stands in a row whatever the case measures: time, totals, what the method adds. `time_step` is the bound on the
+/// last step (s).
+pub(super) fn of_run(solver: &dyn Solver, time_step: Option<f64>) -> Vec<Reading> {
+    let mut readings = Vec::new();
+    let mut push = |name: &str, unit: &str, value: f64| {
+        readings.push((name.to_owned(), unit.to_owned(), value));
+    };
+    let budget = solver.budget();
+    push("time", "s", solver.time());
+    push("step", "", solver.step_count() as f64);
+    push("time_step", "s", time_step.unwrap_or(f64::NAN));
+    push("mass", "kg", budget.mass);
+    for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        push(&format!("momentum.{axis}"), "kg m/s", budget.momentum[c]);
+    }
+    push("angular_momentum.z", "kg m2/s", budget.angular_momentum[2]);
+    push("kinetic_energy", "J", budget.kinetic);
+    push("elastic_energy", "J", budget.elastic);
+    push("potential_energy", "J", budget.potential);
+    if let Some(liquid) = budget.liquid {
+        push("liquid_mass", "kg", liquid.mass);
+        for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            push(&format!("liquid_momentum.{axis}"), "kg m/s", liquid.momentum[c]);
+        }
+        push("liquid_kinetic_energy", "J", liquid.kinetic);
+        push("liquid_elastic_energy", "J", liquid.elastic);
+        push("liquid_potential_energy", "J", liquid.potential);
+    }
+    let equilibrium = solver.equilibrium();
+    push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
+    push("kinetic_ratio", "", equilibrium.map_or(f64::NAN, |e| e.kinetic_ratio));
+    readings.extend(solver.readings());
+    readings
+}
+
+/// What stands in a row because the case measures it.
+pub(super) fn of_case(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> Vec<Reading> {
+    let mut readings = measure::read(case, snapshot, solver.cell_size());
+    readings.extend(measure::of_solver(case, solver));
+    readings
+}
+
+/// Checks the names in a case that only the solver can tell: fields of its points, and columns of the measures that are
+/// there anyway.
+///
+/// # Errors
+/// Every wrong name, with its JSON path.
+pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
+    let snapshot = solver.snapshot();
+    let mut errors = Vec::new();
+    let fields: Vec<&str> = snapshot.fields.iter().map(|field| field.name.as_str()).collect();
+    let mut check = |path: String, name: &str, known: &[&str]| {
+        if !known.contains(&name) {
+            let problem = match closest(name, known) {
+                Some(likely) => format!("{name:?} is not a field; did you mean {likely:?}?"),
+                None => format!("{name:?} is not a field; there are {}", known.join(", ")),
+            };
+            errors.push(CaseError::new(path, problem));
+        }
+    };
+    let in_frames: Vec<&str> = fields.iter().copied().chain(ALWAYS_IN_FRAMES).collect();
+    for (number, name) in case.output.fields.iter().flatten().enumerate() {
+        check(format!("output.fields[{number}]"), name, &in_frames);
+    }
+    for (measure, description) in &case.measures {
+        let Measure::Probe { fields: wanted, .. } = description else { continue };
+        for (number, name) in wanted.iter().enumerate() {
+            check(format!("measures.{measure}.fields[{number}]"), name, &fields);
+        }
+    }
+    let taken = of_run(solver, None);
+    let mut last = None;
+    for (column, ..) in of_case(case, solver, &snapshot) {
+        let measure = column.split('.').next().unwrap_or_default().to_owned();
+        if taken.iter().any(|(name, ..)| *name == column) && last.as_ref() != Some(&measure) {
+            let problem = format!("the column {column:?} is there in every run: choose another name");
+            errors.push(CaseError::new(format!("measures.{measure}"), problem));
+            last = Some(measure);
+        }
+    }
+    if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }
+}

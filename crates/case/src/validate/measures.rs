@@ -1,0 +1,75 @@
+//! Rules of measures.
+
+use super::{Findings, driven};
+use crate::description::Measure;
+
+impl Findings<'_> {
+    pub(super) fn measures(&mut self) {
+        let case = self.case;
+        let dimension = case.dimension();
+        for (name, measure) in &case.measures {
+            let path = format!("measures.{name}");
+            let problem = "a name is made of letters, digits, _ and -: it becomes a column and a file";
+            self.require(is_plain(name), path.clone(), problem);
+            match measure {
+                Measure::Front { side, quantile, cell, bodies }
+                | Measure::RunOut { side, quantile, cell, bodies, .. } => {
+                    self.counted_bodies(&path, bodies.as_deref());
+                    self.side(&format!("{path}.side"), *side);
+                    let problem = format!("{quantile} is not in 0..=1 (0 excluded)");
+                    self.require(*quantile > 0.0 && *quantile <= 1.0, format!("{path}.quantile"), problem);
+                    if let Some(cell) = cell {
+                        self.positive(format!("{path}.cell"), *cell, "m");
+                        let problem = "a quantile below 1 looks at no cells";
+                        self.require(*quantile == 1.0, format!("{path}.cell"), problem);
+                    }
+                    if let Measure::RunOut { origin, initial_length, .. } = measure {
+                        self.finite(format!("{path}.origin"), *origin);
+                        self.positive(format!("{path}.initial_length"), *initial_length, "m");
+                    }
+                }
+                Measure::FactorOfSafety(search) => self.factor_of_safety(&path, search),
+                Measure::Dissipation {} => {}
+                Measure::Profile { axis, height, bin, bodies } => {
+                    self.counted_bodies(&path, bodies.as_deref());
+                    let fits = *axis < dimension && *height < dimension && axis != height;
+                    let problem =
+                        format!("{axis} and height {height} must be two different axes of the space");
+                    self.require(fits, format!("{path}.axis"), problem);
+                    self.positive(format!("{path}.bin"), *bin, "m");
+                }
+                Measure::Reaction { of } => {
+                    let driven = driven(case);
+                    self.name(&format!("{path}.of"), of, &driven, "the name of a rigid body or of a patch");
+                }
+                Measure::Probe { position, radius, fields } => {
+                    self.vector(&format!("{path}.position"), position);
+                    for (axis, place) in position.iter().enumerate().filter(|(_, place)| place.is_finite()) {
+                        self.inside(format!("{path}.position[{axis}]"), axis, *place);
+                    }
+                    self.positive(format!("{path}.radius"), *radius, "m");
+                    self.require(!fields.is_empty(), format!("{path}.fields"), "name at least one field");
+                    for (number, field) in fields.iter().enumerate() {
+                        let problem =
+                            format!("{field:?}: names of fields are made of letters, digits, _ and -");
+                        self.require(is_plain(field), format!("{path}.fields[{number}]"), problem);
+                    }
+                }
+            }
+        }
+    }
+
+    fn counted_bodies(&mut self, path: &str, names: Option<&[String]>) {
+        let Some(names) = names else { return };
+        self.require(!names.is_empty(), format!("{path}.bodies"), "name at least one body, or leave it out");
+        let bodies: Vec<&str> = self.case.bodies.iter().map(|body| body.name.as_str()).collect();
+        for (number, name) in names.iter().enumerate() {
+            self.name(&format!("{path}.bodies[{number}]"), name, &bodies, "the name of a body");
+        }
+    }
+}
+
+/// True for names that can stand in the head of a table.
+fn is_plain(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
+}
