@@ -5,7 +5,7 @@
 //! with that slope, and past all of it the multiplier would be negative: such a step is returned (§3.7.1), and so is
 //! one that would gain work.
 
-use super::{DruckerPrager, Integration, PlasticStrain};
+use super::{Cone, DruckerPrager, Integration, PlasticStrain};
 use crate::laws::Elasticity;
 use crate::{MaterialError, Point, SymTensor};
 
@@ -29,6 +29,7 @@ const LEAST_SHARE: f64 = 0.5;
 
 /// Of a point with some `I1`: flow by a multiplier brings `f` down by `elastic - softening` of it.
 struct Resistance {
+    cone: Cone,
     /// `G + 9 K α α_ψ` (Pa).
     elastic: f64,
     /// `∂_κ f dκ/dΔλ` (Pa): what softening takes of it, less than nothing where the cone hardens.
@@ -51,6 +52,7 @@ impl DruckerPrager {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
         Resistance {
+            cone,
             elastic: g + 9.0 * k * cone.friction * cone.dilatancy,
             softening: (rate.friction * i1 - rate.strength) / 3f64.sqrt(),
         }
@@ -60,12 +62,12 @@ impl DruckerPrager {
     /// corrector with the slopes at the trial, and the multiplier. It means nothing where softening takes half of the
     /// elastic resistance to flow or more; [`SmallStrain::update`](crate::SmallStrain::update) returns such a step.
     pub fn corrected(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
-        self.corrector(trial, kappa, &self.resistance(trial.trace(), kappa))
+        self.corrector(trial, &self.resistance(trial.trace(), kappa))
     }
 
-    fn corrector(&self, trial: &SymTensor, kappa: f64, resistance: &Resistance) -> (SymTensor, f64) {
+    fn corrector(&self, trial: &SymTensor, resistance: &Resistance) -> (SymTensor, f64) {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
-        let cone = self.cone_at(kappa);
+        let cone = &resistance.cone;
         let (deviator, i1) = (trial.deviator(), trial.trace());
         let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
         let multiplier = cone.yield_value(root_j2, i1).max(0.0) / resistance.modulus();
@@ -82,7 +84,7 @@ impl DruckerPrager {
         let trial = *stress + self.elasticity.stress(strain);
         let flown = self.meeting(stress, strain, kappa).and_then(|meeting| {
             let resistance = self.resistance(meeting.stress.trace(), kappa);
-            self.flown(&meeting, &trial, kappa, &resistance)
+            self.flown(&meeting, &trial, &resistance)
         });
         flown.unwrap_or((trial, 0.0))
     }
@@ -109,15 +111,9 @@ impl DruckerPrager {
 
     /// The forward step from where the cone is met to the trial's plastic counterpart, and its multiplier; `None`
     /// where it starts by unloading.
-    fn flown(
-        &self,
-        from: &Meeting,
-        trial: &SymTensor,
-        kappa: f64,
-        resistance: &Resistance,
-    ) -> Option<(SymTensor, f64)> {
+    fn flown(&self, from: &Meeting, trial: &SymTensor, resistance: &Resistance) -> Option<(SymTensor, f64)> {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
-        let cone = self.cone_at(kappa);
+        let cone = &resistance.cone;
         let (deviator, root_j2) = (from.stress.deviator(), from.stress.j2().sqrt());
         let shear = if root_j2 > 0.0 { g / root_j2 * deviator.dot(&from.rest) } else { 0.0 };
         let loading = shear + 3.0 * k * cone.friction * from.rest.trace();
@@ -163,11 +159,11 @@ impl DruckerPrager {
                 };
                 let resistance = self.resistance(meeting.stress.trace(), kappa);
                 let slope = !resistance.is_lost() && !meeting.turns(&self.elasticity);
-                slope.then(|| self.flown(&meeting, trial, kappa, &resistance)).flatten()
+                slope.then(|| self.flown(&meeting, trial, &resistance)).flatten()
             }
             _ => {
                 let resistance = self.resistance(trial.trace(), kappa);
-                (!resistance.is_lost()).then(|| self.corrector(trial, kappa, &resistance))
+                (!resistance.is_lost()).then(|| self.corrector(trial, &resistance))
             }
         };
         let Some((stress, multiplier)) = source else { return self.closest_point(trial, old.state) };
