@@ -225,6 +225,40 @@ fn refused(model: &str, field: &str, values: &[f64]) {
 }
 
 #[test]
+fn parameters_without_effect_are_refused_by_name() {
+    let build = |model: &str, keys: &[(&str, Value)]| {
+        let mut material = good(model);
+        for (key, value) in keys {
+            material[key] = value.clone();
+        }
+        spec(material).build().err().map(|error| error.to_string())
+    };
+    let capped = || ("form", json!({ "kind": "capped", "max_viscosity": 100.0 }));
+    let modulus = || ("shear_modulus", json!(1e6));
+    for model in ["bingham", "frictional-fluid"] {
+        let rule = format!("shear_modulus: has no effect on a viscous form, only on viscoplastic ({model})");
+        assert_eq!(build(model, &[capped(), modulus()]), Some(rule));
+        assert_eq!(build(model, &[("form", json!({ "kind": "viscoplastic" })), modulus()]), None);
+        assert_eq!(build(model, &[capped()]), None);
+    }
+    let smoothed = json!({ "kind": "smoothed", "shear_rate": 1e-3 });
+    let exponential = json!({ "kind": "papanastasiou", "time": 100.0 });
+    let rule = "shear_modulus: has no effect on a viscous form, only on elasto-viscoplastic (mu-i)";
+    for form in [capped().1, smoothed, exponential] {
+        assert_eq!(build("mu-i", &[("form", form.clone()), modulus()]), Some(rule.to_owned()));
+        assert_eq!(build("mu-i", &[("form", form)]), None);
+    }
+    assert_eq!(build("mu-i", &[("form", json!({ "kind": "elasto-viscoplastic" })), modulus()]), None);
+
+    let (residual, rate) = (("residual_cohesion", json!(5e3)), ("softening_rate", json!(5.0)));
+    let never = "residual_cohesion: is never reached without a softening_rate (von-mises)";
+    assert_eq!(build("von-mises", std::slice::from_ref(&residual)), Some(never.to_owned()));
+    let nowhere = "softening_rate: has nothing to soften to without a residual_cohesion (von-mises)";
+    assert_eq!(build("von-mises", std::slice::from_ref(&rate)), Some(nowhere.to_owned()));
+    assert_eq!(build("von-mises", &[residual, rate]), None);
+}
+
+#[test]
 fn strength_must_come_from_somewhere() {
     for model in ["drucker-prager", "mohr-coulomb", "cfd-soil"] {
         let mut value = json!({

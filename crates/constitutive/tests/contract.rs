@@ -7,7 +7,10 @@
 
 use std::sync::Arc;
 
-use colluvium_constitutive::laws::{DoubleScaleSpec, Matching, OutsideStrength, Softening};
+use colluvium_constitutive::laws::{
+    DoubleScaleSpec, DruckerPragerSpec, Integration, Matching, MohrCoulombSpec, OutsideStrength, Softening,
+    StrainMeasure,
+};
 use colluvium_constitutive::{
     InitialCondition, Mat3, Material, MaterialSpec, Motion, StateBlock, States, SymTensor, Tangent,
 };
@@ -41,7 +44,7 @@ fn subjects() -> Vec<Subject> {
     let registered =
         MaterialSpec::examples().into_iter().chain(MaterialSpec::wrapped_examples()).map(subject);
     let banded = yielding_surroundings().map(|spec| Subject { scale: SMALL, ..subject(spec) });
-    registered.chain(banded).collect()
+    registered.chain(banded).chain(steeply_softening().map(subject)).collect()
 }
 
 /// Steps of 0.1 % in place of 10 %.
@@ -72,6 +75,50 @@ fn yielding_surroundings() -> [MaterialSpec; 2] {
         };
         MaterialSpec::DoubleScale(DoubleScaleSpec { outside: Some(outside), ..banded.clone() })
     })
+}
+
+/// Strength that falls faster than the stress unloads as it yields, 1.1 times for the pyramid, 1.3 times for the cone:
+/// the step past the peak snaps down, and no single slope foretells where it ends.
+fn steeply_softening() -> [MaterialSpec; 4] {
+    let softening = Softening {
+        residual_friction_angle: 2.0,
+        residual_cohesion: 1e3,
+        friction_rate: 10.0,
+        cohesion_rate: 30.0,
+        hardening: false,
+    };
+    let cone = |integration| {
+        MaterialSpec::DruckerPrager(DruckerPragerSpec {
+            density: 2000.0,
+            youngs_modulus: 1e6,
+            poissons_ratio: 0.3,
+            friction_angle: 5.0,
+            cohesion: 25e3,
+            dilatancy_angle: 1.0,
+            matching: Matching::Compression,
+            softening: Some(softening),
+            dilatancy_decay: 0.0,
+            integration,
+            strain_measure: StrainMeasure::Rate,
+            project: false,
+        })
+    };
+    let pyramid = MaterialSpec::MohrCoulomb(MohrCoulombSpec {
+        density: 2000.0,
+        youngs_modulus: 1e6,
+        poissons_ratio: 0.3,
+        friction_angle: 5.0,
+        cohesion: 25e3,
+        dilatancy_angle: 1.0,
+        softening: Some(softening),
+        dilatancy_decay: 0.0,
+        tensile_strength: None,
+        strain_measure: StrainMeasure::Rate,
+        project: false,
+    });
+    let [returned, semi_implicit, explicit] =
+        [Integration::ClosestPoint, Integration::SemiImplicit, Integration::Explicit].map(cone);
+    [pyramid, returned, semi_implicit, explicit]
 }
 
 fn solids() -> Vec<Subject> {

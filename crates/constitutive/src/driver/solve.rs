@@ -236,6 +236,10 @@ impl Mixed {
             let left = stress * change + rest * x.component_mul(&unknowns);
             Ok(((left - self.total).component_mul(&rows), motion))
         };
+        // With all strains prescribed nothing but the law can stand in the way; else it does where it refuses the
+        // shortest step that is tried.
+        let prescribed = stress.rows(0, 6).iter().all(|entry| *entry == 0.0);
+        let mut refused = None;
         let mut x = Vector::zeros();
         let (mut r, mut motion) = residual(&x)?;
         for _ in 0..ITERATIONS {
@@ -260,17 +264,21 @@ impl Mixed {
                         (x, r, motion) = (next, new, at);
                         break;
                     }
-                    _ if length < 1e-3 => {
-                        // No better: fine at the round-off of the stresses, a failure above it.
-                        let round_off = ROUND_OFF * (specimen.stress.norm() + stiffness * x.amax());
-                        let solved = r.amax() <= round_off;
-                        return if solved { Ok((motion, x[6] * stiffness)) } else { Err(stuck) };
-                    }
-                    _ => length *= 0.5,
+                    Ok(_) if prescribed => {}
+                    tried => refused = tried.err(),
                 }
+                if length < 1e-3 {
+                    // No better: fine at the round-off of the stresses, a failure above it.
+                    let round_off = ROUND_OFF * (specimen.stress.norm() + stiffness * x.amax());
+                    let solved = r.amax() <= round_off;
+                    let failed = refused.unwrap_or(stuck);
+                    return if solved { Ok((motion, x[6] * stiffness)) } else { Err(failed) };
+                }
+                length *= 0.5;
             }
         }
-        Err(Trouble::Row(r.iamax()))
+        let refused = refused.filter(|_| prescribed);
+        Err(refused.unwrap_or(Trouble::Row(r.iamax())))
     }
 }
 

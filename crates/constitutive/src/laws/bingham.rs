@@ -15,7 +15,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
-use super::flow::{EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, Viscous, shear_modulus};
+use super::flow::{
+    EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, Viscous, shear_modulus, without_shear_modulus,
+};
 use crate::model::{Facts, Kind, Model, check, not_negative, positive};
 use crate::{Corotational, Material, MaterialError};
 
@@ -47,7 +49,7 @@ pub struct BinghamSpec {
     pub density: f64,
     /// Bulk modulus at zero pressure (Pa), > 0.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. For `viscoplastic`.
+    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. Only for `viscoplastic`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Yield stress `τ_y` (Pa), not negative.
@@ -73,7 +75,7 @@ pub struct FrictionalFluidSpec {
     pub density: f64,
     /// Bulk modulus at zero pressure (Pa), > 0.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. For `viscoplastic`.
+    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. Only for `viscoplastic`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Friction angle (degrees), 0 to 90 (excluded).
@@ -130,6 +132,7 @@ impl Common {
         Ok(match self.form {
             YieldForm::Viscoplastic {} => Arc::new(Corotational(law)),
             YieldForm::Capped { max_viscosity } => {
+                without_shear_modulus(self.shear_modulus, "viscoplastic")?;
                 let rheology = Capped { law: law.rheology, max_viscosity };
                 Arc::new(Viscous { rheology, pressure: law.pressure })
             }
@@ -234,7 +237,7 @@ impl Model for BinghamSpec {
         let with = |yield_stress, viscosity, equation_of_state, form| Self {
             density: 1800.0,
             bulk_modulus: 2e7,
-            shear_modulus: Some(1e6),
+            shear_modulus: (form == YieldForm::default()).then_some(1e6),
             yield_stress,
             viscosity,
             cavitation_strength: 1e4,
@@ -276,7 +279,7 @@ impl Model for FrictionalFluidSpec {
         let with = |cohesion, viscosity, form| Self {
             density: 1800.0,
             bulk_modulus: 26e6 / 3.0,
-            shear_modulus: Some(4e6),
+            shear_modulus: (form == YieldForm::default()).then_some(4e6),
             friction_angle: 20.0,
             cohesion,
             viscosity,

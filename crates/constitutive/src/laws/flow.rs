@@ -45,6 +45,12 @@ pub trait FlowCurve: FlowOutputs + Send + Sync + 'static {
     fn slopes(&self, trial: f64, pressure: f64, stiffness: f64) -> (f64, f64);
 }
 
+/// Refuses a shear modulus that a viscous form would leave without effect; `form` is the one that has it.
+pub(super) fn without_shear_modulus(given: Option<f64>, form: &str) -> Result<(), MaterialError> {
+    let rule = || format!("has no effect on a viscous form, only on {form}");
+    given.map_or(Ok(()), |_| Err(MaterialError::choice("shear_modulus", rule())))
+}
+
 /// A fluid with an effective viscosity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Viscous<V> {

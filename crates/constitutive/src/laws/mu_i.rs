@@ -15,7 +15,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::equation_of_state::{Barotropic, EquationOfState};
-use super::flow::{EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, Viscous, shear_modulus};
+use super::flow::{
+    EffectiveViscosity, FlowCurve, FlowOutputs, Viscoplastic, Viscous, shear_modulus, without_shear_modulus,
+};
 use super::granular_flow::inertial_number;
 use crate::model::{Facts, Kind, Model, check, positive};
 use crate::{Corotational, Material, MaterialError};
@@ -30,8 +32,8 @@ pub struct MuISpec {
     pub density: f64,
     /// Bulk modulus of the packing `ρ₀ c₀²` (Pa), > 0.
     pub bulk_modulus: f64,
-    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. For
-    /// `elasto-viscoplastic`.
+    /// Shear modulus below yield (Pa), > 0; that of a Poisson's ratio of 0.3 when absent. Only
+    /// for `elasto-viscoplastic`.
     #[serde(default)]
     pub shear_modulus: Option<f64>,
     /// Density of the grains (kg/m³), > 0.
@@ -152,6 +154,7 @@ impl Model for MuISpec {
         Ok(match self.form {
             MuIForm::ElastoViscoplastic {} => Arc::new(Corotational(law)),
             form => {
+                without_shear_modulus(self.shear_modulus, "elasto-viscoplastic")?;
                 let rheology = RegularisedMuI { law: law.rheology, form };
                 Arc::new(Viscous { rheology, pressure: law.pressure })
             }
@@ -176,7 +179,7 @@ impl Model for MuISpec {
         let with = |grain_diameter, form| Self {
             density: 1500.0,
             bulk_modulus: 26e6 / 3.0,
-            shear_modulus: Some(4e6),
+            shear_modulus: (form == MuIForm::default()).then_some(4e6),
             grain_density: 2450.0,
             grain_diameter,
             static_friction: 0.38,

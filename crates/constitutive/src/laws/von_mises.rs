@@ -32,10 +32,10 @@ pub struct VonMisesSpec {
     /// Stress state in which the strength is that of the cohesion.
     #[serde(default)]
     pub exact_in: ExactIn,
-    /// Cohesion after large plastic strain (Pa), 0 to the peak; no softening when absent.
+    /// Cohesion after large plastic strain (Pa), 0 to the peak; no softening when absent. With `softening_rate`.
     #[serde(default)]
     pub residual_cohesion: Option<f64>,
-    /// Rate of decay of the cohesion with plastic strain.
+    /// Rate of decay of the cohesion with plastic strain, > 0 with a `residual_cohesion`, 0 without.
     #[serde(default)]
     pub softening_rate: f64,
     /// Small strain in rate form, or logarithmic finite strain.
@@ -92,7 +92,22 @@ impl VonMisesSpec {
         let own = |error: MaterialError| error.renamed("softening.residual_cohesion", "residual_cohesion");
         let law =
             law.law().map_err(|error| own(error.renamed("softening.cohesion_rate", "softening_rate")))?;
+        self.check_pair()?;
         Ok(law.named("von-mises"))
+    }
+
+    /// Either parameter of softening does nothing without the other.
+    fn check_pair(&self) -> Result<(), MaterialError> {
+        let refuse = |field, rule| Err(MaterialError::choice(field, rule));
+        match self.residual_cohesion {
+            Some(_) if self.softening_rate == 0.0 => {
+                refuse("residual_cohesion", "is never reached without a softening_rate")
+            }
+            None if self.softening_rate != 0.0 => {
+                refuse("softening_rate", "has nothing to soften to without a residual_cohesion")
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -134,7 +149,7 @@ impl Model for VonMisesSpec {
             cohesion: 20e3,
             exact_in,
             residual_cohesion,
-            softening_rate: 5.0,
+            softening_rate: if residual_cohesion.is_some() { 5.0 } else { 0.0 },
             strain_measure: StrainMeasure::Rate,
             project: false,
         };

@@ -1,6 +1,7 @@
 mod control;
 mod materials;
 mod output;
+mod refusal;
 
 use super::*;
 use crate::laws::{

@@ -1,6 +1,11 @@
 //! Algorithms 1 and 2 of Bui & Nguyen 2021 (sheet §3.6) and the correction of their drift (§2.4).
+//!
+//! Both take the slope of the cone's strength from one place, and divide by the elastic resistance to flow less that
+//! slope. Where softening takes half of the resistance or more, the strength at the end of the step has little to do
+//! with that slope, and past all of it the multiplier would be negative: such a step is returned (§3.7.1), and so is
+//! one that would gain work.
 
-use super::{DruckerPrager, Integration, PlasticStrain};
+use super::{Cone, DruckerPrager, Integration, PlasticStrain};
 use crate::laws::Elasticity;
 use crate::{MaterialError, Point, SymTensor};
 
@@ -19,17 +24,53 @@ impl Meeting {
     }
 }
 
+/// Least share of the elastic resistance to flow that softening may leave to a step of the source.
+const LEAST_SHARE: f64 = 0.5;
+
+/// Of a point with some `I1`: flow by a multiplier brings `f` down by `elastic - softening` of it.
+struct Resistance {
+    cone: Cone,
+    /// `G + 9 K α α_ψ` (Pa).
+    elastic: f64,
+    /// `∂_κ f dκ/dΔλ` (Pa): what softening takes of it, less than nothing where the cone hardens.
+    softening: f64,
+}
+
+impl Resistance {
+    fn modulus(&self) -> f64 {
+        self.elastic - self.softening
+    }
+
+    /// Whether a single slope says too little about the step. Written so that NaN does.
+    fn is_lost(&self) -> bool {
+        !(self.elastic > 0.0 && self.modulus() > LEAST_SHARE * self.elastic)
+    }
+}
+
 impl DruckerPrager {
-    /// Algorithm 2 of Bui & Nguyen 2021 (sheet §3.6) before its drift is taken back: the stress after one
-    /// corrector with the slopes at the trial, and the multiplier.
-    pub fn corrected(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
+    fn resistance(&self, i1: f64, kappa: f64) -> Resistance {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
         let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
+        Resistance {
+            cone,
+            elastic: g + 9.0 * k * cone.friction * cone.dilatancy,
+            softening: (rate.friction * i1 - rate.strength) / 3f64.sqrt(),
+        }
+    }
+
+    /// Algorithm 2 of Bui & Nguyen 2021 (sheet §3.6) before its drift is taken back: the stress after one
+    /// corrector with the slopes at the trial, and the multiplier. It means nothing where softening takes half of the
+    /// elastic resistance to flow or more; [`SmallStrain::update`](crate::SmallStrain::update) returns such a step.
+    pub fn corrected(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
+        self.corrector(trial, &self.resistance(trial.trace(), kappa))
+    }
+
+    fn corrector(&self, trial: &SymTensor, resistance: &Resistance) -> (SymTensor, f64) {
+        let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
+        let cone = &resistance.cone;
         let (deviator, i1) = (trial.deviator(), trial.trace());
         let root_j2 = (0.5 * deviator.dot(&deviator)).sqrt();
-        let hardening = (rate.friction * i1 - rate.strength) / 3f64.sqrt();
-        let modulus = g + 9.0 * k * cone.friction * cone.dilatancy - hardening;
-        let multiplier = cone.yield_value(root_j2, i1).max(0.0) / modulus;
+        let multiplier = cone.yield_value(root_j2, i1).max(0.0) / resistance.modulus();
         let keep = if root_j2 > 0.0 { 1.0 - g * multiplier / root_j2 } else { 0.0 };
         let mean = i1 / 3.0 - 3.0 * k * cone.dilatancy * multiplier;
         (deviator * keep + SymTensor::isotropic(mean), multiplier)
@@ -37,10 +78,14 @@ impl DruckerPrager {
 
     /// Algorithm 1 of Bui & Nguyen 2021 (sheet §3.6) before its drift is taken back: from `stress` inside
     /// or on the cone by the strain increment `strain`, elastic up to the cone, then with the continuum
-    /// elastoplastic stiffness (eq. 2.4) there. Returns the stress and the multiplier.
+    /// elastoplastic stiffness (eq. 2.4) there. Returns the stress and the multiplier. As for [`Self::corrected`]
+    /// softening must leave most of the resistance.
     pub fn forward(&self, stress: &SymTensor, strain: &SymTensor, kappa: f64) -> (SymTensor, f64) {
         let trial = *stress + self.elasticity.stress(strain);
-        let flown = self.meeting(stress, strain, kappa).and_then(|m| self.flown(&m, &trial, kappa));
+        let flown = self.meeting(stress, strain, kappa).and_then(|meeting| {
+            let resistance = self.resistance(meeting.stress.trace(), kappa);
+            self.flown(&meeting, &trial, &resistance)
+        });
         flown.unwrap_or((trial, 0.0))
     }
 
@@ -66,17 +111,16 @@ impl DruckerPrager {
 
     /// The forward step from where the cone is met to the trial's plastic counterpart, and its multiplier; `None`
     /// where it starts by unloading.
-    fn flown(&self, from: &Meeting, trial: &SymTensor, kappa: f64) -> Option<(SymTensor, f64)> {
+    fn flown(&self, from: &Meeting, trial: &SymTensor, resistance: &Resistance) -> Option<(SymTensor, f64)> {
         let (k, g) = (self.elasticity.bulk_modulus, self.elasticity.shear_modulus);
-        let (cone, rate) = (self.cone_at(kappa), self.cone_rate(kappa));
+        let cone = &resistance.cone;
         let (deviator, root_j2) = (from.stress.deviator(), from.stress.j2().sqrt());
         let shear = if root_j2 > 0.0 { g / root_j2 * deviator.dot(&from.rest) } else { 0.0 };
         let loading = shear + 3.0 * k * cone.friction * from.rest.trace();
         if loading <= 0.0 {
             return None;
         }
-        let hardening = (rate.friction * from.stress.trace() - rate.strength) / 3f64.sqrt();
-        let multiplier = loading / (g + 9.0 * k * cone.friction * cone.dilatancy - hardening);
+        let multiplier = loading / resistance.modulus();
         let back = if root_j2 > 0.0 { deviator * (g * multiplier / root_j2) } else { SymTensor::ZERO };
         Some((*trial - back - SymTensor::isotropic(3.0 * k * cone.dilatancy * multiplier), multiplier))
     }
@@ -108,24 +152,31 @@ impl DruckerPrager {
         if !root_j2.is_finite() {
             return Err(MaterialError::Motion { model: self.name, reason: "the trial stress is not finite" });
         }
-        let (stress, multiplier) = match self.spec.integration {
+        let source = match self.spec.integration {
             Integration::Explicit => {
                 let Some(meeting) = self.meeting(&old.stress, strain, kappa) else {
                     return Ok(Point { stress: *trial, state: old.state });
                 };
-                let slope = !meeting.turns(&self.elasticity);
-                match slope.then(|| self.flown(&meeting, trial, kappa)).flatten() {
-                    Some(flown) => flown,
-                    None => return self.closest_point(trial, old.state),
-                }
+                let resistance = self.resistance(meeting.stress.trace(), kappa);
+                let slope = !resistance.is_lost() && !meeting.turns(&self.elasticity);
+                slope.then(|| self.flown(&meeting, trial, &resistance)).flatten()
             }
-            _ => self.corrected(trial, kappa),
+            _ => {
+                let resistance = self.resistance(trial.trace(), kappa);
+                (!resistance.is_lost()).then(|| self.corrector(trial, &resistance))
+            }
         };
+        let Some((stress, multiplier)) = source else { return self.closest_point(trial, old.state) };
         // Past the apex the deviator does not turn over.
         let most = root_j2 / self.elasticity.shear_modulus;
         let flipped = stress.deviator().dot(&trial.deviator()) < 0.0;
         let stress = if flipped { SymTensor::isotropic(stress.trace() / 3.0) } else { stress };
         let state = PlasticStrain { deviatoric: kappa + multiplier.min(most) / 3f64.sqrt() };
-        Ok(Point { stress: self.without_drift(stress, state.deviatoric), state })
+        let stress = self.without_drift(stress, state.deviatoric);
+        // Strength that is lost within the step, where dilatancy is not.
+        if self.elasticity.dissipation(trial, &stress) < 0.0 {
+            return self.closest_point(trial, old.state);
+        }
+        Ok(Point { stress, state })
     }
 }

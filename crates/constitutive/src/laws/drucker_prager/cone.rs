@@ -1,7 +1,7 @@
 //! The cone and how it is matched to Mohr–Coulomb.
 
 use super::return_map::Invariants;
-use super::{DruckerPrager, Matching, Softening};
+use super::{DruckerPrager, Matching};
 
 /// The cone at some plastic strain: `√J2 + α I1 - k`, potential slope `α_ψ`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,6 +44,62 @@ impl Cone {
         }
     }
 
+    /// Rate of change of [`Cone::new`] where angles and cohesion change at the rates of the second tuple, both in the
+    /// order friction angle, cohesion, dilatancy angle. A difference would do, were it not that its round-off stays in
+    /// the stress of the algorithms that step by it.
+    pub(super) fn rate(
+        matching: Matching,
+        (friction_angle, cohesion, dilatancy_angle): (f64, f64, f64),
+        (friction_rate, cohesion_rate, dilatancy_rate): (f64, f64, f64),
+    ) -> Self {
+        let (sin, cos) = friction_angle.sin_cos();
+        let root3 = 3f64.sqrt();
+        let inscribed = |angle: f64| {
+            let tan = angle.tan();
+            let square = 1.0 + tan * tan;
+            let below = 9.0 + 12.0 * tan * tan;
+            9.0 * square / (below * below.sqrt())
+        };
+        match matching {
+            Matching::Compression | Matching::Extension => {
+                let sign = if matching == Matching::Compression { -1.0 } else { 1.0 };
+                let slope = |angle: f64| 6.0 * angle.cos() / (root3 * (3.0 + sign * angle.sin()).powi(2));
+                let below = 3.0 + sign * sin;
+                let turning = (3.0 * sin + sign) * friction_rate / below;
+                Self {
+                    friction: slope(friction_angle) * friction_rate,
+                    strength: 6.0 * (cohesion_rate * cos - cohesion * turning) / (root3 * below),
+                    dilatancy: slope(dilatancy_angle) * dilatancy_rate,
+                }
+            }
+            Matching::PlaneStrainAssociated => {
+                let tan = friction_angle.tan();
+                let square = 1.0 + tan * tan;
+                let below = 9.0 + 12.0 * tan * tan;
+                let turning = 12.0 * tan * square * friction_rate / below;
+                Self {
+                    friction: inscribed(friction_angle) * friction_rate,
+                    strength: 3.0 * (cohesion_rate - cohesion * turning) / below.sqrt(),
+                    dilatancy: inscribed(dilatancy_angle) * dilatancy_rate,
+                }
+            }
+            Matching::PlaneStrain => {
+                let tan = dilatancy_angle.tan();
+                let a = tan / (9.0 + 12.0 * tan * tan).sqrt();
+                let dilatancy = inscribed(dilatancy_angle) * dilatancy_rate;
+                let root = (1.0 - 3.0 * a * a).sqrt();
+                let n = root + a * sin;
+                let turning = ((sin - 3.0 * a / root) * dilatancy + a * cos * friction_rate) / n;
+                let strength = cohesion_rate * cos - cohesion * (sin * friction_rate + cos * turning);
+                Self {
+                    friction: (cos * friction_rate - sin * turning) / (3.0 * n),
+                    strength: strength / n,
+                    dilatancy,
+                }
+            }
+        }
+    }
+
     /// Round-off of an earlier return, which is not flow (Pa).
     #[inline]
     pub(super) fn fuzz(&self, trial: &Invariants) -> f64 {
@@ -77,13 +133,39 @@ impl DruckerPrager {
         if self.constant {
             return Cone::default();
         }
-        let step = Softening::difference_step(self.spec.softening, self.spec.dilatancy_decay);
-        let (plus, minus) = (self.softened_cone(kappa + step), self.softened_cone(kappa - step));
-        let rate = |plus: f64, minus: f64| (plus - minus) / (2.0 * step);
-        Cone {
-            friction: rate(plus.friction, minus.friction),
-            strength: rate(plus.strength, minus.strength),
-            dilatancy: rate(plus.dilatancy, minus.dilatancy),
+        let spec = &self.spec;
+        let peak = (spec.friction_angle.to_radians(), spec.cohesion);
+        let (friction, cohesion) = spec.softening.map_or(peak, |s| s.strength(peak, kappa));
+        let (friction_rate, cohesion_rate) = spec.softening.map_or((0.0, 0.0), |s| s.rate(peak, kappa));
+        let dilatancy = spec.dilatancy_angle.to_radians() * (-spec.dilatancy_decay * kappa).exp();
+        let rates = (friction_rate, cohesion_rate, -spec.dilatancy_decay * dilatancy);
+        Cone::rate(spec.matching, (friction, cohesion, dilatancy), rates)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rate_is_the_slope_of_the_cone() {
+        let (at, rates) = ((0.5, 12e3, 0.2), (-0.7, -9e4, -0.3));
+        for matching in [
+            Matching::Compression,
+            Matching::Extension,
+            Matching::PlaneStrainAssociated,
+            Matching::PlaneStrain,
+        ] {
+            let cone =
+                |x: f64| Cone::new(matching, at.0 + rates.0 * x, at.1 + rates.1 * x, at.2 + rates.2 * x);
+            let rate = Cone::rate(matching, at, rates);
+            let near = |found: f64, of: fn(&Cone) -> f64| {
+                let exact = (of(&cone(1e-5)) - of(&cone(-1e-5))) / 2e-5;
+                assert!((found - exact).abs() < 1e-8 * exact.abs(), "{matching:?}: {found} for {exact}");
+            };
+            near(rate.friction, |c| c.friction);
+            near(rate.strength, |c| c.strength);
+            near(rate.dilatancy, |c| c.dilatancy);
         }
     }
 }

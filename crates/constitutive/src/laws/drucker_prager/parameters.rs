@@ -74,12 +74,14 @@ pub enum Integration {
     #[default]
     ClosestPoint,
     /// Algorithm 2 of Bui & Nguyen: one corrector with the slopes at the trial. The same as the return
-    /// where strength is constant; otherwise what drifts outside is scaled back.
+    /// where strength is constant; otherwise what drifts outside is scaled back. Returned where softening takes half
+    /// of the elastic resistance to flow, `G + 9Kαα_ψ`, or more, or the step would gain work.
     SemiImplicit,
     /// Algorithm 1 of Bui & Nguyen: forward step with the elastoplastic stiffness from where the elastic
     /// part meets the cone; drift is taken back by tension cracking and stress scaling. Steps above half
     /// of the yield strain at zero pressure, `k/2G`, are divided. A part that might turn the deviator around, as next
     /// to the apex, or that starts by unloading, is returned: there the slope at its start says nothing about its end.
+    /// Nor does it where softening is steep, see `semi-implicit`.
     Explicit,
 }
 

@@ -43,6 +43,15 @@ impl Softening {
         )
     }
 
+    /// Rates of [`Self::strength`] with plastic strain.
+    pub(in crate::laws) fn rate(&self, (friction, cohesion): (f64, f64), kappa: f64) -> (f64, f64) {
+        let residual = self.residual_friction_angle.to_radians();
+        (
+            -self.friction_rate * (friction - residual) * (-self.friction_rate * kappa).exp(),
+            -self.cohesion_rate * (cohesion - self.residual_cohesion) * (-self.cohesion_rate * kappa).exp(),
+        )
+    }
+
     /// The same softening of a soil with `share` of its cohesion.
     pub(in crate::laws) fn scaled_cohesion(self, share: f64) -> Self {
         Self { residual_cohesion: self.residual_cohesion * share, ..self }

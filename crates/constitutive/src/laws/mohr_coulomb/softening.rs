@@ -3,6 +3,7 @@
 use super::pyramid::dot;
 use super::return_map::elastic_strain;
 use super::{MohrCoulomb, PlasticStrain, Softening};
+use crate::laws::root::first_fixed_point;
 use crate::{MaterialError, PrincipalReturn};
 
 impl MohrCoulomb {
@@ -33,8 +34,8 @@ impl MohrCoulomb {
         Some(std::array::from_fn(|a| std::array::from_fn(|b| fixed[a][b] + slope[a] * driven[b])))
     }
 
-    /// The plastic increment that reproduces itself when strength is taken at its end: it lies between
-    /// nothing and the increment that takes all of the deviator.
+    /// The plastic increment that reproduces itself when strength is taken at its end. Where softening snaps back
+    /// there may be several: the least, next to the start of the step. `start` is that of strength at the start.
     pub(super) fn softening_return(
         &self,
         trial: [f64; 3],
@@ -42,22 +43,13 @@ impl MohrCoulomb {
         start: f64,
     ) -> Result<([f64; 3], f64), MaterialError> {
         let mean = trial.iter().sum::<f64>() / 3.0;
-        let largest = self.plastic_increment(trial, [mean; 3]);
-        let (mut low, mut high) = (0.0, largest.max(start));
-        let mut increment = start;
-        for _ in 0..200 {
-            let stress = self.pyramid_at(kappa + increment).return_map(&self.elasticity, trial).0;
-            let mapped = self.plastic_increment(trial, stress);
-            if (mapped - increment).abs() <= 1e-13 * high || high - low <= 1e-15 * high {
-                return Ok((stress, increment));
-            }
-            if mapped > increment {
-                low = increment;
-            } else {
-                high = increment;
-            }
-            increment = if mapped > low && mapped < high { mapped } else { 0.5 * (low + high) };
-        }
-        Err(MaterialError::NotConverged { model: self.name, reason: "softening return" })
+        let small = 1e-13 * self.plastic_increment(trial, [mean; 3]).max(start);
+        let mut stress = trial;
+        let increment = first_fixed_point(start, small, |increment| {
+            stress = self.softened(kappa + increment).return_map(&self.elasticity, trial).0;
+            self.plastic_increment(trial, stress)
+        });
+        let failed = MaterialError::NotConverged { model: self.name, reason: "softening return" };
+        Ok((stress, increment.ok_or(failed)?))
     }
 }
