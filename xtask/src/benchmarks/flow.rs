@@ -122,8 +122,10 @@ impl Subject {
 
 /// The set of §2.9.
 pub(super) fn sand(form: &Value) -> Result<Subject, String> {
+    // A viscous form has no shear modulus.
+    let shear_modulus = (form["kind"] == "elasto-viscoplastic").then_some(2e6);
     Subject::new(json!({
-        "model": "mu-i", "density": 1470.0, "bulk_modulus": 4e6, "shear_modulus": 2e6,
+        "model": "mu-i", "density": 1470.0, "bulk_modulus": 4e6, "shear_modulus": shear_modulus,
         "grain_density": 2450.0, "grain_diameter": 0.53e-3,
         "static_friction": 0.38, "limit_friction": 0.64, "reference_inertial_number": 0.279, "form": form
     }))
