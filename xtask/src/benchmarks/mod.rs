@@ -108,7 +108,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&mpm_two_phase::WAVES, Some(1), 1),
     Listed::new(&mpm_units::BENCHMARK, Some(6), 6),
     Listed::new(&mpm_step_wave::BENCHMARK, Some(1), 1),
-    Listed::new(&mpm_footing::BENCHMARK, Some(9), 48),
+    Listed::new(&mpm_footing::BENCHMARK, Some(9), 105),
     Listed::new(&mpm_cut::BENCHMARK, Some(17), 250),
     Listed::new(&mpm_slope::BENCHMARK, Some(16), 780),
     Listed::new(&mpm_axisymmetric::BENCHMARK, Some(25), 60),
@@ -128,7 +128,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_shear::BENCHMARK, Some(6), 8),
     Listed::new(&sph_pairing::BENCHMARK, Some(12), 52),
     Listed::new(&sph_geostatic::BENCHMARK, Some(24), 72),
-    Listed::new(&sph_column::BENCHMARK, None, 250),
+    Listed::new(&sph_column::BENCHMARK, None, 290),
     Listed::new(&sph_slope::BENCHMARK, None, 310),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
     Listed::new(&sph_cantilever_3d::BENCHMARK, None, 2200),
@@ -341,6 +341,12 @@ fn stresses(snapshot: &Snapshot) -> Vec<colluvium::constitutive::SymTensor> {
 /// A column of the measures; empty where there is none.
 fn series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
     report.table.pairs("time", name).unwrap_or_default()
+}
+
+/// Where the points of a case in the plane were at the start (m).
+fn starts(snapshot: &Snapshot) -> Vec<[f64; 2]> {
+    let displacement = vectors(snapshot, "displacement");
+    snapshot.positions.iter().zip(displacement).map(|(x, u)| [x[0] - u[0], x[1] - u[1]]).collect()
 }
 
 /// Slope of the straight line through the points, by least squares.

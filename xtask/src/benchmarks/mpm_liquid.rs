@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 use colluvium::case::{RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, curve, reference, run, series, set, slope, stresses, vectors};
+use super::{Benchmark, Outcome, case, curve, reference, run, series, set, slope, starts, stresses, vectors};
 
 /// Water at rest.
 pub const HYDROSTATIC: Benchmark = Benchmark {
@@ -35,12 +35,6 @@ pub const DAM_BREAK: Benchmark = Benchmark {
 const DENSITY: f64 = 1000.0;
 const GRAVITY: f64 = 9.81;
 const BULK: f64 = 2e6;
-
-/// Where the points were at the start (m).
-fn starts(snapshot: &Snapshot) -> Vec<[f64; 2]> {
-    let displacement = vectors(snapshot, "displacement");
-    snapshot.positions.iter().zip(displacement).map(|(x, u)| [x[0] - u[0], x[1] - u[1]]).collect()
-}
 
 fn hydrostatic(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
