@@ -1,7 +1,7 @@
 //! Points in blocks, handed to the threads.
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, Motion, StateBlock, SymTensor};
+use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
 use colluvium_grid::Basis;
 
 use crate::points::{PointDomain, PointSet};
@@ -105,22 +105,21 @@ impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
 }
 
 impl<const D: usize, P: PointDomain<D>> Block<'_, D, P> {
-    /// The domain of a point follows its motion in the step, now or when the step is over.
+    /// The domain of a point follows its displacement gradient in the step, now or when the step is over.
     #[inline(always)]
-    pub fn stretch(&mut self, p: usize, motion: &Motion) {
-        let gradient: [[f64; D]; D] =
-            std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
-        match self.pending.get_mut(p) {
-            Some(pending) => *pending = gradient,
-            None => self.domain[p].follow(&gradient),
+    pub fn stretch(&mut self, p: usize, gradient: &[[f64; D]; D]) {
+        if self.pending.is_empty() {
+            self.domain[p].follow(gradient);
+        } else {
+            self.pending[p] = *gradient;
         }
     }
 
     /// The domain of a point follows the motion that [`Block::stretch`] kept, if it did.
     #[inline(always)]
     pub fn stretch_at_last(&mut self, p: usize) {
-        if let Some(pending) = self.pending.get(p) {
-            self.domain[p].follow(pending);
+        if !self.pending.is_empty() {
+            self.domain[p].follow(&self.pending[p]);
         }
     }
 }

@@ -271,8 +271,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
                 block.volume[p] *= stretch;
                 motion.density = block.mass[p] / block.volume[p];
-                block.stretch(p, &motion);
+                let gradient: [[f64; D]; D] =
+                    std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
                 motions[p] = motion;
+                block.stretch(p, &gradient);
                 if let Some(reason) = block.domain[p].fault(extent, self.grid.cell) {
                     return Err(Failure { index: block.first + p, reason });
                 }

@@ -220,7 +220,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         block.volume[p] *= stretch;
         motion.density = block.mass[p] / block.volume[p];
-        block.stretch(p, motion);
+        let gradient: [[f64; D]; D] =
+            std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
+        block.stretch(p, &gradient);
         block.domain[p].fault(extent, self.grid.cell).map_or(Ok(()), Err)
     }
 }
