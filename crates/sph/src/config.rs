@@ -287,6 +287,16 @@ impl SphOptions {
         self.smoothing_length != SmoothingLength::Constant
     }
 
+    /// Whether some gradient is corrected.
+    pub(crate) fn has_corrected_gradients(&self) -> bool {
+        self.momentum == Momentum::Corrected || self.velocity_gradient == VelocityGradient::Corrected
+    }
+
+    /// Whether something is averaged by moving least squares.
+    pub(crate) fn has_linear_averages(&self) -> bool {
+        self.regularisation == Regularisation::Mls || self.density_reset == DensityReset::Mls
+    }
+
     /// Choices that do not go together.
     fn check_lengths(&self) -> Result<(), (&'static str, String)> {
         let grad_h = self.symmetrisation == Symmetrisation::GradH;

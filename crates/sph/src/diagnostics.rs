@@ -5,10 +5,9 @@ use colluvium_case::{Field, FieldData, SolverError};
 use colluvium_constitutive::{Mat3, SymTensor};
 use rayon::prelude::*;
 
-use crate::config::{DensityReset, Momentum, Regularisation, VelocityGradient};
-use crate::pairs::{Pairs, apart};
+use crate::pairs::apart;
 use crate::particles::Group;
-use crate::solver::{Listed, SphSolver, TASK, spatial};
+use crate::solver::{SphSolver, TASK, spatial};
 
 /// Distance (smoothing lengths) within which two particles are in one place: their kernel has no direction.
 const COINCIDENT: f64 = 1e-12;
@@ -28,22 +27,6 @@ struct Finding {
     averaged: bool,
 }
 
-impl<const D: usize> Pairs<'_, D> {
-    /// `Σ V_j ∇W` of particle `i` (1/m).
-    fn gradient_of_constant(&self, i: usize, row: &[u32]) -> [f64; D] {
-        let p = self.particles;
-        let mut sum = [0.0; D];
-        for &j in row {
-            let j = j as usize;
-            let k = if j >= self.answering { i } else { j };
-            let (apart, square) = apart(&p.position[i], &p.position[j]);
-            let weight = p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt());
-            (0..D).for_each(|c| sum[c] += weight * apart[c]);
-        }
-        sum
-    }
-}
-
 impl<const D: usize> SphSolver<D> {
     /// A solver with the same particles where they are now, with neighbours, images and walls of their own.
     ///
@@ -55,10 +38,8 @@ impl<const D: usize> SphSolver<D> {
         for (group, own) in probe.groups.iter_mut().zip(&self.groups) {
             (group.start, group.end) = (own.start, own.end);
         }
-        probe.listed = Listed::default();
         probe.list_from_here(probe.smoothing.kernel().support() * probe.longest());
         probe.make_lists()?;
-        probe.place();
         Ok(probe)
     }
 
@@ -68,7 +49,7 @@ impl<const D: usize> SphSolver<D> {
         }
         let mut probe = self.probe().ok()?;
         probe.load_records();
-        let pairs = probe.pairs();
+        let (pairs, mls) = (probe.pairs(), self.options.has_linear_averages());
         let of_particle = |i: usize| {
             let (p, row) = (&probe.particles, probe.neighbours.of(i));
             let h = p.length[i];
@@ -77,11 +58,9 @@ impl<const D: usize> SphSolver<D> {
             let linear = Mat3(std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b))));
             let distance = |j: usize| apart(&p.position[i], &p.position[j]).1.sqrt();
             let others = row.iter().map(|j| *j as usize).filter(|j| *j > i);
-            let mls = self.options.regularisation == Regularisation::Mls
-                || self.options.density_reset == DensityReset::Mls;
             let body = probe.body_of(i).map(Group::range);
             Finding {
-                constant: spatial(&pairs.gradient_of_constant(i, row)).map(|g| h * g),
+                constant: spatial(&pairs.gradient_of_one(i, row)).map(|g| h * g),
                 linear: linear.sym(),
                 coincident: others.filter(|j| distance(*j) < COINCIDENT * h).count(),
                 uncorrected: moment.correction().is_none(),
@@ -113,14 +92,10 @@ impl<const D: usize> SphSolver<D> {
         };
         push("coincident_pairs", findings.iter().map(|finding| finding.coincident).sum());
         let count = |is: fn(&Finding) -> bool| findings.iter().filter(|finding| is(finding)).count();
-        if self.options.momentum == Momentum::Corrected
-            || self.options.velocity_gradient == VelocityGradient::Corrected
-        {
+        if self.options.has_corrected_gradients() {
             push("uncorrected_gradients", count(|finding| finding.uncorrected));
         }
-        if self.options.regularisation == Regularisation::Mls
-            || self.options.density_reset == DensityReset::Mls
-        {
+        if self.options.has_linear_averages() {
             push("averages_by_shepard", count(|finding| finding.averaged));
         }
         readings

@@ -1,7 +1,6 @@
 //! The aluminium-bar column by SPH (SPH sheet §5.4, set S; B-03 and B-09).
 
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
-
 use serde_json::json;
 
 use super::{

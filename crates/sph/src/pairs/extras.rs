@@ -196,21 +196,34 @@ impl<const D: usize> Pairs<'_, D> {
         })
     }
 
-    pub(crate) fn between_weight(&self, i: usize, j: usize, r: f64) -> f64 {
+    fn between_weight(&self, i: usize, j: usize, r: f64) -> f64 {
         if self.options.is_variable() { self.between(i, j, r)[0] } else { self.smoothing.weight(r) }
     }
 
     /// `M = Σ V F x ⊗ x`, whose trace falls at free surfaces (sheet §2.13 h).
     pub fn moment(&self, i: usize, row: &[u32]) -> Moment<D> {
-        let p = self.particles;
         let mut moment = Moment::default();
+        self.weigh(i, row, |weight, apart| moment.add(weight, apart));
+        moment
+    }
+
+    /// `Σ V ∇W` (1/m), which is what the plain gradient makes of one (BN 19).
+    pub fn gradient_of_one(&self, i: usize, row: &[u32]) -> [f64; D] {
+        let mut sum = [0.0; D];
+        self.weigh(i, row, |weight, apart| (0..D).for_each(|c| sum[c] += weight * apart[c]));
+        sum
+    }
+
+    /// Calls `visit(V F, x_j - x_i)` for every neighbour; walls that answer to the particle have its volume.
+    #[inline]
+    fn weigh(&self, i: usize, row: &[u32], mut visit: impl FnMut(f64, &[f64; D])) {
+        let p = self.particles;
         for &j in row {
             let j = j as usize;
             let k = if j >= self.answering { i } else { j };
             let (apart, square) = apart(&p.position[i], &p.position[j]);
-            moment.add(p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt()), &apart);
+            visit(p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt()), &apart);
         }
-        moment
     }
 
     /// `ḣ` of AL1 36–37 with `ρ̇` from the corrected gradient (m/s).
