@@ -34,7 +34,9 @@ pub struct MpmOptions {
     #[serde(default = "one")]
     pub flip: f64,
     /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1. Without an entry it is 0.9 in
-    /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag.
+    /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag. With
+    /// `stress_update` `usl` steps are never longer than what is stable at free surfaces: in d dimensions the root of
+    /// 1 / (d times the points per cell and axis) with GIMP, of 1/d with quadratic splines.
     #[serde(default = "half")]
     pub courant: f64,
     /// Fixed time step (s), which must be below the critical one; chosen by the solver when absent.
@@ -482,14 +484,37 @@ impl MpmOptions {
         Ok(())
     }
 
+    /// The largest Courant number in `dimension` axes at which steps with stress last are stable at free surfaces
+    /// (docs/theory/mpm.md, limits). A node that only the end of a domain of half width `l` reaches forgets its velocity
+    /// from step to step, and strains that point by `-C² h/l` times the strain that makes the force; at corners, and in
+    /// fluids, as much for each axis. Beyond -2 that grows. 1 with linear functions, which `node_mass_cutoff` keeps stable,
+    /// and with functions whose gradient falls faster than the root of their weight.
+    pub(crate) fn surface_courant(&self, dimension: usize) -> f64 {
+        let half_width = match self.shape {
+            ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp => 0.5 / self.points_per_cell as f64,
+            ShapeFunctions::Quadratic => 0.5,
+            _ => return 1.0,
+        };
+        match self.stress_update {
+            StressScheme::Usl => (2.0 * half_width / dimension as f64).sqrt().min(1.0),
+            StressScheme::Musl | StressScheme::Usf => 1.0,
+        }
+    }
+
     /// The Courant number in `dimension` axes by which steps go. A cell with consistent mass whose points integrate it
     /// exactly has a mode with a third of the lumped mass for each axis along which its nodes move against each other; none has
     /// less than the share of the lumped mass.
     pub(crate) fn courant_in(&self, dimension: usize) -> f64 {
+        let courant = self.courant.min(self.surface_courant(dimension));
         match self.mass {
-            Mass::Lumped => self.courant,
-            Mass::Consistent => self.courant * self.lumped_share.max(3f64.powi(-(dimension as i32))).sqrt(),
+            Mass::Lumped => courant,
+            Mass::Consistent => courant * self.lumped_share.max(3f64.powi(-(dimension as i32))).sqrt(),
         }
+    }
+
+    /// The steps that are made over the longest that are stable, which a fixed step must not pass.
+    pub(crate) fn share_of_critical(&self, dimension: usize) -> f64 {
+        (self.courant / self.surface_courant(dimension)).min(1.0)
     }
 
     /// Share of the old velocity and of the acceleration in the update of a point; the rest is the grid's velocity.

@@ -257,6 +257,13 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
              surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.3}, half the square of courant"
         ));
     }
+    let stable = options.surface_courant(case.dimension());
+    if options.courant > stable {
+        warnings.push(format!(
+            "methods.mpm.courant: with usl and this shape more than {stable:.3} is not stable at free surfaces; steps are made \
+             with that"
+        ));
+    }
     for (number, stage) in case.stages.iter().enumerate() {
         if options.mass_scaling > 1.0 && stage.equilibrium.is_none() {
             warnings.push(format!(
@@ -413,7 +420,7 @@ fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<
     options: &MpmOptions,
 ) -> Result<(), CaseError> {
     let Some(step) = options.time_step else { return Ok(()) };
-    let critical = solver.wave_limit().dt / options.courant;
+    let critical = solver.wave_limit().dt / options.share_of_critical(D);
     if step > critical {
         let problem = format!("{step} s is larger than the critical step {critical:.4e} s");
         return Err(CaseError::new("methods.mpm.time_step", problem));

@@ -340,7 +340,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn critical_step(&mut self) -> TimeStep {
         if self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP {
             let limit = self.wave_limit();
-            self.limit = Some(limit.or_fixed(self.options.time_step, self.options.courant));
+            self.limit = Some(limit.or_fixed(self.options.time_step, self.options.share_of_critical(D)));
             self.limit_age = 0;
         }
         self.limit.clone().expect("set above")

@@ -71,7 +71,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let scaled = Fluid { resistance: fluid.resistance / scale, ..fluid };
         let (step, by_drag) = critical_step(&scaled, n, dry, modulus, h);
         let step = scale * step;
-        let dt = self.options.courant / (1.0 / step + square(&set.velocity[i]).sqrt() / h);
+        let dt = self.options.courant_in(D) / (1.0 / step + square(&set.velocity[i]).sqrt() / h);
         Limit { dt, limit: if by_drag { "seepage drag" } else { "elastic wave" }, ..wave }
     }
 
