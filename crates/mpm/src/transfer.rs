@@ -295,7 +295,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     });
                 }
                 let step = self
-                    .move_point(block, p, &velocity, dt)
+                    .move_point(block, p, &set.extent, &velocity, dt)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
                 moved = moved.max(if P::ANCHORED { 0.0 } else { step });
             }
@@ -342,13 +342,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    /// Moves a point with `velocity` (m/s), or what its displacement is counted from where points keep their places;
-    /// returns the largest move along an axis (m).
+    /// Moves a point of initial full widths `extent` (m) with `velocity` (m/s), or what its displacement is counted from
+    /// where points keep their places; returns the largest move along an axis (m).
     #[inline(always)]
     pub(crate) fn move_point(
         &self,
         block: &mut Block<'_, D, P>,
         p: usize,
+        extent: &[f64; D],
         velocity: &[f64; 4],
         dt: f64,
     ) -> Result<f64, String> {
@@ -356,7 +357,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if self.options.formulation == Formulation::SmallDisplacement {
             (0..D).for_each(|c| block.origin[p][c] -= dt * velocity[c]);
         } else {
+            let radius = block.position[p][0];
             (0..D).for_each(|c| block.position[p][c] += dt * velocity[c]);
+            if self.axisymmetric && !P::ANCHORED {
+                // Its domain does not reach over the axis, where its hoop strain has no bound (pitfall P-26).
+                let least = 0.5 * block.domain[p].extent(extent, self.grid.cell)[0];
+                block.position[p][0] = block.position[p][0].max(least.min(radius));
+            }
         }
         self.check_position(&mut block.domain[p], &mut block.position[p], step)?;
         Ok(step)

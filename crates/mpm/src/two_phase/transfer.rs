@@ -169,7 +169,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             if what.position {
                 block.stretch_at_last(p);
                 let step = self
-                    .move_point(block, p, &velocity, dt)
+                    .move_point(block, p, &set.extent, &velocity, dt)
                     .map_err(|reason| Failure { index: block.first + p, reason })?;
                 moved = moved.max(if P::ANCHORED { 0.0 } else { step });
             }

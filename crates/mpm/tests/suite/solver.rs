@@ -509,6 +509,26 @@ fn stress_last_takes_steps_that_are_stable_at_free_corners() {
 }
 
 #[test]
+fn points_stay_half_of_their_width_off_the_axis() {
+    for shape in ["linear", "ugimp", "cpgimp"] {
+        let case = case(json!({
+            "space": "axisymmetric", "domain": { "min": [0, 0], "max": [2, 3] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "mohr-coulomb", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2,
+                                  "friction_angle": 30 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 0.5] },
+                         "velocity": { "kind": "uniform", "value": [-3, 0] } }],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "y-min", "wall": { "kind": "smooth" } }],
+            "stages": [{ "name": "meet", "duration": 0.15 }],
+            "methods": { "mpm": { "cell_size": 0.1, "shape": shape } }
+        }));
+        let report = solve(&case);
+        let points = report.snapshot.positions.iter().zip(&report.snapshot.extents);
+        let nearest = points.map(|(x, extent)| x[0] / extent[0]).fold(f64::INFINITY, f64::min);
+        assert!((0.495..0.75).contains(&nearest), "{shape}: {nearest} widths");
+    }
+}
+
+#[test]
 fn turning_domains_keep_their_size_where_stretching_ones_vanish() {
     // A disk that turns by a quarter: the diagonal of a rotation falls to zero.
     let turn = |stretch: &str| {
