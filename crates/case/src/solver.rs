@@ -65,16 +65,25 @@ pub struct TimeStep {
 }
 
 impl TimeStep {
+    /// What limits a step that the case fixes.
+    pub const FIXED: &str = "fixed by the case";
+
     /// The step a case fixes, if it does and the critical step allows it: that is this limit without the
     /// safety factor `courant` it was found with.
     #[must_use]
     pub fn or_fixed(self, fixed: Option<f64>, courant: f64) -> Self {
         match fixed {
             Some(dt) if dt <= self.dt / courant => {
-                Self { dt, limit: "fixed by the case", point: None, position: [0.0; 3] }
+                Self { dt, limit: Self::FIXED, point: None, position: [0.0; 3] }
             }
             _ => self,
         }
+    }
+
+    /// Whether it is the step that the case fixes.
+    #[must_use]
+    pub fn is_fixed(&self) -> bool {
+        self.limit == Self::FIXED
     }
 }
 

@@ -46,7 +46,7 @@ struct SavedLimit {
 }
 
 /// Every reason a time step can be limited by.
-const LIMITS: [&str; 5] = ["nothing", "elastic wave", "viscosity", "fixed by the case", "seepage drag"];
+const LIMITS: [&str; 5] = ["nothing", "elastic wave", "viscosity", TimeStep::FIXED, "seepage drag"];
 
 impl SavedLimit {
     fn new(step: &TimeStep, age: u64) -> Self {

@@ -3,6 +3,15 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+/// What the steps of a run go by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StepBounds {
+    /// Step times wave speed over cell size.
+    pub courant: f64,
+    /// Step times viscosity over density and the square of the cell size.
+    pub diffusion: f64,
+}
+
 /// Options of the explicit material point method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -39,7 +48,8 @@ pub struct MpmOptions {
     /// 1 / (d times the points per cell and axis) with GIMP, of 1/d with quadratic splines.
     #[serde(default = "half")]
     pub courant: f64,
-    /// Fixed time step (s), which must be below the critical one; chosen by the solver when absent.
+    /// Fixed time step (s), which must be below the critical one, and stops the run when it is not any more; chosen by the
+    /// solver when absent. Before an output steps are shorter, so that they end at its time.
     #[serde(default)]
     pub time_step: Option<f64>,
     /// Factor on inertia, at least 1, but not on weight: the stable step grows with its square root. For quasi-static
@@ -490,31 +500,49 @@ impl MpmOptions {
     /// fluids, as much for each axis. Beyond -2 that grows. 1 with linear functions, which `node_mass_cutoff` keeps stable,
     /// and with functions whose gradient falls faster than the root of their weight.
     pub(crate) fn surface_courant(&self, dimension: usize) -> f64 {
-        let half_width = match self.shape {
-            ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp => 0.5 / self.points_per_cell as f64,
-            ShapeFunctions::Quadratic => 0.5,
-            _ => return 1.0,
-        };
+        match (self.stress_update, self.half_width()) {
+            (StressScheme::Usl, Some(half)) => (2.0 * half / dimension as f64).sqrt().min(1.0),
+            _ => 1.0,
+        }
+    }
+
+    /// Half the width of the domain of a point over the cell size, where the gradients of its functions fall with the
+    /// root of their weights.
+    fn half_width(&self) -> Option<f64> {
+        match self.shape {
+            ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp => Some(0.5 / self.points_per_cell as f64),
+            ShapeFunctions::Quadratic => Some(0.5),
+            _ => None,
+        }
+    }
+
+    /// The largest viscosity times step over density and the square of the cell size, in `dimension` axes, at which momentum
+    /// diffuses in good order: that of the sheet (§2.10) or less. With stress last a strain rate is that of the solved
+    /// velocity, of which points keep a part only: neither the shortest wave, which a liquid resists with 4/3 of its
+    /// viscosity, nor what the node beyond a free surface adds, must be turned in one step.
+    fn surface_diffusion(&self, dimension: usize) -> f64 {
+        let sheet = 0.25 / dimension as f64;
         match self.stress_update {
-            StressScheme::Usl => (2.0 * half_width / dimension as f64).sqrt().min(1.0),
-            StressScheme::Musl | StressScheme::Usf => 1.0,
+            StressScheme::Usl => {
+                let surface = self.half_width().map_or(f64::INFINITY, |half| 0.5 * half);
+                sheet.min(3.0 / 16.0).min(surface)
+            }
+            StressScheme::Musl | StressScheme::Usf => sheet,
         }
     }
 
-    /// The Courant number in `dimension` axes by which steps go. A cell with consistent mass whose points integrate it
-    /// exactly has a mode with a third of the lumped mass for each axis along which its nodes move against each other; none has
-    /// less than the share of the lumped mass.
-    pub(crate) fn courant_in(&self, dimension: usize) -> f64 {
-        let courant = self.courant.min(self.surface_courant(dimension));
-        match self.mass {
-            Mass::Lumped => courant,
-            Mass::Consistent => courant * self.lumped_share.max(3f64.powi(-(dimension as i32))).sqrt(),
+    /// What steps go by in `dimension` axes at a Courant number of `courant`. A cell with consistent mass whose points
+    /// integrate it exactly has a mode with a third of the lumped mass for each axis along which its nodes move against each
+    /// other; none has less than the share of the lumped mass.
+    pub(crate) fn step_bounds(&self, dimension: usize, courant: f64) -> StepBounds {
+        let inertia = match self.mass {
+            Mass::Lumped => 1.0,
+            Mass::Consistent => self.lumped_share.max(3f64.powi(-(dimension as i32))),
+        };
+        StepBounds {
+            courant: courant.min(self.surface_courant(dimension)) * inertia.sqrt(),
+            diffusion: (2.0 * courant).min(1.0) * self.surface_diffusion(dimension) * inertia,
         }
-    }
-
-    /// The steps that are made over the longest that are stable, which a fixed step must not pass.
-    pub(crate) fn share_of_critical(&self, dimension: usize) -> f64 {
-        (self.courant / self.surface_courant(dimension)).min(1.0)
     }
 
     /// Share of the old velocity and of the acceleration in the update of a point; the rest is the grid's velocity.

@@ -5,6 +5,7 @@ use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
 use colluvium_grid::Basis;
 use rayon::prelude::*;
 
+use crate::config::StepBounds;
 use crate::points::{PointDomain, PointSet, ground};
 use crate::solver::MpmSolver;
 
@@ -74,13 +75,15 @@ pub fn stored_energies<const D: usize, P: PointDomain<D>>(set: &PointSet<D, P>) 
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
-    /// The largest step that the waves, the motion and the viscosity of the points allow.
-    pub(crate) fn wave_limit(&self) -> TimeStep {
+    /// The largest step that the waves, the motion and the viscosity of the points allow at a Courant number of `courant`;
+    /// the critical one at 1.
+    pub(crate) fn wave_limit(&self, courant: f64) -> TimeStep {
+        let bounds = self.options.step_bounds(D, courant);
         let none = Limit { dt: f64::INFINITY, limit: "nothing", set: 0, index: 0 };
         let mut least = none;
         for (number, set) in self.sets.iter().enumerate() {
             let of_block = |first: usize, stress: &[SymTensor], states: &StateBlock| {
-                self.block_limit(number, first, stress, states)
+                self.block_limit(bounds, number, first, stress, states)
             };
             least = least.smaller(least_of_blocks(&set.stress, &set.states, none, &of_block));
         }
@@ -93,7 +96,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    fn block_limit(&self, number: usize, first: usize, stress: &[SymTensor], states: &StateBlock) -> Limit {
+    fn block_limit(
+        &self,
+        bounds: StepBounds,
+        number: usize,
+        first: usize,
+        stress: &[SymTensor],
+        states: &StateBlock,
+    ) -> Limit {
         let set = &self.sets[number];
         let ground = ground!(self);
         let mut moduli = [0.0; BLOCK];
@@ -101,7 +111,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
         let mut least = Limit { dt: f64::INFINITY, limit: "nothing", set: number, index: first };
-        let courant = self.options.courant_in(D);
         for k in 0..stress.len() {
             let index = first + k;
             let h = set.domain[index].spacing(&ground);
@@ -111,12 +120,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
             let speed = (moduli[k] / (self.options.mass_scaling * density)).sqrt()
                 + square(&set.velocity[index]).sqrt();
-            let wave = Limit { dt: courant * h / speed, limit: "elastic wave", set: number, index };
-            least = least.smaller(self.phase_limit(wave, moduli[k]));
+            let wave = Limit { dt: bounds.courant * h / speed, limit: "elastic wave", set: number, index };
+            least = least.smaller(self.phase_limit(bounds, wave, moduli[k]));
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, MPM sheet §2.10.
                 let inertia = self.options.mass_scaling * density;
-                let dt = courant * inertia * h * h / (2.0 * D as f64 * viscosities[k]);
+                let dt = bounds.diffusion * inertia * h * h / viscosities[k];
                 least = least.smaller(Limit { dt, limit: "viscosity", set: number, index });
             }
         }

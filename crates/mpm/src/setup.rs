@@ -420,7 +420,7 @@ fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<
     options: &MpmOptions,
 ) -> Result<(), CaseError> {
     let Some(step) = options.time_step else { return Ok(()) };
-    let critical = solver.wave_limit().dt / options.share_of_critical(D);
+    let critical = solver.wave_limit(1.0).dt;
     if step > critical {
         let problem = format!("{step} s is larger than the critical step {critical:.4e} s");
         return Err(CaseError::new("methods.mpm.time_step", problem));

@@ -83,6 +83,7 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// One step (MPM sheet §3.3); the numbers are those of the sheet.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        self.check_fixed_step()?;
         if self.two_phase.is_some() {
             return self.advance_two_phase(dt);
         }
@@ -336,11 +337,28 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.case.stages[self.stage].gravity_factor(self.time + dt - self.stage_start)
     }
 
+    /// Refuses to go on with a step that the case fixes and the state no longer allows.
+    fn check_fixed_step(&self) -> Result<(), SolverError> {
+        let (Some(fixed), Some(limit)) = (self.options.time_step, &self.limit) else { return Ok(()) };
+        if limit.is_fixed() {
+            return Ok(());
+        }
+        let critical = self.wave_limit(1.0).dt;
+        let reason = format!(
+            "methods.mpm.time_step: {fixed} s is larger than the critical step by now, {critical:.4e} s, limited by: {} \
+             (make it smaller, or leave it out for steps that follow the state)",
+            limit.limit
+        );
+        Err(SolverError::Step { step: self.step, time: self.time, reason })
+    }
+
     /// The largest stable step from the current state (MPM sheet §2.10).
     pub(crate) fn critical_step(&mut self) -> TimeStep {
         if self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP {
-            let limit = self.wave_limit();
-            self.limit = Some(limit.or_fixed(self.options.time_step, self.options.share_of_critical(D)));
+            let limit = self.wave_limit(self.options.courant);
+            let critical = self.options.time_step.map(|_| self.wave_limit(1.0).dt);
+            let share = limit.dt / critical.unwrap_or(limit.dt);
+            self.limit = Some(limit.or_fixed(self.options.time_step, share));
             self.limit_age = 0;
         }
         self.limit.clone().expect("set above")

@@ -62,9 +62,9 @@ impl Model for LinearElasticSpec {
     }
 }
 
-/// A word on nearly incompressible solids.
+/// A word on nearly incompressible solids (MPM sheet §7).
 pub(crate) fn stiff_warnings(poissons_ratio: f64) -> Vec<String> {
-    if poissons_ratio > 0.495 {
+    if poissons_ratio >= 0.49 {
         vec![format!("poissons_ratio: {poissons_ratio} makes explicit steps short and low-order grids lock")]
     } else {
         Vec::new()

@@ -4,6 +4,7 @@ use colluvium_case::{Budget, Field, FieldData, PhaseBudget};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::Basis;
 
+use crate::config::StepBounds;
 use crate::points::{PointDomain, PointSet, ground};
 use crate::report::{Limit, spatial, square};
 use crate::solver::MpmSolver;
@@ -61,7 +62,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// The limit of a point from that of its skeleton's wave: with pore fluid that of both phases.
     #[inline]
-    pub(crate) fn phase_limit(&self, wave: Limit, modulus: f64) -> Limit {
+    pub(crate) fn phase_limit(&self, bounds: StepBounds, wave: Limit, modulus: f64) -> Limit {
         let (set, i) = (&self.sets[wave.set], wave.index);
         let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
         let (n, dry) = (set.porosity(i), set.mass[i] / set.volume[i]);
@@ -71,7 +72,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let scaled = Fluid { resistance: fluid.resistance / scale, ..fluid };
         let (step, by_drag) = critical_step(&scaled, n, dry, modulus, h);
         let step = scale * step;
-        let dt = self.options.courant_in(D) / (1.0 / step + square(&set.velocity[i]).sqrt() / h);
+        let dt = bounds.courant / (1.0 / step + square(&set.velocity[i]).sqrt() / h);
         Limit { dt, limit: if by_drag { "seepage drag" } else { "elastic wave" }, ..wave }
     }
 
