@@ -468,10 +468,15 @@ pub enum Reset {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
-    /// Time between frames (s); none when absent, except the first and the last.
+    /// Time between frames (s); none when absent, except the first and the last. Steps are shortened so that they end at
+    /// the time of an output.
     pub frames: Option<f64>,
     /// Time between rows of the measures (s); a hundredth of the whole run when absent.
     pub measures: Option<f64>,
+    /// Cell size (m) of a regular grid over the domain on which every frame is averaged as well: density in space, and averages
+    /// of the fields weighted with mass, for iso-surfaces and volume rendering. It should be two points wide or more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid: Option<f64>,
     /// Wall-clock seconds between checkpoints.
     pub checkpoint: f64,
     /// Fields in the frames; all when absent. Identity, body and extent of each point are always there.
@@ -480,7 +485,7 @@ pub struct Output {
 
 impl Default for Output {
     fn default() -> Self {
-        Self { frames: None, measures: None, checkpoint: 60.0, fields: None }
+        Self { frames: None, measures: None, grid: None, checkpoint: 60.0, fields: None }
     }
 }
 

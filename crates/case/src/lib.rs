@@ -17,6 +17,7 @@ pub mod run;
 pub mod solver;
 mod surface;
 mod validate;
+mod warnings;
 
 pub use description::Case;
 pub use equilibrium::{Equilibrium, Scales};

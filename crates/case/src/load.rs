@@ -204,29 +204,6 @@ impl Case {
             None => Ok(()),
         }
     }
-
-    /// What is allowed but worth a word.
-    pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
-        for (name, spec) in &self.materials {
-            if !self.bodies.iter().any(|body| body.material == *name) {
-                warnings.push(format!("materials.{name}: no body is made of it"));
-            }
-            for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.material == *name) {
-                let Some(fluid) = &body.pore_fluid else { continue };
-                if spec.density() <= (1.0 - fluid.porosity) * fluid.density {
-                    warnings.push(format!(
-                        "bodies[{number}].pore_fluid.density: {} kg/m³ is not below that of the grains, the density of \
-                         {name:?} over 1 - porosity",
-                        fluid.density
-                    ));
-                }
-            }
-            warnings.extend(spec.warnings().into_iter().map(|warning| format!("materials.{name}.{warning}")));
-        }
-        self.warn_of_weights(&mut warnings);
-        warnings
-    }
 }
 
 /// FNV-1a hash of bytes.

@@ -14,11 +14,14 @@ use crate::description::{
     Boundary, InitialStress, PoreFluid, PorePressure, Side, Space, Stage, Velocity, Wall,
 };
 use crate::json::closest;
+use crate::output::grid_nodes;
 use crate::{Case, CaseError, CaseErrors};
 
 /// Points per direction of the search for overlaps of bodies.
 const OVERLAP_RESOLUTION: usize = 24;
 
+/// More nodes than fit into a file that anyone opens.
+const MOST_NODES: f64 = 1e8;
 /// More frames than anyone wants to keep.
 const MOST_FRAMES: f64 = 1e5;
 
@@ -467,6 +470,29 @@ impl Findings<'_> {
             self.require(fits, path, format!("{interval} s would give {count:.1e} outputs"));
         }
         self.positive("output.checkpoint", output.checkpoint, "s");
+        if let Some(cell) = output.grid {
+            self.grid(cell);
+        }
+    }
+
+    /// The grid that frames are averaged on.
+    fn grid(&mut self, cell: f64) {
+        let path = || "output.grid".to_owned();
+        self.positive(path(), cell, "m");
+        let case = self.case;
+        let fits = case.domain.min.len() == case.dimension() && case.domain.max.len() == case.dimension();
+        if !(cell > 0.0 && fits) {
+            return;
+        }
+        let nodes = grid_nodes(case, cell);
+        self.require(nodes <= MOST_NODES, path(), format!("cells of {cell} m would give {nodes:.1e} nodes"));
+        for axis in
+            case.domain.periodic.iter().map(|axis| axis.number()).filter(|axis| *axis < case.dimension())
+        {
+            let cells = (case.domain.max[axis] - case.domain.min[axis]) / cell;
+            let whole = (cells - cells.round()).abs() < 1e-6;
+            self.require(whole, path(), format!("{cell} m is no whole part of the period along an axis"));
+        }
     }
 
     fn methods(&mut self) {

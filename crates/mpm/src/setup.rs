@@ -277,6 +277,13 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
                  stages[{number}] has no `equilibrium`, and it is for quasi-static stages"
             ));
         }
+        let seeps = case.bodies.iter().any(|body| body.pore_fluid.is_some());
+        if seeps && (stage.damping > 0.0 || options.mass_scaling > 1.0) && stage.equilibrium.is_some() {
+            warnings.push(format!(
+                "stages[{number}]: local damping and mass scaling slow consolidation; at rest the state is right, the time \
+                 it takes is not"
+            ));
+        }
         if stage.damping > 0.0 && stage.equilibrium.is_none() {
             warnings.push(format!(
                 "stages[{number}].damping: local damping in a stage without `equilibrium` also slows real motion"

@@ -25,7 +25,7 @@ fn array(name: &str, components: u32, data: Vec<f64>) -> Attribute {
     Attribute::DataArray(DataArrayBase { name: name.to_owned(), elem, data: IOBuffer::F64(data) })
 }
 
-fn attribute(field: &Field) -> Attribute {
+pub(super) fn attribute(field: &Field) -> Attribute {
     match &field.data {
         FieldData::Scalar(values) => array(&field.name, 1, values.clone()),
         FieldData::Vector(values) => array(&field.name, 3, values.as_flattened().to_vec()),
@@ -58,11 +58,16 @@ pub fn write_frame(path: &Path, snapshot: &Snapshot, only: Option<&[String]>) ->
         cells: Cells { cell_verts: vertices, types: vec![CellType::Vertex; count] },
         data: Attributes { point, cell: Vec::new() },
     };
+    write_xml(path, DataSet::inline(piece))
+}
+
+/// Writes data as a compressed XML file of VTK.
+pub(super) fn write_xml(path: &Path, data: DataSet) -> Result<(), OutputError> {
     let vtk = Vtk {
         version: Version::new_xml(1, 0),
         title: String::new(),
         byte_order: ByteOrder::LittleEndian,
-        data: DataSet::inline(piece),
+        data,
         file_path: None,
     };
     let file = vtk

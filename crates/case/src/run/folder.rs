@@ -11,11 +11,17 @@ pub(super) const CHECKPOINT: &str = "checkpoint.bin";
 pub(super) const SUMMARY: &str = "summary.json";
 pub(super) const MEASURES: &str = "measures.csv";
 pub(super) const COLLECTION: &str = "frames.pvd";
+pub(super) const GRID_COLLECTION: &str = "grid.pvd";
 pub(super) const FRAMES: &str = "frames";
 
 /// What the columns mean, at the head of each table.
 const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
                      plane strain, per radian in axisymmetry";
+
+/// Name of the file with the averages on a grid of a frame.
+pub(super) fn on_grid(frame: &str) -> String {
+    frame.replace("/frame-", "/grid-").replace(".vtu", ".vtr")
+}
 
 /// Name of the file of a profile.
 pub(super) fn profile(name: &str) -> String {
@@ -68,7 +74,7 @@ pub(super) fn make(out: &Path) -> Result<(), OutputError> {
 
 /// Removes everything that a run writes but its case and its summary.
 pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
-    for name in [CHECKPOINT, MEASURES, COLLECTION] {
+    for name in [CHECKPOINT, MEASURES, COLLECTION, GRID_COLLECTION] {
         remove(&out.join(name))?;
     }
     keep_profiles(out, &[])?;
@@ -89,11 +95,11 @@ pub(super) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError
 
 /// Removes files that a killed run was in the middle of writing.
 pub(super) fn remove_torn(out: &Path) -> Result<(), OutputError> {
-    for name in [CASE, CHECKPOINT, SUMMARY, COLLECTION] {
+    for name in [CASE, CHECKPOINT, SUMMARY, COLLECTION, GRID_COLLECTION] {
         remove(&out.join(format!("{name}.tmp")))?;
     }
     let frames = out.join(FRAMES);
-    let torn = |name: &&String| name.ends_with(".vtu.tmp");
+    let torn = |name: &&String| name.ends_with(".vtu.tmp") || name.ends_with(".vtr.tmp");
     names(&frames)?.iter().filter(torn).try_for_each(|name| remove(&frames.join(name)))
 }
 

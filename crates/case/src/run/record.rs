@@ -7,10 +7,12 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::folder::{self, CASE, CHECKPOINT, COLLECTION, FRAMES, MEASURES, SUMMARY, Tables};
+use super::folder::{self, CASE, CHECKPOINT, COLLECTION, FRAMES, GRID_COLLECTION, MEASURES, SUMMARY, Tables};
 use super::{RunError, RunOptions, Safety, row};
 use crate::description::Measure;
-use crate::output::{Collection, OutputError, Table, read_frame, write_atomically, write_frame};
+use crate::output::{
+    Collection, GridFrame, OutputError, Table, read_frame, write_atomically, write_frame, write_grid,
+};
 use crate::{Budget, Case, PhaseBudget, Snapshot, Solver, SolverError, measure};
 
 /// Where a run stands: everything but the solver that a restart needs.
@@ -246,13 +248,28 @@ impl<'a> Recorder<'a> {
         progress.collection.frames.push((snapshot.time, name.clone()));
         progress.frame_steps.push(snapshot.step);
         if let Some(out) = &self.options.out {
-            write_frame(&out.join(name), &snapshot, self.case.output.fields.as_deref())?;
-            progress.collection.write(&out.join(COLLECTION))?;
+            let only = self.case.output.fields.as_deref();
+            write_frame(&out.join(&name), &snapshot, only)?;
+            if let Some(cell) = self.case.output.grid {
+                let averages = GridFrame::new(self.case, cell, &snapshot, only);
+                write_grid(&out.join(folder::on_grid(&name)), &averages)?;
+            }
+            self.write_collections(out, &progress.collection)?;
         }
         if self.options.keep_frames {
             self.kept.push(snapshot);
         }
         Ok(())
+    }
+
+    /// Writes the times of the frames, and of those on a grid.
+    fn write_collections(&self, out: &Path, frames: &Collection) -> Result<(), OutputError> {
+        frames.write(&out.join(COLLECTION))?;
+        if self.case.output.grid.is_none() {
+            return Ok(());
+        }
+        let on_grid = frames.frames.iter().map(|(time, name)| (*time, folder::on_grid(name)));
+        Collection { frames: on_grid.collect() }.write(&out.join(GRID_COLLECTION))
     }
 
     fn profiles(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {
@@ -333,7 +350,7 @@ impl<'a> Recorder<'a> {
         folder::remove_torn(out)?;
         folder::make(out)?;
         self.table = Table::read(&out.join(MEASURES))?;
-        progress.collection.write(&out.join(COLLECTION))?;
+        self.write_collections(out, &progress.collection)?;
         Ok(Some(progress))
     }
 

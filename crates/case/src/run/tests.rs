@@ -1,5 +1,6 @@
 use super::*;
 use crate::description::Reset;
+use crate::output::Collection;
 use crate::{Equilibrium, Field, FieldData, TimeStep};
 use colluvium_constitutive::SymTensor;
 
@@ -364,11 +365,15 @@ fn a_failure_leaves_the_last_good_frame_and_says_so() {
 
 #[test]
 fn a_resumed_run_leaves_the_same_files_to_the_last_bit() {
-    let case = case(
+    let mut case = case(
         r#"[ { "name": "a", "duration": 1.3 }, { "name": "b", "duration": 0.7, "reset": ["velocity"] } ]"#,
     );
+    case.output.grid = Some(0.5);
     let whole = tempfile::tempdir().unwrap();
     run(&case, Oscillators::boxed(0.1, None), &options(whole.path())).unwrap();
+    let grids = Collection::read(&whole.path().join("grid.pvd")).unwrap().frames;
+    assert_eq!(grids.len(), 5);
+    assert!(grids.iter().all(|(_, name)| whole.path().join(name).exists()), "{grids:?}");
     for fail_at in [0.05, 0.49, 0.5, 1.0, 1.31, 1.7, 1.99] {
         let folder = tempfile::tempdir().unwrap();
         run(&case, Oscillators::boxed(0.1, Some(fail_at)), &options(folder.path())).unwrap_err();
@@ -378,7 +383,12 @@ fn a_resumed_run_leaves_the_same_files_to_the_last_bit() {
             let garbage = std::fs::read_to_string(&table).unwrap() + "1e9,torn ro";
             std::fs::write(&table, garbage).unwrap();
         }
-        for torn in ["checkpoint.bin.tmp", "frames/frame-00099.vtu.tmp", "profile-old.csv"] {
+        for torn in [
+            "checkpoint.bin.tmp",
+            "frames/frame-00099.vtu.tmp",
+            "frames/grid-00099.vtr.tmp",
+            "profile-old.csv",
+        ] {
             std::fs::write(folder.path().join(torn), "torn").unwrap();
         }
         let again = RunOptions { resume: true, ..options(folder.path()) };

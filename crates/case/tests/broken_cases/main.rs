@@ -280,6 +280,8 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/output/frames", json!(-1), "output.frames", "must be positive"),
         ("/output/frames", json!(1e-9), "output.frames", "would give"),
         ("/output/frame", json!(1), "output.frame", "did you mean \"frames\"?"),
+        ("/output/grid", json!(0), "output.grid", "must be positive"),
+        ("/output/grid", json!(1e-9), "output.grid", "nodes"),
         ("/methods/mpm", json!(3), "methods.mpm", "object"),
         (
             "/boundaries/0",
@@ -476,6 +478,7 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
         }),
         ("output.frames", |c, bad| c.output.frames = Some(bad)),
         ("output.measures", |c, bad| c.output.measures = Some(bad)),
+        ("output.grid", |c, bad| c.output.grid = Some(bad)),
         ("output.checkpoint", |c, bad| c.output.checkpoint = bad),
         ("measures.front.quantile", |c, bad| {
             inside!(Some(Measure::Front { quantile, .. }) = c.measures.get_mut("front") => quantile, bad);

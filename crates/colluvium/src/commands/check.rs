@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let until = if stage.equilibrium.is_some() { ", or until at rest" } else { "" };
         println!("stage          {}: {} s{until}", stage.name, stage.duration);
     }
-    for warning in &plan.warnings {
+    for warning in plan.all_warnings(&case) {
         eprintln!("warning: {warning}");
     }
     Ok(())

@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .build()
         .map_err(|error| Failure::Other(format!("threads: {error}")))?;
     if !arguments.quiet {
-        for warning in method.plan(&case)?.warnings {
+        for warning in method.plan(&case)?.all_warnings(&case) {
             eprintln!("warning: {warning}");
         }
     }

@@ -1,0 +1,281 @@
+//! Frames on a regular grid: averages of what the points carry, for iso-surfaces and volume rendering (MPM sheet §3.9).
+
+use std::path::Path;
+
+use colluvium_constitutive::SymTensor;
+use vtkio::model::{Attributes, Coordinates, DataSet, Extent, IOBuffer, RectilinearGridPiece};
+
+use super::OutputError;
+use super::frame::{attribute, write_xml};
+use crate::description::Space;
+use crate::{Case, Field, FieldData, Snapshot};
+
+/// Fields that are amounts of a point, and have no average.
+const AMOUNTS: [&str; 3] = ["mass", "volume", "density"];
+
+/// The share of a point's mass (kg) at a node.
+struct Share {
+    point: usize,
+    node: usize,
+    mass: f64,
+}
+
+/// Nodes a cell apart over the domain of a case, the first axis fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridFrame {
+    low: [f64; 3],
+    cell: f64,
+    /// Nodes along each axis.
+    count: [usize; 3],
+    dimension: usize,
+    /// `density` (kg/m³ of space, which falls from that of the bulk to zero within a cell of a surface), and the averages
+    /// weighted with mass of the other fields; zero where there is no mass.
+    pub fields: Vec<Field>,
+}
+
+impl GridFrame {
+    /// Averages of the fields named in `only`, or all, on cells of edge `cell` (m): with linear weights, points beyond the
+    /// domain left out. The two ends of an axis on which the domain repeats itself are one.
+    pub fn new(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[String]>) -> Self {
+        let (low, count) = nodes(case, cell);
+        let mut frame = Self { low, cell, count, dimension: case.dimension(), fields: Vec::new() };
+        let shares = frame.shares(snapshot);
+        let periodic: Vec<usize> = case.domain.periodic.iter().map(|axis| axis.number()).collect();
+        let mass = frame.sums(&shares, 1, |_, _| 1.0, &periodic);
+        let mean = |components: usize, value: &dyn Fn(usize, usize) -> f64| {
+            let mut sums = frame.sums(&shares, components, value, &periodic);
+            for (values, mass) in sums.chunks_exact_mut(components).zip(&mass) {
+                values.iter_mut().for_each(|value| *value = if *mass > 0.0 { *value / mass } else { 0.0 });
+            }
+            sums
+        };
+        let wanted = |name: &String| only.is_none_or(|names| names.contains(name));
+        let averaged = snapshot.fields.iter().filter(|field| !AMOUNTS.contains(&&*field.name));
+        let average = |field: &Field| {
+            let data = match &field.data {
+                FieldData::Scalar(values) => FieldData::Scalar(mean(1, &|point, _| values[point])),
+                FieldData::Vector(values) => {
+                    FieldData::Vector(mean(3, &|point, c| values[point][c]).as_chunks().0.to_vec())
+                }
+                FieldData::Tensor(values) => {
+                    let means = mean(6, &|point, c| values[point].0[c]);
+                    FieldData::Tensor(means.as_chunks().0.iter().copied().map(SymTensor).collect())
+                }
+            };
+            Field { data, ..field.clone() }
+        };
+        let mut fields: Vec<Field> = averaged.filter(|field| wanted(&field.name)).map(average).collect();
+        let radial = case.space == Space::Axisymmetric;
+        let density = |(node, mass): (usize, &f64)| mass / frame.volume(node, radial, &periodic);
+        let density = FieldData::Scalar(mass.iter().enumerate().map(density).collect());
+        fields.insert(0, Field { name: "density".into(), unit: "kg/m3", data: density });
+        frame.fields = fields;
+        frame
+    }
+
+    /// Sums over the points of shares times what they carry, a node after the other.
+    fn sums(
+        &self,
+        shares: &[Share],
+        components: usize,
+        value: impl Fn(usize, usize) -> f64,
+        periodic: &[usize],
+    ) -> Vec<f64> {
+        let mut sums = vec![0.0; components * self.count.iter().product::<usize>()];
+        for Share { point, node, mass } in shares {
+            for c in 0..components {
+                sums[node * components + c] += mass * value(*point, c);
+            }
+        }
+        periodic.iter().for_each(|axis| self.fold(&mut sums, components, *axis));
+        sums
+    }
+
+    /// What the points give to the nodes around them, by linear weights; those beyond the domain nothing.
+    fn shares(&self, snapshot: &Snapshot) -> Vec<Share> {
+        let masses = snapshot.scalars("mass").unwrap_or_default();
+        let strides = [1, self.count[0], self.count[0] * self.count[1]];
+        let mut shares = Vec::with_capacity(snapshot.positions.len() << self.dimension);
+        'points: for (point, (x, mass)) in snapshot.positions.iter().zip(masses).enumerate() {
+            let (mut first, mut part) = ([0; 3], [0.0; 3]);
+            for axis in 0..self.dimension {
+                let place = (x[axis] - self.low[axis]) / self.cell;
+                let last = self.count[axis] - 1;
+                if !(0.0..=last as f64).contains(&place) {
+                    continue 'points;
+                }
+                first[axis] = (place as usize).min(last - 1);
+                part[axis] = place - first[axis] as f64;
+            }
+            for corner in 0..1usize << self.dimension {
+                let (mut node, mut mass) = (0, *mass);
+                for axis in 0..self.dimension {
+                    let upper = corner >> axis & 1;
+                    node += (first[axis] + upper) * strides[axis];
+                    mass *= if upper == 1 { part[axis] } else { 1.0 - part[axis] };
+                }
+                shares.push(Share { point, node, mass });
+            }
+        }
+        shares
+    }
+
+    /// Place of a node along each axis, in cells.
+    fn index(&self, node: usize) -> [usize; 3] {
+        let [nx, ny, _] = self.count;
+        [node % nx, node / nx % ny, node / (nx * ny)]
+    }
+
+    /// Adds what the first and the last nodes of an axis have, and gives it to both.
+    fn fold(&self, sums: &mut [f64], components: usize, axis: usize) {
+        let stride: usize = self.count[..axis].iter().product();
+        let way = (self.count[axis] - 1) * stride;
+        for node in (0..sums.len() / components).filter(|node| self.index(*node)[axis] == 0) {
+            for c in 0..components {
+                let (first, last) = (node * components + c, (node + way) * components + c);
+                let sum = sums[first] + sums[last];
+                (sums[first], sums[last]) = (sum, sum);
+            }
+        }
+    }
+
+    /// Volume of space that a node stands for (m³; per metre in plane strain, per radian in axisymmetry).
+    fn volume(&self, node: usize, radial: bool, periodic: &[usize]) -> f64 {
+        let index = self.index(node);
+        let share = |axis: usize| {
+            let at_end = index[axis] == 0 || index[axis] == self.count[axis] - 1;
+            if at_end && !periodic.contains(&axis) { 0.5 } else { 1.0 }
+        };
+        let volume: f64 = (0..self.dimension).map(|axis| self.cell * share(axis)).product();
+        if !radial {
+            return volume;
+        }
+        // The mean radius with the linear weight of the node.
+        let (radius, third) = (self.low[0] + self.cell * index[0] as f64, self.cell / 3.0);
+        let offset = match index[0] {
+            0 => third,
+            last if last == self.count[0] - 1 => -third,
+            _ => 0.0,
+        };
+        volume * (radius + offset)
+    }
+}
+
+/// Lower corner (m) and nodes along each axis of cells of edge `cell` (m) that cover the domain of a case; the last may reach
+/// beyond it.
+fn nodes(case: &Case, cell: f64) -> ([f64; 3], [usize; 3]) {
+    let (mut low, mut count) = ([0.0; 3], [1; 3]);
+    for axis in 0..case.dimension() {
+        let (min, max) = (case.domain.min[axis], case.domain.max[axis]);
+        low[axis] = min;
+        count[axis] = ((max - min) / cell - 1e-6).ceil().max(1.0) as usize + 1;
+    }
+    (low, count)
+}
+
+/// Number of nodes of cells of edge `cell` (m) over the domain of a case.
+pub fn grid_nodes(case: &Case, cell: f64) -> f64 {
+    let axes = 0..case.dimension();
+    axes.map(|axis| ((case.domain.max[axis] - case.domain.min[axis]) / cell).ceil() + 1.0).product()
+}
+
+/// Writes averages on a grid as a VTR file that ParaView opens.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn write_grid(path: &Path, frame: &GridFrame) -> Result<(), OutputError> {
+    let coordinates = |axis: usize| -> Vec<f64> {
+        (0..frame.count[axis]).map(|node| frame.low[axis] + frame.cell * node as f64).collect()
+    };
+    let [x, y, z] = [0, 1, 2].map(|axis| IOBuffer::F64(coordinates(axis)));
+    let [nx, ny, nz] = frame.count.map(|count| count as i32 - 1);
+    let piece = RectilinearGridPiece {
+        extent: Extent::Ranges([0..=nx, 0..=ny, 0..=nz]),
+        coords: Coordinates { x, y, z },
+        data: Attributes { point: frame.fields.iter().map(attribute).collect(), cell: Vec::new() },
+    };
+    write_xml(path, DataSet::inline(piece))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn case(space: &str, periodic: &[&str]) -> Case {
+        let text = serde_json::json!({
+            "title": "block", "space": space, "domain": { "min": [0, 0], "max": [4, 2], "periodic": periodic },
+            "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [4, 2] } }],
+            "stages": [{ "name": "s", "duration": 1 }]
+        });
+        Case::from_json(&text.to_string()).unwrap()
+    }
+
+    /// Points at the quarters of cells of 1 m, of 1500 kg/m³ (per radian), with a velocity that grows along x.
+    fn snapshot(radial: bool) -> Snapshot {
+        let places = |count: usize| (0..count).map(|i| 0.25 + 0.5 * i as f64);
+        let positions: Vec<[f64; 3]> = places(8).flat_map(|x| places(4).map(move |y| [x, y, 0.0])).collect();
+        let mass = positions.iter().map(|x| 375.0 * if radial { x[0] } else { 1.0 }).collect();
+        let velocity = positions.iter().map(|x| [2.0 * x[0], -1.0, 0.0]).collect();
+        let stress = vec![SymTensor([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]); positions.len()];
+        let field = |name: &str, data| Field { name: name.into(), unit: "", data };
+        Snapshot {
+            time: 0.0,
+            step: 0,
+            ids: (0..32).collect(),
+            bodies: vec![0; 32],
+            extents: vec![[0.5; 3]; 32],
+            positions,
+            fields: vec![
+                field("mass", FieldData::Scalar(mass)),
+                field("velocity", FieldData::Vector(velocity)),
+                field("stress", FieldData::Tensor(stress)),
+            ],
+        }
+    }
+
+    #[test]
+    fn regular_points_give_their_density_and_linear_fields_exactly() {
+        let frame = GridFrame::new(&case("plane-strain", &[]), 1.0, &snapshot(false), None);
+        assert_eq!(frame.count, [5, 3, 1]);
+        let [density, velocity, stress] = &frame.fields[..] else { panic!("three fields") };
+        let FieldData::Scalar(density) = &density.data else { panic!("density") };
+        assert!(density.iter().all(|rho| (rho / 1500.0 - 1.0).abs() < 1e-12), "{density:?}");
+        let FieldData::Vector(velocity) = &velocity.data else { panic!("velocity") };
+        for (node, v) in velocity.iter().enumerate() {
+            let inside = (1..4).contains(&(node % 5));
+            assert!(!inside || (v[0] - 2.0 * (node % 5) as f64).abs() < 1e-12 && (v[1] + 1.0).abs() < 1e-12);
+        }
+        let FieldData::Tensor(stress) = &stress.data else { panic!("stress") };
+        assert!(stress.iter().all(|s| (0..6).all(|c| (s.0[c] - (c + 1) as f64).abs() < 1e-12)));
+    }
+
+    #[test]
+    fn rings_and_periods_keep_their_density() {
+        let of =
+            |case: &Case, radial| match &GridFrame::new(case, 1.0, &snapshot(radial), None).fields[0].data {
+                FieldData::Scalar(density) => density.clone(),
+                _ => panic!("a scalar"),
+            };
+        // Volume per radian times radius with the weight of each node, to the spread of points over a cell.
+        let rings = of(&case("axisymmetric", &[]), true);
+        assert!(rings.iter().all(|rho| (rho / 1500.0 - 1.0).abs() < 0.13), "{rings:?}");
+        assert!((rings[2] / 1500.0 - 1.0).abs() < 1e-12, "{rings:?}");
+        let period = of(&case("plane-strain", &["x"]), false);
+        assert!(period.iter().all(|rho| (rho / 1500.0 - 1.0).abs() < 1e-12), "{period:?}");
+    }
+
+    #[test]
+    fn only_what_is_asked_for_is_averaged() {
+        let frame =
+            GridFrame::new(&case("plane-strain", &[]), 0.7, &snapshot(false), Some(&["stress".into()]));
+        assert_eq!(frame.count, [7, 4, 1]);
+        let names: Vec<&str> = frame.fields.iter().map(|field| &*field.name).collect();
+        assert_eq!(names, ["density", "stress"]);
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("grid.vtr");
+        write_grid(&path, &frame).unwrap();
+        assert!(std::fs::read_to_string(&path).unwrap().contains("WholeExtent=\"0 6 0 3 0 0\""));
+    }
+}

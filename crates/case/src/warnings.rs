@@ -1,0 +1,215 @@
+//! What is allowed in a case but worth a word.
+
+use crate::description::{Boundary, Load, Wall};
+use crate::{Case, Plan};
+
+/// Places along each axis of a side at which it is looked at.
+const SAMPLES: usize = 32;
+
+/// How far from a side one looks for what is there, over the size of the domain.
+const BESIDE: f64 = 1e-6;
+
+impl Case {
+    /// What is allowed but worth a word.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        for (name, spec) in &self.materials {
+            if !self.bodies.iter().any(|body| body.material == *name) {
+                warnings.push(format!("materials.{name}: no body is made of it"));
+            }
+            for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.material == *name) {
+                let Some(fluid) = &body.pore_fluid else { continue };
+                if spec.density() <= (1.0 - fluid.porosity) * fluid.density {
+                    warnings.push(format!(
+                        "bodies[{number}].pore_fluid.density: {} kg/m³ is not below that of the grains, the density of \
+                         {name:?} over 1 - porosity",
+                        fluid.density
+                    ));
+                }
+            }
+            warnings.extend(spec.warnings().into_iter().map(|warning| format!("materials.{name}.{warning}")));
+        }
+        self.warn_of_weights(&mut warnings);
+        for (number, load) in self.loads.iter().enumerate() {
+            self.warn_of_load(number, load, &mut warnings);
+        }
+        warnings
+    }
+
+    /// Warns of loads on what is not, or not all, a free and flat side.
+    fn warn_of_load(&self, number: usize, load: &Load, warnings: &mut Vec<String>) {
+        let Some(body) = self.bodies.iter().find(|body| body.name == load.body()) else { return };
+        let (side, dimension) = (load.side(), self.dimension());
+        let (axis, outwards) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
+        let (low, high) = body.shape.bounds(dimension);
+        let face = if side.is_max() { high[axis] } else { low[axis] };
+        let step = outwards * BESIDE * (self.domain.max[axis] - self.domain.min[axis]);
+        let mut warn = |problem: String| warnings.push(format!("loads[{number}].side: {problem}"));
+        let holds = |boundary: &&Boundary| {
+            let place = boundary.position(&self.domain);
+            boundary.side == side
+                && outwards * (place - face) <= step.abs()
+                && bears(&boundary.wall, load, axis)
+        };
+        let removed = |boundary: &&Boundary| {
+            self.stages.iter().any(|stage| stage.remove_boundaries.iter().any(|name| name == boundary.name()))
+        };
+        if let Some(wall) = self.boundaries.iter().filter(holds).find(|wall| !removed(wall)) {
+            warn(format!("the wall {:?} holds that side, and bears the load", wall.name()));
+        }
+        let mut flat = 0usize;
+        let mut neighbours = vec![0usize; self.bodies.len()];
+        let count = SAMPLES.pow(dimension as u32 - 1);
+        for sample in 0..count {
+            let mut at = vec![face; dimension];
+            let mut rest = sample;
+            for c in (0..dimension).filter(|c| *c != axis) {
+                at[c] = low[c] + (high[c] - low[c]) * ((rest % SAMPLES) as f64 + 0.5) / SAMPLES as f64;
+                rest /= SAMPLES;
+            }
+            at[axis] = face - step;
+            if !body.shape.contains(&at) {
+                continue;
+            }
+            flat += 1;
+            at[axis] = face + step;
+            for (touches, other) in neighbours.iter_mut().zip(&self.bodies) {
+                *touches += usize::from(other.shape.contains(&at));
+            }
+        }
+        let percent = |part: usize, whole: usize| (100.0 * part as f64 / whole.max(1) as f64).round();
+        if flat < count {
+            warn(format!(
+                "it acts where the body reaches {face} m along that axis, {} % of its width",
+                percent(flat, count)
+            ));
+        }
+        for (touches, other) in neighbours.iter().zip(&self.bodies).filter(|(touches, _)| **touches > 0) {
+            warn(format!(
+                "{} % of it is no surface: the body {:?} is there",
+                percent(*touches, flat),
+                other.name
+            ));
+        }
+    }
+}
+
+impl Plan {
+    /// Its warnings, and a word on outputs that follow each other faster than steps.
+    pub fn all_warnings(&self, case: &Case) -> Vec<String> {
+        let mut warnings = self.warnings.clone();
+        let dt = self.time_step.dt;
+        for (key, interval) in [("frames", case.output.frames), ("measures", case.output.measures)] {
+            let Some(interval) = interval.filter(|interval| *interval < dt) else { continue };
+            warnings.push(format!(
+                "output.{key}: {interval} s is shorter than the step, {dt:.4e} s, and all steps are cut to it"
+            ));
+        }
+        warnings
+    }
+}
+
+/// Whether a wall normal to `axis` bears a load on what it holds.
+fn bears(wall: &Wall, load: &Load, axis: usize) -> bool {
+    match (wall, load) {
+        (Wall::Absorbing { .. }, _) => false,
+        (Wall::Rough, _) => true,
+        (_, Load::Traction { value, .. }) => value.get(axis).is_some_and(|normal| *normal != 0.0),
+        _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TimeStep;
+    use serde_json::{Value, json};
+
+    /// Warnings of a block of 1 m on the floor of its domain with a pressure on `side`, changed by `change`.
+    fn warnings(side: &str, change: impl Fn(&mut Value)) -> Vec<String> {
+        let mut case = json!({
+            "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [4, 2] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1, 0], "max": [2, 1] } }],
+            "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }],
+            "loads": [{ "kind": "pressure", "body": "b", "side": side, "value": 1 }],
+            "stages": [{ "name": "s", "duration": 1 }]
+        });
+        change(&mut case);
+        Case::from_json(&case.to_string()).unwrap().warnings()
+    }
+
+    #[test]
+    fn a_load_on_a_free_flat_side_is_not_worth_a_word() {
+        for side in ["x-min", "x-max", "y-max"] {
+            assert_eq!(warnings(side, |_| {}), Vec::<String>::new(), "{side}");
+        }
+    }
+
+    #[test]
+    fn loads_that_a_wall_bears_are_named() {
+        let floor = warnings("y-min", |_| {});
+        assert!(
+            floor.len() == 1 && floor[0].contains("loads[0].side") && floor[0].contains("bears the load"),
+            "{floor:?}"
+        );
+        // A smooth wall lets what acts along it act, a rough one does not.
+        let shear = |wall: &'static str| {
+            warnings("y-min", move |case| {
+                case["loads"][0] =
+                    json!({ "kind": "traction", "body": "b", "side": "y-min", "value": [1, 0] });
+                case["boundaries"][0]["wall"]["kind"] = json!(wall);
+            })
+        };
+        assert_eq!((shear("smooth").len(), shear("rough").len()), (0, 1));
+        let for_a_while = warnings("y-min", |case| {
+            case["boundaries"][0]["name"] = json!("floor");
+            case["stages"][0]["remove_boundaries"] = json!(["floor"]);
+        });
+        assert_eq!(for_a_while, Vec::<String>::new());
+    }
+
+    #[test]
+    fn loads_on_slopes_and_between_bodies_are_named() {
+        let slope = warnings("y-max", |case| {
+            case["bodies"][0]["shape"] =
+                json!({ "kind": "polygon", "vertices": [[1, 0], [2, 0], [2, 1], [1.75, 1]] });
+        });
+        assert!(
+            slope.len() == 1 && slope[0].contains("reaches 1 m") && slope[0].contains("25 %"),
+            "{slope:?}"
+        );
+        let between = warnings("x-max", |case| {
+            let shape = json!({ "kind": "box", "min": [2, 0], "max": [3, 0.5] });
+            case["bodies"]
+                .as_array_mut()
+                .unwrap()
+                .push(json!({ "name": "next", "material": "m", "shape": shape }));
+        });
+        assert!(
+            between.len() == 1 && between[0].contains("50 %") && between[0].contains("next"),
+            "{between:?}"
+        );
+    }
+
+    #[test]
+    fn outputs_that_cut_the_steps_are_named() {
+        let text = r#"{ "title": "t", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }],
+            "stages": [{ "name": "s", "duration": 1 }], "output": { "frames": 0.01, "measures": 0.1 } }"#;
+        let case = Case::from_json(text).unwrap();
+        let time_step = TimeStep { dt: 0.02, limit: "elastic wave", point: None, position: [0.0; 3] };
+        let plan = Plan {
+            points: 1,
+            nodes: 2,
+            time_step,
+            memory: 1,
+            steps: 50,
+            updates_per_second: 1.0,
+            warnings: Vec::new(),
+        };
+        let warnings = plan.all_warnings(&case);
+        assert!(warnings.len() == 1 && warnings[0].starts_with("output.frames: 0.01 s"), "{warnings:?}");
+    }
+}
