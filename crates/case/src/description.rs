@@ -149,6 +149,10 @@ pub struct Body {
     /// Fluid in its pores that moves by itself (coupled two-phase analysis); none when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pore_fluid: Option<PoreFluid>,
+    /// Whether points of it that leave the domain are taken away, with all that they carry, as through an outlet; else that
+    /// ends the run.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub drop_outside: bool,
 }
 
 /// A region in which the velocity of the grid's nodes is prescribed.

@@ -164,6 +164,18 @@ impl Case {
         Ok(())
     }
 
+    /// Refuses, in the name of `method`, bodies whose points may leave.
+    ///
+    /// # Errors
+    /// The first of them, by path.
+    pub fn refuse_dropping(&self, method: &str) -> Result<(), CaseError> {
+        let Some(number) = self.bodies.iter().position(|body| body.drop_outside) else { return Ok(()) };
+        Err(CaseError::new(
+            format!("bodies[{number}].drop_outside"),
+            format!("{method} has no sides that points leave by"),
+        ))
+    }
+
     /// Refuses, in the name of `method`, rigid bodies and damping along single axes.
     ///
     /// # Errors

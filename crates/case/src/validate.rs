@@ -195,6 +195,8 @@ impl Findings<'_> {
             }
             self.velocity(&format!("{path}.velocity"), &body.velocity);
             self.initial_stress(&format!("{path}.stress"), &body.stress);
+            let whole = !(body.rigid && body.drop_outside);
+            self.require(whole, format!("{path}.drop_outside"), "a rigid body stays whole");
             let material = case.materials.get(&body.material);
             let unfit = if let Some(fluid) = &body.pore_fluid {
                 self.pore_fluid(&format!("{path}.pore_fluid"), fluid);

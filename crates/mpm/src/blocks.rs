@@ -162,6 +162,8 @@ pub struct OfSet<'a, const D: usize> {
     pub field: usize,
     /// The pore fluid, if any.
     pub fluid: Option<crate::two_phase::Fluid>,
+    /// Whether points that leave are taken away.
+    pub drop_outside: bool,
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
@@ -180,6 +182,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 body: set.body,
                 field: set.field,
                 fluid: set.pore.as_ref().and_then(|pore| pore.fluid),
+                drop_outside: self.case.bodies[set.body as usize].drop_outside,
             };
             let solver = &*self;
             match set.whole().update(&|block| update(solver, &of_set, block)) {

@@ -316,6 +316,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     }
     if options.formulation == Formulation::TotalLagrangian {
         case.refuse_driven("the total-Lagrangian formulation of mpm")?;
+        case.refuse_dropping("the total-Lagrangian formulation of mpm")?;
     }
     let driven = driven::driven(case);
     let ground = Ground { grid: &grid, mesh: &mesh };
@@ -377,6 +378,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         step: 0,
         travel: 0.0,
         heaviest: 0.0,
+        left: Box::default(),
         limit: None,
         limit_age: 0,
         sums: RowSums::default(),

@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use colluvium_case::{Case, SolverError, TimeStep};
 use colluvium_grid::{Basis, Grid, Lanes, Layout, Mesh, Node, Support, Walls};
@@ -64,6 +65,9 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) step: u64,
     /// Sum over the steps since the last sort of the largest move along an axis (m).
     pub(crate) travel: f64,
+    /// Whether points have left in the step that are to be taken away; they have no place (NaN). Boxed, so that what a step
+    /// reads of the solver is known not to change.
+    pub(crate) left: Box<AtomicBool>,
     pub(crate) heaviest: f64,
     pub(crate) limit: Option<TimeStep>,
     pub(crate) limit_age: u64,
@@ -140,6 +144,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Moves what is driven, and counts (step 10); `moved` is the largest move of a point along an axis (m).
     pub(crate) fn end_step(&mut self, moved: f64, dt: f64) -> Result<(), SolverError> {
         self.travel += moved.max(self.move_driven(dt)?);
+        self.drop_those_that_left();
         self.wrap();
         self.walls.set_off(false);
         self.time += dt;
@@ -162,6 +167,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             return;
         }
         self.sort();
+    }
+
+    /// Takes away points that have left, of bodies that let them.
+    fn drop_those_that_left(&mut self) {
+        if std::mem::take(self.left.get_mut()) {
+            self.sets.iter_mut().for_each(|set| set.retain(|x| !x[0].is_nan()));
+            self.sets.retain(|set| set.len() > 0);
+            self.sort();
+        }
     }
 
     /// Brings points back that left through a periodic side, on the other one.

@@ -1,5 +1,7 @@
 //! The transfers between points and grid, and what happens at the points in between.
 
+use std::sync::atomic::Ordering;
+
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, SymTensor};
 use colluvium_grid::{Basis, Corners, Lanes, Support};
@@ -13,6 +15,9 @@ use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::set_volumetric;
 use crate::work::Before;
+
+/// The least volume of a point over its initial one.
+const LEAST_VOLUME: f64 = 0.1;
 
 /// What a scatter carries to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +44,15 @@ pub struct PointUpdate {
     pub stress: bool,
     /// Positions.
     pub position: bool,
+}
+
+/// How a point has moved in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Moved {
+    /// Largest move along an axis (m).
+    pub step: f64,
+    /// First coordinate of where it was (m).
+    pub radius: f64,
 }
 
 impl PointUpdate {
@@ -233,7 +247,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let (strides, ground, extent) = (self.layout.strides(), ground!(self), &set.extent);
         let flip = self.options.flip_share();
         let first_node = set.field * self.layout.len();
-        let mut moved = 0f64;
+        let mut moves = [Moved::default(); BLOCK];
         let mut motions = [still(dt, extent[0]); BLOCK];
         let n = block.position.len();
         let dual = S == 2 && what.stress && self.dual.is_used();
@@ -294,12 +308,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                         std::array::from_fn(|c| velocity.as_array()[c])
                     });
                 }
-                let step = self
-                    .move_point(block, p, &set.extent, &velocity, dt)
-                    .map_err(|reason| Failure { index: block.first + p, reason })?;
-                moved = moved.max(if P::ANCHORED { 0.0 } else { step });
+                moves[p] = self.move_point(block, p, &velocity, dt);
             }
         }
+        let moved = if what.position { self.settle(set, block, &moves)? } else { 0.0 };
         if what.stress {
             let before = (!block.work.is_empty()).then(|| Before::of(block.stress));
             set.material.update(&motions[..n], block.stress, &mut block.states[0]).map_err(|error| {
@@ -330,7 +342,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    /// A point without stress does not grow beyond the cap (MPM sheet §2.8, pitfall P-09).
+    /// A point without stress does not grow beyond the cap, and none shrinks below a tenth (MPM sheet §2.8, pitfall P-09).
     #[inline]
     pub(crate) fn cap_volumes(&self, volumes: &mut [f64], initial: &[f64], stresses: &[SymTensor]) {
         let cap = self.options.volume_cap;
@@ -339,63 +351,86 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             if *volume > largest && stress.0 == [0.0; 6] {
                 *volume = largest;
             }
+            *volume = volume.max(LEAST_VOLUME * initial);
         }
     }
 
-    /// Moves a point of initial full widths `extent` (m) with `velocity` (m/s), or what its displacement is counted from
-    /// where points keep their places; returns the largest move along an axis (m).
+    /// Moves a point with `velocity` (m/s), or what its displacement is counted from where points keep their places.
     #[inline(always)]
     pub(crate) fn move_point(
         &self,
         block: &mut Block<'_, D, P>,
         p: usize,
-        extent: &[f64; D],
         velocity: &[f64; 4],
         dt: f64,
-    ) -> Result<f64, String> {
+    ) -> Moved {
         let step = velocity[..D].iter().fold(0f64, |step, v| step.max((dt * v).abs()));
+        let radius = block.position[p][0];
         if self.options.formulation == Formulation::SmallDisplacement {
             (0..D).for_each(|c| block.origin[p][c] -= dt * velocity[c]);
         } else {
-            let radius = block.position[p][0];
             (0..D).for_each(|c| block.position[p][c] += dt * velocity[c]);
-            if self.axisymmetric && !P::ANCHORED {
-                // Its domain does not reach over the axis, where its hoop strain has no bound (pitfall P-26).
-                let least = 0.5 * block.domain[p].extent(extent, self.grid.cell)[0];
-                block.position[p][0] = block.position[p][0].max(least.min(radius));
-            }
         }
-        self.check_position(&mut block.domain[p], &mut block.position[p], step)?;
-        Ok(step)
+        Moved { step, radius }
     }
 
-    /// Refuses a move that cannot be right. A point that round-off carries through a wall on the side
-    /// of the domain is put back onto it.
-    #[inline(always)]
-    fn check_position(&self, domain: &mut P, position: &mut [f64; D], step: f64) -> Result<(), String> {
+    /// Looks at where the points of a block have come: refuses moves that cannot be right, keeps them off the axis, puts back
+    /// what round-off carried through a wall on a side of the domain, and leaves those without a place (NaN) that have left a
+    /// body which lets them. Returns the largest move along an axis (m).
+    #[inline(never)]
+    pub(crate) fn settle(
+        &self,
+        set: &OfSet<'_, D>,
+        block: &mut Block<'_, D, P>,
+        moves: &[Moved],
+    ) -> BlockReport {
         let ground = ground!(self);
-        // Written so that NaN counts as a failure.
-        if !(step <= 0.5 * domain.spacing(&ground)) {
-            return Err(format!(
-                "it would move {step:.3e} m in one step, more than half a cell or element: the run has become unstable \
-                 (reduce courant or time_step)"
-            ));
-        }
-        if P::MESHED {
-            return domain.settle(&ground, position);
-        }
-        if !P::ANCHORED && !self.grid.contains(position) {
-            for axis in (0..D).filter(|axis| !self.periodic[*axis]) {
-                let (low, high) = (self.grid.origin[axis], self.upper[axis]);
-                if (position[axis] < low && !self.closed[axis][0])
-                    || (position[axis] > high && !self.closed[axis][1])
-                {
-                    return Err(
-                        "it left the domain: enlarge the domain or add a wall on that side".to_owned()
-                    );
-                }
-                position[axis] = position[axis].clamp(low, high);
+        let mut moved = 0f64;
+        let points = block.position.iter_mut().zip(block.domain.iter_mut());
+        for (p, ((position, domain), Moved { step, radius })) in points.zip(moves).enumerate() {
+            let fail = |reason| Failure { index: block.first + p, reason };
+            // Written so that NaN counts as a failure.
+            if !(*step <= 0.5 * domain.spacing(&ground)) {
+                return Err(fail(format!(
+                    "it would move {step:.3e} m in one step, more than half a cell or element: the run has become \
+                     unstable (reduce courant or time_step)"
+                )));
             }
+            if self.axisymmetric && !P::ANCHORED {
+                // Its domain does not reach over the axis, where its hoop strain has no bound (pitfall P-26).
+                let least = 0.5 * domain.extent(&set.extent, self.grid.cell)[0];
+                position[0] = position[0].max(least.min(*radius));
+            }
+            let settled = if P::MESHED {
+                domain.settle(&ground, position)
+            } else if !P::ANCHORED && !self.grid.contains(position) {
+                self.put_back(position)
+            } else {
+                Ok(())
+            };
+            match settled {
+                Err(_) if set.drop_outside => {
+                    position.fill(f64::NAN);
+                    self.left.store(true, Ordering::Relaxed);
+                }
+                settled => settled.map_err(fail)?,
+            }
+            moved = moved.max(if P::ANCHORED { 0.0 } else { *step });
+        }
+        Ok(moved)
+    }
+
+    /// Puts a point that is beyond walls on sides of the domain back onto them.
+    fn put_back(&self, position: &mut [f64; D]) -> Result<(), String> {
+        for axis in (0..D).filter(|axis| !self.periodic[*axis]) {
+            let (low, high) = (self.grid.origin[axis], self.upper[axis]);
+            if (position[axis] < low && !self.closed[axis][0])
+                || (position[axis] > high && !self.closed[axis][1])
+            {
+                let reason = "it left the domain: enlarge the domain, add a wall on that side or let the body drop_outside";
+                return Err(reason.to_owned());
+            }
+            position[axis] = position[axis].clamp(low, high);
         }
         Ok(())
     }

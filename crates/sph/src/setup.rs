@@ -44,6 +44,7 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     }
     case.refuse_driven("sph")?;
     case.refuse_dissipation("sph")?;
+    case.refuse_dropping("sph")?;
     if let Some(number) = case.stages.iter().position(|stage| !stage.excavate.is_empty()) {
         let problem = "sph removes whole bodies only: use remove_bodies";
         return Err(CaseError::new(format!("stages[{number}].excavate"), problem));

@@ -154,8 +154,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    /// Distance from equilibrium: the larger one of mixture and liquid (MPM sheet §2.14). `traction` is the sum of
-    /// the squares of the tractions (N²).
+    /// Distance from equilibrium: the larger one of mixture and liquid (MPM sheet §2.14); the energy of the mixture is that of
+    /// both phases. `traction` is the sum of the squares of the tractions (N²).
     pub(crate) fn phase_equilibrium(&self, phases: &TwoPhase, traction: f64, scales: Scales) -> Equilibrium {
         let PhaseSums { mixture, liquid } = &phases.sums;
         let of_mixture = (mixture.external + traction).sqrt();

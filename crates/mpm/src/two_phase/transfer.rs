@@ -10,7 +10,7 @@ use crate::contact::three;
 use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::set_volumetric;
-use crate::transfer::{PointUpdate, force_columns, lanes, still};
+use crate::transfer::{Moved, PointUpdate, force_columns, lanes, still};
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
     /// Point to grid (step 1), slab by slab.
@@ -136,7 +136,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             return Ok(0.0);
         }
         let (strides, ground) = (self.layout.strides(), ground!(self));
-        let mut moved = 0f64;
+        let mut moves = [Moved::default(); BLOCK];
         let mut motions = [still(dt, set.extent[0]); BLOCK];
         let n = block.position.len();
         for p in 0..n {
@@ -168,12 +168,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
             if what.position {
                 block.stretch_at_last(p);
-                let step = self
-                    .move_point(block, p, &set.extent, &velocity, dt)
-                    .map_err(|reason| Failure { index: block.first + p, reason })?;
-                moved = moved.max(if P::ANCHORED { 0.0 } else { step });
+                moves[p] = self.move_point(block, p, &velocity, dt);
             }
         }
+        let moved = if what.position { self.settle(set, block, &moves)? } else { 0.0 };
         if what.stress {
             set.material.update(&motions[..n], block.stress, &mut block.states[0]).map_err(|error| {
                 Failure { index: block.first + error.index, reason: error.source.to_string() }

@@ -509,6 +509,42 @@ fn stress_last_takes_steps_that_are_stable_at_free_corners() {
 }
 
 #[test]
+fn what_leaves_a_body_that_lets_it_is_taken_away() {
+    // A dry block slides out of a smooth channel at 1 m/s: after 0.45 s half of it is beyond the end. On a mesh and with pore
+    // fluid alike.
+    let block = |mpm: Value, pore: Value| {
+        case(with(
+            json!({
+                "domain": { "min": [0, 0], "max": [1, 0.4] }, "gravity": [0, 0],
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0], "max": [0.8, 0.2] },
+                             "velocity": { "kind": "uniform", "value": [1, 0] }, "drop_outside": true, "pore_fluid": pore }],
+                "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }],
+                "stages": [{ "name": "slide", "duration": 0.45 }]
+            }),
+            &json!({ "methods": { "mpm": mpm } }),
+        ))
+    };
+    let pore = json!({ "porosity": 0.4, "intrinsic_permeability": 1e-9, "bulk_modulus": 1e5 });
+    for (mpm, pore) in [
+        (json!({ "cell_size": 0.1 }), Value::Null),
+        (json!({ "cell_size": 0.1, "shape": "linear", "mesh": { "kind": "box" } }), Value::Null),
+        (json!({ "cell_size": 0.1 }), pore),
+    ] {
+        let case = block(mpm.clone(), pore);
+        let report = solve(&case);
+        let left = report.end.mass / report.start.mass;
+        assert!((left - 0.5).abs() < 0.11, "{mpm}: {left}");
+        assert!(report.snapshot.positions.iter().all(|x| x[0] < 1.0), "{mpm}");
+        // The rest does not know of it.
+        assert!((report.end.momentum[0] / report.end.mass - 1.0).abs() < 1e-9, "{mpm}: {:?}", report.end);
+        let mut stays = case;
+        stays.bodies[0].drop_outside = false;
+        let error = run(&stays, Mpm.build(&stays).unwrap(), &RunOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("left"), "{error}");
+    }
+}
+
+#[test]
 fn points_stay_half_of_their_width_off_the_axis() {
     for shape in ["linear", "ugimp", "cpgimp"] {
         let case = case(json!({
