@@ -116,7 +116,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&mpm_saturated::GRAVITY, Some(4), 4),
     Listed::new(&mpm_saturated::ABSORBING, Some(2), 2),
     Listed::new(&mpm_liquid::HYDROSTATIC, Some(2), 2),
-    Listed::new(&mpm_liquid::VISCOUS, Some(4), 4),
+    Listed::new(&mpm_liquid::VISCOUS, Some(6), 6),
     Listed::new(&mpm_liquid::DAM_BREAK, Some(3), 20),
     Listed::new(&column_collapse::BENCHMARK, Some(64), 250),
     Listed::new(&column_a04::BENCHMARK, Some(56), 660),
