@@ -100,7 +100,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&two_disks::BENCHMARK, Some(1), 1),
     Listed::new(&manufactured::AXIS_ALIGNED, Some(15), 78),
     Listed::new(&manufactured::VORTEX, Some(45), 60),
-    Listed::new(&cantilever::BENCHMARK, None, 155),
+    Listed::new(&cantilever::BENCHMARK, None, 340),
     Listed::new(&simplices::BENCHMARK, Some(5), 5),
     Listed::new(&simplices_soil::BENCHMARK, Some(6), 6),
     Listed::new(&mpm_contact::BENCHMARK, Some(28), 28),
