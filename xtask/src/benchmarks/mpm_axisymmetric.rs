@@ -30,9 +30,10 @@ fn column(aspect: f64) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Run-out over radius (Lube et al. 2004).
-fn law(aspect: f64) -> f64 {
-    if aspect < 1.7 { 1.24 * aspect } else { 1.6 * aspect.sqrt() }
+/// Run-out and height at rest over radius (Lube et al. 2004, who give no height between 1 and 1.7).
+fn laws(aspect: f64) -> [f64; 2] {
+    let run_out = if aspect < 1.7 { 1.24 * aspect } else { 1.6 * aspect.sqrt() };
+    [run_out, if aspect < 1.7 { aspect } else { 0.88 * aspect.powf(1.0 / 6.0) }]
 }
 
 fn benchmark(quick: bool) -> Result<Outcome, String> {
@@ -43,36 +44,30 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
         y_label: "run-out over radius".into(),
         ..LineChart::default()
     };
-    let aspects: &[(f64, &str)] =
-        if quick { &[(0.5, "0.62"), (1.0, "1.31")] } else { &[(0.5, "0.62"), (1.0, "1.31"), (2.0, "2.47")] };
-    for &(aspect, prototype) in aspects {
+    let aspects: &[f64] = if quick { &[0.5, 1.0] } else { &[0.5, 1.0, 2.0] };
+    for &aspect in aspects {
         let report = run(&column(aspect)?)?;
         let run_out = series(&report, "run_out");
         let end = run_out.last().map_or(f64::NAN, |row| row.1);
-        let exact = law(aspect);
-        let claim = format!("{exact:.3} (prototype {prototype})");
-        let name = |what: &str| format!("A-28 a = {aspect}: {what}");
-        outcome.within(
-            name("run-out over radius"),
-            &claim,
-            end,
-            (0.8 * exact, 1.2 * exact),
-            "the sheet's 20 %",
-        );
         let scale = (aspect * RADIUS / 9.81).sqrt();
         let stopped = run_out.iter().find(|(_, r)| *r > 0.98 * end).map_or(f64::NAN, |(t, _)| t / scale);
-        outcome.show(name("duration over sqrt(H/g)"), "about 3", stopped, "the sheet judges the run-out");
         let height = crest(&report.snapshot, CELL) / RADIUS;
-        let reported = if aspect <= 1.0 { aspect } else { 0.88 * aspect.powf(1.0 / 6.0) };
-        let claim = format!("{reported:.2}, a = 2: 1.19 in the prototype");
-        outcome.show(name("height at the axis over radius"), &claim, height, "the sheet judges the run-out");
+        let [farthest, highest] = laws(aspect);
+        let name = |what: &str| format!("A-28 a = {aspect}: {what}");
+        for (what, exact, found) in
+            [("run-out over radius", farthest, end), ("height at the axis over radius", highest, height)]
+        {
+            outcome.near(name(what), exact, 0.2, found, "the sheet's 20 %");
+        }
+        let reason = "not judged: about 3, and no word of when a flow has ended; here at 98 % of its run-out";
+        outcome.show(name("duration over sqrt(H/g)"), "about 3", stopped, reason);
         let kept = report.end.mass / report.start.mass;
         outcome.near(name("mass at the end over the start"), 1.0, 1e-12, kept, "points carry their mass");
         let points = run_out.iter().map(|(t, r)| (t / scale, *r)).collect();
         advance.series.push(Series::new(format!("a = {aspect}"), points, Style::Line));
         advance.series.push(Series::new(
             format!("Lube, a = {aspect}"),
-            vec![(0.0, exact), (6.0, exact)],
+            vec![(0.0, farthest), (6.0, farthest)],
             Style::Dashed,
         ));
         if aspect == 1.0 {

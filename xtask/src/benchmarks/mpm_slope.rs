@@ -106,13 +106,13 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
         );
         let kinetic = series(&report, "kinetic_energy");
         let late: Vec<f64> = kinetic.iter().filter(|(t, _)| *t >= 0.2).map(|(_, k)| *k / ENERGY).collect();
-        let rise = late.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        let rises: f64 = late.windows(2).map(|pair| (pair[1] - pair[0]).max(0.0)).sum();
         outcome.below(
-            name("largest rise of KE/KE_0 in 10 ms after 0.2 s"),
+            name("rises of KE/KE_0 after 0.2 s, sum"),
             "0: monotone",
-            rise,
-            1e-3,
-            "the sheet: monotone; what one figure shows",
+            rises,
+            0.0,
+            "the sheet: monotone",
         );
         let run_out = series(&report, "run_out").last().map_or(f64::NAN, |row| row.1);
         let what = name("run-out, 99.8 % quantile");
