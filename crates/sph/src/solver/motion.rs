@@ -258,6 +258,7 @@ impl<const D: usize> SphSolver<D> {
             p.density[i] += shift.density;
             p.stress[i] += shift.stress;
         }
-        self.particles.place(&self.images, &self.walls, self.time);
+        self.place();
+        self.accelerated = false;
     }
 }

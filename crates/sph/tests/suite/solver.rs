@@ -61,6 +61,7 @@ fn variants() -> Vec<Value> {
         json!({ "rough_wall": "mirror", "velocity_gradient": "corrected", "hourglass_viscosity": 0.5 }),
         json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } }),
         json!({ "momentum": "corrected", "rough_wall": "mirror", "hourglass_viscosity": 0.1 }),
+        json!({ "integration": "velocity-verlet", "regularisation": "mls", "shifting": 0.5 }),
     ]
 }
 
