@@ -5,6 +5,7 @@ mod schemes;
 mod stress;
 mod wall_fields;
 
+pub(crate) use motion::decay;
 pub(crate) use stress::Over;
 
 use std::sync::Arc;

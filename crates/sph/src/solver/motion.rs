@@ -13,6 +13,12 @@ use crate::particles::Group;
 /// 2.4 of 3).
 const SURFACE: [f64; 3] = [0.7, 1.5, 2.4];
 
+/// What viscous damping of the strength `damping` leaves of a velocity after `dt` (s): the speed of sound is `sound`
+/// (m/s), the smoothing length `h` (m).
+pub(crate) fn decay(damping: f64, sound: f64, h: f64, dt: f64) -> f64 {
+    if damping > 0.0 { (-damping / h * sound * dt).exp() } else { 1.0 }
+}
+
 impl<const D: usize> SphSolver<D> {
     /// Records and accelerations where lists are made already: steps 3 and 4.
     pub(crate) fn derive(&mut self, dt: f64) {
@@ -79,7 +85,7 @@ impl<const D: usize> SphSolver<D> {
         let p = &mut self.particles;
         let moving = p.velocity[..p.len].par_iter_mut().zip(&mut p.records).zip(&p.acceleration);
         moving.zip(&p.sound).zip(&p.length).with_min_len(TASK).for_each(|((((v, record), a), sound), h)| {
-            let factor = if damping > 0.0 { (-damping / h * sound * dt).exp() } else { 1.0 };
+            let factor = decay(damping, *sound, *h, dt);
             for c in 0..D {
                 let resisted = if v[c] == 0.0 { 0.0 } else { local * a[c].abs() * v[c].signum() };
                 v[c] = (v[c] + step * (a[c] - resisted)) * factor;
