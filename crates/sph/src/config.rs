@@ -287,6 +287,25 @@ impl SphOptions {
         self.smoothing_length != SmoothingLength::Constant
     }
 
+    /// The operator of the velocity gradient, `compatible` resolved.
+    #[inline]
+    pub(crate) fn gradient_operator(&self) -> VelocityGradient {
+        match (self.velocity_gradient, self.momentum) {
+            (VelocityGradient::Compatible, Momentum::Rho2) => VelocityGradient::DensityDifference,
+            (VelocityGradient::Compatible, Momentum::Corrected) => VelocityGradient::Corrected,
+            (VelocityGradient::Compatible, _) => VelocityGradient::Difference,
+            (operator, _) => operator,
+        }
+    }
+
+    /// Whether density follows the continuity equation in its form for masses (BN 50).
+    pub(crate) fn weighs_masses(&self) -> bool {
+        match self.continuity {
+            Continuity::Trace => self.gradient_operator() == VelocityGradient::DensityDifference,
+            form => form == Continuity::Mass,
+        }
+    }
+
     /// Whether some gradient is corrected.
     pub(crate) fn has_corrected_gradients(&self) -> bool {
         self.momentum == Momentum::Corrected || self.velocity_gradient == VelocityGradient::Corrected
@@ -309,8 +328,8 @@ impl SphOptions {
         if grad_h && self.momentum != Momentum::Rho2 {
             return Err(("momentum", "must be rho2 with grad-h, its adjoint".to_owned()));
         }
-        if grad_h && self.continuity != Continuity::Mass {
-            return Err(("continuity", "must be mass with grad-h".to_owned()));
+        if grad_h && !matches!(self.continuity, Continuity::Trace | Continuity::Mass) {
+            return Err(("continuity", "must be trace or mass with grad-h".to_owned()));
         }
         if self.continuity == Continuity::Summation && self.wall_stress != WallStress::Pairwise {
             return Err(("wall_stress", "must be pairwise where density is summed".to_owned()));

@@ -182,7 +182,7 @@ fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
     let (low, high) = densities(case);
-    if options.continuity == Continuity::Mass && high >= 2.0 * low {
+    if options.weighs_masses() && high >= 2.0 * low {
         warnings.push(format!(
             "methods.sph.continuity: densities from {low} to {high} kg/m³: volume is the form for such jumps"
         ));

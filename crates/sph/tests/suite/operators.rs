@@ -289,6 +289,29 @@ fn the_corrected_velocity_gradient_is_exact_with_every_symmetrisation() {
 }
 
 #[test]
+fn density_follows_the_gradient_that_the_law_gets() {
+    for operator in ["compatible", "difference", "density-difference", "corrected"] {
+        for momentum in ["rho2", "rho-rho"] {
+            let sph = json!({ "momentum": momentum, "velocity_gradient": operator });
+            for particle in stretched::<2>("plane-strain", 0.5, &sph) {
+                let trace = particle.gradient[0][0] + particle.gradient[1][1];
+                assert_eq!(particle.divergence, trace, "{operator} {momentum}");
+            }
+        }
+    }
+    // The forms of their own, with whatever gradient.
+    for (form, operator) in [("mass", "density-difference"), ("volume", "difference")] {
+        let own = stretched::<2>("plane-strain", 0.5, &json!({ "velocity_gradient": operator }));
+        for gradient in ["difference", "density-difference", "corrected"] {
+            let sph = json!({ "continuity": form, "velocity_gradient": gradient });
+            for (found, exact) in stretched::<2>("plane-strain", 0.5, &sph).iter().zip(&own) {
+                assert!((found.divergence - exact.divergence).abs() < 1e-12, "{form} {gradient}");
+            }
+        }
+    }
+}
+
+#[test]
 fn gradients_of_fewer_neighbours_than_dimensions_and_one_stay_uncorrected() {
     let of = |operator: &str, edge: f64| {
         let sph = json!({ "velocity_gradient": operator });
