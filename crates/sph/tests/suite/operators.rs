@@ -217,6 +217,22 @@ fn v07_heat_conduction_in_a_bar() {
 }
 
 #[test]
+fn a_lone_particle_has_no_derivatives() {
+    let smoothing = Smoothing::<2>::new(Kernel::CubicSpline, 1.3).unwrap();
+    // The second is listed, and beyond the support.
+    let places = [[0.0, 0.0], [2.65, 0.0]];
+    let mut neighbours = NeighbourList::new();
+    neighbours.build(&places, 2.7).unwrap();
+    let cloud = Cloud::new(&places, &[1.0; 2], &neighbours, &smoothing);
+    for operator in
+        [Laplacian::SecondDerivative, Laplacian::Brookshaw, Laplacian::BuiNguyen, Laplacian::Csph2]
+    {
+        assert_eq!(cloud.laplacian(operator, &[1.0, 2.0], 0), 0.0, "{operator:?}");
+    }
+    assert_eq!(cloud.gradient(Gradient::Corrected, &[1.0, 2.0], 0), [0.0; 2]);
+}
+
+#[test]
 fn diffusion_with_one_diffusivity_is_the_laplacian() {
     for mean in [Mean::Harmonic, Mean::Arithmetic] {
         let error = worst::<2>((10, 3, 0.2), bowl, |cloud, f, i, _| {
