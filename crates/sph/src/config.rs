@@ -13,6 +13,9 @@ pub use choices::{
 
 use crate::kernel::Kernel;
 
+/// Largest shift of a particle, in spacings (sheet §2.12).
+pub(crate) const LONGEST_SHIFT: f64 = 0.1;
+
 /// Options of smoothed particle hydrodynamics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -288,6 +291,11 @@ impl SphOptions {
     }
 
     /// The operator of the velocity gradient, `compatible` resolved.
+    /// How much closer shifting may bring two particles (m).
+    pub(crate) fn room_to_shift(&self) -> f64 {
+        if self.shifting > 0.0 { 2.0 * LONGEST_SHIFT * self.spacing } else { 0.0 }
+    }
+
     #[inline]
     pub(crate) fn gradient_operator(&self) -> VelocityGradient {
         match (self.velocity_gradient, self.momentum) {

@@ -208,7 +208,7 @@ impl<const D: usize> SphSolver<D> {
         let listed = &mut self.listed;
         listed.positions.clear();
         listed.positions.extend_from_slice(&self.particles.position[..self.particles.len]);
-        (listed.time, listed.reach) = (self.time, support * (1.0 + SKIN));
+        (listed.time, listed.reach) = (self.time, support * (1.0 + SKIN) + self.options.room_to_shift());
         self.accelerated = false;
     }
 
@@ -218,7 +218,7 @@ impl<const D: usize> SphSolver<D> {
         self.weighed = false;
     }
 
-    /// How much closer two particles may be than when they were listed (m).
+    /// How much closer two particles may be than when they were listed, shifted before the step as they may be (m).
     pub(crate) fn reached(&self) -> f64 {
         let pairs = self.particles.position[..self.particles.len].par_iter().zip(&self.listed.positions);
         let moved = pairs.with_min_len(8 * TASK).map(|(x, old)| {
@@ -229,7 +229,7 @@ impl<const D: usize> SphSolver<D> {
         let farthest = moved.reduce(|| 0.0, f64::max).sqrt();
         // A mirror moves its images twice as far.
         let wall = 2.0 * self.walls.speed() * (self.time - self.listed.time).abs();
-        2.0 * farthest + wall
+        2.0 * farthest + wall + self.options.room_to_shift()
     }
 
     /// The largest smoothing length (m).
