@@ -145,7 +145,8 @@ pub struct SphOptions {
     /// Courant number: step times wave speed over smoothing length, up to 1.
     #[serde(default = "courant")]
     pub courant: f64,
-    /// Fixed time step (s), which must be below the stable one; chosen by the solver when absent.
+    /// Fixed time step (s); chosen by the solver when absent. A run whose critical step is or comes to be shorter is refused
+    /// or stops: elastic waves may cross 1.8 smoothing lengths in it, whatever `courant` says.
     #[serde(default)]
     pub time_step: Option<f64>,
     /// Number of ranks that share the particles out and exchange copies of those near each other, 1 to 1024. Results
@@ -290,12 +291,12 @@ impl SphOptions {
         self.smoothing_length != SmoothingLength::Constant
     }
 
-    /// The operator of the velocity gradient, `compatible` resolved.
     /// How much closer shifting may bring two particles (m).
     pub(crate) fn room_to_shift(&self) -> f64 {
         if self.shifting > 0.0 { 2.0 * LONGEST_SHIFT * self.spacing } else { 0.0 }
     }
 
+    /// The operator of the velocity gradient, `compatible` resolved.
     #[inline]
     pub(crate) fn gradient_operator(&self) -> VelocityGradient {
         match (self.velocity_gradient, self.momentum) {

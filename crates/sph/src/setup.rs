@@ -367,7 +367,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         let reference = reference.map_err(|error| CaseError::new("bodies", error.to_string()))?;
         solver.reference = Some(Box::new(reference));
     }
-    check_fixed_step(&mut solver, options)?;
+    check_fixed_step(&mut solver)?;
     if options.continuity == Continuity::Summation && !options.allow_summation {
         check_summed_densities(&solver)?;
     }
@@ -411,18 +411,13 @@ fn check_distances<const D: usize>(particles: &Particles<D>, options: &SphOption
     }
 }
 
-fn check_fixed_step<const D: usize>(
-    solver: &mut SphSolver<D>,
-    options: &SphOptions,
-) -> Result<(), CaseError> {
-    let Some(step) = options.time_step else { return Ok(()) };
-    // The undamped leapfrog is stable up to about so many times h / c (sheet §3.4, §7).
-    let critical = 1.8 * solver.find_limit().dt / options.courant;
-    if step > critical {
-        let problem = format!("{step} s is larger than the critical step {critical:.4e} s");
-        return Err(CaseError::new("methods.sph.time_step", problem));
-    }
-    Ok(())
+/// A step that the case fixes must be below the critical one.
+fn check_fixed_step<const D: usize>(solver: &mut SphSolver<D>) -> Result<(), CaseError> {
+    solver.critical_step();
+    let checked =
+        solver.too_long().map_or(Ok(()), |problem| Err(CaseError::new("methods.sph.time_step", problem)));
+    solver.limit = None;
+    checked
 }
 
 /// Young's modulus of a material (Pa), where it has one.

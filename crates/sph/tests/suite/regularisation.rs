@@ -188,8 +188,7 @@ fn velocity_verlet_kicks_with_the_smoothed_state() {
         (water, json!({ "density_reset": "shepard", "density_reset_steps": 10 })),
         (elastic(), json!({ "shifting": 5 })),
     ] {
-        let more =
-            json!({ "materials": { "m": material }, "bodies": [body("b", "m", [0.0, 0.0], &motion)] });
+        let more = json!({ "materials": { "m": material }, "bodies": [body("b", "m", [0.0, 0.0], &motion)] });
         let mut options = sph.clone();
         options["integration"] = json!("velocity-verlet");
         let case = case(&more, &options);

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::{Case, Method, Solver};
+use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
 use crate::common::{advance, begin, scalars, vectors};
@@ -216,6 +217,54 @@ fn v19_the_leapfrog_is_stable_up_to_its_limit() {
     // Half of the energy is stored, and the waves of the lattice beat.
     assert!(kinetic(1.7) < 20.0, "{}", kinetic(1.7));
     assert!(kinetic(2.0) > 1e3, "{}", kinetic(2.0));
+}
+
+/// Of a block whose particles are 0.05 m apart.
+fn refusal(sph: &Value) -> String {
+    let case = Case::from_json(&block(&json!({}), sph).to_string()).unwrap();
+    Sph.plan(&case).unwrap_err().to_string()
+}
+
+#[test]
+fn a_fixed_step_keeps_to_each_limit() {
+    let (h, c) = (0.06, (1.2e6f64 / 1000.0).sqrt());
+    // Velocities are 0.56 m/s.
+    let wave = 1.8 * h / (c + 0.3125f64.sqrt());
+    for courant in [0.1, 0.4] {
+        solver(&block(&json!({}), &json!({ "courant": courant, "time_step": 0.999 * wave })));
+        let error = refusal(&json!({ "courant": courant, "time_step": 1.001 * wave }));
+        assert!(error.starts_with("methods.sph.time_step: ") && error.ends_with("(elastic wave)"), "{error}");
+    }
+    // 0.2 / c_d with c_d = ξ c / h, a third of that of waves.
+    let damping = 0.2 * h / (0.3 * c);
+    solver(&block(&json!({}), &json!({ "damping": 0.3, "time_step": 0.999 * damping })));
+    let error = refusal(&json!({ "damping": 0.3, "time_step": 1.001 * damping }));
+    assert!(error.ends_with("(damping)"), "{error}");
+}
+
+#[test]
+fn a_fixed_step_that_becomes_too_long_stops_the_run() {
+    let step = 1.7 * 0.06 / (1.2e6f64 / 1000.0).sqrt();
+    let mut solver = solver(&block(&json!({ "gravity": [0, -50] }), &json!({ "time_step": step })));
+    let stopped = (0..30).find_map(|_| {
+        let dt = solver.time_step().dt;
+        solver.step(dt).err()
+    });
+    let error = stopped.unwrap().to_string();
+    assert!(
+        error.contains("methods.sph.time_step: ") && error.contains("larger than the critical"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_second_step_knows_the_forces() {
+    let mut solver = solver(&block(&json!({ "gravity": [0, -1e6] }), &json!({})));
+    assert_eq!(solver.time_step().limit, "elastic wave");
+    solver.step(1e-6).unwrap();
+    let limit = solver.time_step();
+    assert_eq!(limit.limit, "acceleration");
+    assert!((limit.dt / (0.25 * (0.06f64 / 1e6).sqrt()) - 1.0).abs() < 1e-6, "{limit:?}");
 }
 
 #[test]
