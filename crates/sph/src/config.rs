@@ -270,11 +270,11 @@ impl SphOptions {
                 "is not in 1..=1.5, for which confining finds surfaces",
             )?;
         }
-        for (name, steps) in [
-            ("regularisation_steps", self.regularisation_steps),
-            ("density_reset_steps", self.density_reset_steps),
+        for (name, steps, off) in [
+            ("regularisation_steps", self.regularisation_steps, "regularisation"),
+            ("density_reset_steps", self.density_reset_steps, "density_reset"),
         ] {
-            rule(name, steps as f64, steps > 0, "must be at least 1")?;
+            rule(name, steps as f64, steps > 0, &format!("must be at least 1; {off}: none turns it off"))?;
         }
         let ranks = self.ranks;
         rule("ranks", f64::from(ranks), (1..=1024).contains(&ranks), "is not in 1..=1024")?;
@@ -328,6 +328,9 @@ impl SphOptions {
     /// Choices that do not go together.
     fn check_lengths(&self) -> Result<(), (&'static str, String)> {
         let grad_h = self.symmetrisation == Symmetrisation::GradH;
+        if self.is_variable() && self.confining.is_some() {
+            return Err(("smoothing_length", "must be constant where a pressure confines".to_owned()));
+        }
         if self.is_variable() && self.continuity == Continuity::Summation {
             return Err(("continuity", "summation needs a constant smoothing length".to_owned()));
         }
@@ -392,11 +395,15 @@ impl SphOptions {
             _ => false,
         };
         warn("smoothing", clumps, "particles may clump with this kernel");
-        let few = self.kernel == Kernel::WendlandC2 && ratio < 1.2;
+        let few = matches!(self.kernel, Kernel::WendlandC2 | Kernel::WendlandC4 | Kernel::WendlandC6)
+            && ratio < 1.2;
         warn("smoothing", few, "Wendland kernels need at least 1.2");
         warn("viscosity_linear", self.viscosity_linear > 2.0, "more than 2 shortens run-outs");
         warn("courant", self.courant > 0.4, "more than 0.4 may be unstable near walls and surfaces");
         warn("momentum", self.momentum == Momentum::Difference, "this form does not conserve momentum");
+        let unlike = self.confining.is_some() && self.momentum != Momentum::RhoRho;
+        let text = "only rho-rho balances a confining pressure: others leave forces where densities or gradients vary";
+        warn("momentum", unlike, text);
         let smooths = self.regularisation != Regularisation::None;
         let renews = self.density_reset != DensityReset::None;
         let extrapolates = self.wall_stress == WallStress::Extrapolated;

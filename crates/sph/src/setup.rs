@@ -8,9 +8,10 @@ use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
 use colluvium_points::{CellList, HalfList, NeighbourList};
 
 use crate::config::{
-    Continuity, DensityReset, Formulation, Regularisation, RoughWall, SmoothWall, SoundSpeed, SphOptions,
-    WallStress,
+    Confined, Continuity, DensityReset, Formulation, Regularisation, RoughWall, SmoothWall, SoundSpeed,
+    SphOptions, WallStress,
 };
+use crate::confinement::blind_to_surfaces;
 use crate::kernel::Smoothing;
 use crate::particles::{Group, Particles};
 use crate::ranks::RankedSolver;
@@ -317,6 +318,10 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     refuse(case, options)?;
     let smoothing = Smoothing::<D>::new(options.kernel, options.length())
         .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))?;
+    let on_surface = options.confining.as_ref().is_some_and(|confining| confining.on == Confined::Surface);
+    if on_surface && let Some(problem) = blind_to_surfaces(&smoothing, options.spacing) {
+        return Err(CaseError::new("methods.sph.smoothing", problem));
+    }
     check_walls::<D>(case, options, smoothing.radius())?;
     let mut particles = Particles::default();
     let mut groups = Vec::new();

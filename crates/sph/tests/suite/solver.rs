@@ -325,6 +325,8 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         ),
         (
             json!({ "tensile": { "kind": "artificial-pressure", "strength": 0.5, "exponent": 0 } }),
+        (json!({ "smoothing": 1.0, "confining": { "pressure": 1 } }), "smoothing"),
+        (json!({ "smoothing_length": "density", "confining": { "pressure": 1 } }), "smoothing_length"),
             "tensile.exponent",
         ),
         (json!({ "regularisation_steps": 0 }), "regularisation_steps"),
