@@ -346,6 +346,56 @@ mod tests {
         }
     }
 
+    /// Cells begin at the least coordinates: here every point lies on their faces, and pairs stand exactly at the radius.
+    #[test]
+    fn points_on_the_faces_of_cells_are_found() {
+        for edge in [1.0, 0.1, 1.0 / 3.0] {
+            let at = |i: u32, step: u32| f64::from(i / step % 5) * edge - 2.0 * edge;
+            let line: Vec<[f64; 1]> = (0..5).map(|i| [at(i, 1)]).collect();
+            let plane: Vec<[f64; 2]> = (0..25).map(|i| [at(i, 1), at(i, 5)]).collect();
+            let space: Vec<[f64; 3]> = (0..125).map(|i| [at(i, 1), at(i, 5), at(i, 25)]).collect();
+            // One ulp to either side of the faces too.
+            for radius in [edge, edge.next_up(), edge.next_down(), 2.0 * edge] {
+                agrees_with_brute_force(&line, radius);
+                agrees_with_brute_force(&plane, radius);
+                agrees_with_brute_force(&space, radius);
+            }
+        }
+        let mut list = NeighbourList::new();
+        list.build(&[[0.0], [1.0], [2.0]], 1.0).unwrap();
+        assert_eq!((list.of(0), list.of(1), list.of(2)), (&[1][..], &[0, 2][..], &[1][..]));
+    }
+
+    #[test]
+    fn one_point_has_no_neighbours_and_no_point_no_list() {
+        agrees_with_brute_force(&[[0.3, -0.2]], 0.5);
+        let mut list = NeighbourList::new();
+        list.build(&[[1e9, -1e9, 0.0]], 1e-3).unwrap();
+        assert_eq!((list.len(), list.of(0)), (1, &[][..]));
+        list.build(&[], 1.0).unwrap();
+        assert!(list.is_empty());
+    }
+
+    /// Points of radii of their own: the list of the longest holds the neighbours of all, and those closer than the mean
+    /// of two radii are what brute force finds.
+    #[test]
+    fn the_list_of_the_longest_radius_holds_those_of_all() {
+        let noise = |i: u32, k: f64| (f64::from(i + 1) * k).fract();
+        let points: Vec<[f64; 2]> = (0..300).map(|i| [noise(i, 0.618_034), noise(i, 0.754_878)]).collect();
+        let radii: Vec<f64> = (0..300).map(|i| 0.05 + 0.1 * noise(i, 0.569_840)).collect();
+        let close = |i: usize, j: usize| {
+            let [a, b] = [points[i], points[j]];
+            (a[0] - b[0]).hypot(a[1] - b[1]) < 0.5 * (radii[i] + radii[j])
+        };
+        let mut list = NeighbourList::new();
+        list.build(&points, radii.iter().copied().fold(0.0, f64::max)).unwrap();
+        for i in 0..300 {
+            let found: Vec<usize> = list.of(i).iter().map(|&j| j as usize).filter(|&j| close(i, j)).collect();
+            let all: Vec<usize> = (0..300).filter(|&j| j != i && close(i, j)).collect();
+            assert_eq!(found, all);
+        }
+    }
+
     #[test]
     fn lost_points_are_named() {
         let mut list = CellList::new();

@@ -13,6 +13,9 @@ pub use choices::{
 
 use crate::kernel::Kernel;
 
+/// Largest shift of a particle, in spacings (sheet §2.12).
+pub(crate) const LONGEST_SHIFT: f64 = 0.1;
+
 /// Options of smoothed particle hydrodynamics.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -142,7 +145,8 @@ pub struct SphOptions {
     /// Courant number: step times wave speed over smoothing length, up to 1.
     #[serde(default = "courant")]
     pub courant: f64,
-    /// Fixed time step (s), which must be below the stable one; chosen by the solver when absent.
+    /// Fixed time step (s); chosen by the solver when absent. A run whose critical step is or comes to be shorter is refused
+    /// or stops: elastic waves may cross 1.8 smoothing lengths in it, whatever `courant` says.
     #[serde(default)]
     pub time_step: Option<f64>,
     /// Number of ranks that share the particles out and exchange copies of those near each other, 1 to 1024. Results
@@ -266,11 +270,11 @@ impl SphOptions {
                 "is not in 1..=1.5, for which confining finds surfaces",
             )?;
         }
-        for (name, steps) in [
-            ("regularisation_steps", self.regularisation_steps),
-            ("density_reset_steps", self.density_reset_steps),
+        for (name, steps, off) in [
+            ("regularisation_steps", self.regularisation_steps, "regularisation"),
+            ("density_reset_steps", self.density_reset_steps, "density_reset"),
         ] {
-            rule(name, steps as f64, steps > 0, "must be at least 1")?;
+            rule(name, steps as f64, steps > 0, &format!("must be at least 1; {off}: none turns it off"))?;
         }
         let ranks = self.ranks;
         rule("ranks", f64::from(ranks), (1..=1024).contains(&ranks), "is not in 1..=1024")?;
@@ -287,6 +291,30 @@ impl SphOptions {
         self.smoothing_length != SmoothingLength::Constant
     }
 
+    /// How much closer shifting may bring two particles (m).
+    pub(crate) fn room_to_shift(&self) -> f64 {
+        if self.shifting > 0.0 { 2.0 * LONGEST_SHIFT * self.spacing } else { 0.0 }
+    }
+
+    /// The operator of the velocity gradient, `compatible` resolved.
+    #[inline]
+    pub(crate) fn gradient_operator(&self) -> VelocityGradient {
+        match (self.velocity_gradient, self.momentum) {
+            (VelocityGradient::Compatible, Momentum::Rho2) => VelocityGradient::DensityDifference,
+            (VelocityGradient::Compatible, Momentum::Corrected) => VelocityGradient::Corrected,
+            (VelocityGradient::Compatible, _) => VelocityGradient::Difference,
+            (operator, _) => operator,
+        }
+    }
+
+    /// Whether density follows the continuity equation in its form for masses (BN 50).
+    pub(crate) fn weighs_masses(&self) -> bool {
+        match self.continuity {
+            Continuity::Trace => self.gradient_operator() == VelocityGradient::DensityDifference,
+            form => form == Continuity::Mass,
+        }
+    }
+
     /// Whether some gradient is corrected.
     pub(crate) fn has_corrected_gradients(&self) -> bool {
         self.momentum == Momentum::Corrected || self.velocity_gradient == VelocityGradient::Corrected
@@ -300,6 +328,9 @@ impl SphOptions {
     /// Choices that do not go together.
     fn check_lengths(&self) -> Result<(), (&'static str, String)> {
         let grad_h = self.symmetrisation == Symmetrisation::GradH;
+        if self.is_variable() && self.confining.is_some() {
+            return Err(("smoothing_length", "must be constant where a pressure confines".to_owned()));
+        }
         if self.is_variable() && self.continuity == Continuity::Summation {
             return Err(("continuity", "summation needs a constant smoothing length".to_owned()));
         }
@@ -309,8 +340,8 @@ impl SphOptions {
         if grad_h && self.momentum != Momentum::Rho2 {
             return Err(("momentum", "must be rho2 with grad-h, its adjoint".to_owned()));
         }
-        if grad_h && self.continuity != Continuity::Mass {
-            return Err(("continuity", "must be mass with grad-h".to_owned()));
+        if grad_h && !matches!(self.continuity, Continuity::Trace | Continuity::Mass) {
+            return Err(("continuity", "must be trace or mass with grad-h".to_owned()));
         }
         if self.continuity == Continuity::Summation && self.wall_stress != WallStress::Pairwise {
             return Err(("wall_stress", "must be pairwise where density is summed".to_owned()));
@@ -364,11 +395,15 @@ impl SphOptions {
             _ => false,
         };
         warn("smoothing", clumps, "particles may clump with this kernel");
-        let few = self.kernel == Kernel::WendlandC2 && ratio < 1.2;
+        let few = matches!(self.kernel, Kernel::WendlandC2 | Kernel::WendlandC4 | Kernel::WendlandC6)
+            && ratio < 1.2;
         warn("smoothing", few, "Wendland kernels need at least 1.2");
         warn("viscosity_linear", self.viscosity_linear > 2.0, "more than 2 shortens run-outs");
         warn("courant", self.courant > 0.4, "more than 0.4 may be unstable near walls and surfaces");
         warn("momentum", self.momentum == Momentum::Difference, "this form does not conserve momentum");
+        let unlike = self.confining.is_some() && self.momentum != Momentum::RhoRho;
+        let text = "only rho-rho balances a confining pressure: others leave forces where densities or gradients vary";
+        warn("momentum", unlike, text);
         let smooths = self.regularisation != Regularisation::None;
         let renews = self.density_reset != DensityReset::None;
         let extrapolates = self.wall_stress == WallStress::Extrapolated;

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use crate::config::Confined;
+use crate::kernel::Smoothing;
 use crate::pairs::Pairs;
 use crate::solver::{SphSolver, TASK, square};
 
@@ -24,6 +25,31 @@ impl<const D: usize> Default for Inward<D> {
     fn default() -> Self {
         Self { direction: [0.0; D], index: 0.0 }
     }
+}
+
+/// `Σ_{j≠i} V_j W` of a particle that has so many layers of a lattice above it.
+fn lattice_index<const D: usize>(smoothing: &Smoothing<D>, spacing: f64, above: i32) -> f64 {
+    let reach = (smoothing.radius() / spacing).ceil() as i32;
+    let width = 2 * reach + 1;
+    let place = |number: i32, c: usize| number / width.pow(c as u32) % width - reach;
+    let all =
+        (0..width.pow(D as u32)).map(|number| -> [i32; D] { std::array::from_fn(|c| place(number, c)) });
+    let others = all.filter(|x| x[0] <= above && x.iter().any(|c| *c != 0));
+    let apart = |x: [i32; D]| square(&x.map(f64::from)).sqrt() * spacing;
+    spacing.powi(D as i32) * others.map(|x| smoothing.value(apart(x))).sum::<f64>()
+}
+
+/// Says why particles `spacing` (m) apart cannot be told to lie at a surface, where they cannot (sheet §2.13 g, §7).
+pub(crate) fn blind_to_surfaces<const D: usize>(smoothing: &Smoothing<D>, spacing: f64) -> Option<String> {
+    let [first, within] = [0, i32::MAX].map(|above| lattice_index(smoothing, spacing, above));
+    let most = SURFACE[D - 1];
+    let ratio = smoothing.length() / spacing;
+    (first > most || within <= most).then(|| {
+        format!(
+            "{ratio} does not let confining tell surfaces by Σ V W <= {most} with this kernel: it is {first:.3} in the \
+             first layer, {within:.3} within; choose another, or confine on all"
+        )
+    })
 }
 
 impl<const D: usize> Pairs<'_, D> {
@@ -93,5 +119,53 @@ impl<const D: usize> SphSolver<D> {
             });
         }
         (self.inward, self.pushes, self.particles.acceleration) = (inward, pushes, accelerations);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::Kernel;
+
+    fn told_apart<const D: usize>(kernel: Kernel, ratio: f64) -> bool {
+        blind_to_surfaces(&Smoothing::<D>::new(kernel, ratio).unwrap(), 1.0).is_none()
+    }
+
+    #[test]
+    fn surfaces_are_told_where_the_sheet_says_so_and_the_kernel_lets_them() {
+        use Kernel::{CubicSpline, WendlandC2, WendlandC4, WendlandC6};
+        for ratio in [1.2, 1.3, 1.5] {
+            assert!(told_apart::<1>(CubicSpline, ratio) && told_apart::<2>(CubicSpline, ratio));
+            assert!(told_apart::<3>(CubicSpline, ratio));
+        }
+        for ratio in [1.2, 1.5] {
+            assert!(told_apart::<2>(WendlandC2, ratio) && told_apart::<3>(WendlandC2, ratio));
+        }
+        for (kernel, ratio) in [(CubicSpline, 1.0), (WendlandC2, 1.0), (WendlandC4, 1.2), (WendlandC6, 1.2)] {
+            assert!(!told_apart::<2>(kernel, ratio), "{kernel:?} {ratio}");
+        }
+    }
+
+    /// Layer 1, layer 2 and the interior.
+    #[test]
+    fn indices_of_layers_are_those_of_the_sheet() {
+        fn of_layers<const D: usize>(kernel: Kernel, ratio: f64) -> [f64; 3] {
+            let smoothing = Smoothing::<D>::new(kernel, ratio).unwrap();
+            [0, 1, i32::MAX].map(|above| lattice_index(&smoothing, 1.0, above))
+        }
+        let (cubic, wendland) = (Kernel::CubicSpline, Kernel::WendlandC2);
+        for (found, sheet) in [
+            (of_layers::<2>(cubic, 1.2), [0.469, 0.681, 0.684]),
+            (of_layers::<2>(cubic, 1.3), [0.494, 0.721, 0.731]),
+            (of_layers::<2>(cubic, 1.5), [0.528, 0.773, 0.801]),
+            (of_layers::<3>(cubic, 1.2), [0.608, 0.814, 0.817]),
+            (of_layers::<3>(cubic, 1.5), [0.641, 0.883, 0.907]),
+            (of_layers::<2>(wendland, 1.2), [0.436, 0.630, 0.631]),
+            (of_layers::<2>(wendland, 1.5), [0.504, 0.738, 0.758]),
+        ] {
+            for (index, sheet) in found.iter().zip(sheet) {
+                assert!((index - sheet).abs() <= 0.00051, "{found:?} {sheet}");
+            }
+        }
     }
 }

@@ -430,6 +430,26 @@ mod tests {
         }
     }
 
+    /// Exponents of the artificial stress (sheet §2.11).
+    #[test]
+    fn ratios_of_kernels_are_those_of_the_sheet() {
+        let (cubic, wendland) = (Kernel::CubicSpline, Kernel::WendlandC2);
+        for (kernel, ratio, sheet) in [
+            (cubic, 1.0, 4.0),
+            (cubic, 1.2, 2.548_673),
+            (cubic, 1.3, 2.203_611),
+            (wendland, 1.2, 3.238_651),
+            (wendland, 1.5, 2.169_643),
+            (wendland, 2.0, 1.580_247),
+        ] {
+            let plane = Smoothing::<2>::new(kernel, ratio).unwrap();
+            let space = Smoothing::<3>::new(kernel, ratio).unwrap();
+            for found in [plane.value(0.0) / plane.value(1.0), space.value(0.0) / space.value(1.0)] {
+                assert!((found - sheet).abs() < 1e-6, "{kernel:?} {ratio}: {found}");
+            }
+        }
+    }
+
     #[test]
     fn the_derivative_by_the_smoothing_length_is_one() {
         for kernel in Kernel::ALL {

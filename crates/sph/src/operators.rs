@@ -195,7 +195,8 @@ impl<'a, const D: usize> Cloud<'a, D> {
         }
     }
 
-    /// Laplacian of `field` at particle `i`; `Csph2` falls back to `BuiNguyen` where too little lies around.
+    /// Laplacian of `field` at particle `i`; `Csph2` falls back to `BuiNguyen` where too little lies around, and that to
+    /// zero where nothing does.
     pub fn laplacian(&self, operator: Laplacian, field: &[f64], i: usize) -> f64 {
         let sum = |weight: &dyn Fn(f64) -> f64| -> f64 {
             self.around(i).map(|(j, v, _, r)| v * (field[j] - field[i]) * weight(r)).sum()
@@ -208,6 +209,9 @@ impl<'a, const D: usize> Cloud<'a, D> {
                 let moment = self.moment(i);
                 // K = tr M / d: the sheet's correction K07.
                 let trace = (0..D).map(|c| moment[c][c]).sum::<f64>() / D as f64;
+                if trace == 0.0 {
+                    return 0.0;
+                }
                 let slope: f64 = gradient.iter().zip(self.asymmetry(i)).map(|(g, b)| g * b).sum();
                 2.0 / trace * (sum(&|r| self.smoothing.weight(r)) - slope)
             }

@@ -120,3 +120,88 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use colluvium_case::Case;
+    use serde_json::json;
+
+    use super::*;
+    use crate::semi_discrete::{Given, prepared};
+
+    /// Disordered particles under a stress of their places, and gravity.
+    fn disordered(stress: impl Fn(u32, &[f64; 2]) -> SymTensor) -> SphSolver<2> {
+        let text = json!({
+            "title": "average", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, -10],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "sph": { "spacing": 0.05, "stress_diffusion": 0.1, "stress_diffusion_k0": 0.4 } }
+        });
+        let case = Case::from_json(&text.to_string()).unwrap();
+        let given = |id: u32, x: &[f64; 2]| {
+            let shift = [0.02 * noise(id, 0), 0.02 * noise(id, 1)];
+            let stress = stress(id, &[x[0] + shift[0], x[1] + shift[1]]);
+            Given { shift, velocity: [0.0; 2], compression: 1.0, stress }
+        };
+        let mut solver = prepared::<2>(&case, given).unwrap();
+        solver.critical_step();
+        solver.refresh_neighbours(true).unwrap();
+        solver.derive(0.0);
+        solver
+    }
+
+    fn noise(id: u32, component: u32) -> f64 {
+        (f64::from(2 * id + component + 1) * 0.618_033_988_749_894_9).fract() - 0.5
+    }
+
+    /// Largest difference between stresses and those at the start (Pa).
+    fn change(solver: &SphSolver<2>, before: &[SymTensor]) -> f64 {
+        let pairs = solver.particles.stress.iter().zip(before);
+        pairs.map(|(now, old)| (*now - *old).norm()).fold(0.0, f64::max)
+    }
+
+    fn linear(_: u32, x: &[f64; 2]) -> SymTensor {
+        let [a, b] = *x;
+        SymTensor([1e3 + 2e3 * a, -1e3 * b, 5e2 * (a + b), 3e3 * a - 2e3 * b, 0.0, 0.0])
+    }
+
+    #[test]
+    fn shepards_average_is_exact_for_constants_and_least_squares_for_linear_stress() {
+        let constant = SymTensor([1e3, -2e3, 5e2, 3e3, 0.0, 0.0]);
+        for (form, exact) in [(Regularisation::Shepard, false), (Regularisation::Mls, true)] {
+            let mut solver = disordered(|_, _| constant);
+            solver.smooth_stress(form);
+            assert!(change(&solver, &vec![constant; 400]) < 1e-9, "{form:?}");
+            let mut solver = disordered(linear);
+            let before = solver.particles.stress[..400].to_vec();
+            solver.smooth_stress(form);
+            let change = change(&solver, &before);
+            assert_eq!(change < 1e-9, exact, "{form:?}: {change}");
+        }
+    }
+
+    /// The weight over the place, ρ g y, and 0.4 of it sideways.
+    #[test]
+    fn diffusion_leaves_geostatic_stress_alone() {
+        let geostatic = |_: u32, x: &[f64; 2]| {
+            let vertical = -1e4 * (1.0 - x[1]);
+            SymTensor::diagonal(0.4 * vertical, vertical, 0.4 * vertical)
+        };
+        let mut solver = disordered(geostatic);
+        let before = solver.particles.stress[..400].to_vec();
+        solver.diffuse_stress(1e-3);
+        assert!(change(&solver, &before) < 1e-9);
+    }
+
+    #[test]
+    fn diffusion_keeps_the_mean_stress() {
+        let mut solver = disordered(|id, _| SymTensor::diagonal(1e3, -2e3, 5e2) * (1.0 + noise(id, 0)));
+        let before = solver.particles.stress[..400].to_vec();
+        solver.diffuse_stress(1e-3);
+        assert!(change(&solver, &before) > 1.0);
+        let total = |stresses: &[SymTensor]| stresses.iter().fold(SymTensor::ZERO, |sum, s| sum + *s);
+        let drift = total(&solver.particles.stress[..400]) - total(&before);
+        assert!(drift.norm() < 1e-9 * 400.0, "{drift:?}");
+    }
+}

@@ -4,9 +4,9 @@ use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, TimeStep};
 use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
 use rayon::prelude::*;
 
-use crate::config::{SmoothingLength, SoundSpeed};
+use crate::config::{SmoothingLength, SoundSpeed, TimeIntegration};
 use crate::particles::Group;
-use crate::solver::{SphSolver, spatial, square};
+use crate::solver::{SphSolver, decay, spatial, square};
 
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| {
@@ -15,13 +15,18 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     })
 }
 
+/// The undamped leapfrog is stable up to about so many times `h / c` (sheet §3.4, §7).
+const STABLE: f64 = 1.8;
+
 /// A step, what limits it, and where.
 type Limit = (f64, &'static str, Option<usize>);
 
 impl<const D: usize> SphSolver<D> {
-    /// The largest step that waves, forces, viscosity and damping allow (sheet §3.4); renews the speeds of sound.
+    /// The largest step that waves, forces, viscosity and damping allow (sheet §3.4); renews the speeds of sound. Where the
+    /// case fixes the step, waves may cross as much as is stable.
     pub(crate) fn find_limit(&mut self) -> TimeStep {
         let (options, guests) = (&self.options, &self.guests);
+        let courant = if options.time_step.is_some() { STABLE } else { options.courant };
         let p = &mut self.particles;
         let mut least: Limit = (f64::INFINITY, "nothing", None);
         for group in &self.groups {
@@ -51,7 +56,7 @@ impl<const D: usize> SphSolver<D> {
                     let speed = square(&velocities[first + k]).sqrt();
                     let pull = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
                     let limits = [
-                        (options.courant * h / (wave + speed), "elastic wave"),
+                        (courant * h / (wave + speed), "elastic wave"),
                         (0.25 * (h / pull).sqrt(), "acceleration"),
                         (0.125 * h * h * density / viscosities[k], "viscosity"),
                         (0.2 * h / (options.damping * sounds[k]), "damping"),
@@ -96,7 +101,18 @@ impl<const D: usize> SphSolver<D> {
     /// Velocities at the time of the positions (m/s).
     fn velocity(&self, i: usize) -> [f64; D] {
         let (p, half) = (&self.particles, self.half_behind(i));
-        std::array::from_fn(|c| p.velocity[i][c] + half * p.acceleration[i][c])
+        let factor = self.damped(i, half);
+        std::array::from_fn(|c| (p.velocity[i][c] + half * p.acceleration[i][c]) * factor)
+    }
+
+    /// What viscous damping leaves of a velocity over the time `half` (s) that it is behind. The leapfrog damps whole
+    /// steps, so that its velocities lack none.
+    fn damped(&self, i: usize, half: f64) -> f64 {
+        let (p, damping) = (&self.particles, self.options.damping);
+        match self.options.integration {
+            TimeIntegration::LeapfrogRates => decay(damping, p.sound[i], p.length[i], half),
+            _ => 1.0,
+        }
     }
 
     /// How far the velocity of a particle is behind its position: half a step, or nothing (s).
@@ -112,8 +128,8 @@ impl<const D: usize> SphSolver<D> {
         let (velocity, half) = (&p.velocity[i], self.half_behind(i));
         let [x, v, a] = [&p.position[i], velocity, &p.acceleration[i]].map(spatial);
         let before: [f64; 3] = std::array::from_fn(|c| x[c] - 2.0 * half * v[c]);
-        let (own, pull) = (cross(&x, &v), cross(&before, &a));
-        std::array::from_fn(|c| own[c] + half * pull[c])
+        let (own, pull, factor) = (cross(&x, &v), cross(&before, &a), self.damped(i, half));
+        std::array::from_fn(|c| (own[c] + half * pull[c]) * factor)
     }
 
     fn per_particle(

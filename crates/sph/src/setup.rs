@@ -8,9 +8,10 @@ use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
 use colluvium_points::{CellList, HalfList, NeighbourList};
 
 use crate::config::{
-    Continuity, DensityReset, Formulation, Regularisation, RoughWall, SmoothWall, SoundSpeed, SphOptions,
-    WallStress,
+    Confined, Continuity, DensityReset, Formulation, Regularisation, RoughWall, SmoothWall, SoundSpeed,
+    SphOptions, WallStress,
 };
+use crate::confinement::blind_to_surfaces;
 use crate::kernel::Smoothing;
 use crate::particles::{Group, Particles};
 use crate::ranks::RankedSolver;
@@ -183,7 +184,7 @@ fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
     let (low, high) = densities(case);
-    if options.continuity == Continuity::Mass && high >= 2.0 * low {
+    if options.weighs_masses() && high >= 2.0 * low {
         warnings.push(format!(
             "methods.sph.continuity: densities from {low} to {high} kg/m³: volume is the form for such jumps"
         ));
@@ -318,6 +319,10 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
     refuse(case, options)?;
     let smoothing = Smoothing::<D>::new(options.kernel, options.length())
         .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))?;
+    let on_surface = options.confining.as_ref().is_some_and(|confining| confining.on == Confined::Surface);
+    if on_surface && let Some(problem) = blind_to_surfaces(&smoothing, options.spacing) {
+        return Err(CaseError::new("methods.sph.smoothing", problem));
+    }
     check_walls::<D>(case, options, smoothing.radius())?;
     let mut particles = Particles::default();
     let mut groups = Vec::new();
@@ -368,7 +373,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         let reference = reference.map_err(|error| CaseError::new("bodies", error.to_string()))?;
         solver.reference = Some(Box::new(reference));
     }
-    check_fixed_step(&mut solver, options)?;
+    check_fixed_step(&mut solver)?;
     if options.continuity == Continuity::Summation && !options.allow_summation {
         check_summed_densities(&solver)?;
     }
@@ -412,18 +417,13 @@ fn check_distances<const D: usize>(particles: &Particles<D>, options: &SphOption
     }
 }
 
-fn check_fixed_step<const D: usize>(
-    solver: &mut SphSolver<D>,
-    options: &SphOptions,
-) -> Result<(), CaseError> {
-    let Some(step) = options.time_step else { return Ok(()) };
-    // The undamped leapfrog is stable up to about so many times h / c (sheet §3.4, §7).
-    let critical = 1.8 * solver.find_limit().dt / options.courant;
-    if step > critical {
-        let problem = format!("{step} s is larger than the critical step {critical:.4e} s");
-        return Err(CaseError::new("methods.sph.time_step", problem));
-    }
-    Ok(())
+/// A step that the case fixes must be below the critical one.
+fn check_fixed_step<const D: usize>(solver: &mut SphSolver<D>) -> Result<(), CaseError> {
+    solver.critical_step();
+    let checked =
+        solver.too_long().map_or(Ok(()), |problem| Err(CaseError::new("methods.sph.time_step", problem)));
+    solver.limit = None;
+    checked
 }
 
 /// Young's modulus of a material (Pa), where it has one.

@@ -221,7 +221,7 @@ pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Resul
     let gradient =
         matches!(options.velocity_gradient, VelocityGradient::Compatible | VelocityGradient::Corrected);
     rule(gradient, &of("velocity_gradient"), "the velocity gradient is corrected")?;
-    rule(options.continuity == Continuity::Mass, &of("continuity"), "density follows the deformation")?;
+    rule(options.continuity == Continuity::Trace, &of("continuity"), "density follows the deformation")?;
     rule(
         options.density_reset == DensityReset::None,
         &of("density_reset"),

@@ -23,8 +23,11 @@ pub enum Momentum {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Continuity {
-    /// `Σ m_j (v_i - v_j)·∇W`, for one material.
+    /// `-ρ_i tr L` with the velocity gradient that the law gets, so that density and strain agree, at surfaces too: `mass`
+    /// with its operator `density-difference`, `volume` with `difference`, exact for linear fields with `corrected`.
     #[default]
+    Trace,
+    /// `Σ m_j (v_i - v_j)·∇W`, for one material.
     Mass,
     /// `ρ_i Σ V_j (v_i - v_j)·∇W`, for jumps in density.
     Volume,

@@ -6,6 +6,7 @@ use std::ops::Range;
 use colluvium_constitutive::SymTensor;
 
 use super::{Pairs, apart};
+use crate::config::LONGEST_SHIFT;
 use crate::operators::{Moment, product};
 use crate::particles::Matrix;
 
@@ -182,7 +183,7 @@ impl<const D: usize> Pairs<'_, D> {
         let (all, within) = (all.correction()?, within.correction()?);
         let scale = -self.options.shifting * h * length;
         let size = crowding.iter().map(|c| c * c).sum::<f64>().sqrt() * scale.abs();
-        let limit = 0.1 * self.options.spacing;
+        let limit = LONGEST_SHIFT * self.options.spacing;
         let scale = if size > limit { scale * limit / size } else { scale };
         let position = crowding.map(|c| c * scale);
         let change = |correction: &Matrix<D>, slope: &[f64; D]| -> f64 {

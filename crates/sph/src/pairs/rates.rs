@@ -1,20 +1,10 @@
 //! Velocity gradient of a particle.
 
 use super::{Pairs, Rates};
-use crate::config::{Continuity, Momentum, SphOptions, VelocityGradient};
+use crate::config::{Continuity, VelocityGradient};
 use crate::lanes::{self, Lanes};
 use crate::operators::{Moment, product};
 use crate::particles::Matrix;
-
-/// The operator of the velocity gradient, `compatible` resolved.
-fn operator(options: &SphOptions) -> VelocityGradient {
-    match (options.velocity_gradient, options.momentum) {
-        (VelocityGradient::Compatible, Momentum::Rho2) => VelocityGradient::DensityDifference,
-        (VelocityGradient::Compatible, Momentum::Corrected) => VelocityGradient::Corrected,
-        (VelocityGradient::Compatible, _) => VelocityGradient::Difference,
-        (operator, _) => operator,
-    }
-}
 
 fn total<const D: usize>(sums: &[[Lanes; D]; D]) -> Matrix<D> {
     sums.map(|row| row.map(lanes::sum))
@@ -27,11 +17,16 @@ impl<const D: usize> Pairs<'_, D> {
         let records = &self.particles.records;
         let regular = self.regular(row);
         let own = lanes::motions::<D>([&records[i]; 4]);
-        let operator = operator(self.options);
+        let operator = self.options.gradient_operator();
         let by_mass = operator == VelocityGradient::DensityDifference;
         let corrected = operator == VelocityGradient::Corrected;
+        let continuity = self.options.continuity;
         // Where the two forms go together the divergence is the trace.
-        let apart_forms = corrected || by_mass != (self.options.continuity == Continuity::Mass);
+        let apart_forms = match continuity {
+            Continuity::Mass => !by_mass,
+            Continuity::Volume => by_mass || corrected,
+            Continuity::Trace | Continuity::Summation => false,
+        };
         let mut gradient = [[Lanes::splat(0.0); D]; D];
         let (mut moment, mut neighbours) = ([[Lanes::splat(0.0); D]; D], Lanes::splat(0.0));
         let mut trace = Lanes::splat(0.0);
@@ -48,7 +43,7 @@ impl<const D: usize> Pairs<'_, D> {
                 }
             }
             if apart_forms {
-                let weight = if self.options.continuity == Continuity::Mass { mass } else { volume };
+                let weight = if continuity == Continuity::Mass { mass } else { volume };
                 trace += lanes::dot(&relative, &apart) * weight;
             }
             if corrected {
@@ -65,13 +60,12 @@ impl<const D: usize> Pairs<'_, D> {
         if by_mass {
             gradient = gradient.map(|row| row.map(|c| c / density));
         }
-        let by_density = if self.options.continuity == Continuity::Mass { density } else { 1.0 };
+        let by_density = if continuity == Continuity::Mass { density } else { 1.0 };
         let mut trace = lanes::sum(trace) / by_density;
         let mut moment = Moment { matrix: total(&moment), neighbours: lanes::sum(neighbours) as u32 };
         if regular < row.len() {
             self.shear_at_walls(i, &row[regular..], &mut gradient, &mut trace, &mut moment);
         }
-        let divergence = if apart_forms { trace } else { (0..D).map(|c| gradient[c][c]).sum() };
         let spread = if self.grad_h() { self.particles.spread[i] } else { 1.0 };
         // The corrected gradient is exact for the weights as they are: 1/ϑ belongs to the other sums.
         let correction = if corrected { moment.correction() } else { None };
@@ -79,6 +73,7 @@ impl<const D: usize> Pairs<'_, D> {
             Some(l) => gradient.map(|row| product(&l, &row)),
             None => gradient.map(|row| row.map(|c| c * spread)),
         };
-        Rates { gradient, divergence: divergence * spread }
+        let divergence = if apart_forms { trace * spread } else { (0..D).map(|c| gradient[c][c]).sum() };
+        Rates { gradient, divergence }
     }
 }

@@ -5,6 +5,7 @@ mod schemes;
 mod stress;
 mod wall_fields;
 
+pub(crate) use motion::decay;
 pub(crate) use stress::Over;
 
 use std::sync::Arc;
@@ -159,6 +160,10 @@ impl<const D: usize> SphSolver<D> {
 
     /// One step with the neighbours as they are listed.
     pub(crate) fn advance_listed(&mut self, dt: f64) -> Result<(), SolverError> {
+        if let Some(problem) = self.too_long() {
+            let reason = format!("methods.sph.time_step: {problem}");
+            return Err(SolverError::Step { step: self.step, time: self.time, reason });
+        }
         self.regularise(dt)?;
         self.shift();
         self.integrate(dt)?;
@@ -207,7 +212,7 @@ impl<const D: usize> SphSolver<D> {
         let listed = &mut self.listed;
         listed.positions.clear();
         listed.positions.extend_from_slice(&self.particles.position[..self.particles.len]);
-        (listed.time, listed.reach) = (self.time, support * (1.0 + SKIN));
+        (listed.time, listed.reach) = (self.time, support * (1.0 + SKIN) + self.options.room_to_shift());
         self.accelerated = false;
     }
 
@@ -217,7 +222,7 @@ impl<const D: usize> SphSolver<D> {
         self.weighed = false;
     }
 
-    /// How much closer two particles may be than when they were listed (m).
+    /// How much closer two particles may be than when they were listed, shifted before the step as they may be (m).
     pub(crate) fn reached(&self) -> f64 {
         let pairs = self.particles.position[..self.particles.len].par_iter().zip(&self.listed.positions);
         let moved = pairs.with_min_len(8 * TASK).map(|(x, old)| {
@@ -228,7 +233,7 @@ impl<const D: usize> SphSolver<D> {
         let farthest = moved.reduce(|| 0.0, f64::max).sqrt();
         // A mirror moves its images twice as far.
         let wall = 2.0 * self.walls.speed() * (self.time - self.listed.time).abs();
-        2.0 * farthest + wall
+        2.0 * farthest + wall + self.options.room_to_shift()
     }
 
     /// The largest smoothing length (m).
@@ -446,8 +451,17 @@ impl<const D: usize> SphSolver<D> {
 
     /// Takes the critical step, or the one that the case fixes.
     pub(crate) fn set_limit(&mut self, critical: TimeStep) {
-        self.limit = Some(critical.or_fixed(self.options.time_step, self.options.courant / 1.8));
-        self.limit_age = 0;
+        // The first of a stage knows nothing of its forces: it is for one step.
+        let age = if self.limit.is_none() { STEPS_PER_TIME_STEP - 1 } else { 0 };
+        self.limit = Some(critical.or_fixed(self.options.time_step, 1.0));
+        self.limit_age = age;
+    }
+
+    /// What is wrong with the step that the case fixes, where it is longer than the critical one.
+    pub(crate) fn too_long(&self) -> Option<String> {
+        let (step, critical) = (self.options.time_step?, self.limit.as_ref()?);
+        let (dt, limit) = (critical.dt, critical.limit);
+        (step > dt).then(|| format!("{step} s is larger than the critical step {dt:.4e} s ({limit})"))
     }
 
     /// The particle that neighbour `j` is, or whose image in a period it is; `None` for images in mirrors and

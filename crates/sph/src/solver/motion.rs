@@ -13,6 +13,12 @@ use crate::particles::Group;
 /// 2.4 of 3).
 const SURFACE: [f64; 3] = [0.7, 1.5, 2.4];
 
+/// What viscous damping of the strength `damping` leaves of a velocity after `dt` (s): the speed of sound is `sound`
+/// (m/s), the smoothing length `h` (m).
+pub(crate) fn decay(damping: f64, sound: f64, h: f64, dt: f64) -> f64 {
+    if damping > 0.0 { (-damping / h * sound * dt).exp() } else { 1.0 }
+}
+
 impl<const D: usize> SphSolver<D> {
     /// Records and accelerations where lists are made already: steps 3 and 4.
     pub(crate) fn derive(&mut self, dt: f64) {
@@ -79,7 +85,7 @@ impl<const D: usize> SphSolver<D> {
         let p = &mut self.particles;
         let moving = p.velocity[..p.len].par_iter_mut().zip(&mut p.records).zip(&p.acceleration);
         moving.zip(&p.sound).zip(&p.length).with_min_len(TASK).for_each(|((((v, record), a), sound), h)| {
-            let factor = if damping > 0.0 { (-damping / h * sound * dt).exp() } else { 1.0 };
+            let factor = decay(damping, *sound, *h, dt);
             for c in 0..D {
                 let resisted = if v[c] == 0.0 { 0.0 } else { local * a[c].abs() * v[c].signum() };
                 v[c] = (v[c] + step * (a[c] - resisted)) * factor;
@@ -258,6 +264,54 @@ impl<const D: usize> SphSolver<D> {
             p.density[i] += shift.density;
             p.stress[i] += shift.stress;
         }
-        self.particles.place(&self.images, &self.walls, self.time);
+        self.place();
+        self.accelerated = false;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use colluvium_constitutive::SymTensor;
+    use serde_json::json;
+
+    use crate::semi_discrete::{Given, prepared};
+
+    /// Particles go as far as the lists allow before they are shifted as far as they may be.
+    #[test]
+    fn shifted_particles_have_all_their_neighbours_listed() {
+        let text = json!({
+            "title": "shift", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "sph": { "spacing": 0.025, "shifting": 1 } }
+        });
+        let case = colluvium_case::Case::from_json(&text.to_string()).unwrap();
+        let jitter = |id: u32, k: f64| (f64::from(id + 1) * k).fract() - 0.5;
+        let given = |id: u32, _: &[f64; 2]| Given {
+            shift: [0.02 * jitter(id, 0.618_033_988_75), 0.02 * jitter(id, 0.754_877_666_25)],
+            velocity: [1e3, 0.0],
+            compression: 1.0,
+            stress: SymTensor::ZERO,
+        };
+        let mut solver = prepared::<2>(&case, given).unwrap();
+        solver.refresh_neighbours(true).unwrap();
+        let support = solver.smoothing.radius();
+        for i in 0..solver.particles.len {
+            // Bands go towards each other.
+            let x = &mut solver.particles.position[i][0];
+            let way = if (10.0 * *x).floor() % 2.0 == 0.0 { 1.0 } else { -1.0 };
+            *x += 0.049 * way * support;
+        }
+        solver.refresh_neighbours(true).unwrap();
+        solver.last_step = 1e-3;
+        solver.shift();
+        let x = &solver.particles.position[..solver.particles.len];
+        for i in 0..x.len() {
+            let close = |j: &usize| (x[i][0] - x[*j][0]).hypot(x[i][1] - x[*j][1]) < support;
+            for j in (0..x.len()).filter(|j| *j != i).filter(close) {
+                assert!(solver.neighbours.of(i).contains(&(j as u32)), "{:?} {:?}", x[i], x[j]);
+            }
+        }
     }
 }

@@ -167,11 +167,13 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn regularise(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.options.density_reset != DensityReset::None && self.is_due(self.options.density_reset_steps) {
             self.smooth_density(self.options.density_reset);
+            self.accelerated = false;
         }
         if !self.is_regularisation_due() {
             return Ok(());
         }
         self.smooth_stress(self.options.regularisation);
+        self.accelerated = false;
         self.return_to_yield(dt)
     }
 

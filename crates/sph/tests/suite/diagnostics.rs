@@ -94,9 +94,36 @@ fn a_confined_block_comes_to_rest_under_the_full_pressure() {
     assert!((mean / 1000.0 - 1.0).abs() < 0.1, "{mean}");
 }
 
+fn warnings(sph: &Value) -> String {
+    Sph.plan(&block(&json!({}), sph)).unwrap().warnings.join("\n")
+}
+
+#[test]
+fn choices_that_fit_badly_are_named() {
+    for kernel in ["wendland-c2", "wendland-c4", "wendland-c6"] {
+        let told = |smoothing: f64| warnings(&json!({ "kernel": kernel, "smoothing": smoothing }));
+        assert!(
+            told(1.1).contains("methods.sph.smoothing: ") && !told(1.2).contains("methods.sph.smoothing")
+        );
+    }
+    for momentum in ["rho2", "rho-rho", "corrected"] {
+        let told = warnings(&json!({ "momentum": momentum, "confining": { "pressure": 1 } }));
+        assert_eq!(told.contains("methods.sph.momentum: only rho-rho"), momentum != "rho-rho", "{told}");
+    }
+}
+
+#[test]
+fn numbers_of_steps_that_are_zero_are_told_what_turns_them_off() {
+    for off in ["regularisation", "density_reset"] {
+        let name = format!("{off}_steps");
+        let case = block(&json!({}), &json!({ name.as_str(): 0 }));
+        let error = Sph.plan(&case).unwrap_err().to_string();
+        assert_eq!(error, format!("methods.sph.{name}: 0 must be at least 1; {off}: none turns it off"));
+    }
+}
+
 #[test]
 fn options_without_effect_are_named() {
-    let warnings = |more: Value, sph: Value| Sph.plan(&block(&more, &sph)).unwrap().warnings.join("\n");
     for (name, value) in [
         ("regularisation_steps", json!(3)),
         ("density_reset_steps", json!(3)),
@@ -104,7 +131,7 @@ fn options_without_effect_are_named() {
         ("wall_k0", json!(0.4)),
         ("smoothing_growth", json!(1.2)),
     ] {
-        let told = warnings(json!({}), json!({ name: value }));
+        let told = warnings(&json!({ name: value }));
         assert!(told.contains(&format!("methods.sph.{name}: has no effect")), "{told}");
     }
     for (name, value) in [
@@ -112,9 +139,9 @@ fn options_without_effect_are_named() {
         ("wall_velocity", json!("linear")),
         ("wall_guard", json!(0.1)),
     ] {
-        let told = warnings(json!({}), json!({ "rough_wall": "mirror", name: value }));
+        let told = warnings(&json!({ "rough_wall": "mirror", name: value }));
         assert!(told.contains(&format!("methods.sph.{name}: has no effect")), "{told}");
-        assert!(!warnings(json!({}), json!({ name: value })).contains("no effect"));
+        assert!(!warnings(&json!({ name: value })).contains("no effect"));
     }
-    assert!(!warnings(json!({}), json!({})).contains("no effect"));
+    assert!(!warnings(&json!({})).contains("no effect"));
 }

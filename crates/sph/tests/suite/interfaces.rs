@@ -3,6 +3,7 @@
 
 use colluvium_case::{Case, Solver};
 use colluvium_constitutive::SymTensor;
+use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::semi_discrete::{Given, prepared, rates};
 use serde_json::{Value, json};
 
@@ -61,6 +62,54 @@ fn densities_diffuse_within_each_body_of_fluid_only() {
     let rates: Vec<f64> = left.iter().map(|p| p.mass * p.divergence * p.density.sqrt()).collect();
     let (sum, size) = rates.iter().fold((0.0, 0.0), |(sum, size), rate| (sum + rate, size + rate.abs()));
     assert!(f64::abs(sum) < 1e-12 * size, "{sum:e} of {size:e}");
+}
+
+/// Between soils of 1000 and 2000 kg/m³ that stretch alike.
+#[test]
+fn a_jump_of_density_asks_for_the_continuity_of_volumes() {
+    let stretched = |_: u32, x: &[f64; 2]| Given { velocity: [x[0], 0.0], ..STILL };
+    let of = |continuity: &str| {
+        let case = halves(&[solid(1000.0), solid(2000.0)], &json!({ "continuity": continuity }));
+        rates::<2>(&case, stretched).unwrap()
+    };
+    // M of the lattice (sheet §2.2). Half of it comes from the other side, which counts double from the left and half from
+    // the right in the form for masses.
+    let m = 0.990_793_06;
+    for (continuity, left, right) in [("volume", m, m), ("mass", 1.5 * m, 0.75 * m)] {
+        for particle in of(continuity).iter().filter(|p| (p.position[0] - 0.5).abs() < 0.05) {
+            let exact = if particle.position[0] < 0.5 { left } else { right };
+            assert!((particle.divergence - exact).abs() < 1e-8, "{continuity}: {}", particle.divergence);
+        }
+    }
+}
+
+/// `v_a = v_w - min(½, d_a/d_b) (v_b - v_w)` (sheet §2.13 c).
+#[test]
+fn walls_of_linear_velocity_oppose_by_the_distances() {
+    let (spacing, wall, own) = (0.05, 0.3, 1.0);
+    let text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &json!({}))).unwrap();
+    let more = json!({
+        "domain": { "min": [0, 0], "max": [1, 1] },
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" }, "velocity": [wall, 0] }],
+        "methods": { "sph": { "spacing": spacing, "wall_velocity": "linear", "velocity_gradient": "difference" } }
+    });
+    let kernel = Smoothing::<2>::new(Kernel::CubicSpline, 1.2 * spacing).unwrap();
+    let sheared = |from_face: f64| -> f64 {
+        let of_site = |x: i32, layer: i32| {
+            let behind = (f64::from(layer) + 0.5) * spacing;
+            let apart = [f64::from(x) * spacing, -(from_face + behind)];
+            let opposed = (behind / from_face).min(0.5);
+            let relative = (wall - opposed * (own - wall)) - own;
+            spacing * spacing * kernel.weight(apart[0].hypot(apart[1])) * relative * apart[1]
+        };
+        (-3..=3).flat_map(|x| (0..3).map(move |layer| of_site(x, layer))).sum()
+    };
+    let moving = |_: u32, _: &[f64; 2]| Given { velocity: [own, 0.0], ..STILL };
+    let found = rates::<2>(&changed(text, &more), moving).unwrap();
+    for particle in found.iter().filter(|p| (p.position[0] - 0.5).abs() < 0.2 && p.position[1] < 0.1) {
+        let exact = sheared(particle.position[1]);
+        assert!(exact > 0.1 && (particle.gradient[0][1] / exact - 1.0).abs() < 1e-9, "{exact} {particle:?}");
+    }
 }
 
 /// Left and right under different stress.

@@ -177,6 +177,38 @@ fn asymmetry(snapshot: &Snapshot, values: &[f64]) -> f64 {
     sums.fold(0.0, f64::max) / values.iter().fold(0.0, |largest, value| value.abs().max(largest))
 }
 
+/// A solver that has just smoothed, renewed or shifted kicks with the accelerations of what that left.
+#[test]
+fn velocity_verlet_kicks_with_the_smoothed_state() {
+    let water = json!({ "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e6, "viscosity": 0.1,
+                        "cavitation_strength": 1e9 });
+    let motion = json!({ "velocity": { "kind": "sine", "amplitude": [1, -1], "wave_vector": [11, 17] } });
+    for (material, sph) in [
+        (elastic(), json!({ "regularisation": "mls" })),
+        (water, json!({ "density_reset": "shepard", "density_reset_steps": 10 })),
+        (elastic(), json!({ "shifting": 5 })),
+    ] {
+        let more = json!({ "materials": { "m": material }, "bodies": [body("b", "m", [0.0, 0.0], &motion)] });
+        let mut options = sph.clone();
+        options["integration"] = json!("velocity-verlet");
+        let case = case(&more, &options);
+        let mut whole = begin(&case);
+        advance(&mut *whole, 10);
+        // A stage that begins here takes the accelerations anew.
+        let mut anew = begin(&case);
+        anew.restore(&whole.save()).unwrap();
+        anew.begin_stage(0, whole.time()).unwrap();
+        let dt = whole.time_step().dt;
+        let velocities = [&mut whole, &mut anew].map(|solver| {
+            solver.step(dt).unwrap();
+            vectors(&solver.snapshot(), "velocity")
+        });
+        for (v, exact) in velocities[0].iter().zip(&velocities[1]) {
+            assert!((0..2).all(|c| (v[c] - exact[c]).abs() < 1e-12), "{sph}: {v:?} {exact:?}");
+        }
+    }
+}
+
 #[test]
 fn smoothing_sees_no_ends_of_a_period() {
     for regularisation in ["shepard", "mls"] {

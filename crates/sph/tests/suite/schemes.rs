@@ -2,10 +2,12 @@
 
 use std::f64::consts::PI;
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::{Case, Method, Snapshot, Solver};
+use colluvium_sph::Sph;
+use colluvium_sph::kernel::{Kernel, Smoothing};
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, scalars, vectors};
+use crate::common::{advance, begin, scalars, stresses, vectors};
 
 fn solver(text: &Value) -> Box<dyn Solver> {
     begin(&Case::from_json(&text.to_string()).unwrap())
@@ -36,18 +38,20 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
+const SCHEMES: [&str; 7] = [
+    "leapfrog",
+    "leapfrog-rates",
+    "predictor-corrector",
+    "position-verlet",
+    "velocity-verlet",
+    "verlet",
+    "runge-kutta4",
+];
+
 #[test]
 fn schemes_converge_with_the_second_order_of_the_step() {
     let exact = swung("runge-kutta4", 640);
-    for scheme in [
-        "leapfrog",
-        "leapfrog-rates",
-        "predictor-corrector",
-        "position-verlet",
-        "velocity-verlet",
-        "verlet",
-        "runge-kutta4",
-    ] {
+    for scheme in SCHEMES {
         let (coarse, fine) = (apart(&swung(scheme, 40), &exact), apart(&swung(scheme, 80), &exact));
         let order = (coarse / fine).log2();
         // Verlet makes a plain step of first order at the start and every forty steps: its error is of that one step.
@@ -77,14 +81,45 @@ fn block(more: &Value, sph: &Value) -> Value {
 
 #[test]
 fn v18_damping_is_exact() {
-    let mut solver =
-        solver(&block(&json!({}), &json!({ "damping": 0.05, "integration": "position-verlet" })));
-    advance(&mut *solver, 40);
     // ξ c / h.
     let rate = 0.05 * (1.2e6f64 / 1000.0).sqrt() / 0.06;
-    let exact = 0.5 * (-rate * solver.time()).exp();
-    for v in vectors(&solver.snapshot(), "velocity") {
-        assert!((v[0] / exact - 1.0).abs() < 1e-12, "{} {exact}", v[0]);
+    for scheme in SCHEMES {
+        let mut solver = solver(&block(&json!({}), &json!({ "damping": 0.05, "integration": scheme })));
+        advance(&mut *solver, 45);
+        let exact = 0.5 * (-rate * solver.time()).exp();
+        for v in vectors(&solver.snapshot(), "velocity") {
+            assert!((v[0] / exact - 1.0).abs() < 1e-12, "{scheme}: {} {exact}", v[0]);
+        }
+        // Angular momentum about the origin of a body that does not turn.
+        let (budget, snapshot) = (solver.budget(), solver.snapshot());
+        let weighed = |c: usize| snapshot.positions.iter().map(|x| x[c]).sum::<f64>() / 64.0;
+        let turn = budget.momentum[1] * weighed(0) - budget.momentum[0] * weighed(1);
+        assert!((budget.angular_momentum[2] / turn - 1.0).abs() < 1e-12, "{scheme}: {budget:?}");
+    }
+}
+
+#[test]
+fn v17_free_fall_is_exact() {
+    for scheme in SCHEMES {
+        let more = json!({ "gravity": [1, -10] });
+        let mut solver = solver(&block(&more, &json!({ "integration": scheme })));
+        let start = solver.snapshot().positions;
+        advance(&mut *solver, 60);
+        let found = solver.snapshot();
+        let t = found.time;
+        let velocity = [0.5 + t, -0.25 - 10.0 * t];
+        let path = [0.5 * t + 0.5 * t * t, -0.25 * t - 5.0 * t * t];
+        for v in vectors(&found, "velocity") {
+            assert!((0..2).all(|c| (v[c] - velocity[c]).abs() < 1e-12), "{scheme}: {v:?} {velocity:?}");
+        }
+        for (x, start) in found.positions.iter().zip(start) {
+            assert!((0..2).all(|c| (x[c] - start[c] - path[c]).abs() < 1e-12), "{scheme}: {x:?}");
+        }
+        for (density, stress) in scalars(&found, "density").iter().zip(stresses(&found)) {
+            assert!((density / 1000.0 - 1.0).abs() < 1e-12, "{scheme}: {density}");
+            // Of a modulus of 1.2 MPa.
+            assert!(stress.iter().all(|s| s.abs() < 1e-6), "{scheme}: {stress:?}");
+        }
     }
 }
 
@@ -104,24 +139,65 @@ fn a_periodic_body_runs_round_and_round() {
     assert!(scalars(&snapshot, "density").iter().all(|d| (d - 1000.0).abs() < 1e-6));
 }
 
-#[test]
-fn v28_the_smoothing_length_follows_the_density() {
+/// A block without stress that flies apart, every point at the velocity of its place: it grows by 1e-4 in a step.
+fn expanded(sph: &Value, steps: u32) -> Snapshot {
     let more = json!({
         "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e-3, "poissons_ratio": 0.25 } },
         "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.3], "max": [0.7, 0.7] },
                      "velocity": { "kind": "linear", "value": [0, 0], "origin": [0.5, 0.5], "gradient": [[1, 0], [0, 1]] } }]
     });
-    for symmetrisation in ["arithmetic", "grad-h"] {
-        let sph =
-            json!({ "smoothing_length": "density", "symmetrisation": symmetrisation, "viscosity_linear": 0 });
-        let mut solver = solver(&block(&more, &sph));
-        (0..100).for_each(|_| solver.step(1e-3).unwrap());
-        let snapshot = solver.snapshot();
-        let lengths = scalars(&snapshot, "smoothing_length");
-        for (h, density) in lengths.iter().zip(scalars(&snapshot, "density")) {
-            let exact = (0.06 * (1000.0 / density).sqrt()).min(0.09);
-            assert!((h / exact - 1.0).abs() < 1e-6, "{symmetrisation}: {h} {exact}");
+    let mut methods = json!({ "viscosity_linear": 0, "velocity_gradient": "corrected", "spacing": 0.025 });
+    methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
+    let mut solver = solver(&block(&more, &methods));
+    (0..steps).for_each(|_| solver.step(1e-4).unwrap());
+    solver.snapshot()
+}
+
+#[test]
+fn v28_the_smoothing_length_follows_the_density() {
+    for (length, symmetrisation) in
+        [("density", "arithmetic"), ("density", "grad-h"), ("density", "kernel"), ("rate", "arithmetic")]
+    {
+        let found = expanded(&json!({ "smoothing_length": length, "symmetrisation": symmetrisation }), 1000);
+        for density in scalars(&found, "density") {
+            assert!(
+                (density / 1000.0 * 1.1f64.powi(2) - 1.0).abs() < 1e-6,
+                "{length} {symmetrisation}: {density}"
+            );
         }
+        if length == "density" {
+            for h in scalars(&found, "smoothing_length") {
+                assert!((h / 0.03 / 1.1 - 1.0).abs() < 1e-6, "{symmetrisation}: {h}");
+            }
+        }
+    }
+}
+
+/// `Σ V W` of a square lattice of the spacing one, and its derivative by the smoothing length.
+fn lattice_sum(h: f64) -> (f64, f64) {
+    let kernel = Smoothing::<2>::new(Kernel::CubicSpline, h).unwrap();
+    let places = (-5..=5i32).flat_map(|x| (-5..=5i32).map(move |y| f64::from(x).hypot(f64::from(y))));
+    places.fold((0.0, 0.0), |(v, s), r| (v + kernel.value(r), s + kernel.length_derivative(r)))
+}
+
+/// The rate of AL1 36–37 keeps Σ m W - ρ as it was. Where the sum over the lattice is S(h/Δx), that is
+/// `S(h/(a Δx)) - 1 = a² (S(h₀/Δx) - 1)`: only about `h = a h₀`. Within the body, and at first: what surfaces do to it
+/// grows inwards.
+#[test]
+fn v28_the_rate_of_the_smoothing_length_keeps_the_error_of_the_summed_density() {
+    let a = 1.01;
+    let goal = 1.0 + a * a * (lattice_sum(1.2).0 - 1.0);
+    let mut ratio = 1.2;
+    for _ in 0..20 {
+        let (sum, slope) = lattice_sum(ratio);
+        ratio -= (sum - goal) / slope;
+    }
+    let exact = ratio * a * 0.025;
+    assert!((exact / (a * 0.03) - 1.0).abs() < 5e-4, "{exact}");
+    let found = expanded(&json!({ "smoothing_length": "rate" }), 100);
+    let inner = found.positions.iter().zip(scalars(&found, "smoothing_length"));
+    for (x, h) in inner.filter(|(x, _)| (0..2).all(|c| (x[c] - 0.5).abs() < 0.03)) {
+        assert!((h / exact - 1.0).abs() < 1e-5, "{x:?}: {h} {exact}");
     }
 }
 
@@ -208,6 +284,54 @@ fn v19_the_leapfrog_is_stable_up_to_its_limit() {
     // Half of the energy is stored, and the waves of the lattice beat.
     assert!(kinetic(1.7) < 20.0, "{}", kinetic(1.7));
     assert!(kinetic(2.0) > 1e3, "{}", kinetic(2.0));
+}
+
+/// Of a block whose particles are 0.05 m apart.
+fn refusal(sph: &Value) -> String {
+    let case = Case::from_json(&block(&json!({}), sph).to_string()).unwrap();
+    Sph.plan(&case).unwrap_err().to_string()
+}
+
+#[test]
+fn a_fixed_step_keeps_to_each_limit() {
+    let (h, c) = (0.06, (1.2e6f64 / 1000.0).sqrt());
+    // Velocities are 0.56 m/s.
+    let wave = 1.8 * h / (c + 0.3125f64.sqrt());
+    for courant in [0.1, 0.4] {
+        solver(&block(&json!({}), &json!({ "courant": courant, "time_step": 0.999 * wave })));
+        let error = refusal(&json!({ "courant": courant, "time_step": 1.001 * wave }));
+        assert!(error.starts_with("methods.sph.time_step: ") && error.ends_with("(elastic wave)"), "{error}");
+    }
+    // 0.2 / c_d with c_d = ξ c / h, a third of that of waves.
+    let damping = 0.2 * h / (0.3 * c);
+    solver(&block(&json!({}), &json!({ "damping": 0.3, "time_step": 0.999 * damping })));
+    let error = refusal(&json!({ "damping": 0.3, "time_step": 1.001 * damping }));
+    assert!(error.ends_with("(damping)"), "{error}");
+}
+
+#[test]
+fn a_fixed_step_that_becomes_too_long_stops_the_run() {
+    let step = 1.7 * 0.06 / (1.2e6f64 / 1000.0).sqrt();
+    let mut solver = solver(&block(&json!({ "gravity": [0, -50] }), &json!({ "time_step": step })));
+    let stopped = (0..30).find_map(|_| {
+        let dt = solver.time_step().dt;
+        solver.step(dt).err()
+    });
+    let error = stopped.unwrap().to_string();
+    assert!(
+        error.contains("methods.sph.time_step: ") && error.contains("larger than the critical"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_second_step_knows_the_forces() {
+    let mut solver = solver(&block(&json!({ "gravity": [0, -1e6] }), &json!({})));
+    assert_eq!(solver.time_step().limit, "elastic wave");
+    solver.step(1e-6).unwrap();
+    let limit = solver.time_step();
+    assert_eq!(limit.limit, "acceleration");
+    assert!((limit.dt / (0.25 * (0.06f64 / 1e6).sqrt()) - 1.0).abs() < 1e-6, "{limit:?}");
 }
 
 #[test]
