@@ -119,7 +119,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&mpm_liquid::VISCOUS, Some(6), 6),
     Listed::new(&mpm_liquid::DAM_BREAK, Some(3), 20),
     Listed::new(&column_collapse::BENCHMARK, Some(64), 250),
-    Listed::new(&column_a04::BENCHMARK, Some(56), 660),
+    Listed::new(&column_a04::BENCHMARK, Some(56), 1700),
     Listed::new(&aluminium_bars::BENCHMARK, Some(22), 82),
     Listed::new(&sph_operators::BENCHMARK, Some(2), 2),
     Listed::new(&sph_balance::BENCHMARK, Some(1), 1),
