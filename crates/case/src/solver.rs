@@ -68,14 +68,11 @@ impl TimeStep {
     /// What limits a step that the case fixes.
     pub const FIXED: &str = "fixed by the case";
 
-    /// The step a case fixes, if it does and the critical step allows it: that is this limit without the
-    /// safety factor `courant` it was found with.
+    /// The step that a case fixes (s), if it does and the `critical` one (s) allows it.
     #[must_use]
-    pub fn or_fixed(self, fixed: Option<f64>, courant: f64) -> Self {
+    pub fn or_fixed(self, fixed: Option<f64>, critical: f64) -> Self {
         match fixed {
-            Some(dt) if dt <= self.dt / courant => {
-                Self { dt, limit: Self::FIXED, point: None, position: [0.0; 3] }
-            }
+            Some(dt) if dt <= critical => Self { dt, limit: Self::FIXED, point: None, position: [0.0; 3] },
             _ => self,
         }
     }

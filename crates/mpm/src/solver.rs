@@ -370,9 +370,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn critical_step(&mut self) -> TimeStep {
         if self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP {
             let limit = self.wave_limit(self.options.courant);
-            let critical = self.options.time_step.map(|_| self.wave_limit(1.0).dt);
-            let share = limit.dt / critical.unwrap_or(limit.dt);
-            self.limit = Some(limit.or_fixed(self.options.time_step, share));
+            let fixed = self.options.time_step;
+            let critical = fixed.map_or(limit.dt, |_| self.wave_limit(1.0).dt);
+            self.limit = Some(limit.or_fixed(fixed, critical));
             self.limit_age = 0;
         }
         self.limit.clone().expect("set above")

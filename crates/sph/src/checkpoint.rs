@@ -48,7 +48,7 @@ struct Saved {
 
 /// The names a limit can have.
 const LIMITS: [&str; 6] =
-    ["elastic wave", "acceleration", "viscosity", "damping", "fixed by the case", "nothing"];
+    ["elastic wave", "acceleration", "viscosity", "damping", TimeStep::FIXED, "nothing"];
 
 impl<const D: usize> SphSolver<D> {
     fn to_saved(&self) -> Saved {

@@ -109,7 +109,9 @@ pub enum RunError {
         kinetic: f64,
     },
     /// Nothing limits the time step: there is no material that moves.
-    #[error("stage {stage:?}, t = {time} s: nothing is left to move, all bodies are removed or rigid")]
+    #[error(
+        "stage {stage:?}, t = {time} s: nothing is left to move, all bodies are removed, rigid or have left"
+    )]
     NothingMoves {
         /// Name of the stage.
         stage: String,

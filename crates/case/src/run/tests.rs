@@ -239,7 +239,7 @@ fn a_run_with_nothing_left_to_move_says_so_with_its_stage() {
     let error = run(&case, solver, &RunOptions::default()).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "stage \"dig\", t = 0 s: nothing is left to move, all bodies are removed or rigid"
+        "stage \"dig\", t = 0 s: nothing is left to move, all bodies are removed, rigid or have left"
     );
 }
 

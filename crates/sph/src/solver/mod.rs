@@ -453,7 +453,8 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn set_limit(&mut self, critical: TimeStep) {
         // The first of a stage knows nothing of its forces: it is for one step.
         let age = if self.limit.is_none() { STEPS_PER_TIME_STEP - 1 } else { 0 };
-        self.limit = Some(critical.or_fixed(self.options.time_step, 1.0));
+        let longest = critical.dt;
+        self.limit = Some(critical.or_fixed(self.options.time_step, longest));
         self.limit_age = age;
     }
 
