@@ -177,8 +177,9 @@ fn energies(outcome: &mut Outcome) -> Result<(), String> {
         random(id, 1.0)
     })?);
     outcome.show("V-12, (54) and operator 21: no pair", "not 0", found, "not judged: for comparison");
-    let forms =
-        ["rho2", "corrected"].into_iter().flat_map(|form| ["rough", "smooth"].map(|wall| (form, wall)));
+    let forms = ["rho2", "rho-rho", "corrected"]
+        .into_iter()
+        .flat_map(|form| ["rough", "smooth"].map(|wall| (form, wall)));
     for (form, wall) in forms {
         let mut case = with(&[still.clone(), ("momentum", json!(form))])?;
         let text = json!({ "side": "y-min", "position": 0.3, "wall": { "kind": wall } });

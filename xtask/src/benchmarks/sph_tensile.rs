@@ -4,7 +4,7 @@ use colluvium::case::Snapshot;
 use colluvium::case::plot::PointCloud;
 use serde_json::json;
 
-use super::{Benchmark, Outcome, case, run_by, set_of};
+use super::{Benchmark, Outcome, case, held_front, run_by, set_of};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -57,7 +57,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         set_of(&mut case, "sph", "tensile", tensile);
         let snapshot = run_by("sph", &case)?.snapshot;
         let (share, least) = clumped(&snapshot, 0.7 * SPACING);
-        let front = snapshot.positions.iter().map(|x| x[0]).fold(0.0, f64::max);
+        let front = held_front(&snapshot, SPACING);
         let reason = "the sheet's reference run; judged below";
         outcome.show(format!("{name}: share closer than 0.7 spacings"), &sheet.to_string(), share, reason);
         outcome.show(format!("{name}: least distance over spacing"), "", least / SPACING, reason);

@@ -74,8 +74,9 @@ fn run(quick: bool) -> Result<Outcome, String> {
         reason,
     );
     let gain = best[0] / best[1];
-    let name = "time on one thread over time on two";
-    let reason = "B-06 asks 1.7; not judged here, where benchmarks run side by side: `cargo xtask bench --sph` measures it alone";
+    let name = "time on one thread over time on two, best of batches of 20 steps";
+    let reason = "not judged: benchmarks run side by side here. `cargo xtask bench --sph` measures it alone; docs/performance.md \
+                  keeps the numbers";
     outcome.show(name, "at least 1.7", gain, reason);
     outcome.show(
         "million particle-updates per second on one thread",
