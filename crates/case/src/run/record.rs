@@ -424,14 +424,14 @@ impl<'a> Recorder<'a> {
             self.tables.sync()?;
             summary["end"] = budget(solver.budget());
             summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
-            if let Some(out) = &self.options.out {
-                let checkpoint = out.join(CHECKPOINT);
-                if checkpoint.exists() {
-                    fs::remove_file(&checkpoint).map_err(|error| self.refuse(out, error.to_string()))?;
-                }
-            }
         }
-        self.write_summary(&summary)
+        self.write_summary(&summary)?;
+        // Only then: a run that is killed in between goes on from it, or is known to be complete.
+        let checkpoint = self.options.out.as_ref().map(|out| out.join(CHECKPOINT));
+        if let Some(checkpoint) = checkpoint.filter(|checkpoint| completed && checkpoint.exists()) {
+            fs::remove_file(&checkpoint).map_err(|error| OutputError::new(&checkpoint, error))?;
+        }
+        Ok(())
     }
 
     fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
