@@ -68,19 +68,25 @@ impl TimeStep {
     /// What limits a step that the case fixes.
     pub const FIXED: &str = "fixed by the case";
 
-    /// The step that a case fixes (s), if it does and the `critical` one (s) allows it.
+    /// The step that a case fixes (s), if it does and this critical one allows it.
     #[must_use]
-    pub fn or_fixed(self, fixed: Option<f64>, critical: f64) -> Self {
+    pub fn or_fixed(self, fixed: Option<f64>) -> Self {
         match fixed {
-            Some(dt) if dt <= critical => Self { dt, limit: Self::FIXED, point: None, position: [0.0; 3] },
+            Some(dt) if dt <= self.dt => Self { dt, limit: Self::FIXED, point: None, position: [0.0; 3] },
             _ => self,
         }
     }
 
-    /// Whether it is the step that the case fixes.
+    /// What is wrong with the step that a case fixes (s), where it is longer than this one.
     #[must_use]
-    pub fn is_fixed(&self) -> bool {
-        self.limit == Self::FIXED
+    pub fn too_long(&self, fixed: Option<f64>) -> Option<String> {
+        let Self { dt, limit, .. } = self;
+        fixed.filter(|fixed| fixed > dt).map(|fixed| {
+            format!(
+                "{fixed} s is larger than the critical step {dt:.4e} s, limited by: {limit} (make it smaller, or leave it \
+                 out for steps that follow the state)"
+            )
+        })
     }
 }
 

@@ -85,14 +85,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         let fresh = start == self.time;
         self.stage = stage;
         self.stage_start = start;
-        let case = &self.case;
+        let case = self.case.clone();
         let points = self.points();
         self.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));
         if fresh {
             let pits = &case.stages[stage].excavate;
-            let dug = |x: &[f64; D]| pits.iter().any(|pit| pit.contains(x));
-            self.sets.iter_mut().for_each(|set| set.retain(|x| !dug(x)));
-            self.sets.retain(|set| set.len() > 0);
+            self.keep_points(|x| !pits.iter().any(|pit| pit.contains(x)));
         }
         self.set_stage_walls(stage).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
         if fresh {

@@ -416,7 +416,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     if case.measures_dissipation() {
         solver.count_work();
     }
-    check_fixed_step(&mut solver, options)?;
+    check_fixed_step(&solver, options)?;
     Ok(solver)
 }
 
@@ -425,16 +425,13 @@ fn rigid_number(driven: &[Driven], body: &Body) -> Option<usize> {
 }
 
 fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
-    solver: &mut MpmSolver<D, S, B, P>,
+    solver: &MpmSolver<D, S, B, P>,
     options: &MpmOptions,
 ) -> Result<(), CaseError> {
-    let Some(step) = options.time_step else { return Ok(()) };
-    let critical = solver.wave_limit(1.0).dt;
-    if step > critical {
-        let problem = format!("{step} s is larger than the critical step {critical:.4e} s");
-        return Err(CaseError::new("methods.mpm.time_step", problem));
+    match options.time_step.and_then(|step| solver.wave_limit(1.0).too_long(Some(step))) {
+        Some(problem) => Err(CaseError::new("methods.mpm.time_step", problem)),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 fn point_set<const D: usize, P: PointDomain<D>>(

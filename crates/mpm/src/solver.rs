@@ -172,10 +172,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Takes away points that have left, of bodies that let them.
     fn drop_those_that_left(&mut self) {
         if std::mem::take(self.left.get_mut()) {
-            self.sets.iter_mut().for_each(|set| set.retain(|x| !x[0].is_nan()));
-            self.sets.retain(|set| set.len() > 0);
+            self.keep_points(|x| !x[0].is_nan());
             self.sort();
         }
+    }
+
+    /// Takes away all points but those at places (m) that `keep` names, and bodies without any left.
+    pub(crate) fn keep_points(&mut self, keep: impl Fn(&[f64; D]) -> bool) {
+        self.sets.iter_mut().for_each(|set| set.retain(&keep));
+        self.sets.retain(|set| set.len() > 0);
     }
 
     /// Brings points back that left through a periodic side, on the other one.
@@ -353,26 +358,21 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Refuses to go on with a step that the case fixes and the state no longer allows.
     fn check_fixed_step(&self) -> Result<(), SolverError> {
-        let (Some(fixed), Some(limit)) = (self.options.time_step, &self.limit) else { return Ok(()) };
-        if limit.is_fixed() {
-            return Ok(());
+        match self.limit.as_ref().and_then(|limit| limit.too_long(self.options.time_step)) {
+            Some(problem) => {
+                let reason = format!("methods.mpm.time_step: {problem}");
+                Err(SolverError::Step { step: self.step, time: self.time, reason })
+            }
+            None => Ok(()),
         }
-        let critical = self.wave_limit(1.0).dt;
-        let reason = format!(
-            "methods.mpm.time_step: {fixed} s is larger than the critical step by now, {critical:.4e} s, limited by: {} \
-             (make it smaller, or leave it out for steps that follow the state)",
-            limit.limit
-        );
-        Err(SolverError::Step { step: self.step, time: self.time, reason })
     }
 
     /// The largest stable step from the current state (MPM sheet §2.10).
     pub(crate) fn critical_step(&mut self) -> TimeStep {
         if self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP {
-            let limit = self.wave_limit(self.options.courant);
             let fixed = self.options.time_step;
-            let critical = fixed.map_or(limit.dt, |_| self.wave_limit(1.0).dt);
-            self.limit = Some(limit.or_fixed(fixed, critical));
+            let courant = if fixed.is_some() { 1.0 } else { self.options.courant };
+            self.limit = Some(self.wave_limit(courant).or_fixed(fixed));
             self.limit_age = 0;
         }
         self.limit.clone().expect("set above")

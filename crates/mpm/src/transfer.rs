@@ -377,26 +377,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Looks at where the points of a block have come: refuses moves that cannot be right, keeps them off the axis, puts back
     /// what round-off carried through a wall on a side of the domain, and leaves those without a place (NaN) that have left a
     /// body which lets them. Returns the largest move along an axis (m).
+    #[inline(never)]
     pub(crate) fn settle(
         &self,
         set: &OfSet<'_, D>,
         block: &mut Block<'_, D, P>,
         moves: &[Moved],
     ) -> BlockReport {
-        if P::MESHED || P::ANCHORED || self.axisymmetric {
-            return self.settle_each(set, block, moves);
-        }
-        let moves = &moves[..block.position.len()];
-        let half = 0.5 * self.grid.cell;
-        let slow = moves.iter().fold(true, |slow, moved| slow & (moved.step <= half));
-        if slow && block.position.iter().all(|position| self.grid.contains(position)) {
-            return Ok(moves.iter().fold(0.0, |most, moved| moved.step.max(most)));
-        }
-        self.settle_each(set, block, moves)
-    }
-
-    #[inline(never)]
-    fn settle_each(&self, set: &OfSet<'_, D>, block: &mut Block<'_, D, P>, moves: &[Moved]) -> BlockReport {
         let ground = ground!(self);
         let mut moved = 0f64;
         let points = block.position.iter_mut().zip(block.domain.iter_mut());

@@ -166,17 +166,21 @@ impl GridFrame {
 fn nodes(case: &Case, cell: f64) -> ([f64; 3], [usize; 3]) {
     let (mut low, mut count) = ([0.0; 3], [1; 3]);
     for axis in 0..case.dimension() {
-        let (min, max) = (case.domain.min[axis], case.domain.max[axis]);
-        low[axis] = min;
-        count[axis] = ((max - min) / cell - 1e-6).ceil().max(1.0) as usize + 1;
+        low[axis] = case.domain.min[axis];
+        count[axis] = nodes_along(case, cell, axis) as usize;
     }
     (low, count)
 }
 
-/// Number of nodes of cells of edge `cell` (m) over the domain of a case.
+/// A whole number.
+fn nodes_along(case: &Case, cell: f64, axis: usize) -> f64 {
+    let width = case.domain.max[axis] - case.domain.min[axis];
+    (width / cell - 1e-6).ceil().max(1.0) + 1.0
+}
+
+/// Number of nodes of cells of edge `cell` (m) over the domain of a case; a float, since it may be larger than any other.
 pub fn grid_nodes(case: &Case, cell: f64) -> f64 {
-    let axes = 0..case.dimension();
-    axes.map(|axis| ((case.domain.max[axis] - case.domain.min[axis]) / cell).ceil() + 1.0).product()
+    (0..case.dimension()).map(|axis| nodes_along(case, cell, axis)).product()
 }
 
 /// Writes averages on a grid as a VTR file that ParaView opens.

@@ -453,16 +453,13 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn set_limit(&mut self, critical: TimeStep) {
         // The first of a stage knows nothing of its forces: it is for one step.
         let age = if self.limit.is_none() { STEPS_PER_TIME_STEP - 1 } else { 0 };
-        let longest = critical.dt;
-        self.limit = Some(critical.or_fixed(self.options.time_step, longest));
+        self.limit = Some(critical.or_fixed(self.options.time_step));
         self.limit_age = age;
     }
 
     /// What is wrong with the step that the case fixes, where it is longer than the critical one.
     pub(crate) fn too_long(&self) -> Option<String> {
-        let (step, critical) = (self.options.time_step?, self.limit.as_ref()?);
-        let (dt, limit) = (critical.dt, critical.limit);
-        (step > dt).then(|| format!("{step} s is larger than the critical step {dt:.4e} s ({limit})"))
+        self.limit.as_ref()?.too_long(self.options.time_step)
     }
 
     /// The particle that neighbour `j` is, or whose image in a period it is; `None` for images in mirrors and

@@ -300,13 +300,16 @@ fn a_fixed_step_keeps_to_each_limit() {
     for courant in [0.1, 0.4] {
         solver(&block(&json!({}), &json!({ "courant": courant, "time_step": 0.999 * wave })));
         let error = refusal(&json!({ "courant": courant, "time_step": 1.001 * wave }));
-        assert!(error.starts_with("methods.sph.time_step: ") && error.ends_with("(elastic wave)"), "{error}");
+        assert!(
+            error.starts_with("methods.sph.time_step: ") && error.contains("limited by: elastic wave"),
+            "{error}"
+        );
     }
     // 0.2 / c_d with c_d = ξ c / h, a third of that of waves.
     let damping = 0.2 * h / (0.3 * c);
     solver(&block(&json!({}), &json!({ "damping": 0.3, "time_step": 0.999 * damping })));
     let error = refusal(&json!({ "damping": 0.3, "time_step": 1.001 * damping }));
-    assert!(error.ends_with("(damping)"), "{error}");
+    assert!(error.contains("limited by: damping"), "{error}");
 }
 
 #[test]
