@@ -251,11 +251,13 @@ pub enum InitialStress {
         value: [f64; 6],
     },
     /// Weight of the material above along gravity, and a ratio of horizontal to vertical stress. All bodies count that lie
-    /// above the point, up to `surface`, each with its own density (with a pore fluid the saturated one); what is empty or
-    /// rigid weighs nothing. Pore pressure is taken off, and that of an `undrained` material added again to the total stress
-    /// with which it starts. The stress is in balance under level ground in level layers; where
-    /// the weight above differs at the same height, let the first stage have an `equilibrium`. A state outside the
-    /// yield surface of the material is refused, unless the material has `project`.
+    /// above the point, up to `surface`, each with its own density (with a pore fluid the saturated one); what is rigid
+    /// weighs nothing, and what is empty neither, unless it lies below the surface of a hydrostatic pore fluid of the body:
+    /// that is open water, which a case puts on the ground as a `pressure` and a `pore-pressure`. Pore pressure is taken
+    /// off, and that of an `undrained` material added again to the total stress with which it starts. The stress is in
+    /// balance under level ground in level layers; where the weight above differs at the same height, let the first stage
+    /// have an `equilibrium`. A state outside the yield surface of the material is refused, unless the material has
+    /// `project`.
     K0 {
         /// Coordinate along the axis of gravity (m) up to which bodies count: the top of the ground.
         surface: f64,

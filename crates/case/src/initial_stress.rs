@@ -23,7 +23,7 @@ impl Case {
                 let pore_pressure =
                     body.pore_fluid.as_ref().map_or(0.0, |fluid| fluid.pressure_at(x, gravity));
                 let undrained = self.materials.get(&body.material).map_or(0.0, undrained_pressure);
-                let vertical = pore_pressure + undrained - self.weight_above(x, axis, *surface);
+                let vertical = pore_pressure + undrained - self.weight_above(x, axis, *surface, body);
                 let mut effective = SymTensor::isotropic(coefficient * vertical);
                 effective[axis] = vertical;
                 effective - SymTensor::isotropic(undrained)
@@ -37,26 +37,29 @@ impl Case {
         (0..3).find(|&axis| gravity[axis] != 0.0)
     }
 
-    /// Weight per area (Pa) of the bodies on the vertical from `x` up to the coordinate `surface` (m). Rigid bodies carry
-    /// themselves.
-    fn weight_above(&self, x: [f64; 3], axis: usize, surface: f64) -> f64 {
+    /// Weight per area (Pa) of what is on the vertical from `x`, a place in `body`, up: the bodies to the coordinate `surface`
+    /// (m), and the open water to that of the pore fluid of `body`. Rigid bodies carry themselves.
+    fn weight_above(&self, x: [f64; 3], axis: usize, surface: f64, body: &Body) -> f64 {
         let gravity = self.gravity3()[axis];
-        if (x[axis] - surface) * gravity.signum() <= 0.0 {
-            return 0.0;
-        }
+        let above = |end: f64, start: f64| (start - end) * gravity.signum() > 0.0;
+        let fluid = body.pore_fluid.as_ref();
+        let water = fluid.and_then(|fluid| Some((fluid.surface()?, fluid.density)));
         let dimension = self.dimension();
-        let (low, high) = (x[axis].min(surface), x[axis].max(surface));
-        let heavy = || self.bodies.iter().filter(|body| !body.rigid);
-        let mut cuts: Vec<f64> =
-            heavy().flat_map(|body| body.shape.crossings(&x[..dimension], axis)).collect();
-        cuts.retain(|cut| low < *cut && *cut < high);
-        cuts.extend([low, high]);
+        let crossings = self.bodies.iter().flat_map(|body| body.shape.crossings(&x[..dimension], axis));
+        let ends = [surface].into_iter().chain(water.map(|(surface, _)| surface)).chain(crossings);
+        let mut cuts: Vec<f64> = ends.filter(|end| above(*end, x[axis])).chain([x[axis]]).collect();
         cuts.sort_by(f64::total_cmp);
         let weight = |pair: &[f64]| {
             let mut middle = x;
             middle[axis] = 0.5 * (pair[0] + pair[1]);
-            let body = heavy().find(|body| body.shape.contains(&middle[..dimension]));
-            body.map_or(0.0, |body| self.bulk_density(body) * gravity.abs() * (pair[1] - pair[0]))
+            let here = self.bodies.iter().filter(|body| body.shape.contains(&middle[..dimension]));
+            let here = here.min_by_key(|body| body.rigid);
+            let density = match (here, water) {
+                (Some(body), _) if !body.rigid && above(surface, middle[axis]) => self.bulk_density(body),
+                (None, Some((surface, density))) if above(surface, middle[axis]) => density,
+                _ => 0.0,
+            };
+            density * gravity.abs() * (pair[1] - pair[0])
         };
         cuts.windows(2).map(weight).sum()
     }
@@ -110,7 +113,7 @@ impl Case {
                 for (k, c) in across.iter().enumerate() {
                     x[*c] = place(*c, column / PLACES.pow(k as u32) % PLACES);
                 }
-                body.shape.contains(&x[..dimension]).then(|| self.weight_above(x, axis, surface))
+                body.shape.contains(&x[..dimension]).then(|| self.weight_above(x, axis, surface, body))
             });
             let none = (f64::INFINITY, f64::NEG_INFINITY);
             let (least, most) = weights.fold(none, |(a, b), weight| (a.min(weight), b.max(weight)));
@@ -207,6 +210,29 @@ mod tests {
         let case = layers(&[("/bodies/0/pore_fluid", water)]);
         // 30 kPa of the dry layer, 1 m of 1400 kg/m³, and 10 kPa of water.
         assert!((vertical(&case, 0, [1.0, 1.0, 0.0]) + 34e3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn open_water_above_the_ground_weighs_on_it() {
+        let water = |surface: f64| json!({ "porosity": 0.4, "permeability": 1e-3, "pressure": { "kind": "hydrostatic", "surface": surface } });
+        let both = |surface: f64| {
+            layers(&[("/bodies/0/pore_fluid", water(surface)), ("/bodies/1/pore_fluid", water(surface))])
+        };
+        // The effective stress under water does not know how deep the water is: buoyant weights of 2400 and 400 kg/m³.
+        for surface in [3.0, 5.0, 7.5] {
+            let case = both(surface);
+            assert!((vertical(&case, 1, [1.0, 2.5, 0.0]) + 12e3).abs() < 1e-9, "{surface}");
+            assert!((vertical(&case, 0, [1.0, 1.0, 0.0]) + 28e3).abs() < 1e-9, "{surface}");
+            assert!(vertical(&case, 1, [1.0, 3.0, 0.0]).abs() < 1e-9, "{surface}");
+        }
+        // Under a slope too, where water fills what the ground leaves.
+        let slope = json!({ "kind": "polygon", "vertices": [[2, 2], [8, 2], [8, 3], [3, 3]] });
+        let changes = [
+            ("/bodies/1/shape", slope),
+            ("/bodies/0/pore_fluid", water(4.0)),
+            ("/bodies/1/pore_fluid", water(4.0)),
+        ];
+        assert!((vertical(&layers(&changes), 0, [1.0, 1.5, 0.0]) + 2e3).abs() < 1e-9);
     }
 
     #[test]

@@ -85,6 +85,14 @@ impl PoreFluid {
         dry + self.porosity * self.density
     }
 
+    /// Coordinate along the axis of gravity (m) where a hydrostatic pressure begins; `None` for other fields.
+    pub fn surface(&self) -> Option<f64> {
+        match self.pressure {
+            PorePressure::Hydrostatic { surface } => Some(surface),
+            PorePressure::None | PorePressure::Uniform { .. } => None,
+        }
+    }
+
     /// Initial pore pressure at `x` (Pa) under `gravity` (m/s²).
     pub fn pressure_at(&self, x: [f64; 3], gravity: [f64; 3]) -> f64 {
         match self.pressure {

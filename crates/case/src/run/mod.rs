@@ -90,6 +90,16 @@ pub enum RunError {
     /// The solver could not go on.
     #[error(transparent)]
     Solver(#[from] SolverError),
+    /// The solver stopped after there was output.
+    #[error("{source}; the last output is {frame}, t = {time} s")]
+    Stopped {
+        /// Why.
+        source: SolverError,
+        /// The last frame.
+        frame: String,
+        /// Its time (s).
+        time: f64,
+    },
     /// A file could not be written or read.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -198,7 +208,7 @@ fn start(
         safety: BTreeMap::new(),
         searched: Duration::ZERO,
     };
-    let result = run.all();
+    let result = run.all().map_err(|error| run.with_last_output(error));
     let ending = match &result {
         Ok(Ending::Completed) => "completed",
         Ok(Ending::Interrupted) => "interrupted",
@@ -278,6 +288,16 @@ impl Run<'_> {
             }
         }
         self.search()
+    }
+
+    /// Adds to an error of the solver how far the output reaches.
+    fn with_last_output(&self, error: RunError) -> RunError {
+        match (error, self.progress.collection.frames.last()) {
+            (RunError::Solver(source), Some((time, frame))) => {
+                RunError::Stopped { source, frame: frame.clone(), time: *time }
+            }
+            (error, _) => error,
+        }
     }
 
     /// Puts the state into a solver whose materials have the strength of the stage.

@@ -355,6 +355,7 @@ fn a_failure_leaves_the_last_good_frame_and_says_so() {
     let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     let error = run(&case, Oscillators::boxed(0.0, Some(1.2)), &options(folder.path())).unwrap_err();
     assert!(error.to_string().contains("point 3"), "{error}");
+    assert!(error.to_string().ends_with("; the last output is frames/frame-00002.vtu, t = 1 s"), "{error}");
     let summary: serde_json::Value =
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("summary.json")).unwrap()).unwrap();
     assert_eq!(summary["status"], "failed");
