@@ -24,5 +24,6 @@ pub use equilibrium::{Equilibrium, Scales};
 pub use error::{CaseError, CaseErrors};
 pub use run::{RunError, RunOptions, RunReport, Safety, run, run_method};
 pub use solver::{
-    Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Snapshot, Solver, SolverError, TimeStep,
+    Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Snapshot, Solver, SolverError, StepLimit,
+    TimeStep,
 };

@@ -2,6 +2,7 @@
 
 use colluvium_constitutive::SymTensor;
 use schemars::Schema;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::description::Stage;
@@ -51,13 +52,46 @@ pub struct Plan {
     pub warnings: Vec<String>,
 }
 
+/// What limits a time step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum StepLimit {
+    /// A wave crosses a cell, or a smoothing length.
+    ElasticWave,
+    /// Momentum diffuses by a viscosity.
+    Viscosity,
+    /// A force moves a point.
+    Acceleration,
+    /// Viscous damping.
+    Damping,
+    /// The drag between skeleton and pore fluid.
+    SeepageDrag,
+    /// The case fixes the step.
+    Fixed,
+    /// There is nothing that moves.
+    Nothing,
+}
+
+impl std::fmt::Display for StepLimit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::ElasticWave => "elastic wave",
+            Self::Viscosity => "viscosity",
+            Self::Acceleration => "acceleration",
+            Self::Damping => "damping",
+            Self::SeepageDrag => "seepage drag",
+            Self::Fixed => "fixed by the case",
+            Self::Nothing => "nothing",
+        })
+    }
+}
+
 /// A stable time step and its reason.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeStep {
     /// The step (s).
     pub dt: f64,
-    /// What limits it: `elastic wave`, `viscosity`, `advection`, `fixed by the case`, …
-    pub limit: &'static str,
+    /// What limits it.
+    pub limit: StepLimit,
     /// Id of the limiting point, if a point limits it.
     pub point: Option<u64>,
     /// Where that point is (m).
@@ -65,14 +99,13 @@ pub struct TimeStep {
 }
 
 impl TimeStep {
-    /// What limits a step that the case fixes.
-    pub const FIXED: &str = "fixed by the case";
-
     /// The step that a case fixes (s), if it does and this critical one allows it.
     #[must_use]
     pub fn or_fixed(self, fixed: Option<f64>) -> Self {
         match fixed {
-            Some(dt) if dt <= self.dt => Self { dt, limit: Self::FIXED, point: None, position: [0.0; 3] },
+            Some(dt) if dt <= self.dt => {
+                Self { dt, limit: StepLimit::Fixed, point: None, position: [0.0; 3] }
+            }
             _ => self,
         }
     }
@@ -91,7 +124,7 @@ impl TimeStep {
 }
 
 /// Totals of the whole system.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Mass (kg; per metre in plane strain, per radian in axisymmetry).
     pub mass: f64,
@@ -110,7 +143,7 @@ pub struct Budget {
 }
 
 /// Totals of one phase.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseBudget {
     /// Mass (kg).
     pub mass: f64,

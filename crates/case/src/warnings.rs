@@ -199,7 +199,8 @@ mod tests {
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }],
             "stages": [{ "name": "s", "duration": 1 }], "output": { "frames": 0.01, "measures": 0.1 } }"#;
         let case = Case::from_json(text).unwrap();
-        let time_step = TimeStep { dt: 0.02, limit: "elastic wave", point: None, position: [0.0; 3] };
+        let time_step =
+            TimeStep { dt: 0.02, limit: crate::StepLimit::ElasticWave, point: None, position: [0.0; 3] };
         let plan = Plan {
             points: 1,
             nodes: 2,

@@ -12,9 +12,10 @@ use crate::driven::DrivenState;
 use crate::momentum::RowSums;
 use crate::points::{PointDomain, SavedSet};
 use crate::solver::MpmSolver;
+use crate::two_phase::PhaseSums;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 7;
+const FORMAT: u32 = 8;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -24,40 +25,17 @@ struct Saved {
     time: f64,
     step: u64,
     travel: f64,
-    limit: Option<SavedLimit>,
+    limit: Option<TimeStep>,
+    limit_age: u64,
     external_work: f64,
-    sums: [f64; 4],
+    sums: RowSums,
     driven: Vec<DrivenState>,
     load_starts: Vec<f64>,
     /// Sums of mixture and liquid in a case with pore fluid.
-    phase_sums: Option<[[f64; 4]; 2]>,
+    phase_sums: Option<PhaseSums>,
     /// Displacements at absorbing boundaries, by their number.
     absorbed: Vec<(usize, Vec<[f64; 3]>)>,
     sets: Vec<SavedSet>,
-}
-
-#[derive(Serialize, Deserialize)]
-struct SavedLimit {
-    dt: f64,
-    limit: String,
-    point: Option<u64>,
-    position: [f64; 3],
-    age: u64,
-}
-
-/// Every reason a time step can be limited by.
-const LIMITS: [&str; 5] = ["nothing", "elastic wave", "viscosity", TimeStep::FIXED, "seepage drag"];
-
-impl SavedLimit {
-    fn new(step: &TimeStep, age: u64) -> Self {
-        let TimeStep { dt, limit, point, position } = *step;
-        Self { dt, limit: limit.to_owned(), point, position, age }
-    }
-
-    fn time_step(&self) -> TimeStep {
-        let limit = LIMITS.into_iter().find(|l| *l == self.limit).unwrap_or(LIMITS[0]);
-        TimeStep { dt: self.dt, limit, point: self.point, position: self.position }
-    }
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for MpmSolver<D, S, B, P> {
@@ -160,15 +138,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
             time: self.time,
             step: self.step,
             travel: self.travel,
-            limit: self.limit.as_ref().map(|limit| SavedLimit::new(limit, self.limit_age)),
+            limit: self.limit,
+            limit_age: self.limit_age,
             external_work: self.external_work,
             driven: self.driven.iter().map(|driven| driven.state).collect(),
             load_starts: self.load_starts.clone(),
-            sums: self.sums.to_numbers(),
-            phase_sums: self
-                .two_phase
-                .as_ref()
-                .map(|phases| [phases.sums.mixture.to_numbers(), phases.sums.liquid.to_numbers()]),
+            sums: self.sums,
+            phase_sums: self.two_phase.as_ref().map(|phases| phases.sums),
             absorbed: self.absorbing.moved.clone().into_iter().collect(),
             sets: self.sets.iter().map(crate::points::PointSet::save).collect(),
         };
@@ -204,13 +180,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         self.time = saved.time;
         self.step = saved.step;
         self.external_work = saved.external_work;
-        self.sums = RowSums::from_numbers(saved.sums);
-        if let (Some(phases), Some([mixture, liquid])) = (&mut self.two_phase, saved.phase_sums) {
-            phases.sums.mixture = RowSums::from_numbers(mixture);
-            phases.sums.liquid = RowSums::from_numbers(liquid);
+        self.sums = saved.sums;
+        if let (Some(phases), Some(sums)) = (&mut self.two_phase, saved.phase_sums) {
+            phases.sums = sums;
         }
-        self.limit_age = saved.limit.as_ref().map_or(0, |limit| limit.age);
-        self.limit = saved.limit.as_ref().map(SavedLimit::time_step);
+        (self.limit, self.limit_age) = (saved.limit, saved.limit_age);
         self.absorbing.moved = saved.absorbed.into_iter().collect();
         self.restore_layout(saved.travel);
         Ok(())

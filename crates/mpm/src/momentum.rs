@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use colluvium_grid::{Lanes, Layout, Node, Walls};
+use serde::{Deserialize, Serialize};
 
 /// What a row of nodes adds to the measures of equilibrium (MPM sheet §2.14).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RowSums {
     /// Square of the unbalanced force over the free degrees of freedom (N²).
     pub unbalanced: f64,
@@ -18,16 +19,6 @@ pub struct RowSums {
 }
 
 impl RowSums {
-    /// The numbers to keep in a checkpoint.
-    pub fn to_numbers(self) -> [f64; 4] {
-        [self.unbalanced, self.external, self.work, self.kinetic]
-    }
-
-    /// From the numbers of [`RowSums::to_numbers`].
-    pub fn from_numbers([unbalanced, external, work, kinetic]: [f64; 4]) -> Self {
-        Self { unbalanced, external, work, kinetic }
-    }
-
     /// Adds another row.
     pub fn add(&mut self, other: &Self) {
         self.unbalanced += other.unbalanced;

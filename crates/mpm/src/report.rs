@@ -1,6 +1,6 @@
 //! What the solver tells: time-step limit, snapshot, budget.
 
-use colluvium_case::{Budget, Field, FieldData, Snapshot, TimeStep};
+use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep};
 use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
 use colluvium_grid::Basis;
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ pub struct Limit {
     /// The step (s).
     pub dt: f64,
     /// What limits it.
-    pub limit: &'static str,
+    pub limit: StepLimit,
     /// Number of the point's set.
     pub set: usize,
     /// Index of the point in it.
@@ -79,7 +79,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// the critical one at 1.
     pub(crate) fn wave_limit(&self, courant: f64) -> TimeStep {
         let bounds = self.options.step_bounds(D, courant);
-        let none = Limit { dt: f64::INFINITY, limit: "nothing", set: 0, index: 0 };
+        let none = Limit { dt: f64::INFINITY, limit: StepLimit::Nothing, set: 0, index: 0 };
         let mut least = none;
         for (number, set) in self.sets.iter().enumerate() {
             let of_block = |first: usize, stress: &[SymTensor], states: &StateBlock| {
@@ -110,7 +110,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let mut viscosities = [0.0; BLOCK];
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-        let mut least = Limit { dt: f64::INFINITY, limit: "nothing", set: number, index: first };
+        let mut least = Limit { dt: f64::INFINITY, limit: StepLimit::Nothing, set: number, index: first };
         for k in 0..stress.len() {
             let index = first + k;
             let h = set.domain[index].spacing(&ground);
@@ -120,13 +120,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
             let speed = (moduli[k] / (self.options.mass_scaling * density)).sqrt()
                 + square(&set.velocity[index]).sqrt();
-            let wave = Limit { dt: bounds.courant * h / speed, limit: "elastic wave", set: number, index };
+            let wave =
+                Limit { dt: bounds.courant * h / speed, limit: StepLimit::ElasticWave, set: number, index };
             least = least.smaller(self.phase_limit(bounds, wave, moduli[k]));
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, MPM sheet §2.10.
                 let inertia = self.options.mass_scaling * density;
                 let dt = bounds.diffusion * inertia * h * h / viscosities[k];
-                least = least.smaller(Limit { dt, limit: "viscosity", set: number, index });
+                least = least.smaller(Limit { dt, limit: StepLimit::Viscosity, set: number, index });
             }
         }
         least

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use colluvium_case::description::{Body, Boundary, Space, Wall as CaseWall};
-use colluvium_case::{Case, CaseError, Plan, Solver};
+use colluvium_case::{Case, CaseError, Plan, Solver, StepLimit};
 use colluvium_constitutive::{InitialCondition, Material};
 use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
 use colluvium_points::Sample;
@@ -206,7 +206,7 @@ impl dispatch::Visitor for Measure<'_> {
         per_node += if solver.dual.is_used() { DualNodes::BYTES } else { 0 };
         per_node += if solver.consistent.is_used() { ConsistentMass::BYTES } else { 0 };
         let mut warnings = warnings(self.case, self.options, points);
-        if time_step.limit == "seepage drag" {
+        if time_step.limit == StepLimit::SeepageDrag {
             // MPM sheet P-13.
             warnings.push(format!(
                 "pore_fluid: the drag of so low a permeability limits the step, to {:.2e} s; where no fluid leaves in \

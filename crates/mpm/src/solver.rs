@@ -375,7 +375,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             self.limit = Some(self.wave_limit(courant).or_fixed(fixed));
             self.limit_age = 0;
         }
-        self.limit.clone().expect("set above")
+        self.limit.expect("set above")
     }
 }
 

@@ -12,7 +12,7 @@ use crate::setup;
 use crate::solver::{Audit, Listed, SphSolver};
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -21,9 +21,9 @@ struct Saved {
     time: f64,
     step: u64,
     last_step: f64,
-    limit: Option<(f64, String, Option<u64>, [f64; 3])>,
+    limit: Option<TimeStep>,
     limit_age: u64,
-    audit: [f64; 4],
+    audit: Audit,
     groups: Vec<(u32, usize, Vec<u8>)>,
     id: Vec<u32>,
     origin: Vec<f64>,
@@ -46,16 +46,11 @@ struct Saved {
     accelerated: bool,
 }
 
-/// The names a limit can have.
-const LIMITS: [&str; 6] =
-    ["elastic wave", "acceleration", "viscosity", "damping", TimeStep::FIXED, "nothing"];
-
 impl<const D: usize> SphSolver<D> {
     fn to_saved(&self) -> Saved {
         let p = &self.particles;
         let rates = self.options.integration == TimeIntegration::LeapfrogRates
             || self.options.hourglass_viscosity > 0.0;
-        let limit = self.limit.as_ref().map(|l| (l.dt, l.limit.to_owned(), l.point, l.position));
         let of_group = |group: &crate::particles::Group| {
             (group.body, group.end - group.start, group.material.save(&group.states))
         };
@@ -65,9 +60,9 @@ impl<const D: usize> SphSolver<D> {
             time: self.time,
             step: self.step,
             last_step: self.last_step,
-            limit,
+            limit: self.limit,
             limit_age: self.limit_age,
-            audit: [self.audit.unbalanced, self.audit.external, self.audit.kinetic, self.audit.work],
+            audit: self.audit,
             groups: self.groups.iter().map(of_group).collect(),
             id: p.id.clone(),
             origin: p.origin.as_flattened().to_vec(),
@@ -118,12 +113,6 @@ impl<const D: usize> SphSolver<D> {
             (group.start, group.end, group.states) = (start, start + count, states);
             start += count;
         }
-        let limit = match saved.limit {
-            None => None,
-            Some((dt, name, point, position)) => {
-                Some(TimeStep { dt, limit: LIMITS.into_iter().find(|l| *l == name)?, point, position })
-            }
-        };
         let vectors = |flat: &[f64]| -> Vec<[f64; D]> { flat.as_chunks().0.to_vec() };
         let p = &mut self.particles;
         p.len = n;
@@ -147,9 +136,8 @@ impl<const D: usize> SphSolver<D> {
         self.listed = Listed { positions: vectors(&saved.listed), time, reach };
         (self.sorted, self.accelerated) = (saved.sorted, saved.accelerated);
         (self.time, self.step, self.last_step) = (saved.time, saved.step, saved.last_step);
-        (self.limit, self.limit_age) = (limit, saved.limit_age);
-        let [unbalanced, external, kinetic, work] = saved.audit;
-        self.audit = Audit { unbalanced, external, kinetic, work };
+        (self.limit, self.limit_age) = (saved.limit, saved.limit_age);
+        self.audit = saved.audit;
         Some(())
     }
 

@@ -1,6 +1,6 @@
 //! What the solver tells: time-step limit, snapshot, budget.
 
-use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, TimeStep};
+use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, StepLimit, TimeStep};
 use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
 use rayon::prelude::*;
 
@@ -19,16 +19,16 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 const STABLE: f64 = 1.8;
 
 /// A step, what limits it, and where.
-type Limit = (f64, &'static str, Option<usize>);
+pub type Limit = (f64, StepLimit, Option<usize>);
 
 impl<const D: usize> SphSolver<D> {
-    /// The largest step that waves, forces, viscosity and damping allow (sheet §3.4); renews the speeds of sound. Where the
-    /// case fixes the step, waves may cross as much as is stable.
-    pub(crate) fn find_limit(&mut self) -> TimeStep {
+    /// The largest step that waves, forces, viscosity and damping allow (sheet §3.4), and the particle that asks for it;
+    /// renews the speeds of sound. Where the case fixes the step, waves may cross as much as is stable.
+    pub(crate) fn find_limit(&mut self) -> Limit {
         let (options, guests) = (&self.options, &self.guests);
         let courant = if options.time_step.is_some() { STABLE } else { options.courant };
         let p = &mut self.particles;
-        let mut least: Limit = (f64::INFINITY, "nothing", None);
+        let mut least: Limit = (f64::INFINITY, StepLimit::Nothing, None);
         for group in &self.groups {
             let range = group.range();
             let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK);
@@ -42,7 +42,7 @@ impl<const D: usize> SphSolver<D> {
                 let (mut moduli, mut viscosities) = ([0.0; BLOCK], [0.0; BLOCK]);
                 group.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
                 group.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-                let mut least: Limit = (f64::INFINITY, "nothing", None);
+                let mut least: Limit = (f64::INFINITY, StepLimit::Nothing, None);
                 for k in 0..states.len() {
                     let (density, h) = (densities[first + k], lengths[first + k]);
                     let wave = (moduli[k] / density).sqrt();
@@ -56,10 +56,10 @@ impl<const D: usize> SphSolver<D> {
                     let speed = square(&velocities[first + k]).sqrt();
                     let pull = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
                     let limits = [
-                        (courant * h / (wave + speed), "elastic wave"),
-                        (0.25 * (h / pull).sqrt(), "acceleration"),
-                        (0.125 * h * h * density / viscosities[k], "viscosity"),
-                        (0.2 * h / (options.damping * sounds[k]), "damping"),
+                        (courant * h / (wave + speed), StepLimit::ElasticWave),
+                        (0.25 * (h / pull).sqrt(), StepLimit::Acceleration),
+                        (0.125 * h * h * density / viscosities[k], StepLimit::Viscosity),
+                        (0.2 * h / (options.damping * sounds[k]), StepLimit::Damping),
                     ];
                     for (dt, name) in limits {
                         if dt < least.0 {
@@ -74,7 +74,11 @@ impl<const D: usize> SphSolver<D> {
             least =
                 found.into_iter().fold(least, |least, found| if found.0 < least.0 { found } else { least });
         }
-        let (dt, limit, index) = least;
+        least
+    }
+
+    /// A limit as it is told.
+    pub(crate) fn time_step_of(&self, (dt, limit, index): Limit) -> TimeStep {
         TimeStep {
             dt,
             limit,

@@ -5,7 +5,7 @@ use colluvium::case::measure::{front, profile};
 use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, crest, curve, reference, run, set, vectors};
+use super::{Benchmark, Largest, Outcome, case, crest, curve, reference, run, set, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -94,7 +94,7 @@ fn top_edge(outcome: &mut Outcome, method: &str, snapshot: &Snapshot) {
 fn heights(outcome: &mut Outcome, method: &str, snapshot: &Snapshot, triangles: &[(f64, f64)]) {
     let height = |x: f64| {
         let near = snapshot.positions.iter().zip(&snapshot.extents).filter(|(p, _)| (p[0] - x).abs() < 0.005);
-        near.map(|(p, e)| p[1] + 0.5 * e[1]).fold(0.0, f64::max)
+        near.map(|(p, e)| p[1] + 0.5 * e[1]).largest()
     };
     let reason = "not judged: V16 holds for the same elements, and gives heights on triangles only";
     for (x, expected) in triangles {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use colluvium::case::RunReport;
 use colluvium::case::plot::{LineChart, Series, Style};
 
-use super::{Benchmark, Outcome, case, curve, reference, run, series, set};
+use super::{Benchmark, Largest, Outcome, case, curve, reference, run, series, set};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -78,7 +78,7 @@ fn damped(outcome: &mut Outcome) -> Result<(), String> {
     outcome.below(
         "Rayleigh damping of 0.2/s: largest error of the velocity over 20 s, over the first",
         "0",
-        error.fold(0.0, f64::max),
+        error.largest(),
         3e-3,
         "closed form of the damped oscillator; the step and the other modes of the start",
     );
@@ -105,8 +105,7 @@ fn vibration(outcome: &mut Outcome) -> Result<(), String> {
         let mass = report.start.mass;
         let velocity: Vec<(f64, f64)> =
             series(&report, "momentum.x").into_iter().map(|(t, p)| (t, p / mass)).collect();
-        let error =
-            velocity.iter().map(|(t, v)| (v - amplitude * (omega * t).cos()).abs()).fold(0.0, f64::max);
+        let error = velocity.iter().map(|(t, v)| (v - amplitude * (omega * t).cos()).abs()).largest();
         errors.push(error / amplitude);
         let discrete = SPEED / cell * (beta * cell).sin();
         let name = format!("{cells} cells: frequency (rad/s)");
@@ -234,7 +233,7 @@ fn position(outcome: &mut Outcome, report: &RunReport) {
     let omega = 2.0 * PI;
     let largest = |exact: &dyn Fn(f64) -> f64| {
         let error = |frame: &colluvium::case::Snapshot| (frame.positions[0][0] - exact(frame.time)).abs();
-        report.frames.iter().map(error).fold(0.0, f64::max)
+        report.frames.iter().map(error).largest()
     };
     outcome.show(
         "single point, musl: largest error of position, volume kept (m)",

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Case, RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, crest, curve, reference, run, series, set, stresses, vectors};
+use super::{
+    Benchmark, Largest, Outcome, case, crest, curve, reference, run, series, set, stresses, vectors,
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -170,7 +172,7 @@ fn run_out(snapshot: &Snapshot, cell: f64) -> f64 {
     let occupied: std::collections::BTreeSet<i64> = on_base().map(|(x, _)| column(x)).collect();
     let end = (0..).find(|number| !occupied.contains(number)).unwrap_or(0);
     let ends = on_base().filter(|(x, _)| column(x) < end).map(|(x, e)| x[0] + 0.5 * e[0]);
-    ends.fold(0.0, f64::max) / LENGTH - 1.0
+    ends.largest() / LENGTH - 1.0
 }
 
 /// The frame at `time` times `sqrt(H/g)`.
@@ -267,7 +269,7 @@ fn show_noise(outcome: &mut Outcome, reports: &[(&str, RunReport)], cell: f64) {
         let at_rest = noise(&report.snapshot, cell, core);
         outcome.show(format!("{name}, core (Pa)"), "MPM at least twice GIMP", at_rest, reason);
         let places = report.snapshot.positions.iter().zip(vectors(&report.snapshot, "displacement"));
-        let largest = places.filter(|(x, _)| core(x)).map(|(_, u)| u[0].hypot(u[1])).fold(0.0, f64::max);
+        let largest = places.filter(|(x, _)| core(x)).map(|(_, u)| u[0].hypot(u[1])).largest();
         let name_of_move = format!("(v) {method}: largest displacement in the core over the cell size");
         outcome.show(
             name_of_move,

@@ -7,8 +7,8 @@ use colluvium::constitutive::porous::Biot;
 use colluvium::constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 use serde_json::json;
 
-use super::returns::{Random, larger};
-use super::{Benchmark, Outcome};
+use super::returns::Random;
+use super::{Benchmark, Outcome, larger};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {

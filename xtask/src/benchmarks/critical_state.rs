@@ -6,7 +6,7 @@ use colluvium::constitutive::laws::SimsandSpec;
 use colluvium::constitutive::{InitialCondition, MaterialSpec, Motion, SmallStrain, SymTensor};
 use serde_json::json;
 
-use super::{Benchmark, Outcome};
+use super::{Benchmark, Largest, Outcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -73,7 +73,7 @@ fn pairs(run: &ElementPath, x: &str, y: &str) -> Vec<(f64, f64)> {
 
 /// Largest relative distance of `p` on a path from `exact(q/p)`.
 fn off_path(run: &ElementPath, exact: impl Fn(f64) -> f64) -> f64 {
-    pairs(run, "p", "q").into_iter().map(|(p, q)| (p / exact(q / p) - 1.0).abs()).fold(0.0, f64::max)
+    pairs(run, "p", "q").into_iter().map(|(p, q)| (p / exact(q / p) - 1.0).abs()).largest()
 }
 
 fn chart(title: &str, x_label: &str, y_label: &str) -> LineChart {

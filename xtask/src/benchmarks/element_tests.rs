@@ -5,7 +5,7 @@ use colluvium::constitutive::driver::{ElementPath, ElementTest, Path, TestStage}
 use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymTensor};
 use serde_json::json;
 
-use super::{Benchmark, Outcome, with};
+use super::{Benchmark, Largest, Outcome, with};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -384,7 +384,7 @@ fn pulled(outcome: &mut Outcome) -> Result<(), String> {
             let of = |name: &str| run.column(name).map_or(f64::NAN, |column| column[row].abs());
             of("p").max(of("q"))
         };
-        let open = (0..=10).map(stress).fold(0.0, f64::max);
+        let open = (0..=10).map(stress).largest();
         outcome.near(
             format!("V-10 {model} in tension: largest stress (Pa)"),
             0.0,
@@ -430,7 +430,7 @@ fn softening(outcome: &mut Outcome) -> Result<(), String> {
         let run = staged(material("drucker-prager", more)?, 0.0, &paths)?;
         let root: Vec<f64> =
             run.column("q").unwrap_or_default().into_iter().map(|q| q / 3f64.sqrt()).collect();
-        let found = root.iter().fold(0.0, |a: f64, b| a.max(*b));
+        let found = root.iter().copied().largest();
         let name = format!("V-07 sensitive clay, {matching}: peak of √J2 (Pa)");
         outcome.near(name, peak, 1e-3, found, "the sheet's for 1000 steps");
         let kappa = run.last("plastic_strain");

@@ -11,7 +11,7 @@ use colluvium::constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Mo
 use serde_json::{Value, json};
 
 use super::element_tests::material;
-use super::{Benchmark, Outcome, with};
+use super::{Benchmark, Largest, Outcome, with};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -356,7 +356,7 @@ fn uniaxial(outcome: &mut Outcome, weak: MaterialSpec, slab: MaterialSpec) -> Re
             // The peak before the collapse: debris may carry more when packed.
             let standing = run.column("collapsed").unwrap_or_default();
             let until = standing.iter().position(|flag| *flag > 0.5).unwrap_or(points.len());
-            let highest = points[..until].iter().fold(0.0, |m: f64, v| m.max(v.1));
+            let highest = points[..until].iter().map(|v| v.1).largest();
             let peak = points.iter().position(|v| v.1 == highest).unwrap_or_default();
             let low = points[peak..].iter().fold(highest, |m: f64, v| m.min(v.1));
             let name_of_check = format!("V-14 {name}, uniaxial: {column} after its peak over the peak");

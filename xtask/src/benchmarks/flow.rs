@@ -7,7 +7,7 @@ use colluvium::constitutive::basal::{BasalFlow, BasalSpec, plug_ratio, plug_rati
 use colluvium::constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 use serde_json::{Value, json};
 
-use super::{Benchmark, Outcome};
+use super::{Benchmark, Largest, Outcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -275,7 +275,7 @@ fn liquid_films(outcome: &mut Outcome) -> Result<(), String> {
     let surface = drive * height * height / (2.0 * viscosity);
     outcome.near("V-20 Newtonian film: speed of the surface (m/s)", surface, 1e-8, newton.surface(), MACHINE);
     let shape = |z: f64| drive / viscosity * (height * z - 0.5 * z * z);
-    let worst = newton.profile.iter().fold(0f64, |worst, (z, v)| worst.max((v - shape(*z)).abs()));
+    let worst = newton.profile.iter().map(|(z, v)| (v - shape(*z)).abs()).largest();
     outcome.below("V-20 Newtonian film: worst of the profile (m/s)", "0", worst, 1e-8 * surface, MACHINE);
 
     // The plug is chosen to end at a node of the depth.

@@ -4,8 +4,8 @@ use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::constitutive::{Mat3, SymTensor};
 use serde_json::json;
 
-use super::Outcome;
 use super::flow::sand;
+use super::{Largest, Outcome};
 
 const PRESSURE: f64 = 1000.0;
 const RATE: f64 = 100.0;
@@ -45,7 +45,7 @@ pub fn cyclic_shear(outcome: &mut Outcome) -> Result<(), String> {
         work.push(done);
     }
     let friction = 0.439_590_075_2 * PRESSURE;
-    let elastic = reversal.iter().map(|g| (g / SHEAR_MODULUS - 1.0).abs()).fold(0.0, f64::max);
+    let elastic = reversal.iter().map(|g| (g / SHEAR_MODULUS - 1.0).abs()).largest();
     let small = "below the static friction the answer is elastic, to round-off of the stress";
     outcome.near("§5.3 μ(I), cyclic shear: slope after a reversal over G, less 1", 0.0, 1e-9, elastic, small);
     let corner = "between the static friction and that of the flow lies a strain of 10⁻⁴";
@@ -59,7 +59,7 @@ pub fn cyclic_shear(outcome: &mut Outcome) -> Result<(), String> {
         closed,
         "periodic",
     );
-    let flowing = loops.iter().map(|(_, tau)| tau.abs()).fold(0.0, f64::max);
+    let flowing = loops.iter().map(|(_, tau)| tau.abs()).largest();
     let steady = "steady flow between reversals";
     outcome.near("§5.3 μ(I), cyclic shear: largest shear stress (Pa)", friction, 1e-6, flowing, steady);
     let chart = LineChart {

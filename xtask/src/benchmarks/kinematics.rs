@@ -4,7 +4,7 @@ use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Case, Snapshot};
 use colluvium::constitutive::{InitialCondition, Mat3, Motion, SymTensor};
 
-use super::{Benchmark, Outcome, case, curve, reference, run, set, stresses, vectors};
+use super::{Benchmark, Largest, Outcome, case, curve, reference, run, set, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -49,7 +49,7 @@ fn mean(stresses: &[SymTensor]) -> SymTensor {
 }
 
 fn farthest(stresses: &[SymTensor], exact: SymTensor) -> f64 {
-    stresses.iter().map(|stress| (*stress + exact * -1.0).norm()).fold(0.0, f64::max)
+    stresses.iter().map(|stress| (*stress + exact * -1.0).norm()).largest()
 }
 
 /// One step of a linear velocity field: the stress of every point of the core is that of the law for exactly

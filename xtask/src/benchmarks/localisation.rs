@@ -8,7 +8,7 @@ use colluvium::constitutive::localisation::FiniteBand;
 use colluvium::constitutive::{MaterialSpec, SymTensor};
 use serde_json::{Value, json};
 
-use super::{Benchmark, Outcome};
+use super::{Benchmark, Largest, Outcome};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -149,7 +149,7 @@ fn triaxial(outcome: &mut Outcome) -> Result<(), String> {
     for (void_ratio, peak, end) in [(0.7, 3.617_78, 0.805_491), (0.9, 3.0059, 0.888_273)] {
         let run = test(soil(void_ratio, true, None)?, 100e3, &[path(0.4, 2000)])?;
         let found = ratios(&run);
-        let top = found.iter().fold(0.0, |a: f64, b| a.max(*b));
+        let top = found.iter().copied().largest();
         outcome.near(format!("V-16 e₀ = {void_ratio}: largest stress ratio"), peak, 5e-4, top, SHEET);
         let name = format!("V-16 e₀ = {void_ratio}: void ratio at ε₁ = 0.4");
         outcome.near(name, end, 5e-4, run.last("void_ratio"), SHEET);

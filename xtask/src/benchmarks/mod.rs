@@ -309,7 +309,24 @@ fn run_by(name: &str, case: &Case) -> Result<RunReport, String> {
     colluvium::case::run_method(method, case, &options).map_err(|error| error.to_string())
 }
 
-/// Vectors of a field.
+/// The larger of both; not a number where one of them is none, so that a check fails on it.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a >= b { a } else { b }
+}
+
+/// The largest of what a benchmark found.
+trait Largest {
+    /// NaN, which fails every check, where there are no numbers or one of them is none.
+    fn largest(self) -> f64;
+}
+
+impl<I: Iterator<Item = f64>> Largest for I {
+    fn largest(self) -> f64 {
+        self.reduce(larger).unwrap_or(f64::NAN)
+    }
+}
+
+/// Vectors of a field; none where it is not there.
 fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
     match snapshot.field(name).map(|f| &f.data) {
         Some(FieldData::Vector(values)) => values.clone(),
@@ -374,5 +391,5 @@ fn held_front(snapshot: &Snapshot, spacing: f64) -> f64 {
 /// Height of the highest point before `x` (m).
 fn crest(snapshot: &Snapshot, x: f64) -> f64 {
     let near = snapshot.positions.iter().zip(&snapshot.extents).filter(|(p, _)| p[0] < x);
-    near.map(|(p, e)| p[1] + 0.5 * e[1]).fold(0.0, f64::max)
+    near.map(|(p, e)| p[1] + 0.5 * e[1]).largest()
 }

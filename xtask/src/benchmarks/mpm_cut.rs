@@ -8,7 +8,7 @@ use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 use colluvium::case::{Case, RunReport, Snapshot};
 use serde_json::json;
 
-use super::{Benchmark, Outcome, case, run, scalars, series, set, vectors};
+use super::{Benchmark, Largest, Outcome, case, run, scalars, series, set, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -182,7 +182,7 @@ fn face(snapshot: &Snapshot, bin: f64, bound: f64) -> f64 {
         let near = surface.iter().filter(move |(other, _)| (other - x).abs() <= width);
         near.map(move |(_, other)| top - other)
     });
-    falls.fold(0.0, f64::max)
+    falls.largest()
 }
 
 /// Worst of the columns of cells, watched without damping: force out of balance, from the change of momentum between two
@@ -203,7 +203,7 @@ fn columns_at_rest(outcome: &mut Outcome, report: &RunReport, cell: f64) -> Resu
         let sums = columns.entry((x[0] / cell).floor() as i64).or_default();
         sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
     }
-    let largest = |of: fn(&[f64; 5]) -> f64| columns.values().map(of).fold(0.0, f64::max);
+    let largest = |of: fn(&[f64; 5]) -> f64| columns.values().map(of).largest();
     for (what, found) in [
         ("force out of balance over weight", largest(|[x, y, _, weight, _]| x.hypot(*y) / weight)),
         ("kinetic energy over the work of its weight", largest(|[_, _, kinetic, _, work]| kinetic / work)),
@@ -243,7 +243,7 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
         let start = &report.frames[0];
         let above: Vec<usize> =
             (0..start.positions.len()).filter(|p| start.positions[*p][1] > FOOT).collect();
-        let front = |frame: &Snapshot| above.iter().map(|p| frame.positions[*p][0]).fold(0.0, f64::max);
+        let front = |frame: &Snapshot| above.iter().map(|p| frame.positions[*p][0]).largest();
         let way: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, front(frame))).collect();
         let end = way.last().map_or(f64::NAN, |row| row.1);
         let at = |time: f64| way.iter().find(|(t, _)| *t >= time - 1e-9).map_or(f64::NAN, |row| row.1);

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 use colluvium::case::{RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, curve, reference, run, series, set, slope, starts, stresses, vectors};
+use super::{
+    Benchmark, Largest, Outcome, case, curve, reference, run, series, set, slope, starts, stresses, vectors,
+};
 
 /// Water at rest.
 pub const HYDROSTATIC: Benchmark = Benchmark {
@@ -186,7 +188,7 @@ fn poiseuille(outcome: &mut Outcome) -> Result<(), String> {
     outcome.below(
         "Poiseuille: largest move across the flow over the gap",
         "none",
-        drift.fold(0.0, f64::max),
+        drift.largest(),
         1e-3,
         "a twenty-fifth of a cell, while the liquid in the middle has gone around the domain twelve times",
     );

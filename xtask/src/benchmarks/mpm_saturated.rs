@@ -4,7 +4,7 @@
 use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Case, RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, run, scalars, set, stresses, vectors};
+use super::{Benchmark, Largest, Outcome, case, run, scalars, set, stresses, vectors};
 
 /// What needs one element only.
 pub const PHASES: Benchmark = Benchmark {
@@ -90,8 +90,7 @@ fn drag(outcome: &mut Outcome) -> Result<(), String> {
     let speed = |frame: &Snapshot| -vectors(frame, "liquid_velocity").first().map_or(f64::NAN, |v| v[0]);
     let flux = |time: f64| 1e-3 * (1.0 - (-0.4 * 9.81 * time / 1e-3f64).exp());
     let found: Vec<(f64, f64)> = report.frames.iter().map(|f| (1e3 * f.time, 0.4 * speed(f))).collect();
-    let worst =
-        report.frames.iter().map(|f| (0.4 * speed(f) - flux(f.time)).abs() / 1e-3).fold(0.0, f64::max);
+    let worst = report.frames.iter().map(|f| (0.4 * speed(f) - flux(f.time)).abs() / 1e-3).largest();
     outcome.below(
         "A-21: largest error of the flux while seepage sets in, over the steady one",
         "k i (1 - exp(-n g t / k))",
@@ -207,7 +206,7 @@ fn column(_quick: bool) -> Result<Outcome, String> {
     let errors = |frame: &Snapshot| {
         let worst = |values: &[f64], base: f64| {
             let pairs = depth(frame).into_iter().zip(values).map(|(z, v)| (v - base * z).abs() / base);
-            pairs.fold(0.0, f64::max)
+            pairs.largest()
         };
         let skeleton: Vec<f64> = stresses(frame).iter().map(|s| -s[0]).collect();
         (worst(&scalars(frame, "pore_pressure"), water), worst(&skeleton, grains))
@@ -241,7 +240,7 @@ fn column(_quick: bool) -> Result<Outcome, String> {
     )?;
     let rest = run(&still)?;
     let speed = ["velocity", "liquid_velocity"]
-        .map(|field| vectors(&rest.snapshot, field).iter().map(|v| v[0].abs()).fold(0.0, f64::max));
+        .map(|field| vectors(&rest.snapshot, field).iter().map(|v| v[0].abs()).largest());
     outcome.below(
         format!("A-22: largest speed after {} steps from the state of balance (m/s)", rest.snapshot.step),
         "below 1e-6 m/s after 10 000 steps",
@@ -305,7 +304,7 @@ fn absorbing(_quick: bool) -> Result<Outcome, String> {
             "the sheet's 2 %",
         );
         if exact == 0.0 {
-            let all = history.iter().filter(|p| p.0 > 2.4).map(|p| (p.1 - 1.0).abs()).fold(0.0, f64::max);
+            let all = history.iter().filter(|p| p.0 > 2.4).map(|p| (p.1 - 1.0).abs()).largest();
             outcome.below(
                 "A-18, dashpot a = 1: largest deviation behind the front",
                 "0",

@@ -3,7 +3,7 @@
 use colluvium::case::Snapshot;
 use colluvium::case::plot::{LineChart, Series, Style};
 
-use super::{Benchmark, Outcome, case, run, stresses, vectors};
+use super::{Benchmark, Largest, Outcome, case, run, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -70,7 +70,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         let exact = vec![(0.0, before), (front, before), (front, behind), (LENGTH, behind)];
         chart.series.push(Series::new(format!("closed form, {time} s"), exact, Style::Dashed));
     }
-    let highest = axial(at(2.0)?).iter().fold(0.0, |most: f64, s| most.max(-s / PRESSURE));
+    let highest = axial(at(2.0)?).iter().map(|s| -s / PRESSURE).largest();
     outcome.below(
         "overshoot behind the front after 2 s",
         "0 (prototype 0.25 to 0.27)",

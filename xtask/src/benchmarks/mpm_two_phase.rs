@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Case, RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, curve, reference, run, scalars, set, stresses, vectors};
+use super::{Benchmark, Largest, Outcome, case, curve, reference, run, scalars, set, stresses, vectors};
 
 /// One-dimensional consolidation.
 pub const CONSOLIDATION: Benchmark = Benchmark {
@@ -52,7 +52,7 @@ fn consolidation(quick: bool) -> Result<Outcome, String> {
     let mut surface = Vec::new();
     for frame in &whole.frames {
         let factor = CONSOLIDATION_RATE * frame.time;
-        let down = vectors(frame, "displacement").iter().map(|u| -u[0]).fold(0.0, f64::max);
+        let down = vectors(frame, "displacement").iter().map(|u| -u[0]).largest();
         surface.push((factor, 1e3 * down));
         let Some(nominal) = factors.iter().find(|f| (factor - **f).abs() < 1e-9) else { continue };
         let points = profile(frame, start);

@@ -8,7 +8,7 @@ use colluvium::grid::{
 };
 use rand::{RngExt, SeedableRng};
 
-use super::{Benchmark, Outcome, case, run, series, set, stresses, vectors};
+use super::{Benchmark, Largest, Outcome, case, run, series, set, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -124,7 +124,7 @@ fn cell_crossing(outcome: &mut Outcome) {
     // Domains that fill the line: a third of a cell, and half of one in the middle cell.
     let widths = [volume, volume, volume, 0.5, 0.5, volume, volume, volume];
     let gimp = inner_forces::<3, Gimp>(&places, &widths, stress);
-    let worst = gimp.iter().fold(0.0, |worst: f64, force| worst.max(force.abs()));
+    let worst = gimp.iter().map(|force| force.abs()).largest();
     outcome.below(
         "S-04 GIMP with domains that fill the line: force at inner nodes (N)",
         "0",
@@ -151,10 +151,8 @@ fn integration_by_cells(outcome: &mut Outcome) -> Result<(), String> {
         let snapshot = solver.snapshot();
         // The forces at the two inner nodes accelerate the points between them.
         let inner = snapshot.positions.iter().zip(vectors(&snapshot, "velocity"));
-        let force = inner
-            .filter(|(x, _)| (1.0..2.0).contains(&x[0]))
-            .map(|(_, v)| (v[0] / dt).abs())
-            .fold(0.0, f64::max);
+        let force =
+            inner.filter(|(x, _)| (1.0..2.0).contains(&x[0])).map(|(_, v)| (v[0] / dt).abs()).largest();
         let name = format!("S-04 integration `{integration}`: acceleration within the middle cell (m/s²)");
         if integration == "points" {
             let reason = "the sheet: ± σ Ω_p at the inner nodes, here not balanced";
@@ -201,7 +199,7 @@ fn lost_to_nodes<const S: usize, B: Basis<S>>() -> f64 {
         }
     }
     let on_nodes = |c: usize| nodes.iter().map(|node| node.motion.as_array()[c]).sum::<f64>();
-    [0, 1, 3].iter().fold(0.0, |worst, &c| worst.max((on_nodes(c) - sums[c]).abs() / sizes[c]))
+    [0, 1, 3].iter().map(|&c| (on_nodes(c) - sums[c]).abs() / sizes[c]).largest()
 }
 
 ///
@@ -217,7 +215,7 @@ fn conservation(outcome: &mut Outcome) -> Result<(), String> {
         outcome.below(name, "0", lost, 1e-12, "the sheet's 1e-12");
     }
     let change = |before: &Budget, after: &Budget| {
-        (0..2).map(|c| (after.momentum[c] - before.momentum[c]).abs()).fold(0.0, f64::max)
+        (0..2).map(|c| (after.momentum[c] - before.momentum[c]).abs()).largest()
     };
     for shape in ["linear", "ugimp", "cpgimp", "quadratic", "cubic"] {
         for scheme in ["usf", "usl", "musl"] {
@@ -324,7 +322,7 @@ fn affine(outcome: &mut Outcome) -> Result<(), String> {
         let changes =
             pairs.filter(|((x, _), _)| inside(x)).map(|((_, v), w)| (v[0] - w[0]).hypot(v[1] - w[1]));
         let name = format!("A-03 APIC, {shape}: change of a linear velocity field in one step (m/s)");
-        outcome.below(name, "0", changes.fold(0.0, f64::max), 1e-12, "exact: round-off");
+        outcome.below(name, "0", changes.largest(), 1e-12, "exact: round-off");
     }
     Ok(())
 }
@@ -456,7 +454,7 @@ fn traction(outcome: &mut Outcome) -> Result<(), String> {
         // On 0.4 m, a metre thick.
         let exact = [30.0 * 0.4, -70.0 * 0.4];
         let force = [0, 1].map(|c| (after.momentum[c] - before.momentum[c]) / dt);
-        let error = (0..2).map(|c| (force[c] / exact[c] - 1.0).abs()).fold(0.0, f64::max);
+        let error = (0..2).map(|c| (force[c] / exact[c] - 1.0).abs()).largest();
         outcome.below(
             format!("S-08 {shape}: force of a traction, relative error"),
             "0",

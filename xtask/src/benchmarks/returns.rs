@@ -7,7 +7,7 @@ use colluvium::constitutive::laws::{DruckerPrager, DruckerPragerSpec, Elasticity
 use colluvium::constitutive::{Mat3, Motion, Point, SmallStrain, SymTensor};
 use serde_json::json;
 
-use super::{Benchmark, Outcome};
+use super::{Benchmark, Largest, Outcome, larger};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -37,11 +37,6 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 /// Set R1 in kPa.
 fn r1() -> Result<Elasticity, String> {
     Elasticity::new(20_000.0, 0.3).map_err(|error| error.to_string())
-}
-
-/// The larger of both; not a number where one of them is none, so that a check fails on it.
-pub(super) fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a >= b { a } else { b }
 }
 
 /// Random numbers in 0..1, the same in every run.
@@ -187,7 +182,7 @@ fn pyramid_returns(outcome: &mut Outcome) -> Result<(), String> {
     let mut check = |trial: [f64; 3], psi: f64, region: Region, exact: [f64; 3], digits: f64| {
         let pyramid = Pyramid::new(30f64.to_radians(), 10.0, psi.to_radians());
         let (stress, found) = pyramid.return_map(&elasticity, trial);
-        let mut worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).fold(0.0, larger);
+        let mut worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).largest();
         if found != region {
             worst = f64::NAN;
         }
@@ -212,7 +207,7 @@ fn pyramid_returns(outcome: &mut Outcome) -> Result<(), String> {
     let old = Point { stress: trial, state: Default::default() };
     let new = law.update(&SymTensor::ZERO, &still, &old).map_err(|error| error.to_string())?.stress;
     let exact = SymTensor([-150.214_594, -337.741_476, -133.800_010, 88.636_360, 30.979_353, -8.603_396]);
-    let worst = (0..6).map(|c| (new[c] - exact[c]).abs()).fold(0.0, larger);
+    let worst = (0..6).map(|c| (new[c] - exact[c]).abs()).largest();
     outcome.below("V-08 full tensor, ψ = 10°: largest error (kPa)", "0", worst, 6e-7, DIGITS);
     Ok(())
 }
@@ -229,7 +224,7 @@ fn cut_off_returns(outcome: &mut Outcome) -> Result<(), String> {
     for (cut_off, trial, exact) in table {
         let pyramid = Pyramid::new(30f64.to_radians(), 10.0, 10f64.to_radians()).with_cut_off(Some(cut_off));
         let (stress, _) = pyramid.return_map(&elasticity, trial);
-        let worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).fold(0.0, larger);
+        let worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).largest();
         let name = format!("V-08 cut-off at {cut_off} kPa, {trial:?} kPa: largest error (kPa)");
         outcome.below(name, "0", worst, 6e-7, DIGITS);
     }
@@ -246,7 +241,7 @@ fn prism_returns(outcome: &mut Outcome) -> Result<(), String> {
     let (elasticity, prism) = (r1()?, Pyramid::new(0.0, 20.0, 0.0));
     for (trial, exact) in table {
         let (stress, _) = prism.return_map(&elasticity, trial);
-        let worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).fold(0.0, larger);
+        let worst = (0..3).map(|c| (stress[c] - exact[c]).abs()).largest();
         let name = format!("V-08 Tresca, {trial:?} kPa: largest error (kPa)");
         outcome.below(name, "0", worst, 1e-12 * REFERENCE, "closed form");
     }
@@ -290,7 +285,7 @@ fn random_pyramid(outcome: &mut Outcome) -> Result<(), String> {
             }
             let set = active_set(&planes, &elasticity, trial).ok_or(format!("no set carries {trial:?}"))?;
             let other = return_to(&planes, set, &elasticity, trial);
-            let difference = (0..3).map(|c| (stress[c] - other[c]).abs()).fold(0.0, larger);
+            let difference = (0..3).map(|c| (stress[c] - other[c]).abs()).largest();
             worst[at] = (larger(worst[at].0, difference), worst[at].1 + 1);
         }
         for (region, (difference, count)) in regions.iter().zip(worst).filter(|(_, (_, n))| *n > 0) {

@@ -4,7 +4,7 @@ use colluvium::case::plot::{LineChart, Series, Style};
 
 use colluvium::constitutive::SymTensor;
 
-use super::{Benchmark, Outcome, case, run, series, set, stresses, vectors};
+use super::{Benchmark, Largest, Outcome, case, run, series, set, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -55,7 +55,7 @@ fn translation(outcome: &mut Outcome, shape: &str) -> Result<(), String> {
     case.bodies[0].velocity = serde_json::from_value(velocity).map_err(|error| error.to_string())?;
     case.stages[0].duration = 1.2;
     let report = run(&case)?;
-    let stress = stresses(&report.snapshot).iter().map(SymTensor::norm).fold(0.0, f64::max) / YOUNG;
+    let stress = stresses(&report.snapshot).iter().map(SymTensor::norm).largest() / YOUNG;
     let velocity = vectors(&report.snapshot, "velocity");
     let change = velocity.iter().map(|v| (v[0] - 0.5).hypot(v[1] - 0.3));
     let reason = "round-off over the steps of a flight through 12 cells";
@@ -63,7 +63,7 @@ fn translation(outcome: &mut Outcome, shape: &str) -> Result<(), String> {
     outcome.below(
         format!("translation, {shape}: change of velocity (m/s)"),
         "0",
-        change.fold(0.0, f64::max),
+        change.largest(),
         1e-12,
         reason,
     );
@@ -81,7 +81,7 @@ fn rotation(outcome: &mut Outcome, chart: &mut LineChart, law: &str, cell: f64) 
     set(&mut case, "cell_size", cell);
     set(&mut case, "stress_update", "usl");
     let report = run(&case)?;
-    let largest = report.frames.iter().flat_map(stresses).map(|s| s.norm()).fold(0.0, f64::max);
+    let largest = report.frames.iter().flat_map(stresses).map(|s| s.norm()).largest();
     // What is physical: a spinning disk in plane strain carries 0.43 ρω²R² in two directions, twice that
     // after a sudden start. What the mapping adds: a node at a corner of the surface takes the velocity of
     // points half a cell inside along both axes, an error of ω h/√2, which meets the impedance ρ c.

@@ -2,7 +2,7 @@
 
 use colluvium::case::plot::{LineChart, Series, Style};
 
-use super::{Benchmark, Outcome, case, curve, reference, run, set, stresses, vectors};
+use super::{Benchmark, Largest, Outcome, case, curve, reference, run, set, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -53,7 +53,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
             let error = start.iter().zip(&found).map(|(x, s)| (s[0] - stress(*x)).abs()).sum::<f64>()
                 / (count * WEIGHT * HEIGHT);
             let off = start.iter().zip(&snapshot.positions).map(|(x, now)| (now[0] - place(*x)).abs());
-            let off = off.fold(0.0, f64::max) / HEIGHT;
+            let off = off.largest() / HEIGHT;
             of_shape.push((HEIGHT / cells as f64, error));
             if shape == "cpgimp" {
                 let name = format!("cpGIMP, {cells} cells: mean stress error");

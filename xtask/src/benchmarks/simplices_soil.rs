@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::mpm_contact::{bars, contact, history, mean};
 use super::mpm_two_phase::{CONSOLIDATION_RATE, LOAD, SKELETON, WATER, consolidated, judge_pressures, modes};
-use super::{Benchmark, Outcome, case, run, scalars, set, slope, vectors};
+use super::{Benchmark, Largest, Outcome, case, run, scalars, set, slope, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -220,8 +220,7 @@ fn undrained(outcome: &mut Outcome) -> Result<(), String> {
         let more =
             json!({ "/boundaries": walls, "/methods/mpm/time_step": 1e-6, "/stages/0/duration": 1e-5 });
         let report = run(&cube(space, 1.0, &more)?)?;
-        let worst =
-            |values: Vec<f64>, exact: f64| values.iter().map(|v| (v / exact - 1.0).abs()).fold(0.0, f64::max);
+        let worst = |values: Vec<f64>, exact: f64| values.iter().map(|v| (v / exact - 1.0).abs()).largest();
         let pressure = worst(scalars(&report.snapshot, "pore_pressure"), -WATER * strain);
         let reason = "the sheet's 1e-6";
         outcome.below(format!("A-23, {name}: largest error of pore pressure"), "0", pressure, 1e-6, reason);

@@ -5,7 +5,7 @@ use colluvium::constitutive::SymTensor;
 use colluvium::sph::semi_discrete::{Given, Particle, rates};
 use serde_json::{Value, json};
 
-use super::{Benchmark, Outcome, case, set_of};
+use super::{Benchmark, Largest, Outcome, case, set_of};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -228,7 +228,7 @@ fn checkerboard(outcome: &mut Outcome) -> Result<(), String> {
         Given { shift: [0.0; 2], velocity: [sign, -sign], compression: 1.0, stress: SymTensor::ZERO }
     })?;
     let inside = particles.iter().filter(|p| (p.position[0] - 0.5).hypot(p.position[1] - 0.5) < 0.24);
-    let worst = inside.flat_map(|p| p.gradient.as_flattened()).map(|g| g.abs()).fold(0.0, f64::max) * 0.02;
+    let worst = inside.flat_map(|p| p.gradient.as_flattened()).map(|g| g.abs()).largest() * 0.02;
     let reason = "V-20: 1e-13 inside, in units of the velocity over the spacing";
     outcome.below("V-20, velocity gradient of a checkerboard", "0", worst, 1e-13, reason);
     Ok(())

@@ -4,7 +4,7 @@ use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Budget, RunReport, Snapshot};
 use serde_json::{Value, json};
 
-use super::{Benchmark, Outcome, case, run_by, set_of};
+use super::{Benchmark, Largest, Outcome, case, run_by, set_of};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -142,7 +142,7 @@ fn judge(outcome: &mut Outcome, way: &Way, report: &RunReport) {
             "V-37 judges the corrected gradient",
         ),
     }
-    let amplitude = tip.iter().map(|(_, y)| *y).fold(0.0, f64::max) / AMPLITUDE;
+    let amplitude = tip.iter().map(|(_, y)| *y).largest() / AMPLITUDE;
     outcome.show(name("amplitude over that of the thin beam"), "1", amplitude, "the sheet gives no bound");
     let least = report.frames.last().map_or(f64::NAN, closest);
     let range = (0.5, 1.5);
@@ -234,7 +234,7 @@ fn loss(tip: &[(f64, f64)]) -> f64 {
     let turn = period(tip);
     let peak = |from: f64, to: f64| {
         let within = tip.iter().filter(|(t, _)| (from * turn..to * turn).contains(t));
-        within.map(|(_, y)| *y).fold(0.0, f64::max)
+        within.map(|(_, y)| *y).largest()
     };
     1.0 - peak(0.8, 1.6) / peak(0.0, 0.5)
 }

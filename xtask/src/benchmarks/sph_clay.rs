@@ -3,7 +3,7 @@
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 use colluvium::case::{RunReport, Snapshot};
 
-use super::{Benchmark, Outcome, case, held_front, run_by, set_material, set_of, vectors};
+use super::{Benchmark, Largest, Outcome, case, held_front, run_by, set_material, set_of, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -46,7 +46,7 @@ fn scarp(snapshot: &Snapshot) -> f64 {
     let moved = vectors(snapshot, "displacement");
     let stands = |(x, u): &(&[f64; 3], &[f64; 3])| x[1] - u[1] > 4.7 && u[1] > -1.0;
     let standing = snapshot.positions.iter().zip(&moved).filter(stands);
-    standing.map(|(x, u)| x[0] - u[0]).fold(0.0, f64::max)
+    standing.map(|(x, u)| x[0] - u[0]).largest()
 }
 
 /// Times at which the scarp moved back by more than `step` (m) within a frame.

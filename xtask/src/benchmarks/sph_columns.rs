@@ -4,7 +4,7 @@ use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Case, Snapshot};
 use colluvium::points::Shape;
 
-use super::{Benchmark, Outcome, case, held_front, run_by, set_material, set_of, stresses, vectors};
+use super::{Benchmark, Largest, Outcome, case, held_front, run_by, set_material, set_of, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -189,7 +189,7 @@ const FULL: usize = 18;
 fn fluctuation(snapshot: &Snapshot, least: usize) -> f64 {
     let (stress, velocity) = (stresses(snapshot), vectors(snapshot, "velocity"));
     let h = 1.2 * SPACING;
-    let fastest = velocity.iter().map(|v| v[0].hypot(v[1])).fold(0.0, f64::max);
+    let fastest = velocity.iter().map(|v| v[0].hypot(v[1])).largest();
     let mut squares = Vec::new();
     for (i, x) in snapshot.positions.iter().enumerate() {
         if velocity[i][0].hypot(velocity[i][1]) < 0.1 * fastest {

@@ -4,7 +4,7 @@ use colluvium::case::Snapshot;
 use colluvium::case::plot::PointCloud;
 use colluvium::points::Shape;
 
-use super::{Benchmark, Outcome, case, run_by, set_material, set_of};
+use super::{Benchmark, Largest, Outcome, case, run_by, set_material, set_of};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -30,7 +30,7 @@ fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
         (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() <= (1.5 * spacing).powi(2)
     };
     let held = |a: &&[f64; 3]| x.iter().filter(|b| near(a, b)).count() > 2;
-    x.iter().filter(held).map(|a| a[0].hypot(a[1])).fold(0.0, f64::max) + 0.5 * spacing
+    x.iter().filter(held).map(|a| a[0].hypot(a[1])).largest() + 0.5 * spacing
 }
 
 fn run(_quick: bool) -> Result<Outcome, String> {
@@ -69,7 +69,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         }
         outcome.show(name("layers of particles"), "", layers.round(), "how coarse it is");
         let top = |x: &&[f64; 3]| x[0].hypot(x[1]) < 0.15 * RADIUS;
-        let crest = snapshot.positions.iter().filter(top).map(|x| x[2]).fold(0.0, f64::max) + 0.5 * spacing;
+        let crest = snapshot.positions.iter().filter(top).map(|x| x[2]).largest() + 0.5 * spacing;
         let label = name("height at the axis over the initial height");
         let found = crest / (layers.round() * spacing);
         if ratio < 0.74 && spacing <= 0.06 * RADIUS {

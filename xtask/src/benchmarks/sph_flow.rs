@@ -3,7 +3,7 @@
 use colluvium::case::plot::{LineChart, Series, Style};
 
 use super::sph_waves::load;
-use super::{Benchmark, Outcome, run_by, set_of, stresses, vectors};
+use super::{Benchmark, Largest, Outcome, run_by, set_of, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -42,7 +42,7 @@ fn poiseuille(outcome: &mut Outcome) -> Result<(), String> {
     let exact = |y: f64| 1e-3 / (2.0 * 0.15) * y * (1.0 - y);
     let found = snapshot.positions.iter().zip(vectors(&snapshot, "velocity"));
     let points: Vec<(f64, f64)> = found.map(|(x, v)| (v[0], x[1])).collect();
-    let worst = points.iter().map(|(v, y)| (v - exact(*y)).abs()).fold(0.0, f64::max) / exact(0.5);
+    let worst = points.iter().map(|(v, y)| (v - exact(*y)).abs()).largest() / exact(0.5);
     let reason = "V-21: 1 % with 40 particles, of the largest velocity";
     outcome.below("V-21, largest error of the velocity over its maximum", "0", worst, 0.01, reason);
     let mut picture = chart("Poiseuille flow", "velocity (m/s)");
@@ -54,7 +54,7 @@ fn poiseuille(outcome: &mut Outcome) -> Result<(), String> {
     let snapshot = run_by("sph", &bare)?.snapshot;
     let found = snapshot.positions.iter().zip(vectors(&snapshot, "velocity"));
     let points: Vec<(f64, f64)> = found.map(|(x, v)| (v[0], x[1])).collect();
-    let worst = points.iter().map(|(v, y)| (v - exact(*y)).abs()).fold(0.0, f64::max) / exact(0.5);
+    let worst = points.iter().map(|(v, y)| (v - exact(*y)).abs()).largest() / exact(0.5);
     let reason = "not judged: velocities that alternate from layer to layer make no gradient and grow at the walls (sheet §6.27)";
     let name = "V-21, the same without hourglass viscosity, walls of particles that answer pairwise";
     outcome.show(name, "0", worst, reason);
@@ -70,10 +70,10 @@ fn hydrostatic(outcome: &mut Outcome) -> Result<(), String> {
     // More than a support away from the bed and the surface.
     let support = 2.0 * 1.2 * 0.025;
     let inside = points.iter().filter(|(_, y)| *y > support && *y < 1.0 - support);
-    let worst = inside.map(|(p, y)| (p - weight * (1.0 - y)).abs() / weight).fold(0.0, f64::max);
+    let worst = inside.map(|(p, y)| (p - weight * (1.0 - y)).abs() / weight).largest();
     let reason = "V-22: 1 % in the interior, of the pressure at the bed";
     outcome.below("V-22, largest error of the pressure over ρgH", "0", worst, 0.01, reason);
-    let all = points.iter().map(|(p, y)| (p - weight * (1.0 - y)).abs() / weight).fold(0.0, f64::max);
+    let all = points.iter().map(|(p, y)| (p - weight * (1.0 - y)).abs() / weight).largest();
     let reason = "not judged: V-22 judges the interior";
     outcome.show("V-22, the same with the particles at the bed and the surface", "0", all, reason);
     let mut picture = chart("Liquid at rest", "pressure (Pa)");

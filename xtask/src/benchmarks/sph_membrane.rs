@@ -3,7 +3,7 @@
 use colluvium::case::Snapshot;
 use colluvium::case::plot::{LineChart, Series, Style};
 
-use super::{Benchmark, Outcome, case, run_by, stresses, vectors};
+use super::{Benchmark, Largest, Outcome, case, run_by, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -105,7 +105,7 @@ fn triaxial(outcome: &mut Outcome, pressure: f64) -> Result<Vec<(f64, f64)>, Str
     let slope = (path[half][0] - path[0][0]) / (path[half][1] - path[0][1]);
     outcome.near(name("slope of the stress path"), 3.0, 0.03, slope, "B-05: Δq/Δp = 3 ± 3 %");
     let before = path.iter().take_while(|p| p[0] < 0.95 * 2.0 * pressure);
-    let drift = before.map(|p| (p[2] / pressure - 1.0).abs()).fold(0.0, f64::max);
+    let drift = before.map(|p| (p[2] / pressure - 1.0).abs()).largest();
     outcome.below(
         name("drift of the lateral stress before the peak"),
         "< 3 %",

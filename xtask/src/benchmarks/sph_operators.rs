@@ -7,7 +7,7 @@ use colluvium::points::NeighbourList;
 use colluvium::sph::kernel::{Kernel, Smoothing};
 use colluvium::sph::operators::{Cloud, Gradient, Laplacian, test_lattice};
 
-use super::{Benchmark, Outcome, curve, reference};
+use super::{Benchmark, Largest, Outcome, curve, reference};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -51,12 +51,12 @@ fn worst(
     let cloud = Cloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
     let values: Vec<f64> = lattice.positions.iter().map(field).collect();
     let errors = lattice.inner.iter().map(|&i| error(&cloud, &values, i, &lattice.positions[i]).abs());
-    Ok(errors.fold(0.0, f64::max))
+    Ok(errors.largest())
 }
 
 fn gradient(operator: Gradient, n: usize, disorder: f64) -> Result<f64, String> {
     worst(n, disorder, linear, |cloud, f, i, _| {
-        cloud.gradient(operator, f, i).iter().map(|g| (g - 1.0).abs()).fold(0.0, f64::max)
+        cloud.gradient(operator, f, i).iter().map(|g| (g - 1.0).abs()).largest()
     })
 }
 

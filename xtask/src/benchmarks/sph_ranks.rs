@@ -4,7 +4,7 @@ use colluvium::case::{Case, Snapshot, Solver};
 use serde_json::json;
 
 use super::sph_waves::{advance, start};
-use super::{Benchmark, Outcome, case, set_of};
+use super::{Benchmark, Largest, Outcome, case, set_of};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -51,7 +51,7 @@ fn owners(snapshot: &Snapshot) -> Vec<f64> {
 /// Largest distance of a particle in one snapshot from the same in the other (m).
 fn apart(a: &Snapshot, b: &Snapshot) -> f64 {
     let distance = |(x, y): (&[f64; 3], &[f64; 3])| (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>().sqrt();
-    a.positions.iter().zip(&b.positions).map(distance).fold(0.0, f64::max)
+    a.positions.iter().zip(&b.positions).map(distance).largest()
 }
 
 fn run(_quick: bool) -> Result<Outcome, String> {
@@ -104,7 +104,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
             );
             let mut held = vec![0.0f64; ranks as usize];
             owners(&found).iter().for_each(|rank| held[*rank as usize] += 1.0);
-            let most = held.iter().copied().fold(0.0, f64::max);
+            let most = held.iter().copied().largest();
             let mean = held.iter().sum::<f64>() / f64::from(ranks);
             let reason = "not judged: ranks are balanced by neighbours, within 1.1 (sheet §3.9)";
             outcome.show(name("most particles in a rank over the mean"), "about 1", most / mean, reason);

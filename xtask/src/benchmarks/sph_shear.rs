@@ -6,7 +6,7 @@ use colluvium::constitutive::{InitialCondition, Kind, Mat3, MaterialSpec, Motion
 use serde_json::{Value, json};
 
 use super::sph_waves::{advance, load, start};
-use super::{Benchmark, Outcome, set_of, stresses};
+use super::{Benchmark, Largest, Outcome, set_of, stresses};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -292,7 +292,7 @@ fn compare(spec: &MaterialSpec) -> Result<f64, String> {
     set_of(&mut case, "sph", "time_step", dt);
     let path = beside_law(&mut case, spec, Path { rate, pressure, shear, rows: 10, hourglass: 0.0 })?;
     let apart = path.iter().map(|(_, ours, law)| (*ours - *law).norm() / law.norm().max(1e-3 * pressure));
-    Ok(apart.fold(0.0, f64::max))
+    Ok(apart.largest())
 }
 
 /// The frame's case with 10 × 10 free particles of a material.

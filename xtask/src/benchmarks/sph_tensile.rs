@@ -4,7 +4,7 @@ use colluvium::case::Snapshot;
 use colluvium::case::plot::PointCloud;
 use serde_json::json;
 
-use super::{Benchmark, Outcome, case, held_front, run_by, set_of};
+use super::{Benchmark, Largest, Outcome, case, held_front, run_by, set_of};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -84,7 +84,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     let reason = "V-36: none > pressure 0.5 > pressure 0.9 > stress 0.5, the source's ranking";
     outcome.within("the shares are ranked as the source's (1 is yes)", "yes", ordered, (1.0, 1.0), reason);
     let low = fronts.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = fronts.iter().copied().fold(0.0, f64::max);
+    let high = fronts.iter().copied().largest();
     outcome.below(
         "largest front over least - 1",
         "< 0.05",

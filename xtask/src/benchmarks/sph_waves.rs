@@ -6,7 +6,7 @@ use std::path::Path;
 use colluvium::case::plot::{LineChart, Series, Style};
 use colluvium::case::{Case, Solver};
 
-use super::{Benchmark, Outcome, set_of, vectors};
+use super::{Benchmark, Largest, Outcome, set_of, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -68,7 +68,7 @@ fn bar(outcome: &mut Outcome) -> Result<(), String> {
     let (weight, sum) = positive.fold((0.0, 0.0), |(w, s), (t, v)| (w + v, s + v * t));
     let reason = "V-15: 2 % with 100 particles";
     outcome.near("V-15, speed of the wave (m/s)", 100.0, 0.02, 0.5 / (sum / weight), reason);
-    let most = end.iter().map(|(_, v)| *v).fold(0.0, f64::max);
+    let most = end.iter().map(|(_, v)| *v).largest();
     let reason = "V-15: the 2 % of its speed; the outermost particle stands half a spacing inside";
     outcome.near("V-15, velocity of the free end over that of the wave", 2.0, 0.02, most / 0.05, reason);
     let mut chart = LineChart {

@@ -2,7 +2,7 @@
 
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 
-use super::{Benchmark, Outcome, case, run, series, set};
+use super::{Benchmark, Largest, Outcome, case, run, series, set};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -55,7 +55,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
             (0.90, 1.0),
             BAND,
         );
-        let momentum = report.end.momentum.iter().fold(0.0, |a: f64, p| a.max(p.abs()));
+        let momentum = report.end.momentum.iter().map(|p| p.abs()).largest();
         let scale = 130.0 * 0.1 * 2f64.sqrt();
         outcome.below(
             name("momentum over that of one disk"),

@@ -16,7 +16,9 @@ use thiserror::Error;
 
 use crate::description::Stage;
 use crate::output::{OutputError, Table};
-use crate::{Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, SolverError, TimeStep};
+use crate::{
+    Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, SolverError, StepLimit, TimeStep,
+};
 use record::{Progress, Recorder};
 
 pub use row::check_names;
@@ -136,7 +138,7 @@ pub enum RunError {
         /// What the solver offers (s).
         dt: f64,
         /// Why.
-        limit: &'static str,
+        limit: StepLimit,
     },
     /// A trial of a search for a factor of safety could not go on.
     #[error("measures.{measure}: trial with the factor {factor}: {source}")]
@@ -396,7 +398,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn show(&self, limit: &str, dt: f64) {
+    fn show(&self, limit: StepLimit, dt: f64) {
         let steps = self.solver.step_count();
         if !self.bar.is_hidden() && steps.is_multiple_of(16) {
             let time = self.solver.time();
@@ -425,7 +427,7 @@ impl Run<'_> {
             snapshot: self.solver.snapshot(),
             table: std::mem::take(&mut self.recorder.table),
             frames: std::mem::take(&mut self.recorder.kept),
-            start: self.progress.start.into(),
+            start: self.progress.start,
             end: self.solver.budget(),
             steps,
             wall,

@@ -13,7 +13,7 @@ use crate::description::Measure;
 use crate::output::{
     Collection, GridFrame, OutputError, Table, read_frame, write_atomically, write_frame, write_grid,
 };
-use crate::{Budget, Case, PhaseBudget, Snapshot, Solver, SolverError, measure};
+use crate::{Budget, Case, Snapshot, Solver, SolverError, measure};
 
 /// Where a run stands: everything but the solver that a restart needs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -28,7 +28,7 @@ pub(super) struct Progress {
     pub(super) collection: Collection,
     /// Steps done at each frame of the collection.
     pub(super) frame_steps: Vec<u64>,
-    pub(super) start: SavedBudget,
+    pub(super) start: Budget,
     /// Bound on the last step (s).
     pub(super) time_step: Option<f64>,
 }
@@ -37,41 +37,6 @@ impl Progress {
     /// When the stage began (s).
     pub(super) fn stage_start(&self) -> f64 {
         self.stage_starts.last().copied().unwrap_or(0.0)
-    }
-}
-
-/// [`Budget`] in a checkpoint.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(super) struct SavedBudget([f64; 10], Option<[f64; 7]>);
-
-impl From<Budget> for SavedBudget {
-    fn from(b: Budget) -> Self {
-        let ([px, py, pz], [lx, ly, lz]) = (b.momentum, b.angular_momentum);
-        let liquid = b.liquid.map(|phase| {
-            let [px, py, pz] = phase.momentum;
-            [phase.mass, px, py, pz, phase.kinetic, phase.elastic, phase.potential]
-        });
-        Self([b.mass, px, py, pz, lx, ly, lz, b.kinetic, b.elastic, b.potential], liquid)
-    }
-}
-
-impl From<SavedBudget> for Budget {
-    fn from(SavedBudget(n, liquid): SavedBudget) -> Self {
-        Self {
-            mass: n[0],
-            momentum: [n[1], n[2], n[3]],
-            angular_momentum: [n[4], n[5], n[6]],
-            kinetic: n[7],
-            elastic: n[8],
-            potential: n[9],
-            liquid: liquid.map(|n| PhaseBudget {
-                mass: n[0],
-                momentum: [n[1], n[2], n[3]],
-                kinetic: n[4],
-                elastic: n[5],
-                potential: n[6],
-            }),
-        }
     }
 }
 
@@ -168,7 +133,7 @@ impl<'a> Recorder<'a> {
 
     /// First row and frame, at time zero.
     pub(super) fn begin(&mut self, solver: &dyn Solver, progress: &mut Progress) -> Result<(), RunError> {
-        progress.start = solver.budget().into();
+        progress.start = solver.budget();
         self.output(solver, progress)
     }
 
@@ -411,7 +376,7 @@ impl<'a> Recorder<'a> {
             "steps": solver.step_count(),
             "time": solver.time(),
             "points": solver.points(),
-            "start": budget(progress.start.into()),
+            "start": budget(progress.start),
             "measures": measures,
             "case": self.case,
         });

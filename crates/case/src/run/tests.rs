@@ -1,7 +1,7 @@
 use super::*;
 use crate::description::Reset;
 use crate::output::Collection;
-use crate::{Equilibrium, Field, FieldData, TimeStep};
+use crate::{Equilibrium, Field, FieldData, StepLimit, TimeStep};
 use colluvium_constitutive::SymTensor;
 
 /// Independent oscillators `x'' = -ω² x - 2 d x'`, one a point.
@@ -31,7 +31,7 @@ impl Solver for Oscillators {
         self.state.len()
     }
     fn time_step(&mut self) -> TimeStep {
-        TimeStep { dt: 0.0137, limit: "test", point: None, position: [0.0; 3] }
+        TimeStep { dt: 0.0137, limit: StepLimit::Fixed, point: None, position: [0.0; 3] }
     }
     fn step(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.fail_at.is_some_and(|at| self.time >= at) {
@@ -115,7 +115,7 @@ impl Solver for Still {
         1
     }
     fn time_step(&mut self) -> TimeStep {
-        TimeStep { dt: self.dt, limit: "test", point: None, position: [0.0; 3] }
+        TimeStep { dt: self.dt, limit: StepLimit::Fixed, point: None, position: [0.0; 3] }
     }
     fn step(&mut self, dt: f64) -> Result<(), SolverError> {
         self.time += dt;

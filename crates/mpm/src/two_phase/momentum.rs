@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use colluvium_grid::{Lanes, Layout, Node, Walls};
+use serde::{Deserialize, Serialize};
 
 use super::{LIQUID, SOLID};
 use crate::momentum::{RowSums, sign};
 
 /// What a row of nodes adds to the measures of equilibrium of both equations.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseSums {
     /// Of the mixture; work and kinetic energy are those of both phases.
     pub mixture: RowSums,

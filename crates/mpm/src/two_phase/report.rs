@@ -1,6 +1,6 @@
 //! What the pore fluid adds to snapshot and budget.
 
-use colluvium_case::{Budget, Field, FieldData, PhaseBudget};
+use colluvium_case::{Budget, Field, FieldData, PhaseBudget, StepLimit};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::Basis;
 
@@ -73,7 +73,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let (step, by_drag) = critical_step(&scaled, n, dry, modulus, h);
         let step = scale * step;
         let dt = bounds.courant / (1.0 / step + square(&set.velocity[i]).sqrt() / h);
-        Limit { dt, limit: if by_drag { "seepage drag" } else { "elastic wave" }, ..wave }
+        Limit { dt, limit: if by_drag { StepLimit::SeepageDrag } else { StepLimit::ElasticWave }, ..wave }
     }
 
     /// Adds the pore fluid to the totals.

@@ -1,6 +1,6 @@
 //! The solver against closed forms and conservation laws, and its two promises about bits.
 
-use colluvium_case::{Budget, Case, Method, RunOptions, RunReport, Solver, run};
+use colluvium_case::{Budget, Case, Method, RunOptions, RunReport, Solver, StepLimit, run};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
@@ -665,9 +665,9 @@ fn viscosity_limits_the_step_of_a_fluid_and_stress_follows_the_rate() {
                          "velocity": { "kind": "linear", "value": [0, 0], "origin": [0.4, 0.5], "gradient": [[0, 0.1], [0, 0]] } }]
         }))
     };
-    assert_eq!(Mpm.plan(&fluid(0.1)).unwrap().time_step.limit, "elastic wave");
+    assert_eq!(Mpm.plan(&fluid(0.1)).unwrap().time_step.limit, StepLimit::ElasticWave);
     let plan = Mpm.plan(&fluid(1e4)).unwrap();
-    assert_eq!(plan.time_step.limit, "viscosity");
+    assert_eq!(plan.time_step.limit, StepLimit::Viscosity);
     // C ρ h² / (4 μ)
     assert!((plan.time_step.dt - 0.5 * 1000.0 * 0.01 / (4.0 * 1e4)).abs() < 1e-12);
 }

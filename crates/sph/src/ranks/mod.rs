@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use crate::config::{
     Continuity, DensityReset, Momentum, Regularisation, SphOptions, Symmetrisation, WallStress,
 };
-use crate::solver::SphSolver;
+use crate::solver::{Audit, SphSolver};
 use parcel::{Parcel, assemble};
 
 /// Largest weight of a rank over the mean beyond which cuts are made anew (sheet §3.9).
@@ -152,26 +152,23 @@ impl<const D: usize> RankedSolver<D> {
         if self.first().listed.positions.is_empty() && !self.shared_out {
             whole.listed.positions.clear();
         }
-        for audit in self.ranks.iter().map(|rank| &rank.domain.audit) {
-            whole.audit.unbalanced += audit.unbalanced;
-            whole.audit.external += audit.external;
-            whole.audit.kinetic += audit.kinetic;
-            whole.audit.work += audit.work;
-        }
         whole
     }
 
     /// The largest stable step: the least of all ranks.
     fn critical_step(&mut self) -> TimeStep {
         if self.first().is_limit_due() {
-            let found: Vec<TimeStep> =
-                self.ranks.par_iter_mut().map(|rank| rank.domain.find_limit()).collect();
-            let least =
-                found.into_iter().reduce(|least, found| if found.dt < least.dt { found } else { least });
-            let least = least.expect("at least one rank");
-            self.ranks.iter_mut().for_each(|rank| rank.domain.set_limit(least.clone()));
+            // Of equal ones that of the first particle in the sequence.
+            let of_rank = |rank: &mut Rank<D>| {
+                let limit = rank.domain.find_limit();
+                (limit.0, limit.2.map(|i| rank.sequence[i]), rank.domain.time_step_of(limit))
+            };
+            let found: Vec<_> = self.ranks.par_iter_mut().map(of_rank).collect();
+            let least = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let (.., least) = least.expect("at least one rank");
+            self.ranks.iter_mut().for_each(|rank| rank.domain.set_limit(least));
         }
-        self.first().limit.clone().expect("set above")
+        self.first().limit.expect("set above")
     }
 
     /// One step.
@@ -202,7 +199,22 @@ impl<const D: usize> RankedSolver<D> {
             rank.domain.place();
             rank.domain.advance_listed(dt)
         })?;
+        if self.first().is_audited() {
+            self.audit(dt);
+        }
+        self.ranks.iter_mut().for_each(|rank| rank.domain.end_step(dt));
         Ok(())
+    }
+
+    /// Sums up over all particles in their sequence, for the first rank.
+    fn audit(&mut self, dt: f64) {
+        let of_rank = |rank: &'_ Rank<D>| -> Vec<(u32, Audit)> {
+            rank.domain.audits(dt).map(|(i, own)| (rank.sequence[i], own)).collect()
+        };
+        let mut found: Vec<(u32, Audit)> = self.ranks.par_iter().flat_map_iter(of_rank).collect();
+        found.sort_unstable_by_key(|(place, _)| *place);
+        let first = &mut self.ranks[0].domain;
+        first.audit = first.audit.next(found.into_iter().map(|(_, own)| own));
     }
 
     /// Renews the copies in the halos.

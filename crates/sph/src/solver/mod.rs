@@ -14,6 +14,7 @@ use colluvium_case::{Case, SolverError, TimeStep};
 use colluvium_constitutive::SymTensor;
 use colluvium_points::{CellList, NeighbourList, ROWS};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::SphOptions;
 use crate::config::{Continuity, Momentum, SmoothingLength, Symmetrisation, Tensile, WallStress};
@@ -36,7 +37,7 @@ const SKIN: f64 = 0.1;
 pub(crate) const TASK: usize = 512;
 
 /// Distance from equilibrium and its pieces.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Audit {
     /// Square of the sum of the unbalanced forces (N²).
     pub unbalanced: f64,
@@ -46,6 +47,18 @@ pub struct Audit {
     pub kinetic: f64,
     /// Work of gravity and a confining pressure since the stage began (J).
     pub work: f64,
+}
+
+impl Audit {
+    /// That of the next step, from what each particle adds to it, in this order: work goes on.
+    pub(crate) fn next(self, particles: impl Iterator<Item = Self>) -> Self {
+        particles.fold(Self { work: self.work, ..Self::default() }, |sum, own| Self {
+            unbalanced: sum.unbalanced + own.unbalanced,
+            external: sum.external + own.external,
+            kinetic: sum.kinetic + own.kinetic,
+            work: sum.work + own.work,
+        })
+    }
 }
 
 /// For which places the neighbour list was made.
@@ -137,8 +150,6 @@ impl<const D: usize> SphSolver<D> {
             listed: Listed { positions: Vec::new(), ..self.listed },
             tensors: Vec::new(),
             scalars: Vec::new(),
-            limit: self.limit.clone(),
-            audit: Audit::default(),
             inward: Vec::new(),
             pushes: Vec::new(),
             reference: None,
@@ -155,10 +166,15 @@ impl<const D: usize> SphSolver<D> {
         if self.reference.is_none() {
             self.refresh_neighbours(true)?;
         }
-        self.advance_listed(dt)
+        self.advance_listed(dt)?;
+        if self.is_audited() {
+            self.audit = self.audit.next(self.audits(dt).map(|(_, own)| own));
+        }
+        self.end_step(dt);
+        Ok(())
     }
 
-    /// One step with the neighbours as they are listed.
+    /// The state at the end of a step, with the neighbours as they are listed.
     pub(crate) fn advance_listed(&mut self, dt: f64) -> Result<(), SolverError> {
         if let Some(problem) = self.too_long() {
             let reason = format!("methods.sph.time_step: {problem}");
@@ -166,15 +182,20 @@ impl<const D: usize> SphSolver<D> {
         }
         self.regularise(dt)?;
         self.shift();
-        self.integrate(dt)?;
-        if self.case.stages[self.stage].equilibrium.is_some() {
-            self.take_audit(dt);
-        }
+        self.integrate(dt)
+    }
+
+    /// Counts the step.
+    pub(crate) fn end_step(&mut self, dt: f64) {
         self.time += dt;
         self.step += 1;
         self.last_step = dt;
         self.limit_age += 1;
-        Ok(())
+    }
+
+    /// Whether the stage asks how far from rest the particles are.
+    pub(crate) fn is_audited(&self) -> bool {
+        self.case.stages[self.stage].equilibrium.is_some()
     }
 
     /// Step 1: lists where particles have moved too far for the last ones; images and walls in their places.
@@ -440,9 +461,9 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn critical_step(&mut self) -> TimeStep {
         if self.is_limit_due() {
             let limit = self.find_limit();
-            self.set_limit(limit);
+            self.set_limit(self.time_step_of(limit));
         }
-        self.limit.clone().expect("set above")
+        self.limit.expect("set above")
     }
 
     pub(crate) fn is_limit_due(&self) -> bool {

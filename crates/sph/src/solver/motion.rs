@@ -61,21 +61,22 @@ impl<const D: usize> SphSolver<D> {
         self.weights = weights;
     }
 
-    /// Unbalanced and external forces, kinetic energy and work of the step.
-    pub(crate) fn take_audit(&mut self, dt: f64) {
+    /// Unbalanced and external forces, kinetic energy and work of the step, of each of its free particles.
+    pub(crate) fn audits(&self, dt: f64) -> impl Iterator<Item = (usize, Audit)> {
         let gravity = self.gravity.map(|g| g * self.gravity_factor(dt));
         let p = &self.particles;
-        let mut audit = Audit { work: self.audit.work, ..Audit::default() };
         let free = self.groups.iter().filter(|group| group.held.is_none());
-        for i in free.flat_map(Group::range).filter(|&i| !self.is_guest(i)) {
+        free.flat_map(Group::range).filter(|&i| !self.is_guest(i)).map(move |i| {
             let (m, v) = (p.mass[i], &p.velocity[i]);
-            audit.unbalanced += m * m * square(&p.acceleration[i]);
             let push = self.pushes.get(i).copied().unwrap_or([0.0; D]);
-            audit.external += m * m * (square(&gravity) + square(&push));
-            audit.kinetic += 0.5 * m * square(v);
-            audit.work += m * dt * (0..D).map(|c| (gravity[c] + push[c]) * v[c]).sum::<f64>();
-        }
-        self.audit = audit;
+            let audit = Audit {
+                unbalanced: m * m * square(&p.acceleration[i]),
+                external: m * m * (square(&gravity) + square(&push)),
+                kinetic: 0.5 * m * square(v),
+                work: m * dt * (0..D).map(|c| (gravity[c] + push[c]) * v[c]).sum::<f64>(),
+            };
+            (i, audit)
+        })
     }
 
     /// Adds `step` times the accelerations to the velocities, and the damping of `dt`; step 5.

@@ -81,6 +81,14 @@ fn v26_any_number_of_ranks_gives_the_same_bits() {
     }
 }
 
+#[test]
+fn ranks_agree_on_how_far_from_rest_they_are() {
+    let settling = json!({ "stages": [{ "name": "s", "duration": 1, "equilibrium": {} }] });
+    for options in [json!({}), json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } })] {
+        every_number_agrees(&heap(&options, &settling), 150, &format!("at rest, {options}"));
+    }
+}
+
 /// A domain without ends.
 fn periodic() -> Value {
     json!({

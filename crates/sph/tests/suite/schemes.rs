@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use colluvium_case::{Case, Method, Snapshot, Solver};
+use colluvium_case::{Case, Method, Snapshot, Solver, StepLimit};
 use colluvium_sph::Sph;
 use colluvium_sph::kernel::{Kernel, Smoothing};
 use serde_json::{Value, json};
@@ -330,10 +330,10 @@ fn a_fixed_step_that_becomes_too_long_stops_the_run() {
 #[test]
 fn the_second_step_knows_the_forces() {
     let mut solver = solver(&block(&json!({ "gravity": [0, -1e6] }), &json!({})));
-    assert_eq!(solver.time_step().limit, "elastic wave");
+    assert_eq!(solver.time_step().limit, StepLimit::ElasticWave);
     solver.step(1e-6).unwrap();
     let limit = solver.time_step();
-    assert_eq!(limit.limit, "acceleration");
+    assert_eq!(limit.limit, StepLimit::Acceleration);
     assert!((limit.dt / (0.25 * (0.06f64 / 1e6).sqrt()) - 1.0).abs() < 1e-6, "{limit:?}");
 }
 

@@ -6,7 +6,7 @@ use schemars::{JsonSchema, schema_for};
 
 use super::*;
 use crate::run::Ending;
-use crate::{Budget, CaseError, Equilibrium, Field, Plan, SolverError, TimeStep, run_method};
+use crate::{Budget, CaseError, Equilibrium, Field, Plan, SolverError, StepLimit, TimeStep, run_method};
 
 /// Force per mass on the block of [`Slider`] (m/s²), and its cohesion per mass in the case.
 const PULL: f64 = 1.0;
@@ -57,7 +57,7 @@ impl Solver for Slider {
         1
     }
     fn time_step(&mut self) -> TimeStep {
-        TimeStep { dt: 0.01, limit: "test", point: None, position: [0.0; 3] }
+        TimeStep { dt: 0.01, limit: StepLimit::Fixed, point: None, position: [0.0; 3] }
     }
     fn step(&mut self, dt: f64) -> Result<(), SolverError> {
         self.v = (self.v + dt * (PULL - self.strength)).max(0.0);
