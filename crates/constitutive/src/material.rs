@@ -16,7 +16,7 @@ pub struct StateBlock(Box<dyn ErasedBlock>);
 ///
 /// Blocks can be handed to different threads (`blocks_mut`), reordered with the points
 /// ([`States::permuted`]), cloned, and saved through the material that made them.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct States {
     blocks: Vec<StateBlock>,
     len: usize,
@@ -24,6 +24,8 @@ pub struct States {
 
 trait ErasedBlock: Any + Send + Sync {
     fn clone_box(&self) -> Box<dyn ErasedBlock>;
+    /// Takes the states of a block of the same kind into its own memory; `false`, and nothing done, for another kind.
+    fn take_from(&mut self, other: &StateBlock) -> bool;
     fn len(&self) -> usize;
     /// Points `order` of all `blocks`, in a block of this kind.
     fn gather(&self, blocks: &[&StateBlock], order: &[u32]) -> Box<dyn ErasedBlock>;
@@ -34,6 +36,10 @@ trait ErasedBlock: Any + Send + Sync {
 impl<S: Clone + Send + Sync + 'static> ErasedBlock for Vec<S> {
     fn clone_box(&self) -> Box<dyn ErasedBlock> {
         Box::new(self.clone())
+    }
+    fn take_from(&mut self, other: &StateBlock) -> bool {
+        let other = other.0.as_any().downcast_ref::<Self>();
+        other.inspect(|other| self.clone_from(other)).is_some()
     }
     fn len(&self) -> usize {
         self.len()
@@ -62,6 +68,12 @@ struct Nested<S> {
 impl<S: Clone + Send + Sync + 'static> ErasedBlock for Nested<S> {
     fn clone_box(&self) -> Box<dyn ErasedBlock> {
         Box::new(Self { own: self.own.clone(), inner: self.inner.clone() })
+    }
+    fn take_from(&mut self, other: &StateBlock) -> bool {
+        let Some(other) = other.0.as_any().downcast_ref::<Self>() else { return false };
+        self.own.clone_from(&other.own);
+        self.inner.clone_from(&other.inner);
+        true
     }
     fn len(&self) -> usize {
         self.own.len()
@@ -134,6 +146,24 @@ impl StateBlock {
 impl Clone for StateBlock {
     fn clone(&self) -> Self {
         Self(self.0.clone_box())
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        if !self.0.take_from(other) {
+            *self = other.clone();
+        }
+    }
+}
+
+impl Clone for States {
+    fn clone(&self) -> Self {
+        Self { blocks: self.blocks.clone(), len: self.len }
+    }
+
+    /// Allocates nothing where `self` has held as many states of the same material.
+    fn clone_from(&mut self, other: &Self) {
+        self.blocks.clone_from(&other.blocks);
+        self.len = other.len;
     }
 }
 

@@ -15,7 +15,7 @@ use crate::confinement::blind_to_surfaces;
 use crate::kernel::Smoothing;
 use crate::particles::{Group, Particles};
 use crate::ranks::RankedSolver;
-use crate::solver::{Audit, Listed, SphSolver};
+use crate::solver::{Audit, Kept, Listed, SphSolver};
 use crate::total::{self, Reference};
 use crate::walls::{Contact, Period, Plane, Walls, sites};
 
@@ -353,6 +353,9 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         sorted: None,
         tensors: Vec::new(),
         scalars: Vec::new(),
+        kept: Kept::default(),
+        surface: Vec::new(),
+        shifts: Vec::new(),
         gravity: corner(&gravity),
         stage: 0,
         stage_start: 0.0,

@@ -12,7 +12,7 @@ mod wall;
 
 use colluvium_constitutive::SymTensor;
 
-pub use extras::geostatic;
+pub use extras::{Shift, geostatic};
 pub(crate) use wall::sheared;
 
 use crate::config::{Momentum, SphOptions, Symmetrisation};

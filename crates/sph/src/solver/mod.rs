@@ -5,6 +5,8 @@ mod schemes;
 mod stress;
 mod wall_fields;
 
+pub use schemes::Kept;
+
 pub(crate) use motion::decay;
 pub(crate) use stress::Over;
 
@@ -20,7 +22,7 @@ use crate::SphOptions;
 use crate::config::{Continuity, Momentum, SmoothingLength, Symmetrisation, Tensile, WallStress};
 use crate::confinement::Inward;
 use crate::kernel::Smoothing;
-use crate::pairs::Pairs;
+use crate::pairs::{Pairs, Shift};
 use crate::particles::{Group, Particles};
 use crate::tensile::repulsion;
 use crate::total::Reference;
@@ -94,6 +96,11 @@ pub struct SphSolver<const D: usize> {
     pub(crate) sorted: Option<u64>,
     pub(crate) tensors: Vec<SymTensor>,
     pub(crate) scalars: Vec<f64>,
+    /// Of the schemes that need more than the state.
+    pub(crate) kept: Kept<D>,
+    /// Which particles are at a surface, and how the others are shifted; empty without shifting.
+    pub(crate) surface: Vec<bool>,
+    pub(crate) shifts: Vec<Option<Shift<D>>>,
     pub(crate) gravity: [f64; D],
     pub(crate) stage: usize,
     pub(crate) stage_start: f64,
@@ -150,6 +157,9 @@ impl<const D: usize> SphSolver<D> {
             listed: Listed { positions: Vec::new(), ..self.listed },
             tensors: Vec::new(),
             scalars: Vec::new(),
+            kept: Kept::default(),
+            surface: Vec::new(),
+            shifts: Vec::new(),
             inward: Vec::new(),
             pushes: Vec::new(),
             reference: None,

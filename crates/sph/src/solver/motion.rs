@@ -188,7 +188,8 @@ impl<const D: usize> SphSolver<D> {
         if self.options.smoothing_length != SmoothingLength::Rate {
             return;
         }
-        let mut rates = vec![0.0; self.particles.len];
+        let mut rates = std::mem::take(&mut self.scalars);
+        rates.resize(self.particles.len, 0.0);
         let mut weights = std::mem::take(&mut self.weights);
         let pairs = self.pairs();
         over_rows(&self.neighbours, &mut weights, &mut rates, |i, row, weights, rate| {
@@ -197,9 +198,10 @@ impl<const D: usize> SphSolver<D> {
         self.weights = weights;
         let h = self.smoothing.length();
         let (least, most) = (h / self.options.smoothing_growth, h * self.options.smoothing_growth);
-        for (length, rate) in self.particles.length.iter_mut().zip(rates) {
+        for (length, rate) in self.particles.length.iter_mut().zip(&rates) {
             *length = (*length + dt * rate).clamp(least, most);
         }
+        self.scalars = rates;
     }
 
     /// Positions at the end of the step; step 9.
@@ -245,16 +247,17 @@ impl<const D: usize> SphSolver<D> {
         }
         self.particles.load_images(&self.images);
         self.particles.move_images(&self.images);
+        let (mut surface, mut shifts) = (std::mem::take(&mut self.surface), std::mem::take(&mut self.shifts));
         let (len, dt) = (self.particles.len, self.last_step);
         let (pairs, neighbours) = (self.pairs(), &self.neighbours);
         let at_surface = |i: usize| pairs.moment(i, neighbours.of(i)).trace() < SURFACE[D - 1];
-        let surface: Vec<bool> = (0..len).into_par_iter().map(at_surface).collect();
+        (0..len).into_par_iter().map(at_surface).collect_into_vec(&mut surface);
         let moves = |i: usize| {
             let length = square(&self.particles.velocity[i]).sqrt() * dt;
             let body = self.body_of(i).filter(|body| body.held.is_none() && !surface[i])?;
             pairs.shift(i, neighbours.of(i), length, (&body.range(), &surface))
         };
-        let shifts: Vec<_> = (0..len).into_par_iter().map(moves).collect();
+        (0..len).into_par_iter().map(moves).collect_into_vec(&mut shifts);
         let p = &mut self.particles;
         for (i, shift) in shifts.iter().enumerate() {
             let Some(shift) = shift else { continue };
@@ -265,6 +268,7 @@ impl<const D: usize> SphSolver<D> {
             p.density[i] += shift.density;
             p.stress[i] += shift.stress;
         }
+        (self.surface, self.shifts) = (surface, shifts);
         self.place();
         self.accelerated = false;
     }

@@ -10,13 +10,41 @@ use crate::particles::Matrix;
 /// Steps of the Verlet scheme between two plain ones, which keep odd and even steps together.
 const STEPS_PER_PLAIN: u64 = 40;
 
-/// The state at the start of a step.
-struct Start<const D: usize> {
+/// What a step keeps besides the state; in memory of its own from step to step.
+#[derive(Default)]
+pub struct Kept<const D: usize> {
+    /// Positions at the start of the step (m).
     position: Vec<[f64; D]>,
+    /// Velocities (m/s).
     velocity: Vec<[f64; D]>,
+    /// Densities (kg/m³).
     density: Vec<f64>,
+    /// Stresses (Pa).
     stress: Vec<SymTensor>,
+    /// States of the laws, body by body.
     states: Vec<States>,
+    /// Mean velocities with which particles move (m/s), or those at the end of the step.
+    moved: Vec<[f64; D]>,
+    /// Velocities of a stage of the step (m/s).
+    staged: Vec<[f64; D]>,
+    /// Mean accelerations (m/s²).
+    kicked: Vec<[f64; D]>,
+    /// Mean velocity gradients (1/s).
+    gradient: Vec<Matrix<D>>,
+    /// Mean divergences (1/s).
+    divergence: Vec<f64>,
+}
+
+/// A copy in memory that is there already.
+fn copy<T: Copy>(to: &mut Vec<T>, from: &[T]) {
+    to.clear();
+    to.extend_from_slice(from);
+}
+
+/// As many of a value in memory that is there already.
+fn fill<T: Copy>(to: &mut Vec<T>, value: T, len: usize) {
+    to.clear();
+    to.resize(len, value);
 }
 
 fn add<const D: usize>(to: &mut [[f64; D]], factor: f64, what: &[[f64; D]]) {
@@ -61,26 +89,28 @@ impl<const D: usize> SphSolver<D> {
         self.update_stress(dt, Over::Start)
     }
 
-    fn start(&self) -> Start<D> {
+    /// The state now; given back to `kept` where it is no longer needed.
+    fn start(&mut self) -> Kept<D> {
+        let mut start = std::mem::take(&mut self.kept);
         let p = &self.particles;
-        Start {
-            position: p.position[..p.len].to_vec(),
-            velocity: p.velocity[..p.len].to_vec(),
-            density: p.density[..p.len].to_vec(),
-            stress: p.stress[..p.len].to_vec(),
-            states: self.groups.iter().map(|group| group.states.clone()).collect(),
-        }
+        copy(&mut start.position, &p.position[..p.len]);
+        copy(&mut start.velocity, &p.velocity[..p.len]);
+        copy(&mut start.density, &p.density[..p.len]);
+        copy(&mut start.stress, &p.stress[..p.len]);
+        start.states.resize_with(self.groups.len(), States::default);
+        start.states.iter_mut().zip(&self.groups).for_each(|(kept, group)| kept.clone_from(&group.states));
+        start
     }
 
     /// Back to the start: velocities, densities and stresses, and the states of the laws.
-    fn go_back(&mut self, start: &Start<D>) {
+    fn go_back(&mut self, start: &Kept<D>) {
         let p = &mut self.particles;
         let len = p.len;
         p.velocity[..len].copy_from_slice(&start.velocity);
         p.density[..len].copy_from_slice(&start.density);
         p.stress[..len].copy_from_slice(&start.stress);
         for (group, states) in self.groups.iter_mut().zip(&start.states) {
-            group.states = states.clone();
+            group.states.clone_from(states);
         }
     }
 
@@ -96,6 +126,7 @@ impl<const D: usize> SphSolver<D> {
         self.derive(dt);
         self.find_rates(dt);
         self.go_back(&start);
+        self.kept = start;
         let step = 0.5 * (self.last_step + dt);
         self.diffuse_stress(step);
         self.kick(step, step);
@@ -121,6 +152,7 @@ impl<const D: usize> SphSolver<D> {
         // The predicted velocities move the particles.
         self.drift(dt)?;
         self.go_back(&start);
+        self.kept = start;
         self.diffuse_stress(dt);
         self.kick(dt, dt);
         self.update_stress(dt, Over::Middle)
@@ -163,7 +195,8 @@ impl<const D: usize> SphSolver<D> {
     fn verlet(&mut self, dt: f64) -> Result<(), SolverError> {
         self.derive(dt);
         let len = self.particles.len;
-        let before = self.particles.velocity[..len].to_vec();
+        let Kept { velocity: mut before, moved: mut after, .. } = std::mem::take(&mut self.kept);
+        copy(&mut before, &self.particles.velocity[..len]);
         let plain = self.particles.previous.len() != len || self.step.is_multiple_of(STEPS_PER_PLAIN);
         let mut previous = std::mem::take(&mut self.particles.previous);
         if plain {
@@ -173,7 +206,7 @@ impl<const D: usize> SphSolver<D> {
             self.kick(self.last_step + dt, self.last_step + dt);
         }
         // Strain by the mean of the velocities at both ends of the step.
-        let after = self.particles.velocity[..len].to_vec();
+        copy(&mut after, &self.particles.velocity[..len]);
         add(&mut self.particles.velocity[..len], 1.0, &before);
         self.particles.velocity[..len].as_flattened_mut().iter_mut().for_each(|v| *v *= 0.5);
         self.show_velocities();
@@ -186,28 +219,28 @@ impl<const D: usize> SphSolver<D> {
         self.hold();
         self.drift(dt)?;
         self.particles.velocity[..len].copy_from_slice(&after);
-        previous.clear();
-        previous.extend_from_slice(&before);
+        copy(&mut previous, &before);
         self.particles.previous = previous;
+        self.kept = Kept { velocity: before, moved: after, ..Kept::default() };
         Ok(())
     }
 
     fn runge_kutta(&mut self, dt: f64) -> Result<(), SolverError> {
-        let start = self.start();
+        let mut start = self.start();
         let (len, time) = (self.particles.len, self.time);
-        let mut moved = vec![[0.0; D]; len];
-        let mut kicked = vec![[0.0; D]; len];
-        let mut gradient = vec![[[0.0; D]; D]; len];
-        let mut divergence = vec![0.0; len];
+        fill(&mut start.moved, [0.0; D], len);
+        fill(&mut start.kicked, [0.0; D], len);
+        fill(&mut start.gradient, [[0.0; D]; D], len);
+        fill(&mut start.divergence, 0.0, len);
         for (fraction, share) in [(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)] {
             if fraction > 0.0 {
                 let step = fraction * dt;
-                let velocity = self.particles.velocity[..len].to_vec();
+                copy(&mut start.staged, &self.particles.velocity[..len]);
                 self.go_back(&start);
                 self.kick(step, step);
                 self.update_stress(step, Over::Start)?;
                 self.particles.position[..len].copy_from_slice(&start.position);
-                add(&mut self.particles.position[..len], step, &velocity);
+                add(&mut self.particles.position[..len], step, &start.staged);
                 self.accelerated = false;
             }
             self.time = time + fraction * dt;
@@ -215,23 +248,25 @@ impl<const D: usize> SphSolver<D> {
             self.derive(0.0);
             self.find_rates(dt);
             let p = &self.particles;
-            add(&mut moved, share, &p.velocity[..len]);
-            add(&mut moved, share, &p.drift);
-            add(&mut kicked, share, &p.acceleration);
-            add_matrix(&mut gradient, share, &p.gradient);
-            divergence.iter_mut().zip(&p.divergence).for_each(|(sum, d)| *sum += share * d);
+            add(&mut start.moved, share, &p.velocity[..len]);
+            add(&mut start.moved, share, &p.drift);
+            add(&mut start.kicked, share, &p.acceleration);
+            add_matrix(&mut start.gradient, share, &p.gradient);
+            start.divergence.iter_mut().zip(&p.divergence).for_each(|(sum, d)| *sum += share * d);
         }
         self.time = time;
         self.go_back(&start);
         self.diffuse_stress(dt);
         let p = &mut self.particles;
         p.position[..len].copy_from_slice(&start.position);
-        p.velocity[..len].copy_from_slice(&moved);
+        p.velocity[..len].copy_from_slice(&start.moved);
         p.drift.clear();
-        (p.gradient, p.divergence) = (gradient, divergence);
+        std::mem::swap(&mut p.gradient, &mut start.gradient);
+        std::mem::swap(&mut p.divergence, &mut start.divergence);
         self.drift(dt)?;
         self.particles.velocity[..len].copy_from_slice(&start.velocity);
-        self.particles.acceleration = kicked;
+        std::mem::swap(&mut self.particles.acceleration, &mut start.kicked);
+        self.kept = start;
         self.kick(dt, dt);
         self.update_stress(dt, Over::Middle)
     }
