@@ -15,6 +15,8 @@ pub struct Equilibrium {
     pub unbalanced_force: f64,
     /// Kinetic energy over the work of the external forces since the stage began.
     pub kinetic_ratio: f64,
+    /// That kinetic energy (J), of what the method solves for: of the nodes, where it has a grid.
+    pub kinetic: f64,
 }
 
 /// What unbalanced force and kinetic energy are compared with where nothing acts from outside, from the points.

@@ -22,6 +22,7 @@ mod warnings;
 pub use description::Case;
 pub use equilibrium::{Equilibrium, Scales};
 pub use error::{CaseError, CaseErrors};
+pub use load::spatial;
 pub use run::{RunError, RunOptions, RunReport, Safety, run, run_method};
 pub use solver::{
     Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Snapshot, Solver, SolverError, StepLimit,

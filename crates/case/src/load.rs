@@ -225,8 +225,9 @@ pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
         .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
 }
 
-fn spatial(values: &[f64]) -> [f64; 3] {
-    std::array::from_fn(|c| values.get(c).copied().unwrap_or(0.0))
+/// A vector of one to three components in space; what is not there is zero.
+pub fn spatial(vector: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0))
 }
 
 /// Shape of the first mode of a cantilever at `x` of its length; the root is that of `cos kL cosh kL = -1`.

@@ -29,8 +29,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// No motion at all, for returns of a trial stress by itself.
-    pub(crate) const STILL: Self = Self {
+    /// No motion at all, in a second, of a point of 1 m and 1 kg/m³.
+    pub const STILL: Self = Self {
         deformation: Mat3::IDENTITY,
         gradient: Mat3::ZERO,
         dt: 1.0,

@@ -152,13 +152,7 @@ fn drucker_prager_softens_implicitly() {
 
 #[test]
 fn softened_strength_follows_table_2() {
-    let softening = Softening {
-        residual_friction_angle: 0.0,
-        residual_cohesion: 1.5,
-        friction_rate: 0.0,
-        cohesion_rate: 5.0,
-        hardening: false,
-    };
+    let softening = Softening::of_cohesion(1.5, 5.0);
     let spec = DruckerPragerSpec {
         friction_angle: 0.0,
         cohesion: 25.0,

@@ -26,13 +26,7 @@ impl Clay {
     }
 
     fn softening(self) -> Softening {
-        Softening {
-            residual_friction_angle: 0.0,
-            residual_cohesion: self.residual,
-            friction_rate: 0.0,
-            cohesion_rate: self.rate,
-            hardening: false,
-        }
+        Softening::of_cohesion(self.residual, self.rate)
     }
 
     fn cohesion(self, kappa: f64) -> f64 {

@@ -163,13 +163,7 @@ fn a_stress_on_the_surface_of_the_factor_of_safety_lies_on_the_reduced_surface()
 
 #[test]
 fn peak_reduction_keeps_the_residual_strength_and_never_goes_below_it() {
-    let softening = Softening {
-        residual_friction_angle: 0.0,
-        residual_cohesion: 1.5e3,
-        friction_rate: 0.0,
-        cohesion_rate: 5.0,
-        hardening: false,
-    };
+    let softening = Softening::of_cohesion(1.5e3, 5.0);
     // Bui & Nguyen 4.3: 25 kPa / 1.65 = 15.15 kPa, residual 1.5 kPa unchanged.
     let clay = DruckerPragerSpec {
         friction_angle: 0.0,

@@ -14,6 +14,8 @@ pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
     const BELOW: usize;
     /// How many nodes above the lower node of its cell a point may touch.
     const ABOVE: usize;
+    /// Whether holding the nodes on a grid line within the domain holds the material there.
+    const WALLS_INSIDE: bool = true;
 
     /// Number of nodes of an axis with `cells` cells, ghosts included.
     fn nodes(cells: usize) -> usize;
@@ -181,6 +183,7 @@ pub struct QuadraticSpline;
 
 impl Basis<3> for QuadraticSpline {
     const NAME: &'static str = "quadratic B-spline";
+    const WALLS_INSIDE: bool = false;
     const GHOSTS: usize = 0;
     const BELOW: usize = 0;
     const ABOVE: usize = 2;
@@ -212,6 +215,7 @@ pub struct CubicSpline;
 
 impl Basis<4> for CubicSpline {
     const NAME: &'static str = "cubic B-spline";
+    const WALLS_INSIDE: bool = false;
     const GHOSTS: usize = 0;
     const BELOW: usize = 0;
     const ABOVE: usize = 3;

@@ -9,13 +9,14 @@
 use std::collections::BTreeMap;
 
 use colluvium_case::description::{Boundary, Wall as CaseWall};
-use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
+use colluvium_case::spatial;
+use colluvium_constitutive::{BLOCK, Motion};
 use colluvium_grid::{Basis, Grid, Lanes, Node, Stencil, Walls};
 
 use crate::points::{PointDomain, PointSet};
-use crate::report::spatial;
 use crate::solver::MpmSolver;
 use crate::two_phase::{LIQUID, SOLID};
+use crate::walls::node_on;
 
 /// The absorbing faces of a stage.
 #[derive(Debug, Default)]
@@ -88,14 +89,8 @@ impl Impedance {
             set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
             for (k, stress) in stress.iter().enumerate() {
                 let p = block * BLOCK + k;
-                let motion = Motion {
-                    deformation: Mat3::IDENTITY,
-                    gradient: Mat3::ZERO,
-                    dt: 1.0,
-                    density: set.mass[p] / set.volume[p],
-                    size: set.extent[0],
-                    pore: Pore::default(),
-                };
+                let density = set.mass[p] / set.volume[p];
+                let motion = Motion { density, size: set.extent[0], ..Motion::STILL };
                 modulus += share * moduli[k];
                 let tangent = set.material.tangent(&motion, stress, states, k);
                 shear_modulus += share * tangent.map_or(0.0, |tangent| tangent.0[3][3].max(0.0));
@@ -173,27 +168,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Nodes of a face with their dashpots, in the order of their numbers.
     fn face_nodes(&self, law: &Law) -> Vec<FaceNode> {
         let (grid, strides) = (&self.grid, self.layout.strides());
-        let nodes = self.layout.nodes();
-        let normal_index = if law.face == grid.cells[law.axis] {
-            nodes[law.axis] - 1 - B::GHOSTS
-        } else {
-            law.face + B::GHOSTS
-        };
+        let normal_index = node_on::<S, B>(law.face, grid.cells[law.axis]);
         let mut found: BTreeMap<usize, FaceNode> = BTreeMap::new();
-        let present = self
-            .sets
-            .iter()
-            .enumerate()
-            .flat_map(|(number, set)| set.id.iter().enumerate().map(move |(p, id)| (*id, (number, p))));
-        let present: BTreeMap<u32, (usize, usize)> =
-            present.filter(|(id, _)| self.absorbing.starts.contains_key(id)).collect();
-        // By id, so that the sums do not depend on how the points are sorted at the time.
-        for (id, (number, p)) in present {
-            let start = self.absorbing.starts[&id];
-            let start: [f64; D] = std::array::from_fn(|c| start[c]);
-            if !behind(grid, law, &start) {
-                continue;
-            }
+        for (_, start, number, p) in self.points_behind(law) {
             let (set, impedance) = (&self.sets[number], &self.impedances[self.sets[number].body as usize]);
             let mut area = set.initial_volume[p] / grid.cell;
             if self.axisymmetric && law.axis == 0 {
@@ -211,6 +188,23 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             });
         }
         found.into_values().collect()
+    }
+
+    /// The points behind a face: id, place at the start (m), set and number there. By id, so that sums do not depend on how
+    /// they are sorted at the time.
+    fn points_behind(&self, law: &Law) -> Vec<(u32, [f64; D], usize, usize)> {
+        let mut points = Vec::new();
+        for (number, set) in self.sets.iter().enumerate() {
+            for (p, id) in set.id.iter().enumerate() {
+                let Some(start) = self.absorbing.starts.get(id) else { continue };
+                let start: [f64; D] = std::array::from_fn(|c| start[c]);
+                if behind(&self.grid, law, &start) {
+                    points.push((*id, start, number, p));
+                }
+            }
+        }
+        points.sort_unstable_by_key(|(id, ..)| *id);
+        points
     }
 
     /// Dashpots and springs on the solved nodes of one phase.

@@ -1,6 +1,6 @@
 //! Points in blocks, handed to the threads.
 
-use colluvium_case::SolverError;
+use colluvium_case::{SolverError, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
 use colluvium_grid::Basis;
 
@@ -204,7 +204,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             step: self.step,
             time: self.time,
             point: u64::from(set.id[index]),
-            position: crate::report::spatial(&set.position[index]),
+            position: spatial(&set.position[index]),
             reason,
         }
     }

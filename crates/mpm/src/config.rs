@@ -375,37 +375,6 @@ pub enum VolumetricStrain {
 }
 
 impl MpmOptions {
-    /// The defaults on a grid of `cell_size` (m).
-    pub fn new(cell_size: f64) -> Self {
-        Self {
-            cell_size,
-            mesh: None,
-            points_per_cell: two(),
-            shape: ShapeFunctions::default(),
-            stress_update: StressScheme::default(),
-            transfer: Transfer::default(),
-            xpic_order: xpic_order(),
-            flip: one(),
-            courant: half(),
-            time_step: None,
-            mass_scaling: one(),
-            contacts: Vec::new(),
-            fixed_nodes: FixedNodes::default(),
-            node_mass_cutoff: mass_cutoff(),
-            wall_friction: WallFriction::default(),
-            static_friction_ratio: one(),
-            mass: Mass::default(),
-            lumped_share: thousandth(),
-            domain_stretch: DomainStretch::default(),
-            formulation: Formulation::default(),
-            integration: Integration::default(),
-            full_cell: full_cell(),
-            volumetric_strain: VolumetricStrain::default(),
-            free_surface: None,
-            volume_cap: volume_cap(),
-        }
-    }
-
     /// Checks the ranges; the error names the option and the rule.
     ///
     /// # Errors

@@ -317,7 +317,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // 3: forces.
         let stage = &self.case.stages[self.stage];
         let (damping, scaling) = (stage.damping_of_axes(), self.options.mass_scaling);
-        let gravity = self.gravity.map(|g| g * self.gravity_factor(dt));
+        let gravity = self.gravity_at(dt);
         let start = &*velocity;
         let force = |node: usize| -> Lanes {
             let (force, lumped) = (nodes[node].force.to_array(), nodes[node].motion.as_array()[3]);

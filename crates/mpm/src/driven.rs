@@ -1,6 +1,8 @@
 //! What moves as the case says: rigid bodies and patches of nodes (MPM sheet §2.11: prescribed velocities, on nodes
 //! without material too).
 
+use std::ops::Range;
+
 use colluvium_case::description::Patch;
 use colluvium_case::{Case, SolverError};
 use colluvium_grid::{Basis, Lanes, Layout, Node};
@@ -54,11 +56,11 @@ impl Driven {
     }
 
     /// The patch where it is now; `None` for a rigid body. Where points keep their places it does.
-    fn place<'a>(&'a self, case: &'a Case, options: &MpmOptions) -> Option<Place<'a>> {
+    fn place<'a>(&self, case: &'a Case, options: &MpmOptions) -> Option<Place<'a>> {
         let patch = &case.patches[self.patch?];
         let moves = patch.moves && options.formulation != Formulation::SmallDisplacement;
         let way = if moves { self.state.way } else { [0.0; 3] };
-        Some(Place { patch, bounds: &self.bounds, way })
+        Some(Place { patch, bounds: self.bounds, way })
     }
 
     /// Gives a solved node the velocity and acceleration of the prescribed motion; returns the impulse (N s) of the material
@@ -114,7 +116,7 @@ pub fn driven(case: &Case) -> Vec<Driven> {
 /// A patch where it is now.
 struct Place<'a> {
     patch: &'a Patch,
-    bounds: &'a [[f64; 3]; 2],
+    bounds: [[f64; 3]; 2],
     way: [f64; 3],
 }
 
@@ -124,9 +126,9 @@ impl Place<'_> {
         self.bounds.map(|corner| std::array::from_fn(|c| corner[c] + self.way[c]))
     }
 
-    /// The phases that it holds.
-    fn phases(&self) -> std::ops::Range<usize> {
-        SOLID..if self.patch.drained { LIQUID } else { LIQUID + 1 }
+    /// The phases that it holds, of so many.
+    fn phases(&self, count: usize) -> Range<usize> {
+        SOLID..if self.patch.drained { LIQUID } else { count }
     }
 
     /// Whether it holds a place (m) in the box around it. What lies on the box up to round-off lies on it.
@@ -167,7 +169,7 @@ impl Place<'_> {
             Some(x.clamp(low, high)).filter(|x| inside(axis, *x))
         };
         // Nodes along each axis from the first in the box to the last.
-        let range: [std::ops::Range<usize>; 3] = std::array::from_fn(|axis| {
+        let range: [Range<usize>; 3] = std::array::from_fn(|axis| {
             if axis >= D {
                 return 0..1;
             }
@@ -272,96 +274,91 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Gives the solved nodes of the patches their velocity, and the acceleration of the prescribed motion, and `books` the
     /// force that takes. What motion begins with, nodes take from what they have.
     pub(crate) fn hold_patches(&mut self, dt: f64, books: bool) {
-        let keep_start = self.options.fixed_nodes == crate::FixedNodes::Momentum;
-        let (case, ground, layout, rigid) = (&self.case, ground!(self), &self.layout, &self.contacts.rigid);
-        let inertia = self.options.mass_scaling;
-        let (nodes, options) = (&mut self.nodes, &self.options);
-        for driven in &mut self.driven {
-            let Some(place) = driven.place(case, options) else { continue };
-            let mut total = [0.0; 3];
-            for field in soft_fields(nodes.len() / layout.len(), rigid) {
-                place.nodes::<D, S, B>(&ground, layout, |number, first| {
-                    let node = &mut nodes[field * layout.len() + number];
-                    let given = driven.hold(node, keep_start, dt);
-                    if first && books {
-                        (0..D).for_each(|c| total[c] += inertia * given[c]);
-                    }
-                });
-            }
-            driven.take(total, dt);
-        }
+        let mut nodes = std::mem::take(&mut self.nodes);
+        self.hold_solved(one_phase(&mut nodes), dt, books);
+        self.nodes = nodes;
     }
 
     /// The same of the nodes of two phases: of the skeleton, and of the pore fluid that a patch does not let through.
     pub(crate) fn hold_phases(&mut self, nodes: &mut [[Node; 2]], dt: f64) {
+        self.hold_solved(nodes, dt, true);
+    }
+
+    fn hold_solved<const N: usize>(&mut self, nodes: &mut [[Node; N]], dt: f64, books: bool) {
         let keep_start = self.options.fixed_nodes == crate::FixedNodes::Momentum;
-        let (case, ground, layout) = (&self.case, ground!(self), &self.layout);
-        let (options, inertia) = (&self.options, self.options.mass_scaling);
-        for driven in &mut self.driven {
-            let Some(place) = driven.place(case, options) else { continue };
+        let inertia = if books { self.options.mass_scaling } else { 0.0 };
+        let mut all = std::mem::take(&mut self.driven);
+        for driven in &mut all {
             let mut total = [0.0; 3];
-            place.nodes::<D, S, B>(&ground, layout, |number, first| {
-                for node in &mut nodes[number][place.phases()] {
-                    let given = driven.hold(node, keep_start, dt);
-                    if first {
-                        (0..D).for_each(|c| total[c] += inertia * given[c]);
-                    }
+            self.at_patch(driven, nodes, |node, first| {
+                let given = driven.hold(node, keep_start, dt);
+                if first {
+                    (0..D).for_each(|c| total[c] += inertia * given[c]);
                 }
             });
             driven.take(total, dt);
         }
+        self.driven = all;
     }
 
     /// Marks the components of velocity that patches hold, of both phases: one bit an axis.
     pub(crate) fn mark_held(&self, held: &mut [[u8; 2]]) {
-        let (case, ground) = (&self.case, ground!(self));
-        for driven in &self.driven {
-            let Some(place) = driven.place(case, &self.options) else { continue };
+        self.at_patches(held, |driven, held| {
             let axes = (0..D).filter(|c| driven.state.velocity[*c].is_some());
-            let mark = axes.map(|c| 1 << c).sum::<u8>();
-            place.nodes::<D, S, B>(&ground, &self.layout, |number, _| {
-                held[number][place.phases()].iter_mut().for_each(|held| *held |= mark);
-            });
-        }
+            *held |= axes.map(|c| 1 << c).sum::<u8>();
+        });
     }
 
     /// Gives the nodes of the patches their velocity where it is re-mapped.
     pub(crate) fn hold_patches_again(&mut self) {
-        self.at_patches(Driven::hold_velocity);
+        let mut nodes = std::mem::take(&mut self.remapped);
+        self.at_patches(one_phase(&mut nodes), Driven::hold_velocity);
+        self.remapped = nodes;
+    }
+
+    /// The same of two phases.
+    pub(crate) fn hold_phases_again(&self, nodes: &mut [[Lanes; 2]]) {
+        self.at_patches(nodes, Driven::hold_velocity);
     }
 
     /// Leaves nothing of what is re-mapped in the components that patches hold.
     pub(crate) fn clear_patches(&mut self) {
-        self.at_patches(|driven, rest| {
+        let mut nodes = std::mem::take(&mut self.remapped);
+        self.at_patches(one_phase(&mut nodes), |driven, rest| {
             let free = driven.state.velocity.map(|v| f64::from(u8::from(v.is_none())));
             *rest *= Lanes::new([free[0], free[1], free[2], 1.0]);
         });
+        self.remapped = nodes;
     }
 
-    fn at_patches(&mut self, act: impl Fn(&Driven, &mut Lanes)) {
-        let (case, ground, layout, rigid) = (&self.case, ground!(self), &self.layout, &self.contacts.rigid);
-        let (nodes, options) = (&mut self.remapped, &self.options);
+    fn at_patches<T, const N: usize>(&self, nodes: &mut [[T; N]], act: impl Fn(&Driven, &mut T)) {
         for driven in &self.driven {
-            let Some(place) = driven.place(case, options) else { continue };
-            for field in soft_fields(nodes.len() / layout.len(), rigid) {
-                place.nodes::<D, S, B>(&ground, layout, |number, _| {
-                    act(driven, &mut nodes[field * layout.len() + number]);
-                });
-            }
+            self.at_patch(driven, nodes, |held, _| act(driven, held));
         }
     }
 
-    /// Gives the nodes of the patches their velocity where it is re-mapped, of two phases.
-    pub(crate) fn hold_phases_again(&self, nodes: &mut [[Lanes; 2]]) {
-        let (case, ground) = (&self.case, ground!(self));
-        for driven in &self.driven {
-            let Some(place) = driven.place(case, &self.options) else { continue };
-            place.nodes::<D, S, B>(&ground, &self.layout, |number, _| {
-                let held = &mut nodes[number][place.phases()];
-                held.iter_mut().for_each(|velocity| driven.hold_velocity(velocity));
+    /// Calls `act(what it holds, whether it is the first of those that are one node)` for each node of a patch, in each field
+    /// of a body that deforms and each phase that it holds.
+    fn at_patch<T, const N: usize>(
+        &self,
+        driven: &Driven,
+        nodes: &mut [[T; N]],
+        mut act: impl FnMut(&mut T, bool),
+    ) {
+        let Some(place) = driven.place(&self.case, &self.options) else { return };
+        let len = self.layout.len();
+        for field in soft_fields(nodes.len() / len, &self.contacts.rigid) {
+            place.nodes::<D, S, B>(&ground!(self), &self.layout, |number, first| {
+                let held = &mut nodes[field * len + number][place.phases(N)];
+                held.iter_mut().for_each(|held| act(held, first));
             });
         }
     }
+}
+
+/// Nodes of one phase, as those of several.
+fn one_phase<T>(nodes: &mut [T]) -> &mut [[T; 1]] {
+    nodes.as_chunks_mut().0
 }
 
 /// The velocity fields of bodies that deform.

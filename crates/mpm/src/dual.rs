@@ -227,7 +227,7 @@ impl DualNodes {
         field: usize,
         grid: &Grid<D>,
         layout: &Layout<D>,
-        of: &(dyn Fn(usize) -> Lanes + Sync),
+        of: impl Fn(usize) -> Lanes + Sync,
     ) {
         let (len, strides) = (layout.len(), layout.strides());
         let corners = Corners::new(grid, &strides);
@@ -319,7 +319,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let of = |number: usize| {
                 if FROM_SOLVED { nodes[first + number].motion } else { remapped[first + number] }
             };
-            self.dual.average(field, grid, layout, &of);
+            self.dual.average(field, grid, layout, of);
         }
     }
 }
@@ -347,7 +347,8 @@ mod tests {
             places = order.iter().map(|i| places[*i as usize]).collect();
             let mut layout = Layout::new::<2, Linear>(&grid);
             let bounds = layout.add_points(&places);
-            let options = MpmOptions { shape: ShapeFunctions::DualDomain, ..MpmOptions::new(0.5) };
+            let options = serde_json::json!({ "cell_size": 0.5, "shape": "dual-domain" });
+            let options: MpmOptions = serde_json::from_value(options).unwrap();
             let mut dual = DualNodes::new(&options, &layout, 1);
             let (stresses, volumes) = (vec![SymTensor::ZERO; places.len()], vec![0.1; places.len()]);
             dual.take(0, &grid, &layout, &|slab, visit| {
@@ -387,7 +388,7 @@ mod tests {
                     Lanes::new([a, b, c, 0.0])
                 })
                 .collect();
-            self.dual.average(0, &self.grid, &self.layout, &|n| values[n]);
+            self.dual.average(0, &self.grid, &self.layout, |n| values[n]);
             let stencil = Stencil::<D, 2>::new::<Linear>(&self.grid, x, &[0.1; D]);
             let mut gradient = stencil.gather_velocity(&values, &self.layout.strides()).gradient;
             self.dual.blend(0, &self.grid, &self.layout, x, &mut gradient);

@@ -19,6 +19,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         Some(Equilibrium {
             unbalanced_force: scales.force_ratio(self.sums.unbalanced.sqrt(), external),
             kinetic_ratio: scales.energy_ratio(self.sums.kinetic, self.external_work),
+            kinetic: self.sums.kinetic,
         })
     }
 

@@ -40,6 +40,7 @@ mod stretch;
 mod touch;
 mod transfer;
 mod two_phase;
+mod walls;
 mod work;
 mod xpic;
 
@@ -63,8 +64,8 @@ impl Method for Mpm {
     }
 
     fn summary(&self) -> &'static str {
-        "explicit material point method: MPM, GIMP and B-splines on a structured grid, one phase or \
-         skeleton and pore fluid"
+        "explicit material point method: MPM, GIMP, CPDI and B-splines on a structured grid, triangles and \
+         tetrahedra; one phase, or skeleton and pore fluid"
     }
 
     fn options_schema(&self) -> Schema {

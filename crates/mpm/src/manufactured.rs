@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, Solver};
+use colluvium_case::{Case, CaseError, Solver, spatial};
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
 use colluvium_grid::Basis;
 
@@ -56,10 +56,6 @@ impl dispatch::Visitor for Build<'_> {
         solver.manufactured = Some(self.solution);
         Ok(Box::new(solver))
     }
-}
-
-fn spatial<const D: usize>(x: &[f64; D]) -> [f64; 3] {
-    std::array::from_fn(|c| if c < D { x[c] } else { 0.0 })
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {

@@ -10,8 +10,8 @@ use colluvium_points::Sample;
 
 use crate::config::{Integration, MeshSource, ShapeFunctions, VolumetricStrain};
 use crate::points::{Ground, PointDomain, PointSet};
-use crate::setup;
 use crate::{Formulation, MpmOptions, Transfer};
+use crate::{setup, walls};
 
 /// The element a point is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -243,8 +243,8 @@ pub fn walls<const D: usize>(
             Some(name) => group(mesh, number, name)?,
             None => on_plane(case, mesh, number, boundary)?,
         };
-        if let Some(kind) = setup::kind(boundary, options) {
-            walls.push((setup::wall(boundary, 0, kind), nodes));
+        if let Some(kind) = walls::kind(boundary, options) {
+            walls.push((walls::wall(boundary, 0, kind), nodes));
         }
     }
     Ok(Walls::of_nodes(layout.strides(), layout.len(), walls))

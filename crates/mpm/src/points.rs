@@ -249,6 +249,19 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         self.id.len()
     }
 
+    /// Memory of the arrays (bytes), without the states of the law and pore fluid.
+    pub fn bytes(&self) -> usize {
+        let ids = size_of_val(&self.id[..]) + size_of_val(&self.slabs[..]);
+        let vectors = [&self.position, &self.velocity, &self.origin, &self.traction, &self.scratch];
+        let scalars = [&self.mass, &self.volume, &self.initial_volume, &self.work];
+        let matrices = size_of_val(&self.affine[..]) + size_of_val(&self.pending[..]);
+        ids + vectors.iter().map(|v| size_of_val(&v[..])).sum::<usize>()
+            + scalars.iter().map(|v| size_of_val(&v[..])).sum::<usize>()
+            + matrices
+            + size_of_val(&self.stress[..])
+            + size_of_val(&self.domain[..])
+    }
+
     /// Where the points look at the grid from (m).
     pub fn anchors(&self) -> Cow<'_, [[f64; D]]> {
         if P::ANCHORED {
@@ -272,7 +285,6 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         let order: Vec<u32> = (0..self.len() as u32).filter(|&i| keep(&self.position[i as usize])).collect();
         if order.len() < self.len() {
             self.reorder(&order);
-            self.scratch.truncate(order.len());
         }
     }
 
@@ -295,6 +307,8 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         permute(&mut self.traction, order);
         self.loads.iter_mut().for_each(|load| load.permute(order));
         permute(&mut self.affine, order);
+        permute(&mut self.scratch, order);
+        permute(&mut self.pending, order);
         permute(&mut self.work, order);
         if let Some(pore) = &mut self.pore {
             pore.permute(order);
@@ -368,6 +382,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         // Points may have been removed since the start.
         self.traction.truncate(n);
         self.scratch.truncate(n);
+        self.pending.truncate(n);
         self.affine.truncate(n);
         self.affine.as_flattened_mut().as_flattened_mut().copy_from_slice(&saved.affine);
         if !self.work.is_empty() {

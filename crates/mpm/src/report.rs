@@ -1,6 +1,6 @@
 //! What the solver tells: time-step limit, snapshot, budget.
 
-use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep};
+use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
 use colluvium_grid::Basis;
 use rayon::prelude::*;
@@ -27,10 +27,6 @@ impl Limit {
         let other_first = (other.dt, other.set, other.index) < (self.dt, self.set, self.index);
         if other_first { other } else { self }
     }
-}
-
-pub fn spatial<const D: usize>(vector: &[f64; D]) -> [f64; 3] {
-    std::array::from_fn(|c| if c < D { vector[c] } else { 0.0 })
 }
 
 pub fn square<const D: usize>(vector: &[f64; D]) -> f64 {

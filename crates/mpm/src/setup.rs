@@ -3,10 +3,10 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Boundary, Space, Wall as CaseWall};
-use colluvium_case::{Case, CaseError, Plan, Solver, StepLimit};
-use colluvium_constitutive::{InitialCondition, Material};
-use colluvium_grid::{Basis, Grid, Layout, Node, Wall, WallKind, Walls};
+use colluvium_case::description::{Body, Space, Wall as CaseWall};
+use colluvium_case::{Case, CaseError, Plan, Solver, StepLimit, spatial};
+use colluvium_constitutive::{InitialCondition, Material, SymTensor};
+use colluvium_grid::{Basis, Grid, Layout, Node, Walls};
 use colluvium_points::Sample;
 
 use crate::absorbing::{Absorbing, Impedance};
@@ -22,9 +22,15 @@ use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::touch::{filled, filled_on_mesh};
 use crate::{
-    Formulation, MpmOptions, StressScheme, Transfer, WallFriction, contact, dispatch, dual, free_surface,
-    loads, mesh, two_phase,
+    Formulation, MpmOptions, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh,
+    two_phase, walls,
 };
+
+/// Memory to sort a point by cell (bytes): its place in the order and the largest of its arrays a second time.
+const SORTING: usize = 16 + size_of::<SymTensor>();
+/// Updates per second of one phase with GIMP in the plane and in space, a million points on one thread
+/// (docs/benchmarks/2026-11-22-mpm).
+const PACE: [f64; 2] = [12e6, 7e6];
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
@@ -77,100 +83,6 @@ pub fn layout<const D: usize, const S: usize, B: Basis<S>>(
     })
 }
 
-/// The walls of a stage.
-pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
-    case: &Case,
-    stage: usize,
-    ground: &Ground<'_, D>,
-    layout: &Layout<D>,
-    options: &MpmOptions,
-) -> Result<Walls, CaseError> {
-    if !ground.mesh.is_empty() {
-        return mesh::walls(case, stage, ground.mesh, layout, options);
-    }
-    let grid = ground.grid;
-    let nodes: Vec<usize> = (0..D).map(|axis| B::nodes(grid.cells[axis])).collect();
-    let mut walls = Vec::new();
-    if case.space == Space::Axisymmetric && grid.origin[0] == 0.0 {
-        let kind = WallKind::Smooth;
-        walls.push(Wall {
-            axis: 0,
-            upper: false,
-            node: B::GHOSTS,
-            kind,
-            separation: false,
-            velocity: [0.0; 3],
-        });
-    }
-    for (number, boundary) in case.active_boundaries(stage) {
-        let axis = boundary.side.axis();
-        let face = (boundary.position(&case.domain) - grid.origin[axis]) / grid.cell;
-        let path = || format!("boundaries[{number}].position");
-        if (face - face.round()).abs() > 1e-6 {
-            let problem =
-                format!("lies {face:.6} cells from the domain's side: a wall must lie on a grid line");
-            return Err(CaseError::new(path(), problem));
-        }
-        let face = face.round() as usize;
-        let inside = face > 0 && face < grid.cells[axis];
-        if inside && matches!(B::NAME, "quadratic B-spline" | "cubic B-spline") {
-            let problem = format!("with {} shape functions walls must lie on the domain's sides", B::NAME);
-            return Err(CaseError::new(path(), problem));
-        }
-        let node = if face == grid.cells[axis] { nodes[axis] - 1 - B::GHOSTS } else { face + B::GHOSTS };
-        if let Some(kind) = kind(boundary, options) {
-            walls.push(wall(boundary, node, kind));
-        }
-    }
-    Ok(Walls::new(&nodes, walls))
-}
-
-/// Refuses walls that would go by more than half a `cell` (m): nodes on a wall take its velocity, but its plane stays.
-pub fn refuse_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> {
-    for (number, boundary) in case.boundaries.iter().enumerate() {
-        let normal = boundary.velocity.as_ref().and_then(|velocity| velocity.get(boundary.side.axis()));
-        let stands =
-            |stage: &usize| case.active_boundaries(*stage).iter().any(|(active, _)| *active == number);
-        let time: f64 = (0..case.stages.len()).filter(stands).map(|stage| case.stages[stage].duration).sum();
-        let way = normal.map_or(0.0, |speed| speed.abs() * time);
-        if way > 0.5 * cell {
-            let problem = format!(
-                "the wall would go {way:.3e} m, more than half a cell or element ({:.3e} m), but its plane stays where it \
-                 is and only its nodes have the velocity: drive a rigid body or a patch",
-                0.5 * cell
-            );
-            return Err(CaseError::new(format!("boundaries[{number}].velocity"), problem));
-        }
-    }
-    Ok(())
-}
-
-/// How the wall of a boundary acts; `None` for one that only brakes.
-pub fn kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> {
-    Some(match boundary.wall {
-        CaseWall::Absorbing { .. } => return None,
-        CaseWall::Rough => WallKind::Rough,
-        CaseWall::Smooth => WallKind::Smooth,
-        CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
-            WallFriction::Impulse => WallKind::Frictional { coefficient: sliding },
-            WallFriction::Acceleration => {
-                WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
-            }
-        },
-    })
-}
-
-/// The wall of a boundary with its face at a node.
-pub fn wall(boundary: &Boundary, node: usize, kind: WallKind) -> Wall {
-    let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
-    let (axis, upper, separation) = (boundary.side.axis(), boundary.side.is_max(), boundary.separation);
-    Wall { axis, upper, node, kind, separation, velocity }
-}
-
-fn spatial(values: &[f64]) -> [f64; 3] {
-    std::array::from_fn(|c| values.get(c).copied().unwrap_or(0.0))
-}
-
 /// The solver of a case.
 struct Build<'a> {
     case: &'a Case,
@@ -205,6 +117,7 @@ impl dispatch::Visitor for Measure<'_> {
             phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
         per_node += if solver.dual.is_used() { DualNodes::BYTES } else { 0 };
         per_node += if solver.consistent.is_used() { ConsistentMass::BYTES } else { 0 };
+        let of_points = solver.sets.iter().map(PointSet::bytes).sum::<usize>();
         let mut warnings = warnings(self.case, self.options, points);
         if time_step.limit == StepLimit::SeepageDrag {
             // MPM sheet P-13.
@@ -219,17 +132,11 @@ impl dispatch::Visitor for Measure<'_> {
             nodes,
             steps: (duration / time_step.dt).ceil() as u64,
             time_step,
-            memory: (points * bytes_per_point::<D, P>() + nodes * per_node) as u64,
-            updates_per_second: if D == 3 { 1.5e6 } else { 5e6 },
+            memory: (of_points + points * SORTING + nodes * per_node) as u64,
+            updates_per_second: PACE[usize::from(D == 3)] / phases as f64,
             warnings,
         })
     }
-}
-
-/// Memory of a point (bytes), without the state of its law, sorting buffers included.
-pub fn bytes_per_point<const D: usize, P>() -> usize {
-    let vector = D * size_of::<f64>();
-    4 + 3 * vector + 3 * 8 + size_of::<colluvium_constitutive::SymTensor>() + size_of::<P>() + 16 + 48
 }
 
 fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
@@ -312,7 +219,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
 ) -> Result<MpmSolver<D, S, B, P>, CaseError> {
     let (grid, mesh, layout) = mesh::terrain::<D, S, B>(case, options)?;
     for stage in 0..case.stages.len() {
-        walls::<D, S, B>(case, stage, &Ground { grid: &grid, mesh: &mesh }, &layout, options)?;
+        walls::walls::<D, S, B>(case, stage, &Ground { grid: &grid, mesh: &mesh }, &layout, options)?;
     }
     if options.formulation == Formulation::TotalLagrangian {
         case.refuse_driven("the total-Lagrangian formulation of mpm")?;
@@ -408,7 +315,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
             solver.contacts.distance = SurfaceDistance::new::<S, B>();
         }
     }
-    refuse_walls_that_leave(case, if P::MESHED { solver.mesh.height() } else { solver.grid.cell })?;
+    walls::refuse_walls_that_leave(case, if P::MESHED { solver.mesh.height() } else { solver.grid.cell })?;
     solver.remember_starts();
     solver.set_stage_walls(0)?;
     solver.sort();
@@ -549,7 +456,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
         let walls = |case: &Case| -> Result<Walls, CaseError> {
-            let mut walls = walls::<D, S, B>(case, stage, &ground!(self), &self.layout, &self.options)?;
+            let mut walls =
+                walls::walls::<D, S, B>(case, stage, &ground!(self), &self.layout, &self.options)?;
             walls.set_off(self.step == 0);
             Ok(walls)
         };

@@ -265,7 +265,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let stage = &self.case.stages[self.stage];
         let solve = MomentumSolve {
             dt,
-            gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
+            gravity: self.gravity_at(dt),
             rayleigh: stage.rayleigh_damping,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
             inertia: self.options.mass_scaling,
@@ -317,7 +317,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let stage = &self.case.stages[self.stage];
         let audit = Audit {
             dt,
-            gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
+            gravity: self.gravity_at(dt),
             damping: stage.damping_of_axes(),
             rayleigh: stage.rayleigh_damping,
             inertia: self.options.mass_scaling,
@@ -351,9 +351,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         work
     }
 
-    /// Factor on gravity at the end of a step of `dt`.
-    pub(crate) fn gravity_factor(&self, dt: f64) -> f64 {
-        self.case.stages[self.stage].gravity_factor(self.time + dt - self.stage_start)
+    /// Gravity at the end of a step of `dt` (m/s²).
+    pub(crate) fn gravity_at(&self, dt: f64) -> [f64; 3] {
+        let factor = self.case.stages[self.stage].gravity_factor(self.time + dt - self.stage_start);
+        self.gravity.map(|g| g * factor)
     }
 
     /// Refuses to go on with a step that the case fixes and the state no longer allows.

@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore, SymTensor};
+use colluvium_constitutive::{BLOCK, Motion, SymTensor};
 use colluvium_grid::{Basis, Corners, Lanes, Support};
 
 use crate::affine::{affine_momentum, momentum};
@@ -85,14 +85,7 @@ pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes;
 /// No motion of a point of some width (m) in a step (s).
 #[inline(always)]
 pub fn still(dt: f64, size: f64) -> Motion {
-    Motion {
-        deformation: Mat3::IDENTITY,
-        gradient: Mat3::ZERO,
-        dt,
-        density: 0.0,
-        size,
-        pore: Pore::default(),
-    }
+    Motion { dt, size, ..Motion::STILL }
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {

@@ -235,6 +235,7 @@ impl<const D: usize> Solver for SphSolver<D> {
         Some(Equilibrium {
             unbalanced_force: scales.force_ratio(self.audit.unbalanced.sqrt(), self.audit.external.sqrt()),
             kinetic_ratio: scales.energy_ratio(self.audit.kinetic, self.audit.work),
+            kinetic: self.audit.kinetic,
         })
     }
 

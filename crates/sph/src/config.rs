@@ -156,52 +156,6 @@ pub struct SphOptions {
 }
 
 impl SphOptions {
-    /// The defaults with particles `spacing` (m) apart.
-    pub fn new(spacing: f64) -> Self {
-        Self {
-            spacing,
-            kernel: Kernel::default(),
-            smoothing: smoothing(),
-            allow_pairing: false,
-            smoothing_length: SmoothingLength::default(),
-            smoothing_growth: growth(),
-            symmetrisation: Symmetrisation::default(),
-            integration: TimeIntegration::default(),
-            momentum: Momentum::default(),
-            continuity: Continuity::default(),
-            allow_summation: false,
-            velocity_gradient: VelocityGradient::default(),
-            viscosity_linear: viscosity(),
-            viscosity_quadratic: 0.0,
-            sound_speed: SoundSpeed::default(),
-            damping: 0.0,
-            tensile: Tensile::default(),
-            regularisation: Regularisation::default(),
-            regularisation_steps: ten(),
-            stress_diffusion: 0.0,
-            stress_diffusion_k0: half(),
-            density_diffusion: 0.0,
-            density_reset: DensityReset::default(),
-            density_reset_steps: thirty(),
-            xsph: 0.0,
-            hourglass_viscosity: 0.0,
-            shifting: 0.0,
-            formulation: Formulation::default(),
-            confining: None,
-            diagnostics: false,
-            held: Vec::new(),
-            wall_stress: WallStress::default(),
-            wall_velocity: WallVelocity::default(),
-            rough_wall: RoughWall::default(),
-            smooth_wall: SmoothWall::default(),
-            wall_guard: 0.0,
-            wall_k0: half(),
-            courant: courant(),
-            time_step: None,
-            ranks: one(),
-        }
-    }
-
     /// Smoothing length (m).
     pub fn length(&self) -> f64 {
         self.smoothing * self.spacing

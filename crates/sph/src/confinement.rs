@@ -12,21 +12,6 @@ use crate::solver::{SphSolver, TASK, square};
 /// the sheet's rule: between the first layer and the rest).
 const SURFACE: [f64; 3] = [0.35, 0.55, 0.70];
 
-/// What the pressure needs of a particle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Inward<const D: usize> {
-    /// `Σ V_j ∇W` (1/m).
-    pub direction: [f64; D],
-    /// `Σ_{j≠i} V_j W`.
-    pub index: f64,
-}
-
-impl<const D: usize> Default for Inward<D> {
-    fn default() -> Self {
-        Self { direction: [0.0; D], index: 0.0 }
-    }
-}
-
 /// `Σ_{j≠i} V_j W` of a particle that has so many layers of a lattice above it.
 fn lattice_index<const D: usize>(smoothing: &Smoothing<D>, spacing: f64, above: i32) -> f64 {
     let reach = (smoothing.radius() / spacing).ceil() as i32;
@@ -53,21 +38,21 @@ pub(crate) fn blind_to_surfaces<const D: usize>(smoothing: &Smoothing<D>, spacin
 }
 
 impl<const D: usize> Pairs<'_, D> {
-    /// Direction and index of the surface at particle `i`; walls count as what they touch.
-    fn inward(&self, i: usize, row: &[u32]) -> Inward<D> {
+    /// `Σ_{j≠i} V_j W` and the inward direction `Σ V_j ∇W` (1/m) at particle `i`; walls count as what they touch.
+    fn inward(&self, i: usize, row: &[u32]) -> (f64, [f64; D]) {
         let p = self.particles;
-        let mut inward = Inward::default();
+        let (mut index, mut direction) = (0.0, [0.0; D]);
         for &j in row {
             let j = j as usize;
             let k = if j >= self.answering { i } else { j };
             let apart: [f64; D] = std::array::from_fn(|c| p.position[j][c] - p.position[i][c]);
             let r = square(&apart).sqrt();
             let volume = p.mass[k] / p.density[k];
-            inward.index += volume * self.smoothing.value(r);
+            index += volume * self.smoothing.value(r);
             let weight = volume * self.smoothing.weight(r);
-            (0..D).for_each(|c| inward.direction[c] += weight * apart[c]);
+            (0..D).for_each(|c| direction[c] += weight * apart[c]);
         }
-        inward
+        (index, direction)
     }
 }
 
@@ -84,17 +69,20 @@ impl<const D: usize> SphSolver<D> {
         let grown = if ramp > 0.0 { ((self.time + dt) / ramp).min(1.0) } else { 1.0 };
         let pressure = 2.0 * grown * confining.pressure;
         let everywhere = confining.on == Confined::All;
-        let mut inward = std::mem::take(&mut self.inward);
-        inward.resize(self.particles.len, Inward::default());
+        let len = self.particles.len;
+        let (mut crowding, mut pushes) =
+            (std::mem::take(&mut self.crowding), std::mem::take(&mut self.pushes));
+        crowding.resize(len, 0.0);
+        pushes.resize(len, [0.0; D]);
         let mut accelerations = std::mem::take(&mut self.particles.acceleration);
         let pairs = self.pairs();
         let (p, neighbours) = (&self.particles, &self.neighbours);
-        let all = inward.par_iter_mut().enumerate().with_min_len(TASK);
-        all.for_each(|(i, slot)| *slot = pairs.inward(i, neighbours.of(i)));
+        let all = crowding.par_iter_mut().zip(&mut pushes).enumerate().with_min_len(TASK);
+        all.for_each(|(i, (index, push))| (*index, *push) = pairs.inward(i, neighbours.of(i)));
         let near = 1.05 * self.options.spacing;
         // Also those beside the surface, which carry what is left of its force (sheet's proposal).
         let acts = |i: usize| {
-            let of_surface = |j: usize| inward[j].index <= SURFACE[D - 1];
+            let of_surface = |j: usize| crowding[j] <= SURFACE[D - 1];
             everywhere
                 || of_surface(i)
                 || neighbours.of(i).iter().map(|&j| j as usize).filter(|&j| j < p.len).any(|j| {
@@ -102,23 +90,18 @@ impl<const D: usize> SphSolver<D> {
                     of_surface(j) && square(&apart) <= near * near
                 })
         };
-        let mut pushes = std::mem::take(&mut self.pushes);
-        pushes.clear();
-        pushes.resize(p.len, [0.0; D]);
-        for group in self.groups.iter().filter(|group| group.confined) {
+        for group in &self.groups {
             let range = group.range();
             let first = range.start;
             let pushed = accelerations[range.clone()].par_iter_mut().zip(&mut pushes[range]);
             pushed.enumerate().with_min_len(TASK).for_each(|(k, (a, push))| {
                 let i = first + k;
-                if acts(i) {
-                    let scale = pressure / p.density[i];
-                    *push = inward[i].direction.map(|d| scale * d);
-                    (0..D).for_each(|c| a[c] += push[c]);
-                }
+                let scale = if group.confined && acts(i) { pressure / p.density[i] } else { 0.0 };
+                *push = push.map(|direction| scale * direction);
+                (0..D).for_each(|c| a[c] += push[c]);
             });
         }
-        (self.inward, self.pushes, self.particles.acceleration) = (inward, pushes, accelerations);
+        (self.crowding, self.pushes, self.particles.acceleration) = (crowding, pushes, accelerations);
     }
 }
 

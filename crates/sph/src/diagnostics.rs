@@ -1,13 +1,13 @@
 //! How well the sums over neighbours hold (Bui & Nguyen 2021, eq. 19; SPH sheet §2.2, pitfalls 9 and 13).
 
 use colluvium_case::measure::Reading;
-use colluvium_case::{Field, FieldData, SolverError};
+use colluvium_case::{Field, FieldData, SolverError, spatial};
 use colluvium_constitutive::{Mat3, SymTensor};
 use rayon::prelude::*;
 
 use crate::pairs::apart;
 use crate::particles::Group;
-use crate::solver::{SphSolver, TASK, spatial};
+use crate::solver::{SphSolver, TASK};
 
 /// Distance (smoothing lengths) within which two particles are in one place: their kernel has no direction.
 const COINCIDENT: f64 = 1e-12;

@@ -49,7 +49,7 @@ impl Method for Sph {
     }
 
     fn summary(&self) -> &'static str {
-        "smoothed particle hydrodynamics of solids: leapfrog, mirror and particle walls, one phase"
+        "smoothed particle hydrodynamics of solids and fluids as one phase; mirror and particle walls"
     }
 
     fn options_schema(&self) -> Schema {

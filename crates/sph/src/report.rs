@@ -1,12 +1,12 @@
 //! What the solver tells: time-step limit, snapshot, budget.
 
-use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, StepLimit, TimeStep};
+use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, StepLimit, TimeStep, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
 use rayon::prelude::*;
 
 use crate::config::{SmoothingLength, SoundSpeed, TimeIntegration};
 use crate::particles::Group;
-use crate::solver::{SphSolver, decay, spatial, square};
+use crate::solver::{SphSolver, decay, square};
 
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| {
@@ -130,7 +130,7 @@ impl<const D: usize> SphSolver<D> {
     fn turn(&self, i: usize) -> [f64; 3] {
         let p = &self.particles;
         let (velocity, half) = (&p.velocity[i], self.half_behind(i));
-        let [x, v, a] = [&p.position[i], velocity, &p.acceleration[i]].map(spatial);
+        let [x, v, a] = [&p.position[i], velocity, &p.acceleration[i]].map(|vector| spatial(vector));
         let before: [f64; 3] = std::array::from_fn(|c| x[c] - 2.0 * half * v[c]);
         let (own, pull, factor) = (cross(&x, &v), cross(&before, &a), self.damped(i, half));
         std::array::from_fn(|c| (own[c] + half * pull[c]) * factor)

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use colluvium_case::description::{Axis, Body, Space, Wall};
-use colluvium_case::{Case, CaseError, Plan, Solver};
+use colluvium_case::{Case, CaseError, Plan, Solver, spatial};
 use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
 use colluvium_points::{CellList, HalfList, NeighbourList};
 
 use crate::config::{
     Confined, Continuity, DensityReset, Formulation, Regularisation, RoughWall, SmoothWall, SoundSpeed,
-    SphOptions, WallStress,
+    SphOptions, WallStress, WallVelocity,
 };
 use crate::confinement::blind_to_surfaces;
 use crate::kernel::Smoothing;
@@ -190,11 +190,10 @@ fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
         ));
     }
     let of_particles = case.boundaries.iter().any(|boundary| !mirrors(&boundary.wall, options));
-    let defaults = SphOptions::new(options.spacing);
     for (name, is_set) in [
-        ("wall_stress", options.wall_stress != defaults.wall_stress),
-        ("wall_velocity", options.wall_velocity != defaults.wall_velocity),
-        ("wall_guard", options.wall_guard != defaults.wall_guard),
+        ("wall_stress", options.wall_stress != WallStress::default()),
+        ("wall_velocity", options.wall_velocity != WallVelocity::default()),
+        ("wall_guard", options.wall_guard != 0.0),
     ] {
         if is_set && !of_particles {
             warnings.push(format!("methods.sph.{name}: has no effect, no wall is made of particles"));
@@ -365,7 +364,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         limit: None,
         limit_age: 0,
         audit: Audit::default(),
-        inward: Vec::new(),
+        crowding: Vec::new(),
         pushes: Vec::new(),
         reference: None,
         guests: Vec::new(),
@@ -470,10 +469,9 @@ fn add_body<const D: usize>(
         .build()
         .map_err(|error| CaseError::new(format!("materials.{}", body.material), error.to_string()))?;
     let density = spec.density();
-    let space = crate::solver::spatial::<D>;
     let initial: Vec<InitialCondition> = positions
         .iter()
-        .map(|x| InitialCondition { stress: case.initial_stress(body, space(x)), density })
+        .map(|x| InitialCondition { stress: case.initial_stress(body, spatial(x)), density })
         .collect();
     let (stress, states) = material.initial(&initial).map_err(|error| {
         let place = &positions[error.index];
@@ -481,7 +479,7 @@ fn add_body<const D: usize>(
     })?;
     let count = positions.len();
     particles.id.extend(start as u32..(start + count) as u32);
-    particles.velocity.extend(positions.iter().map(|x| corner::<D>(&body.velocity.at(space(x)))));
+    particles.velocity.extend(positions.iter().map(|x| corner::<D>(&body.velocity.at(spatial(x)))));
     particles.mass.extend(samples.iter().map(|sample| sample.volume * density));
     particles.density.extend(std::iter::repeat_n(density, count));
     particles.sound.extend(std::iter::repeat_n(0.0, count));

@@ -167,7 +167,7 @@ impl<const D: usize> SphSolver<D> {
     /// A step of the leapfrog over the reference configuration.
     pub(crate) fn total_leapfrog(&mut self, dt: f64) -> Result<(), SolverError> {
         let Some(mut reference) = self.reference.take() else { return Ok(()) };
-        let gravity = self.gravity.map(|g| g * self.gravity_factor(dt));
+        let gravity = self.gravity_at(dt);
         let viscosity = (self.options.viscosity_linear, self.options.viscosity_quadratic);
         reference.load(&self.particles);
         let mut accelerations = std::mem::take(&mut self.particles.acceleration);

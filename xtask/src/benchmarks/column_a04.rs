@@ -30,6 +30,8 @@ const BASES: [(f64, &str); 2] = [(0.466, "friction 0.466"), (1.0, "rough base")]
 /// The source's step (s), on its grid of 1 mm, and its Courant number.
 const STEP: f64 = 1e-6;
 const STEP_COURANT: f64 = 0.0345;
+/// That of the case.
+const COURANT: f64 = 0.3;
 
 /// Kinematic viscosity `λh²` (m²/s) to which the sheet calibrates the rate `λ = (1 - flip)/Δt` of PIC.
 const DISSIPATION: f64 = 2e-3;
@@ -128,17 +130,28 @@ fn quantile(report: &RunReport, time: f64) -> f64 {
 
 /// The column on cells of edge `cell` (m), for `duration` times `sqrt(H/g)`.
 fn column(shape: &str, cell: f64, friction: f64, duration: f64) -> Result<RunReport, String> {
-    run(&column_case(shape, cell, friction, duration)?)
+    run(&column_case(shape, cell, friction, duration, None)?)
 }
 
-fn column_case(shape: &str, cell: f64, friction: f64, duration: f64) -> Result<Case, String> {
+/// With that step (s), or that of the case's Courant number.
+fn column_case(
+    shape: &str,
+    cell: f64,
+    friction: f64,
+    duration: f64,
+    step: Option<f64>,
+) -> Result<Case, String> {
     let mut case = case("mpm/column-a04")?;
     set(&mut case, "shape", shape);
     set(&mut case, "cell_size", cell);
+    if let Some(step) = step {
+        set(&mut case, "time_step", step);
+    }
     if shape == "linear" {
         // P-02: with stress updated last, points that reach into a node by less than half the square of the Courant
-        // number (here 0.3) overshoot (docs/theory/mpm.md, limits).
-        set(&mut case, "node_mass_cutoff", 0.045);
+        // number overshoot (docs/theory/mpm.md, limits).
+        let courant = if step.is_some() { STEP_COURANT } else { COURANT };
+        set(&mut case, "node_mass_cutoff", 0.5 * courant * courant);
     }
     let wall = serde_json::json!({ "kind": "frictional", "friction_coefficient": friction });
     case.boundaries[1].wall = serde_json::from_value(wall).map_err(|error| error.to_string())?;
@@ -193,14 +206,7 @@ fn start(
     let at = |report: &RunReport, time: f64| frame(report, time).map_or(f64::NAN, |f| run_out(f, cell));
     let mut reports = Vec::new();
     for (shape, method) in METHODS {
-        let mut case = column_case(shape, cell, 0.466, times[times.len() - 1])?;
-        if let Some(step) = step {
-            set(&mut case, "time_step", step);
-            if shape == "linear" {
-                set(&mut case, "node_mass_cutoff", 0.5 * STEP_COURANT * STEP_COURANT);
-            }
-        }
-        let report = run(&case)?;
+        let report = run(&column_case(shape, cell, 0.466, times[times.len() - 1], step)?)?;
         outcome.within(
             format!("(i) {method}, cells of {mm} mm: run-out over L₀ at sqrt(H/g)"),
             "0.14 ± 0.03",
@@ -288,8 +294,7 @@ fn show_noise(outcome: &mut Outcome, reports: &[(&str, RunReport)], cell: f64) {
 fn calibrated(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String> {
     let (cell, dt) = (0.004, 3e-5);
     let rate = DISSIPATION / (cell * cell);
-    let mut case = column_case("ugimp", cell, 0.466, 6.0)?;
-    set(&mut case, "time_step", dt);
+    let mut case = column_case("ugimp", cell, 0.466, 6.0, Some(dt))?;
     set(&mut case, "flip", 1.0 - rate * dt);
     let report = run(&case)?;
     let name =

@@ -56,6 +56,9 @@ pub(super) fn of_case(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> 
 /// # Errors
 /// Every wrong name, with its JSON path.
 pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
+    if case.output.fields.is_none() && case.measures.is_empty() {
+        return Ok(());
+    }
     let snapshot = solver.snapshot();
     let mut errors = Vec::new();
     let fields: Vec<&str> = snapshot.fields.iter().map(|field| field.name.as_str()).collect();

@@ -10,13 +10,20 @@ struct Oscillators {
     time: f64,
     steps: u64,
     damping: f64,
+    /// Stable step (s).
+    dt: f64,
     fail_at: Option<f64>,
 }
 
 impl Oscillators {
     fn boxed(damping: f64, fail_at: Option<f64>) -> Box<dyn Solver> {
         let state = (0..5).map(|i| [1.0 + f64::from(i), 0.0]).collect();
-        Box::new(Self { state, time: 0.0, steps: 0, damping, fail_at })
+        Box::new(Self { state, time: 0.0, steps: 0, damping, dt: 0.0137, fail_at })
+    }
+
+    /// At rest, with another stable step (s).
+    fn at_rest(dt: f64) -> Box<dyn Solver> {
+        Box::new(Self { state: vec![[0.0; 2]; 5], time: 0.0, steps: 0, damping: 0.0, dt, fail_at: None })
     }
 }
 
@@ -31,7 +38,7 @@ impl Solver for Oscillators {
         self.state.len()
     }
     fn time_step(&mut self) -> TimeStep {
-        TimeStep { dt: 0.0137, limit: StepLimit::Fixed, point: None, position: [0.0; 3] }
+        TimeStep { dt: self.dt, limit: StepLimit::Fixed, point: None, position: [0.0; 3] }
     }
     fn step(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.fail_at.is_some_and(|at| self.time >= at) {
@@ -63,7 +70,7 @@ impl Solver for Oscillators {
     }
     fn equilibrium(&self) -> Option<Equilibrium> {
         let worst = self.state.iter().map(|[x, v]| x.abs().max(v.abs())).fold(0.0, f64::max);
-        Some(Equilibrium { unbalanced_force: worst, kinetic_ratio: worst })
+        Some(Equilibrium { unbalanced_force: worst, kinetic_ratio: worst, kinetic: worst })
     }
     fn snapshot(&self) -> Snapshot {
         let count = self.state.len();
@@ -93,62 +100,6 @@ impl Solver for Oscillators {
     fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError> {
         (self.state, self.time, self.steps) =
             postcard::from_bytes(bytes).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
-        Ok(())
-    }
-}
-
-/// A point at rest with a stable step of its own.
-struct Still {
-    dt: f64,
-    time: f64,
-    steps: u64,
-}
-
-impl Solver for Still {
-    fn time(&self) -> f64 {
-        self.time
-    }
-    fn step_count(&self) -> u64 {
-        self.steps
-    }
-    fn points(&self) -> usize {
-        1
-    }
-    fn time_step(&mut self) -> TimeStep {
-        TimeStep { dt: self.dt, limit: StepLimit::Fixed, point: None, position: [0.0; 3] }
-    }
-    fn step(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.time += dt;
-        self.steps += 1;
-        Ok(())
-    }
-    fn begin_stage(&mut self, _stage: usize, _start: f64) -> Result<(), SolverError> {
-        Ok(())
-    }
-    fn end_stage(&mut self, _stage: &Stage) -> Result<(), SolverError> {
-        Ok(())
-    }
-    fn equilibrium(&self) -> Option<Equilibrium> {
-        None
-    }
-    fn snapshot(&self) -> Snapshot {
-        Snapshot {
-            time: self.time,
-            step: self.steps,
-            ids: vec![0],
-            bodies: vec![0],
-            positions: vec![[0.0; 3]],
-            extents: vec![[0.1; 3]],
-            fields: Vec::new(),
-        }
-    }
-    fn budget(&self) -> Budget {
-        Budget::default()
-    }
-    fn save(&self) -> Vec<u8> {
-        Vec::new()
-    }
-    fn restore(&mut self, _bytes: &[u8]) -> Result<(), SolverError> {
         Ok(())
     }
 }
@@ -221,8 +172,7 @@ fn no_step_is_a_sliver() {
 fn a_stable_step_far_beyond_the_run_is_no_end_of_it() {
     let case = case(r#"[ { "name": "a", "duration": 0.35 }, { "name": "b", "duration": 0.65 } ]"#);
     for dt in [1.0, 1e9, 1e200] {
-        let solver = Box::new(Still { dt, time: 0.0, steps: 0 });
-        let report = run(&case, solver, &RunOptions::default()).unwrap();
+        let report = run(&case, Oscillators::at_rest(dt), &RunOptions::default()).unwrap();
         assert_eq!(
             (report.steps, report.table.rows.len()),
             (11, 11),
@@ -235,8 +185,7 @@ fn a_stable_step_far_beyond_the_run_is_no_end_of_it() {
 #[test]
 fn a_run_with_nothing_left_to_move_says_so_with_its_stage() {
     let case = case(r#"[ { "name": "dig", "duration": 1 } ]"#);
-    let solver = Box::new(Still { dt: f64::INFINITY, time: 0.0, steps: 0 });
-    let error = run(&case, solver, &RunOptions::default()).unwrap_err();
+    let error = run(&case, Oscillators::at_rest(f64::INFINITY), &RunOptions::default()).unwrap_err();
     assert_eq!(
         error.to_string(),
         "stage \"dig\", t = 0 s: nothing is left to move, all bodies are removed, rigid or have left"

@@ -65,13 +65,8 @@ impl VonMisesSpec {
     /// The first parameter out of range.
     pub fn law(&self) -> Result<DruckerPrager, MaterialError> {
         positive("cohesion", self.cohesion, "Pa")?;
-        let softening = self.residual_cohesion.map(|residual_cohesion| Softening {
-            residual_friction_angle: 0.0,
-            residual_cohesion,
-            friction_rate: 0.0,
-            cohesion_rate: self.softening_rate,
-            hardening: false,
-        });
+        let softening =
+            self.residual_cohesion.map(|residual| Softening::of_cohesion(residual, self.softening_rate));
         let law = DruckerPragerSpec {
             density: self.density,
             youngs_modulus: self.youngs_modulus,

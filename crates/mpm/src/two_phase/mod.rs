@@ -134,7 +134,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let cutoff = self.options.node_mass_cutoff;
         let solve = PhaseSolve {
             dt,
-            gravity: self.gravity.map(|g| g * self.gravity_factor(dt)),
+            gravity: self.gravity_at(dt),
             damping: stage.damping,
             keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
             inertia: self.options.mass_scaling,
@@ -170,6 +170,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         Equilibrium {
             unbalanced_force: unbalanced(mixture, of_mixture).max(unbalanced(liquid, of_liquid)),
             kinetic_ratio: scales.energy_ratio(mixture.kinetic, self.external_work),
+            kinetic: mixture.kinetic,
         }
     }
 

@@ -1,12 +1,12 @@
 //! What the pore fluid adds to snapshot and budget.
 
-use colluvium_case::{Budget, Field, FieldData, PhaseBudget, StepLimit};
+use colluvium_case::{Budget, Field, FieldData, PhaseBudget, StepLimit, spatial};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::Basis;
 
 use crate::config::StepBounds;
 use crate::points::{PointDomain, PointSet, ground};
-use crate::report::{Limit, spatial, square};
+use crate::report::{Limit, square};
 use crate::solver::MpmSolver;
 use crate::two_phase::{Fluid, critical_step};
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use colluvium_case::description::{Body, Wall as CaseWall};
-use colluvium_case::{Case, CaseError};
+use colluvium_case::{Case, CaseError, spatial};
 use colluvium_grid::{Lanes, Layout, Node, Walls};
 
 use super::{Fluid, PhaseSums, PoreSet, TwoPhase};
@@ -88,7 +88,6 @@ pub fn pore_set<const D: usize>(case: &Case, body: &Body, position: &[[f64; D]])
         return None;
     }
     let gravity = case.gravity3();
-    let spatial = |x: &[f64; D]| std::array::from_fn(|c| if c < D { x[c] } else { 0.0 });
     let Some(fluid) = &body.pore_fluid else {
         return Some(PoreSet {
             fluid: None,

@@ -12,7 +12,7 @@ pub(crate) use stress::Over;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, SolverError, TimeStep};
+use colluvium_case::{Case, SolverError, TimeStep, spatial};
 use colluvium_constitutive::SymTensor;
 use colluvium_points::{CellList, NeighbourList, ROWS};
 use rayon::prelude::*;
@@ -20,7 +20,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::SphOptions;
 use crate::config::{Continuity, Momentum, SmoothingLength, Symmetrisation, Tensile, WallStress};
-use crate::confinement::Inward;
 use crate::kernel::Smoothing;
 use crate::pairs::{Pairs, Shift};
 use crate::particles::{Group, Particles};
@@ -111,8 +110,8 @@ pub struct SphSolver<const D: usize> {
     pub(crate) limit: Option<TimeStep>,
     pub(crate) limit_age: u64,
     pub(crate) audit: Audit,
-    /// What a confining pressure needs; empty without.
-    pub(crate) inward: Vec<Inward<D>>,
+    /// `Σ_{j≠i} V_j W`, small at a surface; empty without a confining pressure.
+    pub(crate) crowding: Vec<f64>,
     /// Accelerations by a confining pressure (m/s²); empty without.
     pub(crate) pushes: Vec<[f64; D]>,
     /// The initial configuration, of the total-Lagrangian form.
@@ -160,7 +159,7 @@ impl<const D: usize> SphSolver<D> {
             kept: Kept::default(),
             surface: Vec::new(),
             shifts: Vec::new(),
-            inward: Vec::new(),
+            crowding: Vec::new(),
             pushes: Vec::new(),
             reference: None,
             guests: Vec::new(),
@@ -462,9 +461,10 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// Factor on gravity at the end of a step of `dt`.
-    pub(crate) fn gravity_factor(&self, dt: f64) -> f64 {
-        self.case.stages[self.stage].gravity_factor(self.time + dt - self.stage_start)
+    /// Gravity at the end of a step of `dt` (m/s²).
+    pub(crate) fn gravity_at(&self, dt: f64) -> [f64; D] {
+        let factor = self.case.stages[self.stage].gravity_factor(self.time + dt - self.stage_start);
+        self.gravity.map(|g| g * factor)
     }
 
     /// The largest stable step from the current state (sheet §3.4).
@@ -512,9 +512,4 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn is_guest(&self, i: usize) -> bool {
         self.guests.get(i).is_some_and(|guest| *guest)
     }
-}
-
-/// A vector of the space with three components.
-pub(crate) fn spatial<const D: usize>(vector: &[f64; D]) -> [f64; 3] {
-    std::array::from_fn(|c| if c < D { vector[c] } else { 0.0 })
 }

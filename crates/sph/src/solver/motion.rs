@@ -1,10 +1,10 @@
 //! The pieces of a step that move particles.
 
-use colluvium_case::SolverError;
+use colluvium_case::{SolverError, spatial};
 use colluvium_points::ROWS;
 use rayon::prelude::*;
 
-use super::{Audit, SphSolver, TASK, over_rows, spatial, square};
+use super::{Audit, SphSolver, TASK, over_rows, square};
 use crate::config::SmoothingLength;
 use crate::lanes::set_velocity;
 use crate::particles::Group;
@@ -28,7 +28,7 @@ impl<const D: usize> SphSolver<D> {
 
     /// Accelerations, gravity and local damping of the stage included; keeps the weights of the pairs.
     pub(crate) fn accelerate(&mut self, dt: f64) {
-        let gravity = self.gravity.map(|g| g * self.gravity_factor(dt));
+        let gravity = self.gravity_at(dt);
         let mut accelerations = std::mem::take(&mut self.particles.acceleration);
         accelerations.resize(self.particles.len, [0.0; D]);
         let mut weights = std::mem::take(&mut self.weights);
@@ -63,7 +63,7 @@ impl<const D: usize> SphSolver<D> {
 
     /// Unbalanced and external forces, kinetic energy and work of the step, of each of its free particles.
     pub(crate) fn audits(&self, dt: f64) -> impl Iterator<Item = (usize, Audit)> {
-        let gravity = self.gravity.map(|g| g * self.gravity_factor(dt));
+        let gravity = self.gravity_at(dt);
         let p = &self.particles;
         let free = self.groups.iter().filter(|group| group.held.is_none());
         free.flat_map(Group::range).filter(|&i| !self.is_guest(i)).map(move |i| {

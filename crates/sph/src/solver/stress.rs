@@ -1,7 +1,7 @@
 //! Densities and stresses.
 
 use colluvium_case::SolverError;
-use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
+use colluvium_constitutive::{BLOCK, Mat3, Motion};
 use rayon::prelude::*;
 
 use super::{SphSolver, over_rows};
@@ -10,16 +10,6 @@ use crate::particles::Matrix;
 
 /// Densities beyond these shares of the initial one stop a run (sheet §7).
 const DENSITIES: std::ops::Range<f64> = 0.2..5.0;
-
-/// No motion, to be replaced.
-const STILL: Motion = Motion {
-    deformation: Mat3::IDENTITY,
-    gradient: Mat3::ZERO,
-    dt: 0.0,
-    density: 0.0,
-    size: 0.0,
-    pore: Pore { pressure: 0.0, saturation: 0.0 },
-};
 
 /// Over which positions a velocity gradient was taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +41,7 @@ fn motion<const D: usize>(l: &Matrix<D>, dt: f64, density: f64, volume: f64) -> 
     let twice = 2.0 / determinant;
     let (xx, yy) = ((a * (1.0 + d) - b * c) * twice, (d * (1.0 + a) - b * c) * twice);
     let gradient = Mat3([[xx, b * twice, 0.0], [c * twice, yy, 0.0], [0.0; 3]]);
-    Some(Motion { deformation, gradient, dt, density, size, pore: STILL.pore })
+    Some(Motion { deformation, gradient, dt, density, size, ..Motion::STILL })
 }
 
 /// The same over the positions at the middle of the step.
@@ -98,7 +88,7 @@ impl<const D: usize> SphSolver<D> {
             let all = blocks.zip(stress).zip(density).zip(mass).zip(gradient).zip(divergence).enumerate();
             let error =
                 all.filter_map(|(number, (((((states, stress), density), mass), gradient), divergence))| {
-                    let mut motions = [STILL; BLOCK];
+                    let mut motions = [Motion::STILL; BLOCK];
                     for k in 0..stress.len() {
                         if follows {
                             density[k] *= match over {
@@ -139,7 +129,7 @@ impl<const D: usize> SphSolver<D> {
         if strength == 0.0 {
             return;
         }
-        let gravity = self.gravity.map(|g| g * self.gravity_factor(0.0));
+        let gravity = self.gravity_at(0.0);
         let mut rates = std::mem::take(&mut self.tensors);
         let mut weights = std::mem::take(&mut self.weights);
         rates.resize(self.particles.len, colluvium_constitutive::SymTensor::ZERO);
@@ -194,9 +184,10 @@ impl<const D: usize> SphSolver<D> {
             let mass = p.mass[range.clone()].par_chunks(BLOCK);
             let all = blocks.zip(stress).zip(density).zip(mass).enumerate();
             let error = all.filter_map(|(number, (((states, stress), density), mass))| {
-                let mut motions = [STILL; BLOCK];
+                let mut motions = [Motion::STILL; BLOCK];
                 for ((motion, density), mass) in motions.iter_mut().zip(density).zip(mass) {
-                    *motion = Motion { dt, density: *density, size: edge::<D>(mass / density), ..STILL };
+                    *motion =
+                        Motion { dt, density: *density, size: edge::<D>(mass / density), ..Motion::STILL };
                 }
                 let updated = material.update(&motions[..stress.len()], stress, states);
                 updated.err().map(|e| (range.start + number * BLOCK + e.index, e.source.to_string()))

@@ -54,7 +54,7 @@ impl<const D: usize> SphSolver<D> {
     }
 
     fn wall_stress(&self, first: usize, k: usize) -> SymTensor {
-        let gravity = self.gravity.map(|g| g * self.gravity_factor(0.0));
+        let gravity = self.gravity_at(0.0);
         let size = square(&gravity).sqrt();
         let carries = self.options.wall_stress == WallStress::Extrapolated && size > 0.0;
         let up = gravity.map(|g| -g / size);

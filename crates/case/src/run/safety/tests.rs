@@ -21,7 +21,17 @@ struct Slider {
     steps: u64,
 }
 
-struct Sliding;
+/// The method of the block; it may be cut off on the way.
+#[derive(Default)]
+struct Sliding {
+    /// Solvers that it has built.
+    built: AtomicUsize,
+    /// Building the solver of that number it is asked to stop.
+    stops_at: Option<usize>,
+    stop: Arc<AtomicBool>,
+    /// Building the solver of that number it refuses.
+    refuses_at: Option<usize>,
+}
 
 #[derive(JsonSchema)]
 struct Nothing {}
@@ -40,6 +50,11 @@ impl Method for Sliding {
         Err(CaseError::new("", "no plan"))
     }
     fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+        let built = Some(self.built.fetch_add(1, Ordering::Relaxed));
+        if built == self.refuses_at {
+            return Err(CaseError::new("materials.clay", "refused"));
+        }
+        self.stop.store(built == self.stops_at, Ordering::Relaxed);
         let spec = serde_json::to_value(&case.materials["clay"]).unwrap();
         let strength = spec["cohesion"].as_f64().unwrap() / 1000.0;
         Ok(Box::new(Slider { strength, x: 0.0, v: 0.0, time: 0.0, steps: 0 }))
@@ -131,7 +146,7 @@ fn a_block_is_as_safe_as_its_cohesion_exceeds_its_pull() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let options = RunOptions { out: Some(out.clone()), ..RunOptions::default() };
-    let report = run_method(&Sliding, &searching("[1, 2]"), &options).unwrap();
+    let report = run_method(&Sliding::default(), &searching("[1, 2]"), &options).unwrap();
     let safety = &report.safety["safety"];
     assert!(safety.stable <= STRENGTH && STRENGTH <= safety.failed, "{safety:?}");
     assert!(safety.failed - safety.stable <= 0.01);
@@ -142,43 +157,6 @@ fn a_block_is_as_safe_as_its_cohesion_exceeds_its_pull() {
         serde_json::from_str(&std::fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
     assert_eq!(summary["factors_of_safety"]["safety"]["factor"].as_f64(), safety.factor());
     assert_eq!(report.snapshot.time, 0.7, "the run itself goes on with its stages");
-}
-
-/// [`Sliding`] that is asked to stop when it builds its solver for the trial of that number, or refuses to build it.
-struct Cut {
-    stop: Arc<AtomicBool>,
-    refuses: bool,
-    trial: usize,
-    built: AtomicUsize,
-}
-
-impl Cut {
-    fn new(trial: usize, refuses: bool) -> Self {
-        Self { stop: Arc::default(), refuses, trial, built: AtomicUsize::new(0) }
-    }
-}
-
-impl Method for Cut {
-    fn name(&self) -> &'static str {
-        "sliding"
-    }
-    fn summary(&self) -> &'static str {
-        "a block"
-    }
-    fn options_schema(&self) -> schemars::Schema {
-        schema_for!(Nothing)
-    }
-    fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
-        Sliding.plan(case)
-    }
-    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
-        let built = self.built.fetch_add(1, Ordering::Relaxed);
-        if built == self.trial && self.refuses {
-            return Err(CaseError::new("materials.clay", "refused"));
-        }
-        self.stop.store(built == self.trial, Ordering::Relaxed);
-        Sliding.build(case)
-    }
 }
 
 fn status(out: &Path) -> Value {
@@ -205,8 +183,8 @@ fn an_interrupted_search_is_taken_up_where_it_was() {
         ..RunOptions::default()
     };
     let case = searching("[1, 2]");
-    let whole = run_method(&Sliding, &case, &options("whole")).unwrap();
-    let cut = Cut::new(4, false);
+    let whole = run_method(&Sliding::default(), &case, &options("whole")).unwrap();
+    let cut = Sliding { stops_at: Some(4), ..Sliding::default() };
     let report =
         run_method(&cut, &case, &RunOptions { stop: Some(cut.stop.clone()), ..options("cut") }).unwrap();
     assert_eq!((report.ending, report.safety.len()), (Ending::Interrupted, 0));
@@ -214,7 +192,7 @@ fn an_interrupted_search_is_taken_up_where_it_was() {
     let summary = status(&out);
     assert_eq!(summary["status"], "interrupted");
     assert!(summary["factors_of_safety"].is_null(), "{summary}");
-    let again = Cut::new(usize::MAX, false);
+    let again = Sliding::default();
     let report = run_method(&again, &case, &RunOptions { resume: true, ..options("cut") }).unwrap();
     assert_eq!((report.ending, &report.safety), (Ending::Completed, &whole.safety));
     // The first build is that of the run.
@@ -234,12 +212,13 @@ fn a_trial_that_fails_fails_the_run_which_can_be_resumed() {
     let options =
         RunOptions { method: "sliding".into(), out: Some(folder.path().to_owned()), ..RunOptions::default() };
     let case = searching("[1, 2]");
-    let error = run_method(&Cut::new(2, true), &case, &options).unwrap_err();
+    let error =
+        run_method(&Sliding { refuses_at: Some(2), ..Sliding::default() }, &case, &options).unwrap_err();
     assert_eq!(error.to_string(), "measures.safety: trial with the factor 2: materials.clay: refused");
     let summary = status(folder.path());
     assert_eq!(summary["status"], "failed");
     assert_eq!(summary["reason"].as_str(), Some(error.to_string().as_str()));
-    let report = run_method(&Sliding, &case, &RunOptions { resume: true, ..options }).unwrap();
+    let report = run_method(&Sliding::default(), &case, &RunOptions { resume: true, ..options }).unwrap();
     assert!(report.safety["safety"].factor().is_some());
     assert_eq!(status(folder.path())["status"], "completed");
 }
@@ -248,7 +227,7 @@ fn a_trial_that_fails_fails_the_run_which_can_be_resumed() {
 fn a_range_that_does_not_hold_the_factor_says_so() {
     for (range, trials, stable, failed) in [("[1.5, 2]", 1, 0.0, 1.5), ("[0.5, 1.2]", 2, 1.2, f64::INFINITY)]
     {
-        let report = run_method(&Sliding, &searching(range), &RunOptions::default()).unwrap();
+        let report = run_method(&Sliding::default(), &searching(range), &RunOptions::default()).unwrap();
         let safety = &report.safety["safety"];
         assert_eq!((safety.trials.len(), safety.stable, safety.failed), (trials, stable, failed));
         assert_eq!(safety.factor(), None);
@@ -261,7 +240,7 @@ fn a_weakened_stage_has_the_strength_it_says() {
         { "name": "weak", "duration": 1, "weakening": { "factor": 2 } },
         { "name": "weak still", "duration": 1 },
         { "name": "strong", "duration": 1, "weakening": { "factor": 1 } }]"#;
-    let report = run_method(&Sliding, &case(stages), &RunOptions::default()).unwrap();
+    let report = run_method(&Sliding::default(), &case(stages), &RunOptions::default()).unwrap();
     let at = |time: f64| {
         let row = report.table.rows.iter().min_by(|a, b| (a[0] - time).abs().total_cmp(&(b[0] - time).abs()));
         row.unwrap()[report.table.columns.iter().position(|(name, _)| name == "kinetic_energy").unwrap()]
@@ -271,7 +250,8 @@ fn a_weakened_stage_has_the_strength_it_says() {
     assert!((at(2.5) / (0.5 * fastest * fastest) - 1.0).abs() < 0.05, "{}", at(2.5));
     assert!(at(3.5) < at(2.5), "full strength brakes");
     let whole = case(stages);
-    let error = crate::run(&whole, Sliding.build(&whole).unwrap(), &RunOptions::default()).unwrap_err();
+    let error =
+        crate::run(&whole, Sliding::default().build(&whole).unwrap(), &RunOptions::default()).unwrap_err();
     assert!(error.to_string().contains("stages[1].weakening"), "{error}");
 }
 

@@ -24,6 +24,17 @@ pub struct Softening {
 }
 
 impl Softening {
+    /// Of the cohesion alone, down to a residual one (Pa), at a rate with plastic strain.
+    pub const fn of_cohesion(residual_cohesion: f64, cohesion_rate: f64) -> Self {
+        Self {
+            residual_friction_angle: 0.0,
+            residual_cohesion,
+            friction_rate: 0.0,
+            cohesion_rate,
+            hardening: false,
+        }
+    }
+
     /// For the samples of the models that soften.
     pub(in crate::laws) const EXAMPLE: Self = Self {
         residual_friction_angle: 20.0,
