@@ -3,7 +3,7 @@
 use colluvium_constitutive::{MaterialSpec, SymTensor};
 
 use crate::Case;
-use crate::description::{Body, InitialStress};
+use crate::description::{Body, InitialStress, PoreFluid};
 
 /// Places per direction at which the weight above a body is compared.
 const PLACES: usize = 24;
@@ -65,7 +65,7 @@ impl Case {
     }
 
     /// Density of a body with what fills its pores (kg/m³).
-    fn bulk_density(&self, body: &Body) -> f64 {
+    pub(crate) fn bulk_density(&self, body: &Body) -> f64 {
         let own = self.materials.get(&body.material).map_or(0.0, MaterialSpec::density);
         body.pore_fluid.as_ref().map_or(own, |fluid| fluid.saturated_density(own))
     }
@@ -79,14 +79,27 @@ impl Case {
             let (low, high) = body.shape.bounds(self.dimension());
             if up > 0.0 { high[axis] } else { -low[axis] }
         };
-        let top = self.bodies.iter().filter(|b| !b.rigid).map(top).fold(f64::NEG_INFINITY, f64::max);
+        let all = self.bodies.iter().filter(|b| !b.rigid).map(top).fold(f64::NEG_INFINITY, f64::max);
         let size = self.domain.max[axis] - self.domain.min[axis];
+        let ramped = self.stages.first().is_some_and(|stage| stage.gravity_ramp > 0.0);
         for (number, body) in self.bodies.iter().enumerate().filter(|(_, body)| !body.rigid) {
+            self.warn_of_table((number, body), axis, warnings);
             let InitialStress::K0 { surface, .. } = body.stress else { continue };
-            if up * surface > top + SAME * size {
+            if up * surface > all + SAME * size {
                 warnings.push(format!(
                     "bodies[{number}].stress.surface: {surface} m lies above all bodies, and what is not there weighs \
                      nothing"
+                ));
+            } else if up * surface < top(body) - SAME * size {
+                warnings.push(format!(
+                    "bodies[{number}].stress.surface: {surface} m lies below the top of the body, and what lies above it \
+                     weighs nothing"
+                ));
+            }
+            if ramped {
+                warnings.push(format!(
+                    "bodies[{number}].stress: it is that of full gravity, which the first stage begins without \
+                     (gravity_ramp): leave out one of both"
                 ));
             }
             if !settles && !self.is_level(body, axis, surface) {
@@ -95,6 +108,19 @@ impl Case {
                      are not level), and a k0 stress is in no balance there: begin with a stage that has `equilibrium`"
                 ));
             }
+        }
+    }
+
+    /// Warns of a water table within a body: its pores are full above it too.
+    fn warn_of_table(&self, (number, body): (usize, &Body), axis: usize, warnings: &mut Vec<String>) {
+        let Some(table) = body.pore_fluid.as_ref().and_then(PoreFluid::surface) else { return };
+        let (low, high) = body.shape.bounds(self.dimension());
+        let slack = SAME * (high[axis] - low[axis]);
+        if low[axis] + slack < table && table < high[axis] - slack {
+            warnings.push(format!(
+                "bodies[{number}].pore_fluid.pressure.surface: {table} m lies within the body, whose pores are full above \
+                 it too: that water is in no balance, and flows down"
+            ));
         }
     }
 
@@ -192,7 +218,8 @@ mod tests {
     fn what_lies_above_the_given_surface_or_is_rigid_weighs_nothing() {
         let own = json!({ "kind": "k0", "surface": 2, "coefficient": 0 });
         assert!((vertical(&layers(&[("/bodies/0/stress", own)]), 0, [1.0, 1.0, 0.0]) + 10e3).abs() < 1e-9);
-        let rigid = layers(&[("/bodies/1/rigid", json!(true))]);
+        let rigid =
+            layers(&[("/bodies/1/rigid", json!(true)), ("/bodies/1/stress", json!({ "kind": "none" }))]);
         assert!((vertical(&rigid, 0, [1.0, 1.0, 0.0]) + 10e3).abs() < 1e-9);
         let high = json!({ "kind": "k0", "surface": 5, "coefficient": 0 });
         let high = layers(&[("/bodies/0/stress", high)]);
@@ -248,6 +275,22 @@ mod tests {
             let exact = [-23e3, -40e3, -23e3, 0.0, 0.0, 0.0];
             assert!(stress.0.iter().zip(exact).all(|(s, e)| (s - e).abs() < 1e-9), "{stress:?}");
         }
+    }
+
+    #[test]
+    fn surfaces_below_the_ground_ramps_and_water_tables_in_it_are_warned_of() {
+        let one = |changes: &[(&str, Value)], word: &str| {
+            let warnings = layers(changes).warnings();
+            assert!(warnings.iter().any(|warning| warning.contains(word)), "{word}: {warnings:?}");
+        };
+        let low = json!({ "kind": "k0", "surface": 1.5, "coefficient": 0 });
+        one(&[("/bodies/0/stress", low)], "1.5 m lies below the top of the body");
+        one(
+            &[("/stages", json!([{ "name": "g", "duration": 1, "gravity_ramp": 0.5 }]))],
+            "that of full gravity",
+        );
+        let water = json!({ "porosity": 0.4, "permeability": 1e-3, "pressure": { "kind": "hydrostatic", "surface": 1 } });
+        one(&[("/bodies/0/pore_fluid", water)], "1 m lies within the body");
     }
 
     #[test]

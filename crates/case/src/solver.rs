@@ -46,6 +46,9 @@ pub struct Plan {
     pub time_step: TimeStep,
     /// Estimated memory (bytes).
     pub memory: u64,
+    /// Volume of the points of each body at the start (m³; m² × 1 m in plane strain, per radian in axisymmetry), rigid ones
+    /// included.
+    pub volumes: Vec<f64>,
     /// Point-updates per second to expect per thread, from this project's benchmarks.
     pub updates_per_second: f64,
     /// Warnings worth showing: under-sampled cells, a Poisson ratio near 0.5, …
@@ -340,6 +343,11 @@ pub trait Solver: Send {
     /// does not measure it.
     fn dissipated(&self) -> Option<f64> {
         None
+    }
+
+    /// What of the state is worth a word when a run ends: points that are where their law is no longer meant to hold, …
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
     }
 
     /// Everything on the points, in the order of ids.

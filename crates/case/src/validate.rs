@@ -18,7 +18,7 @@ use crate::output::grid_nodes;
 use crate::{Case, CaseError, CaseErrors};
 
 /// Points per direction of the search for overlaps of bodies.
-const OVERLAP_RESOLUTION: usize = 24;
+pub const OVERLAP_RESOLUTION: usize = 24;
 
 /// More nodes than fit into a file that anyone opens.
 const MOST_NODES: f64 = 1e8;
@@ -197,6 +197,11 @@ impl Findings<'_> {
             self.initial_stress(&format!("{path}.stress"), &body.stress);
             let whole = !(body.rigid && body.drop_outside);
             self.require(whole, format!("{path}.drop_outside"), "a rigid body stays whole");
+            let still = !body.rigid || body.velocity == Velocity::Rest;
+            let problem = "a rigid body moves as the motions of the stages say, and from rest";
+            self.require(still, format!("{path}.velocity"), problem);
+            let slack = !body.rigid || body.stress == InitialStress::None;
+            self.require(slack, format!("{path}.stress"), "a rigid body carries no stress");
             let material = case.materials.get(&body.material);
             let unfit = if let Some(fluid) = &body.pore_fluid {
                 self.pore_fluid(&format!("{path}.pore_fluid"), fluid);

@@ -1,10 +1,16 @@
 //! What is allowed in a case but worth a word.
 
-use crate::description::{Boundary, Load, Wall};
+use colluvium_points::overlap;
+
+use crate::description::{Body, Boundary, Load, Space, Wall};
+use crate::validate::OVERLAP_RESOLUTION;
 use crate::{Case, Plan};
 
 /// Places along each axis of a side at which it is looked at.
 const SAMPLES: usize = 32;
+
+/// Share of its volume by which the points of a body may miss its shape without a word.
+const MASS_SLACK: f64 = 0.02;
 
 /// How far from a side one looks for what is there, over the size of the domain.
 const BESIDE: f64 = 1e-6;
@@ -30,10 +36,45 @@ impl Case {
             warnings.extend(spec.warnings().into_iter().map(|warning| format!("materials.{name}.{warning}")));
         }
         self.warn_of_weights(&mut warnings);
+        self.warn_of_walls(&mut warnings);
+        self.warn_of_excavations(&mut warnings);
         for (number, load) in self.loads.iter().enumerate() {
             self.warn_of_load(number, load, &mut warnings);
         }
         warnings
+    }
+
+    /// Warns of walls with material on both sides.
+    fn warn_of_walls(&self, warnings: &mut Vec<String>) {
+        for (number, boundary) in self.boundaries.iter().enumerate() {
+            let (axis, place) = (boundary.side.axis(), boundary.position(&self.domain));
+            let slack = BESIDE * (self.domain.max[axis] - self.domain.min[axis]);
+            let stands_in = |body: &&Body| {
+                let (low, high) = body.shape.bounds(self.dimension());
+                !body.rigid && low[axis] + slack < place && place < high[axis] - slack
+            };
+            if let Some(body) = self.bodies.iter().find(stands_in) {
+                warnings.push(format!(
+                    "boundaries[{number}].position: the body {:?} reaches beyond the wall at {place} m",
+                    body.name
+                ));
+            }
+        }
+    }
+
+    /// Warns of regions that hold nothing to take away.
+    fn warn_of_excavations(&self, warnings: &mut Vec<String>) {
+        for (stage, of_stage) in self.stages.iter().enumerate() {
+            for (number, region) in of_stage.excavate.iter().enumerate() {
+                let is_there = |body: &Body| {
+                    overlap(&body.shape, region, self.dimension(), OVERLAP_RESOLUTION).is_some()
+                };
+                if !self.bodies.iter().any(is_there) {
+                    warnings
+                        .push(format!("stages[{stage}].excavate[{number}]: no body is there at the start"));
+                }
+            }
+        }
     }
 
     /// Warns of loads on what is not, or not all, a free and flat side.
@@ -95,9 +136,26 @@ impl Case {
 }
 
 impl Plan {
-    /// Its warnings, and a word on outputs that follow each other faster than steps.
+    /// Mass of the points of each body (kg), pore fluid included.
+    pub fn masses<'a>(&'a self, case: &'a Case) -> impl Iterator<Item = f64> {
+        case.bodies.iter().zip(&self.volumes).map(|(body, volume)| case.bulk_density(body) * volume)
+    }
+
+    /// Its warnings, and a word on bodies of which their points are no good picture and on outputs that follow each other
+    /// faster than steps.
     pub fn all_warnings(&self, case: &Case) -> Vec<String> {
         let mut warnings = self.warnings.clone();
+        for (number, (body, volume)) in case.bodies.iter().zip(&self.volumes).enumerate() {
+            let exact = body.shape.volume(case.dimension(), case.space == Space::Axisymmetric);
+            let excess = volume / exact - 1.0;
+            if !body.rigid && excess.abs() > MASS_SLACK {
+                warnings.push(format!(
+                    "bodies[{number}].shape: its points have {:+.1} % of volume, and of mass, beyond the shape's {exact:.4e}: use \
+                     smaller cells or spacings, or a shape that ends on their lines",
+                    100.0 * excess
+                ));
+            }
+        }
         let dt = self.time_step.dt;
         for (key, interval) in [("frames", case.output.frames), ("measures", case.output.measures)] {
             let Some(interval) = interval.filter(|interval| *interval < dt) else { continue };
@@ -193,6 +251,21 @@ mod tests {
     }
 
     #[test]
+    fn walls_through_bodies_and_excavations_of_nothing_are_named() {
+        let cut = warnings("y-max", |case| {
+            case["boundaries"] = json!([{ "side": "x-min", "position": 1.5, "wall": { "kind": "smooth" } }]);
+        });
+        assert!(cut.len() == 1 && cut[0].starts_with("boundaries[0].position: the body \"b\""), "{cut:?}");
+        let nothing = warnings("y-max", |case| {
+            case["stages"][0]["excavate"] = json!([{ "kind": "box", "min": [3, 0], "max": [4, 1] }]);
+        });
+        assert!(
+            nothing.len() == 1 && nothing[0].starts_with("stages[0].excavate[0]: no body"),
+            "{nothing:?}"
+        );
+    }
+
+    #[test]
     fn outputs_that_cut_the_steps_are_named() {
         let text = r#"{ "title": "t", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
@@ -206,6 +279,7 @@ mod tests {
             nodes: 2,
             time_step,
             memory: 1,
+            volumes: vec![1.0],
             steps: 50,
             updates_per_second: 1.0,
             warnings: Vec::new(),

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::driven::DrivenState;
 use crate::momentum::RowSums;
-use crate::points::{PointDomain, SavedSet};
+use crate::points::{PointDomain, PointSet, SavedSet};
 use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
@@ -48,7 +48,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
     }
 
     fn points(&self) -> usize {
-        self.sets.iter().map(crate::points::PointSet::len).sum()
+        self.sets.iter().map(PointSet::len).sum()
     }
 
     fn time_step(&mut self) -> TimeStep {
@@ -122,6 +122,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         self.case.measures_dissipation().then(|| self.dissipated_energy())
     }
 
+    fn remarks(&self) -> Vec<String> {
+        let crushed: usize = self.soft_sets().map(PointSet::crushed).sum();
+        let remark = format!(
+            "{crushed} of {} points are compressed to a tenth of their initial volume, the least that is allowed: their \
+             material is far outside of what its law is for (look at its stiffness, at the loads and at what is held)",
+            self.points()
+        );
+        (crushed > 0).then_some(remark).into_iter().collect()
+    }
+
     fn snapshot(&self) -> Snapshot {
         self.take_snapshot()
     }
@@ -146,7 +156,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
             sums: self.sums,
             phase_sums: self.two_phase.as_ref().map(|phases| phases.sums),
             absorbed: self.absorbing.moved.clone().into_iter().collect(),
-            sets: self.sets.iter().map(crate::points::PointSet::save).collect(),
+            sets: self.sets.iter().map(PointSet::save).collect(),
         };
         postcard::to_stdvec(&saved).expect("plain numbers always serialise")
     }

@@ -216,6 +216,17 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
+    /// Numbers of the patches that hold no node where they begin.
+    pub(crate) fn empty_patches(&self) -> Vec<usize> {
+        let is_empty = |driven: &&Driven| {
+            let mut nodes = 0;
+            let Some(place) = driven.place(&self.case, &self.options) else { return false };
+            place.nodes::<D, S, B>(&ground!(self), &self.layout, |_, _| nodes += 1);
+            nodes == 0
+        };
+        self.driven.iter().filter(is_empty).filter_map(|driven| driven.patch).collect()
+    }
+
     /// Moves what is driven, at the end of a step of `dt`; returns the largest move of a point along an axis (m).
     ///
     /// # Errors

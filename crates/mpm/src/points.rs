@@ -243,6 +243,9 @@ pub struct PointSet<const D: usize, P> {
     pub slabs: Vec<usize>,
 }
 
+/// The least volume of a point over its initial one (pitfall P-09).
+pub const LEAST_VOLUME: f64 = 0.1;
+
 impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
     /// Number of points.
     pub fn len(&self) -> usize {
@@ -260,6 +263,12 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             + matrices
             + size_of_val(&self.stress[..])
             + size_of_val(&self.domain[..])
+    }
+
+    /// How many points have the least volume.
+    pub fn crushed(&self) -> usize {
+        let least = |(volume, initial): &(&f64, &f64)| **volume <= LEAST_VOLUME * **initial;
+        self.volume.iter().zip(&self.initial_volume).filter(least).count()
     }
 
     /// Where the points look at the grid from (m).

@@ -117,8 +117,15 @@ impl dispatch::Visitor for Measure<'_> {
             phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
         per_node += if solver.dual.is_used() { DualNodes::BYTES } else { 0 };
         per_node += if solver.consistent.is_used() { ConsistentMass::BYTES } else { 0 };
+        let mut volumes = vec![0.0; self.case.bodies.len()];
+        for set in &solver.sets {
+            volumes[set.body as usize] += set.initial_volume.iter().sum::<f64>();
+        }
         let of_points = solver.sets.iter().map(PointSet::bytes).sum::<usize>();
         let mut warnings = warnings(self.case, self.options, points);
+        for patch in solver.empty_patches() {
+            warnings.push(format!("patches[{patch}].region: holds no node at the start"));
+        }
         if time_step.limit == StepLimit::SeepageDrag {
             // MPM sheet P-13.
             warnings.push(format!(
@@ -133,6 +140,7 @@ impl dispatch::Visitor for Measure<'_> {
             steps: (duration / time_step.dt).ceil() as u64,
             time_step,
             memory: (of_points + points * SORTING + nodes * per_node) as u64,
+            volumes,
             updates_per_second: PACE[usize::from(D == 3)] / phases as f64,
             warnings,
         })

@@ -11,13 +11,10 @@ use crate::blocks::{Block, BlockReport, Failure, OfSet};
 use crate::config::Formulation;
 use crate::contact::three;
 use crate::dual::share;
-use crate::points::{PointDomain, ground};
+use crate::points::{LEAST_VOLUME, PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::set_volumetric;
 use crate::work::Before;
-
-/// The least volume of a point over its initial one.
-const LEAST_VOLUME: f64 = 0.1;
 
 /// What a scatter carries to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -302,12 +302,18 @@ fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, Ca
     let own = (4 * D + D * D + 1) * number + 12;
     // A neighbour is a number and a weight.
     let neighbours = 12.0 * (2.2 * solver.smoothing.radius() / options.spacing).powi(D as i32);
+    let mut volumes = vec![0.0; case.bodies.len()];
+    for group in &solver.groups {
+        let mass = solver.particles.mass[group.range()].iter().sum::<f64>();
+        volumes[group.body as usize] += mass / group.density;
+    }
     Ok(Plan {
         points,
         nodes: 0,
         steps: (case.end_time() / time_step.dt).ceil() as u64,
         time_step,
         memory: ((points + walls) * acting + points * own) as u64 + (points as f64 * neighbours) as u64,
+        volumes,
         updates_per_second: if D == 3 { 8e5 } else { 3e6 },
         warnings: warnings(case, options),
     })

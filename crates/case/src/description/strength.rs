@@ -5,7 +5,7 @@ use colluvium_constitutive::{MaterialError, MaterialSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::description::{Measure, Stage};
+use crate::description::{EquilibriumCriterion, Measure, Stage};
 use crate::{Case, CaseError};
 
 /// Strength reduction of materials: `c → c/F`, `tan φ → tan φ/F`.
@@ -88,7 +88,8 @@ impl FactorOfSafety {
             damping_axes: None,
             rayleigh_damping: 0.0,
             gravity_ramp: 0.0,
-            equilibrium: None,
+            // For the kinetic energy of what the method solves for.
+            equilibrium: Some(EquilibriumCriterion::default()),
             motions: Vec::new(),
             reset: Vec::new(),
             remove_boundaries: Vec::new(),

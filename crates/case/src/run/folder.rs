@@ -1,10 +1,11 @@
 //! The folder of a run: what its files are called, and how what an earlier run left goes away.
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
-use crate::output::{OutputError, TableFile};
+use crate::load::fnv1a;
+use crate::output::{OutputError, TableFile, write_atomically};
 
 pub(super) const CASE: &str = "case.json";
 pub(super) const CHECKPOINT: &str = "checkpoint.bin";
@@ -70,6 +71,45 @@ fn remove(file: &Path) -> Result<(), OutputError> {
 pub(super) fn make(out: &Path) -> Result<(), OutputError> {
     let frames = out.join(FRAMES);
     fs::create_dir_all(&frames).map_err(|error| OutputError::new(&frames, error))
+}
+
+/// Writes a state so that [`read_state`] sees whether it is whole.
+pub(super) fn write_state(path: &Path, state: &mut Vec<u8>) -> Result<(), OutputError> {
+    let len = state.len();
+    state.extend_from_slice(&fnv1a(state).to_le_bytes());
+    let written = write_atomically(path, state);
+    state.truncate(len);
+    written
+}
+
+/// The bytes of a state.
+///
+/// # Errors
+/// When the file cannot be read or is not what was written.
+pub(super) fn read_state(path: &Path) -> Result<Vec<u8>, OutputError> {
+    let mut bytes = fs::read(path).map_err(|error| OutputError::new(path, error))?;
+    let whole =
+        bytes.split_last_chunk().is_some_and(|(state, seal)| fnv1a(state) == u64::from_le_bytes(*seal));
+    if !whole {
+        return Err(OutputError::new(path, std::io::Error::other("is damaged: run the case anew")));
+    }
+    bytes.truncate(bytes.len() - size_of::<u64>());
+    Ok(bytes)
+}
+
+/// Takes the folder for this run alone, as long as the file is open; `None` where folders cannot be locked.
+///
+/// # Errors
+/// When another run has it.
+pub(super) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
+    let Ok(folder) = File::open(out) else { return Ok(None) };
+    match folder.try_lock() {
+        Ok(()) => Ok(Some(folder)),
+        Err(TryLockError::WouldBlock) => {
+            Err(OutputError::new(out, std::io::Error::other("another run is writing here")))
+        }
+        Err(TryLockError::Error(_)) => Ok(None),
+    }
 }
 
 /// Removes everything that a run writes but its case and its summary.

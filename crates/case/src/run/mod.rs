@@ -75,6 +75,8 @@ pub struct RunReport {
     pub end: Budget,
     /// Steps done, those before a restart included.
     pub steps: u64,
+    /// What of the state at the end is worth a word.
+    pub remarks: Vec<String>,
     /// Wall-clock time of this run (s).
     pub wall: f64,
     /// Point-updates per second of wall-clock time.
@@ -209,6 +211,7 @@ fn start(
         first_step: 0,
         safety: BTreeMap::new(),
         searched: Duration::ZERO,
+        earlier: 0.0,
     };
     let result = run.all().map_err(|error| run.with_last_output(error));
     let ending = match &result {
@@ -239,6 +242,8 @@ struct Run<'a> {
     safety: BTreeMap<String, Safety>,
     /// Wall-clock time of the searches.
     searched: Duration,
+    /// Wall-clock time of the sessions before this one (s).
+    earlier: f64,
 }
 
 fn bar(case: &Case, options: &RunOptions) -> ProgressBar {
@@ -258,6 +263,7 @@ impl Run<'_> {
             && let Some(progress) = self.recorder.resume(&mut *self.solver)?
         {
             self.progress = progress;
+            self.earlier = self.progress.wall;
         }
         self.first_step = self.solver.step_count();
         let resumed = self.progress.begun;
@@ -392,7 +398,13 @@ impl Run<'_> {
         self.progress.held >= criterion.hold
     }
 
+    /// Wall-clock time of all sessions (s).
+    fn wall(&self) -> f64 {
+        self.earlier + self.started.elapsed().as_secs_f64()
+    }
+
     fn save(&mut self) -> Result<(), RunError> {
+        self.progress.wall = self.wall();
         self.recorder.save(&*self.solver, &self.progress)?;
         self.saved = Instant::now();
         Ok(())
@@ -413,13 +425,13 @@ impl Run<'_> {
         if completed {
             self.recorder.output_last(&*self.solver, &mut self.progress)?;
         }
-        let wall = self.started.elapsed().as_secs_f64();
+        let wall = self.wall();
         self.recorder.summary(ending, reason, &*self.solver, &self.progress, (wall, &self.safety))?;
         Ok(())
     }
 
     fn report(&mut self, ending: Ending) -> RunReport {
-        let wall = self.started.elapsed().as_secs_f64();
+        let session = self.started.elapsed().as_secs_f64();
         let steps = self.solver.step_count();
         let updates = (steps - self.first_step) as f64 * self.solver.points() as f64;
         RunReport {
@@ -430,8 +442,9 @@ impl Run<'_> {
             start: self.progress.start,
             end: self.solver.budget(),
             steps,
-            wall,
-            updates_per_second: updates / (wall - self.searched.as_secs_f64()),
+            remarks: self.solver.remarks(),
+            wall: self.wall(),
+            updates_per_second: updates / (session - self.searched.as_secs_f64()),
             safety: std::mem::take(&mut self.safety),
         }
     }

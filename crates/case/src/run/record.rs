@@ -23,6 +23,8 @@ pub(super) struct Progress {
     /// When the stages so far began (s).
     pub(super) stage_starts: Vec<f64>,
     pub(super) held: u32,
+    /// Wall-clock time so far (s).
+    pub(super) wall: f64,
     pub(super) frames: u64,
     pub(super) rows: u64,
     pub(super) collection: Collection,
@@ -64,12 +66,14 @@ pub(super) struct Recorder<'a> {
     states: BTreeMap<String, Vec<u8>>,
     /// Of the case.
     fingerprint: u64,
+    /// Keeps other runs out of the folder.
+    _lock: Option<fs::File>,
 }
 
 impl<'a> Recorder<'a> {
     /// Takes the folder into use.
     pub(super) fn open(case: &'a Case, options: &'a RunOptions) -> Result<Self, RunError> {
-        let recorder = Self {
+        let mut recorder = Self {
             case,
             options,
             frame_interval: case.output.frames,
@@ -79,6 +83,7 @@ impl<'a> Recorder<'a> {
             kept: Vec::new(),
             states: BTreeMap::new(),
             fingerprint: case.fingerprint(),
+            _lock: None,
         };
         if let Some(out) = &options.out {
             recorder.prepare(out)?;
@@ -86,7 +91,7 @@ impl<'a> Recorder<'a> {
         Ok(recorder)
     }
 
-    fn prepare(&self, out: &Path) -> Result<(), RunError> {
+    fn prepare(&mut self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
         let running = json!({
             "status": "running", "title": self.case.title, "method": self.options.method, "fingerprint": self.mark(),
@@ -96,6 +101,7 @@ impl<'a> Recorder<'a> {
             if !used {
                 return Err(folder("holds no run to resume".to_owned()));
             }
+            self._lock = folder::lock(out)?;
             return self.check_resumable(out);
         } else if used {
             if !self.options.overwrite {
@@ -103,11 +109,15 @@ impl<'a> Recorder<'a> {
                     "holds an earlier run already (resume it, overwrite it or choose another)".to_owned(),
                 ));
             }
+            self._lock = folder::lock(out)?;
             // First of all, so that what is left of the old run never looks complete.
             self.write_summary(&running)?;
             folder::clear(out)?;
         }
         folder::make(out)?;
+        if self._lock.is_none() {
+            self._lock = folder::lock(out)?;
+        }
         write_atomically(&out.join(CASE), self.case.to_json().as_bytes())?;
         self.write_summary(&running)
     }
@@ -262,14 +272,15 @@ impl<'a> Recorder<'a> {
             tables: self.tables.sync()?,
             solver: solver.save(),
         };
-        let bytes = postcard::to_stdvec(&checkpoint).map_err(|error| self.refuse(out, error.to_string()))?;
-        Ok(write_atomically(&out.join(CHECKPOINT), &bytes)?)
+        let mut bytes =
+            postcard::to_stdvec(&checkpoint).map_err(|error| self.refuse(out, error.to_string()))?;
+        Ok(folder::write_state(&out.join(CHECKPOINT), &mut bytes)?)
     }
 
     /// Keeps the state of the solver at the end of a stage, in the folder too.
-    pub(super) fn keep_state(&mut self, stage: &str, bytes: Vec<u8>) -> Result<(), RunError> {
+    pub(super) fn keep_state(&mut self, stage: &str, mut bytes: Vec<u8>) -> Result<(), RunError> {
         if let Some(path) = self.state_file(stage) {
-            write_atomically(&path, &bytes)?;
+            folder::write_state(&path, &mut bytes)?;
         }
         self.states.insert(stage.to_owned(), bytes);
         Ok(())
@@ -279,7 +290,7 @@ impl<'a> Recorder<'a> {
     pub(super) fn state(&self, stage: &str) -> Result<Vec<u8>, RunError> {
         match (self.states.get(stage), self.state_file(stage)) {
             (Some(bytes), _) => Ok(bytes.clone()),
-            (None, Some(path)) => Ok(fs::read(&path).map_err(|error| OutputError::new(&path, error))?),
+            (None, Some(path)) => Ok(folder::read_state(&path)?),
             (None, None) => Ok(Vec::new()),
         }
     }
@@ -324,7 +335,7 @@ impl<'a> Recorder<'a> {
         if !path.exists() {
             return Ok(None);
         }
-        let bytes = fs::read(&path).map_err(|error| self.refuse(out, error.to_string()))?;
+        let bytes = folder::read_state(&path)?;
         let checkpoint: Checkpoint = postcard::from_bytes(&bytes)
             .map_err(|error| self.refuse(out, format!("cannot be read ({error})")))?;
         if checkpoint.fingerprint != self.fingerprint {
@@ -376,6 +387,7 @@ impl<'a> Recorder<'a> {
             "steps": solver.step_count(),
             "time": solver.time(),
             "points": solver.points(),
+            "remarks": solver.remarks(),
             "start": budget(progress.start),
             "measures": measures,
             "case": self.case,

@@ -299,6 +299,36 @@ fn a_stage_that_does_not_settle_is_an_error() {
 }
 
 #[test]
+fn a_damaged_checkpoint_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    run(&case, Oscillators::boxed(0.0, Some(1.2)), &options(folder.path())).unwrap_err();
+    let path = folder.path().join("checkpoint.bin");
+    let whole = std::fs::read(&path).unwrap();
+    let resume = RunOptions { resume: true, ..options(folder.path()) };
+    for place in [0, whole.len() / 2, whole.len() - 1] {
+        let mut bytes = whole.clone();
+        bytes[place] ^= 4;
+        std::fs::write(&path, bytes).unwrap();
+        let error = run(&case, Oscillators::boxed(0.0, None), &resume).unwrap_err();
+        assert!(error.to_string().contains("checkpoint.bin: is damaged"), "{error}");
+    }
+    std::fs::write(&path, whole).unwrap();
+    run(&case, Oscillators::boxed(0.0, None), &resume).unwrap();
+}
+
+#[test]
+fn two_runs_do_not_write_into_one_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = case(r#"[ { "name": "all", "duration": 1.0 } ]"#);
+    let other = super::folder::lock(folder.path()).unwrap();
+    let error = run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap_err();
+    assert!(error.to_string().contains("another run is writing here"), "{error}");
+    drop(other);
+    run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap();
+}
+
+#[test]
 fn a_failure_leaves_the_last_good_frame_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
     let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);

@@ -25,22 +25,25 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let step = &plan.time_step;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let seconds = plan.points as f64 * plan.steps as f64 / (plan.updates_per_second * threads as f64);
-    println!("{}", case.title);
-    println!("method         {}: {}", method.name(), method.summary());
-    println!("points         {}", plan.points);
-    println!("grid nodes     {}", plan.nodes);
-    println!("time step      {:.4e} s at the start, limited by: {}", step.dt, step.limit);
+    say!("{}", case.title);
+    say!("method         {}: {}", method.name(), method.summary());
+    say!("points         {}", plan.points);
+    for (body, mass) in case.bodies.iter().zip(plan.masses(&case)) {
+        say!("mass           {}: {mass:.4e} kg of {}", body.name, body.material);
+    }
+    say!("grid nodes     {}", plan.nodes);
+    say!("time step      {:.4e} s at the start, limited by: {}", step.dt, step.limit);
     if let Some(point) = step.point {
         let place: Vec<String> =
             step.position[..case.dimension()].iter().map(|coordinate| format!("{coordinate:.4}")).collect();
-        println!("               at point {point} ({}) m", place.join(", "));
+        say!("               at point {point} ({}) m", place.join(", "));
     }
-    println!("steps          about {}", plan.steps);
-    println!("memory         about {:.1} MB", plan.memory as f64 / 1e6);
-    println!("duration       about {} on {threads} threads", human(seconds));
+    say!("steps          about {}", plan.steps);
+    say!("memory         about {:.1} MB", plan.memory as f64 / 1e6);
+    say!("duration       about {} on {threads} threads", human(seconds));
     for stage in &case.stages {
         let until = if stage.equilibrium.is_some() { ", or until at rest" } else { "" };
-        println!("stage          {}: {} s{until}", stage.name, stage.duration);
+        say!("stage          {}: {} s{until}", stage.name, stage.duration);
     }
     for warning in plan.all_warnings(&case) {
         eprintln!("warning: {warning}");

@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     write(&test.title, &trace, &out, &arguments.format)?;
     let (p, q) = (trace.path.last("p"), trace.path.last("q"));
-    println!(
+    say!(
         "{} rows; at the end p = {p:.6e} Pa, q = {q:.6e} Pa; results in {}",
         trace.path.rows.len(),
         out.display()

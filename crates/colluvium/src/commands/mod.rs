@@ -1,5 +1,10 @@
 //! The commands, one file each.
 
+/// Prints a line and passes a failure on.
+macro_rules! say {
+    ($($part:tt)*) => { $crate::commands::print(format_args!($($part)*))? };
+}
+
 pub mod check;
 pub mod element_test;
 pub mod new;
@@ -7,11 +12,20 @@ pub mod plot;
 pub mod run;
 pub mod schema;
 
+use std::io::Write;
 use std::path::Path;
 
 use colluvium::case::output::OutputError;
 use colluvium::case::{Case, CaseError, CaseErrors, Method, RunError};
 use thiserror::Error;
+
+/// Prints a line. Where nobody reads on, as behind `head`, the program ends without a word.
+fn print(line: std::fmt::Arguments<'_>) -> Result<(), Failure> {
+    match writeln!(std::io::stdout().lock(), "{line}") {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        written => written.map_err(|error| Failure::Other(format!("standard output: {error}"))),
+    }
+}
 
 /// Why a command ends without success.
 #[derive(Debug, Error)]

@@ -22,7 +22,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let names: Vec<&str> = colluvium::TEMPLATES.iter().map(|(name, _)| *name).collect();
     let Some(name) = arguments.template.as_deref().filter(|_| !arguments.list) else {
-        println!("{}", names.join("\n"));
+        say!("{}", names.join("\n"));
         return Ok(());
     };
     let text = colluvium::template(name).ok_or_else(|| {
@@ -33,6 +33,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Usage(format!("{} exists already", file.display())));
     }
     write_atomically(&file, text.as_bytes())?;
-    println!("wrote {0}; try: colluvium check {0}", file.display());
+    say!("wrote {0}; try: colluvium check {0}", file.display());
     Ok(())
 }

@@ -12,9 +12,9 @@ use super::Failure;
 pub struct Arguments {
     /// Folder of a run.
     folder: PathBuf,
-    /// Field that colours the points.
-    #[arg(long, default_value = "displacement")]
-    field: String,
+    /// Field that colours the points; displacement, or the first there is, when absent.
+    #[arg(long)]
+    field: Option<String>,
     /// Number of the frame, or `last`.
     #[arg(long, default_value = "last")]
     frame: String,
@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         chart.write(&written[written.len() - 1])?;
     }
     written.push(points(arguments)?);
-    println!("wrote {} pictures to {}", written.len(), folder.display());
+    say!("wrote {} pictures to {}", written.len(), folder.display());
     Ok(())
 }
 
@@ -68,11 +68,11 @@ fn points(arguments: &Arguments) -> Result<PathBuf, Failure> {
         "yz" => [1, 2],
         _ => [0, 1],
     };
-    let field = &arguments.field;
-    let cloud = PointCloud::of(&snapshot, field, plane).ok_or_else(|| {
-        let names: Vec<&str> = snapshot.fields.iter().map(|f| f.name.as_str()).collect();
-        Failure::Usage(format!("--field {field}: the frame has {}", names.join(", ")))
-    })?;
+    let names: Vec<&str> = snapshot.fields.iter().map(|f| f.name.as_str()).collect();
+    let usual = if names.contains(&"displacement") { Some("displacement") } else { names.first().copied() };
+    let field = arguments.field.as_deref().or(usual).unwrap_or_default();
+    let cloud = PointCloud::of(&snapshot, field, plane)
+        .ok_or_else(|| Failure::Usage(format!("--field {field}: the frame has {}", names.join(", "))))?;
     let path = folder.join(format!("{field}-{number:05}.{}", arguments.format));
     cloud.write(&path)?;
     Ok(path)

@@ -67,33 +67,38 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if report.ending == Ending::Interrupted {
         return Err(Failure::Interrupted);
     }
+    for remark in &report.remarks {
+        eprintln!("warning: {remark}");
+    }
     if !arguments.quiet {
-        print(&report, &out);
+        print(&report, &out)?;
     }
     Ok(())
 }
 
-fn print(report: &RunReport, out: &std::path::Path) {
-    println!(
+fn print(report: &RunReport, out: &std::path::Path) -> Result<(), Failure> {
+    say!(
         "{} steps to t = {:.6} s in {:.1} s ({:.2} million point-updates per second)",
         report.steps,
         report.snapshot.time,
         report.wall,
         report.updates_per_second / 1e6
     );
-    println!("mass {:.6} kg, from {:.6} kg", report.end.mass, report.start.mass);
-    println!("kinetic energy {:.4e} J, from {:.4e} J", report.end.kinetic, report.start.kinetic);
+    say!("mass {:.6} kg, from {:.6} kg", report.end.mass, report.start.mass);
+    say!("kinetic energy {:.4e} J, from {:.4e} J", report.end.kinetic, report.start.kinetic);
     for (name, safety) in &report.safety {
         match safety.factor() {
-            Some(factor) => println!(
+            Some(factor) => say!(
                 "{name}: factor of safety {factor:.3} (stable at {:.3}, failed at {:.3})",
-                safety.stable, safety.failed
+                safety.stable,
+                safety.failed
             ),
             None if safety.stable == 0.0 => {
-                println!("{name}: fails at {:.3}, the least factor", safety.failed);
+                say!("{name}: fails at {:.3}, the least factor", safety.failed);
             }
-            None => println!("{name}: stable at {:.3}, the largest factor", safety.stable),
+            None => say!("{name}: stable at {:.3}, the largest factor", safety.stable),
         }
     }
-    println!("results in {}", out.display());
+    say!("results in {}", out.display());
+    Ok(())
 }

@@ -13,10 +13,10 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.markdown {
-        print!("{}", colluvium::case_reference());
+        say!("{}", colluvium::case_reference().trim_end());
     } else {
         let text = serde_json::to_string_pretty(&colluvium::case_schema());
-        println!("{}", text.map_err(|error| Failure::Other(error.to_string()))?);
+        say!("{}", text.map_err(|error| Failure::Other(error.to_string()))?);
     }
     Ok(())
 }

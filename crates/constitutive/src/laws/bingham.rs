@@ -56,7 +56,8 @@ pub struct BinghamSpec {
     pub yield_stress: f64,
     /// Plastic viscosity `μ` (Pa s), not negative.
     pub viscosity: f64,
-    /// Largest tension before the fluid cavitates (Pa), not negative.
+    /// Largest tension before the fluid cavitates (Pa), not negative. At zero, as by default, a fluid that no pressure holds
+    /// together opens as soon as it moves: in a channel without a free surface give this, or an initial pressure.
     #[serde(default)]
     pub cavitation_strength: f64,
     /// Equation of state.
@@ -86,7 +87,8 @@ pub struct FrictionalFluidSpec {
     /// Viscosity of the flow above yield (Pa s), not negative.
     #[serde(default)]
     pub viscosity: f64,
-    /// Largest tension before the fluid cavitates (Pa), not negative.
+    /// Largest tension before the fluid cavitates (Pa), not negative. At zero, as by default, a fluid that no pressure holds
+    /// together opens as soon as it moves: in a channel without a free surface give this, or an initial pressure.
     #[serde(default)]
     pub cavitation_strength: f64,
     /// Equation of state.

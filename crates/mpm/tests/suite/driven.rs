@@ -432,3 +432,18 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
     assert_eq!(whole.snapshot().hash(), again.snapshot().hash());
     assert_eq!(whole.reaction("lid"), again.reaction("lid"));
 }
+
+#[test]
+fn a_patch_without_nodes_is_named() {
+    let patch = |low: f64, high: f64| {
+        let case = case(json!({
+            "patches": [{ "name": "plate", "region": { "kind": "box", "min": [0.2, low], "max": [0.8, high] } }],
+            "stages": [{ "name": "s", "duration": 0.1, "motions": [{ "of": "plate", "velocity": [0, -0.01] }] }]
+        }));
+        Mpm.plan(&case).unwrap().warnings
+    };
+    assert!(
+        patch(1.02, 1.08).iter().any(|warning| warning == "patches[0].region: holds no node at the start")
+    );
+    assert!(patch(1.02, 1.12).is_empty());
+}

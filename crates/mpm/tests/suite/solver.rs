@@ -762,3 +762,30 @@ fn points_on_a_free_surface_carry_no_stress_whatever_the_order_of_a_step() {
         assert!((after / before - 1.0).abs() < 1e-9, "{scheme}: {before} J, {after} J");
     }
 }
+
+#[test]
+fn points_that_are_crushed_are_told_of_and_counted() {
+    // 2 m of 2000 kg/m³ on a stiffness of 100 Pa: nothing holds the weight.
+    let soft = |modulus: f64| {
+        let case = changed(
+            json!({
+                "title": "soft", "space": "1d", "domain": { "min": [0], "max": [2] }, "gravity": [-10],
+                "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": modulus, "poissons_ratio": 0 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [2] } }],
+                "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
+                "stages": [{ "name": "s", "duration": 1 }],
+                "methods": { "mpm": { "cell_size": 0.25, "points_per_cell": 2, "shape": "linear" } }
+            }),
+            &json!({}),
+        );
+        solve(&case)
+    };
+    assert!(soft(1e7).remarks.is_empty());
+    let report = soft(100.0);
+    let least = report.table.last("volume_ratio.min").unwrap();
+    assert!(
+        least == 0.1 && report.remarks[0].contains("of 16 points are compressed"),
+        "{least} {:?}",
+        report.remarks
+    );
+}
