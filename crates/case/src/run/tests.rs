@@ -319,13 +319,13 @@ fn a_damaged_checkpoint_is_refused() {
 
 #[test]
 fn two_runs_do_not_write_into_one_folder() {
-    let folder = tempfile::tempdir().unwrap();
+    let out = tempfile::tempdir().unwrap();
     let case = case(r#"[ { "name": "all", "duration": 1.0 } ]"#);
-    let other = super::folder::lock(folder.path()).unwrap();
-    let error = run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap_err();
+    let other = folder::lock(out.path()).unwrap();
+    let error = run(&case, Oscillators::boxed(0.0, None), &options(out.path())).unwrap_err();
     assert!(error.to_string().contains("another run is writing here"), "{error}");
     drop(other);
-    run(&case, Oscillators::boxed(0.0, None), &options(folder.path())).unwrap();
+    run(&case, Oscillators::boxed(0.0, None), &options(out.path())).unwrap();
 }
 
 #[test]
