@@ -2,7 +2,7 @@
 
 use colluvium_points::overlap;
 
-use crate::description::{Body, Boundary, Load, Space, Wall};
+use crate::description::{Body, Boundary, Load, Space, Stage, Wall};
 use crate::validate::OVERLAP_RESOLUTION;
 use crate::{Case, Plan};
 
@@ -37,6 +37,16 @@ impl Case {
         }
         self.warn_of_weights(&mut warnings);
         self.warn_of_walls(&mut warnings);
+        for (name, search) in self.factors_of_safety() {
+            let rests = |stage: &Stage| stage.name == search.after && stage.equilibrium.is_some();
+            if !self.stages.iter().any(rests) {
+                warnings.push(format!(
+                    "measures.{name}.after: the stage {:?} need not end at rest (it has no `equilibrium`), and trials begin \
+                     from its end",
+                    search.after
+                ));
+            }
+        }
         self.warn_of_excavations(&mut warnings);
         for (number, load) in self.loads.iter().enumerate() {
             self.warn_of_load(number, load, &mut warnings);

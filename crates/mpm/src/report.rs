@@ -29,6 +29,7 @@ impl Limit {
     }
 }
 
+/// Square of the length of a vector.
 pub fn square<const D: usize>(vector: &[f64; D]) -> f64 {
     vector.iter().map(|c| c * c).sum()
 }

@@ -10,7 +10,7 @@ use crate::solver::{SphSolver, TASK, square};
 
 /// `Σ_{j≠i} V_j W` up to which a particle lies at the surface, in 1, 2 and 3 dimensions (BN 129; on a line that of
 /// the sheet's rule: between the first layer and the rest).
-const SURFACE: [f64; 3] = [0.35, 0.55, 0.70];
+const SURFACE_INDEX: [f64; 3] = [0.35, 0.55, 0.70];
 
 /// `Σ_{j≠i} V_j W` of a particle that has so many layers of a lattice above it.
 fn lattice_index<const D: usize>(smoothing: &Smoothing<D>, spacing: f64, above: i32) -> f64 {
@@ -27,7 +27,7 @@ fn lattice_index<const D: usize>(smoothing: &Smoothing<D>, spacing: f64, above: 
 /// Says why particles `spacing` (m) apart cannot be told to lie at a surface, where they cannot (sheet §2.13 g, §7).
 pub(crate) fn blind_to_surfaces<const D: usize>(smoothing: &Smoothing<D>, spacing: f64) -> Option<String> {
     let [first, within] = [0, i32::MAX].map(|above| lattice_index(smoothing, spacing, above));
-    let most = SURFACE[D - 1];
+    let most = SURFACE_INDEX[D - 1];
     let ratio = smoothing.length() / spacing;
     (first > most || within <= most).then(|| {
         format!(
@@ -82,7 +82,7 @@ impl<const D: usize> SphSolver<D> {
         let near = 1.05 * self.options.spacing;
         // Also those beside the surface, which carry what is left of its force (sheet's proposal).
         let acts = |i: usize| {
-            let of_surface = |j: usize| crowding[j] <= SURFACE[D - 1];
+            let of_surface = |j: usize| crowding[j] <= SURFACE_INDEX[D - 1];
             everywhere
                 || of_surface(i)
                 || neighbours.of(i).iter().map(|&j| j as usize).filter(|&j| j < p.len).any(|j| {

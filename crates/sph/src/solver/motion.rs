@@ -11,7 +11,7 @@ use crate::particles::Group;
 
 /// Share of the trace of a full moment below which a particle lies at a free surface (sheet §2.13 h: 1.5 of 2 and
 /// 2.4 of 3).
-const SURFACE: [f64; 3] = [0.7, 1.5, 2.4];
+const SURFACE_TRACE: [f64; 3] = [0.7, 1.5, 2.4];
 
 /// What viscous damping of the strength `damping` leaves of a velocity after `dt` (s): the speed of sound is `sound`
 /// (m/s), the smoothing length `h` (m).
@@ -250,7 +250,7 @@ impl<const D: usize> SphSolver<D> {
         let (mut surface, mut shifts) = (std::mem::take(&mut self.surface), std::mem::take(&mut self.shifts));
         let (len, dt) = (self.particles.len, self.last_step);
         let (pairs, neighbours) = (self.pairs(), &self.neighbours);
-        let at_surface = |i: usize| pairs.moment(i, neighbours.of(i)).trace() < SURFACE[D - 1];
+        let at_surface = |i: usize| pairs.moment(i, neighbours.of(i)).trace() < SURFACE_TRACE[D - 1];
         (0..len).into_par_iter().map(at_surface).collect_into_vec(&mut surface);
         let moves = |i: usize| {
             let length = square(&self.particles.velocity[i]).sqrt() * dt;

@@ -147,3 +147,14 @@ impl Model for MohrCoulombSpec {
         all
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boltons_rule_adds_four_fifths_of_the_dilatancy() {
+        let sand = MohrCoulombSpec::examples()[0].clone().from_bolton(32.0, 10.0);
+        assert_eq!((sand.friction_angle, sand.dilatancy_angle), (40.0, 10.0));
+    }
+}
