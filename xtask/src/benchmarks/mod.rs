@@ -135,6 +135,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
     Listed::new(&sph_cantilever_3d::BENCHMARK, None, 2200),
     Listed::new(&sph_drum::BENCHMARK, None, 45),
+    Listed::new(&sph_drum::FINE, None, 110),
     Listed::new(&sph_threads::BENCHMARK, Some(2), 8),
     Listed::new(&sph_ranks::BENCHMARK, Some(4), 4),
     Listed::new(&sph_critical::SHEAR, Some(2), 80),
