@@ -134,6 +134,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_slope::BENCHMARK, None, 310),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
     Listed::new(&sph_cantilever_3d::BENCHMARK, None, 2200),
+    Listed::new(&sph_cantilever_3d::UPDATED, None, 2800),
     Listed::new(&sph_drum::BENCHMARK, None, 45),
     Listed::new(&sph_drum::FINE, None, 110),
     Listed::new(&sph_threads::BENCHMARK, Some(2), 8),
