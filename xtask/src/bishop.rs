@@ -36,6 +36,11 @@ impl Circle {
     pub fn bottom(&self, x: f64) -> f64 {
         self.centre[1] - (self.radius * self.radius - (x - self.centre[0]).powi(2)).max(0.0).sqrt()
     }
+
+    /// Distance of a point from it (m), negative within.
+    pub fn distance(&self, [x, y]: [f64; 2]) -> f64 {
+        (x - self.centre[0]).hypot(y - self.centre[1]) - self.radius
+    }
 }
 
 const SLICES: usize = 200;

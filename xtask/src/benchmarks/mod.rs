@@ -52,6 +52,8 @@ mod sph_threads;
 mod sph_waves;
 mod two_disks;
 
+use std::collections::BTreeMap;
+
 use colluvium::case::output::Table;
 use colluvium::case::plot::Picture;
 use colluvium::case::{Case, FieldData, RunOptions, RunReport, Snapshot};
@@ -132,7 +134,9 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_slope::BENCHMARK, None, 310),
     Listed::new(&sph_tensile::BENCHMARK, Some(10), 10),
     Listed::new(&sph_cantilever_3d::BENCHMARK, None, 2200),
+    Listed::new(&sph_cantilever_3d::UPDATED, None, 2800),
     Listed::new(&sph_drum::BENCHMARK, None, 45),
+    Listed::new(&sph_drum::FINE, None, 110),
     Listed::new(&sph_threads::BENCHMARK, Some(2), 8),
     Listed::new(&sph_ranks::BENCHMARK, Some(4), 4),
     Listed::new(&sph_critical::SHEAR, Some(2), 80),
@@ -145,6 +149,8 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_clay::FINE, None, 5200),
     Listed::new(&sph_cylinders::BENCHMARK, None, 1400),
     Listed::new(&sph_footing::BENCHMARK, Some(30), 220),
+    Listed::new(&sph_footing::SOILS, None, 34),
+    Listed::new(&sph_footing::SOILS_FINE, None, 320),
     Listed::new(&sph_membrane::BENCHMARK, None, 85),
 ];
 
@@ -364,6 +370,27 @@ fn series(report: &RunReport, name: &str) -> Vec<(f64, f64)> {
 fn starts(snapshot: &Snapshot) -> Vec<[f64; 2]> {
     let displacement = vectors(snapshot, "displacement");
     snapshot.positions.iter().zip(displacement).map(|(x, u)| [x[0] - u[0], x[1] - u[1]]).collect()
+}
+
+/// Where what moves ends: in each column of particles, given by their places at the start (m) and a value, from the top
+/// down the first place where the value falls below a level.
+fn lower_boundary(
+    particles: impl IntoIterator<Item = ([f64; 2], f64)>,
+    spacing: f64,
+    level: f64,
+) -> Vec<[f64; 2]> {
+    let mut columns: BTreeMap<i64, Vec<([f64; 2], f64)>> = BTreeMap::new();
+    for (place, value) in particles {
+        columns.entry((place[0] / spacing).floor() as i64).or_default().push((place, value));
+    }
+    let crossing = |mut column: Vec<([f64; 2], f64)>| {
+        column.sort_by(|a, b| b.0[1].total_cmp(&a.0[1]));
+        let pair = column.windows(2).find(|pair| pair[0].1 >= level && pair[1].1 < level)?;
+        let ((above, a), (below, b)) = (pair[0], pair[1]);
+        let share = (a - level) / (a - b);
+        Some([0, 1].map(|axis| above[axis] + share * (below[axis] - above[axis])))
+    };
+    columns.into_values().filter_map(crossing).collect()
 }
 
 /// Slope of the straight line through the points, by least squares.

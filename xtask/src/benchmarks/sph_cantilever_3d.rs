@@ -13,7 +13,15 @@ pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/beam-3d",
     title: "Elastic cantilever in three dimensions, SPH",
     source: "ALERT 2020, chapter 1, Fig. 12; SPH sheet V-38",
-    run,
+    run: |_| swings(&[(2, "total Lagrangian"), (1, "total Lagrangian"), (2, "updated")]),
+};
+
+/// The present configuration with artificial stress, at the sheet's spacing.
+pub const UPDATED: Benchmark = Benchmark {
+    id: "sph/beam-3d-updated",
+    title: "Elastic cantilever in three dimensions, sums over the present configuration, SPH",
+    run: |_| swings(&[(1, "updated")]),
+    ..BENCHMARK
 };
 
 /// The sheet's spacing for bending across the smaller side (m), and twice that: eight particles across either side.
@@ -21,7 +29,8 @@ const SPACINGS: [f64; 2] = [0.0125, 0.025];
 /// Sides of the section along y and z (m).
 const SIDES: [f64; 2] = [0.1, 0.2];
 
-fn run(_quick: bool) -> Result<Outcome, String> {
+/// Swings across an axis (1 for y, 2 for z), each in a form of the method.
+fn swings(runs: &[(usize, &str)]) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     let mut chart = LineChart {
         title: "Tip of the cantilever".into(),
@@ -29,7 +38,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         y_label: "deflection (m)".into(),
         ..LineChart::default()
     };
-    for (across, way) in [(2, "total Lagrangian"), (1, "total Lagrangian"), (2, "updated")] {
+    for &(across, way) in runs {
         let (side, spacing) = (SIDES[across - 1], SPACINGS[across - 1]);
         // Euler–Bernoulli: T c = 327.402 m across 0.1 m, half of it across 0.2 m.
         let exact = 327.402 / 50.0 * 0.1 / side;
@@ -50,7 +59,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
         let claim = "1; the source: reasonable, off by dissipation";
         let ratio = period(&tip) / exact;
         let what = name("period over that of the thin beam");
-        if way == "updated" {
+        if way == "updated" && across == 2 {
             let reason = "half the resolution that the sheet proposes; in the plane 1.15 on a tenth of the height (V-37)";
             outcome.show(what, claim, ratio, reason);
         } else {

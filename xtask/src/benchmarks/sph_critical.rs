@@ -1,5 +1,7 @@
 //! Critical-state sand: simple shear of three densities and columns of two (SPH sheet B-02, B-10).
 
+use std::collections::BTreeMap;
+
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 use colluvium::case::{Case, RunReport, Snapshot};
 use colluvium::constitutive::localisation::acoustic_tensor;
@@ -7,7 +9,7 @@ use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymT
 use serde_json::json;
 
 use super::sph_shear::{Path, Row, law_in_frame};
-use super::{Benchmark, Outcome, case, held_front, run_by, scalars, set_of};
+use super::{Benchmark, Outcome, case, held_front, run_by, scalars, set_of, starts};
 
 /// Half the spacing of the sheet's set S (m): what the bands of the dense sand need.
 const FINE: f64 = 0.0025;
@@ -207,10 +209,62 @@ fn run_out(report: &RunReport) -> (f64, f64) {
     (time, end - start)
 }
 
+/// Smoothing length over spacing.
+const SMOOTHING: f64 = 1.2;
+/// The middle three fifths of the height (m).
+const MIDDLE: std::ops::Range<f64> = 0.02..0.08;
+/// Plastic shear strain that counts as sheared.
+const SHEARED: f64 = 0.1;
+
 /// Share of the particles with a plastic shear strain beyond a tenth.
 fn sheared(report: &RunReport) -> f64 {
     let strains = scalars(&report.snapshot, "plastic_strain");
-    strains.iter().filter(|strain| **strain > 0.1).count() as f64 / strains.len() as f64
+    strains.iter().filter(|strain| **strain > SHEARED).count() as f64 / strains.len() as f64
+}
+
+/// Plastic shear strain of the initial lattice, row by row from the left, within the middle three fifths of the height; each
+/// value the mean over two smoothing lengths around it, for it alternates from particle to particle.
+fn strain_rows(snapshot: &Snapshot, spacing: f64) -> Vec<Vec<f64>> {
+    let index = |x: f64| (x / spacing).floor() as i64;
+    let strains: BTreeMap<[i64; 2], f64> = starts(snapshot)
+        .iter()
+        .map(|x| [index(x[1]), index(x[0])])
+        .zip(scalars(snapshot, "plastic_strain"))
+        .collect();
+    let reach = 2.0 * SMOOTHING;
+    let steps = -(reach as i64)..=reach as i64;
+    let disc: Vec<[i64; 2]> = steps
+        .clone()
+        .flat_map(|a| steps.clone().map(move |b| [a, b]))
+        .filter(|[a, b]| ((a * a + b * b) as f64) <= reach * reach)
+        .collect();
+    let mut rows: BTreeMap<i64, Vec<f64>> = BTreeMap::new();
+    for [row, column] in strains.keys().filter(|at| MIDDLE.contains(&((at[0] as f64 + 0.5) * spacing))) {
+        let near: Vec<f64> =
+            disc.iter().filter_map(|[a, b]| strains.get(&[row + a, column + b]).copied()).collect();
+        rows.entry(*row).or_default().push(near.iter().sum::<f64>() / near.len() as f64);
+    }
+    rows.into_values().collect()
+}
+
+/// Shear bands across a row: maxima beyond a tenth, between which strain falls to half of either.
+fn bands(row: &[f64]) -> usize {
+    let (mut count, mut within, mut turn) = (0, false, 0.0f64);
+    for &strain in row {
+        if within && strain < 0.5 * turn {
+            (within, turn) = (false, strain);
+        } else if !within && strain > SHEARED && strain > 2.0 * turn {
+            (count, within, turn) = (count + 1, true, strain);
+        } else {
+            turn = if within { turn.max(strain) } else { turn.min(strain) };
+        }
+    }
+    count
+}
+
+/// Width over which a row's strain is spread, `(Σ ε)² / Σ ε²` particles: that of a band of even strain.
+fn spread(row: &[f64]) -> f64 {
+    row.iter().sum::<f64>().powi(2) / row.iter().map(|strain| strain * strain).sum::<f64>()
 }
 
 fn columns(spacings: &[f64]) -> Result<Outcome, String> {
@@ -224,7 +278,7 @@ fn columns(spacings: &[f64]) -> Result<Outcome, String> {
 /// The loose column and the dense one at a spacing, and what the sheet asks of the two.
 fn pair(outcome: &mut Outcome, spacing: f64) -> Result<(), String> {
     let label = |what: &str| format!("B-10, {} mm, {what}", 1e3 * spacing);
-    let mut found = Vec::new();
+    let (mut found, mut widths) = (Vec::new(), Vec::new());
     for (name, void_ratio) in [DENSITIES[0], DENSITIES[2]] {
         let report = run_by("sph", &column(void_ratio, spacing)?)?;
         let ((time, way), share) = (run_out(&report), sheared(&report));
@@ -240,9 +294,32 @@ fn pair(outcome: &mut Outcome, spacing: f64) -> Result<(), String> {
                 format!("Plastic shear strain of the {name} column at its end, {} mm.", 1e3 * spacing);
             outcome.png(&caption, &cloud)?;
         }
+        let half = report.frames.iter().find(|frame| frame.time >= time).unwrap_or(&report.snapshot);
+        for (when, snapshot) in [("half-way", half), ("at the end", &report.snapshot)] {
+            let rows = strain_rows(snapshot, spacing);
+            let mean =
+                |of: fn(&[f64]) -> f64| rows.iter().map(|row| of(row)).sum::<f64>() / rows.len() as f64;
+            let reason =
+                "not judged: the sheet gives no number, and it is one in both; their widths tell them apart";
+            let (count, width) = (mean(|row| bands(row) as f64), spacing * mean(spread));
+            outcome.show(label(&format!("{name}: shear bands across a row, {when}")), "", count, reason);
+            let reason = "judged against the other";
+            outcome.show(label(&format!("{name}: width of what shears, {when} (m)")), "", width, reason);
+            widths.push(width);
+        }
         found.push((time, way, share));
     }
     let [loose, dense] = [found[0], found[1]];
+    for (number, when) in ["half-way", "at the end"].into_iter().enumerate() {
+        let reason = "B-10: loose it shears diffusely, dense in bands; the mean over rows of (Σ ε)²/Σ ε²";
+        outcome.within(
+            label(&format!("width of what shears, loose over dense, {when}")),
+            "above 1",
+            widths[number] / widths[2 + number],
+            (1.0, f64::INFINITY),
+            reason,
+        );
+    }
     let reason = "B-10: the loose column is the faster one";
     outcome.below(
         label("time of half the run-out, loose over dense"),

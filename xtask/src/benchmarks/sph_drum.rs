@@ -3,14 +3,22 @@
 use colluvium::case::Snapshot;
 use colluvium::case::plot::{LineChart, PointCloud, Series, Style};
 
-use super::{Benchmark, Outcome, case, run_by, slope};
+use super::{Benchmark, Outcome, case, run_by, set_of, slope};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "sph/drum",
     title: "Half-full drum that turns, SPH",
     source: "Bui & Nguyen 2021, Fig. 9; SPH sheet B-01",
-    run,
+    run: |_| turn(0.004),
+};
+
+/// The drum at the sheet's spacing.
+pub const FINE: Benchmark = Benchmark {
+    id: "sph/drum-fine",
+    title: "Half-full drum that turns, 2 mm, SPH",
+    run: |_| turn(0.002),
+    ..BENCHMARK
 };
 
 const FRICTION: f64 = 30.0;
@@ -33,9 +41,11 @@ fn angle(snapshot: &Snapshot) -> f64 {
     slope(&points).atan().to_degrees()
 }
 
-fn run(_quick: bool) -> Result<Outcome, String> {
+fn turn(spacing: f64) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    let report = run_by("sph", &case("sph/drum")?)?;
+    let mut case = case("sph/drum")?;
+    set_of(&mut case, "sph", "spacing", spacing);
+    let report = run_by("sph", &case)?;
     let angles: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, angle(frame))).collect();
     let steady: Vec<f64> = angles.iter().filter(|(t, _)| *t >= STEADY).map(|(_, a)| *a).collect();
     let mean = steady.iter().sum::<f64>() / steady.len() as f64;

@@ -6,7 +6,10 @@ use colluvium::case::{Case, RunReport, Safety, Snapshot};
 
 use serde_json::{Value, json};
 
-use super::{Benchmark, Outcome, case, held_front, run_by, series, set_material, set_of, vectors};
+use super::{
+    Benchmark, Largest, Outcome, case, held_front, lower_boundary, run_by, series, set_material, set_of,
+    starts, vectors,
+};
 use crate::bishop::{Circle, Slope};
 
 /// The benchmark.
@@ -171,26 +174,53 @@ fn surface(
         range,
         reason,
     );
+    let [sliding, bottom] = slip(&snapshot);
+    let exit = sliding.iter().map(|(x, _)| *x).fold(f64::INFINITY, f64::min);
+    outcome.below(
+        format!("{flow}: slip surface at the face, distance from the toe (m)"),
+        "through the toe",
+        exit,
+        2.0 * SPACING,
+        "V-40: passes through the toe, within two spacings",
+    );
+    let apart: Vec<f64> = bottom.iter().map(|(x, y)| circle.distance([*x, *y]).abs() / SPACING).collect();
+    let reason = "V-40: failure surface within two spacings of Bishop's circle, along all of its length";
+    outcome.below(
+        format!("{flow}: slip surface, largest distance from Bishop's circle over spacing"),
+        "0",
+        apart.iter().copied().largest(),
+        2.0,
+        reason,
+    );
+    let mean = apart.iter().sum::<f64>() / apart.len() as f64;
+    outcome.show(
+        format!("{flow}: slip surface, mean distance from Bishop's circle over spacing"),
+        "0",
+        mean,
+        "not judged: the largest one is",
+    );
+    draw(outcome, circle, flow, [sliding, bottom])
+}
+
+/// The slip beside the circle.
+fn draw(
+    outcome: &mut Outcome,
+    circle: &Circle,
+    flow: &str,
+    [sliding, bottom]: [Places; 2],
+) -> Result<(), String> {
     let mut chart = LineChart {
         title: format!("Slope at its slip, {flow}"),
         x_label: "distance from the toe (m)".into(),
         y_label: "height (m)".into(),
         ..LineChart::default()
     };
-    let moved = vectors(&snapshot, "displacement");
-    let largest = moved.iter().map(|u| u[0].hypot(u[1])).fold(0.0, f64::max);
-    let sliding: Vec<(f64, f64)> = snapshot
-        .positions
-        .iter()
-        .zip(&moved)
-        .filter(|(_, u)| u[0].hypot(u[1]) > 0.25 * largest)
-        .map(|(x, u)| (TOE - (x[0] - u[0]), x[1] - u[1]))
-        .collect();
     chart.series.push(Series::new(
         "particles that have moved by a quarter of the most",
         sliding,
         Style::Markers,
     ));
+    chart.series.push(Series::new("where they end", bottom, Style::Line));
     let arc = (0..=60).map(|k| circle.exit + (circle.entry - circle.exit) * f64::from(k) / 60.0);
     chart.series.push(Series::new(
         "Bishop's circle",
@@ -203,6 +233,22 @@ fn surface(
         "Where the failing slope moves, in its initial shape, and the circle of limit equilibrium.",
         &chart,
     )
+}
+
+/// Points (m).
+type Places = Vec<(f64, f64)>;
+
+/// The particles that have moved by a quarter of the most, and where they end in each column; on the initial shape, by
+/// distance from the toe and height. The base, to which the soil sticks, is at rest.
+fn slip(snapshot: &Snapshot) -> [Places; 2] {
+    let moved: Vec<f64> = vectors(snapshot, "displacement").iter().map(|u| u[0].hypot(u[1])).collect();
+    let level = 0.25 * moved.iter().copied().largest();
+    let places: Vec<[f64; 2]> = starts(snapshot).into_iter().map(|[x, y]| [TOE - x, y]).collect();
+    let base = places.iter().filter(|x| x[1] < SPACING).map(|x| ([x[0], 0.0], 0.0));
+    let particles = || places.iter().copied().zip(moved.iter().copied());
+    let sliding = particles().filter(|(_, u)| *u > level).map(|([x, y], _)| (x, y)).collect();
+    let bottom = lower_boundary(particles().chain(base), SPACING, level);
+    [sliding, bottom.into_iter().map(|[x, y]| (x, y)).collect()]
 }
 
 /// V-41: the same slope softens and flows; how far its front advances (m).
