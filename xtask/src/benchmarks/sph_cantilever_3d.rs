@@ -6,7 +6,7 @@ use colluvium::case::{RunReport, Snapshot};
 use serde_json::json;
 
 use super::sph_cantilever::{period, swing};
-use super::{Benchmark, Outcome, case, run_by, set_of, stresses};
+use super::{Benchmark, Largest, Outcome, case, run_by, set_of, stresses};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -111,10 +111,10 @@ fn skew(report: &RunReport, across: usize, spacing: f64) -> f64 {
     let stress = stresses(frame);
     let places: std::collections::BTreeMap<[i64; 3], usize> =
         start.positions.iter().enumerate().map(|(i, x)| (key(x, false), i)).collect();
-    let largest = stress.iter().map(|s| s.0[0].abs()).fold(0.0, f64::max);
+    let largest = stress.iter().map(|s| s.0[0].abs()).largest();
     let apart = start.positions.iter().enumerate().filter_map(|(i, x)| {
         let partner = places.get(&key(x, true))?;
         Some((stress[i].0[0] - stress[*partner].0[0]).abs())
     });
-    apart.fold(0.0, f64::max) / largest
+    apart.largest() / largest
 }

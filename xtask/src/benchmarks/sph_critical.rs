@@ -9,7 +9,7 @@ use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymT
 use serde_json::json;
 
 use super::sph_shear::{Path, Row, law_in_frame};
-use super::{Benchmark, Outcome, case, held_front, run_by, scalars, set_of, starts};
+use super::{Benchmark, Largest, Outcome, case, held_front, run_by, scalars, set_of, starts};
 
 /// Half the spacing of the sheet's set S (m): what the bands of the dense sand need.
 const FINE: f64 = 0.0025;
@@ -117,8 +117,8 @@ fn shear(quick: bool) -> Result<Outcome, String> {
         let label = |what: &str| format!("B-02, {name} (e = {void_ratio}), {rate}/s: {what}");
         let measures: [Measure; 2] = [("shear stress", |s| s.0[3]), ("pressure", SymTensor::pressure)];
         for (what, of) in measures {
-            let largest = found.iter().map(|(_, _, law)| of(law).abs()).fold(0.0, f64::max);
-            let apart = found.iter().map(|(_, ours, law)| (of(ours) - of(law)).abs()).fold(0.0, f64::max);
+            let largest = found.iter().map(|(_, _, law)| of(law).abs()).largest();
+            let apart = found.iter().map(|(_, ours, law)| (of(ours) - of(law)).abs()).largest();
             let reason =
                 "B-02: mean of the block within 3 % of the law alone; of the largest value on the path";
             outcome.below(

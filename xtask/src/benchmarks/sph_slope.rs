@@ -290,7 +290,7 @@ fn run_out(outcome: &mut Outcome) -> Result<(), String> {
     let energy: Vec<f64> =
         kinetic.iter().zip(&potential).filter(|(k, _)| k.0 > 1.0).map(|(k, p)| k.1 + p.1).collect();
     let released = energy[0] - energy[energy.len() - 1];
-    let rise = energy.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max) / released;
+    let rise = energy.windows(2).map(|pair| pair[1] - pair[0]).largest() / released;
     let reason = "V-41: total energy does not increase; a thousandth of what is released, for the elastic part is not counted";
     outcome.below(
         "softening slope: largest rise of energy between two rows over what is released",
