@@ -67,10 +67,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if report.ending == Ending::Interrupted {
         return Err(Failure::Interrupted);
     }
-    for remark in &report.remarks {
-        eprintln!("warning: {remark}");
-    }
     if !arguments.quiet {
+        for remark in &report.remarks {
+            eprintln!("warning: {remark}");
+        }
         print(&report, &out)?;
     }
     Ok(())
