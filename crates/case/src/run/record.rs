@@ -67,7 +67,7 @@ pub(super) struct Recorder<'a> {
     /// Of the case.
     fingerprint: u64,
     /// Keeps other runs out of the folder.
-    _lock: Option<fs::File>,
+    lock: Option<fs::File>,
 }
 
 impl<'a> Recorder<'a> {
@@ -83,7 +83,7 @@ impl<'a> Recorder<'a> {
             kept: Vec::new(),
             states: BTreeMap::new(),
             fingerprint: case.fingerprint(),
-            _lock: None,
+            lock: None,
         };
         if let Some(out) = &options.out {
             recorder.prepare(out)?;
@@ -101,7 +101,7 @@ impl<'a> Recorder<'a> {
             if !used {
                 return Err(folder("holds no run to resume".to_owned()));
             }
-            self._lock = folder::lock(out)?;
+            self.lock = folder::lock(out)?;
             return self.check_resumable(out);
         } else if used {
             if !self.options.overwrite {
@@ -109,14 +109,14 @@ impl<'a> Recorder<'a> {
                     "holds an earlier run already (resume it, overwrite it or choose another)".to_owned(),
                 ));
             }
-            self._lock = folder::lock(out)?;
+            self.lock = folder::lock(out)?;
             // First of all, so that what is left of the old run never looks complete.
             self.write_summary(&running)?;
             folder::clear(out)?;
         }
         folder::make(out)?;
-        if self._lock.is_none() {
-            self._lock = folder::lock(out)?;
+        if self.lock.is_none() {
+            self.lock = folder::lock(out)?;
         }
         write_atomically(&out.join(CASE), self.case.to_json().as_bytes())?;
         self.write_summary(&running)
