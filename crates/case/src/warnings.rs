@@ -37,16 +37,7 @@ impl Case {
         }
         self.warn_of_weights(&mut warnings);
         self.warn_of_walls(&mut warnings);
-        for (name, search) in self.factors_of_safety() {
-            let rests = |stage: &Stage| stage.name == search.after && stage.equilibrium.is_some();
-            if !self.stages.iter().any(rests) {
-                warnings.push(format!(
-                    "measures.{name}.after: the stage {:?} need not end at rest (it has no `equilibrium`), and trials begin \
-                     from its end",
-                    search.after
-                ));
-            }
-        }
+        self.warn_of_searches(&mut warnings);
         self.warn_of_excavations(&mut warnings);
         for (number, load) in self.loads.iter().enumerate() {
             self.warn_of_load(number, load, &mut warnings);
@@ -67,6 +58,20 @@ impl Case {
                 warnings.push(format!(
                     "boundaries[{number}].position: the body {:?} reaches beyond the wall at {place} m",
                     body.name
+                ));
+            }
+        }
+    }
+
+    /// Warns of searches for a factor of safety from a state that need not be at rest.
+    fn warn_of_searches(&self, warnings: &mut Vec<String>) {
+        for (name, search) in self.factors_of_safety() {
+            let rests = |stage: &Stage| stage.name == search.after && stage.equilibrium.is_some();
+            if !self.stages.iter().any(rests) {
+                warnings.push(format!(
+                    "measures.{name}.after: the stage {:?} need not end at rest (it has no `equilibrium`), and trials begin \
+                     from its end",
+                    search.after
                 ));
             }
         }
@@ -155,10 +160,11 @@ impl Plan {
     /// faster than steps.
     pub fn all_warnings(&self, case: &Case) -> Vec<String> {
         let mut warnings = self.warnings.clone();
-        for (number, (body, volume)) in case.bodies.iter().zip(&self.volumes).enumerate() {
+        let bodies = case.bodies.iter().zip(&self.volumes).enumerate();
+        for (number, (body, volume)) in bodies.filter(|(_, (body, _))| !body.rigid) {
             let exact = body.shape.volume(case.dimension(), case.space == Space::Axisymmetric);
             let excess = volume / exact - 1.0;
-            if !body.rigid && excess.abs() > MASS_SLACK {
+            if excess.abs() > MASS_SLACK {
                 warnings.push(format!(
                     "bodies[{number}].shape: its points have {:+.1} % of volume, and of mass, beyond the shape's {exact:.4e}: use \
                      smaller cells or spacings, or a shape that ends on their lines",

@@ -219,9 +219,12 @@ impl Shape {
         }
     }
 
-    /// Length, area or volume of a valid shape; volume per radian (m³) where the first axis is a `radius`. From chords along the
-    /// last axis, exact, at places across that are close enough for three digits.
+    /// Length, area or volume of a valid shape; volume per radian (m³) where the first axis is a `radius`. Where there is no
+    /// closed form from chords along the last axis, exact, at places across that are close enough for three digits.
     pub fn volume(&self, dimension: usize, radius: bool) -> f64 {
+        if !radius && let Some(exact) = self.measure(dimension) {
+            return exact;
+        }
         let (low, high) = self.bounds(dimension);
         let (along, places) = (dimension - 1, if dimension == 3 { 256 } else { 1024 });
         let chord = |number: usize| {
@@ -373,9 +376,12 @@ mod tests {
 
     #[test]
     fn volumes_are_those_of_the_closed_forms() {
+        // In a union of its own a shape has no closed form.
         let near = |shape: &Shape, dimension: usize, exact: f64| {
-            let found = shape.volume(dimension, false);
-            assert!((found / exact - 1.0).abs() < 1e-3, "{shape:?}: {found} for {exact}");
+            for shape in [shape.clone(), Shape::Union { shapes: vec![shape.clone()] }] {
+                let found = shape.volume(dimension, false);
+                assert!((found / exact - 1.0).abs() < 1e-3, "{shape:?}: {found} for {exact}");
+            }
         };
         let ball = |dimension: usize| Shape::Ball { centre: vec![0.3; dimension], radius: 0.7 };
         for dimension in 1..=3 {
