@@ -44,8 +44,11 @@ fn join(path: &str, key: &str) -> String {
     }
 }
 
-/// JSON text to a value; duplicate keys are errors.
-fn parse(text: &str) -> Result<Value, CaseError> {
+/// JSON text to a value.
+///
+/// # Errors
+/// Syntax and duplicate keys, with line and column.
+pub fn parse(text: &str) -> Result<Value, CaseError> {
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let value = Strict.deserialize(&mut deserializer).and_then(|value| deserializer.end().map(|()| value));
     value.map_err(|error| {
@@ -358,7 +361,7 @@ fn describe(value: &Value) -> String {
 }
 
 /// The one of `names` that `word` was probably meant to be.
-pub(crate) fn closest<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
+pub fn closest<'n>(word: &str, names: &[&'n str]) -> Option<&'n str> {
     let likeness = |name: &&str| strsim::damerau_levenshtein(word, name);
     let best = names.iter().min_by_key(|name| likeness(name))?;
     (likeness(best) <= 1 + word.len() / 4).then_some(*best)

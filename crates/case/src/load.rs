@@ -36,8 +36,18 @@ impl Case {
         let text = std::fs::read_to_string(path).map_err(|error| {
             CaseError::new(path.display().to_string(), format!("cannot be read: {error}"))
         })?;
-        let mut case = Self::from_json(&text)?;
-        case.resolve_files(path.parent().unwrap_or(Path::new("")));
+        let value = json::parse(&text).map_err(CaseErrors::one)?;
+        Self::from_value(&value, path.parent().unwrap_or(Path::new("")))
+    }
+
+    /// Reads and checks a case from a JSON value; files that it names are meant from `folder`.
+    ///
+    /// # Errors
+    /// As [`Case::from_json`].
+    pub fn from_value(value: &Value, folder: &Path) -> Result<Self, CaseErrors> {
+        let mut case: Self = json::from_value(value, "")?;
+        case.validate()?;
+        case.resolve_files(folder);
         Ok(case)
     }
 

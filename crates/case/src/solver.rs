@@ -55,6 +55,13 @@ pub struct Plan {
     pub warnings: Vec<String>,
 }
 
+impl Plan {
+    /// Estimated wall-clock time on one thread (s).
+    pub fn seconds(&self) -> f64 {
+        self.points as f64 * self.steps as f64 / self.updates_per_second
+    }
+}
+
 /// What limits a time step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StepLimit {

@@ -27,6 +27,7 @@ pub use colluvium_sph as sph;
 
 mod models;
 mod reference;
+pub mod sweep;
 
 pub use models::models_reference;
 pub use reference::case_reference;

@@ -5,7 +5,7 @@ mod commands;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use commands::{Failure, check, element_test, new, plot, run, schema};
+use commands::{Failure, check, element_test, new, plot, run, schema, sweep};
 
 /// Point-based numerical methods for geomechanics.
 ///
@@ -32,6 +32,8 @@ enum Command {
     ElementTest(element_test::Arguments),
     /// Draws measures and points of a run.
     Plot(plot::Arguments),
+    /// Runs a case with many values of its parameters: table, misfit, convergence.
+    Sweep(sweep::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
         Command::New(arguments) => new::run(&arguments),
         Command::ElementTest(arguments) => element_test::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -21,7 +21,7 @@ use crate::{
 };
 use record::{Progress, Recorder};
 
-pub use row::check_names;
+pub use row::{check_names, column_names};
 pub use safety::{Safety, Trial};
 
 /// Steps between checks of a stage's equilibrium.

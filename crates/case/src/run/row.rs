@@ -50,6 +50,13 @@ pub(super) fn of_case(case: &Case, solver: &dyn Solver, snapshot: &Snapshot) -> 
     readings
 }
 
+/// Names of the numbers that a run ends with: columns of its measures, factors of safety.
+pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
+    let readings = of_run(solver, None).into_iter().chain(of_case(case, solver, &solver.snapshot()));
+    let found = case.factors_of_safety().map(|(name, _)| name.to_owned());
+    readings.map(|(name, ..)| name).chain(found).collect()
+}
+
 /// Checks the names in a case that only the solver can tell: fields of its points, and columns of the measures that are
 /// there anyway.
 ///

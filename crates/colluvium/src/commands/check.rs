@@ -6,7 +6,7 @@ use clap::Args;
 use colluvium::case::Case;
 use colluvium::case::run::check_names;
 
-use super::{Failure, choose};
+use super::{Failure, choose, duration, threads};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -23,8 +23,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let plan = method.plan(&case)?;
     check_names(&case, &*method.build(&case)?)?;
     let step = &plan.time_step;
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let seconds = plan.points as f64 * plan.steps as f64 / (plan.updates_per_second * threads as f64);
+    let threads = threads();
     say!("{}", case.title);
     say!("method         {}: {}", method.name(), method.summary());
     say!("points         {}", plan.points);
@@ -40,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     say!("steps          about {}", plan.steps);
     say!("memory         about {:.1} MB", plan.memory as f64 / 1e6);
-    say!("duration       about {} on {threads} threads", human(seconds));
+    say!("duration       about {} on {threads} threads", duration(plan.seconds() / threads as f64));
     for stage in &case.stages {
         let until = if stage.equilibrium.is_some() { ", or until at rest" } else { "" };
         say!("stage          {}: {} s{until}", stage.name, stage.duration);
@@ -49,13 +48,4 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         eprintln!("warning: {warning}");
     }
     Ok(())
-}
-
-fn human(seconds: f64) -> String {
-    match seconds {
-        s if s < 1.0 => "a second".to_owned(),
-        s if s < 120.0 => format!("{s:.0} s"),
-        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.1} h", s / 3600.0),
-    }
 }

@@ -11,12 +11,16 @@ pub mod new;
 pub mod plot;
 pub mod run;
 pub mod schema;
+pub mod sweep;
 
 use std::io::Write;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use colluvium::case::output::OutputError;
 use colluvium::case::{Case, CaseError, CaseErrors, Method, RunError};
+use colluvium::sweep::SweepError;
 use thiserror::Error;
 
 /// Prints a line. Where nobody reads on, as behind `head`, the program ends without a word.
@@ -36,6 +40,9 @@ pub enum Failure {
     /// The run failed.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// The sweep could not go on.
+    #[error(transparent)]
+    Sweep(#[from] SweepError),
     /// A file could not be written or read.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -61,10 +68,34 @@ impl Failure {
     pub fn code(&self) -> u8 {
         match self {
             Self::Case(_) | Self::Run(RunError::Case(_)) => 3,
-            Self::Run(_) | Self::Output(_) | Self::Other(_) => 1,
+            Self::Run(_) | Self::Sweep(_) | Self::Output(_) | Self::Other(_) => 1,
             Self::Usage(_) => 2,
             Self::Interrupted => 4,
         }
+    }
+}
+
+/// What Ctrl-C sets, so that a run stops with a checkpoint.
+fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let handler = stop.clone();
+    // Without a handler Ctrl-C ends the run the hard way; the checkpoint on disk is good either way.
+    let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
+    stop
+}
+
+/// Number of threads that this machine runs at a time.
+fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// A duration in words.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "a second".to_owned(),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
     }
 }
 

@@ -2,14 +2,12 @@
 
 use std::io::IsTerminal;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use colluvium::case::run::Ending;
 use colluvium::case::{Case, RunOptions, RunReport};
 
-use super::{Failure, choose, default_out};
+use super::{Failure, choose, default_out, stop_on_interrupt};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -22,8 +20,8 @@ pub struct Arguments {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Number of threads; all cores by default. Results do not depend on it.
-    #[arg(long)]
-    threads: Option<usize>,
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
     /// Continue an interrupted run from its checkpoint.
     #[arg(long)]
     resume: bool,
@@ -39,10 +37,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
     let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.case, method.name()));
-    let stop = Arc::new(AtomicBool::new(false));
-    let handler = stop.clone();
-    // Without a handler Ctrl-C ends the run the hard way; the checkpoint on disk is good either way.
-    let _ = ctrlc::set_handler(move || handler.store(true, Ordering::Relaxed));
     let options = RunOptions {
         method: method.name().to_owned(),
         out: Some(out.clone()),
@@ -50,10 +44,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         overwrite: arguments.overwrite,
         progress: !arguments.quiet && std::io::stderr().is_terminal(),
         keep_frames: false,
-        stop: Some(stop),
+        stop: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
     };
-    let threads = arguments.threads.unwrap_or(0);
+    let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()

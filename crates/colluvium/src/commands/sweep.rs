@@ -1,0 +1,124 @@
+//! `colluvium sweep`.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use clap::Args;
+use colluvium::case::Plan;
+use colluvium::case::run::column_names;
+use colluvium::sweep::{Member, Results, RunState, Sweep, SweepOptions, run as run_all};
+
+use super::{Failure, choose, default_out, duration, print, stop_on_interrupt, threads};
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The file of the sweep.
+    file: PathBuf,
+    /// Folder for the results; `<file>-<method>` by default.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Runs at a time; by default as many as there are cores for their threads.
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Threads of each run. Results do not depend on it.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+    /// Say what would be run, and run nothing.
+    #[arg(long)]
+    check: bool,
+    /// Go on with an interrupted sweep; complete runs stay as they are.
+    #[arg(long)]
+    resume: bool,
+    /// Replace the results of an earlier sweep.
+    #[arg(long, conflicts_with = "resume")]
+    overwrite: bool,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let (sweep, members) = Sweep::load(&arguments.file)?;
+    let Some(first) = members.first() else { return Ok(()) };
+    let method = choose(&first.case, sweep.method.as_deref())?;
+    let jobs = arguments.jobs.map_or_else(|| threads() / usize::from(arguments.threads), usize::from).max(1);
+    let mut plans = Vec::new();
+    for (number, Member { values, case }) in members.iter().enumerate() {
+        plans.push(method.plan(case).map_err(|error| sweep.of_run(number, values, error.into()))?);
+    }
+    let names = column_names(&first.case, &*method.build(&first.case)?);
+    sweep.check_columns(&names)?;
+    if !arguments.quiet {
+        say_what(&sweep, &members, &plans, jobs * usize::from(arguments.threads))?;
+    }
+    if arguments.check {
+        return Ok(());
+    }
+    let options = SweepOptions {
+        out: arguments.out.clone().unwrap_or_else(|| default_out(&arguments.file, method.name())),
+        jobs,
+        threads: arguments.threads.into(),
+        resume: arguments.resume,
+        overwrite: arguments.overwrite,
+        stop: stop_on_interrupt(),
+        commit: colluvium::COMMIT.map(str::to_owned),
+    };
+    let tell = |number: usize, state: &RunState| {
+        let (run, quiet) = (sweep.describe(number, &members[number].values), arguments.quiet);
+        let state = match state {
+            RunState::Failed(why) => return eprintln!("error: {run}: {}", why.replace('\n', "; ")),
+            _ if quiet => return,
+            RunState::Kept => "complete already",
+            RunState::Completed => "completed",
+            RunState::Interrupted => "interrupted",
+        };
+        // Where nobody reads on the program ends; any other failure meets the lines at the end too.
+        let _ = print(format_args!("{run}: {state}"));
+    };
+    let results = run_all(&sweep, &members, method, &options, &tell)?;
+    finish(&results, &options, arguments.quiet)
+}
+
+/// What would be run.
+fn say_what(sweep: &Sweep, members: &[Member], plans: &[Plan], threads: usize) -> Result<(), Failure> {
+    let seconds: f64 = plans.iter().map(Plan::seconds).sum();
+    say!("{}", sweep.title);
+    say!("runs           {}", members.len());
+    say!("points         {} at most", plans.iter().map(|plan| plan.points).max().unwrap_or(0));
+    let memory = plans.iter().map(|plan| plan.memory).max().unwrap_or(0);
+    say!("memory         about {:.1} MB a run at most", memory as f64 / 1e6);
+    say!("duration       about {} on {threads} threads", duration(seconds / threads as f64));
+    let warnings = plans.iter().zip(members).flat_map(|(plan, member)| plan.all_warnings(&member.case));
+    for warning in warnings.collect::<BTreeSet<_>>() {
+        eprintln!("warning: {warning}");
+    }
+    Ok(())
+}
+
+/// What came of it all.
+fn finish(results: &Results<'_>, options: &SweepOptions, quiet: bool) -> Result<(), Failure> {
+    let orders = results.write_convergence(&options.out)?;
+    let count = |status: &str| results.rows.iter().filter(|row| row.status == status).count();
+    if !quiet {
+        if let Some((number, misfit)) = results.best() {
+            let run = results.sweep.describe(number, &results.rows[number].values);
+            say!("nearest to the targets: {run}, misfit {misfit:.3}");
+        }
+        for order in orders {
+            say!("{order}");
+        }
+        say!(
+            "{} of {} runs complete; results in {}",
+            count("completed"),
+            results.rows.len(),
+            options.out.display()
+        );
+    }
+    match count("failed") {
+        _ if results.rows.iter().any(|row| row.status.is_empty() || row.status == "interrupted") => {
+            Err(Failure::Interrupted)
+        }
+        0 => Ok(()),
+        failed => Err(Failure::Other(format!("{failed} of {} runs failed", results.rows.len()))),
+    }
+}

@@ -1,0 +1,281 @@
+//! Sweeps: one case with other values of its parameters, for sensitivity, back-analysis and convergence.
+
+mod convergence;
+mod path;
+mod plan;
+mod run;
+mod table;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use crate::case::{Case, CaseError, CaseErrors, json};
+
+pub use convergence::{Order, order};
+pub use plan::Plan;
+pub use run::{RunState, SweepError, SweepOptions, run};
+pub use table::{Results, Row};
+
+/// A sweep, as its file describes it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sweep {
+    /// What the sweep is, in a line.
+    pub title: String,
+    /// The case file, from the folder of the sweep's file.
+    pub case: String,
+    /// Name of the method; needed when the case has options for several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<String>,
+    /// What is varied, by names of your own: the columns of the table.
+    pub parameters: BTreeMap<String, Parameter>,
+    /// Which values are run together.
+    #[serde(default)]
+    pub plan: Plan,
+    /// What was observed, by the name of a column of the measures: the table says how far each run is from it.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub targets: BTreeMap<String, Target>,
+    /// A study of convergence in one of the parameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub convergence: Option<Convergence>,
+}
+
+/// What is varied.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Parameter {
+    /// Where in the case the value goes, as error messages name it: `materials.sand.friction_angle`,
+    /// `bodies[0].shape.max[1]`. Several places get the same value.
+    pub at: Vec<String>,
+    /// The values: numbers, words or true and false.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<Value>,
+    /// Least and largest value, in place of `values`, for plans that draw them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
+    /// How values are spread over the range.
+    #[serde(default)]
+    pub scale: Scale,
+}
+
+/// How values are spread over a range.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Scale {
+    /// Evenly.
+    #[default]
+    Linear,
+    /// Their logarithms evenly, for stiffness and permeability.
+    Logarithmic,
+}
+
+/// What was observed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Target {
+    /// The value, in the unit of the measure.
+    pub value: f64,
+    /// How well it is known: a run that is off by so much has a misfit of one.
+    pub tolerance: f64,
+}
+
+/// A study of convergence.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Convergence {
+    /// Name of the parameter that gets finer as it gets smaller: a cell size, a spacing, a time step.
+    pub parameter: String,
+    /// Columns of the measures whose last values are looked at.
+    pub measures: Vec<String>,
+}
+
+/// A case of a sweep.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// Values of the parameters, in the order of their names.
+    pub values: Vec<Value>,
+    /// The case with them.
+    pub case: Case,
+}
+
+impl Sweep {
+    /// Reads a sweep and makes its cases.
+    ///
+    /// # Errors
+    /// When a file cannot be read, and everything that is wrong in the sweep or in the cases it makes, each with its
+    /// JSON path.
+    pub fn load(path: &Path) -> Result<(Self, Vec<Member>), CaseErrors> {
+        let sweep: Self = json::read(&read(path)?)?;
+        sweep.check()?;
+        let file = path.parent().unwrap_or(Path::new("")).join(&sweep.case);
+        let members = sweep.members(&read(&file)?, file.parent().unwrap_or(Path::new("")))?;
+        Ok((sweep, members))
+    }
+
+    /// JSON Schema of a sweep's file.
+    pub fn schema() -> Value {
+        schemars::schema_for!(Self).to_value()
+    }
+
+    /// The cases of the sweep, from the text of the case file and its folder, in the order of their runs.
+    ///
+    /// # Errors
+    /// Everything that is wrong in the text or in what the parameters make of it, by run and JSON path.
+    pub fn members(&self, text: &str, folder: &Path) -> Result<Vec<Member>, CaseErrors> {
+        let base = json::parse(text).map_err(CaseErrors::one)?;
+        Case::from_value(&base, folder)?;
+        let parameters: Vec<(&String, &Parameter)> = self.parameters.iter().collect();
+        let mut members = Vec::new();
+        for (number, values) in self.plan.values(&self.parameters).into_iter().enumerate() {
+            let mut case = base.clone();
+            for ((name, parameter), value) in parameters.iter().zip(&values) {
+                for (k, at) in parameter.at.iter().enumerate() {
+                    path::set(&mut case, at, value)
+                        .map_err(|problem| CaseError::new(format!("parameters.{name}.at[{k}]"), problem))?;
+                }
+            }
+            let case =
+                Case::from_value(&case, folder).map_err(|errors| self.of_run(number, &values, errors))?;
+            members.push(Member { values, case });
+        }
+        Ok(members)
+    }
+
+    /// Errors of a case, with the run and its values before them.
+    pub fn of_run(&self, number: usize, values: &[Value], errors: CaseErrors) -> CaseErrors {
+        let of = self.describe(number, values);
+        let located = errors.0.into_iter().map(|e| CaseError::new(format!("{of}: {}", e.path), e.problem));
+        CaseErrors(located.collect())
+    }
+
+    /// `run 3 (friction = 25, width = 0.1)`.
+    pub fn describe(&self, number: usize, values: &[Value]) -> String {
+        let named =
+            self.parameters.keys().zip(values).map(|(name, value)| format!("{name} = {}", word(value)));
+        format!("run {} ({})", number + 1, named.collect::<Vec<_>>().join(", "))
+    }
+
+    /// Checks the names of columns in targets and in the study of convergence against those that runs have.
+    ///
+    /// # Errors
+    /// Every name that is none, with its JSON path.
+    pub fn check_columns(&self, columns: &[String]) -> Result<(), CaseErrors> {
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        let targets = self.targets.keys().map(|name| (format!("targets.{name}"), name));
+        let measures = self.convergence.iter().flat_map(|study| study.measures.iter().enumerate());
+        let measures = measures.map(|(k, name)| (format!("convergence.measures[{k}]"), name));
+        let unknown = targets.chain(measures).filter(|(_, name)| !columns.contains(&name.as_str()));
+        let errors: Vec<CaseError> = unknown
+            .map(|(path, name)| {
+                let hint =
+                    json::closest(name, &columns).map_or(String::new(), |c| format!("; did you mean {c:?}?"));
+                CaseError::new(path, format!("{name:?} is not a column of the measures{hint}"))
+            })
+            .collect();
+        if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }
+    }
+
+    /// Everything that the schema cannot say.
+    fn check(&self) -> Result<(), CaseErrors> {
+        let mut errors = Vec::new();
+        let mut wrong = |path: String, problem: &str| errors.push(CaseError::new(path, problem));
+        if self.parameters.is_empty() {
+            wrong("parameters".into(), "is empty: nothing is varied");
+        }
+        for (name, parameter) in &self.parameters {
+            if let Some((key, problem)) = parameter.wrong() {
+                wrong(format!("parameters.{name}.{key}"), &problem);
+            }
+        }
+        for (path, problem) in self.plan.wrong(&self.parameters) {
+            wrong(path, &problem);
+        }
+        for (name, target) in &self.targets {
+            if !(target.tolerance > 0.0 && target.tolerance.is_finite()) {
+                wrong(format!("targets.{name}.tolerance"), &format!("{} is not above 0", target.tolerance));
+            }
+            if !target.value.is_finite() {
+                wrong(format!("targets.{name}.value"), "is not a number");
+            }
+        }
+        if let Some(study) = &self.convergence {
+            let problem = match self.parameters.get(&study.parameter) {
+                None => Some("is not one of the parameters"),
+                Some(parameter)
+                    if !parameter.values.iter().all(is_positive) || parameter.values.len() < 3 =>
+                {
+                    Some("needs three values or more, numbers above 0")
+                }
+                Some(_) => None,
+            };
+            if let Some(problem) = problem {
+                wrong("convergence.parameter".into(), problem);
+            }
+            if study.measures.is_empty() {
+                wrong("convergence.measures".into(), "is empty: nothing is looked at");
+            }
+        }
+        if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }
+    }
+}
+
+impl Parameter {
+    /// Key and problem of what is wrong.
+    fn wrong(&self) -> Option<(&'static str, String)> {
+        let plain = |value: &Value| value.is_number() || value.is_string() || value.is_boolean();
+        if self.at.is_empty() {
+            return Some(("at", "is empty: the value goes nowhere".into()));
+        }
+        match (self.range, self.values.is_empty()) {
+            (None, true) => Some(("values", "is missing; give these or a range".into())),
+            (Some(_), false) => Some(("range", "stands beside values; give one of them".into())),
+            (None, false) if self.scale != Scale::Linear => Some(("scale", "goes with a range".into())),
+            (None, false) => {
+                let odd = self.values.iter().position(|value| !plain(value))?;
+                Some(("values", format!("{} is not a number, a word, true or false", self.values[odd])))
+            }
+            (Some([low, high]), true) if !(low < high && low.is_finite() && high.is_finite()) => {
+                Some(("range", format!("{low} is not below {high}")))
+            }
+            (Some([low, _]), true) if self.scale == Scale::Logarithmic && low <= 0.0 => {
+                Some(("range", format!("{low} is not above 0, as a logarithmic scale needs")))
+            }
+            (Some(_), true) => None,
+        }
+    }
+
+    /// The value at a fraction of the way, from 0 to below 1.
+    fn at_fraction(&self, fraction: f64) -> Value {
+        match (self.range, self.scale) {
+            (Some([low, high]), Scale::Linear) => (low + fraction * (high - low)).into(),
+            (Some([low, high]), Scale::Logarithmic) => (low * (high / low).powf(fraction)).into(),
+            (None, _) => {
+                let index = (fraction * self.values.len() as f64) as usize;
+                self.values[index.min(self.values.len() - 1)].clone()
+            }
+        }
+    }
+}
+
+/// A value as a word of a table: a text without its quotes.
+fn word(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+fn is_positive(value: &Value) -> bool {
+    value.as_f64().is_some_and(|value| value > 0.0)
+}
+
+fn read(path: &Path) -> Result<String, CaseErrors> {
+    let unreadable = |error| {
+        CaseErrors::one(CaseError::new(path.display().to_string(), format!("cannot be read: {error}")))
+    };
+    std::fs::read_to_string(path).map_err(unreadable)
+}
+
+#[cfg(test)]
+mod tests;

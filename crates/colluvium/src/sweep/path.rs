@@ -1,0 +1,87 @@
+//! Places in a case, as error messages name them.
+
+use serde_json::Value;
+
+/// A step of a path: a key of an object or an index of a list.
+enum Step<'a> {
+    Key(&'a str),
+    Index(usize),
+}
+
+/// The steps of `bodies[0].shape.max[1]`.
+fn steps(path: &str) -> Result<Vec<Step<'_>>, String> {
+    let odd = || format!("{path:?} is not a path like bodies[0].shape.max[1]");
+    let mut steps = Vec::new();
+    for part in path.split('.') {
+        let (key, indices) = part.split_once('[').map_or((part, None), |(key, rest)| (key, Some(rest)));
+        if key.is_empty() {
+            return Err(odd());
+        }
+        steps.push(Step::Key(key));
+        let Some(indices) = indices else { continue };
+        let indices = indices.strip_suffix(']').ok_or_else(odd)?;
+        for index in indices.split("][") {
+            steps.push(Step::Index(index.parse().map_err(|_| odd())?));
+        }
+    }
+    Ok(steps)
+}
+
+/// Puts a value into a case. The last key may be new, what it stands in must be there.
+///
+/// # Errors
+/// When the path is none or leads nowhere.
+pub(super) fn set(case: &mut Value, path: &str, value: &Value) -> Result<(), String> {
+    let nowhere = || format!("{path:?} is not in the case");
+    let steps = steps(path)?;
+    let mut place = case;
+    for (number, step) in steps.iter().enumerate() {
+        let last = number + 1 == steps.len();
+        let inner = match step {
+            Step::Key(key) => place.as_object_mut().and_then(|map| match last {
+                true => Some(map.entry(*key).or_insert(Value::Null)),
+                false => map.get_mut(*key),
+            }),
+            Step::Index(index) => place.as_array_mut().and_then(|items| items.get_mut(*index)),
+        };
+        place = inner.ok_or_else(nowhere)?;
+    }
+    *place = value.clone();
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_value_goes_where_its_path_leads() {
+        let mut case = json!({ "bodies": [{ "shape": { "max": [1, 2] } }], "gravity": [[1, 2], [3, 4]] });
+        set(&mut case, "bodies[0].shape.max[1]", &json!(7)).unwrap();
+        set(&mut case, "bodies[0].rigid", &json!(true)).unwrap();
+        set(&mut case, "gravity[1][0]", &json!("x")).unwrap();
+        let expected = json!({ "bodies": [{ "shape": { "max": [1, 7] }, "rigid": true }], "gravity": [[1, 2], ["x", 4]] });
+        assert_eq!(case, expected);
+    }
+
+    #[test]
+    fn a_path_that_leads_nowhere_is_refused_and_changes_nothing() {
+        let case = json!({ "bodies": [{ "shape": { "max": [1, 2] } }] });
+        for path in [
+            "",
+            "bodies[1].shape",
+            "bodies[0].shap.max",
+            "bodies[x]",
+            "bodies[0",
+            "bodies.shape",
+            "a..b",
+            "[0]",
+        ] {
+            let mut changed = case.clone();
+            assert!(set(&mut changed, path, &json!(1)).is_err(), "{path}");
+            assert_eq!(changed, case, "{path}");
+        }
+    }
+}

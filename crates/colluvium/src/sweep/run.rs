@@ -1,0 +1,231 @@
+//! The runs of a sweep: several at a time, each in a folder of its own.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use thiserror::Error;
+
+use super::{Member, Results, Row, Sweep, table};
+use crate::case::description::Measure;
+use crate::case::output::{OutputError, write_atomically};
+use crate::case::run::Ending;
+use crate::case::{Case, Method, RunError, RunOptions, run_method};
+
+/// Name of the copy of the sweep in its folder.
+const SWEEP: &str = "sweep.json";
+
+/// How to run a sweep.
+#[derive(Clone, Debug, Default)]
+pub struct SweepOptions {
+    /// Folder for everything that is written.
+    pub out: PathBuf,
+    /// Runs at a time.
+    pub jobs: usize,
+    /// Threads of each run.
+    pub threads: usize,
+    /// Go on with the sweep in the folder: what is complete stays.
+    pub resume: bool,
+    /// Throw away the sweep in the folder.
+    pub overwrite: bool,
+    /// Set from elsewhere to stop, with checkpoints.
+    pub stop: Arc<AtomicBool>,
+    /// Commit of the program, for the record.
+    pub commit: Option<String>,
+}
+
+/// How a run of a sweep has ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RunState {
+    /// It was complete already.
+    Kept,
+    /// It is complete.
+    Completed,
+    /// It was asked to stop.
+    Interrupted,
+    /// It failed; the text says why.
+    Failed(String),
+}
+
+/// Why a sweep ended before its runs.
+#[derive(Debug, Error)]
+pub enum SweepError {
+    /// A file could not be written or read.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The folder cannot be used.
+    #[error("{}: {problem}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Why not.
+        problem: String,
+    },
+    /// The system gives no threads.
+    #[error("threads: {0}")]
+    Threads(String),
+}
+
+/// The folder of a run.
+fn folder(out: &Path, number: usize) -> PathBuf {
+    out.join(format!("run-{:04}", number + 1))
+}
+
+/// Whether a name is that of such a folder.
+fn is_folder(name: &str) -> bool {
+    name.strip_prefix("run-")
+        .is_some_and(|number| number.len() >= 4 && number.bytes().all(|b| b.is_ascii_digit()))
+}
+
+/// Runs all cases of a sweep, `jobs` at a time; one that fails does not stop the others. `runs.csv` is written anew after
+/// each run, tables and pictures of all at the end; `tell` hears of each run as it ends.
+///
+/// # Errors
+/// When the folder cannot be used, or the disk or the system refuses.
+pub fn run<'a>(
+    sweep: &'a Sweep,
+    members: &[Member],
+    method: &dyn Method,
+    options: &SweepOptions,
+    tell: &(dyn Fn(usize, &RunState) + Sync),
+) -> Result<Results<'a>, SweepError> {
+    prepare(sweep, options)?;
+    let waiting = |member: &Member| Row {
+        values: member.values.clone(),
+        status: String::new(),
+        reason: None,
+        measures: Vec::new(),
+        wall: 0.0,
+    };
+    let results = Mutex::new(Results { sweep, rows: members.iter().map(waiting).collect() });
+    let next = AtomicUsize::new(0);
+    let work = || -> Result<(), SweepError> {
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
+        let threads = threads.map_err(|error| SweepError::Threads(error.to_string()))?;
+        loop {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let Some(member) = members.get(number) else { return Ok(()) };
+            if options.stop.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            let out = folder(&options.out, number);
+            let state = threads.install(|| one(method, &member.case, &out, options));
+            let row = row(&out, member, &state);
+            tell(number, &state);
+            let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
+            results.rows[number] = row;
+            results.write(&options.out)?;
+        }
+    };
+    let ends: Vec<Result<(), SweepError>> = std::thread::scope(|scope| {
+        let workers: Vec<_> =
+            (0..options.jobs.clamp(1, members.len().max(1))).map(|_| scope.spawn(work)).collect();
+        let lost = || Err(SweepError::Threads("one of them panicked".to_owned()));
+        workers.into_iter().map(|worker| worker.join().unwrap_or_else(|_| lost())).collect()
+    });
+    ends.into_iter().collect::<Result<(), _>>()?;
+    let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+    results.write(&options.out)?;
+    results.draw(&options.out, &measured(members))?;
+    Ok(results)
+}
+
+/// What the cases measure that is one number a row.
+fn measured(members: &[Member]) -> Vec<String> {
+    let Some(first) = members.first() else { return Vec::new() };
+    let number = |measure: &Measure| {
+        matches!(
+            measure,
+            Measure::Front { .. }
+                | Measure::RunOut { .. }
+                | Measure::Dissipation {}
+                | Measure::FactorOfSafety(_)
+        )
+    };
+    first.case.measures.iter().filter(|(_, measure)| number(measure)).map(|(name, _)| name.clone()).collect()
+}
+
+/// Takes the folder into use.
+fn prepare(sweep: &Sweep, options: &SweepOptions) -> Result<(), SweepError> {
+    let out = &options.out;
+    let refuse = |problem: &str| Err(SweepError::Folder { path: out.clone(), problem: problem.to_owned() });
+    let fail = |error: std::io::Error| OutputError::new(out, error);
+    let text = serde_json::to_string_pretty(sweep).map_err(|error| OutputError::new(out, error))?;
+    let kept = out.join(SWEEP);
+    let earlier = kept.exists().then(|| fs::read_to_string(&kept)).transpose().map_err(fail)?;
+    match earlier {
+        Some(earlier) if options.resume && earlier != text => return refuse("holds another sweep"),
+        Some(_) if !options.resume && !options.overwrite => {
+            return refuse("holds an earlier sweep already (resume it, overwrite it or choose another)");
+        }
+        None if options.resume => return refuse("holds no sweep to resume"),
+        Some(_) if options.overwrite => clear(out)?,
+        _ => {}
+    }
+    fs::create_dir_all(out).map_err(fail)?;
+    Ok(write_atomically(&kept, text.as_bytes())?)
+}
+
+/// Removes the runs of an earlier sweep, with its tables and pictures.
+fn clear(out: &Path) -> Result<(), OutputError> {
+    let fail = |error: std::io::Error| OutputError::new(out, error);
+    for entry in fs::read_dir(out).map_err(fail)? {
+        let path = entry.map_err(fail)?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let run = is_folder(&name) && path.join("summary.json").exists();
+        if run || name == table::PICTURES {
+            fs::remove_dir_all(&path).map_err(fail)?;
+        } else if table::TABLES.contains(&name.as_str()) {
+            fs::remove_file(&path).map_err(fail)?;
+        }
+    }
+    Ok(())
+}
+
+/// One run, from where it stands.
+fn one(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> RunState {
+    let summary = fs::read_to_string(out.join("summary.json")).unwrap_or_default();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap_or_default();
+    let begun = !summary.is_null();
+    let same = summary["fingerprint"] == format!("{:016x}", case.fingerprint()).as_str();
+    if begun && same && summary["status"] == "completed" {
+        return RunState::Kept;
+    }
+    let run = RunOptions {
+        method: method.name().to_owned(),
+        out: Some(out.to_owned()),
+        resume: begun && same,
+        overwrite: begun && !same,
+        progress: false,
+        keep_frames: false,
+        stop: Some(options.stop.clone()),
+        commit: options.commit.clone(),
+    };
+    match run_method(method, case, &run) {
+        Ok(report) if report.ending == Ending::Interrupted => RunState::Interrupted,
+        Ok(_) => RunState::Completed,
+        Err(RunError::Case(errors)) => RunState::Failed(errors.to_string()),
+        Err(error) => RunState::Failed(error.to_string()),
+    }
+}
+
+/// The row of a run that has ended.
+fn row(out: &Path, member: &Member, state: &RunState) -> Row {
+    let failed = |reason: String| Row {
+        values: member.values.clone(),
+        status: "failed".to_owned(),
+        reason: Some(reason),
+        measures: Vec::new(),
+        wall: f64::NAN,
+    };
+    match (table::read(out, member.values.clone()), state) {
+        // A run that could not begin has left nothing of its own.
+        (Ok(row), RunState::Failed(reason)) => {
+            Row { status: "failed".to_owned(), reason: Some(reason.clone()), ..row }
+        }
+        (Ok(row), _) => row,
+        (Err(_), RunState::Failed(reason)) => failed(reason.clone()),
+        (Err(error), _) => failed(error.to_string()),
+    }
+}
