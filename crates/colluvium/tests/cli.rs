@@ -363,6 +363,40 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
 }
 
 #[test]
+fn a_sweep_tells_of_each_run_and_leaves_one_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = column();
+    case["stages"] = json!([{ "name": "go", "duration": 0.02 }]);
+    write(folder.path(), "column.json", &case);
+    let mut sweep = json!({
+        "title": "cells", "case": "column.json",
+        "parameters": { "cell": { "at": ["methods.mpm.cell_size"], "values": [0.02, 0.01, 0.005] } },
+        "convergence": { "parameter": "cell", "measures": ["front"] },
+        "targets": { "front": { "value": 0.1, "tolerance": 0.01 } }
+    });
+    let file = write(folder.path(), "sweep.json", &sweep);
+    let out = folder.path().join("out");
+    let (code, said, errors) = output(colluvium().arg("sweep").arg(&file).arg("--out").arg(&out));
+    assert_eq!(code, 0, "{errors}");
+    for line in
+        ["run 2 (cell = 0.01): completed", "nearest to the targets: run ", "front: ", "3 of 3 runs complete"]
+    {
+        assert!(said.contains(line), "{line:?} in {said}");
+    }
+    assert_eq!(fs::read_to_string(out.join("runs.csv")).unwrap().lines().count(), 4);
+    assert_eq!(fs::read_to_string(out.join("convergence.csv")).unwrap().lines().count(), 4);
+    let again = ["sweep", "--quiet", "--resume", "--out"];
+    let (code, said, errors) = output(colluvium().args(again).arg(&out).arg(&file));
+    assert_eq!((code, said.as_str()), (0, ""), "{errors}");
+
+    sweep["parameters"]["cell"]["values"] = json!([0.02, 0.01, 0.03]);
+    let file = write(folder.path(), "sweep.json", &sweep);
+    let (code, _, errors) = output(colluvium().arg("sweep").arg("--check").arg(&file));
+    assert_eq!(code, 3);
+    assert!(errors.starts_with("error: run 3 (cell = 0.03): methods.mpm.cell_size: "), "{errors}");
+}
+
+#[test]
 fn the_schema_is_json_and_knows_the_methods() {
     let (code, text, _) = output(colluvium().arg("schema"));
     let schema: Value = serde_json::from_str(&text).unwrap();
@@ -415,9 +449,9 @@ fn an_element_test_leaves_a_table_and_four_pictures() {
     );
     // Cohesionless, matched in triaxial compression: q = σ₃ (k - 1) = 200 kPa.
     assert!((last(&out, "q") / 2e5 - 1.0).abs() < 1e-6, "{}", last(&out, "q"));
+    // Into the same folder: nothing of the drained test stays.
     let undrained = triaxial(&json!({ "kind": "triaxial-undrained", "axial_compression": 0.05 }));
     let file = write(folder.path(), "undrained.json", &undrained);
-    let out = folder.path().join("undrained");
     let mut command = colluvium();
     let (code, _, errors) =
         output(command.arg("element-test").arg(&file).arg("--out").arg(&out).args(["--format", "svg"]));

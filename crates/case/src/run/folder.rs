@@ -97,11 +97,13 @@ pub(super) fn read_state(path: &Path) -> Result<Vec<u8>, OutputError> {
     Ok(bytes)
 }
 
-/// Takes the folder for this run alone, as long as the file is open; `None` where folders cannot be locked.
+/// Takes the folder, which is made where there is none, for this run alone, as long as the file is open; `None` where
+/// folders cannot be locked.
 ///
 /// # Errors
-/// When another run has it.
+/// When it cannot be made, or another run has it.
 pub(super) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
+    fs::create_dir_all(out).map_err(|error| OutputError::new(out, error))?;
     let Ok(folder) = File::open(out) else { return Ok(None) };
     match folder.try_lock() {
         Ok(()) => Ok(Some(folder)),

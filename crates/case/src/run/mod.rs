@@ -212,6 +212,7 @@ fn start(
         safety: BTreeMap::new(),
         searched: Duration::ZERO,
         earlier: 0.0,
+        remarks: Vec::new(),
     };
     let result = run.all().map_err(|error| run.with_last_output(error));
     let ending = match &result {
@@ -244,6 +245,8 @@ struct Run<'a> {
     searched: Duration,
     /// Wall-clock time of the sessions before this one (s).
     earlier: f64,
+    /// What of the end is worth a word.
+    remarks: Vec<String>,
 }
 
 fn bar(case: &Case, options: &RunOptions) -> ProgressBar {
@@ -425,9 +428,12 @@ impl Run<'_> {
         if completed {
             self.recorder.output_last(&*self.solver, &mut self.progress)?;
         }
-        let wall = self.wall();
-        self.recorder.summary(ending, reason, &*self.solver, &self.progress, (wall, &self.safety))?;
-        Ok(())
+        self.remarks = self.solver.remarks();
+        if completed {
+            self.remarks.extend(self.recorder.blind_probes());
+        }
+        let run = (self.wall(), &self.safety, self.remarks.as_slice());
+        self.recorder.summary(ending, reason, &*self.solver, &self.progress, run)
     }
 
     fn report(&mut self, ending: Ending) -> RunReport {
@@ -442,7 +448,7 @@ impl Run<'_> {
             start: self.progress.start,
             end: self.solver.budget(),
             steps,
-            remarks: self.solver.remarks(),
+            remarks: std::mem::take(&mut self.remarks),
             wall: self.wall(),
             updates_per_second: updates / (session - self.searched.as_secs_f64()),
             safety: std::mem::take(&mut self.safety),

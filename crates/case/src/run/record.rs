@@ -97,27 +97,23 @@ impl<'a> Recorder<'a> {
             "status": "running", "title": self.case.title, "method": self.options.method, "fingerprint": self.mark(),
         });
         let used = out.join(SUMMARY).exists() || out.join(CHECKPOINT).exists();
+        if self.options.resume && !used {
+            return Err(folder("holds no run to resume".to_owned()));
+        }
+        if used && !self.options.resume && !self.options.overwrite {
+            let problem = "holds an earlier run already (resume it, overwrite it or choose another)";
+            return Err(folder(problem.to_owned()));
+        }
+        self.lock = folder::lock(out)?;
         if self.options.resume {
-            if !used {
-                return Err(folder("holds no run to resume".to_owned()));
-            }
-            self.lock = folder::lock(out)?;
             return self.check_resumable(out);
-        } else if used {
-            if !self.options.overwrite {
-                return Err(folder(
-                    "holds an earlier run already (resume it, overwrite it or choose another)".to_owned(),
-                ));
-            }
-            self.lock = folder::lock(out)?;
+        }
+        if used {
             // First of all, so that what is left of the old run never looks complete.
             self.write_summary(&running)?;
             folder::clear(out)?;
         }
         folder::make(out)?;
-        if self.lock.is_none() {
-            self.lock = folder::lock(out)?;
-        }
         write_atomically(&out.join(CASE), self.case.to_json().as_bytes())?;
         self.write_summary(&running)
     }
@@ -317,6 +313,7 @@ impl<'a> Recorder<'a> {
             .restore(&checkpoint.solver)
             .map_err(|error: SolverError| self.refuse(out, error.to_string()))?;
         let progress = checkpoint.progress;
+        self.check_frames(out, &progress.collection)?;
         if self.options.keep_frames {
             self.kept = read_frames(out, &progress)?;
         }
@@ -328,6 +325,18 @@ impl<'a> Recorder<'a> {
         self.table = Table::read(&out.join(MEASURES))?;
         self.write_collections(out, &progress.collection)?;
         Ok(Some(progress))
+    }
+
+    /// Refuses to go on without frames of the run: the collection would name files that are not there.
+    fn check_frames(&self, out: &Path, collection: &Collection) -> Result<(), RunError> {
+        let on_grid = |name: &str| self.case.output.grid.map(|_| folder::on_grid(name));
+        let names = collection.frames.iter().flat_map(|(_, name)| [Some(name.clone()), on_grid(name)]);
+        match names.flatten().find(|name| !out.join(name).exists()) {
+            Some(gone) => {
+                Err(self.refuse(out, format!("counts on {gone}, which is gone: run the case anew")))
+            }
+            None => Ok(()),
+        }
     }
 
     fn read_checkpoint(&self, out: &Path) -> Result<Option<Checkpoint>, RunError> {
@@ -348,14 +357,28 @@ impl<'a> Recorder<'a> {
         Ok(Some(checkpoint))
     }
 
-    /// Writes the summary, with wall-clock time (s) and factors of safety.
+    /// Probes that no point has come near.
+    pub(super) fn blind_probes(&self) -> Vec<String> {
+        let sees = |name: &str| {
+            let own = |column: &str| column.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
+            let own: Vec<usize> =
+                (0..self.table.columns.len()).filter(|&k| own(&self.table.columns[k].0)).collect();
+            self.table.rows.iter().any(|row| own.iter().any(|&k| row[k].is_finite()))
+        };
+        let probes =
+            self.case.measures.iter().filter(|(_, measure)| matches!(measure, Measure::Probe { .. }));
+        let blind = probes.filter(|(name, _)| !sees(name));
+        blind.map(|(name, _)| format!("measures.{name}: no point came within its radius")).collect()
+    }
+
+    /// Writes the summary, with wall-clock time (s), factors of safety and remarks on the state.
     pub(super) fn summary(
         &self,
         status: &str,
         reason: Option<&str>,
         solver: &dyn Solver,
         progress: &Progress,
-        (wall, safety): (f64, &BTreeMap<String, Safety>),
+        (wall, safety, remarks): (f64, &BTreeMap<String, Safety>, &[String]),
     ) -> Result<(), RunError> {
         let budget = |b: Budget| {
             let mut all = json!({
@@ -387,7 +410,7 @@ impl<'a> Recorder<'a> {
             "steps": solver.step_count(),
             "time": solver.time(),
             "points": solver.points(),
-            "remarks": solver.remarks(),
+            "remarks": remarks,
             "start": budget(progress.start),
             "measures": measures,
             "case": self.case,

@@ -411,6 +411,37 @@ fn resuming_with_rows_missing_is_refused() {
 }
 
 #[test]
+fn resuming_with_frames_missing_is_refused() {
+    let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    case.output.grid = Some(0.5);
+    for gone in ["frames/frame-00001.vtu", "frames/grid-00000.vtr"] {
+        let folder = tempfile::tempdir().unwrap();
+        run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
+        std::fs::remove_file(folder.path().join(gone)).unwrap();
+        let before = left(folder.path());
+        let again = RunOptions { resume: true, ..options(folder.path()) };
+        let error = run(&case, Oscillators::boxed(0.1, None), &again).unwrap_err();
+        assert!(error.to_string().contains(&format!("counts on {gone}, which is gone")), "{error}");
+        assert!(left(folder.path()) == before);
+    }
+}
+
+#[test]
+fn a_probe_that_no_point_comes_near_is_remarked() {
+    let mut case = case(r#"[ { "name": "all", "duration": 0.5 } ]"#);
+    for (name, x) in [("near", 0.0), ("far", 9.0)] {
+        let probe = crate::description::Measure::Probe {
+            position: vec![x, 0.0],
+            radius: 2.0,
+            fields: vec!["mass".into()],
+        };
+        case.measures.insert(name.into(), probe);
+    }
+    let report = run(&case, Oscillators::boxed(0.1, None), &RunOptions::default()).unwrap();
+    assert_eq!(report.remarks, ["measures.far: no point came within its radius"]);
+}
+
+#[test]
 fn a_checkpoint_does_not_grow_with_the_rows_before_it() {
     let size = |fail_at| {
         let mut case = case(r#"[ { "name": "all", "duration": 12.0 } ]"#);

@@ -107,9 +107,17 @@ fn read(file: &Path) -> Result<String, CaseErrors> {
     std::fs::read_to_string(file).map_err(unreadable)
 }
 
-/// The table and the pictures.
+/// The table and the pictures, in place of those of an earlier test.
 fn write(title: &str, trace: &Trace, out: &Path, format: &str) -> Result<(), Failure> {
-    std::fs::create_dir_all(out).map_err(|error| Failure::Other(format!("{}: {error}", out.display())))?;
+    let fail = |error: std::io::Error| Failure::Other(format!("{}: {error}", out.display()));
+    std::fs::create_dir_all(out).map_err(fail)?;
+    for name in StandardPlot::NAMES {
+        for earlier in ["png", "svg"].map(|format| out.join(format!("{name}.{format}"))) {
+            if earlier.exists() {
+                std::fs::remove_file(&earlier).map_err(fail)?;
+            }
+        }
+    }
     let mut table = Vec::new();
     trace.path.write_csv(&mut table).map_err(|error| Failure::Other(error.to_string()))?;
     write_atomically(&out.join("path.csv"), &table)?;

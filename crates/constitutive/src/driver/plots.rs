@@ -18,6 +18,12 @@ pub struct StandardPlot {
     pub y_label: &'static str,
 }
 
+impl StandardPlot {
+    /// The names that standard plots may have.
+    pub const NAMES: [&'static str; 6] =
+        ["q-strain", "volume-strain", "pore-pressure-strain", "q-p", "volume-ln-p", "void-ratio-ln-p"];
+}
+
 impl ElementPath {
     /// The four standard plots: q and volume (pore pressure, where it changed) over the largest
     /// compression, q over p, and volume (void ratio, where the law has one) over ln p.
@@ -34,19 +40,21 @@ impl ElementPath {
         let volume = ("volumetric_strain", "volumetric strain, expansion positive (-)");
         let pressure = self.column("excess_pore_pressure").unwrap_or_default();
         let undrained = pressure.iter().any(|u| *u != 0.0);
-        let (strain_plot, ln_p) = (["volume-strain", "pore-pressure-strain"], ("ln_p", "ln(p / Pa)"));
+        let [q_strain, volume_strain, pore_pressure_strain, q_p, volume_ln_p, void_ratio_ln_p] =
+            StandardPlot::NAMES;
+        let ln_p = ("ln_p", "ln(p / Pa)");
         [
-            plot("q-strain", COMPRESSION, q),
+            plot(q_strain, COMPRESSION, q),
             if undrained {
-                plot(strain_plot[1], COMPRESSION, ("excess_pore_pressure", "excess pore pressure (Pa)"))
+                plot(pore_pressure_strain, COMPRESSION, ("excess_pore_pressure", "excess pore pressure (Pa)"))
             } else {
-                plot(strain_plot[0], COMPRESSION, volume)
+                plot(volume_strain, COMPRESSION, volume)
             },
-            plot("q-p", ("p", "p (Pa)"), q),
+            plot(q_p, ("p", "p (Pa)"), q),
             if self.column(VOID_RATIO).is_some() {
-                plot("void-ratio-ln-p", ln_p, (VOID_RATIO, "void ratio (-)"))
+                plot(void_ratio_ln_p, ln_p, (VOID_RATIO, "void ratio (-)"))
             } else {
-                plot("volume-ln-p", ln_p, volume)
+                plot(volume_ln_p, ln_p, volume)
             },
         ]
     }
