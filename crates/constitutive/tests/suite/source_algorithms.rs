@@ -1,5 +1,6 @@
 //! Algorithms 1 and 2 of Bui & Nguyen 2021 for Drucker–Prager (constitutive sheet §2.3, §3.6; kPa).
 
+use crate::common::close;
 use colluvium_constitutive::laws::{
     DruckerPrager, DruckerPragerSpec, Elasticity, Integration, Matching, PlasticStrain, Softening,
     StrainMeasure,
@@ -29,10 +30,6 @@ fn spec(integration: Integration) -> DruckerPragerSpec {
         strain_measure: StrainMeasure::Rate,
         project: false,
     }
-}
-
-fn close(found: f64, exact: f64, tolerance: f64) {
-    assert!((found - exact).abs() <= tolerance * exact.abs().max(1.0), "{found} for {exact}");
 }
 
 /// The return of a trial stress: a step without strain from it.

@@ -1,6 +1,7 @@
 //! Reference values of constitutive sheet §1–3 (kPa where the sheet says so), computed there with
 //! independent scripts.
 
+use crate::common::close;
 use colluvium_constitutive::laws::mohr_coulomb::{Pyramid, Region};
 use colluvium_constitutive::laws::{
     DruckerPragerSpec, Elasticity, ExactIn, Matching, MohrCoulombSpec, Softening, StrainMeasure,
@@ -14,10 +15,6 @@ use colluvium_constitutive::{
 /// Set R1 in kPa.
 fn r1() -> Elasticity {
     Elasticity::new(20_000.0, 0.3).unwrap()
-}
-
-fn close(found: f64, exact: f64, tolerance: f64) {
-    assert!((found - exact).abs() <= tolerance * exact.abs().max(1.0), "{found} for {exact}");
 }
 
 fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec {

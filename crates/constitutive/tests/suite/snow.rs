@@ -1,5 +1,6 @@
 //! Stomakhin snow (constitutive sheet §2.14, V-15, bad input of §7).
 
+use crate::common::near;
 use colluvium_constitutive::laws::{Snow, SnowElasticity, SnowSpec, SnowState};
 use colluvium_constitutive::{InitialCondition, Mat3, Model, Motion, Point, StressUpdate, SymTensor};
 
@@ -18,13 +19,9 @@ fn at_rest(plastic_volume: f64) -> Point<SnowState> {
     Point { stress: SymTensor::ZERO, state: SnowState { elastic: SymTensor::ZERO, plastic_volume } }
 }
 
-fn close(found: f64, exact: f64, tolerance: f64) {
-    assert!((found - exact).abs() <= tolerance, "{found} for {exact}");
-}
-
 fn close_matrix(found: &Mat3, exact: [[f64; 3]; 3], tolerance: f64) {
     for (found, exact) in found.0.iter().flatten().zip(exact.iter().flatten()) {
-        close(*found, *exact, tolerance);
+        near(*found, *exact, tolerance);
     }
 }
 
@@ -47,8 +44,8 @@ fn reference_step_clamps_two_stretches_and_stiffens() {
     let stretches = spectrum.values.map(f64::sqrt);
     let clamped = new.state.elastic.spectrum().values.map(|b| (1.0 + b).sqrt());
     for a in 0..3 {
-        close(stretches[a], [1.010_297_34, 1.003_283_19, 0.958_736_73][a], 5.1e-9);
-        close(clamped[a], [1.0075, 1.003_283_19, 0.975][a], 5.1e-9);
+        near(stretches[a], [1.010_297_34, 1.003_283_19, 0.958_736_73][a], 5.1e-9);
+        near(clamped[a], [1.0075, 1.003_283_19, 0.975][a], 5.1e-9);
     }
     // The law needs no more of F_E than b_E; with the directions of the trial it has the sheet's F_E.
     let cut = spectrum.compose(std::array::from_fn(|a| clamped[a] / stretches[a])).to_matrix();
@@ -68,9 +65,9 @@ fn reference_step_clamps_two_stretches_and_stiffens() {
         [-2.467e-5, 0.002_760_41, 0.999_528_2],
     ];
     close_matrix(&plastic, exact, 5.1e-9);
-    close(new.state.plastic_volume, plastic.determinant(), 1e-14);
-    close(new.state.plastic_volume, 0.976_189_43, 5.1e-9);
-    close(law.hardening(new.state.plastic_volume), 1.268_843_31, 5.1e-9);
+    near(new.state.plastic_volume, plastic.determinant(), 1e-14);
+    near(new.state.plastic_volume, 0.976_189_43, 5.1e-9);
+    near(law.hardening(new.state.plastic_volume), 1.268_843_31, 5.1e-9);
 }
 
 #[test]
@@ -91,7 +88,7 @@ fn reference_step_has_the_stress_of_either_elastic_law() {
         let new = moved(&law, &trial, &at_rest(plastic.determinant()));
         let kirchhoff = new.stress * (trial.determinant() * plastic.determinant());
         for c in 0..6 {
-            close(kirchhoff[c], exact[c], 5.1e-7);
+            near(kirchhoff[c], exact[c], 5.1e-7);
         }
     }
 }
@@ -121,9 +118,9 @@ fn torn_snow_softens_and_packed_snow_stiffens_with_the_excess() {
                 let total = stretch(step + 1);
                 if direction * (total - bound) > 0.0 {
                     let volume = total / bound;
-                    close(point.state.plastic_volume, volume, 1e-13);
+                    near(point.state.plastic_volume, volume, 1e-13);
                     let exact = first[0] * (10.0 * (1.0 - volume)).exp();
-                    close(point.stress[0] * total, exact, 1e-12 * exact.abs());
+                    near(point.stress[0] * total, exact, 1e-12 * exact.abs());
                 } else {
                     assert_eq!(point.state.plastic_volume, 1.0);
                 }
@@ -143,7 +140,7 @@ fn stiffening_is_bounded() {
     let law = spec(SnowElasticity::FixedCorotated).law().unwrap();
     assert_eq!(law.hardening(0.3), law.hardening(0.6));
     assert_eq!(law.hardening(50.0), law.hardening(20.0));
-    close(law.hardening(0.6), 4f64.exp(), 1e-12);
+    near(law.hardening(0.6), 4f64.exp(), 1e-12);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Cohesive bands and the double-scale point: reference values of constitutive sheet §2.16, V-22, V-23,
 //! and bad input of §7.
 
+use crate::common::near;
 use colluvium_constitutive::laws::{
     BandSpec, BandedState, CohesiveBand, CohesiveBandSpec, CohesiveDamageSpec, CohesiveState,
     DoubleScaleSpec, Elasticity, LocalSolve, Matching, Onset, OutsideStrength,
@@ -38,10 +39,6 @@ fn spec(band: CohesiveBandSpec) -> DoubleScaleSpec {
         intact_reset: false,
         allow_snapback: false,
     }
-}
-
-fn near(found: f64, exact: f64, tolerance: f64) {
-    assert!((found - exact).abs() <= tolerance, "{found} for {exact}");
 }
 
 fn stiffness(youngs_modulus: f64, poissons_ratio: f64) -> Tangent {

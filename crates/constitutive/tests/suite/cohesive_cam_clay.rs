@@ -1,5 +1,6 @@
 //! Cohesive Cam Clay (constitutive sheet §2.15, V-13, V-14, bad input of §7).
 
+use crate::common::near;
 use colluvium_constitutive::laws::cohesive_cam_clay::Ellipse;
 use colluvium_constitutive::laws::{
     CamClayHardening, CamClayInvariants, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState,
@@ -56,27 +57,23 @@ fn returned(
     (SymTensor::diagonal(found[0], found[1], found[2]), state)
 }
 
-fn close(found: f64, exact: f64, tolerance: f64) {
-    assert!((found - exact).abs() <= tolerance, "{found} for {exact}");
-}
-
 #[test]
 fn returns_at_fixed_strength() {
     let elasticity = Elasticity::new(5e6, 0.3).unwrap();
-    close(elasticity.bulk_modulus, 4_166_666.7, 0.05);
-    close(elasticity.shear_modulus, 1_923_076.9, 0.05);
+    near(elasticity.bulk_modulus, 4_166_666.7, 0.05);
+    near(elasticity.shear_modulus, 1_923_076.9, 0.05);
     let ellipse = Ellipse { slope: 0.8, cohesion_ratio: 0.1, strength: 10e3 };
     let trial = |strain: [f64; 3]| {
         let trial = stress(&elasticity, strain);
         (trial, trial.pressure(), trial.q())
     };
     let (_, p, q) = trial([-5e-4, -4e-4, -3e-4]);
-    close(p, 5000.0, 1e-9);
-    close(q, 666.173, 5.1e-4);
+    near(p, 5000.0, 1e-9);
+    near(q, 666.173, 5.1e-4);
     let f = ellipse.yield_value(p, q);
     // y is f times the sum of the terms whose difference f is.
     let radius = 0.5 * 0.8 * 1.1 * 10e3;
-    close(f * (f + 2.0 * radius), -1.866_75e7, 51.0);
+    near(f * (f + 2.0 * radius), -1.866_75e7, 51.0);
     assert_eq!(ellipse.return_map(&elasticity, p, q).multiplier, 0.0);
 
     // Trial, p and q of the trial, p, q, Δγ, elastic strain, plastic volumetric strain.
@@ -111,19 +108,19 @@ fn returns_at_fixed_strength() {
     ];
     for (strain, at_trial, at_end, multiplier, elastic, volumetric) in rows {
         let (trial, p, q) = trial(strain);
-        close(p, at_trial[0], 5.1e-4);
-        close(q, at_trial[1], 5.1e-4);
+        near(p, at_trial[0], 5.1e-4);
+        near(q, at_trial[1], 5.1e-4);
         let found = ellipse.return_map(&elasticity, p, q);
-        close(found.pressure, at_end[0], 5.1e-6);
-        close(found.q, at_end[1], 5.1e-6);
-        close(found.multiplier, multiplier, 5.1e-15);
-        close(found.volumetric, volumetric, 5.1e-12);
+        near(found.pressure, at_end[0], 5.1e-6);
+        near(found.q, at_end[1], 5.1e-6);
+        near(found.multiplier, multiplier, 5.1e-15);
+        near(found.volumetric, volumetric, 5.1e-12);
         let shrink = if q > 1e-6 { found.q / q } else { 0.0 };
         let stress = trial.deviator() * shrink - SymTensor::isotropic(found.pressure);
         for c in 0..3 {
-            close(elasticity.strain(&stress)[c], elastic[c], 5.1e-12);
+            near(elasticity.strain(&stress)[c], elastic[c], 5.1e-12);
         }
-        close(ellipse.yield_value(found.pressure, found.q), 0.0, 1e-10);
+        near(ellipse.yield_value(found.pressure, found.q), 0.0, 1e-10);
     }
 }
 
@@ -139,7 +136,7 @@ fn the_ellipse_has_the_tips_and_top_of_the_sheet() {
         (0.0, m * p0 * (beta / (1.0 + 2.0 * beta)).sqrt()),
     ];
     for (p, q) in points {
-        close(ellipse.yield_value(p, q), 0.0, 1e-11);
+        near(ellipse.yield_value(p, q), 0.0, 1e-11);
     }
 }
 
@@ -147,40 +144,40 @@ fn the_ellipse_has_the_tips_and_top_of_the_sheet() {
 fn hardening_is_solved_with_the_return() {
     let law = slab().law().unwrap();
     let state = fresh(&law);
-    close(state.hardening_strain, -2.399_997_696_0e-4, 5.1e-15);
+    near(state.hardening_strain, -2.399_997_696_0e-4, 5.1e-15);
 
     let (stress, new) = returned(&law, [-3e-3; 3], &state);
-    close(new.volumetric, -5.999_912_293_5e-4, 5.1e-15);
-    close(stress.pressure(), 35_000.036_5, 5.1e-5);
-    close(law.ellipse(&new).strength, 35_000.036_5, 5.1e-5);
+    near(new.volumetric, -5.999_912_293_5e-4, 5.1e-15);
+    near(stress.pressure(), 35_000.036_5, 5.1e-5);
+    near(law.ellipse(&new).strength, 35_000.036_5, 5.1e-5);
     assert_eq!(stress.q(), 0.0);
 
     let (stress, new) = returned(&law, [-8e-3, -1e-3, 0.0], &state);
-    close(new.volumetric, -8.888_219_439_7e-4, 5.1e-15);
-    close(stress.pressure(), 33_796.575_2, 5.1e-5);
-    close(stress.q(), 16_487.405_9, 5.1e-5);
+    near(new.volumetric, -8.888_219_439_7e-4, 5.1e-15);
+    near(stress.pressure(), 33_796.575_2, 5.1e-5);
+    near(stress.q(), 16_487.405_9, 5.1e-5);
     let ellipse = law.ellipse(&new);
-    close(ellipse.strength, 47_035.237_0, 5.1e-5);
+    near(ellipse.strength, 47_035.237_0, 5.1e-5);
     let trial = self::stress(law.elasticity(), [-8e-3, -1e-3, 0.0]);
     let multiplier = ellipse.return_map(law.elasticity(), trial.pressure(), trial.q()).multiplier;
-    close(multiplier, 5.497_645_58e-8, 5.1e-17);
+    near(multiplier, 5.497_645_58e-8, 5.1e-17);
 
     let (stress, new) = returned(&law, [2e-3, 1e-3, 0.0], &state);
     assert_eq!(stress, SymTensor::ZERO);
     assert_eq!(law.ellipse(&new).strength, 0.0);
-    close(new.volumetric, 3e-3, 1e-17);
+    near(new.volumetric, 3e-3, 1e-17);
 
     // Frozen at the start of the step the strength would jump far beyond.
     let frozen = law.ellipse(&state).return_map(law.elasticity(), 37_500.0, 0.0).volumetric;
     let jump = CohesiveCamClayState { hardening_strain: state.hardening_strain + frozen, ..state };
-    close(law.ellipse(&jump).strength, 285_222.0, 0.5);
+    near(law.ellipse(&jump).strength, 285_222.0, 0.5);
 }
 
 #[test]
 fn a_gap_must_close_before_packing_carries_load() {
     let law = slab().law().unwrap();
     let (_, open) = returned(&law, [1e-3; 3], &fresh(&law));
-    close(open.hardening_strain, 3e-3 - 2.399_997_696_0e-4, 5.1e-15);
+    near(open.hardening_strain, 3e-3 - 2.399_997_696_0e-4, 5.1e-15);
     let (stress, closing) = returned(&law, [-5e-4; 3], &open);
     assert_eq!(stress, SymTensor::ZERO);
     let (stress, closed) = returned(&law, [-1e-3; 3], &closing);
@@ -212,7 +209,7 @@ fn compressed(
 fn a_weak_layer_softens_collapses_and_packs() {
     let law = Hencky(weak_layer().law().unwrap());
     let bulk = law.0.elasticity().bulk_modulus;
-    close(bulk, 833_333.3, 0.05);
+    near(bulk, 833_333.3, 0.05);
     let path = compressed(&law, 0.02, 2000);
     let at = |strain: f64| {
         let below = path.partition_point(|(e, ..)| *e < strain - 1e-12);
@@ -221,17 +218,17 @@ fn a_weak_layer_softens_collapses_and_packs() {
         if below == 0 { *p } else { p0 + (p - p0) * (strain - e0) / (e - e0) }
     };
     // The sheet's tolerance, 10⁻³ with 2000 steps.
-    close(at(0.0024), 2000.0, 2.0);
-    close(at(0.0030), 1500.0, 1.5);
-    close(at(0.004_799_995_4), 0.0, 2.0);
-    close(at(0.006_299_995_4), 416.667, 0.417);
-    close(at(0.0198), 4_166.684, 4.17);
+    near(at(0.0024), 2000.0, 2.0);
+    near(at(0.0030), 1500.0, 1.5);
+    near(at(0.004_799_995_4), 0.0, 2.0);
+    near(at(0.006_299_995_4), 416.667, 0.417);
+    near(at(0.0198), 4_166.684, 4.17);
     // β goes at the switch, and only there.
     let switch = path.iter().position(|(.., point)| point.state.inner.collapsed).unwrap();
     let (before, after) = (&path[switch - 1].2, &path[switch].2);
     assert_eq!(law.0.ellipse(&before.state.inner).cohesion_ratio, 0.1);
     assert_eq!(law.0.ellipse(&after.state.inner).cohesion_ratio, 0.0);
-    close(path[switch].0, 0.004_799_995_4, 0.02 / 2000.0);
+    near(path[switch].0, 0.004_799_995_4, 0.02 / 2000.0);
 }
 
 #[test]
@@ -252,7 +249,7 @@ fn a_weak_layer_follows_its_closed_form_whatever_the_step() {
             let total = start / softening_factor + y + p / bulk;
             for steps in [1, 7, 500] {
                 let (_, found, point) = compressed(&law, total, steps).pop().unwrap();
-                close(found, p, 1e-9 * p);
+                near(found, p, 1e-9 * p);
                 assert!(point.state.inner.collapsed);
             }
         }
@@ -266,7 +263,7 @@ fn a_layer_torn_apart_collapses_too() {
     assert_eq!(stress, SymTensor::ZERO);
     assert!(state.collapsed);
     // What is left after the collapse opens a gap.
-    close(state.hardening_strain, 7e-3 - 0.004_799_995_4, 1e-10);
+    near(state.hardening_strain, 7e-3 - 0.004_799_995_4, 1e-10);
 }
 
 #[test]
@@ -323,7 +320,7 @@ fn tangents_hold_on_every_branch() {
             let (plus, minus) = (moved(h), moved(-h));
             for a in 0..3 {
                 let slope = (plus[a] - minus[a]) / (2.0 * h);
-                close(block[a][b], slope, 1e-6 * law.elasticity().p_wave_modulus());
+                near(block[a][b], slope, 1e-6 * law.elasticity().p_wave_modulus());
             }
         }
     }
@@ -364,14 +361,14 @@ fn random_returns_land_on_their_surface_by_associated_flow() {
             let excess = ellipse.yield_value(p, q);
             assert!(excess <= 1e-9 * scale, "{spec:?}: f = {excess}");
             let volumetric = new.volumetric - state.volumetric;
-            close(k * volumetric, p - at_trial.pressure(), 1e-9 * scale);
-            close(3.0 * mu * (new.deviatoric - state.deviatoric), at_trial.q() - q, 1e-9 * scale);
+            near(k * volumetric, p - at_trial.pressure(), 1e-9 * scale);
+            near(3.0 * mu * (new.deviatoric - state.deviatoric), at_trial.q() - q, 1e-9 * scale);
             // Flow along the normal: the return of the trial to the surface of the end.
             let flowed = new != state && p.hypot(q) > 0.0 && new.collapsed == state.collapsed;
             if flowed {
                 let again = ellipse.return_map(law.elasticity(), at_trial.pressure(), at_trial.q());
-                close(again.pressure, p, 1e-8 * scale);
-                close(again.q, q, 1e-8 * scale);
+                near(again.pressure, p, 1e-8 * scale);
+                near(again.q, q, 1e-8 * scale);
             }
             let kept = law.elasticity().strain(&found);
             (elastic, state) = ([kept[0], kept[1], kept[2]], new);

@@ -1,6 +1,7 @@
 //! Hypoplasticity and its viscous part: reference values of constitutive sheet §2.12, V-16, V-17, and
 //! bad input of §7 (kPa in the comments, Pa in the code).
 
+use crate::common::near;
 use colluvium_constitutive::driver::{ElementPath, ElementTest, Path, TestStage};
 use colluvium_constitutive::laws::hypoplastic::{
     Calibration, Constants, CriticalState, HypoplasticParameters, HypoplasticSpec,
@@ -49,10 +50,6 @@ fn run(spec: HypoplasticSpec, path: Path, steps: usize, duration: f64) -> Elemen
         stages: vec![TestStage { path, steps, duration }],
     };
     test.run().unwrap()
-}
-
-fn near(found: f64, exact: f64, tolerance: f64) {
-    assert!((found - exact).abs() <= tolerance, "{found} for {exact}");
 }
 
 #[test]

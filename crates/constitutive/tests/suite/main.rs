@@ -1,0 +1,17 @@
+//! The laws against the reference values of the sheets, closed forms, and what the contract promises of every one of them.
+
+mod bad_input;
+mod cohesive_cam_clay;
+mod common;
+mod contract;
+mod critical_state;
+mod finite_strain;
+mod flow;
+mod hypoplasticity;
+mod initial_state;
+mod localisation;
+mod reference_values;
+mod snow;
+mod softening;
+mod source_algorithms;
+mod wrappers;
