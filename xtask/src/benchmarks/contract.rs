@@ -265,7 +265,7 @@ fn obligations(outcome: &mut Outcome) {
     ] {
         let name = format!("V-26 {obligation}: sets of parameters tested");
         let reason =
-            format!("a property test, run by cargo test: crates/constitutive/tests/contract.rs, {test}");
+            format!("a property test, run by cargo test: crates/constitutive/tests/suite/contract.rs, {test}");
         outcome.show(name, "all", laws, &reason);
     }
 }
