@@ -264,8 +264,9 @@ fn obligations(outcome: &mut Outcome) {
         ("tangents, 10⁻⁶", "tangents_are_the_slopes_of_the_update"),
     ] {
         let name = format!("V-26 {obligation}: sets of parameters tested");
-        let reason =
-            format!("a property test, run by cargo test: crates/constitutive/tests/suite/contract.rs, {test}");
+        let reason = format!(
+            "a property test, run by cargo test: crates/constitutive/tests/suite/contract.rs, {test}"
+        );
         outcome.show(name, "all", laws, &reason);
     }
 }

@@ -22,7 +22,8 @@ pub fn order(sizes: [f64; 3], values: [f64; 3]) -> Order {
     let none = Order { order: f64::NAN, limit: f64::NAN, index: f64::NAN };
     let [coarse, fine] = [sizes[0] / sizes[1], sizes[1] / sizes[2]];
     let [first, second] = [values[0] - values[1], values[1] - values[2]];
-    if !(coarse > 1.0 && fine > 1.0) || !values.iter().all(|value| value.is_finite()) {
+    let refined = coarse > 1.0 && fine > 1.0;
+    if !refined || values.iter().any(|value| !value.is_finite()) {
         return none;
     }
     if first == 0.0 && second == 0.0 {
