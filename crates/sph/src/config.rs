@@ -117,6 +117,11 @@ pub struct SphOptions {
     /// Names of bodies that keep their initial field of velocity for good; their stress follows their law.
     #[serde(default)]
     pub held: Vec<String>,
+    /// Names of bodies that are `held` along which the others slip freely. To each particle beside it such a body answers
+    /// with the particle's own stress and velocity, mirrored in the plane across the direction in which the particle sees
+    /// it: it pushes and holds along that direction only. It feels nothing itself, and keeps its stress.
+    #[serde(default)]
+    pub smooth_bodies: Vec<String>,
     /// Writes how well the sums over neighbours hold: as fields what the plain gradient makes of a constant, times the
     /// smoothing length (`gradient_of_constant`, nothing where supports are full), and of the position
     /// (`gradient_of_position`, one there); in the measures how many pairs of particles lie in one place and how many

@@ -44,7 +44,7 @@ impl<const D: usize> Pairs<'_, D> {
         let (mut index, mut direction) = (0.0, [0.0; D]);
         for &j in row {
             let j = j as usize;
-            let k = if j >= self.answering { i } else { j };
+            let k = self.counts_as(i, j);
             let apart: [f64; D] = std::array::from_fn(|c| p.position[j][c] - p.position[i][c]);
             let r = square(&apart).sqrt();
             let volume = p.mass[k] / p.density[k];

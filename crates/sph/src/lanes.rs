@@ -36,6 +36,16 @@ pub fn set_velocity<const D: usize>(record: &mut Record, v: &[f64; D]) {
     }
 }
 
+/// Takes the volume out of a record: it no longer counts in sums over neighbours.
+#[inline(always)]
+pub fn hide<const D: usize>(record: &mut Record) {
+    if D == 3 {
+        record[0][3] = 0.0;
+    } else {
+        record[1][0] = 0.0;
+    }
+}
+
 /// Place and motion of four particles.
 pub struct Motions<const D: usize> {
     pub x: [Lanes; D],

@@ -29,6 +29,8 @@ pub struct Group {
     pub density: f64,
     /// The velocities it keeps, where it is held.
     pub held: Option<Velocity>,
+    /// Whether others slip along it; only what is held may be smooth.
+    pub smooth: bool,
     /// Whether a confining pressure acts on it.
     pub confined: bool,
     /// Whether its law is one of fluids.

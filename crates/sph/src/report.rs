@@ -29,7 +29,7 @@ impl<const D: usize> SphSolver<D> {
         let courant = if options.time_step.is_some() { STABLE } else { options.courant };
         let p = &mut self.particles;
         let mut least: Limit = (f64::INFINITY, StepLimit::Nothing, None);
-        for group in &self.groups {
+        for group in self.groups.iter().filter(|group| !group.smooth) {
             let range = group.range();
             let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK);
             let blocks = group.states.blocks().par_iter().zip(sounds).enumerate();

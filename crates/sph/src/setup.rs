@@ -13,6 +13,7 @@ use crate::config::{
 };
 use crate::confinement::blind_to_surfaces;
 use crate::kernel::Smoothing;
+use crate::pairs::SmoothBodies;
 use crate::particles::{Group, Particles};
 use crate::ranks::RankedSolver;
 use crate::solver::{Audit, Kept, Listed, SphSolver};
@@ -87,6 +88,12 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         if !case.bodies.iter().any(|body| body.name == *name) {
             let problem = format!("{name:?} is not the name of a body");
             return Err(CaseError::new(format!("methods.sph.held[{number}]"), problem));
+        }
+    }
+    for (number, name) in options.smooth_bodies.iter().enumerate() {
+        if !options.held.contains(name) {
+            let problem = format!("{name:?} is not among the bodies that are held: only these can be smooth");
+            return Err(CaseError::new(format!("methods.sph.smooth_bodies[{number}]"), problem));
         }
     }
     if case.bodies.iter().all(|body| options.held.contains(&body.name)) {
@@ -349,6 +356,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         particles,
         groups,
         images: Vec::new(),
+        smooth: SmoothBodies::default(),
         neighbours: NeighbourList::new(),
         weights: Vec::new(),
         weighed: false,
@@ -500,7 +508,8 @@ fn add_body<const D: usize>(
     let confined = options.confining.as_ref().is_some_and(|confining| {
         confining.bodies.as_ref().map_or(held.is_none(), |names| names.contains(&case.bodies[number].name))
     });
-    Ok(Group { body, start, end, material, states, youngs_modulus, density, held, confined, fluid })
+    let smooth = options.smooth_bodies.contains(&case.bodies[number].name);
+    Ok(Group { body, start, end, material, states, youngs_modulus, density, held, smooth, confined, fluid })
 }
 
 /// Every particle must lie in the domain and in no wall.

@@ -232,6 +232,7 @@ pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Resul
     rule(!options.is_variable(), &of("smoothing_length"), "the smoothing length is fixed")?;
     rule(case.domain.periodic.is_empty(), "domain.periodic", "there are no periods")?;
     rule(!options.diagnostics, &of("diagnostics"), "sums are those of the start for good")?;
+    rule(options.smooth_bodies.is_empty(), &of("smooth_bodies"), "bodies that touch stay bonded")?;
     rule(options.confining.is_none(), &of("confining"), "no pressure acts on surfaces")?;
     for (name, value) in [
         ("stress_diffusion", options.stress_diffusion),

@@ -76,6 +76,7 @@ impl<const D: usize> Pairs<'_, D> {
         if self.options.momentum == Momentum::Corrected {
             self.add_corrected(i, &row[..regular], weights, &mut sum);
         }
+        self.push_off_smooth(i, row, form, &mut sum);
         if regular < row.len() {
             self.push_off_walls(i, &row[regular..], form, &mut sum);
         }

@@ -26,7 +26,7 @@ impl<const D: usize> Pairs<'_, D> {
         let p = self.particles;
         for (&j, &weight) in row.iter().zip(weights) {
             let j = j as usize;
-            if weight == 0.0 {
+            if weight == 0.0 || self.smooth.contain(j) {
                 continue;
             }
             let (apart, _) = apart(&p.position[i], &p.position[j]);

@@ -34,6 +34,9 @@ impl<const D: usize> Pairs<'_, D> {
         let mut sum = [0.0; D];
         for &j in &row[..self.before(row, self.first_wall)] {
             let j = j as usize;
+            if self.smooth.contain(j) {
+                continue;
+            }
             let (_, square) = apart(&p.position[i], &p.position[j]);
             let weight = 2.0 * p.mass[j] / (p.density[i] + p.density[j]) * self.value(i, j, square.sqrt());
             for c in 0..D {
@@ -52,6 +55,9 @@ impl<const D: usize> Pairs<'_, D> {
         let mut sum = [0.0; D];
         for (&j, weight) in row[..self.before(row, self.first_wall)].iter().zip(weights) {
             let j = j as usize;
+            if self.smooth.contain(j) {
+                continue;
+            }
             let gradient = if j < p.len {
                 p.gradient[j]
             } else {
@@ -78,7 +84,7 @@ impl<const D: usize> Pairs<'_, D> {
         let mut sum = p.mass[i] * self.smoothing.value(0.0);
         for &j in row {
             let j = j as usize;
-            let k = if j >= self.answering { i } else { j };
+            let k = self.counts_as(i, j);
             let (_, square) = apart(&p.position[i], &p.position[j]);
             sum += p.mass[k] * self.smoothing.value(square.sqrt());
         }
@@ -155,14 +161,14 @@ impl<const D: usize> Pairs<'_, D> {
             if j < p.len && surface[j] {
                 return None;
             }
-            let k = if j >= self.answering { i } else { j };
+            let k = self.counts_as(i, j);
             let (apart, square) = apart(&p.position[i], &p.position[j]);
             let r = square.sqrt();
             let volume = p.mass[k] / p.density[k];
             let weight = volume * self.between_weight(i, k, r);
             let close = 1.0 + CLOSE.0 * (self.value(i, k, r) / reference).powi(CLOSE.1);
             (0..D).for_each(|c| crowding[c] += weight * close * apart[c]);
-            if j >= self.first_wall {
+            if j >= self.first_wall || self.smooth.contain(j) {
                 continue;
             }
             all.add(weight, &apart);
@@ -215,13 +221,13 @@ impl<const D: usize> Pairs<'_, D> {
         sum
     }
 
-    /// Calls `visit(V F, x_j - x_i)` for every neighbour; walls that answer to the particle have its volume.
+    /// Calls `visit(V F, x_j - x_i)` for every neighbour; walls that answer to the particle, and smooth bodies, have its volume.
     #[inline]
     fn weigh(&self, i: usize, row: &[u32], mut visit: impl FnMut(f64, &[f64; D])) {
         let p = self.particles;
         for &j in row {
             let j = j as usize;
-            let k = if j >= self.answering { i } else { j };
+            let k = self.counts_as(i, j);
             let (apart, square) = apart(&p.position[i], &p.position[j]);
             visit(p.mass[k] / p.density[k] * self.between_weight(i, k, square.sqrt()), &apart);
         }
@@ -235,6 +241,9 @@ impl<const D: usize> Pairs<'_, D> {
         let (mut rate, mut slope) = (0.0, p.mass[i] * kernel.length_derivative(0.0));
         for (&j, &weight) in row[..self.regular(row)].iter().zip(weights) {
             let j = j as usize;
+            if self.smooth.contain(j) {
+                continue;
+            }
             let (apart, square) = apart(&p.position[i], &p.position[j]);
             let volume = p.mass[j] / p.density[j] * weight;
             slope += p.mass[j] * kernel.length_derivative(square.sqrt());

@@ -8,11 +8,13 @@ mod acceleration;
 mod adjoint;
 mod extras;
 mod rates;
+mod smooth;
 mod wall;
 
 use colluvium_constitutive::SymTensor;
 
 pub use extras::{Shift, geostatic};
+pub use smooth::SmoothBodies;
 pub(crate) use wall::sheared;
 
 use crate::config::{Momentum, SphOptions, Symmetrisation};
@@ -40,6 +42,8 @@ pub struct Pairs<'a, const D: usize> {
     pub first_wall: usize,
     /// From this number on a neighbour is a wall that answers to the particle itself.
     pub answering: usize,
+    /// Bodies along which everything else slips.
+    pub smooth: &'a SmoothBodies,
     /// Time (s), where walls move.
     pub time: f64,
 }
@@ -95,6 +99,12 @@ impl<const D: usize> Pairs<'_, D> {
     fn source(&self, j: usize) -> usize {
         let len = self.particles.len;
         if j < len { j } else { self.images[j - len].source as usize }
+    }
+
+    /// What the neighbour `j` counts as for `i`: walls that answer to the particle, and smooth bodies, as itself.
+    #[inline]
+    pub(crate) fn counts_as(&self, i: usize, j: usize) -> usize {
+        if j >= self.answering || self.smooth.contain(j) { i } else { j }
     }
 
     fn grad_h(&self) -> bool {
@@ -163,7 +173,7 @@ impl<const D: usize> Pairs<'_, D> {
         let mut sum = p.mass[i] * kernel.length_derivative(0.0);
         for &j in row {
             let j = j as usize;
-            let k = if j >= self.answering { i } else { j };
+            let k = self.counts_as(i, j);
             let (_, square) = apart(&p.position[i], &p.position[j]);
             sum += p.mass[k] * kernel.length_derivative(square.sqrt());
         }

@@ -63,8 +63,9 @@ impl<const D: usize> Pairs<'_, D> {
         let by_density = if continuity == Continuity::Mass { density } else { 1.0 };
         let mut trace = lanes::sum(trace) / by_density;
         let mut moment = Moment { matrix: total(&moment), neighbours: lanes::sum(neighbours) as u32 };
+        self.strain_at_smooth(i, row, (&mut gradient, &mut trace, &mut moment));
         if regular < row.len() {
-            self.shear_at_walls(i, &row[regular..], &mut gradient, &mut trace, &mut moment);
+            self.strain_at_walls(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
         }
         let spread = if self.grad_h() { self.particles.spread[i] } else { 1.0 };
         // The corrected gradient is exact for the weights as they are: 1/ϑ belongs to the other sums.

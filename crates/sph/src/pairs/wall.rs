@@ -20,11 +20,13 @@ const GUARD_CORE: f64 = 0.6;
 const STOPPED: f64 = 0.25;
 
 /// What a wall opposes to a particle.
-struct Answer<const D: usize> {
+pub(super) struct Answer<const D: usize> {
     /// Velocity of the wall's particle less the particle's own (m/s).
-    relative: [f64; D],
+    pub relative: [f64; D],
     /// Stress of the wall's particle (Pa).
-    stress: SymTensor,
+    pub stress: SymTensor,
+    /// Its artificial stress over density squared.
+    pub repulsion: SymTensor,
 }
 
 impl<const D: usize> Pairs<'_, D> {
@@ -34,6 +36,7 @@ impl<const D: usize> Pairs<'_, D> {
         let number = self.walls.face_of[wall - self.first_wall] as usize;
         let plane = &self.walls.faces[number];
         let (stress, axis) = (p.stress[i], plane.axis);
+        let repulsion = p.repulsion.get(i).copied().unwrap_or(SymTensor::ZERO);
         // Towards the wall's own motion.
         let own: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - plane.velocity[c]);
         let along = |keep: f64| -> [f64; D] {
@@ -48,9 +51,13 @@ impl<const D: usize> Pairs<'_, D> {
                         (-plane.distance(&p.position[wall], self.time) / near).min(MOST_OPPOSED)
                     }
                 };
-                Some(Answer { relative: own.map(|v| -v * (1.0 + opposed)), stress })
+                Some(Answer { relative: own.map(|v| -v * (1.0 + opposed)), stress, repulsion })
             }
-            Contact::FreeSlip => Some(Answer { relative: along(1.0), stress: sheared(&stress, axis, -1.0) }),
+            Contact::FreeSlip => Some(Answer {
+                relative: along(1.0),
+                stress: sheared(&stress, axis, -1.0),
+                repulsion: sheared(&repulsion, axis, -1.0),
+            }),
             Contact::Friction(coefficient) => {
                 let (normal, shear) = tractions(&stress, plane);
                 if normal > 0.0 {
@@ -63,38 +70,52 @@ impl<const D: usize> Pairs<'_, D> {
                     return Some(Answer {
                         relative: along(1.0),
                         stress: rubbed::<D>(&stress, axis, |c| factor * own[c]),
+                        repulsion,
                     });
                 }
                 if shear <= most {
-                    return Some(Answer { relative: along(-1.0), stress });
+                    return Some(Answer { relative: along(-1.0), stress, repulsion });
                 }
                 let stress = rubbed::<D>(&stress, axis, |c| stress.at(axis, c) * most / shear);
-                Some(Answer { relative: along(1.0), stress })
+                Some(Answer { relative: along(1.0), stress, repulsion })
             }
         }
     }
 
     /// Acceleration by the walls that answer.
     pub(super) fn push_off_walls(&self, i: usize, row: &[u32], form: Form, sum: &mut [f64; D]) {
+        let near = row.iter().map(|&wall| wall as usize);
+        self.push_off(i, near, form, |wall| self.answer(i, wall), sum);
+    }
+
+    /// Acceleration by the particles `near`, which answer.
+    #[inline]
+    pub(super) fn push_off(
+        &self,
+        i: usize,
+        near: impl Iterator<Item = usize>,
+        form: Form,
+        answer: impl Fn(usize) -> Option<Answer<D>>,
+        sum: &mut [f64; D],
+    ) {
         let p = self.particles;
         let (mass, density, sound) = (p.mass[i], p.density[i], p.sound[i]);
         let kernel = self.kernel_of(p.length[i]);
         let h = kernel.length();
         let scale = Self::flux_scale(self.options.momentum, density, p.spread[i]);
         let scale = if form.by_both { scale / (density * density) } else { scale };
-        for &wall in row {
-            let wall = wall as usize;
+        for wall in near {
             let (apart, square) = apart(&p.position[i], &p.position[wall]);
             let r = square.sqrt();
             let weight = kernel.weight(r);
             if weight == 0.0 {
                 continue;
             }
-            let Some(answer) = self.answer(i, wall) else { continue };
+            let Some(answer) = answer(wall) else { continue };
             let mut pair = (p.stress[i] * form.own + answer.stress) * scale;
             if let Some(repulsion) = self.repulsion().filter(|_| !p.repulsion.is_empty()) {
                 let factor = (kernel.value(r) * repulsion.scale).powf(repulsion.exponent);
-                pair += p.repulsion[i] * (2.0 * factor);
+                pair += (p.repulsion[i] + answer.repulsion) * factor;
             }
             let closing = (0..D).map(|c| answer.relative[c] * apart[c]).sum::<f64>().min(0.0);
             let pi = h * closing / (square + SOFTENING * h * h);
@@ -110,25 +131,35 @@ impl<const D: usize> Pairs<'_, D> {
     }
 
     /// What walls that answer add to the velocity gradient, the divergence and the moment.
-    pub(super) fn shear_at_walls(
+    pub(super) fn strain_at_walls(
         &self,
         i: usize,
         row: &[u32],
-        gradient: &mut Matrix<D>,
-        trace: &mut f64,
-        moment: &mut Moment<D>,
+        sums: (&mut Matrix<D>, &mut f64, &mut Moment<D>),
+    ) {
+        let near = row.iter().map(|&wall| wall as usize);
+        self.strain_at(i, near, |wall| self.answer(i, wall), sums);
+    }
+
+    /// What the particles `near`, which answer, add to the velocity gradient, the divergence and the moment.
+    #[inline]
+    pub(super) fn strain_at(
+        &self,
+        i: usize,
+        near: impl Iterator<Item = usize>,
+        answer: impl Fn(usize) -> Option<Answer<D>>,
+        (gradient, trace, moment): (&mut Matrix<D>, &mut f64, &mut Moment<D>),
     ) {
         let p = self.particles;
         let kernel = self.kernel_of(p.length[i]);
         let volume = p.mass[i] / p.density[i];
-        for &wall in row {
-            let wall = wall as usize;
+        for wall in near {
             let (apart, square) = apart(&p.position[i], &p.position[wall]);
             let weight = volume * kernel.weight(square.sqrt());
             if weight == 0.0 {
                 continue;
             }
-            let Some(answer) = self.answer(i, wall) else { continue };
+            let Some(answer) = answer(wall) else { continue };
             moment.add(weight, &apart);
             for a in 0..D {
                 *trace += weight * answer.relative[a] * apart[a];

@@ -21,7 +21,8 @@ use serde::{Deserialize, Serialize};
 use crate::SphOptions;
 use crate::config::{Continuity, Momentum, SmoothingLength, Symmetrisation, Tensile, WallStress};
 use crate::kernel::Smoothing;
-use crate::pairs::{Pairs, Shift};
+use crate::lanes::hide;
+use crate::pairs::{Pairs, Shift, SmoothBodies};
 use crate::particles::{Group, Particles};
 use crate::tensile::repulsion;
 use crate::total::Reference;
@@ -82,6 +83,8 @@ pub struct SphSolver<const D: usize> {
     pub(crate) groups: Vec<Group>,
     pub(crate) walls: Walls<D>,
     pub(crate) images: Vec<Image<D>>,
+    /// Where the smooth bodies stand.
+    pub(crate) smooth: SmoothBodies,
     pub(crate) neighbours: NeighbourList<D>,
     /// Weights of the pairs, block by block as the neighbours.
     pub(crate) weights: Vec<Vec<f64>>,
@@ -150,6 +153,7 @@ impl<const D: usize> SphSolver<D> {
             groups: self.groups.iter().map(Group::hollow).collect(),
             walls: self.walls.clone(),
             images: Vec::new(),
+            smooth: SmoothBodies::default(),
             neighbours: NeighbourList::new(),
             weights: Vec::new(),
             cells: CellList::new(),
@@ -281,6 +285,7 @@ impl<const D: usize> SphSolver<D> {
         let asks = self.options.wall_stress != WallStress::Pairwise && !self.walls.periods.is_empty();
         let depth = if asks { 2.0 * reach } else { *reach };
         self.walls.images(positions, depth, *time, &mut self.images);
+        self.smooth.find(&self.groups, self.particles.len, &self.images);
         let p = &mut self.particles;
         let first_wall = p.len + self.images.len();
         let total = first_wall + self.walls.particles.len();
@@ -336,6 +341,7 @@ impl<const D: usize> SphSolver<D> {
             images: &self.images,
             first_wall,
             answering,
+            smooth: &self.smooth,
             time: self.time,
         }
     }
@@ -394,6 +400,7 @@ impl<const D: usize> SphSolver<D> {
                 *record = p.record(i, scale(i));
             }
         });
+        self.smooth.particles().for_each(|i| hide::<D>(&mut records[i]));
         self.particles.records = records;
         self.find_corrections();
     }

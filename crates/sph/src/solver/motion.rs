@@ -42,6 +42,8 @@ impl<const D: usize> SphSolver<D> {
         (self.weighed, self.accelerated) = (true, true);
         self.confine(dt);
         self.resist_hourglass();
+        // Smooth bodies feel nothing.
+        self.smooth.ranges().for_each(|body| self.particles.acceleration[body].fill([0.0; D]));
     }
 
     /// Viscosity against what the velocity gradients of the step before do not see.
@@ -152,13 +154,15 @@ impl<const D: usize> SphSolver<D> {
         self.weighed = true;
         self.find_drift();
         self.follow_rate(dt);
-        self.still_guests();
+        self.keep_still();
     }
 
     /// Copies of particles of other ranks do not strain here: they lack neighbours, and come anew before the next step.
-    fn still_guests(&mut self) {
+    /// Smooth bodies feel nothing.
+    fn keep_still(&mut self) {
         let p = &mut self.particles;
-        for i in self.guests.iter().enumerate().filter_map(|(i, guest)| guest.then_some(i)) {
+        let guests = self.guests.iter().enumerate().filter_map(|(i, guest)| guest.then_some(i));
+        for i in guests.chain(self.smooth.ranges().flatten()) {
             p.gradient[i] = [[0.0; D]; D];
             p.divergence[i] = 0.0;
         }

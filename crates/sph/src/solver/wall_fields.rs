@@ -42,7 +42,7 @@ impl<const D: usize> SphSolver<D> {
         let mut total = 0.0;
         for &j in self.neighbours.of(wall) {
             let place = &p.position[j as usize];
-            let Some(j) = self.particle_of(j as usize) else { continue };
+            let Some(j) = self.particle_of(j as usize).filter(|&j| !self.smooth.contain(j)) else { continue };
             let apart: [f64; D] = std::array::from_fn(|c| p.position[wall][c] - place[c]);
             let weight = p.mass[j] / p.density[j] * self.smoothing.value(square(&apart).sqrt());
             if weight > 0.0 {

@@ -8,5 +8,6 @@ mod operators;
 mod ranks;
 mod regularisation;
 mod schemes;
+mod smooth_bodies;
 mod solids;
 mod solver;

@@ -109,6 +109,13 @@ fn ranks_reach_across_the_ends_of_a_period() {
 }
 
 #[test]
+fn ranks_slip_along_smooth_bodies() {
+    let options = json!({ "held": ["upper"], "smooth_bodies": ["upper"], "xsph": 0.2, "hourglass_viscosity": 0.5,
+                          "momentum": "corrected" });
+    every_number_agrees(&heap(&options, &periodic()), 150, "smooth");
+}
+
+#[test]
 fn ranks_share_out_lines_and_bodies_of_space_too() {
     let line = json!({
         "space": "1d", "domain": { "min": [0], "max": [10] }, "gravity": [0],
