@@ -1,6 +1,9 @@
 //! Options of `methods.sph` in a case file.
 
 mod choices;
+mod history;
+
+use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,6 +13,7 @@ pub use choices::{
     SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient,
     WallStress, WallVelocity,
 };
+pub use history::History;
 
 use crate::kernel::Kernel;
 
@@ -114,9 +118,14 @@ pub struct SphOptions {
     /// Confining pressure of a flexible membrane; none when absent.
     #[serde(default)]
     pub confining: Option<Confining>,
-    /// Names of bodies that keep their initial field of velocity for good; their stress follows their law.
+    /// Names of bodies that keep their initial field of velocity for good, times the factor that `held_history` gives; their
+    /// stress follows their law.
     #[serde(default)]
     pub held: Vec<String>,
+    /// Factors on the velocities of bodies that are `held`, over the time of the run, by the name of the body; those that
+    /// are not named keep theirs.
+    #[serde(default)]
+    pub held_history: BTreeMap<String, History>,
     /// Names of bodies that are `held` along which the others slip freely. To each particle beside it such a body answers
     /// with the particle's own stress and velocity, mirrored in the plane across the direction in which the particle sees
     /// it: it pushes and holds along that direction only. It feels nothing itself, and keeps its stress.

@@ -32,7 +32,7 @@ use colluvium_case::{Case, CaseError, Method, Plan, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall,
+    Confined, Confining, Continuity, DensityReset, Formulation, History, Momentum, Regularisation, RoughWall,
     SmoothWall, SmoothingLength, SoundSpeed, SphOptions, Symmetrisation, Tensile, TimeIntegration,
     VelocityGradient, WallStress, WallVelocity,
 };

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use colluvium_case::description::Velocity;
 use colluvium_constitutive::{Material, States, SymTensor};
 
+use crate::config::History;
 use crate::lanes::{Record, record};
 use crate::walls::{Image, Walls};
 
@@ -29,6 +30,10 @@ pub struct Group {
     pub density: f64,
     /// The velocities it keeps, where it is held.
     pub held: Option<Velocity>,
+    /// The factor on these velocities over time; one without.
+    pub history: Option<History>,
+    /// Its mean over the step.
+    pub factor: f64,
     /// Whether others slip along it; only what is held may be smooth.
     pub smooth: bool,
     /// Whether a confining pressure acts on it.
@@ -51,6 +56,7 @@ impl Group {
             material: Arc::clone(&self.material),
             states: States::default(),
             held: self.held.clone(),
+            history: self.history.clone(),
             ..*self
         }
     }

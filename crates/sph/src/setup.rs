@@ -96,6 +96,14 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
             return Err(CaseError::new(format!("methods.sph.smooth_bodies[{number}]"), problem));
         }
     }
+    for (name, history) in &options.held_history {
+        let path = format!("methods.sph.held_history.{name}");
+        if !options.held.contains(name) {
+            let problem = format!("{name:?} is not among the bodies that are held");
+            return Err(CaseError::new(path, problem));
+        }
+        history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
+    }
     if case.bodies.iter().all(|body| options.held.contains(&body.name)) {
         return Err(CaseError::new("methods.sph.held", "at least one body must be free to move"));
     }
@@ -493,7 +501,10 @@ fn add_body<const D: usize>(
     })?;
     let count = positions.len();
     particles.id.extend(start as u32..(start + count) as u32);
-    particles.velocity.extend(positions.iter().map(|x| corner::<D>(&body.velocity.at(spatial(x)))));
+    let history = options.held_history.get(&body.name).cloned();
+    let factor = history.as_ref().map_or(1.0, |history| history.at(0.0));
+    let velocity = |x: &[f64; D]| corner::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v));
+    particles.velocity.extend(positions.iter().map(velocity));
     particles.mass.extend(samples.iter().map(|sample| sample.volume * density));
     particles.density.extend(std::iter::repeat_n(density, count));
     particles.sound.extend(std::iter::repeat_n(0.0, count));
@@ -504,12 +515,27 @@ fn add_body<const D: usize>(
     particles.len += count;
     let held = options.held.contains(&body.name).then(|| body.velocity.clone());
     let fluid = spec.facts().kind == Kind::Fluid;
-    let (body, end) = (number as u32, start + count);
+    let end = start + count;
     let confined = options.confining.as_ref().is_some_and(|confining| {
-        confining.bodies.as_ref().map_or(held.is_none(), |names| names.contains(&case.bodies[number].name))
+        confining.bodies.as_ref().map_or(held.is_none(), |names| names.contains(&body.name))
     });
-    let smooth = options.smooth_bodies.contains(&case.bodies[number].name);
-    Ok(Group { body, start, end, material, states, youngs_modulus, density, held, smooth, confined, fluid })
+    let smooth = options.smooth_bodies.contains(&body.name);
+    let body = number as u32;
+    Ok(Group {
+        body,
+        start,
+        end,
+        material,
+        states,
+        youngs_modulus,
+        density,
+        held,
+        history,
+        factor,
+        smooth,
+        confined,
+        fluid,
+    })
 }
 
 /// Every particle must lie in the domain and in no wall.

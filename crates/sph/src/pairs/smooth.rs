@@ -35,10 +35,12 @@ impl SmoothBodies {
     pub fn find<const D: usize>(&mut self, groups: &[Group], len: usize, images: &[Image<D>]) {
         let before = |end: usize| len + images.partition_point(|image| (image.source as usize) < end);
         self.places.clear();
-        self.places.extend(groups.iter().filter(|group| group.smooth).map(|group| Place {
-            own: group.range(),
-            images: before(group.start)..before(group.end),
-        }));
+        self.places.extend(
+            groups
+                .iter()
+                .filter(|group| group.smooth)
+                .map(|group| Place { own: group.range(), images: before(group.start)..before(group.end) }),
+        );
     }
 
     /// Whether particle `j`, or what it is the image of, belongs to one of them.
@@ -92,7 +94,8 @@ impl<const D: usize> Pairs<'_, D> {
     fn faces<'r>(&'r self, i: usize, row: &'r [u32]) -> impl Iterator<Item = Face<'r, D>> {
         let outside = self.smooth.places.iter().filter(move |place| !place.own.contains(&i));
         outside.filter_map(move |place| {
-            let part = |range: &Range<usize>| &row[self.before(row, range.start)..self.before(row, range.end)];
+            let part =
+                |range: &Range<usize>| &row[self.before(row, range.start)..self.before(row, range.end)];
             let mut face = Face { normal: [0.0; D], near: [part(&place.own), part(&place.images)] };
             let (p, kernel) = (self.particles, self.kernel_of(self.particles.length[i]));
             let mut sum = [0.0; D];

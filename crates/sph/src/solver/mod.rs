@@ -193,6 +193,7 @@ impl<const D: usize> SphSolver<D> {
             let reason = format!("methods.sph.time_step: {problem}");
             return Err(SolverError::Step { step: self.step, time: self.time, reason });
         }
+        self.follow_histories(dt);
         self.regularise(dt)?;
         self.shift();
         self.integrate(dt)

@@ -98,6 +98,19 @@ impl<const D: usize> SphSolver<D> {
         self.hold();
     }
 
+    /// Bodies whose velocities vary in time get those of the step of `dt` (s) that begins.
+    pub(crate) fn follow_histories(&mut self, dt: f64) {
+        let mut varies = false;
+        for group in &mut self.groups {
+            let Some(history) = &group.history else { continue };
+            group.factor = history.mean(self.time, self.time + dt);
+            varies = true;
+        }
+        if varies {
+            self.hold();
+        }
+    }
+
     /// Gives bodies that are held their velocities.
     pub(crate) fn hold(&mut self) {
         let p = &mut self.particles;
@@ -105,7 +118,7 @@ impl<const D: usize> SphSolver<D> {
             let Some(field) = &group.held else { continue };
             for i in group.range() {
                 let v = field.at(spatial(&p.position[i]));
-                p.velocity[i].copy_from_slice(&v[..D]);
+                p.velocity[i] = std::array::from_fn(|c| group.factor * v[c]);
                 set_velocity(&mut p.records[i], &p.velocity[i]);
             }
         }

@@ -1,8 +1,9 @@
 //! Bodies of different density and stress side by side, and bodies that are held: what is smoothed, diffused or carried
 //! along stays within each body (SPH sheet §2.10, §2.12, §2.13).
 
-use colluvium_case::{Case, Solver};
+use colluvium_case::{Case, Method, Solver};
 use colluvium_constitutive::SymTensor;
+use colluvium_sph::Sph;
 use colluvium_sph::kernel::{Kernel, Smoothing};
 use colluvium_sph::semi_discrete::{Given, prepared, rates};
 use serde_json::{Value, json};
@@ -217,6 +218,60 @@ fn bodies_that_are_held_keep_their_path_with_xsph() {
             let off = (u[0] - 0.3 * snapshot.time).hypot(u[1] - 0.2 * snapshot.time);
             assert!(*body == 0 || off < 1e-12, "{integration}: {u:?} after {} s", snapshot.time);
         }
+    }
+}
+
+/// Up, back and on, with corners within steps.
+#[test]
+fn bodies_that_are_held_go_as_far_as_their_history_says_and_on_after_a_restart() {
+    let schemes =
+        ["leapfrog", "leapfrog-rates", "predictor-corrector", "position-verlet", "velocity-verlet", "verlet"];
+    for integration in schemes.into_iter().chain(["runge-kutta4"]) {
+        let sph = json!({
+            "held": ["right"], "smooth_bodies": ["right"], "integration": integration,
+            "held_history": { "right": { "times": [0.001, 0.0035, 0.009], "factors": [0, 2, -1] } }
+        });
+        let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0)], &sph)).unwrap();
+        text["bodies"][1]["velocity"] = json!({ "kind": "uniform", "value": [0.3, 0.2] });
+        let case = changed(text, &json!({}));
+        let mut solver = begin(&case);
+        let mut restarted = begin(&case);
+        for passed in [0.005, 0.012] {
+            let steps = ((passed - solver.time()) / 4.7e-4_f64).ceil();
+            let dt = (passed - solver.time()) / steps;
+            (0..steps as usize).for_each(|_| solver.step(dt).unwrap());
+            // ∫ of the factor: 2.5e-3 to the first corner, a triangle of 11/3e-3 s and one down, then -1.
+            let (t, slope) = (solver.time(), 3.0 / 5.5e-3);
+            let exact = match t {
+                t if t < 0.009 => 2.5e-3 + 2.0 * (t - 3.5e-3) - 0.5 * slope * (t - 3.5e-3).powi(2),
+                t => 2.5e-3 + 0.5 * 5.5e-3 - (t - 9e-3),
+            };
+            let snapshot = solver.snapshot();
+            for (body, u) in snapshot.bodies.iter().zip(vectors(&snapshot, "displacement")) {
+                let off = (u[0] - 0.3 * exact).hypot(u[1] - 0.2 * exact);
+                assert!(*body == 0 || off < 1e-15, "{integration}: {u:?} at {t} s, not {exact}");
+            }
+            restarted.restore(&solver.save()).unwrap();
+            restarted.begin_stage(0, 0.0).unwrap();
+        }
+        for solver in [&mut solver, &mut restarted] {
+            (0..5).for_each(|_| solver.step(3e-4).unwrap());
+        }
+        assert_eq!(solver.snapshot().hash(), restarted.snapshot().hash(), "{integration}");
+    }
+}
+
+#[test]
+fn histories_are_of_bodies_that_are_held_and_functions_of_time() {
+    let history = |times: &[f64]| json!({ "times": times, "factors": [1, 0] });
+    for (name, times, path) in [
+        ("left", [0.0, 1.0], "methods.sph.held_history.left"),
+        ("nobody", [0.0, 1.0], "methods.sph.held_history.nobody"),
+        ("right", [1.0, 1.0], "methods.sph.held_history.right.times[1]"),
+    ] {
+        let sph = json!({ "held": ["right"], "held_history": { name: history(&times) } });
+        let error = Sph.plan(&halves(&[solid(1e3), solid(1e3)], &sph)).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("{path}: ")), "{error}");
     }
 }
 

@@ -14,12 +14,8 @@ fn block_on_plate(sph: &Value, more: &Value) -> Case {
     for (key, value) in sph.as_object().unwrap() {
         methods[key] = value.clone();
     }
-    let body = |name: &str, material: &str, low: [f64; 2], high: [f64; 2]| {
-        json!({ "name": name, "material": material, "shape": { "kind": "box", "min": low, "max": high } })
-    };
-    let elastic = |density: f64, modulus: f64| {
-        json!({ "model": "linear-elastic", "density": density, "youngs_modulus": modulus, "poissons_ratio": 0.25 })
-    };
+    let body = |name: &str, material: &str, low: [f64; 2], high: [f64; 2]| json!({ "name": name, "material": material, "shape": { "kind": "box", "min": low, "max": high } });
+    let elastic = |density: f64, modulus: f64| json!({ "model": "linear-elastic", "density": density, "youngs_modulus": modulus, "poissons_ratio": 0.25 });
     let text = json!({
         "title": "block", "space": "plane-strain", "gravity": [0, 0],
         "domain": { "min": [0, -1], "max": [0.5, 1], "periodic": ["x"] },
@@ -52,7 +48,8 @@ fn a_plate_moves_along_under_a_pressed_block_without_drag() {
             &json!({ "smooth_bodies": smooth, "damping": 0.02 }),
             &json!({ "boundaries": [{ "side": "y-max", "position": 0.4, "wall": { "kind": "smooth" } }] }),
         );
-        case.bodies[0].velocity = serde_json::from_value(json!({ "kind": "uniform", "value": [1, 0] })).unwrap();
+        case.bodies[0].velocity =
+            serde_json::from_value(json!({ "kind": "uniform", "value": [1, 0] })).unwrap();
         let mut solver = prepared::<2>(&case, given).unwrap();
         let steps = 400;
         let start = solver.time();
@@ -160,7 +157,10 @@ fn smooth_bodies_balance_power_and_hold_nothing_along_their_surface() {
     let (mut power, mut size) = (0.0, 0.0);
     for p in found.iter().filter(|p| p.mass < 5.0) {
         let pushed: f64 = (0..2).map(|c| p.mass * p.acceleration[c] * p.velocity[c]).sum();
-        let strained: f64 = (0..2).flat_map(|a| (0..2).map(move |b| (a, b))).map(|(a, b)| p.stress.at(a, b) * p.gradient[a][b]).sum();
+        let strained: f64 = (0..2)
+            .flat_map(|a| (0..2).map(move |b| (a, b)))
+            .map(|(a, b)| p.stress.at(a, b) * p.gradient[a][b])
+            .sum();
         power += pushed + p.mass / p.density * strained;
         size += pushed.abs();
     }

@@ -1,0 +1,119 @@
+//! Factors that vary in time.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A factor that varies in time: straight lines between the given values, constant before the first and after the last.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct History {
+    /// Times of the run (s), each later than the one before.
+    pub times: Vec<f64>,
+    /// The factor at each of them.
+    pub factors: Vec<f64>,
+}
+
+impl History {
+    /// Checks that it is a function of time.
+    ///
+    /// # Errors
+    /// What is wrong, as (key, problem).
+    pub fn validate(&self) -> Result<(), (String, String)> {
+        if self.times.is_empty() {
+            return Err(("times".to_owned(), "is empty: at least one time is needed".to_owned()));
+        }
+        if self.times.len() != self.factors.len() {
+            let problem = format!("has {} entries for {} times", self.factors.len(), self.times.len());
+            return Err(("factors".to_owned(), problem));
+        }
+        for (key, values) in [("times", &self.times), ("factors", &self.factors)] {
+            if let Some(number) = values.iter().position(|value| !value.is_finite()) {
+                return Err((format!("{key}[{number}]"), format!("{} is not finite", values[number])));
+            }
+        }
+        if let Some(number) = self.times.windows(2).position(|pair| !(pair[0] < pair[1])) {
+            let (before, time) = (self.times[number], self.times[number + 1]);
+            let problem = format!("{time} s is not later than the time before, {before} s");
+            return Err((format!("times[{}]", number + 1), problem));
+        }
+        Ok(())
+    }
+
+    /// The factor at `time` (s).
+    pub fn at(&self, time: f64) -> f64 {
+        let (times, factors) = (&self.times, &self.factors);
+        let after = times.partition_point(|t| *t <= time);
+        match (after.checked_sub(1), times.get(after)) {
+            (None, _) => factors[0],
+            (Some(last), None) => factors[last],
+            (Some(before), Some(next)) => {
+                let share = (time - times[before]) / (next - times[before]);
+                factors[before] + share * (factors[after] - factors[before])
+            }
+        }
+    }
+
+    /// Its mean from `start` to the later time `end` (s): what moves with it in a step ends where it should, however long
+    /// the step is.
+    pub fn mean(&self, start: f64, end: f64) -> f64 {
+        let within = |t: &f64| *t > start && *t < end;
+        let (mut area, mut last) = (0.0, (start, self.at(start)));
+        for (time, factor) in
+            self.times.iter().copied().zip(self.factors.iter().copied()).filter(|(t, _)| within(t))
+        {
+            area += (time - last.0) * 0.5 * (last.1 + factor);
+            last = (time, factor);
+        }
+        let rest = 0.5 * (last.1 + self.at(end));
+        if last.0 == start { rest } else { (area + (end - last.0) * rest) / (end - start) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn history() -> History {
+        History { times: vec![1.0, 2.0, 4.0], factors: vec![0.0, 3.0, -1.0] }
+    }
+
+    #[test]
+    fn factors_lie_on_straight_lines_and_stay_beyond_the_ends() {
+        for (time, factor) in
+            [(-1.0, 0.0), (1.0, 0.0), (1.5, 1.5), (2.0, 3.0), (3.5, 0.0), (4.0, -1.0), (9.0, -1.0)]
+        {
+            assert_eq!(history().at(time), factor, "{time}");
+        }
+        let step = History { times: vec![2.0], factors: vec![0.7] };
+        assert_eq!((step.at(0.0), step.mean(0.0, 5.0)), (0.7, 0.7));
+    }
+
+    #[test]
+    fn means_are_those_of_the_lines() {
+        let h = history();
+        // ∫ is 1.5 over the first line and 2 over the second.
+        assert!((h.mean(0.0, 5.0) - (1.5 + 2.0 - 1.0) / 5.0).abs() < 1e-15);
+        assert!((h.mean(1.0, 1.5) - 0.75).abs() < 1e-15);
+        assert!((h.mean(1.5, 3.0) - (1.125 + 2.0) / 1.5).abs() < 1e-15);
+        let (mut sum, mut time) = (0.0, 0.0);
+        for k in 0..500 {
+            let next = f64::from(k + 1) * 0.01;
+            sum += h.mean(time, next) * (next - time);
+            time = next;
+        }
+        assert!((sum - 2.5).abs() < 1e-13);
+    }
+
+    #[test]
+    fn what_is_no_function_of_time_is_refused() {
+        for (times, factors, key) in [
+            (vec![], vec![], "times"),
+            (vec![0.0, 1.0], vec![1.0], "factors"),
+            (vec![0.0, f64::NAN], vec![1.0, 1.0], "times[1]"),
+            (vec![0.0, 1.0], vec![1.0, f64::INFINITY], "factors[1]"),
+            (vec![0.0, 1.0, 1.0], vec![1.0, 1.0, 2.0], "times[2]"),
+        ] {
+            assert_eq!(History { times, factors }.validate().unwrap_err().0, key);
+        }
+    }
+}
