@@ -149,6 +149,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_clay::FINE, None, 5200),
     Listed::new(&sph_cylinders::BENCHMARK, None, 1400),
     Listed::new(&sph_footing::BENCHMARK, Some(30), 220),
+    Listed::new(&sph_footing::SMOOTH, Some(30), 220),
     Listed::new(&sph_footing::SOILS, None, 34),
     Listed::new(&sph_footing::SOILS_FINE, None, 320),
     Listed::new(&sph_membrane::BENCHMARK, None, 85),
