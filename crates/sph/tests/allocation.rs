@@ -54,11 +54,21 @@ fn block(space: &str, options: &Value) -> Case {
     }
     // Over the initial configuration no walls act.
     let total = methods["formulation"].is_string();
+    let body = |name: &str, [bottom, top]: [f64; 2], speed: f64| {
+        let (mut low, mut high, mut velocity) = (all(0.0), all(1.0), all(0.0));
+        (low[1], high[1], velocity[1]) = (bottom, top, speed);
+        json!({ "name": name, "material": "m", "shape": { "kind": "box", "min": low, "max": high },
+                "velocity": { "kind": "uniform", "value": velocity } })
+    };
+    let mut bodies = vec![body("b", [0.0, 1.0], 0.0)];
+    if methods["held"].is_array() {
+        bodies.push(body("lid", [1.0, 1.3], -0.1));
+    }
     let floor = json!([{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } }]);
     let text = json!({
         "title": "allocation", "space": space, "domain": { "min": low, "max": all(2.0) }, "gravity": gravity,
         "materials": { "m": material },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": all(0.0), "max": all(1.0) } }],
+        "bodies": bodies,
         "boundaries": if total { json!([]) } else { floor },
         "stages": [{ "name": "s", "duration": 1, "damping": 0.1,
                      "equilibrium": { "unbalanced_force": 1e-6, "kinetic_energy": 1e-6 } }],
@@ -76,7 +86,7 @@ fn a_step_allocates_nothing() {
         for (space, options) in [
             ("plane-strain", json!({})),
             ("3d", json!({})),
-            ("plane-strain", json!({ "wall_stress": "extrapolated", "tensile": tensile })),
+            ("plane-strain", json!({ "wall_stress": "extrapolated", "tensile": tensile.clone() })),
             (
                 "plane-strain",
                 json!({ "integration": "velocity-verlet", "xsph": 0.5, "stress_diffusion": 0.1 }),
@@ -87,6 +97,11 @@ fn a_step_allocates_nothing() {
             ("plane-strain", json!({ "integration": "verlet" })),
             ("3d", json!({ "integration": "runge-kutta4" })),
             ("plane-strain", json!({ "shifting": 0.5 })),
+            (
+                "3d",
+                json!({ "held": ["lid"], "smooth_bodies": ["lid"], "tensile": tensile,
+                        "held_history": { "lid": { "times": [0.001, 0.01], "factors": [0, 1] } } }),
+            ),
             ("3d", json!({ "formulation": "total-lagrangian" })),
             ("plane-strain", json!({ "smoothing_length": "rate" })),
             ("plane-strain", json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } })),
