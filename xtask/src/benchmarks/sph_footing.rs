@@ -86,6 +86,18 @@ impl Soil {
         }
     }
 
+    /// The width that carries the load (m), and why. A rough footing takes along half a spacing of the soil beside it.
+    fn width(&self, spacing: f64) -> (f64, &'static str) {
+        if self.slips {
+            (
+                WIDTH,
+                "V-39: ± 10 %, over the width itself: the sheet's effective width is that of a footing that soil sticks to",
+            )
+        } else {
+            (WIDTH + spacing, "V-39: ± 10 % over the effective width, one spacing wider than the footing")
+        }
+    }
+
     fn case(&self, spacing: f64) -> Result<Case, String> {
         let mut case = case("sph/footing")?;
         case.domain.max[0] = self.reach;
@@ -111,8 +123,8 @@ const SOIL: f64 = 4.0;
 /// Velocity of the footing (m/s).
 const SPEED: f64 = 8.2e-3;
 
-/// Mean vertical force over the depths, over the effective width of half the footing, in cohesions.
-fn pressure(snapshot: &Snapshot, spacing: f64) -> f64 {
+/// Mean vertical force over the depths, over half of the `width` (m) that carries it, in cohesions.
+fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
     let stress = stresses(snapshot);
     let force: f64 = snapshot
         .positions
@@ -123,7 +135,7 @@ fn pressure(snapshot: &Snapshot, spacing: f64) -> f64 {
         .map(|((_, s), e)| -s.at(1, 1) * e[0] * e[1])
         .sum();
     let depth = DEPTHS.end - DEPTHS.start;
-    force / depth / (0.5 * (WIDTH + spacing)) / COHESION
+    force / depth / (0.5 * width) / COHESION
 }
 
 /// Angle of the side of the wedge (degrees) that goes down with the footing. In Prandtl's mechanism the soil within has the
@@ -169,15 +181,25 @@ fn settle(outcome: &mut Outcome, soil: &Soil, spacing: f64) -> Result<Vec<(f64, 
         name => format!("{name}, spacing {spacing} m: {what}"),
     };
     let report = run_by("sph", &soil.case(spacing)?)?;
+    let (width, reason) = soil.width(spacing);
     let curve: Vec<(f64, f64)> =
-        report.frames.iter().map(|frame| (SPEED * frame.time / WIDTH, pressure(frame, spacing))).collect();
+        report.frames.iter().map(|frame| (SPEED * frame.time / WIDTH, pressure(frame, width))).collect();
     let last = &curve[curve.len() * 4 / 5..];
     let plateau = last.iter().map(|(_, q)| q).sum::<f64>() / last.len() as f64;
-    let reason = "V-39: ± 10 % over the effective width, one spacing wider than the footing";
     outcome.near(label("plateau over cohesion"), soil.capacity(), 0.1, plateau, reason);
     let rise = last[last.len() - 1].1 / last[0].1 - 1.0;
     let unjudged = "not judged: how flat the plateau is";
     outcome.show(label("rise over the last fifth"), "0", rise, unjudged);
+    if soil.slips {
+        let (effective, unjudged) =
+            (WIDTH + spacing, "not judged: the sheet's effective width, that of a rough footing");
+        outcome.show(
+            label("plateau over cohesion, over the effective width"),
+            "5.14",
+            plateau * width / effective,
+            unjudged,
+        );
+    }
     // Hill's mechanism under a smooth footing has two wedges.
     if !soil.slips {
         judge_wedge(outcome, label("angle of the wedge under the footing (degrees)"), soil, &report, spacing);
