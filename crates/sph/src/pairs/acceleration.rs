@@ -76,7 +76,9 @@ impl<const D: usize> Pairs<'_, D> {
         if self.options.momentum == Momentum::Corrected {
             self.add_corrected(i, &row[..regular], weights, &mut sum);
         }
-        self.push_off_smooth(i, row, form, &mut sum);
+        if !self.smooth.is_empty() {
+            self.push_off_smooth(i, row, form, &mut sum);
+        }
         if regular < row.len() {
             self.push_off_walls(i, &row[regular..], form, &mut sum);
         }

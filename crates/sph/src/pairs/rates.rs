@@ -63,7 +63,9 @@ impl<const D: usize> Pairs<'_, D> {
         let by_density = if continuity == Continuity::Mass { density } else { 1.0 };
         let mut trace = lanes::sum(trace) / by_density;
         let mut moment = Moment { matrix: total(&moment), neighbours: lanes::sum(neighbours) as u32 };
-        self.strain_at_smooth(i, row, (&mut gradient, &mut trace, &mut moment));
+        if !self.smooth.is_empty() {
+            self.strain_at_smooth(i, row, (&mut gradient, &mut trace, &mut moment));
+        }
         if regular < row.len() {
             self.strain_at_walls(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
         }

@@ -43,6 +43,12 @@ impl SmoothBodies {
         );
     }
 
+    /// Whether there are none.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
     /// Whether particle `j`, or what it is the image of, belongs to one of them.
     #[inline]
     pub fn contain(&self, j: usize) -> bool {
@@ -121,8 +127,8 @@ impl<const D: usize> Pairs<'_, D> {
         }
     }
 
-    /// Acceleration by the smooth bodies.
-    #[inline]
+    /// Acceleration by the smooth bodies. Not inlined, for the sums without them.
+    #[inline(never)]
     pub(super) fn push_off_smooth(&self, i: usize, row: &[u32], form: Form, sum: &mut [f64; D]) {
         for face in self.faces(i, row) {
             self.push_off(i, face.near(), form, |a| Some(self.smooth_answer(i, a, &face.normal)), sum);
@@ -130,7 +136,7 @@ impl<const D: usize> Pairs<'_, D> {
     }
 
     /// What smooth bodies add to the velocity gradient, the divergence and the moment.
-    #[inline]
+    #[inline(never)]
     pub(super) fn strain_at_smooth(
         &self,
         i: usize,
