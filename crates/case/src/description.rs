@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub use strength::{FactorOfSafety, Weakening};
 
 pub use crate::pore_fluid::{PoreFluid, PorePressure};
-pub use crate::surface::{Load, RampShape};
+pub use crate::surface::{Load, LoadCarrier, LoadProfile, RampShape};
 
 /// A problem.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -326,10 +326,14 @@ pub enum Wall {
     Rough,
     /// Free slip: only the normal component is the wall's.
     Smooth,
-    /// Coulomb friction; the material may lift off.
+    /// Coulomb friction; the material may lift off, unless the wall is `bilateral`.
     Frictional {
         /// Coefficient of friction, tangent of the friction angle of the interface.
         friction_coefficient: f64,
+        /// Whether the wall holds the normal velocity both ways, as a smooth one does: it also bears tension, under which
+        /// there is no friction.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        bilateral: bool,
     },
     /// No wall: dashpots that take up the waves which arrive, as if the material went on (Lysmer and Kuhlemeyer).
     /// For small motions of bodies that reach to it; it carries no lasting stress.
@@ -345,6 +349,13 @@ pub enum Wall {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         spring_length: Option<f64>,
     },
+}
+
+impl Wall {
+    /// Whether material lifts off it by its nature, with or without `separation`.
+    pub fn lets_go(&self) -> bool {
+        matches!(self, Self::Frictional { bilateral: false, .. })
+    }
 }
 
 /// A wall on a side of the domain, or on an inner plane parallel to one.
@@ -365,7 +376,8 @@ pub struct Boundary {
     pub position: Option<f64>,
     /// How it acts.
     pub wall: Wall,
-    /// Whether material may lift off (rough and smooth walls hold it otherwise).
+    /// Whether material may lift off (rough and smooth walls hold it otherwise; from frictional ones it always may, unless
+    /// they are `bilateral`).
     #[serde(default)]
     pub separation: bool,
     /// Velocity of the wall (m/s); at rest by default.

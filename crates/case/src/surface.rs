@@ -3,13 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::description::{Side, Stage};
+use crate::description::{Axis, Side, Stage};
 
 /// A load.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Load {
-    /// A traction (Pa) on one side of a body, carried by its outermost points, unchanged in direction. On a body
+    /// A traction (Pa) on one side of a body, unchanged in direction. On a body
     /// with a pore fluid it is the total one, of skeleton and fluid.
     Traction {
         /// Body it acts on, not a rigid one.
@@ -28,6 +28,12 @@ pub enum Load {
         /// that carry it are those that are outermost at the start of the case.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
+        /// How it varies along its side; the same everywhere when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        profile: Option<LoadProfile>,
+        /// What carries it.
+        #[serde(default, skip_serializing_if = "LoadCarrier::is_points")]
+        carrier: LoadCarrier,
     },
     /// A pressure (Pa) on one side of a body, carried by its outermost points: it follows the surface, stays normal to
     /// it and grows with its area. On a body with a pore fluid it is the total one.
@@ -48,6 +54,9 @@ pub enum Load {
         /// that carry it are those that are outermost at the start of the case.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
+        /// How it varies along its side; the same everywhere when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        profile: Option<LoadProfile>,
     },
     /// A pressure of the pore fluid (Pa) on one side of a saturated body, as next to open water. It acts on the
     /// fluid alone; what presses on skeleton and fluid together is a `traction` or a `pressure` beside it. A side
@@ -69,6 +78,12 @@ pub enum Load {
         /// that carry it are those that are outermost at the start of the case.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         stage: Option<String>,
+        /// How it varies along its side; the same everywhere when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        profile: Option<LoadProfile>,
+        /// What carries it.
+        #[serde(default, skip_serializing_if = "LoadCarrier::is_points")]
+        carrier: LoadCarrier,
     },
 }
 
@@ -100,6 +115,33 @@ impl Load {
         }
     }
 
+    /// How it varies along its side; `None` where it does not.
+    pub fn profile(&self) -> Option<&LoadProfile> {
+        match self {
+            Self::Traction { profile, .. }
+            | Self::Pressure { profile, .. }
+            | Self::PorePressure { profile, .. } => profile.as_ref(),
+        }
+    }
+
+    /// Whether it acts on the pore fluid alone.
+    pub fn is_of_fluid(&self) -> bool {
+        matches!(self, Self::PorePressure { .. })
+    }
+
+    /// What carries it: points, if it follows the surface.
+    pub fn carrier(&self) -> LoadCarrier {
+        match self {
+            Self::Traction { carrier, .. } | Self::PorePressure { carrier, .. } => *carrier,
+            Self::Pressure { .. } => LoadCarrier::Points,
+        }
+    }
+
+    /// Share of its value that acts at a place (m) on its side.
+    pub fn share_at(&self, place: &[f64]) -> f64 {
+        self.profile().map_or(1.0, |profile| profile.share_at(place))
+    }
+
     /// Number of the stage with which it begins; `None` where no stage has its name.
     pub(crate) fn begins(&self, stages: &[Stage]) -> Option<usize> {
         self.stage().map_or(Some(0), |name| stages.iter().position(|stage| stage.name == name))
@@ -118,6 +160,51 @@ impl Load {
             | Self::Pressure { ramp, ramp_shape, .. }
             | Self::PorePressure { ramp, ramp_shape, .. } => (*ramp, *ramp_shape),
         }
+    }
+}
+
+/// How a load varies along its side: `[[0, 1], [10, 0]]` along y is the pressure of water with its surface at y = 10 m on
+/// what reaches down to y = 0, where it has its `value`; `[[2, 0], [2, 1], [4, 1], [4, 0]]` along x is a strip from 2 to
+/// 4 m. A part of the load keeps its size as it moves with the body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LoadProfile {
+    /// Axis along which it varies, not the one that is normal to the side.
+    pub axis: Axis,
+    /// Coordinates on that axis (m), ascending, and the share of the `value` that acts there at the start, of either
+    /// sign: straight lines in between, and beyond the first and the last the share that these have. Two entries with
+    /// the same coordinate make a jump.
+    pub shares: Vec<[f64; 2]>,
+}
+
+impl LoadProfile {
+    /// Share of the load at a place (m), above a jump on it.
+    fn share_at(&self, place: &[f64]) -> f64 {
+        let Some(&x) = place.get(self.axis.number()) else { return 1.0 };
+        let next = self.shares.partition_point(|[at, _]| *at <= x);
+        match (self.shares[..next].last(), self.shares.get(next)) {
+            (Some([from, low]), Some([to, high])) => low + (high - low) * (x - from) / (to - from),
+            (Some([_, share]), None) | (None, Some([_, share])) => *share,
+            (None, None) => 1.0,
+        }
+    }
+}
+
+/// What carries a load (MPM sheet §2.11).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadCarrier {
+    /// The outermost points of the body, which take it along. It is smeared over the cells next to the side.
+    #[default]
+    Points,
+    /// The nodes on the side, as in finite elements: exact up to the side, which must lie on a grid line (on a mesh along
+    /// facets) and stay there, for nodes that the body leaves have a load no more. For methods with a grid.
+    Nodes,
+}
+
+impl LoadCarrier {
+    fn is_points(&self) -> bool {
+        *self == Self::Points
     }
 }
 
@@ -145,6 +232,31 @@ impl RampShape {
         match self {
             Self::Linear => time / ramp,
             Self::Cosine => 0.5 * (1.0 - (std::f64::consts::PI * time / ramp).cos()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_lie_on_straight_lines_between_those_given() {
+        let strip = LoadProfile {
+            axis: Axis::Y,
+            shares: vec![[1.0, 0.0], [1.0, 2.0], [3.0, 1.0], [5.0, 0.0], [6.0, -4.0]],
+        };
+        for (y, share) in [
+            (0.0, 0.0),
+            (0.999, 0.0),
+            (1.0, 2.0),
+            (2.0, 1.5),
+            (4.5, 0.25),
+            (5.5, -2.0),
+            (6.0, -4.0),
+            (9.0, -4.0),
+        ] {
+            assert_eq!(strip.share_at(&[7.0, y]), share, "at {y}");
         }
     }
 }

@@ -350,8 +350,10 @@ impl Findings<'_> {
                 }
                 seen.push((boundary.side, position));
             }
-            if let Wall::Frictional { friction_coefficient: value } = boundary.wall {
+            if let Wall::Frictional { friction_coefficient: value, bilateral } = boundary.wall {
                 self.not_negative(format!("{path}.wall.friction_coefficient"), value, "");
+                let problem = "the wall is bilateral: material does not lift off it";
+                self.require(!(bilateral && boundary.separation), format!("{path}.separation"), problem);
             }
             if let Some(velocity) = &boundary.velocity {
                 self.vector(&format!("{path}.velocity"), velocity);

@@ -113,16 +113,19 @@ impl Case {
         if let Some(wall) = self.boundaries.iter().filter(holds).find(|wall| !removed(wall)) {
             warn(format!("the wall {:?} holds that side, and bears the load", wall.name()));
         }
-        let mut flat = 0usize;
+        let (mut loaded, mut flat) = (0usize, 0usize);
         let mut neighbours = vec![0usize; self.bodies.len()];
-        let count = SAMPLES.pow(dimension as u32 - 1);
-        for sample in 0..count {
+        for sample in 0..SAMPLES.pow(dimension as u32 - 1) {
             let mut at = vec![face; dimension];
             let mut rest = sample;
             for c in (0..dimension).filter(|c| *c != axis) {
                 at[c] = low[c] + (high[c] - low[c]) * ((rest % SAMPLES) as f64 + 0.5) / SAMPLES as f64;
                 rest /= SAMPLES;
             }
+            if load.share_at(&at) == 0.0 {
+                continue;
+            }
+            loaded += 1;
             at[axis] = face - step;
             if !body.shape.contains(&at) {
                 continue;
@@ -134,10 +137,12 @@ impl Case {
             }
         }
         let percent = |part: usize, whole: usize| (100.0 * part as f64 / whole.max(1) as f64).round();
-        if flat < count {
+        if loaded == 0 {
+            warn("its profile leaves nothing of it on the body".to_owned());
+        } else if flat < loaded {
             warn(format!(
                 "it acts where the body reaches {face} m along that axis, {} % of its width",
-                percent(flat, count)
+                percent(flat, loaded)
             ));
         }
         for (touches, other) in neighbours.iter().zip(&self.bodies).filter(|(touches, _)| **touches > 0) {
@@ -253,17 +258,28 @@ mod tests {
             slope.len() == 1 && slope[0].contains("reaches 1 m") && slope[0].contains("25 %"),
             "{slope:?}"
         );
-        let between = warnings("x-max", |case| {
+        let beside = |case: &mut Value| {
             let shape = json!({ "kind": "box", "min": [2, 0], "max": [3, 0.5] });
             case["bodies"]
                 .as_array_mut()
                 .unwrap()
                 .push(json!({ "name": "next", "material": "m", "shape": shape }));
-        });
+        };
+        let between = warnings("x-max", beside);
         assert!(
             between.len() == 1 && between[0].contains("50 %") && between[0].contains("next"),
             "{between:?}"
         );
+        let strip = |low: f64, high: f64| {
+            warnings("x-max", move |case| {
+                beside(case);
+                let shares = json!([[low, 0], [low, 1], [high, 1], [high, 0]]);
+                case["loads"][0]["profile"] = json!({ "axis": "y", "shares": shares });
+            })
+        };
+        assert_eq!(strip(0.5, 1.0), Vec::<String>::new(), "above the other body");
+        let nothing = strip(1.5, 2.0);
+        assert!(nothing.len() == 1 && nothing[0].contains("leaves nothing of it"), "{nothing:?}");
     }
 
     #[test]

@@ -7,13 +7,13 @@ pub enum WallKind {
     Rough,
     /// Free slip.
     Smooth,
-    /// Coulomb friction in impulse form (MPM sheet §3.7), always unilateral.
+    /// Coulomb friction in impulse form (MPM sheet §3.7).
     Frictional {
         /// Coefficient of friction.
         coefficient: f64,
     },
     /// Coulomb friction in acceleration form, with a larger coefficient for what is at rest (GT
-    /// Algorithm 3.1 as corrected in MPM sheet §3.7), always unilateral.
+    /// Algorithm 3.1 as corrected in MPM sheet §3.7).
     Plane {
         /// Coefficient for a node at rest.
         resting: f64,
@@ -33,7 +33,7 @@ pub struct Wall {
     pub node: usize,
     /// How it acts.
     pub kind: WallKind,
-    /// Whether material may lift off.
+    /// Whether material may lift off; without, the wall is bilateral and its normal velocity is that of what it holds.
     pub separation: bool,
     /// Velocity of the wall (m/s).
     pub velocity: [f64; 3],
@@ -164,14 +164,14 @@ impl Wall {
         if self.upper { normal } else { -normal }
     }
 
-    /// True when the wall fixes velocities whatever the material does (no separation, no friction).
+    /// True when the wall fixes all that it acts on whatever the material does (no separation, no friction).
     fn holds(&self) -> bool {
         !self.separation && matches!(self.kind, WallKind::Rough | WallKind::Smooth)
     }
 
     /// One for each component of velocity that the wall leaves to the material whatever happens, else zero.
     fn free_components(&self) -> [f64; 3] {
-        let held = if self.holds() { self.held_components() } else { 0..0 };
+        let held = if self.separation { 0..0 } else { self.held_components() };
         std::array::from_fn(|c| if held.contains(&c) { 0.0 } else { 1.0 })
     }
 
@@ -201,7 +201,7 @@ impl Wall {
             }
             return;
         }
-        if self.approach(end) > 0.0 {
+        if !self.separation || self.approach(end) > 0.0 {
             let dry: [f64; 3] = std::array::from_fn(|c| end[c] + lift[c]);
             if let WallKind::Plane { resting, sliding } = self.kind {
                 self.rub(start, end, self.approach(&dry), [resting, sliding], keep_start);
@@ -254,7 +254,7 @@ impl Wall {
             return;
         }
         let held = self.holding(solved);
-        if held[self.axis] || self.approach(velocity) > 0.0 {
+        if !self.separation || held[self.axis] || self.approach(velocity) > 0.0 {
             velocity[self.axis] = self.velocity[self.axis];
             if held == [true; 3] {
                 *velocity = self.velocity;
@@ -367,6 +367,35 @@ mod tests {
             floor(kind, true).constrain(&mut [0.0; 3], &mut end, true, &[0.0; 3]);
             assert_eq!(end, [1.0, 0.5, 0.0]);
         }
+    }
+
+    #[test]
+    fn bilateral_walls_hold_what_is_pulled_off_without_friction() {
+        let plane = WallKind::Plane { resting: 1.0, sliding: 0.5 };
+        for kind in [WallKind::Frictional { coefficient: 0.5 }, plane] {
+            let wall = floor(kind, false);
+            let (mut start, mut end) = ([3.0, 0.1, 4.0], [3.0, 2.0, 4.0]);
+            wall.constrain(&mut start, &mut end, true, &[0.0; 3]);
+            assert_eq!((start, end), ([3.0, 0.1, 4.0], [3.0, 0.0, 4.0]), "pulled: {kind:?}");
+            wall.constrain(&mut [3.0, 0.0, 4.0], &mut end, false, &[0.0, 1.0, 0.0]);
+            assert_eq!(end, [3.0, 0.0, 4.0], "the fluid pushes it off: {kind:?}");
+            // Pushed by 2 m/s in the step: as every wall with friction.
+            let (mut start, mut pushed) = ([3.0, 0.0, 4.0], [3.0, -2.0, 4.0]);
+            wall.constrain(&mut start, &mut pushed, true, &[0.0; 3]);
+            assert!((pushed[0] - 2.4).abs() < 1e-15 && pushed[1] == 0.0 && (pushed[2] - 3.2).abs() < 1e-15);
+            assert_eq!(wall.free_components(), [1.0, 0.0, 1.0]);
+            assert_eq!(floor(kind, true).free_components(), [1.0; 3]);
+            // Re-mapped, and (solved with NaN) before the solve.
+            for solved in [[3.0, 0.0, 4.0], [f64::NAN; 3]] {
+                let mut velocity = [1.0, 0.2, 0.0];
+                wall.constrain_again(&solved, &mut velocity);
+                assert_eq!(velocity, [1.0, 0.0, 0.0], "{kind:?}");
+            }
+        }
+        // The acceleration form goes by the acceleration into the wall, though the node still moves off.
+        let (mut start, mut end) = ([3.0, 2.0, 4.0], [3.0, 0.5, 4.0]);
+        floor(plane, false).constrain(&mut start, &mut end, false, &[0.0; 3]);
+        assert!((end[0] - 3.0 * 0.85).abs() < 1e-15 && end[1] == 0.0 && start[1] == 0.0, "{end:?}");
     }
 
     #[test]

@@ -283,7 +283,7 @@ fn behind<const D: usize>(grid: &Grid<D>, law: &Law, position: &[f64; D]) -> boo
 }
 
 /// Calls `visit` for the nodes of a stencil across an axis, with their weights in the other directions.
-fn for_each_across<const D: usize, const S: usize>(
+pub fn for_each_across<const D: usize, const S: usize>(
     stencil: &Stencil<D, S>,
     axis: usize,
     mut visit: impl FnMut([usize; 3], f64),

@@ -43,7 +43,8 @@ pub struct MpmOptions {
     #[serde(default = "one")]
     pub flip: f64,
     /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1. Without an entry it is 0.9 in
-    /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag. With
+    /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag (with
+    /// `step_criterion` `combined`). With
     /// `stress_update` `usl` steps are never longer than what is stable at free surfaces: in d dimensions the root of
     /// 1 / (d times the points per cell and axis) with GIMP, of 1/d with quadratic splines.
     #[serde(default = "half")]
@@ -52,6 +53,9 @@ pub struct MpmOptions {
     /// solver when absent. Before an output steps are shorter, so that they end at its time.
     #[serde(default)]
     pub time_step: Option<f64>,
+    /// With a `pore_fluid`: what the critical step goes by.
+    #[serde(default, skip_serializing_if = "StepCriterion::is_combined")]
+    pub step_criterion: StepCriterion,
     /// Factor on inertia, at least 1, but not on weight: the stable step grows with its square root. For quasi-static
     /// stages only, and with a study of how much the result depends on it.
     #[serde(default = "one")]
@@ -91,6 +95,12 @@ pub struct MpmOptions {
     /// Over what the internal force is summed.
     #[serde(default)]
     pub integration: Integration,
+    /// With `integration` `mixed` or `gauss`: whether the points of full cells take the average stress as their own at the
+    /// beginning of each step, with a `pore_fluid` the average pore pressure too; by default only the internal force goes by
+    /// it. Internal variables stay the points' own. For materials whose stress is no function of these, the same in all
+    /// bodies that share a velocity field.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub mixed_reset: bool,
     /// With `integration` `mixed`: share of its volume, above 0 and at most 1, that a cell at the boundary of the
     /// material must hold to count as full.
     #[serde(default = "full_cell")]
@@ -289,6 +299,25 @@ pub enum Transfer {
     Tpic,
 }
 
+/// What the critical step of skeleton and pore fluid goes by (MPM sheet §2.10).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StepCriterion {
+    /// Waves and drag of both phases together.
+    #[default]
+    Combined,
+    /// The smaller one of `courant` times the step of the undrained wave and a limit of the drag (eqs. 4.122–4.128 of the
+    /// scientific manual of Anura3D). To repeat analyses that were made with it: it is not safe, as the limit of the drag is
+    /// that of an incompressible fluid and about a quarter too long, and with high conductivities the wave is faster.
+    Simple,
+}
+
+impl StepCriterion {
+    fn is_combined(&self) -> bool {
+        *self == Self::Combined
+    }
+}
+
 /// When stress is updated in the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -416,6 +445,9 @@ impl MpmOptions {
         rule("full_cell", fill, fill > 0.0 && fill <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if fill != full_cell() && self.integration != Integration::Mixed {
             return Err(("full_cell", "needs integration mixed".to_owned()));
+        }
+        if self.mixed_reset && self.integration == Integration::Points {
+            return Err(("mixed_reset", "needs integration mixed or gauss".to_owned()));
         }
         if let Some(factor) = self.free_surface {
             rule("free_surface", factor, factor > 0.0 && factor < 1.0, "is not in 0..1 (0 and 1 excluded)")?;

@@ -41,7 +41,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Sum of the squares of the tractions (N²).
     fn traction_square(&self) -> f64 {
-        self.sets.iter().map(|set| square_sum(&set.traction)).sum()
+        let [on_nodes, _] = self.nodal_squares();
+        self.sets.iter().map(|set| square_sum(&set.traction)).sum::<f64>() + on_nodes
     }
 }
 

@@ -30,6 +30,7 @@ mod manufactured;
 mod mesh;
 mod mixed;
 mod momentum;
+mod nodal;
 mod points;
 mod readings;
 mod report;
@@ -49,7 +50,7 @@ use schemars::Schema;
 
 pub use config::{
     Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, Mass, MeshSource, MpmOptions,
-    Penalty, ShapeFunctions, StressScheme, Transfer, VolumetricStrain, WallFriction,
+    Penalty, ShapeFunctions, StepCriterion, StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};
 pub use solver::MpmSolver;

@@ -1,7 +1,7 @@
 //! Loads on the surface of bodies, carried by points (MPM sheet §2.11).
 //!
 //! Each of the outermost points of a loaded side carries its share of the area as a vector. A traction keeps what it
-//! is at the start ("dead load"); a pressure follows the surface: its area vector turns and grows with the motion of the
+//! is at the start ("dead load"), which may vary along the side; a pressure follows the surface: its area vector turns and grows with the motion of the
 //! point by Nanson's formula, `dA ← det f f⁻ᵀ dA`.
 
 use colluvium_case::description::{Load, Side, Space};
@@ -44,6 +44,55 @@ pub fn starts(case: &Case) -> Vec<f64> {
     case.loads.iter().map(|load| if load.stage().is_none() { 0.0 } else { f64::INFINITY }).collect()
 }
 
+/// Share of load `number` that acts at `time` (s) with the given [`starts`].
+pub fn factor(case: &Case, number: usize, starts: &[f64], time: f64) -> f64 {
+    case.loads[number].factor(time - starts[number])
+}
+
+/// The set of points that load `number` is on.
+pub fn loaded<const D: usize, P>(
+    case: &Case,
+    number: usize,
+    sets: &[PointSet<D, P>],
+) -> Result<usize, CaseError> {
+    let body = case.loads[number].body();
+    sets.iter()
+        .position(|set| case.bodies[set.body as usize].name == body)
+        .ok_or_else(|| CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")))
+}
+
+/// Full load on an area of one (Pa), as a vector.
+pub fn per_area<const D: usize>(load: &Load) -> [f64; D] {
+    match load {
+        Load::Traction { value, .. } => std::array::from_fn(|c| value[c]),
+        Load::Pressure { value, .. } | Load::PorePressure { value, .. } => {
+            let outwards = if load.side().is_max() { 1.0 } else { -1.0 };
+            std::array::from_fn(|c| if c == load.side().axis() { -outwards * value } else { 0.0 })
+        }
+    }
+}
+
+/// Area (m²; m in the plane, per radian in axisymmetry) of the domain of each point of a regular set on the loaded side, with
+/// the share of the load at its place; zero within the body.
+pub fn areas<const D: usize, P>(case: &Case, load: &Load, set: &PointSet<D, P>) -> Vec<f64> {
+    let side = load.side();
+    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
+    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
+    let across: f64 = (0..D).filter(|c| *c != axis).map(|c| set.extent[c]).product();
+    let area = |position: &[f64; D]| {
+        if sign * position[axis] <= outermost - 0.5 * set.extent[axis] {
+            return 0.0;
+        }
+        let radius = match (case.space, side) {
+            (Space::Axisymmetric, Side::XMin | Side::XMax) => position[0] + sign * 0.5 * set.extent[0],
+            (Space::Axisymmetric, _) => position[0],
+            _ => 1.0,
+        };
+        across * radius * load.share_at(position)
+    };
+    set.position.iter().map(area).collect()
+}
+
 /// Gives the outermost layer of points of the loaded side its share of load `number` (MPM sheet §2.11).
 pub fn apply<const D: usize, P: PointDomain<D>>(
     case: &Case,
@@ -52,39 +101,14 @@ pub fn apply<const D: usize, P: PointDomain<D>>(
     sets: &mut [PointSet<D, P>],
 ) -> Result<(), CaseError> {
     let load = &case.loads[number];
-    let (body, side) = (load.body(), load.side());
-    let Some(set) = sets.iter_mut().find(|set| case.bodies[set.body as usize].name == body) else {
-        return Err(CaseError::new(format!("loads[{number}].body"), format!("{body:?} is not a body")));
-    };
-    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
-    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
-    let across: f64 = (0..D).filter(|c| *c != axis).map(|c| set.extent[c]).product();
-    let per_area: [f64; D] = match load {
-        Load::Traction { value, .. } => std::array::from_fn(|c| value[c]),
-        Load::Pressure { value, .. } | Load::PorePressure { value, .. } => {
-            std::array::from_fn(|c| if c == axis { -sign * value } else { 0.0 })
-        }
-    };
-    let force = |position: &[f64; D]| {
-        if sign * position[axis] <= outermost - 0.5 * set.extent[axis] {
-            return [0.0; D];
-        }
-        let radius = match (case.space, side) {
-            (Space::Axisymmetric, Side::XMin | Side::XMax) => position[0] + sign * 0.5 * set.extent[0],
-            (Space::Axisymmetric, _) => position[0],
-            _ => 1.0,
-        };
-        per_area.map(|t| t * across * radius)
-    };
-    let force = if mesh.is_empty() {
-        set.position.iter().map(force).collect()
-    } else {
-        let share = mesh::loaded_areas(case, number, mesh, set)?;
-        share.into_iter().map(|area| per_area.map(|t| t * area)).collect()
-    };
+    let set = &mut sets[loaded(case, number, sets)?];
+    let areas =
+        if mesh.is_empty() { areas(case, load, set) } else { mesh::loaded_areas(case, number, mesh, set)? };
+    let per_area = per_area::<D>(load);
+    let force = areas.into_iter().map(|area| per_area.map(|t| t * area)).collect();
     set.loads.push(SurfaceLoad {
         number,
-        liquid: matches!(load, Load::PorePressure { .. }),
+        liquid: load.is_of_fluid(),
         follows: !matches!(load, Load::Traction { .. }),
         force,
         applied: f64::NAN,
@@ -99,7 +123,7 @@ pub fn apply<const D: usize, P: PointDomain<D>>(
 impl<const D: usize, P> PointSet<D, P> {
     /// Forces of all loads of the set at `time` (s) on its points; `starts` are when the loads of the case begin (s).
     fn apply_loads(&mut self, case: &Case, starts: &[f64], time: f64) {
-        let factor = |load: &SurfaceLoad<D>| case.loads[load.number].factor(time - starts[load.number]);
+        let factor = |load: &SurfaceLoad<D>| factor(case, load.number, starts, time);
         if self.loads.iter().all(|load| !load.follows && load.applied == factor(load)) {
             return;
         }

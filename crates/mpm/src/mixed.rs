@@ -5,9 +5,10 @@
 //! point counts as full. With one stress for the cell, one Gauss point at its centre and two along each axis give the same
 //! force. With a pore fluid the same goes for the total stress and the pore pressure.
 
-use colluvium_case::CaseError;
+use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Basis, Lanes, Layout, Node};
+use rayon::prelude::*;
 
 use crate::MpmOptions;
 use crate::cells::Cells;
@@ -39,6 +40,40 @@ pub fn cleared(options: &MpmOptions) -> Result<(), CaseError> {
     }
     if options.formulation == crate::Formulation::TotalLagrangian {
         return refuse("by cells (mixed, gauss) is not available with total-lagrangian");
+    }
+    Ok(())
+}
+
+/// Refuses `mixed_reset` where the average is no stress of a point: with materials whose stress is a function of their state,
+/// which would bring back what was there, and with several materials, or dry and saturated points, in one velocity field.
+pub fn resettable<const D: usize, P>(
+    case: &Case,
+    options: &MpmOptions,
+    sets: &[PointSet<D, P>],
+) -> Result<(), CaseError> {
+    let refuse = |problem: String| Err(CaseError::new("methods.mpm.mixed_reset", problem));
+    if !options.mixed_reset {
+        return Ok(());
+    }
+    let name = |set: &PointSet<D, P>| &case.bodies[set.body as usize].material;
+    let deformable = || sets.iter().filter(|set| set.rigid.is_none());
+    if let Some(set) = deformable().find(|set| !set.material.is_in_rate_form()) {
+        return refuse(format!(
+            "the material {:?} ({}) finds its stress from its own state, not from that of the step before",
+            name(set),
+            set.material.name()
+        ));
+    }
+    let wet = |set: &PointSet<D, P>| set.pore.as_ref().is_some_and(|pore| pore.fluid.is_some());
+    for set in deformable() {
+        let differs = |other: &&PointSet<D, P>| name(other) != name(set) || wet(other) != wet(set);
+        if let Some(other) = deformable().filter(|other| other.field == set.field).find(differs) {
+            let [one, two] = [set, other].map(|set| &case.bodies[set.body as usize].name);
+            return refuse(format!(
+                "the bodies {one:?} and {two:?} may have points in one cell, and differ in material or pore_fluid: the average \
+                 is the stress of neither"
+            ));
+        }
     }
     Ok(())
 }
@@ -178,7 +213,32 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         } else {
             stresses.mark_full(layout, &self.grid_cells(), fill);
         }
+        if self.options.mixed_reset {
+            self.reset_stresses(&stresses);
+        }
         self.stresses = stresses;
+    }
+
+    /// Gives the points of full cells the average stress, and the average pore pressure, as their own (`mixed_reset`).
+    fn reset_stresses(&mut self, stresses: &CellStresses) {
+        let cells = self.cell_layout().len();
+        let (strides, ground) = (self.layout.strides(), ground!(self));
+        for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+            let first = set.field * cells;
+            let of_cell = |(domain, position): (&P, &[f64; D])| {
+                let cell = first + domain.cell::<S, B>(&ground, &strides, position);
+                stresses.full[cell].then(|| averages(&stresses.cells[cell]))
+            };
+            let places = || set.domain.par_iter().zip(&set.position).map(of_cell);
+            set.stress.par_iter_mut().zip(places()).for_each(|(own, average)| {
+                *own = average.map_or(*own, |(total, pressure)| total + SymTensor::isotropic(pressure));
+            });
+            if let Some(pore) = set.pore.as_mut().filter(|pore| pore.fluid.is_some()) {
+                pore.pressure.par_iter_mut().zip(places()).for_each(|(own, average)| {
+                    *own = average.map_or(*own, |(_, pressure)| pressure);
+                });
+            }
+        }
     }
 
     /// Adds the internal force of the full cells to the nodes.
@@ -214,6 +274,7 @@ mod tests {
     use crate::transfer::Scatter;
     use colluvium_case::Case;
     use colluvium_grid::{Gimp, Linear};
+    use serde_json::{Value, json};
 
     /// Internal forces (N) at the nodes 1 and 2 of the bar of [`nodal`], without the middle point of the second cell if
     /// `gap`.
@@ -222,10 +283,9 @@ mod tests {
         [first, second]
     }
 
-    /// Internal forces (N) at the nodes of a bar of three cells of 1 m with three points each under 7 Pa, without those of
-    /// the points that are `out`.
-    fn nodal<const S: usize, B: Basis<S>>(shape: &str, integration: &str, out: &[u32]) -> [f64; 4] {
-        let text = serde_json::json!({
+    /// The bar of [`nodal`] with keys of `more` in place of its own.
+    fn bar(shape: &str, integration: &str, more: &Value) -> Case {
+        let mut text = json!({
             "title": "bar", "space": "1d", "domain": { "min": [0], "max": [4] }, "gravity": [0],
             "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [3] },
@@ -233,7 +293,14 @@ mod tests {
             "stages": [{ "name": "s", "duration": 1 }],
             "methods": { "mpm": { "cell_size": 1, "points_per_cell": 3, "shape": shape, "integration": integration } }
         });
-        let case = Case::from_json(&text.to_string()).unwrap();
+        text.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        Case::from_json(&text.to_string()).unwrap()
+    }
+
+    /// Internal forces (N) at the nodes of a bar of three cells of 1 m with three points each under 7 Pa, without those of
+    /// the points that are `out`.
+    fn nodal<const S: usize, B: Basis<S>>(shape: &str, integration: &str, out: &[u32]) -> [f64; 4] {
+        let case = bar(shape, integration, &json!({}));
         let options = setup::options(&case).unwrap();
         let mut solver = setup::solver::<1, S, B, FixedDomain>(&case, &options).unwrap();
         let set = &mut solver.sets[0];
@@ -252,6 +319,80 @@ mod tests {
             assert!((fourth - last).abs() < 1e-14, "{integration}: {fourth}");
             assert!((third - (7.0 - last)).abs() < 1e-14, "{integration}: {third}");
         }
+    }
+
+    /// The bar in one phase, and with a fluid under a pressure that grows along it.
+    fn resettable_bars() -> [Case; 2] {
+        let reset = json!({ "mpm": { "cell_size": 1, "points_per_cell": 3, "shape": "linear", "integration": "mixed",
+                                     "mixed_reset": true } });
+        let fluid = json!({ "porosity": 0.5, "intrinsic_permeability": 1e-9, "density": 1,
+                            "pressure": { "kind": "hydrostatic", "surface": 3 } });
+        let wet = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [3] },
+                           "pore_fluid": fluid }]);
+        [
+            bar("linear", "mixed", &json!({ "methods": reset })),
+            bar("linear", "mixed", &json!({ "methods": reset, "bodies": wet, "gravity": [-9] })),
+        ]
+    }
+
+    #[test]
+    fn the_points_of_full_cells_take_the_average_where_the_case_asks_for_it() {
+        for (case, wet) in resettable_bars().iter().zip([false, true]) {
+            let options = setup::options(case).unwrap();
+            let mut solver = setup::solver::<1, 2, Linear, FixedDomain>(case, &options).unwrap();
+            // Two of three points are left in the last cell.
+            solver.sets[0].retain(|x| (x[0] - 8.5 / 3.0).abs() > 1e-9);
+            solver.sort();
+            let set = &mut solver.sets[0];
+            for (p, stress) in set.stress.iter_mut().enumerate() {
+                *stress = SymTensor([p as f64, 1.0, 2.0, 3.0, 4.0, 5.0]);
+            }
+            let before = set.pore.as_ref().map_or(vec![0.0; 8], |pore| pore.pressure.clone());
+            solver.average_stresses();
+            let stresses: Vec<f64> = solver.sets[0].stress.iter().map(|stress| stress.0[0]).collect();
+            let exact = [1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 6.0, 7.0];
+            assert!(stresses.iter().zip(exact).all(|(s, e)| (s - e).abs() < 1e-13), "{wet}: {stresses:?}");
+            assert!(solver.sets[0].stress.iter().all(|s| (s.0[1] - 1.0).abs() < 1e-13 && s.0[5] == 5.0));
+            let Some(pore) = &solver.sets[0].pore else { continue };
+            let exact =
+                [before[1], before[1], before[1], before[4], before[4], before[4], before[6], before[7]];
+            assert!(
+                pore.pressure.iter().zip(exact).all(|(p, e)| (p - e).abs() < 1e-12),
+                "{:?}",
+                pore.pressure
+            );
+        }
+    }
+
+    #[test]
+    fn only_laws_that_start_from_the_stress_of_a_point_are_reset() {
+        let refused = |change: &dyn Fn(&mut Value)| {
+            let mut text: Value = serde_json::from_str(&resettable_bars()[0].to_json()).unwrap();
+            change(&mut text);
+            let case = Case::from_json(&text.to_string()).unwrap();
+            setup::build(&case).map(|_| ()).map_err(|error| (error.path.clone(), error.problem.clone()))
+        };
+        assert_eq!(refused(&|_| {}), Ok(()));
+        let hyperelastic =
+            json!({ "model": "neo-hookean", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 });
+        let (path, problem) = refused(&|text| {
+            text["materials"]["m"] = hyperelastic.clone();
+            text["bodies"][0]["stress"] = json!({ "kind": "none" });
+        })
+        .unwrap_err();
+        assert_eq!(path, "methods.mpm.mixed_reset");
+        assert!(problem.contains("\"m\" (neo-hookean)"), "{problem}");
+        let two_materials = |text: &mut Value| {
+            text["materials"]["other"] = text["materials"]["m"].clone();
+            let shape = json!({ "kind": "box", "min": [3], "max": [4] });
+            let next = json!({ "name": "next", "material": "other", "shape": shape });
+            text["bodies"].as_array_mut().unwrap().push(next);
+        };
+        let (path, problem) = refused(&two_materials).unwrap_err();
+        assert_eq!(path, "methods.mpm.mixed_reset");
+        assert!(problem.contains("\"b\" and \"next\""), "{problem}");
+        let points = refused(&|text| text["methods"]["mpm"]["integration"] = json!("points"));
+        assert_eq!(points.unwrap_err().1, "needs integration mixed or gauss");
     }
 
     #[test]

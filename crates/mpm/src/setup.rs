@@ -3,14 +3,14 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Space, Wall as CaseWall};
+use colluvium_case::description::{Body, LoadCarrier, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver, StepLimit, spatial};
 use colluvium_constitutive::{InitialCondition, Material, SymTensor};
 use colluvium_grid::{Basis, Grid, Layout, Node, Walls};
 use colluvium_points::Sample;
 
 use crate::absorbing::{Absorbing, Impedance};
-use crate::config::{Integration, ShapeFunctions};
+use crate::config::{Integration, ShapeFunctions, StepCriterion};
 use crate::consistent::ConsistentMass;
 use crate::driven::{self, Driven};
 use crate::dual::DualNodes;
@@ -23,7 +23,7 @@ use crate::strain::CellStrains;
 use crate::touch::{filled, filled_on_mesh};
 use crate::{
     Formulation, MpmOptions, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh,
-    two_phase, walls,
+    nodal, two_phase, walls,
 };
 
 /// Memory to sort a point by cell (bytes): its place in the order and the largest of its arrays a second time.
@@ -172,6 +172,13 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
              surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.3}, half the square of courant"
         ));
     }
+    if options.step_criterion == StepCriterion::Simple {
+        warnings.push(
+            "methods.mpm.step_criterion: simple is not safe: steps may be longer than what drag and the fast wave of both phases \
+             allow; with combined they are not"
+                .to_owned(),
+        );
+    }
     let stable = options.surface_courant(case.dimension());
     if options.courant > stable {
         warnings.push(format!(
@@ -245,14 +252,18 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
+    mixed::resettable(case, options, &sets)?;
     let elements = P::MESHED.then(|| Layout::of_elements(&mesh, &grid));
     let cells = elements.as_ref().unwrap_or(&layout);
     let strains = CellStrains::new(case, options, [&layout, cells]);
     let stresses = CellStresses::new(options, cells, contacts.fields());
     let dual = DualNodes::new(options, &layout, contacts.fields());
     let consistent = ConsistentMass::new(options, &layout);
+    let nodal = nodal::nodal_loads::<D, S, B, P>(case, options, &ground, &layout, &sets)?;
     for number in 0..case.loads.len() {
-        loads::apply(case, number, &mesh, &mut sets)?;
+        if case.loads[number].carrier() == LoadCarrier::Points {
+            loads::apply(case, number, &mesh, &mut sets)?;
+        }
     }
     let absorbs = case.boundaries.iter().position(|b| matches!(b.wall, CaseWall::Absorbing { .. }));
     let impedances = absorbs
@@ -284,6 +295,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         sets,
         contacts,
         load_starts: loads::starts(case),
+        nodal,
         driven,
         axisymmetric: case.space == Space::Axisymmetric,
         gravity: case.gravity3(),

@@ -18,6 +18,7 @@ use crate::equilibrium::power;
 use crate::free_surface::FreeSurface;
 use crate::mixed::CellStresses;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
+use crate::nodal::NodalLoad;
 use crate::points::{PointDomain, PointSet};
 use crate::strain::CellStrains;
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
@@ -44,6 +45,8 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) contacts: Contacts,
     /// When the loads of the case begin (s); infinite as long as their stage has not.
     pub(crate) load_starts: Vec<f64>,
+    /// Loads on nodes.
+    pub(crate) nodal: Vec<NodalLoad>,
     /// Rigid bodies and patches of prescribed velocity.
     pub(crate) driven: Vec<Driven>,
     pub(crate) strains: CellStrains,
@@ -333,7 +336,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             self.layout.rows(nodes, &mut self.row_sums, |row, active, line| audit.row(row, active, line));
             self.row_sums.iter().for_each(|row| sums.add(row));
         }
-        sums.work += self.work_of_loads(dt);
+        sums.work += self.work_of_loads(dt) + self.work_on_nodes(dt);
         self.external_work += sums.work;
         self.sums = sums;
     }

@@ -147,6 +147,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if what != Scatter::Motion {
             self.pull_with_cells();
             self.pull_with_nodes();
+            self.load_nodes(dt);
         }
     }
 

@@ -85,7 +85,7 @@ pub fn kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> {
         CaseWall::Absorbing { .. } => return None,
         CaseWall::Rough => WallKind::Rough,
         CaseWall::Smooth => WallKind::Smooth,
-        CaseWall::Frictional { friction_coefficient: sliding } => match options.wall_friction {
+        CaseWall::Frictional { friction_coefficient: sliding, .. } => match options.wall_friction {
             WallFriction::Impulse => WallKind::Frictional { coefficient: sliding },
             WallFriction::Acceleration => {
                 WallKind::Plane { resting: sliding * options.static_friction_ratio, sliding }
@@ -97,6 +97,7 @@ pub fn kind(boundary: &Boundary, options: &MpmOptions) -> Option<WallKind> {
 /// The wall of a boundary with its face at a node.
 pub fn wall(boundary: &Boundary, node: usize, kind: WallKind) -> Wall {
     let velocity = boundary.velocity.as_deref().map_or([0.0; 3], spatial);
-    let (axis, upper, separation) = (boundary.side.axis(), boundary.side.is_max(), boundary.separation);
+    let (axis, upper) = (boundary.side.axis(), boundary.side.is_max());
+    let separation = boundary.separation || boundary.wall.lets_go();
     Wall { axis, upper, node, kind, separation, velocity }
 }

@@ -75,6 +75,10 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
                 "material cannot lift off the rough and smooth walls of sph",
             ));
         }
+        if matches!(boundary.wall, Wall::Frictional { bilateral: true, .. }) {
+            let problem = "material can always lift off the frictional walls of sph";
+            return Err(CaseError::new(path("wall.bilateral"), problem));
+        }
         let frictional = matches!(boundary.wall, Wall::Frictional { .. });
         if frictional && options.wall_stress != WallStress::Pairwise {
             return Err(CaseError::new(
@@ -260,7 +264,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
             Wall::Smooth => Contact::FreeSlip,
             // Absorbing sides are refused.
             Wall::Rough | Wall::Absorbing { .. } => Contact::NoSlip,
-            Wall::Frictional { friction_coefficient } => Contact::Friction(friction_coefficient),
+            Wall::Frictional { friction_coefficient, .. } => Contact::Friction(friction_coefficient),
         };
         let kind = if mirrors(&boundary.wall, options) { &mut planes } else { &mut faces };
         kind.push(Plane {

@@ -1,7 +1,7 @@
 //! Loads, and sides without a wall.
 
 use super::Findings;
-use crate::description::{Boundary, Load, Wall};
+use crate::description::{Boundary, Load, LoadProfile, Side, Wall};
 
 impl Findings<'_> {
     pub(super) fn absorbing(&mut self, path: &str, boundary: &Boundary) {
@@ -51,6 +51,27 @@ impl Findings<'_> {
                 }
             }
             self.not_negative(format!("{path}.ramp"), load.ramp().0, " (s)");
+            if let Some(profile) = load.profile() {
+                self.profile(&format!("{path}.profile"), profile, load.side());
+            }
+        }
+    }
+
+    fn profile(&mut self, path: &str, profile: &LoadProfile, side: Side) {
+        let (axis, dimension) = (profile.axis.number(), self.case.dimension());
+        let problem = format!("a space of {dimension} dimensions does not have this axis");
+        self.require(axis < dimension, format!("{path}.axis"), problem);
+        let problem = format!("is normal to the side {side}: a load varies along its side");
+        self.require(axis != side.axis(), format!("{path}.axis"), problem);
+        let problem = "needs two entries or more; leave out the profile of what is the same everywhere";
+        self.require(profile.shares.len() > 1, format!("{path}.shares"), problem);
+        for (number, [at, share]) in profile.shares.iter().enumerate() {
+            self.finite(format!("{path}.shares[{number}][0]"), *at);
+            self.finite(format!("{path}.shares[{number}][1]"), *share);
+            let before = number.checked_sub(1).map_or(f64::NEG_INFINITY, |before| profile.shares[before][0]);
+            let (descends, problem) =
+                (*at < before, format!("{at} m lies before the entry above it, at {before} m"));
+            self.require(!descends, format!("{path}.shares[{number}][0]"), problem);
         }
     }
 

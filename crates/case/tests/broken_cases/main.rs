@@ -171,6 +171,37 @@ fn every_kind_of_mistake_is_named_where_it_is() {
         ("/loads/0/stage", json!("gone"), "loads[0].stage", "is not the name of a stage"),
         ("/loads/0/stage", json!(1), "loads[0].stage", "is not of type string"),
         (
+            "/loads/0/profile",
+            json!({ "axis": "y", "shares": [[0, 1], [1, 0]] }),
+            "loads[0].profile.axis",
+            "is normal to the side y-max",
+        ),
+        (
+            "/loads/0/profile",
+            json!({ "axis": "z", "shares": [[0, 1], [1, 0]] }),
+            "loads[0].profile.axis",
+            "does not have this axis",
+        ),
+        (
+            "/loads/0/profile",
+            json!({ "axis": "x", "shares": [[0, 1]] }),
+            "loads[0].profile.shares",
+            "two entries or more",
+        ),
+        (
+            "/loads/0/profile",
+            json!({ "axis": "x", "shares": [[0, 1], [0.2, 1], [0.1, 0]] }),
+            "loads[0].profile.shares[2][0]",
+            "0.1 m lies before the entry above it, at 0.2 m",
+        ),
+        (
+            "/boundaries/0",
+            json!({ "side": "y-min", "separation": true,
+                    "wall": { "kind": "frictional", "friction_coefficient": 0.5, "bilateral": true } }),
+            "boundaries[0].separation",
+            "the wall is bilateral",
+        ),
+        (
             "/loads/0",
             json!({ "kind": "pressure", "body": "c", "side": "y-max", "value": 10 }),
             "loads[0].body",
@@ -415,6 +446,7 @@ fn numbers() -> Case {
         json!({ "kind": "linear", "value": [0, 1], "origin": [0, 0], "gradient": [[0, 1], [1, 0]] });
     case["boundaries"][0]["position"] = json!(0);
     case["boundaries"][0]["velocity"] = json!([0, 0]);
+    case["loads"][0]["profile"] = json!({ "axis": "x", "shares": [[0, 1], [0.4, 0]] });
     case["output"]["measures"] = json!(0.1);
     case["measures"]["slide"] =
         json!({ "kind": "run-out", "side": "x-max", "origin": 0, "initial_length": 1 });
@@ -461,13 +493,19 @@ fn numbers_that_are_not_finite_are_refused_where_they_are() {
         ("boundaries[0].position", |c, bad| c.boundaries[0].position = Some(bad)),
         ("boundaries[0].velocity[0]", |c, bad| c.boundaries[0].velocity = Some(vec![bad, 0.0])),
         ("boundaries[0].wall.friction_coefficient", |c, bad| {
-            c.boundaries[0].wall = Wall::Frictional { friction_coefficient: bad };
+            c.boundaries[0].wall = Wall::Frictional { friction_coefficient: bad, bilateral: false };
         }),
         ("loads[0].value[1]", |c, bad| {
             inside!(Load::Traction { value, .. } = &mut c.loads[0] => &mut value[1], bad);
         }),
         ("loads[0].ramp", |c, bad| {
             inside!(Load::Traction { ramp, .. } = &mut c.loads[0] => ramp, bad);
+        }),
+        ("loads[0].profile.shares[1][0]", |c, bad| {
+            inside!(Load::Traction { profile: Some(profile), .. } = &mut c.loads[0] => &mut profile.shares[1][0], bad);
+        }),
+        ("loads[0].profile.shares[1][1]", |c, bad| {
+            inside!(Load::Traction { profile: Some(profile), .. } = &mut c.loads[0] => &mut profile.shares[1][1], bad);
         }),
         ("stages[1].duration", |c, bad| c.stages[1].duration = bad),
         ("stages[1].damping", |c, bad| c.stages[1].damping = bad),

@@ -105,6 +105,16 @@ pub fn critical_step(fluid: &Fluid, n: f64, dry: f64, modulus: f64, h: f64) -> (
     (step, 4.0 * drag * drag > 8.0 * fastest)
 }
 
+/// Stable step of the undrained wave and limit of the drag (s) for an element of length `h` (m), each by itself (simple
+/// criterion, MPM sheet §2.10): `L/c_1` with `c_1² = (E_c + K_L/n)/ρ`, and `2 ρ̃ k/(ρ_L g)` with `ρ̃ = ρ + (1/n - 2) ρ_L`.
+/// The rest as in [`critical_step`].
+pub fn simple_steps(fluid: &Fluid, n: f64, dry: f64, modulus: f64, h: f64) -> [f64; 2] {
+    let Fluid { density, bulk_modulus, resistance, .. } = *fluid;
+    let mixture = dry + n * density;
+    let speed = ((modulus + bulk_modulus / n) / mixture).sqrt();
+    [h / speed, 2.0 * (mixture + (1.0 / n - 2.0) * density) / resistance]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -133,6 +143,24 @@ mod tests {
         }
         assert!(critical_step(&fluid(0.4, 2.15e9, 1e-7), 0.4, 1590.0, 1e7, 0.1).1);
         assert!(!critical_step(&fluid(0.4, 2.15e9, 1e3), 0.4, 1590.0, 1e7, 0.1).1);
+    }
+
+    #[test]
+    fn simple_steps_are_those_of_the_sheet() {
+        // Sheet §2.10, last column: n, rho_S, E_c, K_L, k, L, wave, drag.
+        let table = [
+            (0.4, 2650.0, 1e7, 2.15e9, 1e-3, 0.1, 6.0790e-5, 5.0765e-4),
+            (0.4, 2650.0, 1e7, 2.15e9, 1e-5, 0.1, 6.0790e-5, 5.0765e-6),
+            (0.4, 2650.0, 5e9, 2.0e9, 1e-2, 0.05, 2.2305e-5, 5.0765e-3),
+            (0.3, 2700.0, 1e8, 3e9, 1e-4, 0.01, 4.6565e-6, 7.1831e-5),
+        ];
+        for (n, grains, modulus, bulk, k, h, wave, drag) in table {
+            let steps = simple_steps(&fluid(n, bulk, k), n, (1.0 - n) * grains, modulus, h);
+            // Five digits are printed.
+            for (step, exact) in steps.into_iter().zip([wave, drag]) {
+                assert!((step / exact - 1.0).abs() < 3e-5, "k = {k}: {step:.5e} instead of {exact:.5e}");
+            }
+        }
     }
 
     #[test]

@@ -20,7 +20,7 @@ mod transfer;
 use colluvium_case::{Equilibrium, Scales, SolverError};
 use colluvium_grid::{Basis, Lanes, Layout, Node, Support, Walls};
 
-pub use fluid::{Fluid, PoreSet, SavedPore, critical_step};
+pub use fluid::{Fluid, PoreSet, SavedPore, critical_step, simple_steps};
 pub use momentum::PhaseSums;
 pub use setup::{cleared, of_liquid, pore_set, two_phase};
 
@@ -151,6 +151,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             *sums = PhaseSums::default();
             row_sums.iter().for_each(|row| sums.add(row));
             self.external_work += sums.mixture.work + self.work_of_loads(dt) + self.work_of_pore_loads(dt);
+            self.external_work += self.work_on_phase_nodes(nodes, dt);
         }
     }
 
@@ -161,7 +162,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let of_mixture = (mixture.external + traction).sqrt();
         let pore_loads = self.sets.iter().flat_map(PointSet::pore_loads);
         let pore_loads: f64 = pore_loads.map(|(_, force)| square_sum(&[force])).sum();
-        let mut of_liquid = (liquid.external + pore_loads).sqrt();
+        let [_, on_nodes] = self.nodal_squares();
+        let mut of_liquid = (liquid.external + pore_loads + on_nodes).sqrt();
         if of_liquid == 0.0 {
             // Without weight and pressures the liquid has no external force of its own.
             of_liquid = of_mixture;

@@ -4,11 +4,11 @@ use colluvium_case::{Budget, Field, FieldData, PhaseBudget, StepLimit, spatial};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::Basis;
 
-use crate::config::StepBounds;
+use crate::config::{StepBounds, StepCriterion};
 use crate::points::{PointDomain, PointSet, ground};
 use crate::report::{Limit, square};
 use crate::solver::MpmSolver;
-use crate::two_phase::{Fluid, critical_step};
+use crate::two_phase::{Fluid, critical_step, simple_steps};
 
 impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
     /// Porosity of a point; zero where it is dry.
@@ -70,9 +70,19 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // In time over the root of the scale of inertia the equations are those without it, with a weaker drag.
         let scale = self.options.mass_scaling.sqrt();
         let scaled = Fluid { resistance: fluid.resistance / scale, ..fluid };
-        let (step, by_drag) = critical_step(&scaled, n, dry, modulus, h);
-        let step = scale * step;
-        let dt = bounds.courant / (1.0 / step + square(&set.velocity[i]).sqrt() / h);
+        let moving =
+            |step: f64| bounds.courant / (1.0 / (scale * step) + square(&set.velocity[i]).sqrt() / h);
+        let (dt, by_drag) = match self.options.step_criterion {
+            StepCriterion::Combined => {
+                let (step, by_drag) = critical_step(&scaled, n, dry, modulus, h);
+                (moving(step), by_drag)
+            }
+            StepCriterion::Simple => {
+                let [step, drag] = simple_steps(&scaled, n, dry, modulus, h);
+                let (dt, drag) = (moving(step), scale * drag);
+                (dt.min(drag), drag < dt)
+            }
+        };
         Limit { dt, limit: if by_drag { StepLimit::SeepageDrag } else { StepLimit::ElasticWave }, ..wave }
     }
 

@@ -7,6 +7,7 @@ use colluvium_case::{Case, CaseError, spatial};
 use colluvium_grid::{Lanes, Layout, Node, Walls};
 
 use super::{Fluid, PhaseSums, PoreSet, TwoPhase};
+use crate::config::StepCriterion;
 use crate::{MpmOptions, ShapeFunctions, StressScheme, Transfer};
 
 /// Courant number of MUSL in a case with pore fluid that gives none (MPM sheet §2.10).
@@ -16,6 +17,12 @@ const COURANT: f64 = 0.9;
 pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseError> {
     let refuse = |path: &str, problem: &str| Err(CaseError::new(path, problem));
     if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
+        if options.step_criterion != StepCriterion::Combined {
+            return refuse(
+                "methods.mpm.step_criterion",
+                "simple is of two phases, and no body has a pore_fluid",
+            );
+        }
         return Ok(options);
     }
     case.refuse_rigid("mpm with a pore_fluid")?;
@@ -40,7 +47,8 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
     }
     // The criterion is of the sheet's sequence, which is MUSL; with USL it overshoots at free surfaces.
     let chosen = case.methods["mpm"].get("courant").is_some();
-    if !chosen && options.stress_update == StressScheme::Musl {
+    let combined = options.step_criterion == StepCriterion::Combined;
+    if !chosen && combined && options.stress_update == StressScheme::Musl {
         options.courant = COURANT;
     }
     Ok(options)
@@ -72,7 +80,7 @@ pub fn of_liquid(case: &Case) -> Case {
     liquid.boundaries.retain(|boundary| !boundary.drained);
     liquid.boundaries.retain(|boundary| !matches!(boundary.wall, CaseWall::Absorbing { .. }));
     for boundary in &mut liquid.boundaries {
-        boundary.separation |= matches!(boundary.wall, CaseWall::Frictional { .. });
+        boundary.separation |= boundary.wall.lets_go();
         boundary.wall = CaseWall::Smooth;
     }
     let standing: BTreeSet<String> = liquid.boundaries.iter().map(|b| b.name().to_owned()).collect();

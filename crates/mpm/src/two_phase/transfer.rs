@@ -62,6 +62,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
         });
         self.pull_phases_with_cells(&mut phases.nodes);
+        self.load_phase_nodes(&mut phases.nodes, dt);
     }
 
     /// Maps the velocities of the points to the nodes, walls included: the updated ones back (step 6) or, at the `start` of

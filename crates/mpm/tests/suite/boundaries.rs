@@ -1,10 +1,10 @@
 //! Loads that follow the surface, periodic and absorbing sides, excavation (MPM sheet §2.11).
 
-use colluvium_case::{Case, FieldData, Method, Solver};
+use colluvium_case::{Budget, Case, FieldData, Method, Solver};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{advance_to, begin, changed, scalars, solve, vectors};
+use crate::common::{advance_to, begin, changed, scalars, solve, stresses, vectors, with};
 
 /// An elastic block in a box without gravity; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -73,6 +73,201 @@ fn each_load_of_a_body_grows_over_its_own_ramp() {
         (momentum[0] / 0.45 - 1.0).abs() < 0.02 && (momentum[1] / 0.3 - 1.0).abs() < 0.02,
         "{momentum:?}"
     );
+}
+
+/// What acts on the whole body in the next step: force (N) and moment about the origin (N m).
+fn resultants(case: &Case) -> [f64; 3] {
+    let mut solver = begin(case);
+    let (before, dt) = (solver.budget(), solver.time_step().dt);
+    solver.step(dt).unwrap();
+    let after = solver.budget();
+    let force = |c: usize| (after.momentum[c] - before.momentum[c]) / dt;
+    [force(0), force(1), (after.angular_momentum[2] - before.angular_momentum[2]) / dt]
+}
+
+#[test]
+fn a_load_that_varies_along_its_side_has_the_resultants_of_its_profile() {
+    let load = |kind: &str, value: Value, axis: &str, side: &str, shares: Value| {
+        json!({ "kind": kind, "body": "b",
+        "side": side, "value": value, "profile": { "axis": axis, "shares": shares } })
+    };
+    // Water of 0.2 m beside a block of 0.3 m that stands at y = 0.35 m, 2 kPa at its foot; its load goes through the
+    // lowest third. And a strip of 1 kPa between 0.4 and 0.5 m on its top, pulled along as well.
+    let water = json!([[0.35, 1], [0.55, 0]]);
+    let strip = json!([[0.4, 0], [0.4, 1], [0.5, 1], [0.5, 0]]);
+    let table = [
+        (
+            load("pressure", json!(2e3), "y", "x-max", water.clone()),
+            [-200.0, 0.0, 200.0 * (0.35 + 0.2 / 3.0)],
+        ),
+        (load("traction", json!([-2e3, 0]), "y", "x-max", water), [-200.0, 0.0, 200.0 * (0.35 + 0.2 / 3.0)]),
+        (
+            load("traction", json!([50, -1e3]), "x", "y-max", strip),
+            [5.0, -100.0, -100.0 * 0.45 - 5.0 * (0.65 - 0.0125)],
+        ),
+    ];
+    let grids = [
+        json!({ "cell_size": 0.05 }),
+        json!({ "cell_size": 0.05, "shape": "quadratic" }),
+        json!({ "cell_size": 0.05, "shape": "linear", "mesh": { "kind": "box" } }),
+    ];
+    let on_nodes = table.iter().filter(|(load, _)| load["kind"] == "traction");
+    let on_nodes = on_nodes.map(|(load, exact)| (with(load.clone(), &json!({ "carrier": "nodes" })), *exact));
+    for (load, exact) in table.iter().cloned().chain(on_nodes) {
+        for options in
+            grids.iter().filter(|options| load.get("carrier").is_none() || options["shape"] != "quadratic")
+        {
+            let found = resultants(&case(json!({ "loads": [load], "methods": { "mpm": options } })));
+            for c in 0..2 {
+                assert!((found[c] - exact[c]).abs() < 1e-9, "{options}: {found:?} for {exact:?}");
+            }
+            // The lumped mass of a node at the surface does not lie at the node, and the points of triangles next to a
+            // facet do not lie around its middle.
+            let slack = if options.get("mesh").is_some() { 0.05 } else { 0.02 };
+            assert!((found[2] / exact[2] - 1.0).abs() < slack, "{options}: {found:?} for {exact:?}");
+        }
+    }
+}
+
+#[test]
+fn a_load_on_nodes_is_exact_up_to_the_side() {
+    // The points of the last cell, which would carry it, have the stress of all others: of a bar, and of triangles.
+    let bar = |space: &str, min: Value, max: Value, value: Value, options: Value| {
+        changed(
+            json!({
+                "title": "bar", "space": space, "domain": { "min": min, "max": max }, "gravity": vec![0; min.as_array().unwrap().len()],
+                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": min, "max": max } }],
+                "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
+                "loads": [{ "kind": "traction", "body": "b", "side": "x-max", "value": value, "carrier": "nodes", "ramp": 0.1 }],
+                "stages": [{ "name": "s", "duration": 10, "damping": 0.5,
+                             "equilibrium": { "unbalanced_force": 1e-5, "kinetic_energy": 1e-8 } }],
+                "methods": { "mpm": options }
+            }),
+            &json!({}),
+        )
+    };
+    let linear = || json!({ "cell_size": 0.1, "shape": "linear" });
+    for case in [
+        bar("1d", json!([0]), json!([1]), json!([-100]), linear()),
+        bar("1d", json!([0]), json!([1]), json!([-100]), json!({ "cell_size": 0.1, "shape": "quadratic" })),
+        bar("plane-strain", json!([0, 0]), json!([1, 0.3]), json!([-100, 0]), linear()),
+        bar(
+            "plane-strain",
+            json!([0, 0]),
+            json!([1, 0.3]),
+            json!([-100, 0]),
+            with(linear(), &json!({ "mesh": { "kind": "box" } })),
+        ),
+    ] {
+        let report = solve(&case);
+        assert!(report.snapshot.time < 10.0, "at rest");
+        // Points in the middle of parts of cells do not integrate splines exactly.
+        let slack = if case.methods["mpm"]["shape"] == "quadratic" { 5e-3 } else { 1e-3 };
+        for (x, stress) in report.snapshot.positions.iter().zip(stresses(&report.snapshot)) {
+            assert!((stress[0] / -100.0 - 1.0).abs() < slack, "{} at {x:?}: {}", stress[0], case.to_json());
+        }
+    }
+}
+
+#[test]
+fn saturated_ground_under_open_water_stays_at_rest() {
+    // Grains as heavy as water, so that the skeleton bears nothing; water stands 1 m above the ground and beside it, with the
+    // pressure of that depth on skeleton and fluid together and on the fluid.
+    let load = |kind: &str, side: &str, value: Value, profile: Value| {
+        json!({ "kind": kind, "body": "b", "side": side,
+        "value": value, "profile": profile, "carrier": "nodes" })
+    };
+    let deep = json!({ "axis": "y", "shares": [[0, 2], [2, 0]] });
+    let level = json!({ "axis": "x", "shares": [[0, 1], [1, 1]] });
+    let ground = |options: Value| {
+        case(json!({
+            "domain": { "min": [0, 0], "max": [1.2, 1.2] }, "gravity": [0, -10],
+            "materials": { "m": { "model": "linear-elastic", "density": 600, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+                         "pore_fluid": { "porosity": 0.4, "permeability": 1e-3, "bulk_modulus": 1e8,
+                                         "pressure": { "kind": "hydrostatic", "surface": 2 } } }],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "y-min", "wall": { "kind": "smooth" } }],
+            "loads": [
+                load("traction", "x-max", json!([-1e4, 0]), deep.clone()), load("pore-pressure", "x-max", json!(1e4), deep.clone()),
+                load("traction", "y-max", json!([0, -1e4]), level.clone()), load("pore-pressure", "y-max", json!(1e4), level.clone())
+            ],
+            "stages": [{ "name": "s", "duration": 0.01 }],
+            "methods": { "mpm": options }
+        }))
+    };
+    for options in [
+        json!({ "cell_size": 0.2, "shape": "linear" }),
+        json!({ "cell_size": 0.2, "shape": "linear", "points_per_cell": 3, "mesh": { "kind": "box" } }),
+    ] {
+        let report = solve(&ground(options.clone()));
+        let largest = |name: &str| {
+            let speeds = vectors(&report.snapshot, name).into_iter().map(|v| v[0].hypot(v[1]));
+            speeds.fold(0.0, f64::max)
+        };
+        // Without the loads, or with one of them missing, centimetres a second.
+        let speeds = ["velocity", "liquid_velocity"].map(largest);
+        assert!(speeds.iter().all(|speed| *speed < 1e-9), "{options}: {speeds:?}");
+    }
+}
+
+#[test]
+fn loads_on_nodes_survive_a_restart_and_ask_for_a_side_on_a_grid_line() {
+    let load = json!({ "kind": "traction", "body": "b", "side": "x-max", "value": [-100, 20], "carrier": "nodes", "ramp": 0.3,
+                       "profile": { "axis": "y", "shares": [[0.35, 1], [0.65, 0.2]] } });
+    let held = json!([{ "side": "x-min", "position": 0.35, "wall": { "kind": "rough" } }]);
+    let sound = case(json!({ "loads": [load], "boundaries": held }));
+    restarts(&sound, 0.1, 0.2);
+    let refused = |options: Value, max: f64| {
+        let body = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [max, 0.65] } }]);
+        let case = case(json!({ "loads": [load], "bodies": body, "methods": { "mpm": options } }));
+        Mpm.build(&case).err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert_eq!(refused(json!({ "cell_size": 0.05 }), 0.65), "");
+    for (options, max, words) in [
+        (json!({ "cell_size": 0.05 }), 0.625, "12.500000 cells"),
+        (json!({ "cell_size": 0.05, "shape": "cubic" }), 0.65, "on the domain's sides only"),
+        (json!({ "cell_size": 0.05, "shape": "cpdi" }), 0.65, "cpdi"),
+    ] {
+        let problem = refused(options, max);
+        assert!(problem.starts_with("loads[0].carrier") && problem.contains(words), "{problem}");
+    }
+}
+
+#[test]
+fn a_pressure_that_varies_makes_a_stress_that_varies() {
+    // Between a smooth wall and a pressure from 1 kPa below to 3 kPa above, with a Poisson's ratio of zero: each fibre
+    // bears what presses on it, as in a beam that is bent.
+    let report = solve(&case(json!({
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0 } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0.2], "max": [0.4, 0.8] } }],
+        "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
+        "loads": [{ "kind": "pressure", "body": "b", "side": "x-max", "value": 1e3, "ramp": 0.05,
+                    "profile": { "axis": "y", "shares": [[0.2, 1], [0.8, 3]] } }],
+        "stages": [{ "name": "s", "duration": 1.0, "damping": 0.3 }]
+    })));
+    for (x, s) in report.snapshot.positions.iter().zip(stresses(&report.snapshot)) {
+        let exact = -1e3 * (1.0 + 2.0 * (x[1] - 0.2) / 0.6);
+        // A load is smeared over the outermost cells.
+        if x[0] < 0.3 && (0.25..0.75).contains(&x[1]) {
+            assert!((s[0] - exact).abs() < 60.0, "{} for {exact} at {x:?}", s[0]);
+        }
+    }
+}
+
+#[test]
+fn a_pore_pressure_that_varies_pushes_the_fluid_with_its_mean() {
+    // n times the force on the fluid is its momentum: Σ M̄_L a_L = n Σ f_L.
+    let text = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] },
+                        "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1e-6 } }]);
+    let load = json!({ "kind": "pore-pressure", "body": "b", "side": "x-min", "value": 1e3,
+                       "profile": { "axis": "y", "shares": [[0.35, 0], [0.65, 1]] } });
+    let mut solver = begin(&case(json!({ "bodies": text, "loads": [load] })));
+    let dt = solver.time_step().dt;
+    solver.step(dt).unwrap();
+    let momentum = solver.budget().liquid.unwrap().momentum;
+    // The liquid's share of the points has changed a little by the end of the step.
+    assert!((momentum[0] / dt / (0.4 * 150.0) - 1.0).abs() < 1e-3, "{momentum:?}");
 }
 
 #[test]
@@ -284,6 +479,43 @@ fn a_wall_that_lets_go_gives_no_energy_to_what_bounces_off() {
             assert!(report.end.momentum[1] > 0.0, "it is on its way up");
             let kept = (report.end.kinetic + report.end.elastic) / report.start.kinetic;
             assert!(kept < 1.01 && kept > 0.7, "{wall}, {scheme}: {kept}");
+        }
+    }
+}
+
+#[test]
+fn a_bilateral_wall_bears_what_hangs_on_it_without_friction() {
+    let hanging = |bilateral: bool, fluid: Value, options: Value| {
+        let mut text = json!({
+            "gravity": [0, -10],
+            "bodies": [{ "name": "b", "material": "m", "velocity": { "kind": "uniform", "value": [0.5, 0] },
+                         "shape": { "kind": "box", "min": [0.35, 0.7], "max": [0.65, 1] } }],
+            "boundaries": [{ "side": "y-max", "wall": { "kind": "frictional", "friction_coefficient": 0.5 } }],
+            "stages": [{ "name": "s", "duration": 0.1 }],
+            "methods": { "mpm": options }
+        });
+        if bilateral {
+            text["boundaries"][0]["wall"]["bilateral"] = json!(true);
+        }
+        if !fluid.is_null() {
+            text["bodies"][0]["pore_fluid"] = fluid;
+        }
+        solve(&case(text)).end
+    };
+    let fluid = || json!({ "porosity": 0.4, "intrinsic_permeability": 1e-8, "bulk_modulus": 1e6 });
+    for options in [
+        json!({ "cell_size": 0.05 }),
+        json!({ "cell_size": 0.05, "stress_update": "usl", "wall_friction": "acceleration" }),
+        json!({ "cell_size": 0.05, "stress_update": "usf", "fixed_nodes": "momentum", "wall_friction": "acceleration" }),
+        json!({ "cell_size": 0.05, "shape": "linear", "mesh": { "kind": "box" } }),
+    ] {
+        for fluid in [Value::Null, fluid()] {
+            let [held, dropped] =
+                [true, false].map(|bilateral| hanging(bilateral, fluid.clone(), options.clone()));
+            // It swings on its own spring, and in 0.1 s what falls has 1 m/s.
+            let speed = |end: &Budget| [end.momentum[0] / end.mass, end.momentum[1] / end.mass];
+            assert!(speed(&held)[1].abs() < 0.2, "{options}: {:?}", speed(&held));
+            assert!((speed(&dropped)[1] + 1.0).abs() < 0.02, "{options}: {:?}", speed(&dropped));
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Saturated bodies against closed forms (MPM sheet ), and the solver's promises with two phases.
 
-use colluvium_case::{Case, Method};
+use colluvium_case::{Case, Method, StepLimit};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, scalars, solve, stresses, vectors};
+use crate::common::{advance, begin, changed, scalars, solve, stresses, vectors, with};
 
 /// A saturated column of 1 m that fills the domain: grains 2650, porosity 0.4; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -367,6 +367,36 @@ fn the_courant_number_without_an_entry_is_that_of_the_criterion() {
     assert!((fast / last - 1.8).abs() < 1e-12);
     // Sheet §2.10, first row.
     assert!((fast / (0.9 * 5.095711e-5) - 1.0).abs() < 2e-7, "{fast}");
+}
+
+#[test]
+fn the_simple_criterion_takes_the_step_of_the_undrained_wave_or_of_the_drag() {
+    let plan = |permeability: f64, more: Value| {
+        let options =
+            json!({ "cell_size": 0.1, "points_per_cell": 1, "shape": "linear", "step_criterion": "simple" });
+        let fluid = json!({ "porosity": 0.4, "intrinsic_permeability": permeability });
+        let body = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
+                            "pore_fluid": fluid }]);
+        let case = case(json!({ "bodies": body, "methods": { "mpm": with(options, &more) } }));
+        Mpm.plan(&case).unwrap()
+    };
+    // Sheet §2.10, first two rows; k of 10⁻³ and 10⁻⁵ m/s. Inertia β slows waves by its root and drag by itself.
+    let (wave, drag) = (6.0790e-5, 5.0765e-6);
+    for (k, more, exact, limit) in [
+        (1e-3, json!({}), 0.5 * wave, StepLimit::ElasticWave),
+        (1e-3, json!({ "courant": 0.8, "mass_scaling": 4 }), 1.6 * wave, StepLimit::ElasticWave),
+        (1e-5, json!({}), drag, StepLimit::SeepageDrag),
+        (1e-5, json!({ "courant": 0.8, "mass_scaling": 4 }), 4.0 * drag, StepLimit::SeepageDrag),
+    ] {
+        let plan = plan(k * 1e-3 / 9.81e3, more);
+        assert!((plan.time_step.dt / exact - 1.0).abs() < 1e-4, "{} for {exact}", plan.time_step.dt);
+        assert_eq!(plan.time_step.limit, limit);
+        assert!(plan.warnings.iter().any(|warning| warning.starts_with("methods.mpm.step_criterion")));
+    }
+    let options = json!({ "mpm": { "cell_size": 0.1, "step_criterion": "simple" } });
+    let dry = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] } }]);
+    let problem = Mpm.plan(&case(json!({ "bodies": dry, "methods": options }))).unwrap_err().to_string();
+    assert!(problem.starts_with("methods.mpm.step_criterion: simple"), "{problem}");
 }
 
 #[test]

@@ -276,6 +276,10 @@ fn what_cannot_be_honoured_is_refused_by_name() {
         ),
         (wall(json!({ "separation": true })), "boundaries[0].separation"),
         (
+            wall(json!({ "wall": { "kind": "frictional", "friction_coefficient": 1, "bilateral": true } })),
+            "boundaries[0].wall.bilateral",
+        ),
+        (
             json!({ "boundaries": [{ "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }],
                     "methods": { "sph": { "spacing": 0.05, "wall_stress": "interpolated" } } }),
             "boundaries[0].wall",

@@ -1,0 +1,197 @@
+//! Loads that nodes carry, as in finite elements (MPM sheet §2.11): on sides along grid lines, or facets of a mesh, that do
+//! not move.
+//!
+//! A node has `∫ N_i t dS` over the side as it is at the start. Nodes without material have no load.
+
+use std::collections::BTreeMap;
+
+use colluvium_case::description::LoadCarrier;
+use colluvium_case::{Case, CaseError};
+use colluvium_grid::{Basis, Lanes, Layout, Node, Stencil};
+
+use crate::absorbing::for_each_across;
+use crate::config::ShapeFunctions;
+use crate::points::{Ground, PointDomain, PointSet};
+use crate::solver::MpmSolver;
+use crate::transfer::lanes;
+use crate::two_phase::{LIQUID, SOLID};
+use crate::walls::node_on;
+use crate::{MpmOptions, loads, mesh};
+
+/// A load on nodes.
+#[derive(Debug)]
+pub struct NodalLoad {
+    /// Index into `Case::loads`.
+    number: usize,
+    /// Body it is on: without it there is no load.
+    body: u32,
+    field: usize,
+    /// Porosity at the start, of a load on the pore fluid alone.
+    porosity: Option<f64>,
+    nodes: Vec<Loaded>,
+}
+
+#[derive(Debug)]
+struct Loaded {
+    place: usize,
+    /// At full load (N).
+    force: Lanes,
+    /// Whether it is a node that comes once more, in a periodic grid.
+    repeated: bool,
+}
+
+/// The loads of a case that nodes carry.
+pub fn nodal_loads<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    case: &Case,
+    options: &MpmOptions,
+    ground: &Ground<'_, D>,
+    layout: &Layout<D>,
+    sets: &[PointSet<D, P>],
+) -> Result<Vec<NodalLoad>, CaseError> {
+    let of_nodes = |number: &usize| case.loads[*number].carrier() == LoadCarrier::Nodes;
+    let mut found = Vec::new();
+    for number in (0..case.loads.len()).filter(of_nodes) {
+        if matches!(options.shape, ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2) {
+            let problem =
+                "nodes is not available with cpdi and cpdi2, whose domains reach over the side: use points";
+            return Err(CaseError::new(format!("loads[{number}].carrier"), problem));
+        }
+        let set = &sets[loads::loaded(case, number, sets)?];
+        let areas = if P::MESHED {
+            mesh::loaded_nodes(case, number, ground.mesh, set)?
+        } else {
+            on_grid::<D, S, B, P>(case, number, ground, layout, set)?
+        };
+        let per_area = lanes(&loads::per_area::<D>(&case.loads[number]), 0.0);
+        let nodes = areas.into_iter().map(|(place, area)| {
+            let row = layout.strides()[0];
+            let repeated = layout.is_repeated(&layout.index(place / row, place % row));
+            Loaded { place, force: per_area * area, repeated }
+        });
+        let fluid = set.pore.as_ref().and_then(|pore| pore.fluid);
+        found.push(NodalLoad {
+            number,
+            body: set.body,
+            field: set.field,
+            porosity: fluid.filter(|_| case.loads[number].is_of_fluid()).map(|fluid| fluid.porosity),
+            nodes: nodes.collect(),
+        });
+    }
+    Ok(found)
+}
+
+/// Numbers of the nodes on a loaded side along a grid line, and their areas.
+fn on_grid<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    case: &Case,
+    number: usize,
+    Ground { grid, .. }: &Ground<'_, D>,
+    layout: &Layout<D>,
+    set: &PointSet<D, P>,
+) -> Result<BTreeMap<usize, f64>, CaseError> {
+    let load = &case.loads[number];
+    let refuse = |problem: String| Err(CaseError::new(format!("loads[{number}].carrier"), problem));
+    let (axis, sign) = (load.side().axis(), if load.side().is_max() { 1.0 } else { -1.0 });
+    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
+    let line = (sign * (outermost + 0.5 * set.extent[axis]) - grid.origin[axis]) / grid.cell;
+    if (line - line.round()).abs() > 1e-6 {
+        return refuse(format!(
+            "the side lies {line:.6} cells from the domain's side: nodes carry loads on grid lines"
+        ));
+    }
+    let line = line.round() as usize;
+    if (1..grid.cells[axis]).contains(&line) && !B::WALLS_INSIDE {
+        return refuse(format!(
+            "with {} shape functions nodes carry loads on the domain's sides only",
+            B::NAME
+        ));
+    }
+    let on_side = node_on::<S, B>(line, grid.cells[axis]);
+    let mut areas = BTreeMap::new();
+    for (x, area) in set.position.iter().zip(loads::areas(case, load, set)).filter(|(_, area)| *area != 0.0) {
+        let stencil = Stencil::<D, S>::new::<B>(grid, x, &set.extent);
+        for_each_across::<D, S>(&stencil, axis, |mut index, weight| {
+            index[axis] = on_side;
+            for index in layout.images(index) {
+                let place: usize = (0..D).map(|axis| index[axis] * layout.strides()[axis]).sum();
+                *areas.entry(place).or_insert(0.0) += area * weight;
+            }
+        });
+    }
+    Ok(areas)
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Share of a load at `time` (s).
+    fn share_of(&self, load: &NodalLoad, time: f64) -> f64 {
+        let stands = self.sets.iter().any(|set| set.body == load.body);
+        if stands { loads::factor(&self.case, load.number, &self.load_starts, time) } else { 0.0 }
+    }
+
+    /// Adds the loads at the end of a step of `dt` to the forces on the nodes of one phase.
+    pub(crate) fn load_nodes(&mut self, dt: f64) {
+        for load in &self.nodal {
+            let share = self.share_of(load, self.time + dt);
+            let nodes = &mut self.nodes[load.field * self.layout.len()..];
+            for at in &load.nodes {
+                push(&mut nodes[at.place], at, share);
+            }
+        }
+    }
+
+    /// The same with the nodes of both phases.
+    pub(crate) fn load_phase_nodes(&self, nodes: &mut [[Node; 2]], dt: f64) {
+        for load in &self.nodal {
+            let share = self.share_of(load, self.time + dt);
+            let phase = if load.porosity.is_some() { LIQUID } else { SOLID };
+            for at in &load.nodes {
+                push(&mut nodes[at.place][phase], at, share);
+            }
+        }
+    }
+
+    /// Sum of the squares of the loads on the whole and of those on the fluid, its share of the volume only (N²).
+    pub(crate) fn nodal_squares(&self) -> [f64; 2] {
+        let mut squares = [0.0; 2];
+        for load in &self.nodal {
+            let share = load.porosity.unwrap_or(1.0) * self.share_of(load, self.time);
+            let own = load.nodes.iter().filter(|at| !at.repeated).map(|at| dot(at.force, at.force));
+            squares[usize::from(load.porosity.is_some())] += share * share * own.sum::<f64>();
+        }
+        squares
+    }
+
+    /// Work (J) of the loads in a step of `dt` on the solved nodes of one phase.
+    pub(crate) fn work_on_nodes(&self, dt: f64) -> f64 {
+        let len = self.layout.len();
+        self.work_with(dt, |load, place| self.nodes[load.field * len + place].motion)
+    }
+
+    /// The same with both phases; of loads on the fluid, what they do beyond that on the mixture.
+    pub(crate) fn work_on_phase_nodes(&self, nodes: &[[Node; 2]], dt: f64) -> f64 {
+        self.work_with(dt, |load, place| {
+            let [solid, liquid] = [SOLID, LIQUID].map(|phase| nodes[place][phase].motion);
+            load.porosity.map_or(solid, |n| (liquid - solid) * n)
+        })
+    }
+
+    fn work_with(&self, dt: f64, velocity: impl Fn(&NodalLoad, usize) -> Lanes) -> f64 {
+        let of_load = |load: &NodalLoad| {
+            let own = load.nodes.iter().filter(|at| !at.repeated);
+            let power: f64 = own.map(|at| dot(at.force, velocity(load, at.place))).sum();
+            self.share_of(load, self.time + dt) * power
+        };
+        dt * self.nodal.iter().map(of_load).sum::<f64>()
+    }
+}
+
+/// Adds a share of a load to the force on a node that holds material.
+fn push(node: &mut Node, at: &Loaded, share: f64) {
+    if node.motion.as_array()[3] > 0.0 {
+        node.force += at.force * share;
+    }
+}
+
+/// Scalar product of the first three lanes, of which the fourth of `force` is zero.
+fn dot(force: Lanes, other: Lanes) -> f64 {
+    force.as_array().iter().zip(other.as_array()).map(|(a, b)| a * b).sum()
+}
