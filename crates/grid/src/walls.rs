@@ -104,13 +104,17 @@ impl Walls {
         self.sets_off = sets_off;
     }
 
-    /// Lets the walls of a node act; see [`Wall::constrain`].
+    /// Lets the walls of a node act: `start` is its velocity before the step, `end` the one after the momentum solve. With
+    /// `keep_start` the start velocity is left as it was (momentum variant of fixed nodes), else a held component has no
+    /// acceleration (force variant, MPM sheet §3.3).
     pub fn constrain(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
         self.constrain_skeleton(index, start, end, keep_start, &[0.0; 3]);
     }
 
     /// The same for the skeleton of a saturated soil: friction goes by the effective stress. `lift` (m/s) is the change
     /// of velocity that what the wall bears of the pore pressure would give the skeleton.
+    ///
+    /// In an edge no wall comes first, unless they move: friction goes by the motion that all of them leave along the wall.
     pub fn constrain_skeleton(
         &self,
         index: &[usize; 3],
@@ -119,10 +123,24 @@ impl Walls {
         keep_start: bool,
         lift: &[f64; 3],
     ) {
-        self.of_node(index).for_each(|wall| {
-            let keep_start = keep_start || (self.sets_off && wall.velocity != [0.0; 3]);
-            wall.constrain(start, end, keep_start, lift);
-        });
+        let walls = |held: bool| self.of_node(index).filter(move |wall| wall.holds() == held);
+        let keep = |wall: &Wall| keep_start || (self.sets_off && wall.velocity != [0.0; 3]);
+        walls(true).for_each(|wall| wall.hold(start, end, keep(wall)));
+        let mut pushes = [None; 3];
+        walls(false).for_each(|wall| pushes[wall.axis] = wall.stop(start, end, keep(wall), lift));
+        if pushes == [None; 3] {
+            return;
+        }
+        for wall in walls(false) {
+            if let Some(push) = pushes[wall.axis] {
+                wall.rub(start, end, push);
+            }
+        }
+        // Walls that move along may have rubbed it into others.
+        for wall in walls(false).filter(|wall| pushes[wall.axis].is_some()) {
+            end[wall.axis] = wall.velocity[wall.axis];
+        }
+        walls(true).for_each(|wall| wall.hold(start, end, keep(wall)));
     }
 
     /// Which components of the velocity of a node its walls hold now that it has ended with `end`.
@@ -135,7 +153,9 @@ impl Walls {
 
     /// Lets the walls of a node act on its re-mapped velocity; see [`Wall::constrain_again`].
     pub fn constrain_again(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
-        self.of_node(index).for_each(|wall| wall.constrain_again(solved, velocity));
+        let walls = |held: bool| self.of_node(index).filter(move |wall| wall.holds() == held);
+        walls(false).for_each(|wall| wall.constrain_again(solved, velocity));
+        walls(true).for_each(|wall| wall.hold(&mut [0.0; 3], velocity, true));
     }
 
     /// One for each component of velocity that no wall of a node holds whatever happens, else zero.
@@ -186,73 +206,75 @@ impl Wall {
         std::array::from_fn(|c| stuck || (stopped && c == self.axis))
     }
 
-    /// Constrains a node: `start` is its velocity before the step, `end` the one after the momentum
-    /// solve. With `keep_start` the start velocity is left as it was (momentum variant of fixed
-    /// nodes), else a held component has no acceleration (force variant, MPM sheet §3.3). What friction goes by is the
-    /// push into the wall less `lift`, which a fluid in the pores bears; zero without.
+    /// Gives a node the velocity of the wall in the components that it holds.
     #[inline]
-    pub fn constrain(&self, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool, lift: &[f64; 3]) {
-        if self.holds() {
-            for component in self.held_components() {
-                end[component] = self.velocity[component];
-                if !keep_start {
-                    start[component] = self.velocity[component];
-                }
-            }
-            return;
-        }
-        if !self.separation || self.approach(end) > 0.0 {
-            let dry: [f64; 3] = std::array::from_fn(|c| end[c] + lift[c]);
-            if let WallKind::Plane { resting, sliding } = self.kind {
-                self.rub(start, end, self.approach(&dry), [resting, sliding], keep_start);
-            } else {
-                self.stop(end, self.approach(&dry).max(0.0));
+    fn hold(&self, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
+        for component in self.held_components() {
+            end[component] = self.velocity[component];
+            if !keep_start {
+                start[component] = self.velocity[component];
             }
         }
     }
 
-    /// Friction by the acceleration into the wall, before the wall takes it away.
-    fn rub(
+    /// Stops a node that runs into the wall; the change of velocity into the wall (m/s) that friction goes by, less `lift`,
+    /// which a fluid in the pores bears. `None` where the node moves off.
+    #[inline]
+    fn stop(
         &self,
         start: &mut [f64; 3],
         end: &mut [f64; 3],
-        approach: f64,
-        [resting, sliding]: [f64; 2],
         keep_start: bool,
-    ) {
-        // Change of velocity into the wall in the step: a_n dt of the sheet. A node that only runs
-        // into the wall, without being pushed, has none, and then no friction (step 1).
-        let pushed = (approach - self.approach(start)).max(0.0);
-        let along = |v: &[f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|c| if c == self.axis { 0.0 } else { v[c] - self.velocity[c] })
-        };
-        let length = |v: [f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let (before, after) = (length(along(start)), along(end));
-        let speed = length(after);
-        // Steps 2 and 3: from rest `after` is a_t dt, sliding it is v_t + a_t dt, and in both the bound
-        // on the friction is along it. At rest is what round-off cannot tell from it.
-        let at_rest = before <= 1e-14 * speed;
-        let bound = if at_rest { resting } else { sliding } * pushed;
-        let keep = if speed <= bound { 0.0 } else { 1.0 - bound / speed };
-        for c in 0..3 {
-            end[c] = self.velocity[c] + keep * after[c];
+        lift: &[f64; 3],
+    ) -> Option<f64> {
+        if self.separation && self.approach(end) <= 0.0 {
+            return None;
         }
+        let dry: [f64; 3] = std::array::from_fn(|c| end[c] + lift[c]);
+        end[self.axis] = self.velocity[self.axis];
+        let WallKind::Plane { .. } = self.kind else { return Some(self.approach(&dry).max(0.0)) };
+        // a_n dt of the sheet. A node that only runs into the wall, without being pushed, has none, and then no friction
+        // (step 1).
+        let pushed = (self.approach(&dry) - self.approach(start)).max(0.0);
         // Step 4. The force variant does not see the momentum that points carry into the wall.
         if !keep_start {
             start[self.axis] = self.velocity[self.axis];
+        }
+        Some(pushed)
+    }
+
+    /// Friction on a stopped node, by the `push` into the wall (m/s).
+    #[inline]
+    fn rub(&self, start: &[f64; 3], end: &mut [f64; 3], push: f64) {
+        let along = |v: &[f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|c| if c == self.axis { 0.0 } else { v[c] - self.velocity[c] })
+        };
+        let length = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let slip = along(end);
+        let speed = length(&slip);
+        let coefficient = match self.kind {
+            WallKind::Smooth => return,
+            WallKind::Rough => {
+                *end = self.velocity;
+                return;
+            }
+            WallKind::Frictional { coefficient } => coefficient,
+            // Steps 2 and 3: from rest `slip` is a_t dt, sliding it is v_t + a_t dt, and in both the bound on the friction
+            // is along it. At rest is what round-off cannot tell from it.
+            WallKind::Plane { resting, .. } if length(&along(start)) <= 1e-14 * speed => resting,
+            WallKind::Plane { sliding, .. } => sliding,
+        };
+        let bound = coefficient * push;
+        let keep = if speed <= bound { 0.0 } else { 1.0 - bound / speed };
+        for c in 0..3 {
+            end[c] = self.velocity[c] + keep * slip[c];
         }
     }
 
     /// Constrains the re-mapped velocity of MUSL: no penetration; what the wall stopped in the momentum solve (`solved`)
     /// does not lift off, or the force of the wall would do work; and what stuck sticks.
     #[inline]
-    pub fn constrain_again(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
-        if self.holds() {
-            for component in self.held_components() {
-                velocity[component] = self.velocity[component];
-            }
-            return;
-        }
+    fn constrain_again(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
         let held = self.holding(solved);
         if !self.separation || held[self.axis] || self.approach(velocity) > 0.0 {
             velocity[self.axis] = self.velocity[self.axis];
@@ -265,22 +287,6 @@ impl Wall {
     fn held_components(&self) -> std::ops::Range<usize> {
         if self.kind == WallKind::Rough { 0..3 } else { self.axis..self.axis + 1 }
     }
-
-    fn stop(&self, end: &mut [f64; 3], impulse: f64) {
-        end[self.axis] = self.velocity[self.axis];
-        let keep = match self.kind {
-            WallKind::Rough => 0.0,
-            WallKind::Smooth => return,
-            WallKind::Plane { .. } => unreachable!("rubs, and is not stopped"),
-            WallKind::Frictional { coefficient } => {
-                let slip: f64 = (0..3).map(|c| (end[c] - self.velocity[c]).powi(2)).sum::<f64>().sqrt();
-                if slip > 0.0 { (1.0 - coefficient * impulse / slip).max(0.0) } else { 0.0 }
-            }
-        };
-        for component in 0..3 {
-            end[component] = self.velocity[component] + keep * (end[component] - self.velocity[component]);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -291,15 +297,81 @@ mod tests {
         Wall { axis: 1, upper: false, node: 0, kind, separation, velocity: [0.0; 3] }
     }
 
+    /// The walls of a node with this one only.
+    fn alone(wall: Wall) -> Walls {
+        Walls::new(&[1; 3], vec![wall])
+    }
+
+    fn act(wall: Wall, start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool, lift: &[f64; 3]) {
+        alone(wall).constrain_skeleton(&[0; 3], start, end, keep_start, lift);
+    }
+
+    /// Every kind of wall on each axis, and a node that runs into some of them.
+    #[test]
+    fn no_axis_comes_first_in_an_edge() {
+        let kinds = [
+            None,
+            Some((WallKind::Rough, true)),
+            Some((WallKind::Smooth, false)),
+            Some((WallKind::Smooth, true)),
+            Some((WallKind::Frictional { coefficient: 0.3 }, true)),
+            Some((WallKind::Frictional { coefficient: 0.7 }, false)),
+            Some((WallKind::Plane { resting: 0.6, sliding: 0.4 }, true)),
+        ];
+        let turned = |v: [f64; 3]| [v[2], v[0], v[1]];
+        let (start, end) = ([0.4, -0.1, 0.2], [1.3, -0.8, -0.5]);
+        for code in 0..kinds.len().pow(3) {
+            let wall = |axis: usize, place: usize| {
+                let (kind, separation) = kinds[code / kinds.len().pow(axis as u32) % kinds.len()]?;
+                Some(Wall { axis: place, ..floor(kind, separation) })
+            };
+            let here = Walls::new(&[1; 3], (0..3).filter_map(|axis| wall(axis, axis)).collect());
+            let there = Walls::new(&[1; 3], (0..3).filter_map(|axis| wall(axis, (axis + 1) % 3)).collect());
+            for keep_start in [false, true] {
+                let (mut from, mut to) = (start, end);
+                here.constrain(&[0; 3], &mut from, &mut to, keep_start);
+                let (mut from_turned, mut to_turned) = (turned(start), turned(end));
+                there.constrain(&[0; 3], &mut from_turned, &mut to_turned, keep_start);
+                let distance =
+                    |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max);
+                assert!(distance(turned(from), from_turned) < 1e-15, "{here:?}: {from:?}, {from_turned:?}");
+                assert!(distance(turned(to), to_turned) < 1e-15, "{here:?}: {to:?}, {to_turned:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_smooth_side_holds_does_not_slip_on_the_floor() {
+        for [side, floor, along] in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            let wall = |axis, kind, separation| Wall {
+                axis,
+                upper: false,
+                node: 0,
+                kind,
+                separation,
+                velocity: [0.0; 3],
+            };
+            let smooth = wall(side, WallKind::Smooth, false);
+            let walls = Walls::new(
+                &[1; 3],
+                vec![smooth, wall(floor, WallKind::Frictional { coefficient: 0.5 }, true)],
+            );
+            let mut end = [0.0; 3];
+            (end[side], end[floor], end[along]) = (9.0, -1.0, 0.4);
+            walls.constrain(&[0; 3], &mut [0.0; 3], &mut end, false);
+            assert_eq!(end, [0.0; 3], "0.4 is less than 0.5 × 1: it sticks, whatever pushes it to the side");
+        }
+    }
+
     #[test]
     fn friction_takes_the_coulomb_share_of_the_normal_impulse() {
         let wall = floor(WallKind::Frictional { coefficient: 0.5 }, true);
         let (mut start, mut end) = ([3.0, 0.0, 4.0], [3.0, -2.0, 4.0]);
-        wall.constrain(&mut start, &mut end, true, &[0.0; 3]);
+        act(wall, &mut start, &mut end, true, &[0.0; 3]);
         // |v_t| = 5 is reduced by 0.5 × 2.
         assert!((end[0] - 3.0 * 0.8).abs() < 1e-15 && end[1] == 0.0 && (end[2] - 4.0 * 0.8).abs() < 1e-15);
         let mut end = [0.3, -2.0, 0.4];
-        wall.constrain(&mut start, &mut end, true, &[0.0; 3]);
+        act(wall, &mut start, &mut end, true, &[0.0; 3]);
         assert_eq!(end, [0.0; 3], "slower than the friction allows: it sticks");
     }
 
@@ -318,7 +390,7 @@ mod tests {
             for (approach, keep_start) in [(0.0, false), (0.7, true)] {
                 let mut start = [before[0], -approach, before[1]];
                 let mut end = [after[0], -approach - 2.0, after[1]];
-                wall.constrain(&mut start, &mut end, keep_start, &[0.0; 3]);
+                act(wall, &mut start, &mut end, keep_start, &[0.0; 3]);
                 let close = |a: f64, b: f64| (a - b).abs() < 1e-15;
                 assert!(close(end[0], expected[0]) && end[1] == 0.0 && close(end[2], expected[1]), "{end:?}");
                 assert_eq!(start[1], -approach, "left, or without acceleration");
@@ -326,7 +398,7 @@ mod tests {
         }
         // It runs into the wall without being pushed: stopped, without friction.
         let mut end = [3.0, -0.5, 0.0];
-        wall.constrain(&mut [3.0, -0.7, 0.0], &mut end, true, &[0.0; 3]);
+        act(wall, &mut [3.0, -0.7, 0.0], &mut end, true, &[0.0; 3]);
         assert_eq!(end, [3.0, 0.0, 0.0]);
     }
 
@@ -337,15 +409,15 @@ mod tests {
             (WallKind::Plane { resting: 0.5, sliding: 0.25 }, 0.25 * (2.0 - 1.5)),
         ] {
             let mut end = [3.0, -2.0, 0.0];
-            floor(kind, true).constrain(&mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 1.5, 0.0]);
+            act(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 1.5, 0.0]);
             assert!((end[0] - (3.0 - friction)).abs() < 1e-15 && end[1] == 0.0, "{kind:?}: {end:?}");
             // It bears all: the wall stops without friction. From above it pushes the other way.
             let mut end = [3.0, -2.0, 0.0];
-            floor(kind, true).constrain(&mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 2.5, 0.0]);
+            act(floor(kind, true), &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, 2.5, 0.0]);
             assert_eq!(end, [3.0, 0.0, 0.0], "{kind:?}");
             let mut end = [3.0, 2.0, 0.0];
             let ceiling = Wall { upper: true, ..floor(kind, true) };
-            ceiling.constrain(&mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, -1.5, 0.0]);
+            act(ceiling, &mut [3.0, 0.0, 0.0], &mut end, false, &[0.0, -1.5, 0.0]);
             assert!((end[0] - (3.0 - friction)).abs() < 1e-15 && end[1] == 0.0, "{kind:?}: {end:?}");
         }
     }
@@ -364,7 +436,7 @@ mod tests {
         let plane = WallKind::Plane { resting: 1.0, sliding: 0.5 };
         for kind in [WallKind::Rough, WallKind::Smooth, WallKind::Frictional { coefficient: 1.0 }, plane] {
             let mut end = [1.0, 0.5, 0.0];
-            floor(kind, true).constrain(&mut [0.0; 3], &mut end, true, &[0.0; 3]);
+            act(floor(kind, true), &mut [0.0; 3], &mut end, true, &[0.0; 3]);
             assert_eq!(end, [1.0, 0.5, 0.0]);
         }
     }
@@ -375,26 +447,26 @@ mod tests {
         for kind in [WallKind::Frictional { coefficient: 0.5 }, plane] {
             let wall = floor(kind, false);
             let (mut start, mut end) = ([3.0, 0.1, 4.0], [3.0, 2.0, 4.0]);
-            wall.constrain(&mut start, &mut end, true, &[0.0; 3]);
+            act(wall, &mut start, &mut end, true, &[0.0; 3]);
             assert_eq!((start, end), ([3.0, 0.1, 4.0], [3.0, 0.0, 4.0]), "pulled: {kind:?}");
-            wall.constrain(&mut [3.0, 0.0, 4.0], &mut end, false, &[0.0, 1.0, 0.0]);
+            act(wall, &mut [3.0, 0.0, 4.0], &mut end, false, &[0.0, 1.0, 0.0]);
             assert_eq!(end, [3.0, 0.0, 4.0], "the fluid pushes it off: {kind:?}");
             // Pushed by 2 m/s in the step: as every wall with friction.
             let (mut start, mut pushed) = ([3.0, 0.0, 4.0], [3.0, -2.0, 4.0]);
-            wall.constrain(&mut start, &mut pushed, true, &[0.0; 3]);
+            act(wall, &mut start, &mut pushed, true, &[0.0; 3]);
             assert!((pushed[0] - 2.4).abs() < 1e-15 && pushed[1] == 0.0 && (pushed[2] - 3.2).abs() < 1e-15);
             assert_eq!(wall.free_components(), [1.0, 0.0, 1.0]);
             assert_eq!(floor(kind, true).free_components(), [1.0; 3]);
             // Re-mapped, and (solved with NaN) before the solve.
             for solved in [[3.0, 0.0, 4.0], [f64::NAN; 3]] {
                 let mut velocity = [1.0, 0.2, 0.0];
-                wall.constrain_again(&solved, &mut velocity);
+                alone(wall).constrain_again(&[0; 3], &solved, &mut velocity);
                 assert_eq!(velocity, [1.0, 0.0, 0.0], "{kind:?}");
             }
         }
         // The acceleration form goes by the acceleration into the wall, though the node still moves off.
         let (mut start, mut end) = ([3.0, 2.0, 4.0], [3.0, 0.5, 4.0]);
-        floor(plane, false).constrain(&mut start, &mut end, false, &[0.0; 3]);
+        act(floor(plane, false), &mut start, &mut end, false, &[0.0; 3]);
         assert!((end[0] - 3.0 * 0.85).abs() < 1e-15 && end[1] == 0.0 && start[1] == 0.0, "{end:?}");
     }
 
@@ -419,7 +491,7 @@ mod tests {
             ([1.0, 0.3, 0.0], [1.1, -0.2, 0.0], [1.1, 0.0, 0.0]), // may not come back
         ] {
             let mut velocity = remapped;
-            wall.constrain_again(&solved, &mut velocity);
+            alone(wall).constrain_again(&[0; 3], &solved, &mut velocity);
             assert_eq!(velocity, expected);
         }
     }
@@ -427,9 +499,9 @@ mod tests {
     #[test]
     fn the_force_variant_leaves_no_acceleration_on_a_held_node() {
         let (mut start, mut end) = ([1.0, -0.1, 0.0], [2.0, -0.7, 0.0]);
-        floor(WallKind::Smooth, false).constrain(&mut start, &mut end, false, &[0.0; 3]);
+        act(floor(WallKind::Smooth, false), &mut start, &mut end, false, &[0.0; 3]);
         assert_eq!((start, end), ([1.0, 0.0, 0.0], [2.0, 0.0, 0.0]));
-        floor(WallKind::Rough, false).constrain(&mut start, &mut end, false, &[0.0; 3]);
+        act(floor(WallKind::Rough, false), &mut start, &mut end, false, &[0.0; 3]);
         assert_eq!((start, end), ([0.0; 3], [0.0; 3]));
     }
 
