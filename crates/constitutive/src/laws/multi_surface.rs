@@ -108,7 +108,19 @@ fn solve(
             stress[c] -= multipliers[i] * steps[i][c];
         }
     }
+    // Where three planes meet there is no room for round-off: a corner without stress has none.
+    if n == 3
+        && let Some(corner) = corner(&active)
+    {
+        stress = corner;
+    }
     Some((stress, multipliers))
+}
+
+/// Where three planes meet (Pa); `None` where that is no point.
+fn corner(active: &[Plane; 3]) -> Option<[f64; 3]> {
+    let inverse = inverse(active.map(|plane| plane.normal), 3)?;
+    Some(inverse.map(|row| dot(row, active.map(|plane| plane.offset))))
 }
 
 /// Stress of the return of `trial` to the planes of `set`; the trial itself where the system is singular.

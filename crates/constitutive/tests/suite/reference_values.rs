@@ -8,8 +8,8 @@ use colluvium_constitutive::laws::{
     VonMisesSpec, drucker_prager::Cone, multi_surface,
 };
 use colluvium_constitutive::{
-    Corotational, FirstOrderSpin, Hencky, InitialCondition, Mat3, Motion, Point, PrincipalReturn,
-    SmallStrain, StressUpdate, SymTensor,
+    Corotational, FirstOrderSpin, Hencky, InitialCondition, Mat3, MaterialSpec, Motion, Point,
+    PrincipalReturn, SmallStrain, StressUpdate, SymTensor,
 };
 
 /// Set R1 in kPa.
@@ -346,6 +346,26 @@ fn tangent_blocks_of_the_mohr_coulomb_returns() {
                 assert!((found - exact).abs() < 6e-4, "{trial:?}: {found} for {exact}");
             }
         }
+    }
+}
+
+#[test]
+fn what_bears_no_tension_has_no_stress_at_all_once_it_is_pulled_apart() {
+    let elastic = r#""density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2, "tensile_strength": 0"#;
+    for model in
+        [r#""model": "tension-cut""#, r#""model": "mohr-coulomb", "friction_angle": 30, "cohesion": 1e3"#]
+    {
+        let spec: MaterialSpec = serde_json::from_str(&format!("{{ {model}, {elastic} }}")).unwrap();
+        let material = spec.build().unwrap();
+        let start = InitialCondition { stress: SymTensor::ZERO, density: 2000.0 };
+        let (mut stress, mut states) = material.initial(&[start]).unwrap();
+        for step in 0..50 {
+            let turn = 1e-4 * f64::from(step % 7);
+            let gradient = Mat3([[6e-4, 3e-4 + turn, 1e-4], [-2e-4, 4e-4, turn], [0.0, 1e-4, 3e-4]]);
+            let motion = Motion::from_velocity_gradient(&gradient, 1.0, 2000.0, 1.0).unwrap();
+            material.update(&[motion], &mut stress, &mut states.blocks_mut()[0]).unwrap();
+        }
+        assert_eq!(stress[0], SymTensor::ZERO, "{model}");
     }
 }
 
