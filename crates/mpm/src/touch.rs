@@ -206,6 +206,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
             });
             self.layout.fold(nodes, |sum, node| *sum += *node);
+            // A face that lies on a wall is none that another body can touch: as if the body went on behind it.
+            let length = strides[0];
+            for (place, node) in nodes.iter_mut().enumerate().filter(|(_, node)| **node != Lanes::ZERO) {
+                let index = self.layout.index(place / length, place % length);
+                let bare = |axis: usize| if self.walls.at(axis, &index).is_some() { 0.0 } else { 1.0 };
+                let keep = std::array::from_fn(|c| if c < D { bare(c) } else { 1.0 });
+                *node *= Lanes::new(keep);
+            }
         }
     }
 

@@ -383,3 +383,33 @@ fn contacts_that_make_no_sense_are_refused_by_path() {
         assert!(error.starts_with(path), "{contacts}: {error}");
     }
 }
+
+#[test]
+fn layers_between_walls_are_pressed_together_without_shear() {
+    // The sides of both bodies lie on the walls, where the interface is level as everywhere else.
+    for test in ["gap", "approach"] {
+        for (axis, side) in [(0, "x"), (1, "y")] {
+            let turned = |v: [f64; 2]| if axis == 0 { v } else { [v[1], v[0]] };
+            let layer = |name: &str, low: f64, high: f64| {
+                let shape = json!({ "kind": "box", "min": turned([0.0, low]), "max": turned([1.0, high]) });
+                json!({ "name": name, "material": "m", "shape": shape })
+            };
+            let wall = |side: String| json!({ "side": side, "wall": { "kind": "smooth" } });
+            let other = if side == "x" { "y" } else { "x" };
+            let report = solve(&case(json!({
+                "domain": { "min": [0, 0], "max": turned([1.0, 2.0]) }, "gravity": turned([0.0, -9.81]),
+                "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+                "bodies": [layer("low", 0.0, 0.8125), layer("high", 0.8125, 1.5)],
+                "boundaries": [wall(format!("{side}-min")), wall(format!("{side}-max")), wall(format!("{other}-min"))],
+                "stages": [{ "name": "press", "duration": 0.1 }],
+                "methods": { "mpm": { "cell_size": 0.125, "contacts": [
+                    { "bodies": ["low", "high"], "friction_coefficient": 0, "test": test }
+                ] } }
+            })));
+            let FieldData::Tensor(stress) = &report.snapshot.field("stress").unwrap().data else { panic!() };
+            let most = |c: usize| stress.iter().map(|s| s[c].abs()).fold(0.0, f64::max);
+            assert!(most(1 - axis) > 1e4, "they are pressed");
+            assert!(most(3) < 1e-6 * most(1 - axis), "{test}, walls along {other}: shear {}", most(3));
+        }
+    }
+}
