@@ -45,9 +45,9 @@ pub struct MpmOptions {
     /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1. Without an entry it is 0.9 in
     /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag (with
     /// `step_criterion` `combined`). With
-    /// `stress_update` `usl` steps are never longer than what is stable at free surfaces: in d dimensions the root of
-    /// 1 / (d times the points per cell and axis) with GIMP, of 1/d with quadratic splines.
-    #[serde(default = "half")]
+    /// `stress_update` `usl` steps are never longer than what is stable at free surfaces: in d dimensions 0.95 times
+    /// the root of 1 / (d times the points per cell and axis) with GIMP and CPDI, of 1/d with quadratic splines.
+    #[serde(default = "courant")]
     pub courant: f64,
     /// Fixed time step (s), which must be below the critical one, and stops the run when it is not any more; chosen by the
     /// solver when absent. Before an output steps are shorter, so that they end at its time.
@@ -83,7 +83,8 @@ pub struct MpmOptions {
     #[serde(default)]
     pub mass: Mass,
     /// With `mass` `consistent`: share of the lumped mass in the matrix, 0 to 1 (0 excluded), without which few points
-    /// leave it singular. From `3^-d` on, in `d` dimensions, the step is safe however the points lie.
+    /// leave it singular. From `3^-d` on, in `d` dimensions, the step is safe however the points lie; `ugimp` and `cpgimp` need
+    /// that.
     #[serde(default = "thousandth")]
     pub lumped_share: f64,
     /// What the domains of `cpgimp` points follow.
@@ -498,11 +499,11 @@ impl MpmOptions {
     /// The largest Courant number in `dimension` axes at which steps with stress last are stable at free surfaces
     /// (docs/theory/mpm.md, limits). A node that only the end of a domain of half width `l` reaches forgets its velocity
     /// from step to step, and strains that point by `-C² h/l` times the strain that makes the force; at corners, and in
-    /// fluids, as much for each axis. Beyond -2 that grows. 1 with linear functions, which `node_mass_cutoff` keeps stable,
+    /// fluids, as much for each axis. Beyond -2 that grows, and some of it before: a twentieth is kept back. 1 with linear functions, which `node_mass_cutoff` keeps stable,
     /// and with functions whose gradient falls faster than the root of their weight.
     pub(crate) fn surface_courant(&self, dimension: usize) -> f64 {
         match (self.stress_update, self.half_width()) {
-            (StressScheme::Usl, Some(half)) => (2.0 * half / dimension as f64).sqrt().min(1.0),
+            (StressScheme::Usl, Some(half)) => (0.95 * (2.0 * half / dimension as f64).sqrt()).min(1.0),
             _ => 1.0,
         }
     }
@@ -511,7 +512,9 @@ impl MpmOptions {
     /// root of their weights.
     fn half_width(&self) -> Option<f64> {
         match self.shape {
-            ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp => Some(0.5 / self.points_per_cell as f64),
+            ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp | ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2 => {
+                Some(0.5 / self.points_per_cell as f64)
+            }
             ShapeFunctions::Quadratic => Some(0.5),
             _ => None,
         }
@@ -566,8 +569,11 @@ fn thousandth() -> f64 {
 fn xpic_order() -> usize {
     2
 }
-fn half() -> f64 {
-    0.5
+/// The Courant number of cases that say none.
+pub(crate) const COURANT: f64 = 0.5;
+
+fn courant() -> f64 {
+    COURANT
 }
 fn two() -> usize {
     2

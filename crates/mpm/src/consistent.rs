@@ -13,7 +13,7 @@ use colluvium_case::description::{Boundary, Wall};
 use colluvium_case::{Case, CaseError, SolverError};
 use colluvium_grid::{Basis, Lanes, Layout, Node, Support};
 
-use crate::config::Mass;
+use crate::config::{Mass, ShapeFunctions};
 use crate::contact::three;
 use crate::momentum::{sign, slowed};
 use crate::points::{PointDomain, ground};
@@ -66,6 +66,15 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
             "methods.mpm.points_per_cell",
             "at least 2 are needed: fewer leave the matrix singular",
         );
+    }
+    // The far node of a domain that reaches over a face by δ gets a mass of δ⁴ and a force of δ.
+    let least = 3f64.powi(-(case.dimension() as i32));
+    let gimp = matches!(options.shape, ShapeFunctions::Ugimp | ShapeFunctions::Cpgimp);
+    if gimp && options.lumped_share < 0.9 * least {
+        let problem = format!(
+            "gimp needs {least:.3} or more, or light nodes are flung out; or use shape linear or quadratic"
+        );
+        return refuse("methods.mpm.lumped_share", &problem);
     }
     if !options.contacts.is_empty() {
         return refuse("methods.mpm.contacts", "contacts are not available");

@@ -151,8 +151,10 @@ fn what_dual_gradients_and_a_consistent_mass_cannot_honour_is_refused_by_path() 
     let pressure = json!([{ "kind": "pressure", "body": "b", "side": "y-max", "value": 10 }]);
     let fluid = json!([{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0.3], "max": [0.6, 0.7] },
                          "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1e-10, "bulk_modulus": 1e7 } }]);
-    let (dual, heavy) =
-        (json!({ "shape": "dual-domain" }), json!({ "mass": "consistent", "stress_update": "usl" }));
+    let (dual, heavy) = (
+        json!({ "shape": "dual-domain" }),
+        json!({ "mass": "consistent", "stress_update": "usl", "lumped_share": 0.2 }),
+    );
     let table = [
         (&dual, "loads", pressure, "loads[0].kind"),
         (&dual, "bodies", fluid.clone(), "bodies[0].pore_fluid"),
@@ -200,6 +202,11 @@ fn what_the_shapes_cannot_honour_is_refused_by_name() {
         ),
         ("lumped_share", json!({ "lumped_share": 0.5 })),
         ("lumped_share", json!({ "mass": "consistent", "lumped_share": 0 })),
+        ("lumped_share", json!({ "mass": "consistent", "stress_update": "usl" })),
+        (
+            "lumped_share",
+            json!({ "mass": "consistent", "stress_update": "usl", "shape": "cpgimp", "lumped_share": 0.05 }),
+        ),
         ("full_cell", json!({ "shape": "linear", "full_cell": 0.5 })),
         ("full_cell", json!({ "shape": "linear", "integration": "mixed", "full_cell": 1.5 })),
         ("transfer", json!({ "shape": "cpdi", "transfer": "apic" })),
