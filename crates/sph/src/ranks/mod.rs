@@ -38,6 +38,8 @@ fn passes(options: &SphOptions) -> usize {
         options.confining.is_some(),
         options.regularisation != Regularisation::None,
         options.density_reset != DensityReset::None,
+        // The surface that shifting asks for goes by the walls, and these by the soil around them.
+        options.shifting > 0.0 && options.wall_stress != WallStress::Pairwise,
     ];
     // Walls that interpolate stand between a particle and the soil they ask, with the accelerations and again with the
     // gradients; shifting asks whether neighbours lie at a surface.

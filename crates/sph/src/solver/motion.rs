@@ -264,6 +264,8 @@ impl<const D: usize> SphSolver<D> {
         }
         self.particles.load_images(&self.images);
         self.particles.move_images(&self.images);
+        // What the step before left there belongs to other lists, or to none after a restart.
+        self.weigh_walls();
         let (mut surface, mut shifts) = (std::mem::take(&mut self.surface), std::mem::take(&mut self.shifts));
         let (len, dt) = (self.particles.len, self.last_step);
         let (pairs, neighbours) = (self.pairs(), &self.neighbours);

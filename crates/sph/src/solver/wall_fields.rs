@@ -31,7 +31,7 @@ impl<const D: usize> SphSolver<D> {
         let p = &mut self.particles;
         p.stress[first..].copy_from_slice(&stress);
         self.tensors = stress;
-        self.weigh_walls(first);
+        self.weigh_walls();
         self.move_walls();
     }
 
@@ -76,8 +76,12 @@ impl<const D: usize> SphSolver<D> {
         if face.contact == Contact::FreeSlip { sheared(&stress, face.axis, -1.0) } else { stress }
     }
 
-    /// Densities, masses and speeds of sound of the walls: the soil's. Without soil around it a wall weighs nothing.
-    fn weigh_walls(&mut self, first: usize) {
+    /// Densities, masses and speeds of sound of walls that do not answer pairwise: the soil's. Without soil around it a wall weighs nothing.
+    pub(crate) fn weigh_walls(&mut self) {
+        if self.is_pairwise() {
+            return;
+        }
+        let first = self.particles.len + self.images.len();
         let volume = self.options.spacing.powi(D as i32);
         for wall in first..self.particles.position.len() {
             let (mut density, mut sound) = (0.0, 0.0);

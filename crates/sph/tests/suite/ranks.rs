@@ -71,6 +71,7 @@ fn v26_any_number_of_ranks_gives_the_same_bits() {
                 "damping": 0.01, "sound_speed": "youngs-modulus" }),
         json!({ "smoothing_length": "density", "symmetrisation": "grad-h", "xsph": 0.3 }),
         json!({ "smoothing_length": "rate", "symmetrisation": "harmonic", "shifting": 0.5, "wall_guard": 0.01 }),
+        json!({ "shifting": 0.5, "wall_stress": "interpolated" }),
         json!({ "rough_wall": "mirror", "velocity_gradient": "corrected", "hourglass_viscosity": 0.5 }),
         json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } }),
         json!({ "smooth_wall": "particles", "wall_velocity": "linear", "stress_diffusion": 0.1 }),

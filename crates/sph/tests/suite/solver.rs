@@ -62,6 +62,8 @@ fn variants() -> Vec<Value> {
         json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } }),
         json!({ "momentum": "corrected", "rough_wall": "mirror", "hourglass_viscosity": 0.1 }),
         json!({ "integration": "velocity-verlet", "regularisation": "mls", "shifting": 0.5 }),
+        json!({ "shifting": 0.5, "wall_stress": "interpolated" }),
+        json!({ "shifting": 0.5, "wall_stress": "extrapolated" }),
     ]
 }
 
