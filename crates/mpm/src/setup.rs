@@ -3,14 +3,14 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, LoadCarrier, Space, Wall as CaseWall};
+use colluvium_case::description::{Body, Boundary, LoadCarrier, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver, StepLimit, spatial};
 use colluvium_constitutive::{InitialCondition, Material, SymTensor};
 use colluvium_grid::{Basis, Grid, Layout, Node, Walls};
 use colluvium_points::Sample;
 
 use crate::absorbing::{Absorbing, Impedance};
-use crate::config::{COURANT, Integration, ShapeFunctions, StepCriterion};
+use crate::config::{COURANT, Integration, ShapeFunctions, StepCriterion, WallFriction};
 use crate::consistent::ConsistentMass;
 use crate::driven::{self, Driven};
 use crate::dual::DualNodes;
@@ -231,6 +231,10 @@ fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
         ));
     }
     warnings.extend(open_sides(case, options));
+    let rubs = |boundary: &Boundary| matches!(boundary.wall, CaseWall::Frictional { .. });
+    if options.wall_friction != WallFriction::default() && !case.boundaries.iter().any(rubs) {
+        warnings.push("methods.mpm.wall_friction: has no effect, no wall is frictional".to_owned());
+    }
     for (number, stage) in case.stages.iter().enumerate() {
         if options.mass_scaling > 1.0 && stage.equilibrium.is_none() {
             warnings.push(format!(

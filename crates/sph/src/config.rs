@@ -382,6 +382,12 @@ impl SphOptions {
             ("stress_diffusion_k0", self.stress_diffusion_k0 != half(), diffuses, "stress_diffusion"),
             ("wall_k0", self.wall_k0 != half(), extrapolates, "wall_stress extrapolated"),
             (
+                "symmetrisation",
+                !matches!(self.symmetrisation, Symmetrisation::Arithmetic | Symmetrisation::GradH),
+                self.is_variable(),
+                "a smoothing_length that varies",
+            ),
+            (
                 "smoothing_growth",
                 self.smoothing_growth != growth(),
                 self.is_variable(),

@@ -208,14 +208,19 @@ fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
             "methods.sph.continuity: densities from {low} to {high} kg/m³: volume is the form for such jumps"
         ));
     }
-    let of_particles = case.boundaries.iter().any(|boundary| !mirrors(&boundary.wall, options));
-    for (name, is_set) in [
-        ("wall_stress", options.wall_stress != WallStress::default()),
-        ("wall_velocity", options.wall_velocity != WallVelocity::default()),
-        ("wall_guard", options.wall_guard != 0.0),
+    let any = |of: &dyn Fn(&Wall) -> bool| case.boundaries.iter().any(|boundary| of(&boundary.wall));
+    let of_particles = any(&|wall| !mirrors(wall, options));
+    let (rough, smooth) = (any(&|wall| *wall == Wall::Rough), any(&|wall| *wall == Wall::Smooth));
+    let opposes = rough && options.rough_wall != RoughWall::Mirror;
+    for (name, is_set, has_effect, none) in [
+        ("wall_stress", options.wall_stress != WallStress::default(), of_particles, "is made of particles"),
+        ("wall_guard", options.wall_guard != 0.0, of_particles, "is made of particles"),
+        ("wall_velocity", options.wall_velocity != WallVelocity::default(), opposes, "of particles is rough"),
+        ("rough_wall", options.rough_wall != RoughWall::default(), rough, "is rough"),
+        ("smooth_wall", options.smooth_wall != SmoothWall::default(), smooth, "is smooth"),
     ] {
-        if is_set && !of_particles {
-            warnings.push(format!("methods.sph.{name}: has no effect, no wall is made of particles"));
+        if is_set && !has_effect {
+            warnings.push(format!("methods.sph.{name}: has no effect, no wall {none}"));
         }
     }
     warnings

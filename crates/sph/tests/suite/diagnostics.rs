@@ -130,6 +130,8 @@ fn options_without_effect_are_named() {
         ("stress_diffusion_k0", json!(0.4)),
         ("wall_k0", json!(0.4)),
         ("smoothing_growth", json!(1.2)),
+        ("symmetrisation", json!("harmonic")),
+        ("smooth_wall", json!("particles")),
     ] {
         let told = warnings(&json!({ name: value }));
         assert!(told.contains(&format!("methods.sph.{name}: has no effect")), "{told}");
