@@ -383,7 +383,8 @@ mod tests {
             "materials": { "m": { "model": "linear-elastic", "density": 7, "youngs_modulus": 1, "poissons_ratio": 0 } },
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.5, 0.45], "radius": 0.3 } }],
             "stages": [{ "name": "s", "duration": 1 }],
-            "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": "usl", "mass": "consistent" } }
+            "methods": { "mpm": { "cell_size": 0.1, "shape": shape, "stress_update": "usl", "mass": "consistent",
+                                  "lumped_share": 0.2 } }
         });
         let case = Case::from_json(&text.to_string()).unwrap();
         let options = setup::options(&case).unwrap();
