@@ -86,18 +86,6 @@ impl Soil {
         }
     }
 
-    /// The width that carries the load (m), and why. A rough footing takes along half a spacing of the soil beside it.
-    fn width(&self, spacing: f64) -> (f64, &'static str) {
-        if self.slips {
-            (
-                WIDTH,
-                "V-39: ± 10 %, over the width itself: the sheet's effective width is that of a footing that soil sticks to",
-            )
-        } else {
-            (WIDTH + spacing, "V-39: ± 10 % over the effective width, one spacing wider than the footing")
-        }
-    }
-
     fn case(&self, spacing: f64) -> Result<Case, String> {
         let mut case = case("sph/footing")?;
         case.domain.max[0] = self.reach;
@@ -181,22 +169,23 @@ fn settle(outcome: &mut Outcome, soil: &Soil, spacing: f64) -> Result<Vec<(f64, 
         name => format!("{name}, spacing {spacing} m: {what}"),
     };
     let report = run_by("sph", &soil.case(spacing)?)?;
-    let (width, reason) = soil.width(spacing);
+    // Over the effective width, which the sheet asks for.
+    let width = WIDTH + spacing;
     let curve: Vec<(f64, f64)> =
         report.frames.iter().map(|frame| (SPEED * frame.time / WIDTH, pressure(frame, width))).collect();
     let last = &curve[curve.len() * 4 / 5..];
     let plateau = last.iter().map(|(_, q)| q).sum::<f64>() / last.len() as f64;
+    let reason = "V-39: ± 10 % over the effective width, one spacing wider than the footing";
     outcome.near(label("plateau over cohesion"), soil.capacity(), 0.1, plateau, reason);
     let rise = last[last.len() - 1].1 / last[0].1 - 1.0;
     let unjudged = "not judged: how flat the plateau is";
     outcome.show(label("rise over the last fifth"), "0", rise, unjudged);
     if soil.slips {
-        let (effective, unjudged) =
-            (WIDTH + spacing, "not judged: the sheet's effective width, that of a rough footing");
+        let unjudged = "not judged: a smooth footing takes along nothing of the soil beside it";
         outcome.show(
-            label("plateau over cohesion, over the effective width"),
+            label("plateau over cohesion, over the width of the footing"),
             "5.14",
-            plateau * width / effective,
+            plateau * width / WIDTH,
             unjudged,
         );
     }
