@@ -151,7 +151,8 @@ impl Walls {
         })
     }
 
-    /// Lets the walls of a node act on its re-mapped velocity; see [`Wall::constrain_again`].
+    /// Lets the walls of a node act on its re-mapped velocity (MUSL): no penetration; what they stopped in the momentum
+    /// solve (`solved`) does not lift off, and what stuck sticks.
     pub fn constrain_again(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
         let walls = |held: bool| self.of_node(index).filter(move |wall| wall.holds() == held);
         walls(false).for_each(|wall| wall.constrain_again(solved, velocity));
