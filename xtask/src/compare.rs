@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 
 use clap::Args;
+use colluvium::case::output::heading;
 use colluvium::case::plot::{LineChart, Picture, PointCloud, Series, Style};
 use colluvium::case::{Case, Method, RunOptions, RunReport};
 
@@ -153,7 +154,7 @@ fn charts(runs: &[(&str, &RunReport)]) -> Vec<LineChart> {
     let chart = |(name, unit): &(String, String)| LineChart {
         title: name.replace('_', " "),
         x_label: "time (s)".into(),
-        y_label: if unit.is_empty() { name.clone() } else { format!("{name} ({unit})") },
+        y_label: heading(name, unit),
         log: false,
         series: runs
             .iter()

@@ -1,6 +1,8 @@
 //! Reading JSON with errors that say where: a text is checked against the JSON Schema of the type it
 //! is read into, and everything wrong is reported with its path.
 
+use std::path::Path;
+
 use schemars::JsonSchema;
 use serde::de::{DeserializeOwned, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
@@ -42,6 +44,15 @@ fn join(path: &str, key: &str) -> String {
         (false, false) if key.starts_with('[') => format!("{path}{key}"),
         (false, false) => format!("{path}.{key}"),
     }
+}
+
+/// The text of a file that a user names.
+///
+/// # Errors
+/// When it cannot be read; the path is that of the file.
+pub fn text(file: &Path) -> Result<String, CaseErrors> {
+    let unreadable = |error| CaseError::new(file.display().to_string(), format!("cannot be read: {error}"));
+    Ok(std::fs::read_to_string(file).map_err(unreadable)?)
 }
 
 /// JSON text to a value.

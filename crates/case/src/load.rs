@@ -33,9 +33,7 @@ impl Case {
     /// # Errors
     /// When the file cannot be read, or as [`Case::from_json`].
     pub fn load(path: &Path) -> Result<Self, CaseErrors> {
-        let text = std::fs::read_to_string(path).map_err(|error| {
-            CaseError::new(path.display().to_string(), format!("cannot be read: {error}"))
-        })?;
+        let text = json::text(path)?;
         let value = json::parse(&text).map_err(CaseErrors::one)?;
         Self::from_value(&value, path.parent().unwrap_or(Path::new("")))
     }

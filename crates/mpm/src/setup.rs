@@ -157,16 +157,13 @@ fn open_sides(case: &Case, options: &MpmOptions) -> Vec<String> {
     if !spline || options.stress_update != StressScheme::Usl || options.courant <= OPEN_SIDE {
         return Vec::new();
     }
-    let goes =
-        |name: &str| case.stages.iter().any(|stage| stage.remove_boundaries.iter().any(|gone| gone == name));
+    let last = case.active_boundaries(case.stages.len());
     let held = |axis: usize, upper: bool| {
-        case.boundaries.iter().any(|boundary| {
-            let here = boundary.side.axis() == axis
+        last.iter().any(|(_, boundary)| {
+            boundary.side.axis() == axis
                 && boundary.side.is_max() == upper
-                && boundary.position.is_none();
-            let lasts = !matches!(boundary.wall, CaseWall::Absorbing { .. })
-                && !goes(boundary.name.as_deref().unwrap_or(boundary.side.name()));
-            here && lasts
+                && boundary.position.is_none()
+                && !matches!(boundary.wall, CaseWall::Absorbing { .. })
         })
     };
     let mut found = Vec::new();

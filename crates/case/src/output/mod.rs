@@ -9,4 +9,4 @@ pub(crate) use files::make_atomically;
 pub use files::{OutputError, write_atomically};
 pub use frame::{Collection, read_frame, write_frame};
 pub use grid_frame::{GridFrame, grid_nodes, write_grid};
-pub use table::{Table, TableFile};
+pub use table::{Table, TableFile, heading};

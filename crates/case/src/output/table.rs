@@ -73,13 +73,14 @@ impl Table {
     }
 }
 
+/// A name with its unit, if it has one: `front (m)`.
+pub fn heading(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") }
+}
+
 fn head(about: &str, columns: &[(String, String)]) -> String {
     let about: String = about.lines().map(|line| format!("# {line}\n")).collect();
-    let name = |(name, unit): &(String, String)| match unit.as_str() {
-        "" => name.clone(),
-        unit => format!("{name} ({unit})"),
-    };
-    let names: Vec<String> = columns.iter().map(name).collect();
+    let names: Vec<String> = columns.iter().map(|(name, unit)| heading(name, unit)).collect();
     format!("{about}{}\n", names.join(","))
 }
 

@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         (false, Some(_)) => {
             return Err(Failure::Usage("--material goes with a folder; a test file has its own".into()));
         }
-        (false, None) => (colluvium::element_test(&read(file)?)?, None),
+        (false, None) => (colluvium::element_test(&json::text(file)?)?, None),
     };
     let stem = || PathBuf::from(file.canonicalize().unwrap_or_default().file_stem().unwrap_or_default());
     let out = arguments.out.clone().unwrap_or_else(stem);
@@ -70,12 +70,12 @@ fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<Inc
         CaseErrors(errors.0.into_iter().map(|e| CaseError::new(beside(&e.path), e.problem)).collect())
     };
     let parameters = folder.join(incremental::PARAMETERS);
-    let parameters = if parameters.exists() { Some(read(&parameters)?) } else { None };
+    let parameters = if parameters.exists() { Some(json::text(&parameters)?) } else { None };
     let input = incremental::Input {
         parameters: parameters.as_deref(),
-        initial: &read(&folder.join(incremental::INITIAL))?,
-        test: &read(&folder.join(incremental::TEST))?,
-        material: json::read::<MaterialSpec>(&read(material)?).map_err(in_material)?,
+        initial: &json::text(&folder.join(incremental::INITIAL))?,
+        test: &json::text(&folder.join(incremental::TEST))?,
+        material: json::read::<MaterialSpec>(&json::text(material)?).map_err(in_material)?,
         stress_unit: match unit {
             Some("kPa") => 1e3,
             Some("MPa") => 1e6,
@@ -98,13 +98,6 @@ fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<Inc
         eprintln!("warning: {file}: the law of --material does not use the {count} {what}");
     }
     Ok(test)
-}
-
-fn read(file: &Path) -> Result<String, CaseErrors> {
-    let unreadable = |error| {
-        CaseErrors::one(CaseError::new(file.display().to_string(), format!("cannot be read: {error}")))
-    };
-    std::fs::read_to_string(file).map_err(unreadable)
 }
 
 /// The table and the pictures, in place of those of an earlier test.

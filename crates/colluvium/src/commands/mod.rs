@@ -14,10 +14,11 @@ pub mod schema;
 pub mod sweep;
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use clap::Args;
 use colluvium::case::output::OutputError;
 use colluvium::case::{Case, CaseError, CaseErrors, Method, RunError};
 use colluvium::sweep::SweepError;
@@ -122,8 +123,27 @@ fn choose(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method, Failu
         .ok_or_else(|| Failure::Usage(format!("{name:?} is not a method; there are: {}", known.join(", "))))
 }
 
-/// `folder/case.json` with `mpm` gives `case-mpm`.
-fn default_out(case: &Path, method: &str) -> std::path::PathBuf {
-    let stem = case.file_stem().unwrap_or_default().to_string_lossy();
-    format!("{stem}-{method}").into()
+/// Where the results go, and what is done with those that lie there.
+#[derive(Args)]
+pub struct ResultFiles {
+    /// Folder for the results; `<file>-<method>` by default.
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Continue what was interrupted; what is complete stays.
+    #[arg(long)]
+    resume: bool,
+    /// Replace earlier results.
+    #[arg(long, conflicts_with = "resume")]
+    overwrite: bool,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+impl ResultFiles {
+    /// The folder for what `method` makes of a file: `folder/case.json` with `mpm` gives `case-mpm`.
+    fn folder(&self, file: &Path, method: &str) -> PathBuf {
+        let stem = || file.file_stem().unwrap_or_default().to_string_lossy();
+        self.out.clone().unwrap_or_else(|| format!("{}-{method}", stem()).into())
+    }
 }

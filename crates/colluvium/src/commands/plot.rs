@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use colluvium::case::output::{Collection, Table, read_frame};
+use colluvium::case::output::{Collection, Table, heading, read_frame};
 use colluvium::case::plot::{LineChart, Picture, PointCloud, Series, Style};
 
 use super::Failure;
@@ -36,11 +36,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         if points.iter().all(|(_, value)| !value.is_finite()) {
             continue;
         }
-        let label = if unit.is_empty() { name.clone() } else { format!("{name} ({unit})") };
         let chart = LineChart {
             title: String::new(),
             x_label: "time (s)".to_owned(),
-            y_label: label.replace('_', " "),
+            y_label: heading(name, unit).replace('_', " "),
             log: false,
             series: vec![Series::new("", points, Style::Line)],
         };

@@ -7,7 +7,7 @@ use clap::Args;
 use colluvium::case::run::Ending;
 use colluvium::case::{Case, RunOptions, RunReport};
 
-use super::{Failure, choose, default_out, stop_on_interrupt};
+use super::{Failure, ResultFiles, choose, stop_on_interrupt};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -16,33 +16,24 @@ pub struct Arguments {
     /// The method; needed when the case has options for several.
     #[arg(long)]
     method: Option<String>,
-    /// Folder for the results; `<case>-<method>` by default.
-    #[arg(long)]
-    out: Option<PathBuf>,
     /// Number of threads; all cores by default. Results do not depend on it.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Continue an interrupted run from its checkpoint.
-    #[arg(long)]
-    resume: bool,
-    /// Replace the results of an earlier run.
-    #[arg(long, conflicts_with = "resume")]
-    overwrite: bool,
-    /// Print nothing but errors.
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    files: ResultFiles,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let files = &arguments.files;
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
-    let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.case, method.name()));
+    let out = files.folder(&arguments.case, method.name());
     let options = RunOptions {
         method: method.name().to_owned(),
         out: Some(out.clone()),
-        resume: arguments.resume,
-        overwrite: arguments.overwrite,
-        progress: !arguments.quiet && std::io::stderr().is_terminal(),
+        resume: files.resume,
+        overwrite: files.overwrite,
+        progress: !files.quiet && std::io::stderr().is_terminal(),
         keep_frames: false,
         stop: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
@@ -52,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .num_threads(threads)
         .build()
         .map_err(|error| Failure::Other(format!("threads: {error}")))?;
-    if !arguments.quiet {
+    if !files.quiet {
         for warning in method.plan(&case)?.all_warnings(&case) {
             eprintln!("warning: {warning}");
         }
@@ -61,7 +52,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if report.ending == Ending::Interrupted {
         return Err(Failure::Interrupted);
     }
-    if !arguments.quiet {
+    if !files.quiet {
         for remark in &report.remarks {
             eprintln!("warning: {remark}");
         }

@@ -8,15 +8,12 @@ use colluvium::case::Plan;
 use colluvium::case::run::column_names;
 use colluvium::sweep::{Member, Results, RunState, Sweep, SweepOptions, run as run_all};
 
-use super::{Failure, choose, default_out, duration, print, stop_on_interrupt, threads};
+use super::{Failure, ResultFiles, choose, duration, print, stop_on_interrupt, threads};
 
 #[derive(Args)]
 pub struct Arguments {
     /// The file of the sweep.
     file: PathBuf,
-    /// Folder for the results; `<file>-<method>` by default.
-    #[arg(long)]
-    out: Option<PathBuf>,
     /// Runs at a time; by default as many as there are cores for their threads.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -26,18 +23,12 @@ pub struct Arguments {
     /// Say what would be run, and run nothing.
     #[arg(long)]
     check: bool,
-    /// Go on with an interrupted sweep; complete runs stay as they are.
-    #[arg(long)]
-    resume: bool,
-    /// Replace the results of an earlier sweep.
-    #[arg(long, conflicts_with = "resume")]
-    overwrite: bool,
-    /// Print nothing but errors.
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    files: ResultFiles,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let files = &arguments.files;
     let (sweep, members) = Sweep::load(&arguments.file)?;
     let Some(first) = members.first() else { return Ok(()) };
     let method = choose(&first.case, sweep.method.as_deref())?;
@@ -48,23 +39,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let names = column_names(&first.case, &*method.build(&first.case)?);
     sweep.check_columns(&names)?;
-    if !arguments.quiet {
+    if !files.quiet {
         say_what(&sweep, &members, &plans, jobs * usize::from(arguments.threads))?;
     }
     if arguments.check {
         return Ok(());
     }
     let options = SweepOptions {
-        out: arguments.out.clone().unwrap_or_else(|| default_out(&arguments.file, method.name())),
+        out: files.folder(&arguments.file, method.name()),
         jobs,
         threads: arguments.threads.into(),
-        resume: arguments.resume,
-        overwrite: arguments.overwrite,
+        resume: files.resume,
+        overwrite: files.overwrite,
         stop: stop_on_interrupt(),
         commit: colluvium::COMMIT.map(str::to_owned),
     };
     let tell = |number: usize, state: &RunState| {
-        let (run, quiet) = (sweep.describe(number, &members[number].values), arguments.quiet);
+        let (run, quiet) = (sweep.describe(number, &members[number].values), files.quiet);
         let state = match state {
             RunState::Failed(why) => return eprintln!("error: {run}: {}", why.replace('\n', "; ")),
             _ if quiet => return,
@@ -76,7 +67,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let _ = print(format_args!("{run}: {state}"));
     };
     let results = run_all(&sweep, &members, method, &options, &tell)?;
-    finish(&results, &options, arguments.quiet)
+    finish(&results, &options, files.quiet)
 }
 
 /// What would be run.

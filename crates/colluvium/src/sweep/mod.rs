@@ -109,10 +109,10 @@ impl Sweep {
     /// When a file cannot be read, and everything that is wrong in the sweep or in the cases it makes, each with its
     /// JSON path.
     pub fn load(path: &Path) -> Result<(Self, Vec<Member>), CaseErrors> {
-        let sweep: Self = json::read(&read(path)?)?;
+        let sweep: Self = json::read(&json::text(path)?)?;
         sweep.check()?;
         let file = path.parent().unwrap_or(Path::new("")).join(&sweep.case);
-        let members = sweep.members(&read(&file)?, file.parent().unwrap_or(Path::new("")))?;
+        let members = sweep.members(&json::text(&file)?, file.parent().unwrap_or(Path::new("")))?;
         Ok((sweep, members))
     }
 
@@ -268,13 +268,6 @@ fn word(value: &Value) -> String {
 
 fn is_positive(value: &Value) -> bool {
     value.as_f64().is_some_and(|value| value > 0.0)
-}
-
-fn read(path: &Path) -> Result<String, CaseErrors> {
-    let unreadable = |error| {
-        CaseErrors::one(CaseError::new(path.display().to_string(), format!("cannot be read: {error}")))
-    };
-    std::fs::read_to_string(path).map_err(unreadable)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use super::{Member, Results, Row, Sweep, table};
 use crate::case::description::Measure;
 use crate::case::output::{OutputError, write_atomically};
 use crate::case::run::Ending;
-use crate::case::{Case, Method, RunError, RunOptions, run_method};
+use crate::case::{Case, Method, RunOptions, run_method};
 
 /// Name of the copy of the sweep in its folder.
 const SWEEP: &str = "sweep.json";
@@ -205,7 +205,6 @@ fn one(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> 
     match run_method(method, case, &run) {
         Ok(report) if report.ending == Ending::Interrupted => RunState::Interrupted,
         Ok(_) => RunState::Completed,
-        Err(RunError::Case(errors)) => RunState::Failed(errors.to_string()),
         Err(error) => RunState::Failed(error.to_string()),
     }
 }

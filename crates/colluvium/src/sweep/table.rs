@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::{Sweep, order, word};
-use crate::case::output::{OutputError, Table, write_atomically};
+use crate::case::output::{OutputError, Table, heading, write_atomically};
 use crate::case::plot::{LineChart, Picture, Series, Style};
 
 /// Name of the table, and of those of convergence.
@@ -77,25 +77,19 @@ impl Results<'_> {
                 columns.push((name, unit));
             }
         }
-        let head = |(name, unit): &(&str, &str)| match *unit {
-            "" => (*name).to_owned(),
-            unit => format!("{name} ({unit})"),
-        };
         let mut lines = vec![["run", "status"].map(str::to_owned).to_vec()];
         lines[0].extend(self.sweep.parameters.keys().cloned());
         lines[0].extend((!self.sweep.targets.is_empty()).then(|| "misfit".to_owned()));
-        lines[0].extend(columns.iter().map(head));
+        lines[0].extend(columns.iter().map(|(name, unit)| heading(name, unit)));
         lines[0].extend(["wall_time (s)", "reason"].map(str::to_owned));
         for (number, row) in self.rows.iter().enumerate() {
-            let number_or_none =
-                |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
             let mut line = vec![(number + 1).to_string(), row.status.clone()];
             line.extend(row.values.iter().map(word));
             if let Some(misfit) = self.misfit(row) {
-                line.push(number_or_none((!row.status.is_empty()).then_some(misfit)));
+                line.push(cell((!row.status.is_empty()).then_some(misfit)));
             }
-            line.extend(columns.iter().map(|(name, _)| number_or_none(row.measure(name))));
-            line.push(number_or_none((!row.status.is_empty()).then_some(row.wall)));
+            line.extend(columns.iter().map(|(name, _)| cell(row.measure(name))));
+            line.push(cell((!row.status.is_empty()).then_some(row.wall)));
             line.push(row.reason.clone().unwrap_or_default());
             lines.push(line);
         }
@@ -119,11 +113,9 @@ impl Results<'_> {
                 for (k, (size, value)) in runs.iter().enumerate() {
                     let three = |of: fn(&(f64, f64)) -> f64| [k - 2, k - 1, k].map(|k| of(&runs[k]));
                     let found = (k >= 2).then(|| order(three(|run| run.0), three(|run| run.1)));
-                    let number =
-                        |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:e}"));
-                    let text = [measure.clone(), others.clone(), number(Some(*size)), number(Some(*value))];
+                    let text = [measure.clone(), others.clone(), cell(Some(*size)), cell(Some(*value))];
                     let estimates = [found.map(|o| o.order), found.map(|o| o.limit), found.map(|o| o.index)];
-                    lines.push([text.to_vec(), estimates.map(number).to_vec()].concat());
+                    lines.push([text.to_vec(), estimates.map(cell).to_vec()].concat());
                     if let (Some(found), true) = (found, k + 1 == runs.len()) {
                         let with = if others.is_empty() { String::new() } else { format!(" ({others})") };
                         said.push(match found.order.is_nan() {
@@ -182,10 +174,7 @@ impl Results<'_> {
                 let mut chart = LineChart {
                     title: self.sweep.title.clone(),
                     x_label: name.clone(),
-                    y_label: match unit {
-                        Some((_, unit, _)) if !unit.is_empty() => format!("{measure} ({unit})"),
-                        _ => measure.clone(),
-                    },
+                    y_label: heading(measure, unit.map_or("", |(_, unit, _)| unit)),
                     ..LineChart::default()
                 };
                 if let Some(target) = self.sweep.targets.get(measure) {
@@ -203,6 +192,11 @@ impl Results<'_> {
         }
         Ok(())
     }
+}
+
+/// A number as it stands in a table; nothing where there is none.
+fn cell(value: Option<f64>) -> String {
+    value.map_or(String::new(), |value| format!("{value:e}"))
 }
 
 fn write_lines(path: &Path, lines: &[Vec<String>]) -> Result<(), OutputError> {

@@ -1,5 +1,12 @@
 //! What the tests share.
 
+use colluvium_constitutive::laws::Elasticity;
+
+/// Set R1 of the constitutive sheet, in kPa.
+pub fn r1() -> Elasticity {
+    Elasticity::new(20_000.0, 0.3).unwrap()
+}
+
 /// `found` is within `tolerance` of `exact`.
 pub fn near(found: f64, exact: f64, tolerance: f64) {
     assert!((found - exact).abs() <= tolerance, "{found} for {exact}");

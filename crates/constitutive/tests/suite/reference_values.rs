@@ -1,21 +1,16 @@
 //! Reference values of constitutive sheet §1–3 (kPa where the sheet says so), computed there with
 //! independent scripts.
 
-use crate::common::close;
+use crate::common::{close, r1};
 use colluvium_constitutive::laws::mohr_coulomb::{Pyramid, Region};
 use colluvium_constitutive::laws::{
-    DruckerPragerSpec, Elasticity, ExactIn, Matching, MohrCoulombSpec, Softening, StrainMeasure,
-    VonMisesSpec, drucker_prager::Cone, multi_surface,
+    DruckerPragerSpec, ExactIn, Matching, MohrCoulombSpec, Softening, StrainMeasure, VonMisesSpec,
+    drucker_prager::Cone, multi_surface,
 };
 use colluvium_constitutive::{
     Corotational, FirstOrderSpin, Hencky, InitialCondition, Mat3, MaterialSpec, Motion, Point,
     PrincipalReturn, SmallStrain, StressUpdate, SymTensor,
 };
-
-/// Set R1 in kPa.
-fn r1() -> Elasticity {
-    Elasticity::new(20_000.0, 0.3).unwrap()
-}
 
 fn drucker_prager(matching: Matching, dilatancy_angle: f64) -> DruckerPragerSpec {
     DruckerPragerSpec {

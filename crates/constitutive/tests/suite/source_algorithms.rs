@@ -1,6 +1,6 @@
 //! Algorithms 1 and 2 of Bui & Nguyen 2021 for Drucker–Prager (constitutive sheet §2.3, §3.6; kPa).
 
-use crate::common::close;
+use crate::common::{close, r1};
 use colluvium_constitutive::laws::{
     DruckerPrager, DruckerPragerSpec, Elasticity, Integration, Matching, PlasticStrain, Softening,
     StrainMeasure,
@@ -9,11 +9,6 @@ use colluvium_constitutive::{
     Corotational, InitialCondition, Mat3, Motion, Point, SmallStrain, StressUpdate, SymTensor,
 };
 use proptest::prelude::*;
-
-/// Set R1 in kPa.
-fn r1() -> Elasticity {
-    Elasticity::new(20_000.0, 0.3).unwrap()
-}
 
 fn spec(integration: Integration) -> DruckerPragerSpec {
     DruckerPragerSpec {
