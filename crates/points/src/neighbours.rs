@@ -1,5 +1,7 @@
 //! Cell-linked lists and neighbour lists, the same on any number of threads.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -100,6 +102,11 @@ impl<const D: usize> CellList<D> {
 
     /// Calls `visit` for every point in the cells that a ball of one cell edge around `x` can touch.
     pub fn visit(&self, x: &[f64; D], mut visit: impl FnMut(u32)) {
+        self.lines(x, |line| self.order[line].iter().for_each(|&point| visit(point)));
+    }
+
+    /// The same, line of cells by line of cells: calls `visit` for where in [`CellList::order`] the points of a line stand.
+    fn lines(&self, x: &[f64; D], mut visit: impl FnMut(Range<usize>)) {
         if self.order.is_empty() {
             return;
         }
@@ -125,8 +132,7 @@ impl<const D: usize> CellList<D> {
             };
             // Cells along the last axis are consecutive.
             let (a, b) = spans[D - 1];
-            let range = self.starts[key(a)] as usize..self.starts[key(b) + 1] as usize;
-            self.order[range].iter().for_each(|&point| visit(point));
+            visit(self.starts[key(a)] as usize..self.starts[key(b) + 1] as usize);
         }
     }
 }
@@ -154,7 +160,7 @@ impl Rows {
 
     /// Where the neighbours of the `k`-th point of the block stand in [`Rows::indices`].
     #[inline]
-    pub fn range(&self, k: usize) -> std::ops::Range<usize> {
+    pub fn range(&self, k: usize) -> Range<usize> {
         let start = if k == 0 { 0 } else { self.ends[k - 1] };
         start as usize..self.ends[k] as usize
     }
@@ -175,6 +181,8 @@ impl Rows {
 #[derive(Clone, Debug, Default)]
 pub struct NeighbourList<const D: usize> {
     cells: CellList<D>,
+    /// Positions in the order of the cells, axis by axis: those of a line of cells are read in one go (m).
+    places: Vec<Vec<f64>>,
     blocks: Vec<Rows>,
     len: usize,
 }
@@ -218,21 +226,23 @@ impl<const D: usize> NeighbourList<D> {
     ) -> Result<(), SearchError> {
         self.cells.build(positions, radius)?;
         self.len = count.min(positions.len());
+        self.places.resize_with(D, Vec::new);
+        for (axis, places) in self.places.iter_mut().enumerate() {
+            let place = |&point: &u32| positions[point as usize][axis];
+            self.cells.order.par_iter().map(place).collect_into_vec(places);
+        }
         self.blocks.resize_with(self.len.div_ceil(ROWS), Rows::default);
-        let cells = &self.cells;
-        let square = radius * radius;
+        let (cells, places) = (&self.cells, &self.places);
         let points = positions[..self.len].par_chunks(ROWS);
         self.blocks.par_iter_mut().zip(points).enumerate().for_each(|(number, (rows, points))| {
             rows.ends.clear();
             rows.indices.clear();
             for (k, x) in points.iter().enumerate() {
                 let (i, first) = ((number * ROWS + k) as u32, rows.indices.len());
-                cells.visit(x, |j| {
-                    let other = &positions[j as usize];
-                    let distance: f64 = (0..D).map(|axis| (x[axis] - other[axis]).powi(2)).sum();
-                    if distance <= square && keep(i, j) {
-                        rows.indices.push(j);
-                    }
+                cells.lines(x, |line| {
+                    let places = std::array::from_fn(|axis| &places[axis][line.clone()]);
+                    let near = |j: u32| keep(i, j);
+                    select(x, radius * radius, places, &cells.order[line.clone()], near, &mut rows.indices);
                 });
                 rows.indices[first..].sort_unstable();
                 rows.ends.push(rows.indices.len() as u32);
@@ -260,6 +270,43 @@ impl<const D: usize> NeighbourList<D> {
     /// True when there are no points.
     pub fn is_empty(&self) -> bool {
         self.len == 0
+    }
+}
+
+/// Puts into `found` those of `points`, at `places`, whose distance from `x` has at most the square `square` (m²) and
+/// which `keep` accepts. Distances are found and compared for many at a time; most are too large.
+fn select<const D: usize>(
+    x: &[f64; D],
+    square: f64,
+    places: [&[f64]; D],
+    points: &[u32],
+    keep: impl Fn(u32) -> bool,
+    found: &mut Vec<u32>,
+) {
+    const MANY: usize = 64;
+    for (number, points) in points.chunks(MANY).enumerate() {
+        let mut distances = [0.0; MANY];
+        for axis in 0..D {
+            let places = &places[axis][number * MANY..][..points.len()];
+            for (distance, place) in distances.iter_mut().zip(places) {
+                *distance += (x[axis] - place).powi(2);
+            }
+        }
+        // One bit for each.
+        let mut near = 0u64;
+        for (k, &distance) in distances.iter().enumerate() {
+            near |= u64::from(distance <= square) << k;
+        }
+        if points.len() < MANY {
+            near &= (1 << points.len()) - 1;
+        }
+        while near != 0 {
+            let point = points[near.trailing_zeros() as usize];
+            if keep(point) {
+                found.push(point);
+            }
+            near &= near - 1;
+        }
     }
 }
 
