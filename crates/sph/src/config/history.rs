@@ -1,5 +1,6 @@
 //! Factors that vary in time.
 
+use colluvium_case::lines;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -31,26 +32,16 @@ impl History {
                 return Err((format!("{key}[{number}]"), format!("{} is not finite", values[number])));
             }
         }
-        if let Some(number) = self.times.windows(2).position(|pair| !(pair[0] < pair[1])) {
-            let (before, time) = (self.times[number], self.times[number + 1]);
+        let descent = lines::descents(self.times.iter().copied(), false).next();
+        descent.map_or(Ok(()), |(number, time, before)| {
             let problem = format!("{time} s is not later than the time before, {before} s");
-            return Err((format!("times[{}]", number + 1), problem));
-        }
-        Ok(())
+            Err((format!("times[{number}]"), problem))
+        })
     }
 
     /// The factor at `time` (s).
     pub fn at(&self, time: f64) -> f64 {
-        let (times, factors) = (&self.times, &self.factors);
-        let after = times.partition_point(|t| *t <= time);
-        match (after.checked_sub(1), times.get(after)) {
-            (None, _) => factors[0],
-            (Some(last), None) => factors[last],
-            (Some(before), Some(next)) => {
-                let share = (time - times[before]) / (next - times[before]);
-                factors[before] + share * (factors[after] - factors[before])
-            }
-        }
+        lines::value_at(&self.times, |t| *t, |number| self.factors[number], time).unwrap_or(1.0)
     }
 
     /// Its mean from `start` to the later time `end` (s): what moves with it in a step ends where it should, however long
