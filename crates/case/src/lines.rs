@@ -41,7 +41,8 @@ mod tests {
     fn values_lie_on_straight_lines_above_jumps_and_stay_beyond_the_ends() {
         let points = [(1.0, 0.0), (1.0, 2.0), (3.0, 1.0), (5.0, -3.0)];
         let at = |x| value_at(&points, |point| point.0, |number| points[number].1, x);
-        let expected = [(0.9, 0.0), (1.0, 2.0), (2.0, 1.5), (3.0, 1.0), (4.5, -2.0), (5.0, -3.0), (7.0, -3.0)];
+        let expected =
+            [(0.9, 0.0), (1.0, 2.0), (2.0, 1.5), (3.0, 1.0), (4.5, -2.0), (5.0, -3.0), (7.0, -3.0)];
         for (x, value) in expected {
             assert_eq!(at(x), Some(value), "at {x}");
         }

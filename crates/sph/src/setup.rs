@@ -108,6 +108,22 @@ fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
         }
         history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
     }
+    for (name, history) in &options.wall_history {
+        let path = format!("methods.sph.wall_history.{name}");
+        match case.boundaries.iter().find(|boundary| boundary.name() == name) {
+            None => {
+                return Err(CaseError::new(path, format!("{name:?} is not the name of a wall")));
+            }
+            Some(wall) if wall.velocity.is_none() => {
+                return Err(CaseError::new(
+                    path,
+                    format!("the wall {name:?} has no velocity that could vary"),
+                ));
+            }
+            Some(_) => {}
+        }
+        history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
+    }
     if case.bodies.iter().all(|body| options.held.contains(&body.name)) {
         return Err(CaseError::new("methods.sph.held", "at least one body must be free to move"));
     }
@@ -271,12 +287,16 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
             Wall::Rough | Wall::Absorbing { .. } => Contact::NoSlip,
             Wall::Frictional { friction_coefficient, .. } => Contact::Friction(friction_coefficient),
         };
+        let history = options.wall_history.get(boundary.name()).cloned();
         let kind = if mirrors(&boundary.wall, options) { &mut planes } else { &mut faces };
         kind.push(Plane {
             axis: boundary.side.axis(),
             position: boundary.position(&case.domain),
             upper: boundary.side.is_max(),
             velocity: boundary.velocity.as_ref().map_or([0.0; D], |velocity| corner(velocity)),
+            factor: history.as_ref().map_or(1.0, |history| history.at(0.0)),
+            history,
+            moved: 0.0,
             contact,
         });
     }

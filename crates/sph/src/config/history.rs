@@ -47,16 +47,29 @@ impl History {
     /// Its mean from `start` to the later time `end` (s): what moves with it in a step ends where it should, however long
     /// the step is.
     pub fn mean(&self, start: f64, end: f64) -> f64 {
-        let within = |t: &f64| *t > start && *t < end;
+        let (area, last, rest) = self.pieces(start, end);
+        if last == start { rest } else { (area + (end - last) * rest) / (end - start) }
+    }
+
+    /// The area under it from `start` to the later time `end` (s).
+    pub fn area(&self, start: f64, end: f64) -> f64 {
+        let (area, last, rest) = self.pieces(start, end);
+        area + (end - last) * rest
+    }
+
+    /// The area under it from `start` to its last corner before `end`, the time of this corner (`start` without any), and
+    /// its mean from there to `end`.
+    fn pieces(&self, start: f64, end: f64) -> (f64, f64, f64) {
         let (mut area, mut last) = (0.0, (start, self.at(start)));
-        for (time, factor) in
-            self.times.iter().copied().zip(self.factors.iter().copied()).filter(|(t, _)| within(t))
-        {
+        let first = self.times.partition_point(|t| *t <= start);
+        for (&time, &factor) in self.times[first..].iter().zip(&self.factors[first..]) {
+            if time >= end {
+                break;
+            }
             area += (time - last.0) * 0.5 * (last.1 + factor);
             last = (time, factor);
         }
-        let rest = 0.5 * (last.1 + self.at(end));
-        if last.0 == start { rest } else { (area + (end - last.0) * rest) / (end - start) }
+        (area, last.0, 0.5 * (last.1 + self.at(end)))
     }
 }
 
@@ -84,6 +97,7 @@ mod tests {
         let h = history();
         // ∫ is 1.5 over the first line and 2 over the second.
         assert!((h.mean(0.0, 5.0) - (1.5 + 2.0 - 1.0) / 5.0).abs() < 1e-15);
+        assert!((h.area(0.0, 5.0) - 2.5).abs() < 1e-15 && h.area(3.0, 3.0) == 0.0);
         assert!((h.mean(1.0, 1.5) - 0.75).abs() < 1e-15);
         assert!((h.mean(1.5, 3.0) - (1.125 + 2.0) / 1.5).abs() < 1e-15);
         let (mut sum, mut time) = (0.0, 0.0);
