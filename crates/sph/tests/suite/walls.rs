@@ -1,10 +1,10 @@
-//! Walls whose velocities vary in time (SPH sheet §2.13 i).
+//! Walls whose velocities vary in time, and rough mirrors (SPH sheet §2.13).
 
 use colluvium_case::Method;
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
-use crate::common::{begin, changed, stresses, vectors};
+use crate::common::{begin, changed, solve, stresses, vectors};
 
 /// Up, on, and back beyond rest.
 const TIMES: [f64; 4] = [0.005, 0.02, 0.03, 0.05];
@@ -95,4 +95,32 @@ fn histories_are_of_walls_that_move_and_functions_of_time() {
         let error = Sph.plan(&case).unwrap_err().to_string();
         assert!(error.starts_with(&format!("{path}: ")), "{error}");
     }
+}
+
+/// Sheet, set S, at a spacing of 1 cm. What is close to a mirror hardly sees its own image, and nothing keeps its
+/// velocity to that of the field: cohesionless material sinks onto the face, and there nothing holds it.
+#[test]
+fn a_collapsing_column_on_a_rough_mirror_needs_the_hourglass_viscosity() {
+    let front = |sph: &Value| {
+        let mut methods = json!({ "spacing": 0.01 });
+        for (key, value) in sph.as_object().unwrap() {
+            methods[key] = value.clone();
+        }
+        let text = json!({
+            "title": "column", "space": "plane-strain", "domain": { "min": [0, 0], "max": [0.8, 0.15] }, "gravity": [0, -9.81],
+            "materials": { "bars": { "model": "drucker-prager", "density": 2040, "youngs_modulus": 5.84e6, "poissons_ratio": 0.3,
+                                     "friction_angle": 21.9, "matching": "plane-strain-associated" } },
+            "bodies": [{ "name": "column", "material": "bars", "shape": { "kind": "box", "min": [0, 0], "max": [0.2, 0.1] } }],
+            "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "y-min", "wall": { "kind": "rough" } }],
+            "stages": [{ "name": "s", "duration": 0.4 }],
+            "methods": { "sph": methods }
+        });
+        let snapshot = solve(&changed(text, &json!({}))).snapshot;
+        snapshot.positions.iter().map(|x| x[0]).fold(0.0, f64::max)
+    };
+    let (layers, mirror) =
+        (front(&json!({})), front(&json!({ "rough_wall": "mirror", "hourglass_viscosity": 0.1 })));
+    assert!((mirror / layers - 1.0).abs() < 0.05, "{mirror} m, {layers} m");
+    let slipping = front(&json!({ "rough_wall": "mirror" }));
+    assert!(slipping > 1.15 * layers, "{slipping} m, {layers} m");
 }
