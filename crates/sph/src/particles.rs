@@ -193,10 +193,11 @@ impl<const D: usize> Particles<D> {
         for scalars in self.scalars_mut() {
             scalars.drain(range.clone());
         }
+        // Rates of the step before, as in a permutation.
+        self.gradient.drain(range.clone());
+        self.divergence.drain(range.clone());
         self.stress.drain(range);
         self.len = self.id.len();
-        self.gradient.clear();
-        self.divergence.clear();
         self.resize(self.len);
     }
 
