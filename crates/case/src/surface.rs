@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::description::{Axis, Side, Stage};
+use crate::lines;
 
 /// A load.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -181,12 +182,7 @@ impl LoadProfile {
     /// Share of the load at a place (m), above a jump on it.
     fn share_at(&self, place: &[f64]) -> f64 {
         let Some(&x) = place.get(self.axis.number()) else { return 1.0 };
-        let next = self.shares.partition_point(|[at, _]| *at <= x);
-        match (self.shares[..next].last(), self.shares.get(next)) {
-            (Some([from, low]), Some([to, high])) => low + (high - low) * (x - from) / (to - from),
-            (Some([_, share]), None) | (None, Some([_, share])) => *share,
-            (None, None) => 1.0,
-        }
+        lines::value_at(&self.shares, |[at, _]| *at, |number| self.shares[number][1], x).unwrap_or(1.0)
     }
 }
 

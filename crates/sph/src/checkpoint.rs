@@ -216,6 +216,8 @@ impl<const D: usize> Solver for SphSolver<D> {
                     p.velocity.fill([0.0; D]);
                     p.acceleration.fill([0.0; D]);
                     p.previous.clear();
+                    // Some schemes move what is held before they kick.
+                    self.hold();
                     // The next step starts from rest: it kicks by half.
                     self.last_step = 0.0;
                 }

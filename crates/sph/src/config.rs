@@ -137,6 +137,10 @@ pub struct SphOptions {
     /// corrections fall back. Takes the neighbours anew for every output.
     #[serde(default)]
     pub diagnostics: bool,
+    /// Factors on the velocities of walls, over the time of the run, by the name of the wall (that of its side where it
+    /// has none): its face stands where the integral of the velocity takes it. Those that are not named keep theirs.
+    #[serde(default)]
+    pub wall_history: BTreeMap<String, History>,
     /// What rough walls answer with.
     #[serde(default)]
     pub wall_stress: WallStress,

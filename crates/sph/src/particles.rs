@@ -193,20 +193,21 @@ impl<const D: usize> Particles<D> {
         for scalars in self.scalars_mut() {
             scalars.drain(range.clone());
         }
+        // Rates of the step before, as in a permutation.
+        self.gradient.drain(range.clone());
+        self.divergence.drain(range.clone());
         self.stress.drain(range);
         self.len = self.id.len();
-        self.gradient.clear();
-        self.divergence.clear();
         self.resize(self.len);
     }
 
-    /// Places of the images, and of the particles of walls at `time`.
-    pub fn place(&mut self, images: &[Image<D>], walls: &Walls<D>, time: f64) {
+    /// Places of the images, and of the particles of walls.
+    pub fn place(&mut self, images: &[Image<D>], walls: &Walls<D>) {
         for (image, slot) in images.iter().zip(self.len..) {
             let x = self.position[image.source as usize];
             self.position[slot] = std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]);
         }
-        walls.place(time, &mut self.position[self.len + images.len()..]);
+        walls.place(&mut self.position[self.len + images.len()..]);
     }
 
     /// Velocities of the images.

@@ -105,14 +105,15 @@ impl<const D: usize> SphSolver<D> {
     /// the ends of periods too. Images in mirrors are no particles of the body (sheet §2.10).
     fn around(&self, i: usize, body: &std::ops::Range<usize>, mut visit: impl FnMut(usize, f64, &[f64; D])) {
         let p = &self.particles;
-        visit(i, p.mass[i] / p.density[i] * self.smoothing.value(0.0), &[0.0; D]);
+        let kernel = self.smoothing.with_length(p.length[i]);
+        visit(i, p.mass[i] / p.density[i] * kernel.value(0.0), &[0.0; D]);
         for &j in self.neighbours.of(i) {
             let place = &p.position[j as usize];
             let Some(j) = self.particle_of(j as usize).filter(|j| body.contains(j)) else { continue };
             let h = p.length[i];
             let apart: [f64; D] = std::array::from_fn(|c| (p.position[i][c] - place[c]) / h);
             let r = h * apart.iter().map(|c| c * c).sum::<f64>().sqrt();
-            let weight = p.mass[j] / p.density[j] * self.smoothing.value(r);
+            let weight = p.mass[j] / p.density[j] * kernel.value(r);
             // Beyond the support a neighbour must not count: which ones are listed depends on the past.
             if weight > 0.0 {
                 visit(j, weight, &apart);
@@ -178,6 +179,42 @@ mod tests {
             solver.smooth_stress(form);
             let change = change(&solver, &before);
             assert_eq!(change < 1e-9, exact, "{form:?}: {change}");
+        }
+    }
+
+    /// Particles farther apart, whose smoothing lengths have grown as far, average as before.
+    #[test]
+    fn averages_go_by_the_smoothing_lengths_as_they_are() {
+        let smoothed = |stretch: f64, form: Regularisation| {
+            let text = json!({
+                "title": "stretch", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
+                "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
+                "stages": [{ "name": "s", "duration": 1 }],
+                "methods": { "sph": { "spacing": 0.05, "smoothing_length": "density" } }
+            });
+            let case = Case::from_json(&text.to_string()).unwrap();
+            let given = |id: u32, x: &[f64; 2]| Given {
+                shift: [0, 1].map(|c| (stretch - 1.0) * x[c] + 0.02 * stretch * noise(id, c as u32)),
+                velocity: [0.0; 2],
+                compression: stretch.powi(-2),
+                stress: SymTensor::diagonal(1e3, -2e3, 5e2) * noise(id, 0),
+            };
+            let mut solver = prepared::<2>(&case, given).unwrap();
+            solver.critical_step();
+            solver.refresh_neighbours(true).unwrap();
+            solver.smooth_stress(form);
+            let p = &solver.particles;
+            let mut found: Vec<_> = p.id.iter().copied().zip(p.stress[..p.len].to_vec()).collect();
+            found.sort_unstable_by_key(|(id, _)| *id);
+            found
+        };
+        for form in [Regularisation::Shepard, Regularisation::Mls] {
+            for stretch in [0.9, 1.2] {
+                for ((_, a), (_, b)) in smoothed(1.0, form).iter().zip(smoothed(stretch, form)) {
+                    assert!((*a - b).norm() < 1e-9, "{form:?}, {stretch}: {a:?} {b:?}");
+                }
+            }
         }
     }
 

@@ -1,5 +1,6 @@
 //! Walls of the case: mirrors, layers of particles, and the ends of periodic domains (SPH sheet §2.13).
 
+use crate::config::History;
 use crate::particles::Matrix;
 
 /// What a wall of particles does to the motion along it.
@@ -14,7 +15,7 @@ pub enum Contact {
 }
 
 /// A half space that material cannot enter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Plane<const D: usize> {
     /// Axis normal to the face.
     pub axis: usize,
@@ -22,23 +23,41 @@ pub struct Plane<const D: usize> {
     pub position: f64,
     /// True where the wall lies above the face.
     pub upper: bool,
-    /// Velocity of the wall (m/s); along the normal it carries the face.
+    /// Velocity of the wall (m/s) where the factor on it is one; along the normal it carries the face.
     pub velocity: [f64; D],
+    /// The factor on this velocity over time; one without.
+    pub history: Option<History>,
+    /// Its mean over the step.
+    pub factor: f64,
+    /// How far the face has moved along its axis since time zero (m).
+    pub moved: f64,
     /// What it does along the face.
     pub contact: Contact,
 }
 
 impl<const D: usize> Plane<D> {
-    /// Coordinate of the face at `time` (m).
+    /// Coordinate of the face (m).
     #[inline]
-    pub fn face(&self, time: f64) -> f64 {
-        self.position + self.velocity[self.axis] * time
+    pub fn face(&self) -> f64 {
+        self.position + self.moved
     }
 
-    /// Distance of `x` from the face at `time`, positive outside of the wall (m).
+    /// Mean velocity over the step (m/s).
     #[inline]
-    pub fn distance(&self, x: &[f64; D], time: f64) -> f64 {
-        let along = x[self.axis] - self.face(time);
+    pub fn pace(&self) -> [f64; D] {
+        self.velocity.map(|v| self.factor * v)
+    }
+
+    /// How far the face moves between two times (m): the integral of its velocity.
+    fn course(&self, start: f64, end: f64) -> f64 {
+        let elapsed = self.history.as_ref().map_or(end - start, |history| history.area(start, end));
+        self.velocity[self.axis] * elapsed
+    }
+
+    /// Distance of `x` from the face, positive outside of the wall (m).
+    #[inline]
+    pub fn distance(&self, x: &[f64; D]) -> f64 {
+        let along = x[self.axis] - self.face();
         if self.upper { -along } else { along }
     }
 }
@@ -59,6 +78,8 @@ pub struct Image<const D: usize> {
     pub lift: [f64; D],
     /// Sign of the axes for stress: of smooth mirrors `flip`, of rough ones 1, which keep it.
     pub bend: [f64; D],
+    /// Number of the mirror across each axis that is mirrored.
+    across: [Option<u32>; D],
 }
 
 impl<const D: usize> Image<D> {
@@ -71,7 +92,33 @@ impl<const D: usize> Image<D> {
     /// The particle itself.
     fn of(source: u32) -> Self {
         let (none, same) = ([0.0; D], [1.0; D]);
-        Self { source, flip: same, shift: none, turn: same, lift: none, bend: same }
+        Self { source, flip: same, shift: none, turn: same, lift: none, bend: same, across: [None; D] }
+    }
+
+    /// The image in the mirror `plane` of this number.
+    fn flipped(mut self, number: u32, plane: &Plane<D>) -> Self {
+        let axis = plane.axis;
+        self.across[axis] = Some(number);
+        self.flip[axis] = -1.0;
+        if plane.contact == Contact::NoSlip {
+            self.turn = self.turn.map(|c| -c);
+        } else {
+            self.turn[axis] = -self.turn[axis];
+            self.bend[axis] = -1.0;
+        }
+        self.carry(plane);
+        self
+    }
+
+    /// What the place and the velocity of its last mirror do to it.
+    fn carry(&mut self, plane: &Plane<D>) {
+        let (axis, pace) = (plane.axis, plane.pace());
+        self.shift[axis] = 2.0 * plane.face();
+        if plane.contact == Contact::NoSlip {
+            self.lift = std::array::from_fn(|c| 2.0 * pace[c] - self.lift[c]);
+        } else {
+            self.lift[axis] = 2.0 * pace[axis] - self.lift[axis];
+        }
     }
 }
 
@@ -147,7 +194,7 @@ impl<const D: usize> Walls<D> {
                     lines[axis][k]
                 });
                 // Where two walls meet, the first has the corner.
-                if faces[..number].iter().all(|other| other.distance(&site, 0.0) > 0.0) {
+                if faces[..number].iter().all(|other| other.distance(&site) > 0.0) {
                     particles.push(site);
                     face_of.push(number as u32);
                 }
@@ -156,18 +203,59 @@ impl<const D: usize> Walls<D> {
         Self { mirrors, faces, periods, particles, face_of }
     }
 
-    /// Largest speed of a face along its normal (m/s).
-    pub fn speed(&self) -> f64 {
-        let all = self.mirrors.iter().chain(&self.faces);
-        all.map(|plane| plane.velocity[plane.axis].abs()).fold(0.0, f64::max)
+    fn planes(&self) -> impl Iterator<Item = &Plane<D>> {
+        self.mirrors.iter().chain(&self.faces)
     }
 
-    /// Where the particles of the walls are at `time`.
-    pub fn place(&self, time: f64, slots: &mut [[f64; D]]) {
+    fn planes_mut(&mut self) -> impl Iterator<Item = &mut Plane<D>> {
+        self.mirrors.iter_mut().chain(&mut self.faces)
+    }
+
+    /// How far a face has moved at most between two times (m).
+    pub fn moved(&self, start: f64, end: f64) -> f64 {
+        self.planes().map(|plane| plane.course(start, end).abs()).fold(0.0, f64::max)
+    }
+
+    /// Faces to where they are at `time`, and `images` with them.
+    pub fn go_to(&mut self, time: f64, images: &mut [Image<D>]) {
+        self.planes_mut().for_each(|plane| plane.moved = plane.course(0.0, time));
+        self.carry(images);
+    }
+
+    /// Walls whose velocities vary in time get those of the step from `start` to `end` (s), and `images` with them.
+    pub fn follow_histories(&mut self, start: f64, end: f64, images: &mut [Image<D>]) {
+        let mut varies = false;
+        for plane in self.planes_mut() {
+            let Some(history) = &plane.history else { continue };
+            plane.factor = history.mean(start, end);
+            varies = true;
+        }
+        if varies {
+            self.carry(images);
+        }
+    }
+
+    /// Images to where their mirrors are, with the velocities of these.
+    fn carry(&self, images: &mut [Image<D>]) {
+        if self.mirrors.iter().all(|plane| plane.velocity == [0.0; D]) {
+            return;
+        }
+        for image in images.iter_mut().filter(|image| image.across != [None; D]) {
+            image.lift = [0.0; D];
+            for (number, plane) in (0..).zip(&self.mirrors) {
+                if image.across[plane.axis] == Some(number) {
+                    image.carry(plane);
+                }
+            }
+        }
+    }
+
+    /// Where the particles of the walls are.
+    pub fn place(&self, slots: &mut [[f64; D]]) {
         for ((slot, base), &face) in slots.iter_mut().zip(&self.particles).zip(&self.face_of) {
             *slot = *base;
             let plane = &self.faces[face as usize];
-            slot[plane.axis] += plane.velocity[plane.axis] * time;
+            slot[plane.axis] += plane.moved;
         }
     }
 
@@ -185,9 +273,9 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// Images at `time` of the particles within `reach` (m) of mirrors and ends of periods, in the order of the
+    /// Images of the particles within `reach` (m) of mirrors and ends of periods, in the order of the
     /// particles; in corners also those along several axes.
-    pub fn images(&self, positions: &[[f64; D]], reach: f64, time: f64, images: &mut Vec<Image<D>>) {
+    pub fn images(&self, positions: &[[f64; D]], reach: f64, images: &mut Vec<Image<D>>) {
         images.clear();
         if self.mirrors.is_empty() && self.periods.is_empty() {
             return;
@@ -216,28 +304,13 @@ impl<const D: usize> Walls<D> {
                     }
                 }
             }
-            for plane in &self.mirrors {
-                if plane.distance(x, time) < reach {
-                    add(plane.axis, &|image| flipped(image, plane, time));
+            for (number, plane) in (0..).zip(&self.mirrors) {
+                if plane.distance(x) < reach {
+                    add(plane.axis, &|image| image.flipped(number, plane));
                 }
             }
         }
     }
-}
-
-fn flipped<const D: usize>(mut image: Image<D>, plane: &Plane<D>, time: f64) -> Image<D> {
-    let axis = plane.axis;
-    image.flip[axis] = -1.0;
-    image.shift[axis] = 2.0 * plane.face(time);
-    if plane.contact == Contact::NoSlip {
-        image.turn = image.turn.map(|c| -c);
-        image.lift = std::array::from_fn(|c| 2.0 * plane.velocity[c] - image.lift[c]);
-    } else {
-        image.turn[axis] = -image.turn[axis];
-        image.lift[axis] = 2.0 * plane.velocity[axis] - image.lift[axis];
-        image.bend[axis] = -1.0;
-    }
-    image
 }
 
 #[cfg(test)]
@@ -245,7 +318,16 @@ mod tests {
     use super::*;
 
     fn plane(axis: usize) -> Plane<2> {
-        Plane { axis, position: 0.0, upper: false, velocity: [0.0; 2], contact: Contact::FreeSlip }
+        Plane {
+            axis,
+            position: 0.0,
+            upper: false,
+            velocity: [0.0; 2],
+            history: None,
+            factor: 1.0,
+            moved: 0.0,
+            contact: Contact::FreeSlip,
+        }
     }
 
     #[test]
@@ -253,7 +335,7 @@ mod tests {
         let rough = |axis| Plane { velocity: [0.5, 0.25], contact: Contact::NoSlip, ..plane(axis) };
         let walls = Walls::<2> { mirrors: vec![rough(1), plane(0)], ..Walls::default() };
         let mut images = Vec::new();
-        walls.images(&[[0.1, 0.2]], 1.0, 0.0, &mut images);
+        walls.images(&[[0.1, 0.2]], 1.0, &mut images);
         let found: Vec<_> = images.iter().map(|i| (i.flip, i.turn, i.lift, i.bend)).collect();
         let below = ([1.0, -1.0], [-1.0, -1.0], [1.0, 0.5], [1.0, 1.0]);
         let corner = ([-1.0, -1.0], [1.0, -1.0], [-1.0, 0.5], [-1.0, 1.0]);
@@ -265,7 +347,7 @@ mod tests {
     fn a_particle_in_a_corner_has_three_images() {
         let walls = Walls::<2> { mirrors: vec![plane(0), plane(1)], ..Walls::default() };
         let mut images = Vec::new();
-        walls.images(&[[0.1, 0.2], [0.1, 5.0], [5.0, 5.0]], 1.0, 0.0, &mut images);
+        walls.images(&[[0.1, 0.2], [0.1, 5.0], [5.0, 5.0]], 1.0, &mut images);
         let mut flips: Vec<_> = images.iter().map(|image| (image.source, image.flip)).collect();
         flips.sort_by(|a, b| a.partial_cmp(b).unwrap());
         assert_eq!(flips, [(0, [-1.0, -1.0]), (0, [-1.0, 1.0]), (0, [1.0, -1.0]), (1, [-1.0, 1.0])]);
@@ -274,10 +356,55 @@ mod tests {
     #[test]
     fn a_moving_mirror_carries_its_images() {
         let moving = Plane { velocity: [0.5, 3.0], ..plane(0) };
-        let walls = Walls::<2> { mirrors: vec![moving], ..Walls::default() };
+        let mut walls = Walls::<2> { mirrors: vec![plane(1), moving], ..Walls::default() };
+        walls.go_to(2.0, &mut []);
         let mut images = Vec::new();
-        walls.images(&[[1.2, 0.0]], 1.0, 2.0, &mut images);
-        assert_eq!((images[0].flip, images[0].shift, images[0].lift), ([-1.0, 1.0], [2.0, 0.0], [1.0, 0.0]));
+        walls.images(&[[1.2, 0.3]], 1.0, &mut images);
+        let of = |images: &[Image<2>]| images.iter().map(|i| (i.flip, i.shift, i.lift)).collect::<Vec<_>>();
+        let below = ([1.0, -1.0], [0.0, 0.0], [0.0, 0.0]);
+        let around = |shift| {
+            [below, ([-1.0, -1.0], [shift, 0.0], [1.0, 0.0]), ([-1.0, 1.0], [shift, 0.0], [1.0, 0.0])]
+        };
+        assert_eq!(of(&images), around(2.0));
+        // Those that are there already go along.
+        walls.go_to(3.0, &mut images);
+        assert_eq!(of(&images), around(3.0));
+    }
+
+    #[test]
+    fn a_face_is_where_the_integral_of_its_velocity_is() {
+        let history = History { times: vec![1.0, 2.0, 4.0], factors: vec![0.0, 3.0, -1.0] };
+        let varying = |axis, contact| Plane {
+            velocity: [0.5, 0.25],
+            history: Some(history.clone()),
+            contact,
+            ..plane(axis)
+        };
+        let mut walls = Walls::<2>::new(
+            vec![varying(1, Contact::NoSlip)],
+            vec![varying(0, Contact::FreeSlip)],
+            Vec::new(),
+            ([0.0; 2], [1.0; 2]),
+            0.1,
+            0.24,
+        );
+        let mut images = Vec::new();
+        walls.images(&[[0.5, 0.1]], 1.0, &mut images);
+        let first = walls.particles[0][0];
+        // The area under the factor: 1.5 up to 2 s, and 2 more up to 4 s.
+        for (time, area) in [(0.5, 0.0), (1.5, 0.375), (2.0, 1.5), (4.0, 3.5), (5.0, 2.5)] {
+            walls.go_to(time, &mut images);
+            assert!((walls.faces[0].face() - 0.5 * area).abs() < 1e-15, "at {time} s");
+            assert!((images[0].shift[1] - 0.5 * area).abs() < 1e-15, "at {time} s");
+            let mut slots = vec![[0.0; 2]; walls.particles.len()];
+            walls.place(&mut slots);
+            assert!((slots[0][0] - first - 0.5 * area).abs() < 1e-15, "at {time} s");
+        }
+        walls.follow_histories(1.5, 3.0, &mut images);
+        let mean = (1.125 + 2.0) / 1.5;
+        assert_eq!(walls.faces[0].pace(), [0.5 * mean, 0.25 * mean]);
+        assert_eq!(images[0].lift, [mean, 0.5 * mean]);
+        assert!((walls.moved(2.0, 5.0) - 0.5).abs() < 1e-15 && walls.moved(0.0, 1.0) == 0.0);
     }
 
     #[test]
@@ -285,12 +412,12 @@ mod tests {
         let period = |axis| Period { axis, low: 0.0, high: 10.0 };
         let walls = Walls::<2> { periods: vec![period(0), period(1)], ..Walls::default() };
         let mut images = Vec::new();
-        walls.images(&[[0.1, 9.9]], 1.0, 0.0, &mut images);
+        walls.images(&[[0.1, 9.9]], 1.0, &mut images);
         let mut shifts: Vec<_> = images.iter().map(|image| image.shift).collect();
         shifts.sort_by(|a, b| a.partial_cmp(b).unwrap());
         assert_eq!(shifts, [[0.0, -10.0], [10.0, -10.0], [10.0, 0.0]]);
         let walls = Walls::<2> { periods: vec![period(0)], mirrors: vec![plane(1)], ..Walls::default() };
-        walls.images(&[[0.1, 0.2]], 1.0, 0.0, &mut images);
+        walls.images(&[[0.1, 0.2]], 1.0, &mut images);
         assert_eq!(images.len(), 3);
         let (mut x, mut origin) = ([[-0.5, 1.0], [21.0, 1.0]], [[0.0, 0.0], [0.0, 0.0]]);
         walls.wrap(&mut x, &mut origin);

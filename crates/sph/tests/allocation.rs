@@ -64,7 +64,12 @@ fn block(space: &str, options: &Value) -> Case {
     if methods["held"].is_array() {
         bodies.push(body("lid", [1.0, 1.3], -0.1));
     }
-    let floor = json!([{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } }]);
+    let mut floor = json!([{ "side": "y-min", "wall": { "kind": "rough" } }, { "side": "x-min", "wall": { "kind": "smooth" } }]);
+    if methods["wall_history"].is_object() {
+        for wall in floor.as_array_mut().unwrap() {
+            wall["velocity"] = json!(all(0.05));
+        }
+    }
     let text = json!({
         "title": "allocation", "space": space, "domain": { "min": low, "max": all(2.0) }, "gravity": gravity,
         "materials": { "m": material },
@@ -101,6 +106,11 @@ fn a_step_allocates_nothing() {
                 "3d",
                 json!({ "held": ["lid"], "smooth_bodies": ["lid"], "tensile": tensile,
                         "held_history": { "lid": { "times": [0.001, 0.01], "factors": [0, 1] } } }),
+            ),
+            (
+                "plane-strain",
+                json!({ "wall_history": { "x-min": { "times": [0.001, 0.01], "factors": [0, 1] },
+                                          "y-min": { "times": [0.002], "factors": [0.5] } } }),
             ),
             ("3d", json!({ "formulation": "total-lagrangian" })),
             ("plane-strain", json!({ "smoothing_length": "rate" })),

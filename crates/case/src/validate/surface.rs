@@ -2,6 +2,7 @@
 
 use super::Findings;
 use crate::description::{Boundary, Load, LoadProfile, Side, Wall};
+use crate::lines;
 
 impl Findings<'_> {
     pub(super) fn absorbing(&mut self, path: &str, boundary: &Boundary) {
@@ -68,10 +69,10 @@ impl Findings<'_> {
         for (number, [at, share]) in profile.shares.iter().enumerate() {
             self.finite(format!("{path}.shares[{number}][0]"), *at);
             self.finite(format!("{path}.shares[{number}][1]"), *share);
-            let before = number.checked_sub(1).map_or(f64::NEG_INFINITY, |before| profile.shares[before][0]);
-            let (descends, problem) =
-                (*at < before, format!("{at} m lies before the entry above it, at {before} m"));
-            self.require(!descends, format!("{path}.shares[{number}][0]"), problem);
+        }
+        for (number, at, before) in lines::descents(profile.shares.iter().map(|[at, _]| *at), true) {
+            let problem = format!("{at} m lies before the entry above it, at {before} m");
+            self.report(format!("{path}.shares[{number}][0]"), problem);
         }
     }
 

@@ -211,7 +211,8 @@ pub enum RoughWall {
     #[default]
     Particles,
     /// Images of the particles with opposite velocity and the same stress: nothing moves along the face itself,
-    /// whatever the distance. For viscous flow; it need not conserve energy as `pairwise` particles do.
+    /// whatever the distance. For viscous flow, with `hourglass_viscosity`, without which particles of loose material may
+    /// pass; it need not conserve energy as `pairwise` particles do.
     Mirror,
 }
 

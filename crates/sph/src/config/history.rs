@@ -1,5 +1,6 @@
 //! Factors that vary in time.
 
+use colluvium_case::lines;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -31,41 +32,44 @@ impl History {
                 return Err((format!("{key}[{number}]"), format!("{} is not finite", values[number])));
             }
         }
-        if let Some(number) = self.times.windows(2).position(|pair| !(pair[0] < pair[1])) {
-            let (before, time) = (self.times[number], self.times[number + 1]);
+        let descent = lines::descents(self.times.iter().copied(), false).next();
+        descent.map_or(Ok(()), |(number, time, before)| {
             let problem = format!("{time} s is not later than the time before, {before} s");
-            return Err((format!("times[{}]", number + 1), problem));
-        }
-        Ok(())
+            Err((format!("times[{number}]"), problem))
+        })
     }
 
     /// The factor at `time` (s).
     pub fn at(&self, time: f64) -> f64 {
-        let (times, factors) = (&self.times, &self.factors);
-        let after = times.partition_point(|t| *t <= time);
-        match (after.checked_sub(1), times.get(after)) {
-            (None, _) => factors[0],
-            (Some(last), None) => factors[last],
-            (Some(before), Some(next)) => {
-                let share = (time - times[before]) / (next - times[before]);
-                factors[before] + share * (factors[after] - factors[before])
-            }
-        }
+        lines::value_at(&self.times, |t| *t, |number| self.factors[number], time).unwrap_or(1.0)
     }
 
     /// Its mean from `start` to the later time `end` (s): what moves with it in a step ends where it should, however long
     /// the step is.
     pub fn mean(&self, start: f64, end: f64) -> f64 {
-        let within = |t: &f64| *t > start && *t < end;
+        let (area, last, rest) = self.pieces(start, end);
+        if last == start { rest } else { (area + (end - last) * rest) / (end - start) }
+    }
+
+    /// The area under it from `start` to the later time `end` (s).
+    pub fn area(&self, start: f64, end: f64) -> f64 {
+        let (area, last, rest) = self.pieces(start, end);
+        area + (end - last) * rest
+    }
+
+    /// The area under it from `start` to its last corner before `end`, the time of this corner (`start` without any), and
+    /// its mean from there to `end`.
+    fn pieces(&self, start: f64, end: f64) -> (f64, f64, f64) {
         let (mut area, mut last) = (0.0, (start, self.at(start)));
-        for (time, factor) in
-            self.times.iter().copied().zip(self.factors.iter().copied()).filter(|(t, _)| within(t))
-        {
+        let first = self.times.partition_point(|t| *t <= start);
+        for (&time, &factor) in self.times[first..].iter().zip(&self.factors[first..]) {
+            if time >= end {
+                break;
+            }
             area += (time - last.0) * 0.5 * (last.1 + factor);
             last = (time, factor);
         }
-        let rest = 0.5 * (last.1 + self.at(end));
-        if last.0 == start { rest } else { (area + (end - last.0) * rest) / (end - start) }
+        (area, last.0, 0.5 * (last.1 + self.at(end)))
     }
 }
 
@@ -93,6 +97,7 @@ mod tests {
         let h = history();
         // ∫ is 1.5 over the first line and 2 over the second.
         assert!((h.mean(0.0, 5.0) - (1.5 + 2.0 - 1.0) / 5.0).abs() < 1e-15);
+        assert!((h.area(0.0, 5.0) - 2.5).abs() < 1e-15 && h.area(3.0, 3.0) == 0.0);
         assert!((h.mean(1.0, 1.5) - 0.75).abs() < 1e-15);
         assert!((h.mean(1.5, 3.0) - (1.125 + 2.0) / 1.5).abs() < 1e-15);
         let (mut sum, mut time) = (0.0, 0.0);

@@ -44,8 +44,6 @@ pub struct Pairs<'a, const D: usize> {
     pub answering: usize,
     /// Bodies along which everything else slips.
     pub smooth: &'a SmoothBodies,
-    /// Time (s), where walls move.
-    pub time: f64,
 }
 
 /// The velocity gradient of a particle and its trace after the continuity equation.

@@ -38,7 +38,8 @@ impl<const D: usize> Pairs<'_, D> {
         let (stress, axis) = (p.stress[i], plane.axis);
         let repulsion = p.repulsion.get(i).copied().unwrap_or(SymTensor::ZERO);
         // Towards the wall's own motion.
-        let own: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - plane.velocity[c]);
+        let pace = plane.pace();
+        let own: [f64; D] = std::array::from_fn(|c| p.velocity[i][c] - pace[c]);
         let along = |keep: f64| -> [f64; D] {
             std::array::from_fn(|c| own[c] * if c == axis { -2.0 } else { keep - 1.0 })
         };
@@ -47,8 +48,8 @@ impl<const D: usize> Pairs<'_, D> {
                 let opposed = match self.options.wall_velocity {
                     WallVelocity::Mirrored => 1.0,
                     WallVelocity::Linear => {
-                        let near = plane.distance(&p.position[i], self.time).max(1e-3 * self.options.spacing);
-                        (-plane.distance(&p.position[wall], self.time) / near).min(MOST_OPPOSED)
+                        let near = plane.distance(&p.position[i]).max(1e-3 * self.options.spacing);
+                        (-plane.distance(&p.position[wall]) / near).min(MOST_OPPOSED)
                     }
                 };
                 Some(Answer { relative: own.map(|v| -v * (1.0 + opposed)), stress, repulsion })

@@ -330,7 +330,8 @@ impl<const D: usize> RankedSolver<D> {
         let width = passes(&self.first().options) as f64 * self.first().listed.reach;
         let send = |(me, (rank, parcels)): (usize, (&mut Rank<D>, &mut Vec<Parcel<D>>))| {
             let (listed, mut images) = (&rank.domain.listed, Vec::new());
-            rank.domain.walls.images(&listed.positions, width, listed.time, &mut images);
+            rank.domain.walls.go_to(listed.time, &mut []);
+            rank.domain.walls.images(&listed.positions, width, &mut images);
             let wanted = |(to, bounds): (usize, &Option<Bounds<D>>)| match bounds {
                 _ if to == me => rank.own().collect(),
                 Some(bounds) => rank.halo_of(bounds, width, &images),

@@ -253,7 +253,8 @@ impl<const D: usize> SphSolver<D> {
 
     /// Images and walls in their places.
     pub(crate) fn place(&mut self) {
-        self.particles.place(&self.images, &self.walls, self.time);
+        self.walls.go_to(self.time, &mut self.images);
+        self.particles.place(&self.images, &self.walls);
         self.weighed = false;
     }
 
@@ -267,7 +268,7 @@ impl<const D: usize> SphSolver<D> {
         });
         let farthest = moved.reduce(|| 0.0, f64::max).sqrt();
         // A mirror moves its images twice as far.
-        let wall = 2.0 * self.walls.speed() * (self.time - self.listed.time).abs();
+        let wall = 2.0 * self.walls.moved(self.listed.time, self.time);
         2.0 * farthest + wall + self.options.room_to_shift()
     }
 
@@ -285,7 +286,8 @@ impl<const D: usize> SphSolver<D> {
         // Walls that interpolate go on beyond the ends of periods, and ask the soil still further out.
         let asks = self.options.wall_stress != WallStress::Pairwise && !self.walls.periods.is_empty();
         let depth = if asks { 2.0 * reach } else { *reach };
-        self.walls.images(positions, depth, *time, &mut self.images);
+        self.walls.go_to(*time, &mut []);
+        self.walls.images(positions, depth, &mut self.images);
         self.smooth.find(&self.groups, self.particles.len, &self.images);
         let p = &mut self.particles;
         let first_wall = p.len + self.images.len();
@@ -295,7 +297,7 @@ impl<const D: usize> SphSolver<D> {
         // After a restart particles are no longer where they were listed.
         let current = (p.position[..p.len] != positions[..]).then(|| p.position[..p.len].to_vec());
         p.position[..p.len].copy_from_slice(positions);
-        p.place(&self.images, &self.walls, *time);
+        p.place(&self.images, &self.walls);
         let rows = if self.options.wall_stress == WallStress::Pairwise { p.len } else { total };
         let built = self.neighbours.build_first(&p.position, rows, *reach);
         if let Some(current) = current {
@@ -343,7 +345,6 @@ impl<const D: usize> SphSolver<D> {
             first_wall,
             answering,
             smooth: &self.smooth,
-            time: self.time,
         }
     }
 

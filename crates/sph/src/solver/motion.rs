@@ -98,8 +98,9 @@ impl<const D: usize> SphSolver<D> {
         self.hold();
     }
 
-    /// Bodies whose velocities vary in time get those of the step of `dt` (s) that begins.
+    /// Bodies and walls whose velocities vary in time get those of the step of `dt` (s) that begins.
     pub(crate) fn follow_histories(&mut self, dt: f64) {
+        self.walls.follow_histories(self.time, self.time + dt, &mut self.images);
         let mut varies = false;
         for group in &mut self.groups {
             let Some(history) = &group.history else { continue };
@@ -299,6 +300,37 @@ mod tests {
     use serde_json::json;
 
     use crate::semi_discrete::{Given, prepared};
+
+    /// Also between two listings of the neighbours.
+    #[test]
+    fn images_in_a_moving_mirror_stand_across_it_in_every_step() {
+        let text = json!({
+            "title": "mirror", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
+            "boundaries": [{ "side": "x-min", "position": 0, "wall": { "kind": "smooth" }, "velocity": [0.5, 0] }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "sph": { "spacing": 0.1 } }
+        });
+        let case = colluvium_case::Case::from_json(&text.to_string()).unwrap();
+        let still = |_: u32, _: &[f64; 2]| Given {
+            shift: [0.0; 2],
+            velocity: [0.0; 2],
+            compression: 1.0,
+            stress: SymTensor::ZERO,
+        };
+        let mut solver = prepared::<2>(&case, still).unwrap();
+        for _ in 0..5 {
+            solver.advance(1e-4).unwrap();
+            solver.refresh_neighbours(true).unwrap();
+            let (p, time) = (&solver.particles, solver.time);
+            assert!(!solver.images.is_empty() && solver.listed.time < time);
+            for (image, slot) in solver.images.iter().zip(p.len..) {
+                let middle = 0.5 * (p.position[slot][0] + p.position[image.source as usize][0]);
+                assert!((middle - 0.5 * time).abs() < 1e-15, "{middle} m after {time} s");
+            }
+        }
+    }
 
     /// Particles go as far as the lists allow before they are shifted as far as they may be.
     #[test]

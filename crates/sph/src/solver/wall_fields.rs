@@ -110,12 +110,13 @@ impl<const D: usize> SphSolver<D> {
                 (0..D).for_each(|c| velocity[c] += weight * self.particles.velocity[j][c]);
             });
             let face = &self.walls.faces[self.walls.face_of[wall - first] as usize];
+            let pace = face.pace();
             let v: [f64; D] = std::array::from_fn(|c| {
                 let soil = velocity[c] / total;
                 match face.contact {
-                    _ if total < LEAST_SOIL => face.velocity[c],
+                    _ if total < LEAST_SOIL => pace[c],
                     Contact::FreeSlip if c != face.axis => soil,
-                    _ => 2.0 * face.velocity[c] - soil,
+                    _ => 2.0 * pace[c] - soil,
                 }
             });
             self.particles.velocity[wall] = v;

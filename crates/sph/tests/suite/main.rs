@@ -11,3 +11,4 @@ mod schemes;
 mod smooth_bodies;
 mod solids;
 mod solver;
+mod walls;

@@ -109,6 +109,49 @@ fn ranks_reach_across_the_ends_of_a_period() {
     }
 }
 
+/// Floor and wall go to and fro, with corners within steps.
+#[test]
+fn walls_of_varying_velocity_give_the_same_bits_in_ranks_and_after_a_restart() {
+    let floor = |wall: Value| {
+        json!({ "boundaries": [
+            { "side": "y-min", "wall": wall, "velocity": [0.4, 0.2] },
+            { "side": "x-min", "wall": { "kind": "smooth" }, "velocity": [0.5, 0] }
+        ] })
+    };
+    let (rough, rubbing) =
+        (json!({ "kind": "rough" }), json!({ "kind": "frictional", "friction_coefficient": 0.3 }));
+    for (wall, options) in [
+        (&rough, json!({})),
+        (&rough, json!({ "wall_velocity": "linear", "smooth_wall": "particles" })),
+        (&rough, json!({ "rough_wall": "mirror", "hourglass_viscosity": 0.5 })),
+        (&rough, json!({ "wall_stress": "interpolated", "shifting": 0.5 })),
+        (&rough, json!({ "wall_stress": "extrapolated" })),
+        (&rubbing, json!({})),
+    ] {
+        let mut options = options;
+        options["wall_history"] = json!({
+            "y-min": { "times": [0.0003, 0.0101, 0.0207], "factors": [-0.5, 1, 0] },
+            "x-min": { "times": [0, 0.0151, 0.0302], "factors": [1, -1, 2] }
+        });
+        let case = heap(&options, &floor(wall.clone()));
+        every_number_agrees(&case, 120, &format!("{wall}, {options}"));
+        let mut whole = begin(&case);
+        advance(&mut *whole, 57);
+        let mut again = begin(&case);
+        again.restore(&whole.save()).unwrap();
+        again.begin_stage(0, 0.0).unwrap();
+        for solver in [&mut whole, &mut again] {
+            advance(&mut **solver, 60);
+        }
+        assert_eq!(whole.save(), again.save(), "{wall}, {options}");
+        // They do not stand still, nor go on as they began.
+        let constant = heap(&json!({}), &floor(wall.clone()));
+        let mut constant = begin(&constant);
+        advance(&mut *constant, 117);
+        assert_ne!(whole.snapshot().positions, constant.snapshot().positions);
+    }
+}
+
 #[test]
 fn ranks_slip_along_smooth_bodies() {
     let options = json!({ "held": ["upper"], "smooth_bodies": ["upper"], "xsph": 0.2, "hourglass_viscosity": 0.5,

@@ -351,3 +351,73 @@ fn a_hard_impact_does_not_pass_a_guarded_floor() {
     let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
     assert!(lowest > 0.0, "{lowest}");
 }
+
+/// Blocks that do not touch, one at rest, one ringing and one held; `more` of the second stage.
+fn three_blocks(integration: &str, more: &Value) -> Case {
+    let body = |name: &str, low: f64, velocity: Value| {
+        json!({ "name": name, "material": "m", "velocity": velocity,
+                "shape": { "kind": "box", "min": [low, 0], "max": [low + 0.4, 0.4] } })
+    };
+    let ringing = json!({ "kind": "sine", "amplitude": [0.3, -0.2], "wave_vector": [11, 17] });
+    let passing = json!({ "kind": "uniform", "value": [0.2, 0.1] });
+    let mut second = json!({ "name": "two", "duration": 1 });
+    for (key, value) in more.as_object().unwrap() {
+        second[key] = value.clone();
+    }
+    let text = json!({
+        "title": "blocks", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [3, 2] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [body("first", 1.5, json!({ "kind": "uniform", "value": [0, 0] })), body("ringing", 0.0, ringing), body("held", 0.8, passing)],
+        "stages": [{ "name": "one", "duration": 1, "reset": ["velocity"] }, second],
+        "methods": { "sph": { "spacing": 0.05, "integration": integration, "held": ["held"], "hourglass_viscosity": 0.3 } }
+    });
+    Case::from_json(&text.to_string()).unwrap()
+}
+
+/// What the step before left on the particles goes on where others are removed.
+#[test]
+fn the_removal_of_a_body_far_away_changes_nothing() {
+    for integration in ["leapfrog", "leapfrog-rates", "verlet"] {
+        let run = |more: &Value| {
+            let mut solver = begin(&three_blocks(integration, more));
+            (0..20).for_each(|_| solver.step(2e-4).unwrap());
+            let time = solver.time();
+            solver.begin_stage(1, time).unwrap();
+            (0..3).for_each(|_| solver.step(2e-4).unwrap());
+            let snapshot = solver.snapshot();
+            let all = snapshot.bodies.iter().zip(vectors(&snapshot, "velocity"));
+            all.filter(|(body, _)| **body == 1).map(|(_, v)| v).collect::<Vec<_>>()
+        };
+        let (kept, removed) = (run(&json!({})), run(&json!({ "remove_bodies": ["first"] })));
+        assert_eq!(kept.len(), removed.len());
+        for (a, b) in kept.iter().zip(&removed) {
+            assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-12, "{integration}: {a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn bodies_that_are_held_go_on_where_velocities_are_set_back() {
+    for integration in [
+        "leapfrog",
+        "leapfrog-rates",
+        "predictor-corrector",
+        "position-verlet",
+        "velocity-verlet",
+        "verlet",
+        "runge-kutta4",
+    ] {
+        let case = three_blocks(integration, &json!({}));
+        let mut solver = begin(&case);
+        (0..10).for_each(|_| solver.step(2e-4).unwrap());
+        solver.end_stage(&case.stages[0]).unwrap();
+        let time = solver.time();
+        solver.begin_stage(1, time).unwrap();
+        (0..10).for_each(|_| solver.step(2e-4).unwrap());
+        let snapshot = solver.snapshot();
+        for (body, u) in snapshot.bodies.iter().zip(vectors(&snapshot, "displacement")) {
+            let off = (u[0] - 0.2 * snapshot.time).hypot(u[1] - 0.1 * snapshot.time);
+            assert!(*body != 2 || off < 1e-14, "{integration}: {u:?} after {} s", snapshot.time);
+        }
+    }
+}

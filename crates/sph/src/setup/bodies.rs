@@ -1,0 +1,144 @@
+//! Bodies as particles.
+
+use colluvium_case::description::Body;
+use colluvium_case::{Case, CaseError, spatial};
+use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
+use colluvium_points::HalfList;
+
+use super::corner;
+use crate::config::{SoundSpeed, SphOptions};
+use crate::particles::{Group, Particles};
+
+/// Beyond this many particles the ids no longer fit.
+const MOST_PARTICLES: usize = u32::MAX as usize;
+
+/// Young's modulus of a material (Pa), where it has one.
+fn youngs_modulus(spec: &MaterialSpec) -> Option<f64> {
+    serde_json::to_value(spec).ok()?.get("youngs_modulus")?.as_f64()
+}
+
+/// Adds the particles of a body, in their initial state.
+pub(super) fn add_body<const D: usize>(
+    case: &Case,
+    options: &SphOptions,
+    number: usize,
+    body: &Body,
+    particles: &mut Particles<D>,
+) -> Result<Group, CaseError> {
+    let path = format!("bodies[{number}]");
+    let low: [f64; D] = corner(&case.domain.min);
+    let samples = colluvium_points::lattice(&body.shape, low, options.spacing)
+        .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?;
+    if samples.is_empty() {
+        let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);
+        return Err(CaseError::new(format!("{path}.shape"), problem));
+    }
+    let start = particles.len;
+    if start + samples.len() > MOST_PARTICLES {
+        return Err(CaseError::new(
+            "methods.sph.spacing",
+            format!("gives more than {MOST_PARTICLES} particles"),
+        ));
+    }
+    let positions: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
+    check_places(case, &path, &positions)?;
+    let spec = &case.materials[&body.material];
+    let youngs_modulus = match options.sound_speed {
+        SoundSpeed::PWave => None,
+        SoundSpeed::YoungsModulus => Some(youngs_modulus(spec).ok_or_else(|| {
+            let problem = format!("material {:?} has no Young's modulus: use p-wave", body.material);
+            CaseError::new("methods.sph.sound_speed", problem)
+        })?),
+    };
+    let material = spec
+        .build()
+        .map_err(|error| CaseError::new(format!("materials.{}", body.material), error.to_string()))?;
+    let density = spec.density();
+    let initial: Vec<InitialCondition> = positions
+        .iter()
+        .map(|x| InitialCondition { stress: case.initial_stress(body, spatial(x)), density })
+        .collect();
+    let (stress, states) = material.initial(&initial).map_err(|error| {
+        let place = &positions[error.index];
+        CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))
+    })?;
+    let count = positions.len();
+    particles.id.extend(start as u32..(start + count) as u32);
+    let history = options.held_history.get(&body.name).cloned();
+    let factor = history.as_ref().map_or(1.0, |history| history.at(0.0));
+    let velocity = |x: &[f64; D]| corner::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v));
+    particles.velocity.extend(positions.iter().map(velocity));
+    particles.mass.extend(samples.iter().map(|sample| sample.volume * density));
+    particles.density.extend(std::iter::repeat_n(density, count));
+    particles.sound.extend(std::iter::repeat_n(0.0, count));
+    particles.length.extend(std::iter::repeat_n(options.length(), count));
+    particles.stress.extend(stress);
+    particles.origin.extend_from_slice(&positions);
+    particles.position.extend(positions);
+    particles.len += count;
+    let held = options.held.contains(&body.name).then(|| body.velocity.clone());
+    let fluid = spec.facts().kind == Kind::Fluid;
+    let end = start + count;
+    let confined = options.confining.as_ref().is_some_and(|confining| {
+        confining.bodies.as_ref().map_or(held.is_none(), |names| names.contains(&body.name))
+    });
+    let smooth = options.smooth_bodies.contains(&body.name);
+    let body = number as u32;
+    Ok(Group {
+        body,
+        start,
+        end,
+        material,
+        states,
+        youngs_modulus,
+        density,
+        held,
+        history,
+        factor,
+        smooth,
+        confined,
+        fluid,
+    })
+}
+
+/// Every particle must lie in the domain and in no wall.
+fn check_places<const D: usize>(case: &Case, path: &str, positions: &[[f64; D]]) -> Result<(), CaseError> {
+    let outside = |x: &&[f64; D]| (0..D).any(|c| x[c] < case.domain.min[c] || x[c] > case.domain.max[c]);
+    if let Some(x) = positions.iter().find(outside) {
+        let problem = format!("the particle at {x:?} m lies outside the domain");
+        return Err(CaseError::new(format!("{path}.shape"), problem));
+    }
+    for (number, boundary) in case.boundaries.iter().enumerate() {
+        let (axis, face) = (boundary.side.axis(), boundary.position(&case.domain));
+        let sign = if boundary.side.is_max() { -1.0 } else { 1.0 };
+        if let Some(x) = positions.iter().find(|x| sign * (x[axis] - face) <= 0.0) {
+            let problem = format!("the particle at {x:?} m lies inside the wall boundaries[{number}]");
+            return Err(CaseError::new(format!("{path}.shape"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// No two particles may stand in the same place.
+pub(super) fn check_distances<const D: usize>(
+    particles: &Particles<D>,
+    options: &SphOptions,
+) -> Result<(), CaseError> {
+    let mut list = HalfList::<D>::new();
+    let least = 1e-6 * options.spacing;
+    // Cells of the search must not be much smaller than the spacing.
+    list.build(&particles.position, 0.5 * options.spacing)
+        .map_err(|error| CaseError::new("bodies", error.to_string()))?;
+    let close = |&(i, j): &(u32, u32)| {
+        let (a, b) = (&particles.position[i as usize], &particles.position[j as usize]);
+        (0..D).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() < least * least
+    };
+    match list.pairs().find(close) {
+        None => Ok(()),
+        Some((i, _)) => {
+            let problem =
+                format!("two particles stand at {:?} m: do bodies overlap?", particles.position[i as usize]);
+            Err(CaseError::new("bodies", problem))
+        }
+    }
+}

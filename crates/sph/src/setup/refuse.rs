@@ -1,0 +1,228 @@
+//! What SPH refuses of a case, by its path, and what it allows with a word.
+
+use colluvium_case::description::{Space, Wall};
+use colluvium_case::{Case, CaseError};
+use colluvium_constitutive::{Kind, MaterialSpec};
+
+use super::walls::mirrors;
+use crate::config::{
+    Continuity, DensityReset, Formulation, Regularisation, RoughWall, SmoothWall, SphOptions, WallStress,
+    WallVelocity,
+};
+use crate::particles::Group;
+use crate::total;
+
+/// Refuses by name what SPH cannot do (yet).
+pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    if case.space == Space::Axisymmetric {
+        return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
+    }
+    case.refuse_driven("sph")?;
+    case.refuse_dissipation("sph")?;
+    case.refuse_dropping("sph")?;
+    if let Some(number) = case.stages.iter().position(|stage| !stage.excavate.is_empty()) {
+        let problem = "sph removes whole bodies only: use remove_bodies";
+        return Err(CaseError::new(format!("stages[{number}].excavate"), problem));
+    }
+    if !case.loads.is_empty() {
+        return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
+    }
+    if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
+        let path = format!("bodies[{number}].pore_fluid");
+        return Err(CaseError::new(
+            path,
+            "sph has one phase; where no fluid leaves use the material undrained",
+        ));
+    }
+    refuse_walls(case, options)?;
+    check_periods(case, options)?;
+    check_names(case, options)?;
+    if options.formulation == Formulation::TotalLagrangian {
+        total::refuse(case, options)?;
+    }
+    check_density_forms(case, options)
+}
+
+/// Walls that SPH does not have, and motions of walls that are none.
+fn refuse_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    for (number, boundary) in case.boundaries.iter().enumerate() {
+        let path = |key: &str| format!("boundaries[{number}].{key}");
+        if boundary.group.is_some() {
+            return Err(CaseError::new(path("group"), "sph has no mesh with groups of nodes"));
+        }
+        if matches!(boundary.wall, Wall::Absorbing { .. }) {
+            return Err(CaseError::new(path("wall"), "sph has no absorbing boundaries"));
+        }
+        if boundary.separation {
+            return Err(CaseError::new(
+                path("separation"),
+                "material cannot lift off the rough and smooth walls of sph",
+            ));
+        }
+        if matches!(boundary.wall, Wall::Frictional { bilateral: true, .. }) {
+            let problem = "material can always lift off the frictional walls of sph";
+            return Err(CaseError::new(path("wall.bilateral"), problem));
+        }
+        let frictional = matches!(boundary.wall, Wall::Frictional { .. });
+        if frictional && options.wall_stress != WallStress::Pairwise {
+            return Err(CaseError::new(
+                path("wall"),
+                "frictional walls answer pairwise: set wall_stress to pairwise",
+            ));
+        }
+    }
+    for (name, history) in &options.wall_history {
+        let path = format!("methods.sph.wall_history.{name}");
+        match case.boundaries.iter().find(|boundary| boundary.name() == name) {
+            None => {
+                return Err(CaseError::new(path, format!("{name:?} is not the name of a wall")));
+            }
+            Some(wall) if wall.velocity.is_none() => {
+                return Err(CaseError::new(
+                    path,
+                    format!("the wall {name:?} has no velocity that could vary"),
+                ));
+            }
+            Some(_) => {}
+        }
+        history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
+    }
+    Ok(())
+}
+
+/// Bodies that the options name.
+fn check_names(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    for (number, name) in options.held.iter().enumerate() {
+        if !case.bodies.iter().any(|body| body.name == *name) {
+            let problem = format!("{name:?} is not the name of a body");
+            return Err(CaseError::new(format!("methods.sph.held[{number}]"), problem));
+        }
+    }
+    for (number, name) in options.smooth_bodies.iter().enumerate() {
+        if !options.held.contains(name) {
+            let problem = format!("{name:?} is not among the bodies that are held: only these can be smooth");
+            return Err(CaseError::new(format!("methods.sph.smooth_bodies[{number}]"), problem));
+        }
+    }
+    for (name, history) in &options.held_history {
+        let path = format!("methods.sph.held_history.{name}");
+        if !options.held.contains(name) {
+            let problem = format!("{name:?} is not among the bodies that are held");
+            return Err(CaseError::new(path, problem));
+        }
+        history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
+    }
+    if case.bodies.iter().all(|body| options.held.contains(&body.name)) {
+        return Err(CaseError::new("methods.sph.held", "at least one body must be free to move"));
+    }
+    for (number, name) in options.confining.iter().flat_map(|c| c.bodies.iter().flatten()).enumerate() {
+        if !case.bodies.iter().any(|body| body.name == *name) {
+            let problem = format!("{name:?} is not the name of a body");
+            return Err(CaseError::new(format!("methods.sph.confining.bodies[{number}]"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// Periodic axes must be longer than the reach of a particle, and a whole number of spacings.
+fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    // Walls that interpolate go on beyond the ends by one reach, and ask the soil one further out.
+    let layers = if options.wall_stress == WallStress::Pairwise { 1.0 } else { 2.0 };
+    let reach = options.kernel.support() * options.length() * options.smoothing_growth.max(1.2).max(layers);
+    for (number, axis) in case.domain.periodic.iter().enumerate() {
+        let path = format!("domain.periodic[{number}]");
+        let axis = axis.number();
+        let length = case.domain.max[axis] - case.domain.min[axis];
+        if length < reach {
+            let problem =
+                format!("the domain is {length} m long, less than the reach of a particle, {reach} m");
+            return Err(CaseError::new(path, problem));
+        }
+        let count = length / options.spacing;
+        if (count - count.round()).abs() > 1e-6 {
+            let problem =
+                format!("the domain is {count} spacings of methods.sph long: a whole number is needed");
+            return Err(CaseError::new(path, problem));
+        }
+    }
+    Ok(())
+}
+
+/// The least and the largest density of a body (kg/m³).
+fn densities(case: &Case) -> (f64, f64) {
+    let all = case.bodies.iter().filter_map(|b| case.materials.get(&b.material)).map(MaterialSpec::density);
+    all.fold((f64::INFINITY, 0.0f64), |(low, high), density| (low.min(density), high.max(density)))
+}
+
+/// Density by summation across jumps, and what is for fluids only.
+fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    let (low, high) = densities(case);
+    if options.continuity == Continuity::Summation && low < high && !options.allow_summation {
+        let problem = format!(
+            "summation smears the jump between bodies of {low} and {high} kg/m³: use volume, or allow_summation"
+        );
+        return Err(CaseError::new("methods.sph.continuity", problem));
+    }
+    let fluid = case
+        .bodies
+        .iter()
+        .any(|body| case.materials.get(&body.material).is_some_and(|spec| spec.facts().kind == Kind::Fluid));
+    for (name, on) in [
+        ("density_diffusion", options.density_diffusion > 0.0),
+        ("density_reset", options.density_reset != DensityReset::None),
+    ] {
+        if on && !fluid {
+            return Err(CaseError::new(
+                format!("methods.sph.{name}"),
+                "is for fluids, and no body is made of one",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Laws that are not in rate form find their stress anew in every step: nothing is left of what smooths it.
+pub(super) fn check_stress_forms(groups: &[Group], options: &SphOptions) -> Result<(), CaseError> {
+    if groups.iter().any(|group| group.material.is_in_rate_form()) {
+        return Ok(());
+    }
+    for (name, on) in [
+        ("regularisation", options.regularisation != Regularisation::None),
+        ("stress_diffusion", options.stress_diffusion > 0.0),
+    ] {
+        if on {
+            let problem =
+                "is for laws in rate form, and no body is made of one: others find their stress anew";
+            return Err(CaseError::new(format!("methods.sph.{name}"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// What is allowed but worth a word, of the case and its options together.
+pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
+    let mut warnings = case.warnings();
+    warnings.extend(options.warnings());
+    let (low, high) = densities(case);
+    if options.weighs_masses() && high >= 2.0 * low {
+        warnings.push(format!(
+            "methods.sph.continuity: densities from {low} to {high} kg/m³: volume is the form for such jumps"
+        ));
+    }
+    let any = |of: &dyn Fn(&Wall) -> bool| case.boundaries.iter().any(|boundary| of(&boundary.wall));
+    let of_particles = any(&|wall| !mirrors(wall, options));
+    let (rough, smooth) = (any(&|wall| *wall == Wall::Rough), any(&|wall| *wall == Wall::Smooth));
+    let opposes = rough && options.rough_wall != RoughWall::Mirror;
+    for (name, is_set, has_effect, none) in [
+        ("wall_stress", options.wall_stress != WallStress::default(), of_particles, "is made of particles"),
+        ("wall_guard", options.wall_guard != 0.0, of_particles, "is made of particles"),
+        ("wall_velocity", options.wall_velocity != WallVelocity::default(), opposes, "of particles is rough"),
+        ("rough_wall", options.rough_wall != RoughWall::default(), rough, "is rough"),
+        ("smooth_wall", options.smooth_wall != SmoothWall::default(), smooth, "is smooth"),
+    ] {
+        if is_set && !has_effect {
+            warnings.push(format!("methods.sph.{name}: has no effect, no wall {none}"));
+        }
+    }
+    warnings
+}
