@@ -130,7 +130,7 @@ impl Walls {
         let walls = |held: bool| self.of_node(index).filter(move |wall| wall.holds() == held);
         let keep = |wall: &Wall| keep_start || (self.sets_off && wall.velocity != [0.0; 3]);
         walls(true).for_each(|wall| wall.hold(start, end, keep(wall)));
-        let (mut pushes, free) = ([None; 3], *end);
+        let (mut pushes, [begun, free]) = ([None; 3], [*start, *end]);
         walls(false).for_each(|wall| pushes[wall.axis] = wall.stop(start, end, keep(wall), lift));
         if pushes == [None; 3] {
             return;
@@ -146,6 +146,10 @@ impl Walls {
                 lift: *lift,
             };
             *end = edge.solve(pushes);
+            // What others rubbed off a wall is not held there.
+            for wall in walls(false).filter(|wall| end[wall.axis] != wall.velocity[wall.axis]) {
+                start[wall.axis] = begun[wall.axis];
+            }
         } else {
             for wall in walls(false) {
                 if let Some(push) = pushes[wall.axis] {
@@ -235,7 +239,8 @@ impl Wall {
         }
     }
 
-    /// Stops a node that runs into the wall; the change of velocity into the wall (m/s) that friction goes by, less `lift`,
+    /// Stops a node that runs into the wall, or that a bilateral one holds: as a fixed component, with `keep_start` or
+    /// without acceleration. What runs into one that may let go always has the acceleration that stops it. The change of velocity into the wall (m/s) that friction goes by, less `lift`,
     /// which a fluid in the pores bears. `None` where the node moves off.
     #[inline]
     fn stop(
@@ -250,15 +255,15 @@ impl Wall {
         }
         let dry: [f64; 3] = std::array::from_fn(|c| end[c] + lift[c]);
         end[self.axis] = self.velocity[self.axis];
-        let WallKind::Plane { .. } = self.kind else { return Some(self.approach(&dry)) };
-        // a_n dt of the sheet. A node that only runs into the wall, without being pushed, has none, and then no friction
+        let plane = matches!(self.kind, WallKind::Plane { .. });
+        // Of a plane a_n dt of the sheet: a node that only runs into it, without being pushed, has none, and then no friction
         // (step 1).
-        let pushed = self.approach(&dry) - self.approach(start);
+        let push = self.approach(&dry) - if plane { self.approach(start) } else { 0.0 };
         // Step 4. The force variant does not see the momentum that points carry into the wall.
-        if !keep_start {
+        if (plane || !self.separation) && !keep_start {
             start[self.axis] = self.velocity[self.axis];
         }
-        Some(pushed)
+        Some(push)
     }
 
     /// Friction on a stopped node, by the `push` into the wall (m/s); none where it is pulled.
@@ -533,6 +538,21 @@ mod tests {
         assert_eq!((start, end), ([1.0, 0.0, 0.0], [2.0, 0.0, 0.0]));
         act(floor(WallKind::Rough, false), &mut start, &mut end, false, &[0.0; 3]);
         assert_eq!((start, end), ([0.0; 3], [0.0; 3]));
+    }
+
+    #[test]
+    fn a_bilateral_wall_without_friction_is_a_smooth_one() {
+        let plane = WallKind::Plane { resting: 0.0, sliding: 0.0 };
+        for kind in [WallKind::Frictional { coefficient: 0.0 }, plane] {
+            for (keep_start, normal) in [(false, -0.7), (false, 0.7), (true, -0.7), (true, 0.7)] {
+                let ends = [kind, WallKind::Smooth].map(|kind| {
+                    let (mut start, mut end) = ([1.0, -0.1, 0.0], [2.0, normal, 0.3]);
+                    act(floor(kind, false), &mut start, &mut end, keep_start, &[0.0; 3]);
+                    (start, end)
+                });
+                assert_eq!(ends[0], ends[1], "{kind:?}, momentum variant: {keep_start}");
+            }
+        }
     }
 
     #[test]

@@ -270,6 +270,13 @@ mod tests {
         assert_eq!(acts(-9.0, [0.8, -1.0, 0.0])[0], 0.0, "pushed by more");
         assert!((acts(-9.0, [0.1, -1.0, 0.0])[0] + 0.5).abs() < 1e-15, "pulled off");
         assert_eq!(acts(-0.2, [0.1, -1.0, 0.0]), [-0.2, 0.0, 0.0], "it goes with the floor");
+        // What is pulled off has the acceleration that took it there.
+        let plane = WallKind::Plane { resting: 0.6, sliding: 0.6 };
+        let [side, floor] =
+            walls(true, [[0.0; 3], [-9.0, 0.0, 0.0]]).map(|wall| Wall { kind: plane, ..wall });
+        let (mut start, mut end) = ([-0.1, 0.0, 0.0], [0.1, -1.0, 0.0]);
+        Walls::new(&[1; 3], vec![side, floor]).constrain(&[0; 3], &mut start, &mut end, false);
+        assert!((end[0] + 0.5).abs() < 1e-15 && start == [-0.1, 0.0, 0.0], "{start:?}, {end:?}");
         // It rests at the side, and the floor presses it there by 0.6, which rubs with 0.3 × 0.6 on what the floor hardly does.
         let end = acts(1e9, [0.0, -1.0, 0.5]);
         assert!(end[0] == 0.0 && end[1] == 0.0 && (end[2] - (0.5 - 0.18)).abs() < 1e-8, "{end:?}");
