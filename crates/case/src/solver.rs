@@ -109,6 +109,22 @@ pub struct TimeStep {
 }
 
 impl TimeStep {
+    /// A step of less than this share of the first one of a run is worth a word.
+    const COLLAPSED: f64 = 1e-3;
+
+    /// What to say of a step at `time` (s) that has become a small part of the `first` one (s): a run that hardly goes on.
+    #[must_use]
+    pub fn collapse(&self, first: f64, time: f64) -> Option<String> {
+        let Self { dt, limit, point, position } = self;
+        let place = point.map_or_else(String::new, |point| format!(" of point {point} at {position:?} m"));
+        (*dt < Self::COLLAPSED * first).then(|| {
+            format!(
+                "t = {time} s: the time step has fallen to {dt:.3e} s from {first:.3e} s at the start, limited by: \
+                 {limit}{place}; if that lasts, the run will hardly go on (look at what deforms there, and how fast it moves)"
+            )
+        })
+    }
+
     /// The step that a case fixes (s), if it does and this critical one allows it.
     #[must_use]
     pub fn or_fixed(self, fixed: Option<f64>) -> Self {

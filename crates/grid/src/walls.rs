@@ -1,5 +1,9 @@
 //! Boundary conditions on the nodes.
 
+mod edge;
+
+use edge::Edge;
+
 /// How a wall acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WallKind {
@@ -114,7 +118,7 @@ impl Walls {
     /// The same for the skeleton of a saturated soil: friction goes by the effective stress. `lift` (m/s) is the change
     /// of velocity that what the wall bears of the pore pressure would give the skeleton.
     ///
-    /// In an edge no wall comes first, unless they move: friction goes by the motion that all of them leave along the wall.
+    /// In an edge no wall comes first: friction goes by the motion that all of them leave along the wall.
     pub fn constrain_skeleton(
         &self,
         index: &[usize; 3],
@@ -126,19 +130,32 @@ impl Walls {
         let walls = |held: bool| self.of_node(index).filter(move |wall| wall.holds() == held);
         let keep = |wall: &Wall| keep_start || (self.sets_off && wall.velocity != [0.0; 3]);
         walls(true).for_each(|wall| wall.hold(start, end, keep(wall)));
-        let mut pushes = [None; 3];
+        let (mut pushes, [begun, free]) = ([None; 3], [*start, *end]);
         walls(false).for_each(|wall| pushes[wall.axis] = wall.stop(start, end, keep(wall), lift));
         if pushes == [None; 3] {
             return;
         }
-        for wall in walls(false) {
-            if let Some(push) = pushes[wall.axis] {
-                wall.rub(start, end, push);
+        if walls(false).any(|wall| walls(false).any(|other| other.velocity != wall.velocity)) {
+            let edge = Edge {
+                walls: std::array::from_fn(|axis| walls(false).find(|wall| wall.axis == axis)),
+                held: walls(true).fold([false; 3], |held, wall| {
+                    std::array::from_fn(|c| held[c] || wall.held_components().contains(&c))
+                }),
+                start: *start,
+                free,
+                lift: *lift,
+            };
+            *end = edge.solve(pushes);
+            // What others rubbed off a wall is not held there.
+            for wall in walls(false).filter(|wall| end[wall.axis] != wall.velocity[wall.axis]) {
+                start[wall.axis] = begun[wall.axis];
             }
-        }
-        // Walls that move along may have rubbed it into others.
-        for wall in walls(false).filter(|wall| pushes[wall.axis].is_some()) {
-            end[wall.axis] = wall.velocity[wall.axis];
+        } else {
+            for wall in walls(false) {
+                if let Some(push) = pushes[wall.axis] {
+                    wall.rub(start, end, push);
+                }
+            }
         }
         walls(true).for_each(|wall| wall.hold(start, end, keep(wall)));
     }
@@ -177,6 +194,10 @@ impl Walls {
             Some(_) => self.walls.is_empty(),
         }
     }
+}
+
+fn length(vector: &[f64; 3]) -> f64 {
+    vector.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
 impl Wall {
@@ -218,7 +239,8 @@ impl Wall {
         }
     }
 
-    /// Stops a node that runs into the wall; the change of velocity into the wall (m/s) that friction goes by, less `lift`,
+    /// Stops a node that runs into the wall, or that a bilateral one holds: as a fixed component, with `keep_start` or
+    /// without acceleration. What runs into one that may let go always has the acceleration that stops it. The change of velocity into the wall (m/s) that friction goes by, less `lift`,
     /// which a fluid in the pores bears. `None` where the node moves off.
     #[inline]
     fn stop(
@@ -233,42 +255,54 @@ impl Wall {
         }
         let dry: [f64; 3] = std::array::from_fn(|c| end[c] + lift[c]);
         end[self.axis] = self.velocity[self.axis];
-        let WallKind::Plane { .. } = self.kind else { return Some(self.approach(&dry).max(0.0)) };
-        // a_n dt of the sheet. A node that only runs into the wall, without being pushed, has none, and then no friction
+        let plane = matches!(self.kind, WallKind::Plane { .. });
+        // Of a plane a_n dt of the sheet: a node that only runs into it, without being pushed, has none, and then no friction
         // (step 1).
-        let pushed = (self.approach(&dry) - self.approach(start)).max(0.0);
+        let push = self.approach(&dry) - if plane { self.approach(start) } else { 0.0 };
         // Step 4. The force variant does not see the momentum that points carry into the wall.
-        if !keep_start {
+        if (plane || !self.separation) && !keep_start {
             start[self.axis] = self.velocity[self.axis];
         }
-        Some(pushed)
+        Some(push)
     }
 
-    /// Friction on a stopped node, by the `push` into the wall (m/s).
+    /// Friction on a stopped node, by the `push` into the wall (m/s); none where it is pulled.
     #[inline]
     fn rub(&self, start: &[f64; 3], end: &mut [f64; 3], push: f64) {
-        let along = |v: &[f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|c| if c == self.axis { 0.0 } else { v[c] - self.velocity[c] })
-        };
-        let length = |v: &[f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-        let slip = along(end);
-        let speed = length(&slip);
-        let coefficient = match self.kind {
+        match self.kind {
             WallKind::Smooth => return,
             WallKind::Rough => {
                 *end = self.velocity;
                 return;
             }
-            WallKind::Frictional { coefficient } => coefficient,
-            // Steps 2 and 3: from rest `slip` is a_t dt, sliding it is v_t + a_t dt, and in both the bound on the friction
-            // is along it. At rest is what round-off cannot tell from it.
-            WallKind::Plane { resting, .. } if length(&along(start)) <= 1e-14 * speed => resting,
-            WallKind::Plane { sliding, .. } => sliding,
-        };
-        let bound = coefficient * push;
+            WallKind::Frictional { .. } | WallKind::Plane { .. } => {}
+        }
+        let slip = self.along(end);
+        let speed = length(&slip);
+        let bound = self.coefficient(start, speed) * push.max(0.0);
         let keep = if speed <= bound { 0.0 } else { 1.0 - bound / speed };
-        for c in 0..3 {
+        for c in (0..3).filter(|c| *c != self.axis) {
             end[c] = self.velocity[c] + keep * slip[c];
+        }
+    }
+
+    /// What a velocity has along the wall, relative to it (m/s).
+    #[inline]
+    fn along(&self, velocity: &[f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|c| if c == self.axis { 0.0 } else { velocity[c] - self.velocity[c] })
+    }
+
+    /// Coefficient of friction of a node that slips by `speed` (m/s) now.
+    #[inline]
+    fn coefficient(&self, start: &[f64; 3], speed: f64) -> f64 {
+        match self.kind {
+            WallKind::Smooth => 0.0,
+            WallKind::Rough => f64::INFINITY,
+            WallKind::Frictional { coefficient } => coefficient,
+            // Steps 2 and 3: from rest the slip is a_t dt, sliding it is v_t + a_t dt, and in both the bound on the friction
+            // is along it. At rest is what round-off cannot tell from it.
+            WallKind::Plane { resting, .. } if length(&self.along(start)) <= 1e-14 * speed => resting,
+            WallKind::Plane { sliding, .. } => sliding,
         }
     }
 
@@ -504,6 +538,21 @@ mod tests {
         assert_eq!((start, end), ([1.0, 0.0, 0.0], [2.0, 0.0, 0.0]));
         act(floor(WallKind::Rough, false), &mut start, &mut end, false, &[0.0; 3]);
         assert_eq!((start, end), ([0.0; 3], [0.0; 3]));
+    }
+
+    #[test]
+    fn a_bilateral_wall_without_friction_is_a_smooth_one() {
+        let plane = WallKind::Plane { resting: 0.0, sliding: 0.0 };
+        for kind in [WallKind::Frictional { coefficient: 0.0 }, plane] {
+            for (keep_start, normal) in [(false, -0.7), (false, 0.7), (true, -0.7), (true, 0.7)] {
+                let ends = [kind, WallKind::Smooth].map(|kind| {
+                    let (mut start, mut end) = ([1.0, -0.1, 0.0], [2.0, normal, 0.3]);
+                    act(floor(kind, false), &mut start, &mut end, keep_start, &[0.0; 3]);
+                    (start, end)
+                });
+                assert_eq!(ends[0], ends[1], "{kind:?}, momentum variant: {keep_start}");
+            }
+        }
     }
 
     #[test]

@@ -63,6 +63,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         let fresh = start == self.time;
         self.stage = stage;
         self.stage_start = start;
+        self.flip = self.options.flip_share(&self.case.stages[stage]);
         let case = self.case.clone();
         let points = self.points();
         self.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));

@@ -1,5 +1,9 @@
 //! Options of `methods.mpm` in a case file.
 
+use std::collections::BTreeMap;
+
+use colluvium_case::description::Stage;
+use colluvium_case::{Case, CaseError};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +46,10 @@ pub struct MpmOptions {
     /// With `transfer` `flip`: share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
     #[serde(default = "one")]
     pub flip: f64,
+    /// The same in single stages, by their names, in place of `flip`: bodies may come to rest with less of it than
+    /// they flow with.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub stage_flip: BTreeMap<String, f64>,
     /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1. Without an entry it is 0.9 in
     /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag (with
     /// `step_criterion` `combined`). With
@@ -64,7 +72,8 @@ pub struct MpmOptions {
     /// each body named here has a field of its own.
     #[serde(default)]
     pub contacts: Vec<Contact>,
-    /// How a held degree of freedom treats the momentum that arrives there.
+    /// How a held degree of freedom treats the momentum that arrives there. What runs into a wall that may let go is always
+    /// stopped with its momentum, but for `wall_friction` `acceleration`.
     #[serde(default)]
     pub fixed_nodes: FixedNodes,
     /// Nodes lighter than this share of the heaviest point get no force and move with the points around
@@ -486,8 +495,10 @@ impl MpmOptions {
         if self.xpic_order != xpic_order() && self.transfer != Transfer::Xpic {
             return refuse("xpic_order", "needs transfer xpic");
         }
-        if self.flip != 1.0 && self.transfer != Transfer::Flip {
-            return refuse("flip", "needs transfer flip: the other transfers have no share of it");
+        for (name, none) in [("flip", self.flip == 1.0), ("stage_flip", self.stage_flip.is_empty())] {
+            if !none && self.transfer != Transfer::Flip {
+                return refuse(name, "needs transfer flip: the other transfers have no share of it");
+            }
         }
         let spline = matches!(self.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic);
         if self.transfer == Transfer::Apic && !spline {
@@ -549,10 +560,26 @@ impl MpmOptions {
         }
     }
 
-    /// Share of the old velocity and of the acceleration in the update of a point; the rest is the grid's velocity.
-    pub(crate) fn flip_share(&self) -> f64 {
+    /// Checks the shares that single stages of the case have.
+    pub(crate) fn validate_stage_flip(&self, case: &Case) -> Result<(), CaseError> {
+        for (name, share) in &self.stage_flip {
+            let refuse =
+                |problem: String| Err(CaseError::new(format!("methods.mpm.stage_flip.{name}"), problem));
+            if case.stages.iter().all(|stage| stage.name != *name) {
+                return refuse("is the name of no stage".to_owned());
+            }
+            if !(0.0..=1.0).contains(share) {
+                return refuse(format!("{share} is not in 0..=1"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Share of the old velocity and of the acceleration in the update of a point in a stage; the rest is the grid's
+    /// velocity.
+    pub(crate) fn flip_share(&self, stage: &Stage) -> f64 {
         match self.transfer {
-            Transfer::Flip => self.flip,
+            Transfer::Flip => self.stage_flip.get(&stage.name).copied().unwrap_or(self.flip),
             // Its velocities are filtered before.
             Transfer::Xpic => 1.0,
             Transfer::Apic | Transfer::Tpic => 0.0,

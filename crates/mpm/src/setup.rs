@@ -43,6 +43,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     }
     let options: MpmOptions = case.method_options("mpm")?;
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.mpm.{name}"), problem))?;
+    options.validate_stage_flip(case)?;
     let options = two_phase::cleared(case, options)?;
     if options.shape == ShapeFunctions::Cpdi2 && case.space != Space::PlaneStrain {
         let problem = "cpdi2 is of quadrilaterals and available in plane strain only: use cpdi";
@@ -323,6 +324,7 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
         options: options.clone(),
+        flip: options.flip_share(&case.stages[0]),
         nodes: vec![Node::default(); own_nodes],
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],

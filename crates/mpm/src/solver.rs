@@ -32,6 +32,8 @@ pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
 pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) case: Arc<Case>,
     pub(crate) options: MpmOptions,
+    /// Share of FLIP in the stage.
+    pub(crate) flip: f64,
     pub(crate) grid: Grid<D>,
     /// The mesh; empty on a structured grid.
     pub(crate) mesh: Arc<Mesh<D>>,

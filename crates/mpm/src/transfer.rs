@@ -236,7 +236,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         what: PointUpdate,
     ) -> BlockReport {
         let (strides, ground, extent) = (self.layout.strides(), ground!(self), &set.extent);
-        let flip = self.options.flip_share();
+        let flip = self.flip;
         let first_node = set.field * self.layout.len();
         let mut moves = [Moved::default(); BLOCK];
         let mut motions = [still(dt, extent[0]); BLOCK];

@@ -47,6 +47,8 @@ pub struct RunOptions {
     pub stop: Option<Arc<AtomicBool>>,
     /// Commit of the program, for the record.
     pub commit: Option<String>,
+    /// Takes what is worth a word while the run goes on; it is among the [`RunReport::remarks`] too.
+    pub warn: Option<fn(&str)>,
 }
 
 /// How a run ended.
@@ -361,6 +363,7 @@ impl Run<'_> {
                 }
                 continue;
             };
+            self.watch(&limit);
             self.solver.step(dt)?;
             self.progress.time_step = Some(limit.dt);
             self.show(limit.limit, dt);
@@ -413,6 +416,18 @@ impl Run<'_> {
         Ok(())
     }
 
+    /// Says once that the step has become a small part of the first one.
+    fn watch(&mut self, limit: &TimeStep) {
+        let first = *self.progress.first_time_step.get_or_insert(limit.dt);
+        if self.progress.collapse.is_some() {
+            return;
+        }
+        self.progress.collapse = limit.collapse(first, self.solver.time());
+        if let (Some(remark), Some(warn)) = (&self.progress.collapse, self.options.warn) {
+            self.bar.suspend(|| warn(remark));
+        }
+    }
+
     fn show(&self, limit: StepLimit, dt: f64) {
         let steps = self.solver.step_count();
         if !self.bar.is_hidden() && steps.is_multiple_of(16) {
@@ -428,7 +443,7 @@ impl Run<'_> {
         if completed {
             self.recorder.output_last(&*self.solver, &mut self.progress)?;
         }
-        self.remarks = self.solver.remarks();
+        self.remarks = self.progress.collapse.iter().cloned().chain(self.solver.remarks()).collect();
         if completed {
             self.remarks.extend(self.recorder.blind_probes());
         }

@@ -33,6 +33,10 @@ pub(super) struct Progress {
     pub(super) start: Budget,
     /// Bound on the last step (s).
     pub(super) time_step: Option<f64>,
+    /// Bound on the first step (s).
+    pub(super) first_time_step: Option<f64>,
+    /// What was said when the step had become a small part of the first one.
+    pub(super) collapse: Option<String>,
 }
 
 impl Progress {

@@ -12,18 +12,28 @@ struct Oscillators {
     damping: f64,
     /// Stable step (s).
     dt: f64,
+    /// When it falls, and by what share.
+    falls: Option<(f64, f64)>,
     fail_at: Option<f64>,
 }
 
 impl Oscillators {
     fn boxed(damping: f64, fail_at: Option<f64>) -> Box<dyn Solver> {
         let state = (0..5).map(|i| [1.0 + f64::from(i), 0.0]).collect();
-        Box::new(Self { state, time: 0.0, steps: 0, damping, dt: 0.0137, fail_at })
+        Box::new(Self { state, time: 0.0, steps: 0, damping, dt: 0.0137, falls: None, fail_at })
     }
 
     /// At rest, with another stable step (s).
     fn at_rest(dt: f64) -> Box<dyn Solver> {
-        Box::new(Self { state: vec![[0.0; 2]; 5], time: 0.0, steps: 0, damping: 0.0, dt, fail_at: None })
+        Box::new(Self {
+            state: vec![[0.0; 2]; 5],
+            time: 0.0,
+            steps: 0,
+            damping: 0.0,
+            dt,
+            falls: None,
+            fail_at: None,
+        })
     }
 }
 
@@ -38,7 +48,15 @@ impl Solver for Oscillators {
         self.state.len()
     }
     fn time_step(&mut self) -> TimeStep {
-        TimeStep { dt: self.dt, limit: StepLimit::Fixed, point: None, position: [0.0; 3] }
+        match self.falls {
+            Some((at, share)) if self.time >= at => TimeStep {
+                dt: share * self.dt,
+                limit: StepLimit::ElasticWave,
+                point: Some(3),
+                position: [1.0, 2.0, 0.0],
+            },
+            _ => TimeStep { dt: self.dt, limit: StepLimit::Fixed, point: None, position: [0.0; 3] },
+        }
     }
     fn step(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.fail_at.is_some_and(|at| self.time >= at) {
@@ -439,6 +457,33 @@ fn a_probe_that_no_point_comes_near_is_remarked() {
     }
     let report = run(&case, Oscillators::boxed(0.1, None), &RunOptions::default()).unwrap();
     assert_eq!(report.remarks, ["measures.far: no point came within its radius"]);
+}
+
+#[test]
+fn a_step_that_collapses_is_remarked_with_its_place() {
+    let case = case(r#"[ { "name": "all", "duration": 0.5 } ]"#);
+    let falling = |share| {
+        let falls = Some((0.485, share));
+        Box::new(Oscillators {
+            state: vec![[0.0; 2]; 5],
+            time: 0.0,
+            steps: 0,
+            damping: 0.0,
+            dt: 0.01,
+            falls,
+            fail_at: None,
+        })
+    };
+    static SAID: std::sync::Mutex<Vec<String>> = std::sync::Mutex::new(Vec::new());
+    let warn: fn(&str) = |remark| SAID.lock().unwrap().push(remark.to_owned());
+    let with = RunOptions { warn: Some(warn), ..RunOptions::default() };
+    let [little, much] = [2e-3, 5e-4].map(|share| run(&case, falling(share), &with).unwrap().remarks);
+    assert_eq!(little, [""; 0]);
+    let [remark] = much.as_slice() else { panic!("{much:?}") };
+    for part in ["5.000e-6 s", "1.000e-2 s", "elastic wave", "point 3", "[1.0, 2.0, 0.0] m"] {
+        assert!(remark.contains(part), "{remark}");
+    }
+    assert_eq!(*SAID.lock().unwrap(), much, "once, while it ran");
 }
 
 #[test]

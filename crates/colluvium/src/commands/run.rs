@@ -37,6 +37,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         keep_frames: false,
         stop: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
+        warn: (!files.quiet).then_some(|remark| eprintln!("warning: {remark}")),
     };
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new()

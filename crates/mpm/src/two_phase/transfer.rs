@@ -185,7 +185,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// FLIP and PIC (MPM sheet §2.6), alike for both phases.
     #[inline(always)]
     fn follow_node(&self, velocity: &mut [f64; D], read: &Gathered<D>, dt: f64) {
-        let flip = self.options.flip;
+        let flip = self.flip;
         let (new, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
         for c in 0..D {
             velocity[c] = flip * (velocity[c] + dt * acceleration[c]) + (1.0 - flip) * new[c];

@@ -390,6 +390,40 @@ fn periodic_runs_are_the_same_on_any_thread_and_after_a_restart() {
     restarts(&case, 0.3, 0.5);
 }
 
+#[test]
+fn loads_on_nodes_are_the_same_on_any_thread() {
+    let load = json!({ "kind": "traction", "body": "b", "side": "x-max", "value": [-100, 20], "carrier": "nodes", "ramp": 0.05,
+                       "profile": { "axis": "y", "shares": [[0.35, 1], [0.65, 0.2]] } });
+    let held = json!([{ "side": "x-min", "position": 0.35, "wall": { "kind": "rough" } }]);
+    for options in [
+        json!({ "cell_size": 0.0125 }),
+        json!({ "cell_size": 0.0125, "stress_update": "usl", "shape": "cpgimp" }),
+        json!({ "cell_size": 0.0125, "shape": "linear", "mesh": { "kind": "box" } }),
+    ] {
+        for fluid in
+            [Value::Null, json!({ "porosity": 0.4, "intrinsic_permeability": 1e-8, "bulk_modulus": 1e6 })]
+        {
+            let mut body = json!({ "name": "b", "material": "m",
+                                   "shape": { "kind": "box", "min": [0.35, 0.35], "max": [0.65, 0.65] } });
+            if !fluid.is_null() {
+                body["pore_fluid"] = fluid;
+            }
+            let case = case(json!({ "loads": [load], "boundaries": held, "bodies": [body],
+                                    "stages": [{ "name": "s", "duration": 0.02 }], "methods": { "mpm": options } }));
+            let hash = |threads: usize| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let report = pool.install(|| solve(&case));
+                let budget =
+                    [report.end.momentum[0], report.end.kinetic, report.end.elastic].map(f64::to_bits);
+                (report.snapshot.hash(), budget)
+            };
+            let [one, two] = [1, 2].map(hash);
+            assert!(f64::from_bits(one.1[0]) < 0.0, "it is pushed");
+            assert_eq!(one, two, "{options}");
+        }
+    }
+}
+
 fn restarts(case: &Case, middle: f64, end: f64) {
     let mut whole = begin(case);
     advance_to(&mut *whole, middle);

@@ -173,12 +173,69 @@ fn transfers_are_the_same_on_two_threads_and_after_a_restart() {
 }
 
 #[test]
+fn stages_have_their_own_share_of_flip() {
+    let stages = json!([{ "name": "calm", "duration": 0.1 }, { "name": "flow", "duration": 0.1 }]);
+    let table = |options: Value| {
+        let mut case = spinning(&options);
+        case.stages = serde_json::from_value(stages.clone()).unwrap();
+        case
+    };
+    let kinetic = |case: &Case| {
+        let mut solver = begin(case);
+        [0.1, 0.2].map(|end| {
+            solver.begin_stage(usize::from(end > 0.1), solver.time()).unwrap();
+            while solver.time() < end - 1e-12 {
+                let dt = solver.time_step().dt.min(end - solver.time());
+                solver.step(dt).unwrap();
+            }
+            solver.budget().kinetic.to_bits()
+        })
+    };
+    let own = table(json!({ "stage_flip": { "calm": 0.0 } }));
+    let [calm, flow] = kinetic(&own);
+    let [pic, pic_on] = kinetic(&table(json!({ "flip": 0.0 })));
+    let [flip, _] = kinetic(&table(json!({})));
+    assert_eq!(calm, pic, "the first stage is PIC");
+    assert!(calm != flip && flow != pic_on, "the second is not");
+    // The other way round, with the share of the first as that of the case.
+    assert_eq!([calm, flow], kinetic(&table(json!({ "flip": 0.0, "stage_flip": { "flow": 1.0 } }))));
+
+    // Taken up again before, at and after the change.
+    let snapshots = |cut: Option<usize>| {
+        let mut solver = begin(&own);
+        let mut start = 0.0;
+        let mut stage = 0;
+        for step in 0..60 {
+            if step == 30 {
+                (stage, start) = (1, solver.time());
+                solver.begin_stage(stage, start).unwrap();
+            }
+            if cut == Some(step) {
+                let mut again = Mpm.build(&own).unwrap();
+                again.restore(&solver.save()).unwrap();
+                again.begin_stage(stage, start).unwrap();
+                solver = again;
+            }
+            solver.step(1e-3).unwrap();
+        }
+        solver.snapshot().hash()
+    };
+    let whole = snapshots(None);
+    for cut in [10, 30, 45] {
+        assert_eq!(snapshots(Some(cut)), whole, "cut after {cut} steps");
+    }
+}
+
+#[test]
 fn transfers_that_do_not_fit_are_refused() {
     let table = [
         (json!({ "transfer": "apic", "shape": "ugimp" }), "methods.mpm.transfer"),
         (json!({ "transfer": "xpic", "xpic_order": 0 }), "methods.mpm.xpic_order"),
         (json!({ "xpic_order": 3 }), "methods.mpm.xpic_order"),
         (json!({ "transfer": "tpic", "flip": 0.5 }), "methods.mpm.flip"),
+        (json!({ "transfer": "tpic", "stage_flip": { "s": 0.5 } }), "methods.mpm.stage_flip"),
+        (json!({ "stage_flip": { "s": 1.5 } }), "methods.mpm.stage_flip.s"),
+        (json!({ "stage_flip": { "t": 0.5 } }), "methods.mpm.stage_flip.t"),
         (json!({ "mass_scaling": 0.5 }), "methods.mpm.mass_scaling"),
     ];
     for (options, path) in table {
