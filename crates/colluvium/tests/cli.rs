@@ -286,7 +286,9 @@ fn a_killed_run_resumes_to_the_last_bit() {
     }
     assert!(kills > 0, "the run was killed at least once");
     assert_eq!(summary(&killed)["status"], "completed");
-    assert_eq!(summary(&killed)["snapshot_hash"], summary(&whole)["snapshot_hash"]);
+    for same in ["snapshot_hash", "stages", "time_step_limits", "warnings"] {
+        assert_eq!(summary(&killed)[same], summary(&whole)[same], "{same}");
+    }
     assert!(results(&killed) == results(&whole), "every file is the same after {kills} kills");
     let (frame, written) = kept.expect("a checkpoint after the first frame");
     assert_eq!(modified(&frame), Some(written), "runs from the start write {} again", frame.display());
@@ -359,6 +361,80 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
     assert_eq!(output(colluvium().args(["plot", "--frame", "999"]).arg(&out)).0, 2);
     assert_eq!(output(colluvium().args(["plot", "--field", "colour"]).arg(&out)).0, 2);
     assert_eq!(output(colluvium().arg("plot").arg(folder.path().join("nowhere"))).0, 1);
+}
+
+#[test]
+fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = column();
+    case["title"] = json!("a <small> column & its fall");
+    case["methods"]["mpm"]["courant"] = json!(0.31);
+    let file = write(folder.path(), "column.json", &case);
+    let out = folder.path().join("out");
+    assert_eq!(output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
+    let (code, said, errors) = output(colluvium().args(["report", "--frames", "3"]).arg(&out));
+    assert_eq!(code, 0, "{errors}");
+    assert!(said.contains("report.html"), "{said}");
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("<h1>a &lt;small&gt; column &amp; its fall</h1>"));
+    // Two fields of three frames; the rest of the pictures stands in the page itself.
+    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 6);
+    assert_eq!(page.matches("src=").count(), 6);
+    assert!(!page.contains("href=") && !page.contains("<script"));
+    let summary = summary(&out);
+    let stage = |number: usize, key: &str| summary["stages"][number][key].clone();
+    assert_eq!((stage(0, "name"), stage(0, "ended")), (json!("hold"), json!("duration over")));
+    assert!((stage(0, "end").as_f64().unwrap() - 0.02).abs() < 1e-9 && stage(1, "start") == stage(0, "end"));
+    let limits = summary["time_step_limits"].as_array().unwrap();
+    let counted: u64 = limits.iter().map(|limit| limit["steps"].as_u64().unwrap()).sum();
+    assert_eq!(counted, summary["steps"].as_u64().unwrap());
+    let wanted = [
+        "Completed.",
+        "duration over",
+        "elastic wave",
+        summary["snapshot_hash"].as_str().unwrap(),
+        "materials.sand.friction_angle</td><td>31",
+        "methods.mpm.courant</td><td>0.31",
+        "boundaries[2].wall.friction_coefficient</td><td>0.6",
+        "sum of the energies (J)",
+        "<figcaption>front</figcaption>",
+        "<figcaption>surface</figcaption>",
+        "velocity, frame 6",
+    ];
+    for wanted in wanted {
+        assert!(page.contains(wanted), "{wanted}");
+    }
+    assert!(!page.contains("Incomplete"));
+    assert_eq!(output(colluvium().args(["report", "--field", "colour"]).arg(&out)).0, 2);
+    assert_eq!(output(colluvium().arg("report").arg(folder.path())).0, 2, "holds no run");
+}
+
+#[test]
+fn a_report_says_that_a_run_is_incomplete() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = column();
+    case["stages"][1] =
+        json!({ "name": "rest", "duration": 0.02, "equilibrium": { "unbalanced_force": 1e-12 } });
+    let file = write(folder.path(), "column.json", &case);
+    let out = folder.path().join("out");
+    let (code, _, errors) = output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file));
+    assert_eq!(code, 1, "{errors}");
+    let page = || {
+        let (code, _, errors) = output(colluvium().arg("report").arg(&out));
+        assert_eq!(code, 0, "{errors}");
+        fs::read_to_string(out.join("report.html")).unwrap()
+    };
+    let failed = page();
+    assert!(failed.contains("Incomplete. The run failed.") && failed.contains("no equilibrium within"));
+    assert!(failed.contains("not ended") && failed.contains("In the last row"));
+    // What a run that was killed leaves, and one that was killed before its first row.
+    fs::write(out.join("summary.json"), r#"{ "status": "running", "method": "mpm" }"#).unwrap();
+    let killed = page();
+    assert!(killed.contains("was killed before its end") && killed.contains("materials.sand.friction_angle"));
+    for file in ["measures.csv", "frames.pvd", "profile-surface.csv"] {
+        fs::remove_file(out.join(file)).unwrap();
+    }
+    assert!(page().contains("Nothing yet."));
 }
 
 #[test]

@@ -5,7 +5,6 @@ mod frame;
 mod grid_frame;
 mod table;
 
-pub(crate) use files::make_atomically;
 pub use files::{OutputError, write_atomically};
 pub use frame::{Collection, read_frame, write_frame};
 pub use grid_frame::{GridFrame, grid_nodes, write_grid};

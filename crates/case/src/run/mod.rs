@@ -47,6 +47,8 @@ pub struct RunOptions {
     pub stop: Option<Arc<AtomicBool>>,
     /// Commit of the program, for the record.
     pub commit: Option<String>,
+    /// What was said of the case before it ran, for the record.
+    pub warnings: Vec<String>,
 }
 
 /// How a run ended.
@@ -292,6 +294,7 @@ impl Run<'_> {
                 self.save()?;
                 return Ok(Ending::Interrupted);
             }
+            self.progress.stage_ends.push(self.solver.time());
             let done = &self.case.stages[stage];
             self.solver.end_stage(done)?;
             if self.case.factors_of_safety().any(|(_, search)| search.after == done.name) {
@@ -361,8 +364,8 @@ impl Run<'_> {
                 }
                 continue;
             };
+            self.progress.count(&limit, self.solver.time());
             self.solver.step(dt)?;
-            self.progress.time_step = Some(limit.dt);
             self.show(limit.limit, dt);
             if self.at_rest(stage) {
                 return Ok(Ending::Completed);

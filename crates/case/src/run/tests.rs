@@ -292,6 +292,33 @@ fn rows_tell_the_step_and_how_far_from_rest_it_is() {
 }
 
 #[test]
+fn a_summary_tells_when_stages_ended_and_what_bounded_the_steps() {
+    let case = case(
+        r#"[ { "name": "settle", "duration": 100, "equilibrium": {} }, { "name": "go", "duration": 1 }, { "name": "on", "duration": 1 } ]"#,
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let warnings = vec!["mind the step".to_owned()];
+    let report =
+        run(&case, Oscillators::boxed(2.0, None), &RunOptions { warnings, ..options(folder.path()) })
+            .unwrap();
+    let text = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let stages = summary["stages"].as_array().unwrap();
+    let ended: Vec<&str> = stages.iter().map(|stage| stage["ended"].as_str().unwrap()).collect();
+    assert_eq!(ended, ["at rest", "duration over", "duration over"]);
+    let settled = stages[0]["end"].as_f64().unwrap();
+    assert!(settled > 0.0 && settled < 100.0);
+    assert!((stages[2]["end"].as_f64().unwrap() - settled - 2.0).abs() < 1e-9, "{text}");
+    assert_eq!(stages[1]["start"], stages[0]["end"]);
+    let limits = &summary["time_step_limits"];
+    assert_eq!(limits.as_array().map(Vec::len), Some(1));
+    assert_eq!(limits[0]["limit"], "fixed by the case");
+    assert_eq!(limits[0]["steps"].as_u64(), Some(report.steps));
+    assert_eq!(limits[0]["least"], 0.0137);
+    assert_eq!(summary["warnings"][0], "mind the step");
+}
+
+#[test]
 fn a_stage_that_does_not_settle_is_an_error() {
     let case = case(r#"[ { "name": "settle", "duration": 2.0, "equilibrium": {} } ]"#);
     let error = run(&case, Oscillators::boxed(0.0, None), &RunOptions::default()).unwrap_err();

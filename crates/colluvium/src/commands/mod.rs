@@ -9,6 +9,7 @@ pub mod check;
 pub mod element_test;
 pub mod new;
 pub mod plot;
+pub mod report;
 pub mod run;
 pub mod schema;
 pub mod sweep;

@@ -28,6 +28,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
     let out = files.folder(&arguments.case, method.name());
+    let warnings = method.plan(&case)?.all_warnings(&case);
     let options = RunOptions {
         method: method.name().to_owned(),
         out: Some(out.clone()),
@@ -37,6 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         keep_frames: false,
         stop: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
+        warnings,
     };
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -44,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .build()
         .map_err(|error| Failure::Other(format!("threads: {error}")))?;
     if !files.quiet {
-        for warning in method.plan(&case)?.all_warnings(&case) {
+        for warning in &options.warnings {
             eprintln!("warning: {warning}");
         }
     }

@@ -201,6 +201,7 @@ fn one(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> 
         keep_frames: false,
         stop: Some(options.stop.clone()),
         commit: options.commit.clone(),
+        warnings: case.warnings(),
     };
     match run_method(method, case, &run) {
         Ok(report) if report.ending == Ending::Interrupted => RunState::Interrupted,
