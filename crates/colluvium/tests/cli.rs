@@ -410,6 +410,38 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
 }
 
 #[test]
+fn an_export_has_every_frame_and_table_to_the_last_bit() {
+    use colluvium::case::output::{Table, Values, read_frame, read_npz};
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(folder.path(), "column.json", &column());
+    let out = folder.path().join("out");
+    assert_eq!(output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
+    let archives = out.join("npz");
+    fs::create_dir(&archives).unwrap();
+    fs::write(archives.join("frame-00099.npz"), "of an earlier run").unwrap();
+    let (code, said, errors) = output(colluvium().arg("export").arg(&out));
+    assert_eq!(code, 0, "{errors}");
+    let mut wanted: Vec<String> = (0..7).map(|number| format!("frame-{number:05}.npz")).collect();
+    wanted.extend(["measures.npz", "profile-surface.npz"].map(str::to_owned));
+    assert_eq!(names_in(&archives), wanted);
+    assert!(said.starts_with("wrote 9 archives"), "{said}");
+    let arrays = |name: &str| read_npz(&archives.join(name)).unwrap();
+    let frame = read_frame(&out.join("frames/frame-00003.vtu"), 0.06).unwrap();
+    let last = arrays("frame-00003.npz");
+    let values = |name: &str| &last.iter().find(|array| array.name == name).unwrap().values;
+    assert_eq!(*values("position"), Values::Float(frame.positions.as_flattened().to_vec()));
+    assert_eq!(
+        *values("velocity"),
+        Values::Float(frame.vectors("velocity").unwrap().as_flattened().to_vec())
+    );
+    let table = Table::read(&out.join("measures.csv")).unwrap();
+    let columns = arrays("measures.npz");
+    assert_eq!(columns.len(), table.columns.len());
+    assert_eq!(columns[0].values, Values::Float(table.column("time").unwrap()));
+    assert_eq!(output(colluvium().arg("export").arg(folder.path())).0, 2, "holds no run");
+}
+
+#[test]
 fn a_report_says_that_a_run_is_incomplete() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();

@@ -7,6 +7,7 @@ macro_rules! say {
 
 pub mod check;
 pub mod element_test;
+pub mod export;
 pub mod new;
 pub mod plot;
 pub mod report;
