@@ -126,7 +126,6 @@ pub fn run<'a>(
     });
     ends.into_iter().collect::<Result<(), _>>()?;
     let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.write(&options.out)?;
     results.draw(&options.out, &measured(members))?;
     Ok(results)
 }
