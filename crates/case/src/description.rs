@@ -12,6 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use strength::{FactorOfSafety, Weakening};
 
+pub use crate::point_list::PointFile;
 pub use crate::pore_fluid::{PoreFluid, PorePressure};
 pub use crate::surface::{Load, LoadCarrier, LoadProfile, RampShape};
 
@@ -134,6 +135,10 @@ pub struct Body {
     pub name: String,
     /// Where it is.
     pub shape: Shape,
+    /// Points from a file in place of those that a method sets in the shape, which still says what the body covers: for overlaps,
+    /// weights, and faces that bear loads. All points must be in it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points: Option<PointFile>,
     /// Name of its material.
     pub material: String,
     /// Initial velocity; at rest by default.

@@ -11,6 +11,7 @@ mod load;
 pub mod measure;
 pub mod output;
 pub mod plot;
+mod point_list;
 mod pore_fluid;
 mod ramps;
 pub mod run;
@@ -23,8 +24,9 @@ pub use description::Case;
 pub use equilibrium::{Equilibrium, Scales};
 pub use error::{CaseError, CaseErrors};
 pub use load::spatial;
+pub use point_list::PointList;
 pub use run::{RunError, RunOptions, RunReport, Safety, run, run_method};
 pub use solver::{
-    Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Snapshot, Solver, SolverError, StepLimit,
-    TimeStep,
+    Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Size, Snapshot, Solver, SolverError,
+    StepLimit, TimeStep,
 };

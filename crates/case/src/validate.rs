@@ -193,6 +193,14 @@ impl Findings<'_> {
                     }
                 }
             }
+            if let Some(spacing) = body.points.as_ref().and_then(|points| points.spacing) {
+                let length = spacing.is_finite() && spacing > 0.0;
+                self.require(
+                    length,
+                    format!("{path}.points.spacing"),
+                    format!("{spacing} must be finite and positive (m)"),
+                );
+            }
             self.velocity(&format!("{path}.velocity"), &body.velocity);
             self.initial_stress(&format!("{path}.stress"), &body.stress);
             let whole = !(body.rigid && body.drop_outside);

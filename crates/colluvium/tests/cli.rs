@@ -150,6 +150,40 @@ fn a_check_warns_on_standard_error() {
 }
 
 #[test]
+fn a_problem_that_does_not_fit_in_memory_is_refused_before_it_is_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut mpm = column();
+    mpm["methods"]["mpm"]["cell_size"] = json!(1e-7);
+    let mut sph = column();
+    sph["methods"] = json!({ "sph": { "spacing": 1e-7 } });
+    let mut coarse = column();
+    coarse["methods"]["mpm"]["cell_size"] = json!(0.01);
+    for (name, case, key, points) in [
+        ("mpm", mpm, "methods.mpm.cell_size", "4.0e12 points and 4.8e12 grid nodes"),
+        ("sph", sph, "methods.sph.spacing", "1.0e12 points"),
+    ] {
+        let file = write(folder.path(), &format!("{name}.json"), &case);
+        let out = folder.path().join(name);
+        for command in [vec!["check"], vec!["run", "--out", out.to_str().unwrap()]] {
+            let (code, _, errors) = output(colluvium().args(&command).arg(&file));
+            assert_eq!(code, 3, "{command:?}: {errors}");
+            let start = format!("error: {key}: gives about {points}, which need at least ");
+            assert!(errors.starts_with(&start) && errors.contains(" GB of memory; "), "{errors}");
+        }
+        assert!(!out.exists());
+    }
+    let sweep = json!({ "title": "finer", "case": "coarse.json",
+        "parameters": { "cell": { "at": ["methods.mpm.cell_size"], "values": [0.01, 1e-7] } } });
+    write(folder.path(), "coarse.json", &coarse);
+    let (code, _, errors) =
+        output(colluvium().args(["sweep", "--check"]).arg(write(folder.path(), "sweep.json", &sweep)));
+    assert!(
+        code == 3 && errors.contains("methods.mpm.cell_size: gives about 4.0e12 points"),
+        "{code} {errors}"
+    );
+}
+
+#[test]
 fn files_that_are_no_cases_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let missing = folder.path().join("none.json");

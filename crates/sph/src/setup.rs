@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use colluvium_case::description::{Axis, Body, Space, Wall};
-use colluvium_case::{Case, CaseError, Plan, Solver, spatial};
+use colluvium_case::{Case, CaseError, Plan, Size, Solver, spatial};
 use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
 use colluvium_points::{CellList, HalfList, NeighbourList};
 
@@ -19,6 +19,9 @@ use crate::ranks::RankedSolver;
 use crate::solver::{Audit, Kept, Listed, SphSolver};
 use crate::total::{self, Reference};
 use crate::walls::{Contact, Period, Plane, Walls, sites};
+
+/// Share by which the width of listed particles may differ from `spacing` without a word.
+const LISTED_SLACK: f64 = 0.1;
 
 /// Beyond this many particles the ids no longer fit.
 const MOST_PARTICLES: usize = u32::MAX as usize;
@@ -202,6 +205,17 @@ fn check_stress_forms(groups: &[Group], options: &SphOptions) -> Result<(), Case
 fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
+    for number in 0..case.bodies.len() {
+        let Ok(Some(list)) = case.point_list(number) else { continue };
+        let spacing = list.spacing(case.dimension());
+        if (spacing / options.spacing - 1.0).abs() > LISTED_SLACK {
+            warnings.push(format!(
+                "bodies[{number}].points: they are {spacing:.4e} m wide on the mean, methods.sph.spacing is {} m, and the \
+                 smoothing length follows from that",
+                options.spacing
+            ));
+        }
+    }
     let (low, high) = densities(case);
     if options.weighs_masses() && high >= 2.0 * low {
         warnings.push(format!(
@@ -317,15 +331,50 @@ pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     }
 }
 
+/// The size of `case`, without making its particles.
+pub fn size(case: &Case) -> Result<Size, CaseError> {
+    let options = options(case)?;
+    let (points, key) = (case.points_at(options.spacing), "methods.sph.spacing");
+    let each = match case.dimension() {
+        1 => bytes_each::<1>(&options),
+        2 => bytes_each::<2>(&options),
+        _ => bytes_each::<3>(&options),
+    }?;
+    Ok(Size { points, nodes: 0.0, memory: points * each, key })
+}
+
+fn smoothing<const D: usize>(options: &SphOptions) -> Result<Smoothing<D>, CaseError> {
+    Smoothing::<D>::new(options.kernel, options.length())
+        .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))
+}
+
+/// Memory of what acts on others (bytes), a particle or one of a wall.
+const fn bytes_acting(dimension: usize) -> usize {
+    (2 * dimension + 12 + 16) * size_of::<f64>()
+}
+
+/// Memory of what only a particle has (bytes), its neighbours aside.
+const fn bytes_own(dimension: usize) -> usize {
+    (4 * dimension + dimension * dimension + 1) * size_of::<f64>() + 12
+}
+
+/// Memory of the neighbours of a particle (bytes): each is a number and a weight.
+fn bytes_neighbours(radius: f64, spacing: f64, dimension: usize) -> f64 {
+    12.0 * (2.2 * radius / spacing).powi(dimension as i32)
+}
+
+/// Memory of a particle (bytes).
+fn bytes_each<const D: usize>(options: &SphOptions) -> Result<f64, CaseError> {
+    let neighbours = bytes_neighbours(smoothing::<D>(options)?.radius(), options.spacing, D);
+    Ok((bytes_acting(D) + bytes_own(D)) as f64 + neighbours)
+}
+
 fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, CaseError> {
     let mut solver = solver::<D>(case, options)?;
     let time_step = solver.critical_step();
     let (points, walls) = (solver.particles.len, solver.walls.particles.len());
-    let number = size_of::<f64>();
-    let acting = (2 * D + 12 + 16) * number;
-    let own = (4 * D + D * D + 1) * number + 12;
-    // A neighbour is a number and a weight.
-    let neighbours = 12.0 * (2.2 * solver.smoothing.radius() / options.spacing).powi(D as i32);
+    let (acting, own) = (bytes_acting(D), bytes_own(D));
+    let neighbours = bytes_neighbours(solver.smoothing.radius(), options.spacing, D);
     let mut volumes = vec![0.0; case.bodies.len()];
     for group in &solver.groups {
         let mass = solver.particles.mass[group.range()].iter().sum::<f64>();
@@ -346,8 +395,7 @@ fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, Ca
 /// A solver with its concrete type, at time zero.
 pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSolver<D>, CaseError> {
     refuse(case, options)?;
-    let smoothing = Smoothing::<D>::new(options.kernel, options.length())
-        .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))?;
+    let smoothing = smoothing::<D>(options)?;
     let on_surface = options.confining.as_ref().is_some_and(|confining| confining.on == Confined::Surface);
     if on_surface && let Some(problem) = blind_to_surfaces(&smoothing, options.spacing) {
         return Err(CaseError::new("methods.sph.smoothing", problem));
@@ -473,8 +521,12 @@ fn add_body<const D: usize>(
 ) -> Result<Group, CaseError> {
     let path = format!("bodies[{number}]");
     let low: [f64; D] = corner(&case.domain.min);
-    let samples = colluvium_points::lattice(&body.shape, low, options.spacing)
-        .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?;
+    let listed = case.point_list(number)?;
+    let samples = match &listed {
+        Some(list) => list.samples(),
+        None => colluvium_points::lattice(&body.shape, low, options.spacing)
+            .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?,
+    };
     if samples.is_empty() {
         let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);
         return Err(CaseError::new(format!("{path}.shape"), problem));
@@ -502,7 +554,11 @@ fn add_body<const D: usize>(
     let density = spec.density();
     let initial: Vec<InitialCondition> = positions
         .iter()
-        .map(|x| InitialCondition { stress: case.initial_stress(body, spatial(x)), density })
+        .enumerate()
+        .map(|(point, x)| InitialCondition {
+            stress: case.initial_stress_of(body, listed.as_ref(), point, spatial(x)),
+            density,
+        })
         .collect();
     let (stress, states) = material.initial(&initial).map_err(|error| {
         let place = &positions[error.index];
@@ -512,8 +568,16 @@ fn add_body<const D: usize>(
     particles.id.extend(start as u32..(start + count) as u32);
     let history = options.held_history.get(&body.name).cloned();
     let factor = history.as_ref().map_or(1.0, |history| history.at(0.0));
-    let velocity = |x: &[f64; D]| corner::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v));
-    particles.velocity.extend(positions.iter().map(velocity));
+    let own = listed.as_ref().and_then(|list| list.velocities.as_ref());
+    if own.is_some() && options.held.contains(&body.name) {
+        let problem = "has velocities, and a held body moves with its `velocity`";
+        return Err(CaseError::new(format!("{path}.points.file"), problem));
+    }
+    let velocity = |(point, x): (usize, &[f64; D])| match own {
+        Some(velocities) => corner::<D>(&velocities[point]),
+        None => corner::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v)),
+    };
+    particles.velocity.extend(positions.iter().enumerate().map(velocity));
     particles.mass.extend(samples.iter().map(|sample| sample.volume * density));
     particles.density.extend(std::iter::repeat_n(density, count));
     particles.sound.extend(std::iter::repeat_n(0.0, count));

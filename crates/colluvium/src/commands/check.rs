@@ -6,7 +6,7 @@ use clap::Args;
 use colluvium::case::Case;
 use colluvium::case::run::check_names;
 
-use super::{Failure, choose, duration, threads};
+use super::{Failure, choose, duration, free_memory, threads};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -20,6 +20,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
+    method.size(&case)?.fit(free_memory())?;
     let plan = method.plan(&case)?;
     check_names(&case, &*method.build(&case)?)?;
     let step = &plan.time_step;

@@ -92,6 +92,14 @@ fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
+/// Memory that is free (bytes): of the machine, or of the group of processes that this one is in.
+fn free_memory() -> f64 {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let group = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
+    system.available_memory().min(group) as f64
+}
+
 /// A duration in words.
 fn duration(seconds: f64) -> String {
     match seconds {

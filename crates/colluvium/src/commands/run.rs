@@ -7,7 +7,7 @@ use clap::Args;
 use colluvium::case::run::Ending;
 use colluvium::case::{Case, RunOptions, RunReport};
 
-use super::{Failure, ResultFiles, choose, stop_on_interrupt};
+use super::{Failure, ResultFiles, choose, free_memory, stop_on_interrupt};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -27,6 +27,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files = &arguments.files;
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
+    method.size(&case)?.fit(free_memory())?;
     let out = files.folder(&arguments.case, method.name());
     let warnings = method.plan(&case)?.all_warnings(&case);
     let options = RunOptions {
