@@ -15,12 +15,12 @@ pub fn charts(table: &Table) -> Vec<(String, LineChart)> {
     let chart = |(name, unit): &(String, String)| {
         let points = table.pairs("time", name)?;
         let seen = points.iter().any(|(_, value)| value.is_finite());
-        seen.then(|| (name.clone(), in_time(heading(name, unit), points)))
+        seen.then(|| (name.clone(), in_time(&heading(name, unit), points)))
     };
     columns.filter_map(chart).collect()
 }
 
-fn in_time(label: String, points: Vec<(f64, f64)>) -> LineChart {
+fn in_time(label: &str, points: Vec<(f64, f64)>) -> LineChart {
     LineChart {
         x_label: "time (s)".to_owned(),
         y_label: label.replace('_', " "),
@@ -54,11 +54,39 @@ pub fn cloud(
     cloud.map(|cloud| (name.to_owned(), cloud)).ok_or_else(|| names.join(", "))
 }
 
-/// The two axes of a view by its name: `xz` or `yz`, and x and y otherwise.
-pub fn plane(view: &str) -> [usize; 2] {
-    match view {
-        "xz" => [0, 2],
-        "yz" => [1, 2],
+/// The two axes seen: of the view `asked` for, `xy`, `xz` or `yz`; else x and y, and in three dimensions with gravity along z
+/// x and z, as the case in the folder of the run has it.
+pub fn plane(folder: &Path, asked: Option<&str>) -> [usize; 2] {
+    match asked {
+        Some("xz") => [0, 2],
+        Some("yz") => [1, 2],
+        None if stands_along_z(folder).unwrap_or(false) => [0, 2],
         _ => [0, 1],
+    }
+}
+
+fn stands_along_z(folder: &Path) -> Option<bool> {
+    let text = std::fs::read_to_string(folder.join("case.json")).ok()?;
+    let case: serde_json::Value = serde_json::from_str(&text).ok()?;
+    Some(case["gravity"].get(2)?.as_f64()? != 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plane;
+
+    #[test]
+    fn what_stands_along_z_is_seen_from_its_side() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(plane(folder.path(), None), [0, 1]);
+        let axes = |gravity: &str, asked: Option<&str>| {
+            std::fs::write(folder.path().join("case.json"), format!("{{ \"gravity\": {gravity} }}")).unwrap();
+            plane(folder.path(), asked)
+        };
+        assert_eq!(axes("[0, -9.81]", None), [0, 1]);
+        assert_eq!(axes("[0, -9.81, 0]", None), [0, 1]);
+        assert_eq!(axes("[0, 0, -9.81]", None), [0, 2]);
+        assert_eq!(axes("[0, 0, -9.81]", Some("xy")), [0, 1]);
+        assert_eq!(axes("[0, 0, 0]", Some("yz")), [1, 2]);
     }
 }

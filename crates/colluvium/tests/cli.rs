@@ -141,6 +141,18 @@ fn broken_cases_end_with_code_3_and_one_clear_line() {
 }
 
 #[test]
+fn a_case_for_several_methods_asks_which_and_tells_of_no_grid_where_there_is_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = column();
+    case["methods"]["sph"] = json!({ "spacing": 0.01 });
+    let file = write(folder.path(), "both.json", &case);
+    let (code, _, errors) = output(colluvium().arg("check").arg(&file));
+    assert!(code == 2 && errors.contains("several methods, mpm, sph: choose one with --method"), "{errors}");
+    let text = |method: &str| output(colluvium().args(["check", "--method", method]).arg(&file)).1;
+    assert!(text("mpm").contains("grid nodes") && !text("sph").contains("grid nodes"));
+}
+
+#[test]
 fn a_check_warns_on_standard_error() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
@@ -394,7 +406,8 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
     }
     assert_eq!(output(colluvium().args(["plot", "--frame", "999"]).arg(&out)).0, 2);
     assert_eq!(output(colluvium().args(["plot", "--field", "colour"]).arg(&out)).0, 2);
-    assert_eq!(output(colluvium().arg("plot").arg(folder.path().join("nowhere"))).0, 1);
+    let (code, _, errors) = output(colluvium().arg("plot").arg(folder.path().join("nowhere")));
+    assert!(code == 2 && errors.contains("nowhere: holds no run"), "{code} {errors}");
 }
 
 #[test]

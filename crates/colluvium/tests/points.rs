@@ -97,6 +97,20 @@ fn points_that_do_not_suit_the_method_are_refused_or_remarked() {
         error.starts_with("bodies[0].points: ") && error.contains("more than the cells of 0.25 m"),
         "{error}"
     );
+    // As wide as a cell, to rounding, is not too wide.
+    std::fs::write(folder.path().join("space.csv"), "x,y,z\n1.5,0.5,0.5\n2.5,1.5,0.5\n").unwrap();
+    let mut value = block("mpm");
+    value["space"] = json!("3d");
+    value["domain"] = json!({ "min": [0, 0, 0], "max": [4, 3, 1] });
+    value["gravity"] = json!([0, 0, -10]);
+    value["bodies"][0] = json!({
+        "name": "block", "material": "m", "shape": { "kind": "box", "min": [1, 0, 0], "max": [3, 2, 1] },
+        "points": { "file": "space.csv", "spacing": 0.1 }
+    });
+    value["methods"]["mpm"]["cell_size"] = json!(0.1);
+    let cubes = Case::from_value(&value, folder.path()).unwrap();
+    assert!(cubes.point_list(0).unwrap().unwrap().spacing(3) > 0.1);
+    assert_eq!(colluvium::method("mpm").unwrap().plan(&cubes).unwrap().points, 2);
     let plan = colluvium::method("sph").unwrap().plan(&case("sph", 0.5)).unwrap();
     assert!(
         plan.warnings.iter().any(|warning| warning.starts_with("bodies[0].points: ")),

@@ -503,7 +503,9 @@ fn width<const D: usize>(
         return ground.grid.cell / options.points_per_cell as f64;
     }
     let volume = samples.iter().map(|sample| sample.volume).sum::<f64>() / samples.len() as f64;
-    volume.powf(1.0 / D as f64)
+    // Shape functions reach no farther than points as wide as a cell.
+    let width = volume.powf(1.0 / D as f64);
+    if listed { width.min(ground.grid.cell) } else { width }
 }
 
 fn samples<const D: usize>(
@@ -516,7 +518,7 @@ fn samples<const D: usize>(
     let grid = ground.grid;
     let samples = if let Some(list) = listed {
         let spacing = list.spacing(D);
-        if spacing > grid.cell {
+        if spacing > (1.0 + 1e-9) * grid.cell {
             let problem = format!(
                 "the points are {spacing:.4e} m wide on the mean, more than the cells of {} m",
                 grid.cell

@@ -31,7 +31,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for (body, mass) in case.bodies.iter().zip(plan.masses(&case)) {
         say!("mass           {}: {mass:.4e} kg of {}", body.name, body.material);
     }
-    say!("grid nodes     {}", plan.nodes);
+    if plan.nodes > 0 {
+        say!("grid nodes     {}", plan.nodes);
+    }
     say!("time step      {:.4e} s at the start, limited by: {}", step.dt, step.limit);
     if let Some(point) = step.point {
         let place: Vec<String> =

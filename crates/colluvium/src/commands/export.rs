@@ -7,7 +7,7 @@ use clap::Args;
 use colluvium::case::output::{Collection, OutputError, Table, frame_arrays, table_arrays, write_npz};
 use colluvium::pictures::frame;
 
-use super::Failure;
+use super::{Failure, a_run};
 
 /// Name of the folder of the archives.
 const FOLDER: &str = "npz";
@@ -20,9 +20,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let from = &arguments.folder;
-    if !from.join("summary.json").exists() {
-        return Err(Failure::Usage(format!("{}: holds no run (there is no summary.json)", from.display())));
-    }
+    a_run(from)?;
     let to = from.join(FOLDER);
     fs::create_dir_all(&to).map_err(|error| OutputError::new(&to, error))?;
     clear(&to)?;

@@ -87,6 +87,14 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
+/// Refuses a folder that is not one of a run.
+fn a_run(folder: &Path) -> Result<(), Failure> {
+    if folder.join("summary.json").exists() {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!("{}: holds no run (there is no summary.json)", folder.display())))
+}
+
 /// Number of threads that this machine runs at a time.
 fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
@@ -126,7 +134,11 @@ fn choose(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method, Failu
             return Err(CaseError::new("methods", "names no method: choose one with --method").into());
         }
         (None, _) => {
-            return Err(Failure::Usage("the case has several methods: choose one with --method".into()));
+            let names: Vec<&str> = case.methods.keys().map(String::as_str).collect();
+            let names = names.join(", ");
+            return Err(Failure::Usage(format!(
+                "the case has several methods, {names}: choose one with --method"
+            )));
         }
     };
     colluvium::method(name)

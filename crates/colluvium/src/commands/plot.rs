@@ -7,7 +7,7 @@ use colluvium::case::output::{Collection, Table};
 use colluvium::case::plot::Picture;
 use colluvium::pictures::{charts, cloud, frame, plane};
 
-use super::Failure;
+use super::{Failure, a_run};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -22,13 +22,14 @@ pub struct Arguments {
     /// Format of the pictures: png or svg.
     #[arg(long, default_value = "png", value_parser = ["png", "svg"])]
     format: String,
-    /// The two axes seen.
-    #[arg(long, default_value = "xy", value_parser = ["xy", "xz", "yz"])]
-    view: String,
+    /// The two axes seen; xy when absent, and xz in three dimensions with gravity along z.
+    #[arg(long, value_parser = ["xy", "xz", "yz"])]
+    view: Option<String>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let folder = &arguments.folder;
+    a_run(folder)?;
     let mut written = 0;
     for (name, chart) in charts(&Table::read(&folder.join("measures.csv"))?) {
         chart.write(&folder.join(format!("{name}.{}", arguments.format)))?;
@@ -50,8 +51,9 @@ fn points(arguments: &Arguments) -> Result<(), Failure> {
         Failure::Usage(format!("--frame {}: the run has {} frames", arguments.frame, frames.len()))
     })?;
     let asked = arguments.field.as_deref();
-    let (field, cloud) = cloud(&frame(folder, chosen)?, asked, plane(&arguments.view)).map_err(|known| {
-        Failure::Usage(format!("--field {}: the frame has {known}", asked.unwrap_or_default()))
-    })?;
+    let (field, cloud) = cloud(&frame(folder, chosen)?, asked, plane(folder, arguments.view.as_deref()))
+        .map_err(|known| {
+            Failure::Usage(format!("--field {}: the frame has {known}", asked.unwrap_or_default()))
+        })?;
     Ok(cloud.write(&folder.join(format!("{field}-{number:05}.{}", arguments.format)))?)
 }

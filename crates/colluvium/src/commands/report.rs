@@ -18,16 +18,16 @@ pub struct Arguments {
     /// Number of frames that are shown.
     #[arg(long, default_value_t = 4)]
     frames: usize,
-    /// The two axes seen.
-    #[arg(long, default_value = "xy", value_parser = ["xy", "xz", "yz"])]
-    view: String,
+    /// The two axes seen; xy when absent, and xz in three dimensions with gravity along z.
+    #[arg(long, value_parser = ["xy", "xz", "yz"])]
+    view: Option<String>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let options = ReportOptions {
         fields: arguments.field.clone(),
         frames: arguments.frames,
-        plane: plane(&arguments.view),
+        plane: plane(&arguments.folder, arguments.view.as_deref()),
     };
     let file = report::write(&arguments.folder, &options).map_err(|error| match error {
         ReportError::Output(error) => Failure::Output(error),
