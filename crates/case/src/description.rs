@@ -1,5 +1,7 @@
 //! What a case file says: plain data, SI units, angles in degrees (converted once, on load).
 
+mod body;
+mod output;
 mod strength;
 
 use std::collections::BTreeMap;
@@ -8,10 +10,13 @@ use std::fmt;
 use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 
+pub use body::{Body, InitialStress, Velocity};
+pub use output::{Measure, Output};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use strength::{FactorOfSafety, Weakening};
 
+pub use crate::point_list::PointFile;
 pub use crate::pore_fluid::{PoreFluid, PorePressure};
 pub use crate::surface::{Load, LoadCarrier, LoadProfile, RampShape};
 
@@ -126,35 +131,6 @@ impl Domain {
     }
 }
 
-/// A region filled with one material.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Body {
-    /// Name.
-    pub name: String,
-    /// Where it is.
-    pub shape: Shape,
-    /// Name of its material.
-    pub material: String,
-    /// Initial velocity; at rest by default.
-    #[serde(default)]
-    pub velocity: Velocity,
-    /// Initial stress; stress-free by default.
-    #[serde(default)]
-    pub stress: InitialStress,
-    /// Whether it keeps its shape and moves as the `motions` of the stages say, at rest where they say nothing. What
-    /// it touches sticks to it, unless the method's options say otherwise; of its material only the density counts.
-    #[serde(default)]
-    pub rigid: bool,
-    /// Fluid in its pores that moves by itself (coupled two-phase analysis); none when absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub pore_fluid: Option<PoreFluid>,
-    /// Whether points of it that leave the domain are taken away, with all that they carry, as through an outlet; else that
-    /// ends the run.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub drop_outside: bool,
-}
-
 /// A region in which the velocity of the grid's nodes is prescribed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -190,80 +166,6 @@ impl PrescribedMotion {
         let factor = if self.ramp > 0.0 { (elapsed / self.ramp).clamp(0.0, 1.0) } else { 1.0 };
         std::array::from_fn(|c| self.velocity.get(c).copied().flatten().map(|v| factor * v))
     }
-}
-
-/// An initial velocity field (m/s).
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Velocity {
-    /// At rest.
-    #[default]
-    Rest,
-    /// The same everywhere.
-    Uniform {
-        /// Velocity (m/s).
-        value: Vec<f64>,
-    },
-    /// `v = value + gradient (x - origin)`.
-    Linear {
-        /// Velocity at the origin (m/s).
-        value: Vec<f64>,
-        /// Where `value` holds (m).
-        origin: Vec<f64>,
-        /// Velocity gradient `∂v_i/∂x_j` (1/s), row by row.
-        gradient: Vec<Vec<f64>>,
-    },
-    /// `v = amplitude sin(wave_vector · x + phase)`.
-    Sine {
-        /// Amplitude (m/s).
-        amplitude: Vec<f64>,
-        /// Wave vector (rad/m).
-        wave_vector: Vec<f64>,
-        /// Phase (degrees).
-        #[serde(default)]
-        phase: f64,
-    },
-    /// The first mode of a slender cantilever, at rest behind its clamp.
-    Bending {
-        /// Axis of the beam: 0 is x.
-        along: usize,
-        /// Axis of its deflection.
-        across: usize,
-        /// Coordinate of the clamp along the beam (m).
-        clamp: f64,
-        /// Length of the beam (m).
-        length: f64,
-        /// Velocity of its tip (m/s).
-        tip: f64,
-    },
-}
-
-/// An initial stress field.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum InitialStress {
-    /// Stress-free.
-    #[default]
-    None,
-    /// The same everywhere (Pa, tension-positive): xx yy zz xy yz zx.
-    Uniform {
-        /// Stress components.
-        value: [f64; 6],
-    },
-    /// Weight of the material above along gravity, and a ratio of horizontal to vertical stress. All bodies count that lie
-    /// above the point, up to `surface`, each with its own density (with a pore fluid the saturated one); what is rigid
-    /// weighs nothing, and what is empty neither, unless it lies below the surface of a hydrostatic pore fluid of the body:
-    /// that is open water, which a case puts on the ground as a `pressure` and a `pore-pressure`. Pore pressure is taken
-    /// off, and that of an `undrained` material added again to the total stress with which it starts. The stress is in
-    /// balance under level ground in level layers; where the weight above differs at the same height, let the first stage
-    /// have an `equilibrium`. A state outside the yield surface of the material is refused, unless the material has
-    /// `project`.
-    K0 {
-        /// Coordinate along the axis of gravity (m) up to which bodies count: the top of the ground.
-        surface: f64,
-        /// Ratio of horizontal to vertical effective stress.
-        coefficient: f64,
-    },
 }
 
 /// The side of the box, or of an inner plane, that a wall occupies.
@@ -480,114 +382,6 @@ pub enum Reset {
     /// Internal variables (plastic strain, hardening) to their initial values; stress is kept. The run stops where the law
     /// has no such state: stress beyond an initial cap or strength that has grown, a fluid that flows.
     State,
-}
-
-/// What is written, and when.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Output {
-    /// Time between frames (s); none when absent, except the first and the last. Steps are shortened so that they end at
-    /// the time of an output.
-    pub frames: Option<f64>,
-    /// Time between rows of the measures (s); a hundredth of the whole run when absent.
-    pub measures: Option<f64>,
-    /// Cell size (m) of a regular grid over the domain on which every frame is averaged as well: density in space, and averages
-    /// of the fields weighted with mass, for iso-surfaces and volume rendering. It should be two points wide or more.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub grid: Option<f64>,
-    /// Wall-clock seconds between checkpoints.
-    pub checkpoint: f64,
-    /// Fields in the frames; all when absent. Identity, body and extent of each point are always there.
-    pub fields: Option<Vec<String>>,
-}
-
-impl Default for Output {
-    fn default() -> Self {
-        Self { frames: None, measures: None, grid: None, checkpoint: 60.0, fields: None }
-    }
-}
-
-/// A quantity to follow in time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Measure {
-    /// Where the mass ends along an axis (m). The base is divided into columns of cells; those whose lowest
-    /// cell holds a point, counted without a gap from the wall behind the mass, are the connected region, and
-    /// the front is the farthest end of a point's domain in it. Points beyond a gap are detached and do not
-    /// count. Where no column at the wall is occupied, counting begins at the rearmost that is; where nothing
-    /// lies on the base, a column is occupied by points at any height. With a quantile below 1, the place
-    /// behind which that fraction of the mass lies, which stray points do not move. Rigid bodies do not count, unless
-    /// `bodies` names them.
-    Front {
-        /// Direction in which the front moves.
-        side: Side,
-        /// Fraction of the mass behind the front.
-        #[serde(default = "whole")]
-        quantile: f64,
-        /// Width of the columns (m), for a quantile of 1; by default the cells of the method's grid, or two
-        /// point widths for a method that tells of none.
-        #[serde(default)]
-        cell: Option<f64>,
-        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
-        /// included.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        bodies: Option<Vec<String>>,
-    },
-    /// `(front - initial) / initial`, both counted from `origin`; the front is that of the measure `front`.
-    RunOut {
-        /// Direction in which the front moves.
-        side: Side,
-        /// Coordinate of the wall behind the mass (m).
-        origin: f64,
-        /// Initial length (m).
-        initial_length: f64,
-        /// Fraction of the mass behind the front.
-        #[serde(default = "whole")]
-        quantile: f64,
-        /// Width of the columns (m), as in `front`.
-        #[serde(default)]
-        cell: Option<f64>,
-        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
-        /// included.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        bodies: Option<Vec<String>>,
-    },
-    /// Height of the surface in bins along an axis, written at each frame. Rigid bodies do not count, unless `bodies` names
-    /// them.
-    Profile {
-        /// Axis along which the bins lie: 0 is x.
-        axis: usize,
-        /// Axis of height.
-        height: usize,
-        /// Width of a bin (m).
-        bin: f64,
-        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
-        /// included.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        bodies: Option<Vec<String>>,
-    },
-    /// Fields averaged over the points within `radius` of a place.
-    Probe {
-        /// Where (m).
-        position: Vec<f64>,
-        /// Radius (m).
-        radius: f64,
-        /// Names of fields.
-        fields: Vec<String>,
-    },
-    /// Force of the material on a rigid body or a patch (N; per metre in plane strain, per radian in axisymmetry): in
-    /// the last step, and its impulse since the start (N s), whose slope is the mean force.
-    Reaction {
-        /// Name of the rigid body or patch.
-        of: String,
-    },
-    /// Energy that the materials have dissipated since the start (J; per metre in plane strain, per radian in
-    /// axisymmetry): the work of their stresses less what they store. A law that stores no energy that can be told
-    /// counts all work as dissipated.
-    Dissipation {},
-    /// The factor by which strength may be divided before the bodies no longer come to rest, by trials from
-    /// the state at the end of a stage. Found after the run.
-    FactorOfSafety(FactorOfSafety),
 }
 
 fn whole() -> f64 {

@@ -12,6 +12,7 @@ mod load;
 pub mod measure;
 pub mod output;
 pub mod plot;
+mod point_list;
 mod pore_fluid;
 mod ramps;
 pub mod run;
@@ -24,8 +25,9 @@ pub use description::Case;
 pub use equilibrium::{Equilibrium, Scales};
 pub use error::{CaseError, CaseErrors};
 pub use load::spatial;
+pub use point_list::PointList;
 pub use run::{RunError, RunOptions, RunReport, Safety, run, run_method};
 pub use solver::{
-    Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Snapshot, Solver, SolverError, StepLimit,
-    TimeStep,
+    Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Size, Snapshot, Solver, SolverError,
+    StepLimit, TimeStep,
 };

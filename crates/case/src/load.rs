@@ -49,7 +49,7 @@ impl Case {
         Ok(case)
     }
 
-    /// Files that the options of a method name are meant from the folder of the case; a whole path is the same from
+    /// Files that the case names are meant from the folder of the case; a whole path is the same from
     /// wherever the case, or the copy of it that a run keeps, is read.
     fn resolve_files(&mut self, folder: &Path) {
         for file in self.files() {
@@ -58,12 +58,13 @@ impl Case {
         }
     }
 
-    /// The files that options of methods name: `mesh.file`.
+    /// The files that bodies name, and options of methods: `mesh.file`.
     fn files(&mut self) -> impl Iterator<Item = &mut String> {
-        self.methods.values_mut().filter_map(|options| match options.pointer_mut("/mesh/file") {
+        let lists = self.bodies.iter_mut().filter_map(|body| Some(&mut body.points.as_mut()?.file));
+        lists.chain(self.methods.values_mut().filter_map(|options| match options.pointer_mut("/mesh/file") {
             Some(Value::String(file)) => Some(file),
             _ => None,
-        })
+        }))
     }
 
     /// The case as JSON text.
@@ -71,8 +72,8 @@ impl Case {
         serde_json::to_string_pretty(self).expect("plain data always serialises")
     }
 
-    /// A number that differs between cases that differ in anything that matters to a run. Of files that options of
-    /// methods name what is in them counts, not where they are.
+    /// A number that differs between cases that differ in anything that matters to a run. Of files that it
+    /// names what is in them counts, not where they are.
     pub fn fingerprint(&self) -> u64 {
         let mut case = self.clone();
         case.schema = None;
@@ -118,6 +119,13 @@ impl Case {
     /// Number of coordinates of the space.
     pub fn dimension(&self) -> usize {
         self.space.dimension()
+    }
+
+    /// About how many points `spacing` (m) apart fill the bodies; those from files do not count.
+    pub fn points_at(&self, spacing: f64) -> f64 {
+        let dimension = self.dimension();
+        let filled = self.bodies.iter().filter(|body| body.points.is_none());
+        filled.map(|body| body.shape.volume(dimension, false)).sum::<f64>() / spacing.powi(dimension as i32)
     }
 
     /// Gravity with three components (m/s²).

@@ -20,6 +20,15 @@ pub trait Method: Send + Sync {
     /// JSON Schema of the options under `methods.<name>`.
     fn options_schema(&self) -> Schema;
 
+    /// About how large the problem is, without making its points. Methods that do not tell are of no size.
+    ///
+    /// # Errors
+    /// When its options are wrong.
+    fn size(&self, case: &Case) -> Result<Size, CaseError> {
+        let _ = case;
+        Ok(Size::default())
+    }
+
     /// What would be solved, without solving it. Refuses, by JSON path, whatever the method cannot honour.
     ///
     /// # Errors
@@ -31,6 +40,41 @@ pub trait Method: Send + Sync {
     /// # Errors
     /// As [`Method::plan`].
     fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError>;
+}
+
+/// About how large a problem is, known before any of it is made; points from files and meshes do not count.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Size {
+    /// Number of points.
+    pub points: f64,
+    /// Number of grid nodes.
+    pub nodes: f64,
+    /// The memory that is needed at least (bytes).
+    pub memory: f64,
+    /// Key of the case that it follows from: the size of cells, or a spacing.
+    pub key: &'static str,
+}
+
+impl Size {
+    /// Refuses a problem that does not fit in the memory that is there (bytes).
+    ///
+    /// # Errors
+    /// With the number of points and what they need, at the key that it follows from.
+    pub fn fit(&self, available: f64) -> Result<(), CaseError> {
+        // What is no number fits nowhere.
+        if self.memory <= available {
+            return Ok(());
+        }
+        let nodes =
+            if self.nodes > 0.0 { format!(" and {:.1e} grid nodes", self.nodes) } else { String::new() };
+        let problem = format!(
+            "gives about {:.1e} points{nodes}, which need at least {:.1} GB of memory; {:.1} GB are free: make it larger",
+            self.points,
+            self.memory / 1e9,
+            available / 1e9
+        );
+        Err(CaseError::new(self.key, problem))
+    }
 }
 
 /// The size of a problem, for `check` and for the progress bar.

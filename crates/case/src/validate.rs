@@ -1,5 +1,6 @@
 //! What a case must satisfy beyond its schema.
 
+mod bodies;
 mod equilibrium;
 mod measures;
 mod strength;
@@ -7,12 +8,7 @@ mod surface;
 
 use std::collections::HashSet;
 
-use colluvium_constitutive::MaterialSpec;
-use colluvium_points::overlap;
-
-use crate::description::{
-    Boundary, InitialStress, PoreFluid, PorePressure, Side, Space, Stage, Velocity, Wall,
-};
+use crate::description::{Boundary, Side, Space, Stage, Wall};
 use crate::json::closest;
 use crate::output::grid_nodes;
 use crate::{Case, CaseError, CaseErrors};
@@ -158,160 +154,6 @@ impl Findings<'_> {
                 let problem =
                     "plane-strain matchings hold in plane strain only; use compression or extension";
                 self.report(format!("{path}.matching"), problem);
-            }
-        }
-    }
-
-    fn bodies(&mut self) {
-        let case = self.case;
-        let dimension = case.dimension();
-        let materials: Vec<&str> = case.materials.keys().map(String::as_str).collect();
-        self.require(!case.bodies.is_empty(), "bodies", "at least one body is needed");
-        let mut names = HashSet::new();
-        let mut sound = vec![false; case.bodies.len()];
-        for (number, body) in case.bodies.iter().enumerate() {
-            let path = format!("bodies[{number}]");
-            if !names.insert(&body.name) {
-                self.report(format!("{path}.name"), format!("{:?} names two bodies", body.name));
-            }
-            self.name(&format!("{path}.material"), &body.material, &materials, "defined under materials");
-            match body.shape.validate(dimension) {
-                Err(error) => self.report(format!("{path}.shape.{}", error.path), error.problem),
-                Ok(()) => {
-                    sound[number] = true;
-                    let (low, high) = body.shape.bounds(dimension);
-                    for axis in 0..dimension {
-                        let Some((min, max)) = self.extent(axis) else { continue };
-                        let slack = 1e-9 * (max - min);
-                        if low[axis] < min - slack || high[axis] > max + slack {
-                            let problem = format!(
-                                "reaches from {} to {} m along axis {axis}, beyond the domain from {min} to {max} m",
-                                low[axis], high[axis]
-                            );
-                            self.report(format!("{path}.shape"), problem);
-                        }
-                    }
-                }
-            }
-            self.velocity(&format!("{path}.velocity"), &body.velocity);
-            self.initial_stress(&format!("{path}.stress"), &body.stress);
-            let whole = !(body.rigid && body.drop_outside);
-            self.require(whole, format!("{path}.drop_outside"), "a rigid body stays whole");
-            let still = !body.rigid || body.velocity == Velocity::Rest;
-            let problem = "a rigid body moves as the motions of the stages say, and from rest";
-            self.require(still, format!("{path}.velocity"), problem);
-            let slack = !body.rigid || body.stress == InitialStress::None;
-            self.require(slack, format!("{path}.stress"), "a rigid body carries no stress");
-            let material = case.materials.get(&body.material);
-            let unfit = if let Some(fluid) = &body.pore_fluid {
-                self.pore_fluid(&format!("{path}.pore_fluid"), fluid);
-                material.and_then(no_skeleton)
-            } else {
-                material.filter(|_| !body.rigid).and_then(no_soil)
-            };
-            if let Some(problem) = unfit {
-                self.report(format!("{path}.material"), format!("{:?} {problem}", body.material));
-            }
-        }
-        for second in 1..case.bodies.len() {
-            for first in (0..second).filter(|&first| sound[first] && sound[second]) {
-                let (a, b) = (&case.bodies[first], &case.bodies[second]);
-                if let Some(place) = overlap(&a.shape, &b.shape, dimension, OVERLAP_RESOLUTION) {
-                    let problem = format!("overlaps the body {:?}, for example at {place:.4?} m", a.name);
-                    self.report(format!("bodies[{second}].shape"), problem);
-                }
-            }
-        }
-    }
-
-    fn velocity(&mut self, path: &str, velocity: &Velocity) {
-        match velocity {
-            Velocity::Rest => {}
-            Velocity::Uniform { value } => self.vector(&format!("{path}.value"), value),
-            Velocity::Linear { value, origin, gradient } => {
-                self.vector(&format!("{path}.value"), value);
-                self.vector(&format!("{path}.origin"), origin);
-                let dimension = self.case.dimension();
-                let problem = format!("has {} rows, the space has {dimension} dimensions", gradient.len());
-                self.require(gradient.len() == dimension, format!("{path}.gradient"), problem);
-                for (row, values) in gradient.iter().enumerate() {
-                    self.vector(&format!("{path}.gradient[{row}]"), values);
-                }
-            }
-            Velocity::Sine { amplitude, wave_vector, phase } => {
-                self.vector(&format!("{path}.amplitude"), amplitude);
-                self.vector(&format!("{path}.wave_vector"), wave_vector);
-                self.finite(format!("{path}.phase"), *phase);
-            }
-            Velocity::Bending { along, across, clamp, length, tip } => {
-                let dimension = self.case.dimension();
-                let fits = *along < dimension && *across < dimension && along != across;
-                let problem = format!("{across} and along {along} must be two different axes of the space");
-                self.require(fits, format!("{path}.across"), problem);
-                self.finite(format!("{path}.clamp"), *clamp);
-                self.positive(format!("{path}.length"), *length, "m");
-                self.finite(format!("{path}.tip"), *tip);
-            }
-        }
-    }
-
-    fn initial_stress(&mut self, path: &str, stress: &InitialStress) {
-        match stress {
-            InitialStress::None => {}
-            InitialStress::Uniform { value } => {
-                for (number, component) in value.iter().enumerate() {
-                    self.finite(format!("{path}.value[{number}]"), *component);
-                }
-            }
-            InitialStress::K0 { surface, coefficient } => {
-                self.finite(format!("{path}.surface"), *surface);
-                self.not_negative(format!("{path}.coefficient"), *coefficient, "");
-                let along = self.case.gravity.iter().filter(|g| **g != 0.0).count();
-                self.require(along == 1, path, "a K0 stress needs gravity along one axis");
-            }
-        }
-    }
-
-    fn pore_fluid(&mut self, path: &str, fluid: &PoreFluid) {
-        let gravity = &self.case.gravity;
-        let at = |key: &str| format!("{path}.{key}");
-        let problem = format!("{} is not between 0 and 1 (both excluded)", fluid.porosity);
-        self.require(fluid.porosity > 0.0 && fluid.porosity < 1.0, at("porosity"), problem);
-        self.positive(at("density"), fluid.density, "kg/m³");
-        self.positive(at("bulk_modulus"), fluid.bulk_modulus, "Pa");
-        self.positive(at("viscosity"), fluid.viscosity, "Pa s");
-        match (fluid.permeability, fluid.intrinsic_permeability) {
-            (Some(value), None) => {
-                self.positive(at("permeability"), value, "m/s");
-                let problem = "a hydraulic conductivity contains gravity and the case has none: give \
-                               intrinsic_permeability (m²)";
-                self.require(gravity.iter().any(|g| *g != 0.0), at("permeability"), problem);
-            }
-            (None, Some(value)) => self.positive(at("intrinsic_permeability"), value, "m²"),
-            _ => self
-                .report(at("permeability"), "give either permeability (m/s) or intrinsic_permeability (m²)"),
-        }
-        match fluid.pressure {
-            PorePressure::None => {}
-            PorePressure::Uniform { value } => self.finite(at("pressure.value"), value),
-            PorePressure::Hydrostatic { surface } => {
-                self.finite(at("pressure.surface"), surface);
-                let along = gravity.iter().filter(|g| **g != 0.0).count();
-                self.require(
-                    along == 1,
-                    at("pressure"),
-                    "a hydrostatic pressure needs gravity along one axis",
-                );
-            }
-        }
-        if let Some(velocity) = &fluid.velocity {
-            self.velocity(&at("velocity"), velocity);
-        }
-        if let Some(strength) = fluid.cavitation_strength {
-            self.not_negative(at("cavitation_strength"), strength, " (Pa)");
-            if let PorePressure::Uniform { value } = fluid.pressure {
-                let problem = format!("{value} is below minus the cavitation strength");
-                self.require(value >= -strength, at("pressure.value"), problem);
             }
         }
     }
@@ -516,24 +358,4 @@ impl Findings<'_> {
 fn driven(case: &Case) -> Vec<&str> {
     let rigid = case.bodies.iter().filter(|body| body.rigid).map(|body| body.name.as_str());
     rigid.chain(case.patches.iter().map(|patch| patch.name.as_str())).collect()
-}
-
-/// Why a material cannot be the skeleton around a pore fluid.
-fn no_skeleton(material: &MaterialSpec) -> Option<&'static str> {
-    if material.is_fluid() {
-        return Some("is a fluid and has no pores");
-    }
-    let problem = "holds its pore water already: give its skeleton, or leave out pore_fluid";
-    has_layer(material, "undrained").then_some(problem)
-}
-
-/// Why a material cannot be a soil without a pore fluid.
-fn no_soil(material: &MaterialSpec) -> Option<&'static str> {
-    let problem = "loses strength as its saturation grows, and without a pore_fluid the body has none";
-    has_layer(material, "saturation-softened").then_some(problem)
-}
-
-/// Whether a material is of the model, or is around one that is.
-fn has_layer(material: &MaterialSpec, model: &str) -> bool {
-    material.name() == model || material.inner().is_some_and(|inner| has_layer(inner, model))
 }

@@ -26,7 +26,9 @@ pub use colluvium_points as points;
 pub use colluvium_sph as sph;
 
 mod models;
+pub mod pictures;
 mod reference;
+pub mod report;
 pub mod sweep;
 
 pub use models::models_reference;

@@ -5,7 +5,7 @@ mod commands;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use commands::{Failure, check, element_test, new, plot, run, schema, sweep};
+use commands::{Failure, check, element_test, export, new, plot, report, run, schema, sweep};
 
 /// Point-based numerical methods for geomechanics.
 ///
@@ -32,6 +32,10 @@ enum Command {
     ElementTest(element_test::Arguments),
     /// Draws measures and points of a run.
     Plot(plot::Arguments),
+    /// Writes frames and measures of a run as arrays for scripts (NPZ).
+    Export(export::Arguments),
+    /// Writes a report of a run: one page with all that it left.
+    Report(report::Arguments),
     /// Runs a case with many values of its parameters: table, misfit, convergence.
     Sweep(sweep::Arguments),
 }
@@ -44,6 +48,8 @@ fn main() -> ExitCode {
         Command::New(arguments) => new::run(&arguments),
         Command::ElementTest(arguments) => element_test::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
     };
     match result {

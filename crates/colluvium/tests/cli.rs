@@ -141,12 +141,58 @@ fn broken_cases_end_with_code_3_and_one_clear_line() {
 }
 
 #[test]
+fn a_case_for_several_methods_asks_which_and_tells_of_no_grid_where_there_is_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = column();
+    case["methods"]["sph"] = json!({ "spacing": 0.01 });
+    let file = write(folder.path(), "both.json", &case);
+    let (code, _, errors) = output(colluvium().arg("check").arg(&file));
+    assert!(code == 2 && errors.contains("several methods, mpm, sph: choose one with --method"), "{errors}");
+    let text = |method: &str| output(colluvium().args(["check", "--method", method]).arg(&file)).1;
+    assert!(text("mpm").contains("grid nodes") && !text("sph").contains("grid nodes"));
+}
+
+#[test]
 fn a_check_warns_on_standard_error() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(folder.path(), "column.json", &column());
     let (code, text, errors) = output(colluvium().arg("check").arg(&file));
     assert!(code == 0 && text.contains("points") && !text.contains("warning"), "{text}");
     assert!(errors.starts_with("warning: stages[0].damping: "), "{errors}");
+}
+
+#[test]
+fn a_problem_that_does_not_fit_in_memory_is_refused_before_it_is_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut mpm = column();
+    mpm["methods"]["mpm"]["cell_size"] = json!(1e-7);
+    let mut sph = column();
+    sph["methods"] = json!({ "sph": { "spacing": 1e-7 } });
+    let mut coarse = column();
+    coarse["methods"]["mpm"]["cell_size"] = json!(0.01);
+    for (name, case, key, points) in [
+        ("mpm", mpm, "methods.mpm.cell_size", "4.0e12 points and 4.8e12 grid nodes"),
+        ("sph", sph, "methods.sph.spacing", "1.0e12 points"),
+    ] {
+        let file = write(folder.path(), &format!("{name}.json"), &case);
+        let out = folder.path().join(name);
+        for command in [vec!["check"], vec!["run", "--out", out.to_str().unwrap()]] {
+            let (code, _, errors) = output(colluvium().args(&command).arg(&file));
+            assert_eq!(code, 3, "{command:?}: {errors}");
+            let start = format!("error: {key}: gives about {points}, which need at least ");
+            assert!(errors.starts_with(&start) && errors.contains(" GB of memory; "), "{errors}");
+        }
+        assert!(!out.exists());
+    }
+    let sweep = json!({ "title": "finer", "case": "coarse.json",
+        "parameters": { "cell": { "at": ["methods.mpm.cell_size"], "values": [0.01, 1e-7] } } });
+    write(folder.path(), "coarse.json", &coarse);
+    let (code, _, errors) =
+        output(colluvium().args(["sweep", "--check"]).arg(write(folder.path(), "sweep.json", &sweep)));
+    assert!(
+        code == 3 && errors.contains("methods.mpm.cell_size: gives about 4.0e12 points"),
+        "{code} {errors}"
+    );
 }
 
 #[test]
@@ -286,7 +332,9 @@ fn a_killed_run_resumes_to_the_last_bit() {
     }
     assert!(kills > 0, "the run was killed at least once");
     assert_eq!(summary(&killed)["status"], "completed");
-    assert_eq!(summary(&killed)["snapshot_hash"], summary(&whole)["snapshot_hash"]);
+    for same in ["snapshot_hash", "stages", "time_step_limits", "warnings"] {
+        assert_eq!(summary(&killed)[same], summary(&whole)[same], "{same}");
+    }
     assert!(results(&killed) == results(&whole), "every file is the same after {kills} kills");
     let (frame, written) = kept.expect("a checkpoint after the first frame");
     assert_eq!(modified(&frame), Some(written), "runs from the start write {} again", frame.display());
@@ -358,7 +406,114 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
     }
     assert_eq!(output(colluvium().args(["plot", "--frame", "999"]).arg(&out)).0, 2);
     assert_eq!(output(colluvium().args(["plot", "--field", "colour"]).arg(&out)).0, 2);
-    assert_eq!(output(colluvium().arg("plot").arg(folder.path().join("nowhere"))).0, 1);
+    let (code, _, errors) = output(colluvium().arg("plot").arg(folder.path().join("nowhere")));
+    assert!(code == 2 && errors.contains("nowhere: holds no run"), "{code} {errors}");
+}
+
+#[test]
+fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = column();
+    case["title"] = json!("a <small> column & its fall");
+    case["methods"]["mpm"]["courant"] = json!(0.31);
+    let file = write(folder.path(), "column.json", &case);
+    let out = folder.path().join("out");
+    assert_eq!(output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
+    let (code, said, errors) = output(colluvium().args(["report", "--frames", "3"]).arg(&out));
+    assert_eq!(code, 0, "{errors}");
+    assert!(said.contains("report.html"), "{said}");
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("<h1>a &lt;small&gt; column &amp; its fall</h1>"));
+    // Two fields of three frames; the rest of the pictures stands in the page itself.
+    assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 6);
+    assert_eq!(page.matches("src=").count(), 6);
+    assert!(!page.contains("href=") && !page.contains("<script"));
+    let summary = summary(&out);
+    let stage = |number: usize, key: &str| summary["stages"][number][key].clone();
+    assert_eq!((stage(0, "name"), stage(0, "ended")), (json!("hold"), json!("duration over")));
+    assert!((stage(0, "end").as_f64().unwrap() - 0.02).abs() < 1e-9 && stage(1, "start") == stage(0, "end"));
+    let limits = summary["time_step_limits"].as_array().unwrap();
+    let counted: u64 = limits.iter().map(|limit| limit["steps"].as_u64().unwrap()).sum();
+    assert_eq!(counted, summary["steps"].as_u64().unwrap());
+    let wanted = [
+        "Completed.",
+        "duration over",
+        "elastic wave",
+        summary["snapshot_hash"].as_str().unwrap(),
+        "materials.sand.friction_angle</td><td>31",
+        "methods.mpm.courant</td><td>0.31",
+        "boundaries[2].wall.friction_coefficient</td><td>0.6",
+        "sum of the energies (J)",
+        "<figcaption>front</figcaption>",
+        "<figcaption>surface</figcaption>",
+        "velocity, frame 6",
+    ];
+    for wanted in wanted {
+        assert!(page.contains(wanted), "{wanted}");
+    }
+    assert!(!page.contains("Incomplete"));
+    assert_eq!(output(colluvium().args(["report", "--field", "colour"]).arg(&out)).0, 2);
+    assert_eq!(output(colluvium().arg("report").arg(folder.path())).0, 2, "holds no run");
+}
+
+#[test]
+fn an_export_has_every_frame_and_table_to_the_last_bit() {
+    use colluvium::case::output::{Table, Values, read_frame, read_npz};
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(folder.path(), "column.json", &column());
+    let out = folder.path().join("out");
+    assert_eq!(output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
+    let archives = out.join("npz");
+    fs::create_dir(&archives).unwrap();
+    fs::write(archives.join("frame-00099.npz"), "of an earlier run").unwrap();
+    let (code, said, errors) = output(colluvium().arg("export").arg(&out));
+    assert_eq!(code, 0, "{errors}");
+    let mut wanted: Vec<String> = (0..7).map(|number| format!("frame-{number:05}.npz")).collect();
+    wanted.extend(["measures.npz", "profile-surface.npz"].map(str::to_owned));
+    assert_eq!(names_in(&archives), wanted);
+    assert!(said.starts_with("wrote 9 archives"), "{said}");
+    let arrays = |name: &str| read_npz(&archives.join(name)).unwrap();
+    let frame = read_frame(&out.join("frames/frame-00003.vtu"), 0.06).unwrap();
+    let last = arrays("frame-00003.npz");
+    let values = |name: &str| &last.iter().find(|array| array.name == name).unwrap().values;
+    assert_eq!(*values("position"), Values::Float(frame.positions.as_flattened().to_vec()));
+    assert_eq!(
+        *values("velocity"),
+        Values::Float(frame.vectors("velocity").unwrap().as_flattened().to_vec())
+    );
+    let table = Table::read(&out.join("measures.csv")).unwrap();
+    let columns = arrays("measures.npz");
+    assert_eq!(columns.len(), table.columns.len());
+    assert_eq!(columns[0].values, Values::Float(table.column("time").unwrap()));
+    assert_eq!(output(colluvium().arg("export").arg(folder.path())).0, 2, "holds no run");
+}
+
+#[test]
+fn a_report_says_that_a_run_is_incomplete() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = column();
+    case["stages"][1] =
+        json!({ "name": "rest", "duration": 0.02, "equilibrium": { "unbalanced_force": 1e-12 } });
+    let file = write(folder.path(), "column.json", &case);
+    let out = folder.path().join("out");
+    let (code, _, errors) = output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file));
+    assert_eq!(code, 1, "{errors}");
+    let page = || {
+        let (code, _, errors) = output(colluvium().arg("report").arg(&out));
+        assert_eq!(code, 0, "{errors}");
+        fs::read_to_string(out.join("report.html")).unwrap()
+    };
+    let failed = page();
+    assert!(failed.contains("Incomplete. The run failed.") && failed.contains("no equilibrium within"));
+    assert!(failed.contains("not ended") && failed.contains("In the last row"));
+    // What a run that was killed leaves, and one that was killed before its first row.
+    fs::write(out.join("summary.json"), r#"{ "status": "running", "method": "mpm" }"#).unwrap();
+    let killed = page();
+    assert!(killed.contains("was killed before its end") && killed.contains("materials.sand.friction_angle"));
+    for file in ["measures.csv", "frames.pvd", "profile-surface.csv"] {
+        fs::remove_file(out.join(file)).unwrap();
+    }
+    assert!(page().contains("Nothing yet."));
 }
 
 #[test]

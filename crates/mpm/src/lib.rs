@@ -35,6 +35,7 @@ mod points;
 mod readings;
 mod report;
 mod setup;
+mod size;
 mod solver;
 mod strain;
 mod stretch;
@@ -45,7 +46,7 @@ mod walls;
 mod work;
 mod xpic;
 
-use colluvium_case::{Case, CaseError, Method, Plan, Solver};
+use colluvium_case::{Case, CaseError, Method, Plan, Size, Solver};
 use schemars::Schema;
 
 pub use config::{
@@ -71,6 +72,10 @@ impl Method for Mpm {
 
     fn options_schema(&self) -> Schema {
         schemars::schema_for!(MpmOptions)
+    }
+
+    fn size(&self, case: &Case) -> Result<Size, CaseError> {
+        size::size(case)
     }
 
     fn plan(&self, case: &Case) -> Result<Plan, CaseError> {

@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use colluvium_case::description::{Body, Boundary, LoadCarrier, Space, Wall as CaseWall};
-use colluvium_case::{Case, CaseError, Plan, Solver, StepLimit, spatial};
+use colluvium_case::{Case, CaseError, Plan, PointList, Solver, StepLimit, spatial};
 use colluvium_constitutive::{InitialCondition, Material, SymTensor};
 use colluvium_grid::{Basis, Grid, Layout, Node, Walls};
 use colluvium_points::Sample;
@@ -27,7 +27,7 @@ use crate::{
 };
 
 /// Memory to sort a point by cell (bytes): its place in the order and the largest of its arrays a second time.
-const SORTING: usize = 16 + size_of::<SymTensor>();
+pub const SORTING: usize = 16 + size_of::<SymTensor>();
 /// Updates per second of one phase with GIMP in the plane and in space, a million points on one thread
 /// (docs/benchmarks/2026-11-22-mpm).
 const PACE: [f64; 2] = [12e6, 7e6];
@@ -98,6 +98,11 @@ impl dispatch::Visitor for Build<'_> {
     }
 }
 
+/// Memory of a grid node (bytes).
+pub fn bytes_of_node(phases: usize, contacts: bool) -> usize {
+    phases * size_of::<Node>() + 32 * if contacts { 2 } else { phases }
+}
+
 /// What would be solved.
 struct Measure<'a> {
     case: &'a Case,
@@ -114,8 +119,7 @@ impl dispatch::Visitor for Measure<'_> {
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
         let nodes = solver.layout.len() * solver.contacts.fields();
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
-        let mut per_node =
-            phases * size_of::<Node>() + 32 * if solver.contacts.fields() > 1 { 2 } else { phases };
+        let mut per_node = bytes_of_node(phases, solver.contacts.fields() > 1);
         per_node += if solver.dual.is_used() { DualNodes::BYTES } else { 0 };
         per_node += if solver.consistent.is_used() { ConsistentMass::BYTES } else { 0 };
         let mut volumes = vec![0.0; self.case.bodies.len()];
@@ -418,7 +422,8 @@ fn point_set<const D: usize, P: PointDomain<D>>(
 ) -> Result<PointSet<D, P>, CaseError> {
     let body = &case.bodies[number];
     let path = format!("bodies[{number}]");
-    let samples = samples(options, ground, body, &path, first_id)?;
+    let listed = case.point_list(number)?;
+    let samples = samples(options, ground, (body, listed.as_ref()), &path, first_id)?;
     let spec = &case.materials[&body.material];
     let material: Arc<dyn Material> = spec
         .build()
@@ -429,15 +434,20 @@ fn point_set<const D: usize, P: PointDomain<D>>(
     let density = spec.density();
     let initial: Vec<InitialCondition> = position
         .iter()
-        .map(|x| InitialCondition { stress: case.initial_stress(body, spatial(x)), density })
+        .enumerate()
+        .map(|(point, x)| InitialCondition {
+            stress: case.initial_stress_of(body, listed.as_ref(), point, spatial(x)),
+            density,
+        })
         .collect();
     let pore = two_phase::pore_set(case, body, &position);
     let (stress, states) = material.initial(&initial).map_err(|error| {
         let place = &position[error.index];
         CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))
     })?;
-    let velocity_at = |x: &[f64; D]| {
-        let velocity = body.velocity.at(spatial(x));
+    let velocity_at = |(point, x): (usize, &[f64; D])| {
+        let own = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
+        let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));
         std::array::from_fn(|c| velocity[c])
     };
     let follows_later = P::STRETCHES && options.stress_update == StressScheme::Usf;
@@ -446,9 +456,9 @@ fn point_set<const D: usize, P: PointDomain<D>>(
         field: 0,
         rigid: None,
         material,
-        extent: [width(ground, options, &samples); D],
+        extent: [width(ground, options, &samples, listed.is_some()); D],
         id: (first_id as u32..(first_id + position.len()) as u32).collect(),
-        velocity: position.iter().map(velocity_at).collect(),
+        velocity: position.iter().enumerate().map(velocity_at).collect(),
         mass: volume.iter().map(|v| v * density).collect(),
         initial_volume: volume.clone(),
         volume,
@@ -483,24 +493,42 @@ fn domains<const D: usize, P: PointDomain<D>>(
     Ok(domains)
 }
 
-/// Full width of every point of a body (m); in elements the mean one of squares or cubes of their volume.
-fn width<const D: usize>(ground: &Ground<'_, D>, options: &MpmOptions, samples: &[Sample<D>]) -> f64 {
-    if ground.mesh.is_empty() {
+/// Full width of every point of a body (m); in elements, and of points that are `listed`, the mean one of squares or cubes of
+/// their volume.
+fn width<const D: usize>(
+    ground: &Ground<'_, D>,
+    options: &MpmOptions,
+    samples: &[Sample<D>],
+    listed: bool,
+) -> f64 {
+    if ground.mesh.is_empty() && !listed {
         return ground.grid.cell / options.points_per_cell as f64;
     }
     let volume = samples.iter().map(|sample| sample.volume).sum::<f64>() / samples.len() as f64;
-    volume.powf(1.0 / D as f64)
+    // Shape functions reach no farther than points as wide as a cell.
+    let width = volume.powf(1.0 / D as f64);
+    if listed { width.min(ground.grid.cell) } else { width }
 }
 
 fn samples<const D: usize>(
     options: &MpmOptions,
     ground: &Ground<'_, D>,
-    body: &Body,
+    (body, listed): (&Body, Option<&PointList>),
     path: &str,
     first_id: usize,
 ) -> Result<Vec<Sample<D>>, CaseError> {
     let grid = ground.grid;
-    let samples = if ground.mesh.is_empty() {
+    let samples = if let Some(list) = listed {
+        let spacing = list.spacing(D);
+        if spacing > (1.0 + 1e-9) * grid.cell {
+            let problem = format!(
+                "the points are {spacing:.4e} m wide on the mean, more than the cells of {} m",
+                grid.cell
+            );
+            return Err(CaseError::new(format!("{path}.points"), problem));
+        }
+        list.samples()
+    } else if ground.mesh.is_empty() {
         colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
             .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?
     } else {

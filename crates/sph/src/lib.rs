@@ -28,7 +28,7 @@ mod tensile;
 mod total;
 mod walls;
 
-use colluvium_case::{Case, CaseError, Method, Plan, Solver};
+use colluvium_case::{Case, CaseError, Method, Plan, Size, Solver};
 use schemars::Schema;
 
 pub use config::{
@@ -54,6 +54,10 @@ impl Method for Sph {
 
     fn options_schema(&self) -> Schema {
         schemars::schema_for!(SphOptions)
+    }
+
+    fn size(&self, case: &Case) -> Result<Size, CaseError> {
+        setup::size(case)
     }
 
     fn plan(&self, case: &Case) -> Result<Plan, CaseError> {

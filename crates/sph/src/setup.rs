@@ -6,7 +6,7 @@ mod walls;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, Plan, Solver};
+use colluvium_case::{Case, CaseError, Plan, Size, Solver};
 use colluvium_points::{CellList, NeighbourList};
 
 pub use walls::walls;
@@ -70,15 +70,50 @@ pub fn plan(case: &Case) -> Result<Plan, CaseError> {
     }
 }
 
+/// The size of `case`, without making its particles.
+pub fn size(case: &Case) -> Result<Size, CaseError> {
+    let options = options(case)?;
+    let (points, key) = (case.points_at(options.spacing), "methods.sph.spacing");
+    let each = match case.dimension() {
+        1 => bytes_each::<1>(&options),
+        2 => bytes_each::<2>(&options),
+        _ => bytes_each::<3>(&options),
+    }?;
+    Ok(Size { points, nodes: 0.0, memory: points * each, key })
+}
+
+fn smoothing<const D: usize>(options: &SphOptions) -> Result<Smoothing<D>, CaseError> {
+    Smoothing::<D>::new(options.kernel, options.length())
+        .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))
+}
+
+/// Memory of what acts on others (bytes), a particle or one of a wall.
+const fn bytes_acting(dimension: usize) -> usize {
+    (2 * dimension + 12 + 16) * size_of::<f64>()
+}
+
+/// Memory of what only a particle has (bytes), its neighbours aside.
+const fn bytes_own(dimension: usize) -> usize {
+    (4 * dimension + dimension * dimension + 1) * size_of::<f64>() + 12
+}
+
+/// Memory of the neighbours of a particle (bytes): each is a number and a weight.
+fn bytes_neighbours(radius: f64, spacing: f64, dimension: usize) -> f64 {
+    12.0 * (2.2 * radius / spacing).powi(dimension as i32)
+}
+
+/// Memory of a particle (bytes).
+fn bytes_each<const D: usize>(options: &SphOptions) -> Result<f64, CaseError> {
+    let neighbours = bytes_neighbours(smoothing::<D>(options)?.radius(), options.spacing, D);
+    Ok((bytes_acting(D) + bytes_own(D)) as f64 + neighbours)
+}
+
 fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, CaseError> {
     let mut solver = solver::<D>(case, options)?;
     let time_step = solver.critical_step();
     let (points, walls) = (solver.particles.len, solver.walls.particles.len());
-    let number = size_of::<f64>();
-    let acting = (2 * D + 12 + 16) * number;
-    let own = (4 * D + D * D + 1) * number + 12;
-    // A neighbour is a number and a weight.
-    let neighbours = 12.0 * (2.2 * solver.smoothing.radius() / options.spacing).powi(D as i32);
+    let (acting, own) = (bytes_acting(D), bytes_own(D));
+    let neighbours = bytes_neighbours(solver.smoothing.radius(), options.spacing, D);
     let mut volumes = vec![0.0; case.bodies.len()];
     for group in &solver.groups {
         let mass = solver.particles.mass[group.range()].iter().sum::<f64>();
@@ -99,8 +134,7 @@ fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, Ca
 /// A solver with its concrete type, at time zero.
 pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSolver<D>, CaseError> {
     refuse(case, options)?;
-    let smoothing = Smoothing::<D>::new(options.kernel, options.length())
-        .map_err(|error| CaseError::new("methods.sph.kernel", error.to_string()))?;
+    let smoothing = smoothing::<D>(options)?;
     let on_surface = options.confining.as_ref().is_some_and(|confining| confining.on == Confined::Surface);
     if on_surface && let Some(problem) = blind_to_surfaces(&smoothing, options.spacing) {
         return Err(CaseError::new("methods.sph.smoothing", problem));

@@ -40,24 +40,3 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     };
     write().map_err(|error| OutputError::new(path, error))
 }
-
-/// As [`write_atomically`], for what must write its file by itself: `make` is given another path with
-/// the same extension, and what it leaves there is moved to its place if it succeeds.
-///
-/// # Errors
-/// When `make` fails or the disk refuses.
-pub(crate) fn make_atomically(
-    path: &Path,
-    make: impl FnOnce(&Path) -> Result<(), OutputError>,
-) -> Result<(), OutputError> {
-    let mut extension = std::ffi::OsString::from("tmp.");
-    extension.push(path.extension().unwrap_or_default());
-    let temporary = path.with_extension(extension);
-    let place = || File::open(&temporary)?.sync_all().and_then(|()| fs::rename(&temporary, path));
-    let made = make(&temporary).and_then(|()| place().map_err(|error| OutputError::new(path, error)));
-    if made.is_err() {
-        // What is half made is of no use; that it cannot be removed adds nothing to the error.
-        let _ = fs::remove_file(&temporary);
-    }
-    made
-}

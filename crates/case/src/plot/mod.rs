@@ -63,24 +63,41 @@ pub trait Picture {
         Ok(text)
     }
 
+    /// The picture as the bytes of a PNG file.
+    ///
+    /// # Errors
+    /// When the back end fails.
+    fn to_png(&self) -> Result<Vec<u8>, String> {
+        load_font();
+        let (width, height) = self.size();
+        let mut pixels = vec![0; 3 * width as usize * height as usize];
+        {
+            let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+            self.draw(&area)?;
+            area.present().map_err(|error| error.to_string())?;
+        }
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(png::ColorType::Rgb);
+        let written = encoder.write_header().and_then(|mut writer| {
+            writer.write_image_data(&pixels)?;
+            writer.finish()
+        });
+        written.map(|()| bytes).map_err(|error| error.to_string())
+    }
+
     /// Writes the picture; the file's extension, `png` or `svg`, decides how.
     ///
     /// # Errors
     /// For other extensions, or when the disk refuses.
     fn write(&self, path: &Path) -> Result<(), OutputError> {
         let fail = |problem: String| OutputError::new(path, problem);
-        match path.extension().and_then(|extension| extension.to_str()) {
-            Some("svg") => crate::output::write_atomically(path, self.to_svg().map_err(fail)?.as_bytes()),
-            Some("png") => {
-                load_font();
-                crate::output::make_atomically(path, |temporary| {
-                    let area = BitMapBackend::new(temporary, self.size()).into_drawing_area();
-                    self.draw(&area).map_err(fail)?;
-                    area.present().map_err(|error| fail(error.to_string()))
-                })
-            }
-            _ => Err(fail("pictures are written as png or svg".to_owned())),
-        }
+        let bytes = match path.extension().and_then(|extension| extension.to_str()) {
+            Some("svg") => self.to_svg().map(String::into_bytes),
+            Some("png") => self.to_png(),
+            _ => Err("pictures are written as png or svg".to_owned()),
+        };
+        crate::output::write_atomically(path, &bytes.map_err(fail)?)
     }
 }
 

@@ -49,6 +49,8 @@ pub struct RunOptions {
     pub commit: Option<String>,
     /// Takes what is worth a word while the run goes on; it is among the [`RunReport::remarks`] too.
     pub warn: Option<fn(&str)>,
+    /// What was said of the case before it ran, for the record.
+    pub warnings: Vec<String>,
 }
 
 /// How a run ended.
@@ -294,6 +296,7 @@ impl Run<'_> {
                 self.save()?;
                 return Ok(Ending::Interrupted);
             }
+            self.progress.stage_ends.push(self.solver.time());
             let done = &self.case.stages[stage];
             self.solver.end_stage(done)?;
             if self.case.factors_of_safety().any(|(_, search)| search.after == done.name) {
@@ -364,8 +367,8 @@ impl Run<'_> {
                 continue;
             };
             self.watch(&limit);
+            self.progress.count(&limit, self.solver.time());
             self.solver.step(dt)?;
-            self.progress.time_step = Some(limit.dt);
             self.show(limit.limit, dt);
             if self.at_rest(stage) {
                 return Ok(Ending::Completed);

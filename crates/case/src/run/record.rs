@@ -9,11 +9,11 @@ use serde_json::json;
 
 use super::folder::{self, CASE, CHECKPOINT, COLLECTION, FRAMES, GRID_COLLECTION, MEASURES, SUMMARY, Tables};
 use super::{RunError, RunOptions, Safety, row};
-use crate::description::Measure;
+use crate::description::{Measure, Stage};
 use crate::output::{
     Collection, GridFrame, OutputError, Table, read_frame, write_atomically, write_frame, write_grid,
 };
-use crate::{Budget, Case, Snapshot, Solver, SolverError, measure};
+use crate::{Budget, Case, Snapshot, Solver, SolverError, TimeStep, measure};
 
 /// Where a run stands: everything but the solver that a restart needs.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -37,9 +37,37 @@ pub(super) struct Progress {
     pub(super) first_time_step: Option<f64>,
     /// What was said when the step had become a small part of the first one.
     pub(super) collapse: Option<String>,
+    /// When the stages that are over ended (s).
+    pub(super) stage_ends: Vec<f64>,
+    /// What has bounded the steps so far.
+    pub(super) bounds: Vec<StepBound>,
+}
+
+/// How often something bounded the step, and where most.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct StepBound {
+    steps: u64,
+    /// The least bound.
+    least: TimeStep,
+    /// When it was (s).
+    time: f64,
 }
 
 impl Progress {
+    /// Counts a step from `time` (s) for what bounds it.
+    pub(super) fn count(&mut self, bound: &TimeStep, time: f64) {
+        self.time_step = Some(bound.dt);
+        match self.bounds.iter_mut().find(|known| known.least.limit == bound.limit) {
+            Some(known) => {
+                known.steps += 1;
+                if bound.dt < known.least.dt {
+                    (known.least, known.time) = (*bound, time);
+                }
+            }
+            None => self.bounds.push(StepBound { steps: 1, least: *bound, time }),
+        }
+    }
+
     /// When the stage began (s).
     pub(super) fn stage_start(&self) -> f64 {
         self.stage_starts.last().copied().unwrap_or(0.0)
@@ -99,6 +127,7 @@ impl<'a> Recorder<'a> {
         let folder = |problem: String| RunError::Folder { path: out.to_owned(), problem };
         let running = json!({
             "status": "running", "title": self.case.title, "method": self.options.method, "fingerprint": self.mark(),
+            "version": env!("CARGO_PKG_VERSION"), "commit": self.options.commit, "warnings": self.options.warnings,
         });
         let used = out.join(SUMMARY).exists() || out.join(CHECKPOINT).exists();
         if self.options.resume && !used {
@@ -414,7 +443,10 @@ impl<'a> Recorder<'a> {
             "steps": solver.step_count(),
             "time": solver.time(),
             "points": solver.points(),
+            "warnings": self.options.warnings,
             "remarks": remarks,
+            "stages": self.stages(progress),
+            "time_step_limits": progress.bounds.iter().map(bound_to_json).collect::<Vec<_>>(),
             "start": budget(progress.start),
             "measures": measures,
             "case": self.case,
@@ -438,12 +470,32 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
+    /// The stages that have begun, with their ends if they are over.
+    fn stages(&self, progress: &Progress) -> Vec<serde_json::Value> {
+        let stages = self.case.stages.iter().zip(&progress.stage_starts).enumerate();
+        let record = |(number, (stage, start)): (usize, (&Stage, &f64))| {
+            let end = progress.stage_ends.get(number);
+            let ended = if stage.equilibrium.is_some() { "at rest" } else { "duration over" };
+            json!({ "name": stage.name, "start": start, "end": end, "ended": end.map(|_| ended) })
+        };
+        stages.map(record).collect()
+    }
+
     fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
         let Some(out) = &self.options.out else { return Ok(()) };
         let text =
             serde_json::to_string_pretty(summary).map_err(|error| self.refuse(out, error.to_string()))?;
         Ok(write_atomically(&out.join(SUMMARY), text.as_bytes())?)
     }
+}
+
+fn bound_to_json(bound: &StepBound) -> serde_json::Value {
+    let StepBound { steps, least, time } = bound;
+    let place = least.point.map(|_| least.position);
+    json!({
+        "limit": least.limit.to_string(), "steps": steps, "least": least.dt, "time": time, "point": least.point,
+        "position": place,
+    })
 }
 
 /// The frames of a run so far, from their files.

@@ -1,3 +1,5 @@
+mod resume;
+
 use super::*;
 use crate::description::Reset;
 use crate::output::Collection;
@@ -285,21 +287,6 @@ fn no_stage_is_at_rest_before_its_motions_have_grown() {
 }
 
 #[test]
-fn a_resumed_run_knows_when_its_loads_began() {
-    let stages = r#"[ { "name": "wait", "duration": 1 }, { "name": "load", "duration": 1 },
-                      { "name": "settle", "duration": 40, "equilibrium": { "hold": 1 } } ]"#;
-    let case = loaded(stages, Some("load"));
-    let whole = tempfile::tempdir().unwrap();
-    let end = run(&case, Oscillators::boxed(3.0, None), &options(whole.path())).unwrap().snapshot.time;
-    assert!((9.0..9.0 + CHECKS).contains(&end), "{end} s");
-    let folder = tempfile::tempdir().unwrap();
-    run(&case, Oscillators::boxed(3.0, Some(6.0)), &options(folder.path())).unwrap_err();
-    let again = RunOptions { resume: true, ..options(folder.path()) };
-    assert_eq!(run(&case, Oscillators::boxed(3.0, None), &again).unwrap().snapshot.time, end);
-    assert!(left(folder.path()) == left(whole.path()));
-}
-
-#[test]
 fn rows_tell_the_step_and_how_far_from_rest_it_is() {
     let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
     let report = run(&case, Oscillators::boxed(0.0, None), &RunOptions::default()).unwrap();
@@ -310,29 +297,37 @@ fn rows_tell_the_step_and_how_far_from_rest_it_is() {
 }
 
 #[test]
+fn a_summary_tells_when_stages_ended_and_what_bounded_the_steps() {
+    let case = case(
+        r#"[ { "name": "settle", "duration": 100, "equilibrium": {} }, { "name": "go", "duration": 1 }, { "name": "on", "duration": 1 } ]"#,
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let warnings = vec!["mind the step".to_owned()];
+    let report =
+        run(&case, Oscillators::boxed(2.0, None), &RunOptions { warnings, ..options(folder.path()) })
+            .unwrap();
+    let text = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let stages = summary["stages"].as_array().unwrap();
+    let ended: Vec<&str> = stages.iter().map(|stage| stage["ended"].as_str().unwrap()).collect();
+    assert_eq!(ended, ["at rest", "duration over", "duration over"]);
+    let settled = stages[0]["end"].as_f64().unwrap();
+    assert!(settled > 0.0 && settled < 100.0);
+    assert!((stages[2]["end"].as_f64().unwrap() - settled - 2.0).abs() < 1e-9, "{text}");
+    assert_eq!(stages[1]["start"], stages[0]["end"]);
+    let limits = &summary["time_step_limits"];
+    assert_eq!(limits.as_array().map(Vec::len), Some(1));
+    assert_eq!(limits[0]["limit"], "fixed by the case");
+    assert_eq!(limits[0]["steps"].as_u64(), Some(report.steps));
+    assert_eq!(limits[0]["least"], 0.0137);
+    assert_eq!(summary["warnings"][0], "mind the step");
+}
+
+#[test]
 fn a_stage_that_does_not_settle_is_an_error() {
     let case = case(r#"[ { "name": "settle", "duration": 2.0, "equilibrium": {} } ]"#);
     let error = run(&case, Oscillators::boxed(0.0, None), &RunOptions::default()).unwrap_err();
     assert!(matches!(error, RunError::NoEquilibrium { stage: 0, .. }), "{error}");
-}
-
-#[test]
-fn a_damaged_checkpoint_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
-    run(&case, Oscillators::boxed(0.0, Some(1.2)), &options(folder.path())).unwrap_err();
-    let path = folder.path().join("checkpoint.bin");
-    let whole = std::fs::read(&path).unwrap();
-    let resume = RunOptions { resume: true, ..options(folder.path()) };
-    for place in [0, whole.len() / 2, whole.len() - 1] {
-        let mut bytes = whole.clone();
-        bytes[place] ^= 4;
-        std::fs::write(&path, bytes).unwrap();
-        let error = run(&case, Oscillators::boxed(0.0, None), &resume).unwrap_err();
-        assert!(error.to_string().contains("checkpoint.bin: is damaged"), "{error}");
-    }
-    std::fs::write(&path, whole).unwrap();
-    run(&case, Oscillators::boxed(0.0, None), &resume).unwrap();
 }
 
 #[test]
@@ -359,89 +354,6 @@ fn a_failure_leaves_the_last_good_frame_and_says_so() {
     assert!(summary["reason"].as_str().unwrap().contains("it was told to"));
     assert!(folder.path().join("frames/frame-00002.vtu").exists(), "the frame at 1 s");
     assert!(!folder.path().join("frames/frame-00003.vtu").exists());
-}
-
-#[test]
-fn a_resumed_run_leaves_the_same_files_to_the_last_bit() {
-    let mut case = case(
-        r#"[ { "name": "a", "duration": 1.3 }, { "name": "b", "duration": 0.7, "reset": ["velocity"] } ]"#,
-    );
-    case.output.grid = Some(0.5);
-    let whole = tempfile::tempdir().unwrap();
-    run(&case, Oscillators::boxed(0.1, None), &options(whole.path())).unwrap();
-    let grids = Collection::read(&whole.path().join("grid.pvd")).unwrap().frames;
-    assert_eq!(grids.len(), 5);
-    assert!(grids.iter().all(|(_, name)| whole.path().join(name).exists()), "{grids:?}");
-    for fail_at in [0.05, 0.49, 0.5, 1.0, 1.31, 1.7, 1.99] {
-        let folder = tempfile::tempdir().unwrap();
-        run(&case, Oscillators::boxed(0.1, Some(fail_at)), &options(folder.path())).unwrap_err();
-        // What a crash may leave after the checkpoint: rows and frames that will be written again.
-        for table in ["measures.csv", "profile-top.csv"] {
-            let table = folder.path().join(table);
-            let garbage = std::fs::read_to_string(&table).unwrap() + "1e9,torn ro";
-            std::fs::write(&table, garbage).unwrap();
-        }
-        for torn in [
-            "checkpoint.bin.tmp",
-            "frames/frame-00099.vtu.tmp",
-            "frames/grid-00099.vtr.tmp",
-            "profile-old.csv",
-        ] {
-            std::fs::write(folder.path().join(torn), "torn").unwrap();
-        }
-        let again = RunOptions { resume: true, ..options(folder.path()) };
-        let report = run(&case, Oscillators::boxed(0.1, None), &again).unwrap();
-        let table = Table::read(&folder.path().join("measures.csv")).unwrap();
-        assert_eq!((report.table.columns, report.table.rows.len()), (table.columns, table.rows.len()));
-        assert!(left(folder.path()) == left(whole.path()), "crash at {fail_at} s");
-    }
-}
-
-#[test]
-fn a_run_that_died_before_its_first_checkpoint_starts_anew() {
-    let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
-    let whole = tempfile::tempdir().unwrap();
-    run(&case, Oscillators::boxed(0.1, None), &options(whole.path())).unwrap();
-    case.output.checkpoint = 1e6;
-    let folder = tempfile::tempdir().unwrap();
-    run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
-    for stale in ["profile-old.csv", "frames/frame-00099.vtu"] {
-        std::fs::write(folder.path().join(stale), "stale").unwrap();
-    }
-    run(&case, Oscillators::boxed(0.1, None), &RunOptions { resume: true, ..options(folder.path()) })
-        .unwrap();
-    let results = |folder| left(folder).into_iter().filter(|(name, _)| name != "case.json");
-    assert!(results(folder.path()).eq(results(whole.path())));
-}
-
-#[test]
-fn resuming_with_rows_missing_is_refused() {
-    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
-    let folder = tempfile::tempdir().unwrap();
-    run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
-    let measures = folder.path().join("measures.csv");
-    std::fs::write(&measures, "# nothing left\n").unwrap();
-    let before = left(folder.path());
-    let again = RunOptions { resume: true, ..options(folder.path()) };
-    let error = run(&case, Oscillators::boxed(0.1, None), &again).unwrap_err();
-    assert!(error.to_string().contains("measures.csv: has 15 bytes"), "{error}");
-    assert!(left(folder.path()) == before);
-}
-
-#[test]
-fn resuming_with_frames_missing_is_refused() {
-    let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
-    case.output.grid = Some(0.5);
-    for gone in ["frames/frame-00001.vtu", "frames/grid-00000.vtr"] {
-        let folder = tempfile::tempdir().unwrap();
-        run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
-        std::fs::remove_file(folder.path().join(gone)).unwrap();
-        let before = left(folder.path());
-        let again = RunOptions { resume: true, ..options(folder.path()) };
-        let error = run(&case, Oscillators::boxed(0.1, None), &again).unwrap_err();
-        assert!(error.to_string().contains(&format!("counts on {gone}, which is gone")), "{error}");
-        assert!(left(folder.path()) == before);
-    }
 }
 
 #[test]
@@ -487,35 +399,6 @@ fn a_step_that_collapses_is_remarked_with_its_place() {
 }
 
 #[test]
-fn a_checkpoint_does_not_grow_with_the_rows_before_it() {
-    let size = |fail_at| {
-        let mut case = case(r#"[ { "name": "all", "duration": 12.0 } ]"#);
-        case.output.frames = None;
-        let folder = tempfile::tempdir().unwrap();
-        run(&case, Oscillators::boxed(0.1, Some(fail_at)), &options(folder.path())).unwrap_err();
-        let rows = Table::read(&folder.path().join("measures.csv")).unwrap().rows.len();
-        (rows, std::fs::metadata(folder.path().join("checkpoint.bin")).unwrap().len())
-    };
-    let ((few, small), (many, large)) = (size(1.0), size(11.5));
-    assert!(few < 15 && many > 110);
-    // Counters take up to a few bytes more.
-    assert!(large < small + 16, "{small} bytes after {few} rows, {large} after {many}");
-}
-
-#[test]
-fn kept_frames_of_a_resumed_run_begin_at_its_start() {
-    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
-    let keep = RunOptions { keep_frames: true, ..RunOptions::default() };
-    let whole = run(&case, Oscillators::boxed(0.1, None), &keep).unwrap().frames;
-    let folder = tempfile::tempdir().unwrap();
-    run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
-    let again = RunOptions { resume: true, keep_frames: true, ..options(folder.path()) };
-    let resumed = run(&case, Oscillators::boxed(0.1, None), &again).unwrap().frames;
-    assert_eq!(resumed.len(), 5);
-    assert_eq!(resumed, whole);
-}
-
-#[test]
 fn overwriting_removes_what_the_earlier_run_left() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = case(r#"[ { "name": "all", "duration": 0.2 } ]"#);
@@ -555,17 +438,4 @@ fn a_folder_with_a_run_is_not_overwritten_unasked() {
     assert!(matches!(again, Err(RunError::Folder { .. })), "a complete run is not resumed");
     assert_eq!(std::fs::read(folder.path().join("summary.json")).unwrap(), before, "nor touched");
     go(RunOptions { overwrite: true, ..options(folder.path()) }).unwrap();
-}
-
-#[test]
-fn a_checkpoint_of_another_case_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let first = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
-    run(&first, Oscillators::boxed(0.0, Some(1.0)), &options(folder.path())).unwrap_err();
-    let other = case(r#"[ { "name": "all", "duration": 3.0 } ]"#);
-    let before = left(folder.path());
-    let again = RunOptions { resume: true, ..options(folder.path()) };
-    let error = run(&other, Oscillators::boxed(0.0, None), &again).unwrap_err();
-    assert!(error.to_string().contains("another case"), "{error}");
-    assert!(left(folder.path()) == before, "a refused resume changes nothing");
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use colluvium::case::Case;
 use colluvium::case::run::check_names;
 
-use super::{Failure, choose, duration, threads};
+use super::{Failure, choose, duration, free_memory, threads};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -20,6 +20,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
+    method.size(&case)?.fit(free_memory())?;
     let plan = method.plan(&case)?;
     check_names(&case, &*method.build(&case)?)?;
     let step = &plan.time_step;
@@ -30,7 +31,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for (body, mass) in case.bodies.iter().zip(plan.masses(&case)) {
         say!("mass           {}: {mass:.4e} kg of {}", body.name, body.material);
     }
-    say!("grid nodes     {}", plan.nodes);
+    if plan.nodes > 0 {
+        say!("grid nodes     {}", plan.nodes);
+    }
     say!("time step      {:.4e} s at the start, limited by: {}", step.dt, step.limit);
     if let Some(point) = step.point {
         let place: Vec<String> =

@@ -7,8 +7,10 @@ macro_rules! say {
 
 pub mod check;
 pub mod element_test;
+pub mod export;
 pub mod new;
 pub mod plot;
+pub mod report;
 pub mod run;
 pub mod schema;
 pub mod sweep;
@@ -85,9 +87,25 @@ fn stop_on_interrupt() -> Arc<AtomicBool> {
     stop
 }
 
+/// Refuses a folder that is not one of a run.
+fn a_run(folder: &Path) -> Result<(), Failure> {
+    if folder.join("summary.json").exists() {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!("{}: holds no run (there is no summary.json)", folder.display())))
+}
+
 /// Number of threads that this machine runs at a time.
 fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Memory that is free (bytes): of the machine, or of the group of processes that this one is in.
+fn free_memory() -> f64 {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let group = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
+    system.available_memory().min(group) as f64
 }
 
 /// A duration in words.
@@ -116,7 +134,11 @@ fn choose(case: &Case, asked: Option<&str>) -> Result<&'static dyn Method, Failu
             return Err(CaseError::new("methods", "names no method: choose one with --method").into());
         }
         (None, _) => {
-            return Err(Failure::Usage("the case has several methods: choose one with --method".into()));
+            let names: Vec<&str> = case.methods.keys().map(String::as_str).collect();
+            let names = names.join(", ");
+            return Err(Failure::Usage(format!(
+                "the case has several methods, {names}: choose one with --method"
+            )));
         }
     };
     colluvium::method(name)

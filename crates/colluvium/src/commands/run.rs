@@ -7,7 +7,7 @@ use clap::Args;
 use colluvium::case::run::Ending;
 use colluvium::case::{Case, RunOptions, RunReport};
 
-use super::{Failure, ResultFiles, choose, stop_on_interrupt};
+use super::{Failure, ResultFiles, choose, free_memory, stop_on_interrupt};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -27,7 +27,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files = &arguments.files;
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
+    method.size(&case)?.fit(free_memory())?;
     let out = files.folder(&arguments.case, method.name());
+    let warnings = method.plan(&case)?.all_warnings(&case);
     let options = RunOptions {
         method: method.name().to_owned(),
         out: Some(out.clone()),
@@ -38,6 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         stop: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
         warn: (!files.quiet).then_some(|remark| eprintln!("warning: {remark}")),
+        warnings,
     };
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -45,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .build()
         .map_err(|error| Failure::Other(format!("threads: {error}")))?;
     if !files.quiet {
-        for warning in method.plan(&case)?.all_warnings(&case) {
+        for warning in &options.warnings {
             eprintln!("warning: {warning}");
         }
     }

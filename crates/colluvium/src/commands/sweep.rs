@@ -8,7 +8,7 @@ use colluvium::case::Plan;
 use colluvium::case::run::column_names;
 use colluvium::sweep::{Member, Results, RunState, Sweep, SweepOptions, run as run_all};
 
-use super::{Failure, ResultFiles, choose, duration, print, stop_on_interrupt, threads};
+use super::{Failure, ResultFiles, choose, duration, free_memory, print, stop_on_interrupt, threads};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -33,9 +33,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Some(first) = members.first() else { return Ok(()) };
     let method = choose(&first.case, sweep.method.as_deref())?;
     let jobs = arguments.jobs.map_or_else(|| threads() / usize::from(arguments.threads), usize::from).max(1);
-    let mut plans = Vec::new();
+    let (mut plans, free) = (Vec::new(), free_memory());
     for (number, Member { values, case }) in members.iter().enumerate() {
-        plans.push(method.plan(case).map_err(|error| sweep.of_run(number, values, error.into()))?);
+        let plan = method.size(case).and_then(|size| size.fit(free)).and_then(|()| method.plan(case));
+        plans.push(plan.map_err(|error| sweep.of_run(number, values, error.into()))?);
     }
     let names = column_names(&first.case, &*method.build(&first.case)?);
     sweep.check_columns(&names)?;

@@ -126,7 +126,6 @@ pub fn run<'a>(
     });
     ends.into_iter().collect::<Result<(), _>>()?;
     let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.write(&options.out)?;
     results.draw(&options.out, &measured(members))?;
     Ok(results)
 }
@@ -202,6 +201,7 @@ fn one(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> 
         stop: Some(options.stop.clone()),
         commit: options.commit.clone(),
         warn: None,
+        warnings: case.warnings(),
     };
     match run_method(method, case, &run) {
         Ok(report) if report.ending == Ending::Interrupted => RunState::Interrupted,

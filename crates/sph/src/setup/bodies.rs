@@ -27,8 +27,12 @@ pub(super) fn add_body<const D: usize>(
 ) -> Result<Group, CaseError> {
     let path = format!("bodies[{number}]");
     let low: [f64; D] = corner(&case.domain.min);
-    let samples = colluvium_points::lattice(&body.shape, low, options.spacing)
-        .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?;
+    let listed = case.point_list(number)?;
+    let samples = match &listed {
+        Some(list) => list.samples(),
+        None => colluvium_points::lattice(&body.shape, low, options.spacing)
+            .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?,
+    };
     if samples.is_empty() {
         let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);
         return Err(CaseError::new(format!("{path}.shape"), problem));
@@ -56,7 +60,11 @@ pub(super) fn add_body<const D: usize>(
     let density = spec.density();
     let initial: Vec<InitialCondition> = positions
         .iter()
-        .map(|x| InitialCondition { stress: case.initial_stress(body, spatial(x)), density })
+        .enumerate()
+        .map(|(point, x)| InitialCondition {
+            stress: case.initial_stress_of(body, listed.as_ref(), point, spatial(x)),
+            density,
+        })
         .collect();
     let (stress, states) = material.initial(&initial).map_err(|error| {
         let place = &positions[error.index];
@@ -66,8 +74,16 @@ pub(super) fn add_body<const D: usize>(
     particles.id.extend(start as u32..(start + count) as u32);
     let history = options.held_history.get(&body.name).cloned();
     let factor = history.as_ref().map_or(1.0, |history| history.at(0.0));
-    let velocity = |x: &[f64; D]| corner::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v));
-    particles.velocity.extend(positions.iter().map(velocity));
+    let own = listed.as_ref().and_then(|list| list.velocities.as_ref());
+    if own.is_some() && options.held.contains(&body.name) {
+        let problem = "has velocities, and a held body moves with its `velocity`";
+        return Err(CaseError::new(format!("{path}.points.file"), problem));
+    }
+    let velocity = |(point, x): (usize, &[f64; D])| match own {
+        Some(velocities) => corner::<D>(&velocities[point]),
+        None => corner::<D>(&body.velocity.at(spatial(x)).map(|v| factor * v)),
+    };
+    particles.velocity.extend(positions.iter().enumerate().map(velocity));
     particles.mass.extend(samples.iter().map(|sample| sample.volume * density));
     particles.density.extend(std::iter::repeat_n(density, count));
     particles.sound.extend(std::iter::repeat_n(0.0, count));

@@ -12,6 +12,9 @@ use crate::config::{
 use crate::particles::Group;
 use crate::total;
 
+/// Share by which the width of listed particles may differ from `spacing` without a word.
+const LISTED_SLACK: f64 = 0.1;
+
 /// Refuses by name what SPH cannot do (yet).
 pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     if case.space == Space::Axisymmetric {
@@ -203,6 +206,17 @@ pub(super) fn check_stress_forms(groups: &[Group], options: &SphOptions) -> Resu
 pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(options.warnings());
+    for number in 0..case.bodies.len() {
+        let Ok(Some(list)) = case.point_list(number) else { continue };
+        let spacing = list.spacing(case.dimension());
+        if (spacing / options.spacing - 1.0).abs() > LISTED_SLACK {
+            warnings.push(format!(
+                "bodies[{number}].points: they are {spacing:.4e} m wide on the mean, methods.sph.spacing is {} m, and the \
+                 smoothing length follows from that",
+                options.spacing
+            ));
+        }
+    }
     let (low, high) = densities(case);
     if options.weighs_masses() && high >= 2.0 * low {
         warnings.push(format!(

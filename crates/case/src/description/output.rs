@@ -1,0 +1,114 @@
+//! What is written and measured.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{FactorOfSafety, Side, whole};
+
+/// What is written, and when.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// Time between frames (s); none when absent, except the first and the last. Steps are shortened so that they end at
+    /// the time of an output.
+    pub frames: Option<f64>,
+    /// Time between rows of the measures (s); a hundredth of the whole run when absent.
+    pub measures: Option<f64>,
+    /// Cell size (m) of a regular grid over the domain on which every frame is averaged as well: density in space, and averages
+    /// of the fields weighted with mass, for iso-surfaces and volume rendering. It should be two points wide or more.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid: Option<f64>,
+    /// Wall-clock seconds between checkpoints.
+    pub checkpoint: f64,
+    /// Fields in the frames; all when absent. Identity, body and extent of each point are always there.
+    pub fields: Option<Vec<String>>,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Self { frames: None, measures: None, grid: None, checkpoint: 60.0, fields: None }
+    }
+}
+
+/// A quantity to follow in time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Measure {
+    /// Where the mass ends along an axis (m). The base is divided into columns of cells; those whose lowest
+    /// cell holds a point, counted without a gap from the wall behind the mass, are the connected region, and
+    /// the front is the farthest end of a point's domain in it. Points beyond a gap are detached and do not
+    /// count. Where no column at the wall is occupied, counting begins at the rearmost that is; where nothing
+    /// lies on the base, a column is occupied by points at any height. With a quantile below 1, the place
+    /// behind which that fraction of the mass lies, which stray points do not move. Rigid bodies do not count, unless
+    /// `bodies` names them.
+    Front {
+        /// Direction in which the front moves.
+        side: Side,
+        /// Fraction of the mass behind the front.
+        #[serde(default = "whole")]
+        quantile: f64,
+        /// Width of the columns (m), for a quantile of 1; by default the cells of the method's grid, or two
+        /// point widths for a method that tells of none.
+        #[serde(default)]
+        cell: Option<f64>,
+        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
+        /// included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bodies: Option<Vec<String>>,
+    },
+    /// `(front - initial) / initial`, both counted from `origin`; the front is that of the measure `front`.
+    RunOut {
+        /// Direction in which the front moves.
+        side: Side,
+        /// Coordinate of the wall behind the mass (m).
+        origin: f64,
+        /// Initial length (m).
+        initial_length: f64,
+        /// Fraction of the mass behind the front.
+        #[serde(default = "whole")]
+        quantile: f64,
+        /// Width of the columns (m), as in `front`.
+        #[serde(default)]
+        cell: Option<f64>,
+        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
+        /// included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bodies: Option<Vec<String>>,
+    },
+    /// Height of the surface in bins along an axis, written at each frame. Rigid bodies do not count, unless `bodies` names
+    /// them.
+    Profile {
+        /// Axis along which the bins lie: 0 is x.
+        axis: usize,
+        /// Axis of height.
+        height: usize,
+        /// Width of a bin (m).
+        bin: f64,
+        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
+        /// included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bodies: Option<Vec<String>>,
+    },
+    /// Fields averaged over the points within `radius` of a place.
+    Probe {
+        /// Where (m).
+        position: Vec<f64>,
+        /// Radius (m).
+        radius: f64,
+        /// Names of fields.
+        fields: Vec<String>,
+    },
+    /// Force of the material on a rigid body or a patch (N; per metre in plane strain, per radian in axisymmetry): in
+    /// the last step, and its impulse since the start (N s), whose slope is the mean force.
+    Reaction {
+        /// Name of the rigid body or patch.
+        of: String,
+    },
+    /// Energy that the materials have dissipated since the start (J; per metre in plane strain, per radian in
+    /// axisymmetry): the work of their stresses less what they store. A law that stores no energy that can be told
+    /// counts all work as dissipated.
+    Dissipation {},
+    /// The factor by which strength may be divided before the bodies no longer come to rest, by trials from
+    /// the state at the end of a stage. Found after the run.
+    FactorOfSafety(FactorOfSafety),
+}

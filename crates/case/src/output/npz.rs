@@ -1,0 +1,192 @@
+//! Frames and tables as archives of arrays (NPZ), for scripts.
+
+use std::io::{Cursor, Read, Write};
+use std::path::Path;
+
+use npyz::WriterBuilder;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
+
+use super::{OutputError, Table, write_atomically};
+use crate::{FieldData, Snapshot};
+
+/// Values of an [`Array`], the last axis fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// Numbers.
+    Float(Vec<f64>),
+    /// Whole numbers.
+    Whole(Vec<i64>),
+}
+
+/// An array with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Array {
+    /// Its key in the archive.
+    pub name: String,
+    /// Length of each axis; none for a single number.
+    pub shape: Vec<u64>,
+    /// What is in it.
+    pub values: Values,
+}
+
+impl Array {
+    fn floats(name: &str, shape: &[u64], values: Vec<f64>) -> Self {
+        Self { name: name.to_owned(), shape: shape.to_vec(), values: Values::Float(values) }
+    }
+
+    fn write(&self, to: impl Write) -> std::io::Result<()> {
+        match &self.values {
+            Values::Float(values) => numbers(to, &self.shape, values),
+            Values::Whole(values) => numbers(to, &self.shape, values),
+        }
+    }
+}
+
+fn numbers<T: npyz::AutoSerialize + Copy>(
+    to: impl Write,
+    shape: &[u64],
+    values: &[T],
+) -> std::io::Result<()> {
+    let mut writer = npyz::WriteOptions::new().default_dtype().shape(shape).writer(to).begin_nd()?;
+    writer.extend(values.iter().copied())?;
+    writer.finish()
+}
+
+/// The arrays of a frame: `time` (s), `id`, `body`, `position` and `extent` (m) of shape (points, 3), and each field
+/// by its name: vectors of shape (points, 3), tensors of shape (points, 6) in the order xx, yy, zz, xy, yz, zx.
+pub fn frame_arrays(snapshot: &Snapshot) -> Vec<Array> {
+    let count = snapshot.ids.len() as u64;
+    let whole = |name: &str, values: Vec<i64>| Array {
+        name: name.to_owned(),
+        shape: vec![count],
+        values: Values::Whole(values),
+    };
+    let of_points = [("position", &snapshot.positions), ("extent", &snapshot.extents)];
+    let fields = snapshot.fields.iter().map(|field| match &field.data {
+        FieldData::Scalar(values) => Array::floats(&field.name, &[count], values.clone()),
+        FieldData::Vector(values) => Array::floats(&field.name, &[count, 3], values.as_flattened().to_vec()),
+        FieldData::Tensor(values) => {
+            Array::floats(&field.name, &[count, 6], values.iter().flat_map(|tensor| tensor.0).collect())
+        }
+    });
+    let mut arrays = vec![
+        Array::floats("time", &[], vec![snapshot.time]),
+        whole("id", snapshot.ids.iter().map(|id| *id as i64).collect()),
+        whole("body", snapshot.bodies.iter().map(|body| i64::from(*body)).collect()),
+    ];
+    arrays.extend(
+        of_points.map(|(name, values)| Array::floats(name, &[count, 3], values.as_flattened().to_vec())),
+    );
+    arrays.extend(fields);
+    arrays
+}
+
+/// The columns of a table, each an array by its name without the unit.
+pub fn table_arrays(table: &Table) -> Vec<Array> {
+    let column = |(index, (name, _)): (usize, &(String, String))| {
+        let values: Vec<f64> = table.rows.iter().map(|row| row[index]).collect();
+        Array::floats(name, &[values.len() as u64], values)
+    };
+    table.columns.iter().enumerate().map(column).collect()
+}
+
+/// Writes arrays as an archive that `numpy.load` opens, not compressed.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn write_npz(path: &Path, arrays: &[Array]) -> Result<(), OutputError> {
+    let archive = || -> Result<Vec<u8>, zip::result::ZipError> {
+        let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+        for array in arrays {
+            let bytes = 8 * array.shape.iter().product::<u64>();
+            let options = SimpleFileOptions::default()
+                .compression_method(CompressionMethod::Stored)
+                .large_file(bytes > u64::from(u32::MAX) / 2);
+            archive.start_file(npyz::npz::file_name_from_array_name(&array.name), options)?;
+            array.write(&mut archive)?;
+        }
+        Ok(archive.finish()?.into_inner())
+    };
+    let bytes = archive().map_err(|error| OutputError::new(path, error))?;
+    write_atomically(path, &bytes)
+}
+
+/// Reads an archive of arrays of numbers of eight bytes.
+///
+/// # Errors
+/// When the file cannot be read, or holds anything else.
+pub fn read_npz(path: &Path) -> Result<Vec<Array>, OutputError> {
+    let fail = |problem: &dyn std::fmt::Display| OutputError::new(path, problem);
+    let file = std::fs::File::open(path).map_err(|error| fail(&error))?;
+    let mut archive = ZipArchive::new(file).map_err(|error| fail(&error))?;
+    let mut arrays = Vec::new();
+    for index in 0..archive.len() {
+        let mut entry = archive.by_index(index).map_err(|error| fail(&error))?;
+        let entry_name = entry.name().map_err(|error| fail(&error))?.into_owned();
+        let Some(name) = npyz::npz::array_name_from_file_name(&entry_name) else { continue };
+        let mut bytes = Vec::new();
+        entry.read_to_end(&mut bytes).map_err(|error| fail(&error))?;
+        arrays.push(read(name, &bytes).map_err(|error| fail(&format!("{name}: {error}")))?);
+    }
+    Ok(arrays)
+}
+
+fn read(name: &str, bytes: &[u8]) -> std::io::Result<Array> {
+    let file = npyz::NpyFile::new(bytes)?;
+    let shape = file.shape().to_vec();
+    let values = match file.try_data::<i64>() {
+        Ok(values) => Values::Whole(values.collect::<Result<_, _>>()?),
+        Err(file) => Values::Float(file.into_vec::<f64>()?),
+    };
+    Ok(Array { name: name.to_owned(), shape, values })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Field;
+    use colluvium_constitutive::SymTensor;
+
+    #[test]
+    fn a_frame_and_a_table_read_back_from_an_archive_to_the_last_bit() {
+        let field = |name: &str, data| Field { name: name.into(), unit: "", data };
+        let snapshot = Snapshot {
+            time: 0.1 + 0.2,
+            step: 7,
+            ids: vec![3, 5],
+            bodies: vec![0, 1],
+            positions: vec![[0.1, 0.2, 0.0], [1.0 / 3.0, -2.0, 1e-30]],
+            extents: vec![[0.05; 3], [0.1; 3]],
+            fields: vec![
+                field("mass", FieldData::Scalar(vec![0.7, 5e-324])),
+                field("velocity", FieldData::Vector(vec![[1.0, 2.0, 3.0], [-0.0, f64::INFINITY, 6.0]])),
+                field("stress", FieldData::Tensor(vec![SymTensor([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]); 2])),
+            ],
+        };
+        let arrays = frame_arrays(&snapshot);
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("frame.npz");
+        write_npz(&path, &arrays).unwrap();
+        let back = read_npz(&path).unwrap();
+        assert_eq!(back, arrays);
+        let get = |name: &str| back.iter().find(|array| array.name == name).unwrap();
+        assert_eq!(get("time").values, Values::Float(vec![0.1 + 0.2]));
+        assert!(get("time").shape.is_empty());
+        assert_eq!(get("id").values, Values::Whole(vec![3, 5]));
+        assert_eq!(get("position").shape, [2, 3]);
+        assert_eq!(get("stress").shape, [2, 6]);
+        let Values::Float(velocity) = &get("velocity").values else { panic!("numbers") };
+        assert_eq!(velocity[3].to_bits(), (-0.0f64).to_bits());
+        let columns =
+            vec![("time".to_owned(), "s".to_owned()), ("momentum.x".to_owned(), "kg m/s".to_owned())];
+        let table = Table { columns, rows: vec![vec![0.0, f64::NAN], vec![0.1, 1.0 / 3.0]] };
+        write_npz(&path, &table_arrays(&table)).unwrap();
+        let back = read_npz(&path).unwrap();
+        assert_eq!((back[1].name.as_str(), &back[1].shape[..]), ("momentum.x", &[2][..]));
+        let Values::Float(values) = &back[1].values else { panic!("numbers") };
+        assert!(values[0].is_nan() && values[1].to_bits() == (1.0f64 / 3.0).to_bits());
+        std::fs::write(&path, "no archive").unwrap();
+        assert!(read_npz(&path).is_err());
+    }
+}

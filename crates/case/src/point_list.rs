@@ -1,0 +1,360 @@
+//! Points of a body from a file, in place of points on a lattice.
+
+use std::path::Path;
+
+use colluvium_constitutive::SymTensor;
+use colluvium_points::Sample;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::description::{Body, InitialStress, Velocity};
+use crate::json::closest;
+use crate::{Case, CaseError};
+
+/// Points from a CSV file. The first line names the columns, in any order; a unit after a name, as in `x (m)`, is passed over, and
+/// so are lines that begin with `#`. There are:
+///
+/// - `x`, `y`, `z`: the place (m), as many as the space has dimensions;
+/// - `volume`: what the point stands for (m³; the area in m² in plane strain and in axisymmetry, the length in m in 1D), unless
+///   `spacing` is given;
+/// - `velocity_x`, `velocity_y`, `velocity_z`: the initial velocity (m/s), in place of the body's `velocity`; zero for those left out;
+/// - `stress_xx`, `stress_yy`, `stress_zz`, `stress_xy`, `stress_yz`, `stress_zx`: the initial stress (Pa, tension-positive), in
+///   place of the body's `stress`; zero for those left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PointFile {
+    /// The file, from the folder of the case.
+    pub file: String,
+    /// Distance of the points (m), of which each then stands for a square or a cube; for files without a column `volume`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<f64>,
+}
+
+/// The points of a body as its file has them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointList {
+    /// Positions (m); unused components are zero.
+    pub positions: Vec<[f64; 3]>,
+    /// Volumes, areas or lengths (m³, m², m), by the dimension of the space.
+    pub volumes: Vec<f64>,
+    /// Initial velocities (m/s), if the file has them.
+    pub velocities: Option<Vec<[f64; 3]>>,
+    /// Initial stresses (Pa, tension-positive), if the file has them.
+    pub stresses: Option<Vec<SymTensor>>,
+}
+
+impl PointList {
+    /// Places and volumes.
+    pub fn samples<const D: usize>(&self) -> Vec<Sample<D>> {
+        let sample = |(position, volume): (&[f64; 3], &f64)| Sample {
+            position: std::array::from_fn(|axis| position[axis]),
+            volume: *volume,
+        };
+        self.positions.iter().zip(&self.volumes).map(sample).collect()
+    }
+
+    /// Mean distance of the points (m) in a space of `dimension` coordinates, as if each stood for a square or a cube.
+    pub fn spacing(&self, dimension: usize) -> f64 {
+        let mean = self.volumes.iter().sum::<f64>() / self.volumes.len() as f64;
+        mean.powf(1.0 / dimension as f64)
+    }
+}
+
+impl Case {
+    /// The points of a body from its file; `None` for bodies without one.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is not such a list, with line and column; when a point is not in the shape of the
+    /// body, or two are at one place.
+    pub fn point_list(&self, body: usize) -> Result<Option<PointList>, CaseError> {
+        let Some(source) = &self.bodies[body].points else { return Ok(None) };
+        let list = self.read_points(&self.bodies[body], source);
+        list.map(Some).map_err(|problem| {
+            CaseError::new(format!("bodies[{body}].points.file"), format!("{}: {problem}", source.file))
+        })
+    }
+
+    /// Initial stress (Pa, tension-positive) of point number `point` of a body, which is at `x` (m).
+    pub fn initial_stress_of(
+        &self,
+        body: &Body,
+        list: Option<&PointList>,
+        point: usize,
+        x: [f64; 3],
+    ) -> SymTensor {
+        let own = list.and_then(|list| list.stresses.as_ref());
+        own.map_or_else(|| self.initial_stress(body, x), |stresses| stresses[point])
+    }
+
+    fn read_points(&self, body: &Body, source: &PointFile) -> Result<PointList, String> {
+        let text = std::fs::read_to_string(Path::new(&source.file))
+            .map_err(|error| format!("cannot be read: {error}"))?;
+        let mut reader =
+            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+        let heads = reader.headers().map_err(|error| shape_of_line(&text, &error))?.clone();
+        let columns = Columns::new(&heads, self.dimension())?;
+        columns.fit(body, source)?;
+        let mut rows = Vec::new();
+        let mut list = PointList {
+            velocities: columns.has(&VELOCITY).then(Vec::new),
+            stresses: columns.has(&STRESS).then(Vec::new),
+            ..PointList::default()
+        };
+        for record in reader.records() {
+            let record = record.map_err(|error| shape_of_line(&text, &error))?;
+            let row = Row { line: record.position().map_or(0, |at| line(&text, at)), record: &record };
+            let [x, velocity] = [&PLACE, &VELOCITY].map(|names| row.numbers(&columns, names));
+            let (x, velocity) = (x?, velocity?);
+            if !body.shape.contains(&x[..self.dimension()]) {
+                let at = &x[..self.dimension()];
+                return Err(format!("line {}: the point at {at:?} m is not in the body's shape", row.line));
+            }
+            list.positions.push(x);
+            list.volumes.push(match source.spacing {
+                Some(spacing) => spacing.powi(self.dimension() as i32),
+                None => row.volume(&columns)?,
+            });
+            list.velocities.iter_mut().for_each(|all| all.push(velocity));
+            let stress = row.numbers(&columns, &STRESS)?;
+            list.stresses.iter_mut().for_each(|all| all.push(SymTensor(stress)));
+            rows.push(row.line);
+        }
+        if rows.is_empty() {
+            return Err("holds no points".to_owned());
+        }
+        apart(&list.positions, &rows)?;
+        Ok(list)
+    }
+}
+
+const PLACE: [&str; 3] = ["x", "y", "z"];
+const VOLUME: &str = "volume";
+const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
+const STRESS: [&str; 6] = ["stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_zx"];
+
+/// The names of the columns.
+struct Columns(Vec<String>);
+
+impl Columns {
+    fn new(heads: &csv::StringRecord, dimension: usize) -> Result<Self, String> {
+        let name = |head: &str| head.split_once('(').map_or(head, |(name, _)| name).trim().to_owned();
+        let names: Vec<String> = heads.iter().map(name).collect();
+        let known: Vec<&str> = PLACE[..dimension]
+            .iter()
+            .chain([&VOLUME])
+            .chain(&VELOCITY[..dimension])
+            .chain(&STRESS)
+            .copied()
+            .collect();
+        for (number, name) in names.iter().enumerate() {
+            if !known.contains(&name.as_str()) {
+                return Err(match closest(name, &known) {
+                    Some(likely) => format!("unknown column {name:?}; did you mean {likely:?}?"),
+                    None => format!("unknown column {name:?}; there are {}", known.join(", ")),
+                });
+            }
+            if names[..number].contains(name) {
+                return Err(format!("two columns are called {name:?}"));
+            }
+        }
+        match PLACE[..dimension].iter().find(|axis| !names.iter().any(|name| name == *axis)) {
+            Some(missing) => Err(format!("the column {missing:?} is missing")),
+            None => Ok(Self(names)),
+        }
+    }
+
+    fn position(&self, name: &str) -> Option<usize> {
+        self.0.iter().position(|known| known == name)
+    }
+
+    /// Whether any of the columns is there.
+    fn has(&self, names: &[&str]) -> bool {
+        names.iter().any(|name| self.position(name).is_some())
+    }
+
+    /// Refuses what is said twice, and what a rigid body does not have.
+    fn fit(&self, body: &Body, source: &PointFile) -> Result<(), String> {
+        let twice = |what: &str, key: &str| {
+            Err(format!("has {what}, and the body has `{key}` as well: give one of them"))
+        };
+        match (self.has(&[VOLUME]), source.spacing) {
+            (true, Some(_)) => return twice("a column \"volume\"", "points.spacing"),
+            (false, None) => {
+                return Err("the column \"volume\" is missing, and there is no `spacing`".to_owned());
+            }
+            _ => {}
+        }
+        if self.has(&VELOCITY) && body.velocity != Velocity::Rest {
+            return twice("velocities", "velocity");
+        }
+        if self.has(&STRESS) && body.stress != InitialStress::None {
+            return twice("stresses", "stress");
+        }
+        if body.rigid && (self.has(&VELOCITY) || self.has(&STRESS)) {
+            return Err("a rigid body begins at rest and carries no stress".to_owned());
+        }
+        Ok(())
+    }
+}
+
+/// A line of the file.
+struct Row<'a> {
+    line: u64,
+    record: &'a csv::StringRecord,
+}
+
+impl Row<'_> {
+    /// The number in a column; zero where there is no such column.
+    fn number(&self, columns: &Columns, name: &str) -> Result<f64, String> {
+        let Some(column) = columns.position(name) else { return Ok(0.0) };
+        let text = &self.record[column];
+        match text.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(format!("line {}, column {name:?}: {text:?} is not a finite number", self.line)),
+        }
+    }
+
+    fn numbers<const N: usize>(&self, columns: &Columns, names: &[&str; N]) -> Result<[f64; N], String> {
+        let mut values = [0.0; N];
+        for (value, name) in values.iter_mut().zip(names) {
+            *value = self.number(columns, name)?;
+        }
+        Ok(values)
+    }
+
+    fn volume(&self, columns: &Columns) -> Result<f64, String> {
+        let volume = self.number(columns, VOLUME)?;
+        if volume > 0.0 {
+            return Ok(volume);
+        }
+        Err(format!("line {}, column {VOLUME:?}: {volume} must be positive", self.line))
+    }
+}
+
+/// Number of the line of the record at a position, which is that of the remarks and empty lines before it.
+fn line(text: &str, at: &csv::Position) -> u64 {
+    let rest = text.get(at.byte() as usize..).unwrap_or_default();
+    let passed = |line: &&str| line.starts_with('#') || line.trim_end_matches(['\r', '\n']).is_empty();
+    at.line() + rest.split_inclusive('\n').take_while(passed).count() as u64
+}
+
+/// What is wrong with a line that is not one of the table.
+fn shape_of_line(text: &str, error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
+            let line = pos.as_ref().map_or(0, |at| line(text, at));
+            format!("line {line}: has {len} values, the head has {expected_len} columns")
+        }
+        _ => error.to_string(),
+    }
+}
+
+/// Refuses two points at one place; `lines` are theirs in the file.
+fn apart(positions: &[[f64; 3]], lines: &[u64]) -> Result<(), String> {
+    // Both zeros are one place.
+    let key = |number: &usize| positions[*number].map(|x| x + 0.0);
+    let mut order: Vec<usize> = (0..positions.len()).collect();
+    let compare = |a: &usize, b: &usize| {
+        let (a, b) = (key(a), key(b));
+        (0..3).map(|c| a[c].total_cmp(&b[c])).find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+    };
+    order.sort_by(compare);
+    match order.windows(2).find(|pair| key(&pair[0]) == key(&pair[1])) {
+        Some(pair) => Err(format!("line {}: the same place as line {}", lines[pair[1]], lines[pair[0]])),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn case(points: &str, more: &str) -> (tempfile::TempDir, Case) {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("points.csv"), points).unwrap();
+        let text = format!(
+            r#"{{
+            "title": "t", "space": "plane-strain", "domain": {{ "min": [0, 0], "max": [2, 2] }}, "gravity": [0, -10],
+            "materials": {{ "m": {{ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 }} }},
+            "bodies": [{{ "name": "b", "material": "m", "shape": {{ "kind": "box", "min": [0, 0], "max": [1, 1] }},
+                "points": {{ "file": "points.csv" }} {more} }}],
+            "stages": [{{ "name": "s", "duration": 1 }}]
+        }}"#
+        );
+        let value = crate::json::parse(&text).unwrap();
+        let case = Case::from_value(&value, folder.path()).unwrap();
+        (folder, case)
+    }
+
+    #[test]
+    fn columns_in_any_order_give_places_volumes_velocities_and_stresses() {
+        let text = "# from a tomography\ny (m), x (m), stress_yy (Pa), volume (m2), velocity_x (m/s)\n0.5, 0.25, -3e3, 0.01, 2\n\
+                    1, 0, -1, 0.03, -1\n";
+        let (_folder, case) = case(text, "");
+        let list = case.point_list(0).unwrap().unwrap();
+        assert_eq!(list.positions, [[0.25, 0.5, 0.0], [0.0, 1.0, 0.0]]);
+        assert_eq!(list.volumes, [0.01, 0.03]);
+        assert_eq!(list.velocities, Some(vec![[2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]));
+        let stress = SymTensor([0.0, -3e3, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(list.stresses.as_ref().unwrap()[0], stress);
+        assert_eq!(case.initial_stress_of(&case.bodies[0], Some(&list), 0, list.positions[0]), stress);
+        assert!((list.spacing(2) - 0.02f64.sqrt()).abs() < 1e-15);
+        let samples = list.samples::<2>();
+        assert_eq!((samples[1].position, samples[1].volume), ([0.0, 1.0], 0.03));
+    }
+
+    #[test]
+    fn every_mistake_in_a_list_is_named_with_its_line_and_column() {
+        let head = "x,y,volume\n0.5,0.5,1\n";
+        let mistakes = [
+            (format!("{head}0.2,a,1\n"), "", "line 3, column \"y\": \"a\" is not a finite number"),
+            (format!("{head}0.2,inf,1\n"), "", "line 3, column \"y\": \"inf\" is not a finite number"),
+            (format!("{head}# a remark\n0.2,0.1,-1\n"), "", "line 4, column \"volume\": -1 must be positive"),
+            (format!("{head}\n\n0.2,0.1,0\n"), "", "line 5, column \"volume\": 0 must be positive"),
+            (format!("# of\n{head}#\n0.2,0.1\n"), "", "line 5: has 2 values, the head has 3 columns"),
+            (format!("{head}0.2,0.1\n"), "", "line 3: has 2 values, the head has 3 columns"),
+            (
+                format!("{head}1.2,0.1,1\n"),
+                "",
+                "line 3: the point at [1.2, 0.1] m is not in the body's shape",
+            ),
+            (format!("{head}0.1,0.1,1\n0.5,0.5,2\n"), "", "line 4: the same place as line 2"),
+            ("x,y,volum\n".to_owned(), "", "unknown column \"volum\"; did you mean \"volume\"?"),
+            ("x,z,volume\n".to_owned(), "", "unknown column \"z\""),
+            ("x,x,volume\n".to_owned(), "", "two columns are called \"x\""),
+            ("x,volume\n".to_owned(), "", "the column \"y\" is missing"),
+            ("x,y\n".to_owned(), "", "the column \"volume\" is missing, and there is no `spacing`"),
+            ("x,y,volume\n".to_owned(), "", "holds no points"),
+            (
+                "x,y,volume,velocity_x\n".to_owned(),
+                r#", "velocity": { "kind": "uniform", "value": [1, 0] }"#,
+                "has velocities, and the body has `velocity` as well",
+            ),
+            (
+                "x,y,volume,stress_xy\n".to_owned(),
+                r#", "stress": { "kind": "uniform", "value": [1, 0, 0, 0, 0, 0] }"#,
+                "has stresses, and the body has `stress` as well",
+            ),
+            ("x,y,volume,stress_xy\n".to_owned(), r#", "rigid": true"#, "a rigid body begins at rest"),
+        ];
+        for (text, more, words) in mistakes {
+            let (folder, case) = case(&text, more);
+            let error = case.point_list(0).unwrap_err().to_string();
+            let file = folder.path().join("points.csv");
+            let start = format!("bodies[0].points.file: {}: ", file.display());
+            assert!(error.starts_with(&start) && error.contains(words), "{text:?}: {error}");
+        }
+        let (folder, case) = case(head, "");
+        std::fs::remove_file(folder.path().join("points.csv")).unwrap();
+        assert!(case.point_list(0).unwrap_err().to_string().contains("cannot be read"));
+    }
+
+    #[test]
+    fn a_case_is_another_when_its_points_are() {
+        let (folder, case) = case("x,y,volume\n0.5,0.5,1\n", "");
+        let before = case.fingerprint();
+        assert_eq!(case.fingerprint(), before);
+        std::fs::write(folder.path().join("points.csv"), "x,y,volume\n0.5,0.5,2\n").unwrap();
+        assert_ne!(case.fingerprint(), before);
+    }
+}

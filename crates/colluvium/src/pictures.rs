@@ -1,0 +1,92 @@
+//! Pictures of what a run has left in its folder.
+
+use std::path::Path;
+
+use crate::case::Snapshot;
+use crate::case::output::{OutputError, Table, heading, read_frame};
+use crate::case::plot::{LineChart, PointCloud, Series, Style};
+
+/// Columns of the measures that are no result.
+const COUNTS: [&str; 2] = ["time", "step"];
+
+/// A chart in time of each column of the measures, by its name; those that never have a value are left out.
+pub fn charts(table: &Table) -> Vec<(String, LineChart)> {
+    let columns = table.columns.iter().filter(|(name, _)| !COUNTS.contains(&name.as_str()));
+    let chart = |(name, unit): &(String, String)| {
+        let points = table.pairs("time", name)?;
+        let seen = points.iter().any(|(_, value)| value.is_finite());
+        seen.then(|| (name.clone(), in_time(&heading(name, unit), points)))
+    };
+    columns.filter_map(chart).collect()
+}
+
+fn in_time(label: &str, points: Vec<(f64, f64)>) -> LineChart {
+    LineChart {
+        x_label: "time (s)".to_owned(),
+        y_label: label.replace('_', " "),
+        series: vec![Series::new("", points, Style::Line)],
+        ..LineChart::default()
+    }
+}
+
+/// A frame of a run: its time (s) and file, as its collection has them.
+///
+/// # Errors
+/// When the file cannot be read.
+pub fn frame(folder: &Path, (time, file): &(f64, String)) -> Result<Snapshot, OutputError> {
+    read_frame(&folder.join(file), *time)
+}
+
+/// The points of a frame coloured by a field, with the name of the field: the one asked for, or `displacement`, or the
+/// first there is.
+///
+/// # Errors
+/// The names of the fields there are, where the one asked for is not among them.
+pub fn cloud(
+    snapshot: &Snapshot,
+    field: Option<&str>,
+    plane: [usize; 2],
+) -> Result<(String, PointCloud), String> {
+    let names: Vec<&str> = snapshot.fields.iter().map(|field| field.name.as_str()).collect();
+    let usual = names.iter().find(|name| **name == "displacement").or(names.first()).copied();
+    let name = field.or(usual).unwrap_or_default();
+    let cloud = PointCloud::of(snapshot, name, plane);
+    cloud.map(|cloud| (name.to_owned(), cloud)).ok_or_else(|| names.join(", "))
+}
+
+/// The two axes seen: of the view `asked` for, `xy`, `xz` or `yz`; else x and y, and in three dimensions with gravity along z
+/// x and z, as the case in the folder of the run has it.
+pub fn plane(folder: &Path, asked: Option<&str>) -> [usize; 2] {
+    match asked {
+        Some("xz") => [0, 2],
+        Some("yz") => [1, 2],
+        None if stands_along_z(folder).unwrap_or(false) => [0, 2],
+        _ => [0, 1],
+    }
+}
+
+fn stands_along_z(folder: &Path) -> Option<bool> {
+    let text = std::fs::read_to_string(folder.join("case.json")).ok()?;
+    let case: serde_json::Value = serde_json::from_str(&text).ok()?;
+    Some(case["gravity"].get(2)?.as_f64()? != 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plane;
+
+    #[test]
+    fn what_stands_along_z_is_seen_from_its_side() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(plane(folder.path(), None), [0, 1]);
+        let axes = |gravity: &str, asked: Option<&str>| {
+            std::fs::write(folder.path().join("case.json"), format!("{{ \"gravity\": {gravity} }}")).unwrap();
+            plane(folder.path(), asked)
+        };
+        assert_eq!(axes("[0, -9.81]", None), [0, 1]);
+        assert_eq!(axes("[0, -9.81, 0]", None), [0, 1]);
+        assert_eq!(axes("[0, 0, -9.81]", None), [0, 2]);
+        assert_eq!(axes("[0, 0, -9.81]", Some("xy")), [0, 1]);
+        assert_eq!(axes("[0, 0, 0]", Some("yz")), [1, 2]);
+    }
+}

@@ -1,0 +1,215 @@
+//! The report of a run: one page that needs no other file.
+
+mod page;
+mod parameters;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use thiserror::Error;
+
+use crate::case::output::{Collection, OutputError, Table, write_atomically};
+use crate::case::plot::{LineChart, Picture, Series, Style};
+use crate::pictures;
+
+/// Name of the report in the folder of its run.
+pub const REPORT: &str = "report.html";
+
+/// What a report shows beside what is always there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReportOptions {
+    /// Fields that colour the points; displacement and velocity, as far as the frames have them, when empty.
+    pub fields: Vec<String>,
+    /// Number of frames of each, first and last among them.
+    pub frames: usize,
+    /// The two axes seen.
+    pub plane: [usize; 2],
+}
+
+impl Default for ReportOptions {
+    fn default() -> Self {
+        Self { fields: Vec::new(), frames: 4, plane: [0, 1] }
+    }
+}
+
+/// Why there is no report.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    /// A file could not be written or read.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The folder is not one of a run.
+    #[error("{}: holds no run (there is no summary.json)", .0.display())]
+    NoRun(PathBuf),
+    /// The frames have no such field.
+    #[error("the frames have no field {name:?}; they have {known}")]
+    Field {
+        /// The field asked for.
+        name: String,
+        /// The fields there are.
+        known: String,
+    },
+    /// A picture could not be drawn.
+    #[error("picture of {what}: {problem}")]
+    Picture {
+        /// What it was to show.
+        what: String,
+        /// What went wrong.
+        problem: String,
+    },
+}
+
+/// What a run has left, as far as it came.
+struct Results {
+    summary: Value,
+    case: Value,
+    /// Measures in time; empty before the first row.
+    table: Table,
+    /// Time (s) and file of the frames.
+    frames: Vec<(f64, String)>,
+    /// Profiles, by name: of each the time, position, height.
+    profiles: Vec<(String, Table)>,
+}
+
+impl Results {
+    fn read(folder: &Path) -> Result<Self, ReportError> {
+        let summary = folder.join("summary.json");
+        if !summary.exists() {
+            return Err(ReportError::NoRun(folder.to_owned()));
+        }
+        let summary = json(&summary)?;
+        let case = match &summary["case"] {
+            Value::Null => json(&folder.join("case.json"))?,
+            case => case.clone(),
+        };
+        let measures = folder.join("measures.csv");
+        let table = if measures.exists() { Table::read(&measures)? } else { Table::default() };
+        let collection = folder.join("frames.pvd");
+        let frames = if collection.exists() { Collection::read(&collection)?.frames } else { Vec::new() };
+        let mut profiles = Vec::new();
+        for (name, measure) in case["measures"].as_object().into_iter().flatten() {
+            let file = folder.join(format!("profile-{name}.csv"));
+            if measure["kind"] == "profile" && file.exists() {
+                profiles.push((name.clone(), Table::read(&file)?));
+            }
+        }
+        Ok(Self { summary, case, table, frames, profiles })
+    }
+
+    /// True when all stages and searches are done.
+    fn complete(&self) -> bool {
+        self.summary["status"] == "completed"
+    }
+}
+
+fn json(path: &Path) -> Result<Value, OutputError> {
+    let text = fs::read_to_string(path).map_err(|error| OutputError::new(path, error))?;
+    serde_json::from_str(&text).map_err(|error| OutputError::new(path, error))
+}
+
+/// A picture with what stands below it.
+struct Figure {
+    /// An element of HTML or SVG.
+    element: String,
+    caption: String,
+}
+
+/// Writes the report of the run in `folder`, complete or not, into that folder; the file.
+///
+/// # Errors
+/// When the folder holds no run, what is there cannot be read, or a field is not in the frames.
+pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportError> {
+    let results = Results::read(folder)?;
+    let points = points(folder, &results, options)?;
+    let charts = charts(&results)?;
+    let file = folder.join(REPORT);
+    write_atomically(&file, page::page(&results, &points, &charts).into_string().as_bytes())?;
+    Ok(file)
+}
+
+/// Numbers of at most `wanted` frames of `count`, evenly from the first to the last.
+fn chosen(count: usize, wanted: usize) -> Vec<usize> {
+    let shown = wanted.min(count);
+    let last = count.saturating_sub(1);
+    match shown {
+        0 => Vec::new(),
+        1 => vec![last],
+        _ => (0..shown).map(|k| (k * last + (shown - 1) / 2) / (shown - 1)).collect(),
+    }
+}
+
+/// The points of some frames, as PNG: as SVG, each point is an element, and there may be very many.
+fn points(folder: &Path, results: &Results, options: &ReportOptions) -> Result<Vec<Figure>, ReportError> {
+    let mut figures: Vec<(usize, Figure)> = Vec::new();
+    for number in chosen(results.frames.len(), options.frames) {
+        let snapshot = pictures::frame(folder, &results.frames[number])?;
+        let usual = ["displacement", "velocity"].iter().filter(|name| snapshot.field(name).is_some());
+        let fields = match &options.fields[..] {
+            [] => usual.map(|name| (*name).to_owned()).collect(),
+            fields => fields.to_vec(),
+        };
+        for (order, field) in fields.into_iter().enumerate() {
+            let cloud = pictures::cloud(&snapshot, Some(&field), options.plane);
+            let (_, cloud) = cloud.map_err(|known| ReportError::Field { name: field.clone(), known })?;
+            let caption = format!("{}, frame {number}, t = {} s", field.replace('_', " "), snapshot.time);
+            let element = png(&cloud, &caption)?;
+            figures.push((order, Figure { element, caption }));
+        }
+    }
+    figures.sort_by_key(|(order, _)| *order);
+    Ok(figures.into_iter().map(|(_, figure)| figure).collect())
+}
+
+fn png(picture: &impl Picture, what: &str) -> Result<String, ReportError> {
+    use base64::Engine;
+    let fail = |problem| ReportError::Picture { what: what.to_owned(), problem };
+    let data = base64::engine::general_purpose::STANDARD.encode(picture.to_png().map_err(fail)?);
+    Ok(maud::html! { img alt=(what) src=(format!("data:image/png;base64,{data}")); }.into_string())
+}
+
+/// Charts of the measures that change and of the profiles, as SVG.
+fn charts(results: &Results) -> Result<Vec<Figure>, ReportError> {
+    let changes = |chart: &LineChart| {
+        let mut values = chart.series[0].points.iter().map(|p| p.1).filter(|value| value.is_finite());
+        let first = values.next();
+        values.any(|value| Some(value) != first)
+    };
+    let measures = pictures::charts(&results.table).into_iter().filter(|(_, chart)| changes(chart));
+    let profiles = results.profiles.iter().map(|(name, table)| (name.clone(), profile(table)));
+    let figure = |(name, chart): (String, LineChart)| {
+        let fail = |problem| ReportError::Picture { what: name.clone(), problem };
+        Ok(Figure { element: chart.to_svg().map_err(fail)?, caption: name.replace('_', " ") })
+    };
+    measures.chain(profiles).map(figure).collect()
+}
+
+/// A profile at some of its times.
+fn profile(table: &Table) -> LineChart {
+    let mut times: Vec<f64> = table.column("time").unwrap_or_default();
+    times.dedup();
+    let rows = |time: f64| table.rows.iter().filter(move |row| row[0] == time).map(|row| (row[1], row[2]));
+    let shown = chosen(times.len(), 5).into_iter().map(|k| times[k]);
+    LineChart {
+        x_label: "position (m)".to_owned(),
+        y_label: "height (m)".to_owned(),
+        series: shown
+            .map(|time| Series::new(format!("t = {time:.4} s"), rows(time).collect(), Style::Line))
+            .collect(),
+        ..LineChart::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::chosen;
+
+    #[test]
+    fn frames_are_chosen_evenly_with_the_first_and_the_last() {
+        assert_eq!(chosen(11, 3), [0, 5, 10]);
+        assert_eq!(chosen(6, 4), [0, 2, 3, 5]);
+        assert_eq!(chosen(3, 8), [0, 1, 2]);
+        assert_eq!(chosen(5, 1), [4]);
+        assert_eq!(chosen(0, 4), [0; 0]);
+    }
+}

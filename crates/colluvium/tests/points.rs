@@ -1,0 +1,145 @@
+//! Points from a file, and how many there will be, through every method.
+
+use colluvium::case::{Case, Snapshot, Solver};
+use serde_json::{Value, json};
+
+/// A block under its own weight, whose points stand on powers of two so that their widths are exact.
+fn block(method: &str) -> Value {
+    json!({
+        "title": "block", "space": "plane-strain", "domain": { "min": [0, 0], "max": [4, 3] }, "gravity": [0, -10],
+        "materials": { "m": { "model": "linear-elastic", "density": 1500, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+        "bodies": [{
+            "name": "block", "material": "m", "shape": { "kind": "box", "min": [1, 0], "max": [3, 2] },
+            "velocity": { "kind": "linear", "value": [0.5, -0.25], "origin": [2, 1], "gradient": [[0.1, 0.3], [-0.2, 0.05]] },
+            "stress": { "kind": "k0", "surface": 2, "coefficient": 0.5 }
+        }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "s", "duration": 0.05 }],
+        "methods": match method {
+            "mpm" => json!({ "mpm": { "cell_size": 0.25, "points_per_cell": 2 } }),
+            _ => json!({ "sph": { "spacing": 0.125 } }),
+        }
+    })
+}
+
+/// The points of a snapshot as a list, last first, with or without their volumes.
+fn list(snapshot: &Snapshot, with_volumes: bool) -> String {
+    let [velocity, stress] = ["velocity", "stress"].map(|name| snapshot.field(name).expect("a field"));
+    let (colluvium::case::FieldData::Vector(velocity), colluvium::case::FieldData::Tensor(stress)) =
+        (&velocity.data, &stress.data)
+    else {
+        panic!("vectors and tensors")
+    };
+    let volume = snapshot.scalars("volume").expect("volumes");
+    let mut text = String::from(if with_volumes { "x (m),y (m),volume (m2)" } else { "x (m),y (m)" });
+    text += ",velocity_x,velocity_y,stress_xx,stress_yy,stress_zz,stress_xy\n";
+    for (k, x) in snapshot.positions.iter().enumerate() {
+        let (v, s) = (velocity[k], stress[k].0);
+        text += &format!("{:e},{:e},", x[0], x[1]);
+        if with_volumes {
+            text += &format!("{:e},", volume[k]);
+        }
+        text += &format!("{:e},{:e},{:e},{:e},{:e},{:e}\n", v[0], v[1], s[0], s[1], s[2], s[3]);
+    }
+    text
+}
+
+fn after(method: &str, case: &Case, steps: usize) -> Snapshot {
+    let mut solver: Box<dyn Solver> =
+        colluvium::method(method).expect("a method").build(case).expect("a solver");
+    solver.begin_stage(0, 0.0).expect("a stage");
+    for _ in 0..steps {
+        let dt = solver.time_step().dt;
+        solver.step(dt).expect("a step");
+    }
+    solver.snapshot()
+}
+
+#[test]
+fn a_body_listed_point_by_point_moves_as_the_one_that_the_method_has_set() {
+    for method in ["mpm", "sph"] {
+        for with_volumes in [true, false] {
+            let folder = tempfile::tempdir().unwrap();
+            let mut value = block(method);
+            let set = Case::from_value(&value, folder.path()).unwrap();
+            let start = after(method, &set, 0);
+            assert_eq!(start.ids.len(), 256);
+            std::fs::write(folder.path().join("points.csv"), list(&start, with_volumes)).unwrap();
+            let body = value["bodies"][0].as_object_mut().unwrap();
+            body.remove("velocity");
+            body.remove("stress");
+            let points = if with_volumes {
+                json!({ "file": "points.csv" })
+            } else {
+                json!({ "file": "points.csv", "spacing": 0.125 })
+            };
+            body.insert("points".to_owned(), points);
+            let listed = Case::from_value(&value, folder.path()).unwrap();
+            assert_eq!(after(method, &listed, 0).hash(), start.hash(), "{method}: start");
+            let (a, b) = (after(method, &set, 40), after(method, &listed, 40));
+            assert_eq!(a.hash(), b.hash(), "{method}: after 40 steps");
+            assert_ne!(a.positions, start.positions);
+        }
+    }
+}
+
+#[test]
+fn points_that_do_not_suit_the_method_are_refused_or_remarked() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("points.csv"), "x,y\n1.5,0.5\n2.5,1.5\n").unwrap();
+    let case = |method: &str, spacing: f64| {
+        let mut value = block(method);
+        value["bodies"][0]["points"] = json!({ "file": "points.csv", "spacing": spacing });
+        Case::from_value(&value, folder.path()).unwrap()
+    };
+    let error = colluvium::method("mpm").unwrap().plan(&case("mpm", 0.5)).unwrap_err().to_string();
+    assert!(
+        error.starts_with("bodies[0].points: ") && error.contains("more than the cells of 0.25 m"),
+        "{error}"
+    );
+    // As wide as a cell, to rounding, is not too wide.
+    std::fs::write(folder.path().join("space.csv"), "x,y,z\n1.5,0.5,0.5\n2.5,1.5,0.5\n").unwrap();
+    let mut value = block("mpm");
+    value["space"] = json!("3d");
+    value["domain"] = json!({ "min": [0, 0, 0], "max": [4, 3, 1] });
+    value["gravity"] = json!([0, 0, -10]);
+    value["bodies"][0] = json!({
+        "name": "block", "material": "m", "shape": { "kind": "box", "min": [1, 0, 0], "max": [3, 2, 1] },
+        "points": { "file": "space.csv", "spacing": 0.1 }
+    });
+    value["methods"]["mpm"]["cell_size"] = json!(0.1);
+    let cubes = Case::from_value(&value, folder.path()).unwrap();
+    assert!(cubes.point_list(0).unwrap().unwrap().spacing(3) > 0.1);
+    assert_eq!(colluvium::method("mpm").unwrap().plan(&cubes).unwrap().points, 2);
+    let plan = colluvium::method("sph").unwrap().plan(&case("sph", 0.5)).unwrap();
+    assert!(
+        plan.warnings.iter().any(|warning| warning.starts_with("bodies[0].points: ")),
+        "{:?}",
+        plan.warnings
+    );
+    let plan = colluvium::method("sph").unwrap().plan(&case("sph", 0.125)).unwrap();
+    assert!(!plan.warnings.iter().any(|warning| warning.contains("bodies[0].points: ")));
+    let mut value = block("mpm");
+    value["bodies"][0]["points"] = json!({ "file": "points.csv", "spacing": -1 });
+    let error = Case::from_value(&value, folder.path()).unwrap_err().to_string();
+    assert!(error.starts_with("bodies[0].points.spacing: "), "{error}");
+}
+
+#[test]
+fn a_size_is_that_of_the_plan_before_anything_is_made() {
+    let mut seen = 0;
+    for (name, text) in colluvium::TEMPLATES {
+        let case = Case::from_json(text).unwrap();
+        for method in case.methods.keys().filter_map(|name| colluvium::method(name)) {
+            let (size, plan) = (method.size(&case).unwrap(), method.plan(&case).unwrap());
+            // The points of a disk or a polygon do not fill it exactly.
+            let share = size.points / plan.points as f64;
+            assert!((0.95..1.05).contains(&share), "{name}: {share} of the points");
+            let share = size.memory / plan.memory as f64;
+            assert!((0.6..1.1).contains(&share), "{name}: {share} of the memory");
+            assert!(size.fit(plan.memory as f64 * 2.0).is_ok() && size.fit(1e3).is_err());
+            seen += 1;
+        }
+    }
+    assert!(seen >= 4);
+}
