@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::json;
 
-use crate::benchmarks::{Benchmark, Check, Outcome, Verdict};
+use crate::benchmarks::{Benchmark, Check, Criterion, Outcome, Verdict};
 use crate::html::escape;
 
 /// A benchmark and what came of it.
@@ -158,6 +158,26 @@ fn badge(pass: bool) -> &'static str {
     if pass { "<span class=\"badge pass\">pass</span>" } else { "<span class=\"badge fail\">fail</span>" }
 }
 
+/// How many checks fail as open defects, and how each kind stands with its source.
+pub fn open_in_words(entries: &[Entry]) -> String {
+    let known: Vec<Criterion> = entries
+        .iter()
+        .flat_map(|entry| &entry.outcome.checks)
+        .filter(|check| check.verdict() == Verdict::Open)
+        .filter_map(|check| Some(check.defect.as_ref()?.criterion))
+        .collect();
+    let kinds = Criterion::ALL.map(|kind| (known.iter().filter(|&&k| k == kind).count(), kind.words()));
+    let kinds: Vec<String> = kinds
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, words)| format!("{count} {words}"))
+        .collect();
+    match kinds.is_empty() {
+        true => "no check fails as an open defect".to_owned(),
+        false => format!("{} checks fail as open defects ({})", known.len(), kinds.join(", ")),
+    }
+}
+
 /// Verdict on a benchmark, and how many defects it has open.
 fn badges(entry: &Entry) -> String {
     let open = entry.count(Verdict::Open);
@@ -189,7 +209,9 @@ fn number(value: f64) -> String {
 /// The reason for the bounds, and what is known where they do not hold.
 fn why(check: &Check) -> String {
     match &check.defect {
-        Some(defect) if check.verdict() == Verdict::Open => format!("{}. Open: {defect}", check.reason),
+        Some(known) if check.verdict() == Verdict::Open => {
+            format!("{}. Open; {}: {}", check.reason, known.criterion.words(), known.found)
+        }
         _ => check.reason.clone(),
     }
 }
@@ -209,7 +231,7 @@ fn page(entries: &[Entry], about: &Provenance, scope: &Scope) -> String {
     let all = entries.iter().all(Entry::passes);
     let judged: usize = entries.iter().map(Entry::judged).sum();
     let shown: usize = entries.iter().map(|e| e.count(Verdict::NotJudged)).sum();
-    let open: usize = entries.iter().map(|e| e.count(Verdict::Open)).sum();
+    let open = open_in_words(entries);
     let seconds: f64 = entries.iter().map(|e| e.seconds).sum();
     // Writing to a string cannot fail.
     let _ = write!(
@@ -217,7 +239,7 @@ fn page(entries: &[Entry], about: &Provenance, scope: &Scope) -> String {
         "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" \
          content=\"width=device-width\"><title>Colluvium: validation</title><style>{STYLE}</style></head><body><main>\
          <h1>Validation {}</h1><p class=\"meta\"><strong>{}</strong>. {judged} checks in {} benchmarks, \
-         {open} of which fail as open defects, and {shown} values shown without judgement, {seconds:.0} s · commit {} · {} · {} · {}</p>",
+         {open}, and {shown} values shown without judgement, {seconds:.0} s · commit {} · {} · {} · {}</p>",
         badge(all),
         escape(&scope.words()),
         entries.len(),

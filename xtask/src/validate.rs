@@ -13,7 +13,7 @@ use clap::Args;
 use rayon::ThreadPoolBuilder;
 use serde::Deserialize;
 
-use crate::benchmarks::{ALL, Benchmark, Listed, Outcome, Verdict};
+use crate::benchmarks::{ALL, Benchmark, Known, Listed, Outcome, Verdict};
 use crate::report::{self, Entry, Scope};
 
 #[derive(Args)]
@@ -72,11 +72,10 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
     let failed = entries.iter().filter(|entry| !entry.passes()).count();
     let checks: usize = entries.iter().map(Entry::judged).sum();
     let shown: usize = entries.iter().map(|entry| entry.count(Verdict::NotJudged)).sum();
-    let open: usize = entries.iter().map(|entry| entry.count(Verdict::Open)).sum();
     println!(
-        "\n{checks} checks in {} benchmarks, {failed} benchmarks failed; {open} checks fail as open defects; {shown} \
-         values shown without judgement",
-        entries.len()
+        "\n{checks} checks in {} benchmarks, {failed} benchmarks failed; {}; {shown} values shown without judgement",
+        entries.len(),
+        report::open_in_words(&entries)
     );
     println!("report: {}", folder.join("index.html").display());
     Ok(failed == 0)
@@ -131,7 +130,8 @@ struct Defect {
     /// How the names of the checks begin.
     checks: Vec<String>,
     /// What is known of them.
-    found: String,
+    #[serde(flatten)]
+    known: Known,
 }
 
 /// The open defects, from `validation/open-defects.json`.
@@ -174,7 +174,7 @@ fn entry(benchmark: &'static Benchmark, quick: bool, defects: &[Defect]) -> Entr
             defect.benchmark == benchmark.id
                 && defect.checks.iter().any(|begin| check.name.starts_with(begin))
         };
-        check.defect = defects.iter().find(of_check).map(|defect| defect.found.clone());
+        check.defect = defects.iter().find(of_check).map(|defect| defect.known.clone());
         let _ = writeln!(
             text,
             "  {:<10}  {:<72} {:>16.9e}   source: {}",

@@ -57,6 +57,7 @@ use std::collections::BTreeMap;
 use colluvium::case::output::Table;
 use colluvium::case::plot::Picture;
 use colluvium::case::{Case, FieldData, RunOptions, RunReport, Snapshot};
+use serde::{Deserialize, Serialize};
 
 /// A benchmark: a source, what must hold, and the way to find out.
 pub struct Benchmark {
@@ -141,7 +142,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_ranks::BENCHMARK, Some(4), 4),
     Listed::new(&sph_critical::SHEAR, Some(2), 80),
     Listed::new(&sph_critical::COLUMNS, None, 16),
-    Listed::new(&sph_critical::COLUMNS_FINE, None, 400),
+    Listed::new(&sph_critical::COLUMNS_FINE, None, 1200),
     Listed::new(&sph_cantilever::BENCHMARK, None, 400),
     Listed::new(&sph_columns::BENCHMARK, None, 120),
     Listed::new(&sph_columns::SWEEP, None, 1700),
@@ -177,7 +178,42 @@ pub struct Check {
     /// Why these bounds, or why none.
     pub reason: String,
     /// What is known of a check that does not hold: an open defect.
-    pub defect: Option<String>,
+    pub defect: Option<Known>,
+}
+
+/// What is known of an open defect.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Known {
+    /// How it stands with what the source asks.
+    pub criterion: Criterion,
+    /// What was found.
+    pub found: String,
+}
+
+/// How a check that fails stands with what its source asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Criterion {
+    /// What the source asks is not met.
+    Missed,
+    /// What the source asks disagrees with a closed form, with another of its references or with its own computation.
+    Disputed,
+    /// What the source asks is met elsewhere; this check goes beyond it.
+    Met,
+}
+
+impl Criterion {
+    /// Each, in order of weight.
+    pub const ALL: [Self; 3] = [Self::Missed, Self::Disputed, Self::Met];
+
+    /// In words, after a number of checks or before what was found.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Missed => "against a criterion of the source that is missed",
+            Self::Disputed => "against a criterion that another reference contradicts",
+            Self::Met => "beyond the criterion of the source, which is met",
+        }
+    }
 }
 
 /// What a check says.

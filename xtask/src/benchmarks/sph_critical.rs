@@ -209,6 +209,10 @@ fn run_out(report: &RunReport) -> (f64, f64) {
     (time, end - start)
 }
 
+/// Courant numbers with which the fine columns run again, beside the default: where 99 % of the mass ends
+/// scatters by 2 to 3 % with the steps taken, and the bounds on the ratio are as wide as four times that.
+const REPEATED: [f64; 2] = [0.18, 0.16];
+
 /// Smoothing length over spacing.
 const SMOOTHING: f64 = 1.2;
 /// The middle three fifths of the height (m).
@@ -310,6 +314,22 @@ fn pair(outcome: &mut Outcome, spacing: f64) -> Result<(), String> {
         found.push((time, way, share));
     }
     let [loose, dense] = [found[0], found[1]];
+    let mut ways = [vec![loose.1], vec![dense.1]];
+    if spacing <= FINE {
+        for courant in REPEATED {
+            for (ways, (_, void_ratio)) in ways.iter_mut().zip([DENSITIES[0], DENSITIES[2]]) {
+                let mut case = column(void_ratio, spacing)?;
+                set_of(&mut case, "sph", "courant", courant);
+                ways.push(run_out(&run_by("sph", &case)?).1);
+            }
+        }
+        for (ways, name) in ways.iter().zip(["loose", "dense"]) {
+            for (way, courant) in ways[1..].iter().zip(REPEATED) {
+                let name = format!("{name}, Courant number {courant}: run-out of 99 % of the mass (m)");
+                outcome.show(label(&name), "", *way, "judged in the mean");
+            }
+        }
+    }
     for (number, when) in ["half-way", "at the end"].into_iter().enumerate() {
         let reason = "B-10: loose it shears diffusely, dense in bands; the mean over rows of (Σ ε)²/Σ ε²";
         outcome.within(
@@ -331,13 +351,15 @@ fn pair(outcome: &mut Outcome, spacing: f64) -> Result<(), String> {
     let reason = "B-10: loose it fails deeper and more diffusely, dense in bands";
     let deeper = (1.0, f64::INFINITY);
     outcome.within(label("share sheared, loose over dense"), "above 1", loose.2 / dense.2, deeper, reason);
-    let (name, ratio) = (label("run-out of 99 % of the mass, loose over dense"), loose.1 / dense.1);
+    let [all_loose, all_dense] = ways.map(|ways| ways.iter().sum::<f64>());
+    let (name, ratio) = (label("run-out of 99 % of the mass, loose over dense"), all_loose / all_dense);
     if spacing > FINE {
         let reason =
             "not judged: too few layers for the bands in which the dense sand softens; judged at 2.5 mm";
         outcome.show(name, "0.9 to 1.1", ratio, reason);
     } else {
-        outcome.within(name, "0.9 to 1.1", ratio, (0.9, 1.1), "B-10: 0.9 to 1.1");
+        let reason = "B-10: 0.9 to 1.1; the mean of runs with three Courant numbers, each of which scatters by 2 to 3 %";
+        outcome.within(name, "0.9 to 1.1", ratio, (0.9, 1.1), reason);
     }
     Ok(())
 }
