@@ -80,14 +80,15 @@ impl<const D: usize> SphSolver<D> {
         let all = crowding.par_iter_mut().zip(&mut pushes).enumerate().with_min_len(TASK);
         all.for_each(|(i, (index, push))| (*index, *push) = pairs.inward(i, neighbours.of(i)));
         let near = 1.05 * self.options.spacing;
-        // Also those beside the surface, which carry what is left of its force (sheet's proposal).
+        // Also those beside the surface, which carry what is left of its force (sheet's proposal), across the ends of
+        // periods too. In a mirror what is near is itself on this side, and nearer.
         let acts = |i: usize| {
             let of_surface = |j: usize| crowding[j] <= SURFACE_INDEX[D - 1];
             everywhere
                 || of_surface(i)
-                || neighbours.of(i).iter().map(|&j| j as usize).filter(|&j| j < p.len).any(|j| {
+                || neighbours.of(i).iter().map(|&j| j as usize).any(|j| {
                     let apart: [f64; D] = std::array::from_fn(|c| p.position[j][c] - p.position[i][c]);
-                    of_surface(j) && square(&apart) <= near * near
+                    square(&apart) <= near * near && self.particle_of(j).is_some_and(of_surface)
                 })
         };
         for group in &self.groups {

@@ -17,6 +17,8 @@ pub enum Contact {
 /// A half space that material cannot enter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane<const D: usize> {
+    /// Index into `Case::boundaries`.
+    pub boundary: usize,
     /// Axis normal to the face.
     pub axis: usize,
     /// Coordinate of the face at time zero (m).
@@ -46,6 +48,11 @@ impl<const D: usize> Plane<D> {
     #[inline]
     pub fn pace(&self) -> [f64; D] {
         self.velocity.map(|v| self.factor * v)
+    }
+
+    /// Coordinate of the face at `time` (m).
+    pub fn face_at(&self, time: f64) -> f64 {
+        self.position + self.course(0.0, time)
     }
 
     /// How far the face moves between two times (m): the integral of its velocity.
@@ -211,6 +218,25 @@ impl<const D: usize> Walls<D> {
         self.mirrors.iter_mut().chain(&mut self.faces)
     }
 
+    /// Where the first faces stand at `time` (s) that close `axis` below and above (m).
+    pub fn ends(&self, axis: usize, time: f64) -> (f64, f64) {
+        self.planes().filter(|plane| plane.axis == axis).fold(
+            (-f64::INFINITY, f64::INFINITY),
+            |(low, high), plane| {
+                let face = plane.face_at(time);
+                if plane.upper { (low, high.min(face)) } else { (low.max(face), high) }
+            },
+        )
+    }
+
+    /// The first wall that `x` is behind the face of at `time` (s) by more than `margin` (m).
+    pub fn passed(&self, x: &[f64; D], time: f64, margin: f64) -> Option<&Plane<D>> {
+        self.planes().find(|plane| {
+            let (x, face) = (x[plane.axis], plane.face_at(time));
+            if plane.upper { x > face + margin } else { x < face - margin }
+        })
+    }
+
     /// How far a face has moved at most between two times (m).
     pub fn moved(&self, start: f64, end: f64) -> f64 {
         self.planes().map(|plane| plane.course(start, end).abs()).fold(0.0, f64::max)
@@ -319,6 +345,7 @@ mod tests {
 
     fn plane(axis: usize) -> Plane<2> {
         Plane {
+            boundary: 0,
             axis,
             position: 0.0,
             upper: false,

@@ -62,7 +62,8 @@ pub enum SoundSpeed {
     YoungsModulus,
 }
 
-/// Against tensile instability (sheet §2.11).
+/// Against tensile instability (sheet §2.11). The ratio of kernels is that of the kernel between two particles to its
+/// value at their spacing: the initial one, times how far the smoothing length has grown where it varies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Tensile {

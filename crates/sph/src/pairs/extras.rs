@@ -166,7 +166,7 @@ impl<const D: usize> Pairs<'_, D> {
             let r = square.sqrt();
             let volume = p.mass[k] / p.density[k];
             let weight = volume * self.between_weight(i, k, r);
-            let close = 1.0 + CLOSE.0 * (self.value(i, k, r) / reference).powi(CLOSE.1);
+            let close = 1.0 + CLOSE.0 * (self.rescaled(i, k, r) / reference).powi(CLOSE.1);
             (0..D).for_each(|c| crowding[c] += weight * close * apart[c]);
             if j >= self.first_wall || self.smooth.contain(j) {
                 continue;

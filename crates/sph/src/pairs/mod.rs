@@ -58,7 +58,7 @@ pub struct Rates<const D: usize> {
 #[derive(Clone, Copy)]
 struct Repulsion {
     exponent: f64,
-    /// `1 / W(Δx)`.
+    /// `1 / W(Δx)` at the initial smoothing length.
     scale: f64,
 }
 
@@ -115,6 +115,18 @@ impl<const D: usize> Pairs<'_, D> {
         self.smoothing.with_length(length)
     }
 
+    /// The smoothing length of a pair of particles with those lengths; `None` where each has its own kernel.
+    fn common_length(&self, own: f64, other: f64) -> Option<f64> {
+        match self.options.symmetrisation {
+            Symmetrisation::Arithmetic => Some(0.5 * (own + other)),
+            Symmetrisation::Harmonic => Some(2.0 * own * other / (own + other)),
+            Symmetrisation::Geometric => Some((own * other).sqrt()),
+            Symmetrisation::Max => Some(own.max(other)),
+            Symmetrisation::Min => Some(own.min(other)),
+            Symmetrisation::Kernel | Symmetrisation::GradH => None,
+        }
+    }
+
     /// The kernel's weight and value between `i` and `j`, `r` (m) apart.
     fn between(&self, i: usize, j: usize, r: f64) -> [f64; 2] {
         let p = self.particles;
@@ -123,18 +135,33 @@ impl<const D: usize> Pairs<'_, D> {
             let kernel = self.kernel_of(length);
             [kernel.weight(r), kernel.value(r)]
         };
-        match self.options.symmetrisation {
-            Symmetrisation::Arithmetic => one(0.5 * (own + other)),
-            Symmetrisation::Harmonic => one(2.0 * own * other / (own + other)),
-            Symmetrisation::Geometric => one((own * other).sqrt()),
-            Symmetrisation::Max => one(own.max(other)),
-            Symmetrisation::Min => one(own.min(other)),
-            Symmetrisation::Kernel => {
+        match self.common_length(own, other) {
+            Some(length) => one(length),
+            None if self.options.symmetrisation == Symmetrisation::GradH => one(own),
+            None => {
                 let ([f, w], [g, v]) = (one(own), one(other));
                 [0.5 * (f + g), 0.5 * (w + v)]
             }
-            Symmetrisation::GradH => one(own),
         }
+    }
+
+    /// What `W` of the initial smoothing length is between `i` and `j`, `r` (m) apart, distances being counted in their
+    /// own smoothing length. Over `W(Δx)` it is `W(r, h) / W(Δx h/h₀, h)`: one at the spacing that goes with `h`. The
+    /// same for `i` and `j`, also where each has its own kernel.
+    #[inline]
+    fn rescaled(&self, i: usize, j: usize, r: f64) -> f64 {
+        if !self.options.is_variable() {
+            return self.smoothing.value(r);
+        }
+        let (own, other) = (self.particles.length[i], self.particles.length[j]);
+        let one = |length: f64| self.rescaled_alone(length, r);
+        self.common_length(own, other).map_or_else(|| 0.5 * (one(own) + one(other)), one)
+    }
+
+    /// The same for one smoothing length (m).
+    #[inline]
+    fn rescaled_alone(&self, length: f64, r: f64) -> f64 {
+        self.smoothing.value(r * (self.smoothing.length() / length))
     }
 
     /// `W` between `i` and `j`, `r` (m) apart.
@@ -191,7 +218,7 @@ impl<const D: usize> Pairs<'_, D> {
             let both = p.repulsion[i] + p.repulsion[j];
             if both != SymTensor::ZERO && j != i {
                 any = true;
-                *tensor = both * (self.value(i, j, square.sqrt()) * scale).powf(exponent);
+                *tensor = both * (self.rescaled(i, j, square.sqrt()) * scale).powf(exponent);
             }
         }
         any.then(|| std::array::from_fn(|c| Lanes::new(tensors.map(|tensor| tensor.0[c]))))

@@ -115,7 +115,7 @@ impl<const D: usize> Pairs<'_, D> {
             let Some(answer) = answer(wall) else { continue };
             let mut pair = (p.stress[i] * form.own + answer.stress) * scale;
             if let Some(repulsion) = self.repulsion().filter(|_| !p.repulsion.is_empty()) {
-                let factor = (kernel.value(r) * repulsion.scale).powf(repulsion.exponent);
+                let factor = (self.rescaled_alone(h, r) * repulsion.scale).powf(repulsion.exponent);
                 pair += (p.repulsion[i] + answer.repulsion) * factor;
             }
             let closing = (0..D).map(|c| answer.relative[c] * apart[c]).sum::<f64>().min(0.0);

@@ -48,7 +48,7 @@ pub(super) fn check_walls<const D: usize>(
 /// The walls of a stage.
 pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, reach: f64) -> Walls<D> {
     let (mut planes, mut faces) = (Vec::new(), Vec::new());
-    for (_, boundary) in case.active_boundaries(stage) {
+    for (number, boundary) in case.active_boundaries(stage) {
         let contact = match boundary.wall {
             Wall::Smooth => Contact::FreeSlip,
             // Absorbing sides are refused.
@@ -58,6 +58,7 @@ pub fn walls<const D: usize>(case: &Case, stage: usize, options: &SphOptions, re
         let history = options.wall_history.get(boundary.name()).cloned();
         let kind = if mirrors(&boundary.wall, options) { &mut planes } else { &mut faces };
         kind.push(Plane {
+            boundary: number,
             axis: boundary.side.axis(),
             position: boundary.position(&case.domain),
             upper: boundary.side.is_max(),

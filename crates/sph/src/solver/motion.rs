@@ -222,14 +222,41 @@ impl<const D: usize> SphSolver<D> {
         self.scalars = rates;
     }
 
+    /// How far out particles may be along each axis at `time` (s): to the sides of the domain and the faces of walls in
+    /// it, wherever these have moved. A soft material may be pressed into a wall as far as the wall's first particles.
+    fn room(&self, time: f64) -> [(f64, f64); D] {
+        let (domain, margin) = (&self.case.domain, self.margin());
+        std::array::from_fn(|c| {
+            if domain.is_periodic(c) {
+                return (-f64::INFINITY, f64::INFINITY);
+            }
+            let (low, high) = self.walls.ends(c, time);
+            (domain.min[c].max(low) - margin, domain.max[c].min(high) + margin)
+        })
+    }
+
+    fn margin(&self) -> f64 {
+        0.5 * self.options.spacing
+    }
+
+    /// Why particle `i`, which is not in its room at `time` (s), may not be where it is.
+    fn astray(&self, i: usize, time: f64) -> String {
+        let Some(wall) = self.walls.passed(&self.particles.position[i], time, self.margin()) else {
+            return "it left the domain: enlarge the domain or add a wall on that side".to_owned();
+        };
+        let (name, axis) = (self.case.boundaries[wall.boundary].name(), ["x", "y", "z"][wall.axis]);
+        format!(
+            "it passed the wall {name:?}, whose face stands at {axis} = {} m: methods.sph.wall_guard keeps particles off \
+             walls of particles, methods.sph.hourglass_viscosity off mirrors",
+            wall.face_at(time)
+        )
+    }
+
     /// Positions at the end of the step; step 9.
     pub(crate) fn drift(&mut self, dt: f64) -> Result<(), SolverError> {
-        let domain = &self.case.domain;
         let longest = 0.2 * self.smoothing.length();
-        // A soft material may be pressed into a wall as far as the wall's first particles.
-        let margin = 0.5 * self.options.spacing;
-        let wraps: [bool; D] =
-            std::array::from_fn(|c| self.walls.periods.iter().any(|period| period.axis == c));
+        let end = self.time + dt;
+        let room = self.room(end);
         let guests = &self.guests;
         let p = &mut self.particles;
         let extra = &p.drift;
@@ -238,16 +265,15 @@ impl<const D: usize> SphSolver<D> {
             let v = extra.get(i).map_or(*v, |extra| std::array::from_fn(|c| v[c] + extra[c]));
             let far = !(square(&v) * dt * dt <= longest * longest);
             (0..D).for_each(|c| x[c] += dt * v[c]);
-            let outside =
-                (0..D).any(|c| !wraps[c] && (x[c] < domain.min[c] - margin || x[c] > domain.max[c] + margin));
+            let outside = (0..D).any(|c| x[c] < room[c].0 || x[c] > room[c].1);
             if guests.get(i).is_some_and(|guest| *guest) {
                 None
             } else if far {
-                Some((i, "it moved by more than 0.2 smoothing lengths in a step"))
+                Some((i, Some("it moved by more than 0.2 smoothing lengths in a step")))
             } else if !stress.is_finite() {
-                Some((i, "its stress is not finite"))
+                Some((i, Some("its stress is not finite")))
             } else if outside {
-                Some((i, "it left the domain: enlarge the domain or add a wall on that side"))
+                Some((i, None))
             } else {
                 None
             }
@@ -255,7 +281,10 @@ impl<const D: usize> SphSolver<D> {
         let first = lost.min_by_key(|(i, _)| *i);
         self.weighed = false;
         self.accelerated = false;
-        first.map_or(Ok(()), |(i, reason)| Err(self.failed(i, reason.to_owned())))
+        first.map_or(Ok(()), |(i, reason)| {
+            let reason = reason.map_or_else(|| self.astray(i, end), ToOwned::to_owned);
+            Err(self.failed(i, reason))
+        })
     }
 
     /// Moves particles towards even spacing; step 10, of the step before.

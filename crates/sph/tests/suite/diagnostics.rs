@@ -1,7 +1,9 @@
 //! How well the sums over neighbours hold, and what a confining pressure brings to rest (SPH sheet §2.2, §2.13 g).
 
 use colluvium_case::{Case, Method, Solver};
+use colluvium_constitutive::SymTensor;
 use colluvium_sph::Sph;
+use colluvium_sph::semi_discrete::{Given, rates};
 use serde_json::{Value, json};
 
 use crate::common::{begin, changed, solve, vectors};
@@ -92,6 +94,37 @@ fn a_confined_block_comes_to_rest_under_the_full_pressure() {
     let pressures = report.snapshot.tensors("stress").unwrap().iter().map(|s| -0.5 * (s[0] + s[1]));
     let mean = pressures.sum::<f64>() / 400.0;
     assert!((mean / 1000.0 - 1.0).abs() < 0.1, "{mean}");
+}
+
+/// Wherever its surface and what is beside it meet the end.
+#[test]
+fn a_confined_disc_across_the_end_of_a_period_feels_what_it_feels_in_the_middle() {
+    let more = json!({
+        "domain": { "min": [0, 0], "max": [1, 1], "periodic": ["x"] }, "boundaries": [],
+        "bodies": [{ "name": "b", "material": "m",
+                     "shape": { "kind": "ball", "centre": [0.5, 0.5], "radius": 0.3 } }]
+    });
+    let case = block(&more, &json!({ "momentum": "rho-rho", "confining": { "pressure": 1000 } }));
+    let accelerations = |columns: i32| {
+        let given = |id: u32, _: &[f64; 2]| Given {
+            shift: [0.05 * f64::from(columns), 0.0],
+            velocity: [0.0; 2],
+            compression: 1.0,
+            // Across the plane, where it only tells them apart.
+            stress: SymTensor([0.0, 0.0, f64::from(id), 0.0, 0.0, 0.0]),
+        };
+        let mut all = rates::<2>(&case, given).unwrap();
+        all.sort_by(|a, b| a.stress.0[2].total_cmp(&b.stress.0[2]));
+        all.iter().map(|p| p.acceleration).collect::<Vec<_>>()
+    };
+    let expected = accelerations(0);
+    for columns in 1..20 {
+        for (found, expected) in accelerations(columns).iter().zip(&expected) {
+            // Sums over the neighbours in another order; the largest are 22 m/s².
+            let near = (0..2).all(|c| (found[c] - expected[c]).abs() < 1e-10);
+            assert!(near, "{columns} columns on: {found:?} for {expected:?}");
+        }
+    }
 }
 
 fn warnings(sph: &Value) -> String {

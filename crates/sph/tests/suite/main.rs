@@ -11,4 +11,5 @@ mod schemes;
 mod smooth_bodies;
 mod solids;
 mod solver;
+mod tensile;
 mod walls;

@@ -69,7 +69,8 @@ fn v26_any_number_of_ranks_gives_the_same_bits() {
                 "regularisation": "mls", "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 } }),
         json!({ "kernel": "wendland-c2", "smoothing": 1.5, "wall_stress": "extrapolated", "regularisation": "shepard",
                 "damping": 0.01, "sound_speed": "youngs-modulus" }),
-        json!({ "smoothing_length": "density", "symmetrisation": "grad-h", "xsph": 0.3 }),
+        json!({ "smoothing_length": "density", "symmetrisation": "grad-h", "xsph": 0.3,
+                "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 } }),
         json!({ "smoothing_length": "rate", "symmetrisation": "harmonic", "shifting": 0.5, "wall_guard": 0.01 }),
         json!({ "shifting": 0.5, "wall_stress": "interpolated" }),
         json!({ "rough_wall": "mirror", "velocity_gradient": "corrected", "hourglass_viscosity": 0.5 }),
@@ -102,6 +103,7 @@ fn periodic() -> Value {
 fn ranks_reach_across_the_ends_of_a_period() {
     for options in [
         json!({}),
+        json!({ "momentum": "rho-rho", "confining": { "pressure": 100 } }),
         json!({ "regularisation": "mls", "regularisation_steps": 3, "wall_stress": "extrapolated",
                 "velocity_gradient": "corrected", "hourglass_viscosity": 0.5 }),
     ] {

@@ -1,6 +1,6 @@
 //! Walls whose velocities vary in time, and rough mirrors (SPH sheet §2.13).
 
-use colluvium_case::Method;
+use colluvium_case::{Case, Method, SolverError};
 use colluvium_sph::Sph;
 use serde_json::{Value, json};
 
@@ -26,7 +26,7 @@ fn factor(time: f64) -> (f64, f64) {
 }
 
 /// A bar of length 1 m and wave speed 10 m/s before a piston of 2 mm/s.
-fn bar(spacing: f64, sph: &Value) -> colluvium_case::Case {
+fn bar(spacing: f64, sph: &Value) -> Case {
     let mut methods = json!({
         "spacing": spacing, "viscosity_linear": 0, "hourglass_viscosity": 0.1, "momentum": "corrected",
         "wall_history": { "piston": { "times": TIMES, "factors": FACTORS } }
@@ -123,4 +123,77 @@ fn a_collapsing_column_on_a_rough_mirror_needs_the_hourglass_viscosity() {
     assert!((mirror / layers - 1.0).abs() < 0.05, "{mirror} m, {layers} m");
     let slipping = front(&json!({ "rough_wall": "mirror" }));
     assert!(slipping > 1.15 * layers, "{slipping} m, {layers} m");
+}
+
+/// How a run ends: the particle's place, the time and the reason.
+fn end_of(case: &Case) -> ([f64; 3], f64, String) {
+    let mut solver = begin(case);
+    loop {
+        let dt = solver.time_step().dt;
+        match solver.step(dt) {
+            Ok(()) => {}
+            Err(SolverError::Point { position, time, reason, .. }) => return (position, time + dt, reason),
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+/// A chip too soft to be turned back that flies downwards, 0.5 m above a wall within the domain.
+fn chip(wall: &Value, speed: f64, sph: &Value) -> Case {
+    let mut methods = json!({ "spacing": 0.1, "courant": 0.05 });
+    methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
+    let text = json!({
+        "title": "chip", "space": "plane-strain", "domain": { "min": [-2, -2], "max": [2, 2] }, "gravity": [0, 0],
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 100, "poissons_ratio": 0 } },
+        "bodies": [{ "name": "chip", "material": "m", "shape": { "kind": "box", "min": [0, 0.5], "max": [0.1, 0.6] },
+                     "velocity": { "kind": "uniform", "value": [0, -10] } },
+                   { "name": "frame", "material": "m", "shape": { "kind": "box", "min": [1.8, 1.8], "max": [1.9, 1.9] } }],
+        "boundaries": [{ "name": "ram", "side": "y-min", "position": 0, "wall": wall, "velocity": [0, speed] }],
+        "stages": [{ "name": "s", "duration": 1 }],
+        "methods": { "sph": methods }
+    });
+    changed(text, &json!({}))
+}
+
+#[test]
+fn a_particle_that_passes_a_wall_stops_the_run_wherever_the_wall_has_got_to() {
+    let (rough, smooth) = (json!({ "kind": "rough" }), json!({ "kind": "smooth" }));
+    let frictional = json!({ "kind": "frictional", "friction_coefficient": 0.3 });
+    for (wall, speed, sph) in [
+        (&rough, 0.0, json!({})),
+        (&rough, 5.0, json!({ "integration": "velocity-verlet" })),
+        (&rough, 5.0, json!({ "ranks": 2 })),
+        (&frictional, 0.0, json!({})),
+        (&frictional, 5.0, json!({})),
+        // What is held goes its way.
+        (&smooth, 5.0, json!({ "held": ["chip"] })),
+        (
+            &smooth,
+            5.0,
+            json!({ "held": ["chip"], "wall_history": { "ram": { "times": [0, 1], "factors": [0, 1] } } }),
+        ),
+    ] {
+        let (x, time, reason) = end_of(&chip(wall, speed, &sph));
+        let told = reason.strip_prefix("it passed the wall \"ram\", whose face stands at y = ");
+        let face: f64 = told.and_then(|told| told.split(' ').next()?.parse().ok()).expect(&reason);
+        let course = if sph.get("wall_history").is_some() { 0.5 * time * time } else { time };
+        assert!((face - speed * course).abs() < 1e-12, "{reason}, at {time} s");
+        // As soon as it is half a spacing behind the face.
+        assert!((0.05..0.06).contains(&(face - x[1])), "{wall} {sph}: {reason}, at {x:?} m");
+    }
+}
+
+#[test]
+fn what_leaves_the_domain_is_told_whether_there_was_a_wall() {
+    let at_side = |wall: Value| {
+        let mut case = chip(&json!({ "kind": "rough" }), 0.0, &json!({}));
+        case.boundaries = serde_json::from_value(wall).unwrap();
+        case
+    };
+    let (x, _, reason) = end_of(&at_side(json!([{ "side": "y-min", "wall": { "kind": "rough" } }])));
+    assert!(reason.starts_with("it passed the wall \"y-min\", whose face stands at y = -2 m"), "{reason}");
+    assert!((-2.06..-2.05).contains(&x[1]), "{x:?}");
+    let (x, _, reason) = end_of(&at_side(json!([])));
+    assert!(reason.starts_with("it left the domain"), "{reason}");
+    assert!((-2.06..-2.05).contains(&x[1]), "{x:?}");
 }

@@ -1,0 +1,202 @@
+//! What the options allow (SPH sheet §7), and what they allow with a word.
+
+use super::{
+    Confining, Continuity, DensityReset, Formulation, Kernel, Momentum, Regularisation, SmoothingLength,
+    SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress, growth, half, ten,
+    thirty,
+};
+
+impl SphOptions {
+    /// Checks the ranges (sheet §7); the error names the option and the rule.
+    ///
+    /// # Errors
+    /// The first option out of range, as (name, problem).
+    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+        let rule = |name, value: f64, holds: bool, rule: &str| {
+            if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
+        };
+        let positive = |value: f64| value.is_finite() && value > 0.0;
+        let at_least_zero = |value: f64| value.is_finite() && value >= 0.0;
+        rule("spacing", self.spacing, positive(self.spacing), "must be finite and positive (m)")?;
+        let ratio = self.smoothing;
+        rule("smoothing", ratio, (0.9..=3.0).contains(&ratio), "is not in 0.9..=3")?;
+        let most = self.clumping_from().unwrap_or(f64::INFINITY);
+        if ratio > most && !self.allow_pairing {
+            let problem =
+                format!("{ratio} makes particles clump with this kernel; at most {most}, or allow_pairing");
+            return Err(("smoothing", problem));
+        }
+        for (name, value) in [
+            ("viscosity_linear", self.viscosity_linear),
+            ("viscosity_quadratic", self.viscosity_quadratic),
+            ("damping", self.damping),
+            ("wall_k0", self.wall_k0),
+            ("stress_diffusion_k0", self.stress_diffusion_k0),
+            ("shifting", self.shifting),
+            ("wall_guard", self.wall_guard),
+        ] {
+            rule(name, value, at_least_zero(value), "must be finite and not negative")?;
+        }
+        for (name, value, most) in [
+            ("stress_diffusion", self.stress_diffusion, 0.5),
+            ("density_diffusion", self.density_diffusion, 0.5),
+            ("xsph", self.xsph, 1.0),
+            ("hourglass_viscosity", self.hourglass_viscosity, 1.0),
+        ] {
+            rule(name, value, (0.0..=most).contains(&value), &format!("is not in 0..={most}"))?;
+        }
+        let growth = self.smoothing_growth;
+        rule("smoothing_growth", growth, (1.0..=3.0).contains(&growth), "is not in 1..=3")?;
+        self.check_lengths()?;
+        if let Tensile::ArtificialStress { strength, exponent }
+        | Tensile::ArtificialPressure { strength, exponent } = self.tensile
+        {
+            rule("tensile.strength", strength, (0.0..=1.0).contains(&strength), "is not in 0..=1")?;
+            rule("tensile.exponent", exponent, positive(exponent), "must be finite and positive")?;
+        }
+        if let Some(Confining { pressure, ramp, .. }) = self.confining {
+            rule(
+                "confining.pressure",
+                pressure,
+                at_least_zero(pressure),
+                "must be finite and not negative (Pa)",
+            )?;
+            rule("confining.ramp", ramp, at_least_zero(ramp), "must be finite and not negative (s)")?;
+            let ratio = self.smoothing;
+            rule(
+                "smoothing",
+                ratio,
+                (1.0..=1.5).contains(&ratio),
+                "is not in 1..=1.5, for which confining finds surfaces",
+            )?;
+        }
+        for (name, steps, off) in [
+            ("regularisation_steps", self.regularisation_steps, "regularisation"),
+            ("density_reset_steps", self.density_reset_steps, "density_reset"),
+        ] {
+            rule(name, steps as f64, steps > 0, &format!("must be at least 1; {off}: none turns it off"))?;
+        }
+        let ranks = self.ranks;
+        rule("ranks", f64::from(ranks), (1..=1024).contains(&ranks), "is not in 1..=1024")?;
+        let courant = self.courant;
+        rule("courant", courant, courant > 0.0 && courant <= 1.0, "is not in 0..=1 (0 excluded)")?;
+        if let Some(step) = self.time_step {
+            rule("time_step", step, positive(step), "must be finite and positive (s)")?;
+        }
+        Ok(())
+    }
+
+    /// Choices that do not go together.
+    fn check_lengths(&self) -> Result<(), (&'static str, String)> {
+        let grad_h = self.symmetrisation == Symmetrisation::GradH;
+        if self.is_variable() && self.confining.is_some() {
+            return Err(("smoothing_length", "must be constant where a pressure confines".to_owned()));
+        }
+        if self.is_variable() && self.continuity == Continuity::Summation {
+            return Err(("continuity", "summation needs a constant smoothing length".to_owned()));
+        }
+        if grad_h && self.smoothing_length != SmoothingLength::Density {
+            return Err(("symmetrisation", "grad-h needs smoothing_length density".to_owned()));
+        }
+        if grad_h && self.momentum != Momentum::Rho2 {
+            return Err(("momentum", "must be rho2 with grad-h, its adjoint".to_owned()));
+        }
+        if grad_h && !matches!(self.continuity, Continuity::Trace | Continuity::Mass) {
+            return Err(("continuity", "must be trace or mass with grad-h".to_owned()));
+        }
+        if self.continuity == Continuity::Summation && self.wall_stress != WallStress::Pairwise {
+            return Err(("wall_stress", "must be pairwise where density is summed".to_owned()));
+        }
+        if self.is_variable() && self.wall_stress != WallStress::Pairwise {
+            return Err(("wall_stress", "must be pairwise where the smoothing length varies".to_owned()));
+        }
+        let corrects = self.momentum == Momentum::Corrected;
+        let fits =
+            matches!(self.velocity_gradient, VelocityGradient::Compatible | VelocityGradient::Corrected);
+        if corrects && !fits {
+            return Err(("velocity_gradient", "must be corrected where momentum is".to_owned()));
+        }
+        if corrects && self.wall_stress != WallStress::Pairwise {
+            return Err(("wall_stress", "must be pairwise where momentum is corrected".to_owned()));
+        }
+        let stages = self.integration != TimeIntegration::Leapfrog;
+        if stages && self.ranks > 1 {
+            return Err(("integration", "must be leapfrog with more than one of ranks".to_owned()));
+        }
+        if self.formulation == Formulation::TotalLagrangian && self.ranks > 1 {
+            return Err(("formulation", "must be updated with more than one of ranks".to_owned()));
+        }
+        if stages && self.smoothing_length == SmoothingLength::Rate {
+            return Err(("smoothing_length", "rate goes with the leapfrog only".to_owned()));
+        }
+        Ok(())
+    }
+
+    /// Smoothing over spacing beyond which the kernel is known to clump.
+    fn clumping_from(&self) -> Option<f64> {
+        match self.kernel {
+            Kernel::CubicSpline => Some(2.0),
+            Kernel::Gaussian => Some(2.4),
+            _ => None,
+        }
+    }
+
+    /// What is allowed but worth a word.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let mut warn = |name: &str, holds: bool, text: &str| {
+            if holds {
+                warnings.push(format!("methods.sph.{name}: {text}"));
+            }
+        };
+        let ratio = self.smoothing;
+        let clumps = match self.kernel {
+            Kernel::CubicSpline => ratio > 1.5,
+            Kernel::Gaussian => ratio >= 2.0,
+            _ => false,
+        };
+        warn("smoothing", clumps, "particles may clump with this kernel");
+        let few = matches!(self.kernel, Kernel::WendlandC2 | Kernel::WendlandC4 | Kernel::WendlandC6)
+            && ratio < 1.2;
+        warn("smoothing", few, "Wendland kernels need at least 1.2");
+        warn("viscosity_linear", self.viscosity_linear > 2.0, "more than 2 shortens run-outs");
+        warn("courant", self.courant > 0.4, "more than 0.4 may be unstable near walls and surfaces");
+        warn("momentum", self.momentum == Momentum::Difference, "this form does not conserve momentum");
+        let unlike = self.confining.is_some() && self.momentum != Momentum::RhoRho;
+        let text = "only rho-rho balances a confining pressure: others leave forces where densities or gradients vary";
+        warn("momentum", unlike, text);
+        let smooths = self.regularisation != Regularisation::None;
+        let renews = self.density_reset != DensityReset::None;
+        let extrapolates = self.wall_stress == WallStress::Extrapolated;
+        let diffuses = self.stress_diffusion > 0.0;
+        for (name, is_set, has_effect, what) in [
+            ("regularisation_steps", self.regularisation_steps != ten(), smooths, "regularisation"),
+            ("density_reset_steps", self.density_reset_steps != thirty(), renews, "density_reset"),
+            ("stress_diffusion_k0", self.stress_diffusion_k0 != half(), diffuses, "stress_diffusion"),
+            ("wall_k0", self.wall_k0 != half(), extrapolates, "wall_stress extrapolated"),
+            (
+                "symmetrisation",
+                !matches!(self.symmetrisation, Symmetrisation::Arithmetic | Symmetrisation::GradH),
+                self.is_variable(),
+                "a smoothing_length that varies",
+            ),
+            (
+                "smoothing_growth",
+                self.smoothing_growth != growth(),
+                self.is_variable(),
+                "a smoothing_length that varies",
+            ),
+        ] {
+            warn(name, is_set && !has_effect, &format!("has no effect without {what}"));
+        }
+        let pair =
+            self.velocity_gradient != VelocityGradient::Corrected || self.momentum == Momentum::Corrected;
+        let viscous = self.viscosity_linear + self.viscosity_quadratic + self.hourglass_viscosity > 0.0;
+        warn(
+            "velocity_gradient",
+            !pair && !viscous,
+            "corrected makes energy without viscosity: set momentum to corrected",
+        );
+        warnings
+    }
+}
