@@ -33,9 +33,7 @@ impl Case {
     /// # Errors
     /// When the file cannot be read, or as [`Case::from_json`].
     pub fn load(path: &Path) -> Result<Self, CaseErrors> {
-        let text = json::text(path)?;
-        let value = json::parse(&text).map_err(CaseErrors::one)?;
-        Self::from_value(&value, path.parent().unwrap_or(Path::new("")))
+        Self::from_value(&json::value(path)?, path.parent().unwrap_or(Path::new("")))
     }
 
     /// Reads and checks a case from a JSON value; files that it names are meant from `folder`.

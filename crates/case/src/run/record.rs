@@ -11,7 +11,8 @@ use super::folder::{self, CASE, CHECKPOINT, COLLECTION, FRAMES, GRID_COLLECTION,
 use super::{RunError, RunOptions, Safety, row};
 use crate::description::{Measure, Stage};
 use crate::output::{
-    Collection, GridFrame, OutputError, Table, read_frame, write_atomically, write_frame, write_grid,
+    Collection, GridFrame, OutputError, Table, read_frame, read_json, write_atomically, write_frame,
+    write_grid,
 };
 use crate::{Budget, Case, Snapshot, Solver, SolverError, TimeStep, measure};
 
@@ -154,8 +155,8 @@ impl<'a> Recorder<'a> {
     /// Refuses, before anything is written, to resume a complete run or one of another case.
     fn check_resumable(&self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: &str| RunError::Folder { path: out.to_owned(), problem: problem.to_owned() };
-        let summary = fs::read_to_string(out.join(SUMMARY)).unwrap_or_default();
-        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap_or_default();
+        let path = out.join(SUMMARY);
+        let summary = if path.exists() { read_json(&path)? } else { serde_json::Value::Null };
         if summary["status"] == "completed" {
             return Err(folder("holds a complete run: there is nothing to resume"));
         }
