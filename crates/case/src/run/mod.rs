@@ -1,9 +1,13 @@
 //! The run: stages, steps, measures, frames, checkpoints.
 
+mod error;
 mod folder;
+mod progress;
 mod record;
 mod row;
 mod safety;
+mod steps;
+mod summary;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -12,15 +16,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use thiserror::Error;
 
 use crate::description::Stage;
-use crate::output::{OutputError, Table};
-use crate::{
-    Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, SolverError, StepLimit, TimeStep,
-};
-use record::{Progress, Recorder};
+use crate::output::Table;
+use crate::{Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, StepLimit, TimeStep};
+use progress::Progress;
+use record::Recorder;
+use steps::{stable_step, step_towards};
 
+pub use error::RunError;
 pub use row::{check_names, column_names};
 pub use safety::{Safety, Trial};
 
@@ -87,83 +91,6 @@ pub struct RunReport {
     pub updates_per_second: f64,
     /// What the searches for a factor of safety found, by the name of the measure.
     pub safety: BTreeMap<String, Safety>,
-}
-
-/// Why a run failed.
-#[derive(Debug, Error)]
-pub enum RunError {
-    /// The case is wrong.
-    #[error(transparent)]
-    Case(#[from] CaseErrors),
-    /// The solver could not go on.
-    #[error(transparent)]
-    Solver(#[from] SolverError),
-    /// The solver stopped after there was output.
-    #[error("{source}; the last output is {frame}, t = {time} s")]
-    Stopped {
-        /// Why.
-        source: SolverError,
-        /// The last frame.
-        frame: String,
-        /// Its time (s).
-        time: f64,
-    },
-    /// A file could not be written or read.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// A quasi-static stage did not come to rest.
-    #[error(
-        "stages[{stage}]: no equilibrium within its duration of {duration} s (unbalanced force {unbalanced:.3e}, \
-         kinetic energy {kinetic:.3e} of the external work)"
-    )]
-    NoEquilibrium {
-        /// Number of the stage.
-        stage: usize,
-        /// Its duration (s).
-        duration: f64,
-        /// Unbalanced-force ratio at the end.
-        unbalanced: f64,
-        /// Kinetic-energy ratio at the end.
-        kinetic: f64,
-    },
-    /// Nothing limits the time step: there is no material that moves.
-    #[error(
-        "stage {stage:?}, t = {time} s: nothing is left to move, all bodies are removed, rigid or have left"
-    )]
-    NothingMoves {
-        /// Name of the stage.
-        stage: String,
-        /// Time (s).
-        time: f64,
-    },
-    /// The solver has no usable time step.
-    #[error("t = {time} s: no stable time step (found {dt} s, limited by: {limit})")]
-    TimeStep {
-        /// Time (s).
-        time: f64,
-        /// What the solver offers (s).
-        dt: f64,
-        /// Why.
-        limit: StepLimit,
-    },
-    /// A trial of a search for a factor of safety could not go on.
-    #[error("measures.{measure}: trial with the factor {factor}: {source}")]
-    Trial {
-        /// Name of the measure.
-        measure: String,
-        /// The factor.
-        factor: f64,
-        /// Why.
-        source: Box<RunError>,
-    },
-    /// The folder cannot be used.
-    #[error("{}: {problem}", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// Why not.
-        problem: String,
-    },
 }
 
 /// Runs a case with a method from its start, or from its checkpoint, to the end, and searches for the factors
@@ -476,33 +403,6 @@ impl Run<'_> {
 
 fn asked_to_stop(options: &RunOptions) -> bool {
     options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
-}
-
-/// The solver's stable step in the stage of that name.
-fn stable_step(solver: &mut dyn Solver, stage: &str) -> Result<TimeStep, RunError> {
-    let limit = solver.time_step();
-    if limit.dt.is_finite() && limit.dt > 0.0 {
-        return Ok(limit);
-    }
-    if limit.dt == f64::INFINITY {
-        return Err(RunError::NothingMoves { stage: stage.to_owned(), time: solver.time() });
-    }
-    Err(RunError::TimeStep { time: solver.time(), dt: limit.dt, limit: limit.limit })
-}
-
-/// The step from `time` towards `until`: at most `limit`, the last two alike so that none is a
-/// sliver; `None` once there, to a part of `limit`, which is therefore no longer than what is waited for.
-fn step_towards(time: f64, until: f64, limit: f64) -> Option<f64> {
-    let rest = until - time;
-    if rest <= 1e-9 * limit {
-        None
-    } else if rest <= limit * (1.0 + 1e-9) {
-        Some(rest)
-    } else if rest < 2.0 * limit * (1.0 - 1e-9) {
-        Some(0.5 * rest)
-    } else {
-        Some(limit)
-    }
 }
 
 #[cfg(test)]

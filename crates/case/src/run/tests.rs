@@ -3,7 +3,7 @@ mod resume;
 use super::*;
 use crate::description::Reset;
 use crate::output::Collection;
-use crate::{Equilibrium, Field, FieldData, StepLimit, TimeStep};
+use crate::{Equilibrium, Field, FieldData, SolverError};
 use colluvium_constitutive::SymTensor;
 
 /// Independent oscillators `x'' = -ω² x - 2 d x'`, one a point.
