@@ -219,6 +219,7 @@ impl Run<'_> {
                 self.progress.begun = true;
                 self.recorder.begin(&*self.solver, &mut self.progress)?;
             }
+            self.tell_so_far()?;
             if self.stage(&self.case.stages[stage])? == Ending::Interrupted {
                 self.save()?;
                 return Ok(Ending::Interrupted);
@@ -287,7 +288,7 @@ impl Run<'_> {
             let limit = stable_step(&mut *self.solver, &stage.name)?;
             let until = self.recorder.next_output(&self.progress).min(end);
             let Some(dt) = step_towards(self.solver.time(), until, limit.dt.min(span)) else {
-                self.recorder.output(&*self.solver, &mut self.progress)?;
+                self.output()?;
                 if until >= end {
                     return self.stage_over(stage);
                 }
@@ -343,7 +344,28 @@ impl Run<'_> {
         self.progress.wall = self.wall();
         self.recorder.save(&*self.solver, &self.progress)?;
         self.saved = Instant::now();
-        Ok(())
+        self.tell_so_far()
+    }
+
+    /// Writes what is due.
+    fn output(&mut self) -> Result<(), RunError> {
+        let frames = self.progress.frames;
+        self.recorder.output(&*self.solver, &mut self.progress)?;
+        if self.progress.frames > frames { self.tell_so_far() } else { Ok(()) }
+    }
+
+    /// Writes the summary of a run that goes on: it is what one that is killed leaves.
+    fn tell_so_far(&self) -> Result<(), RunError> {
+        self.summary("running", None, &self.remarks_so_far())
+    }
+
+    fn remarks_so_far(&self) -> Vec<String> {
+        self.progress.collapse.iter().cloned().chain(self.solver.remarks()).collect()
+    }
+
+    fn summary(&self, status: &str, reason: Option<&str>, remarks: &[String]) -> Result<(), RunError> {
+        let run = (self.wall(), &self.safety, remarks);
+        self.recorder.summary(status, reason, &*self.solver, &self.progress, run)
     }
 
     /// Says once that the step has become a small part of the first one.
@@ -373,12 +395,11 @@ impl Run<'_> {
         if completed {
             self.recorder.output_last(&*self.solver, &mut self.progress)?;
         }
-        self.remarks = self.progress.collapse.iter().cloned().chain(self.solver.remarks()).collect();
+        self.remarks = self.remarks_so_far();
         if completed {
             self.remarks.extend(self.recorder.blind_probes());
         }
-        let run = (self.wall(), &self.safety, self.remarks.as_slice());
-        self.recorder.summary(ending, reason, &*self.solver, &self.progress, run)
+        self.summary(ending, reason, &self.remarks)
     }
 
     fn report(&mut self, ending: Ending) -> RunReport {

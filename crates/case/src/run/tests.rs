@@ -17,25 +17,23 @@ struct Oscillators {
     /// When it falls, and by what share.
     falls: Option<(f64, f64)>,
     fail_at: Option<f64>,
+    /// Whether it takes the whole program with it where it fails.
+    dies: bool,
 }
 
 impl Oscillators {
-    fn boxed(damping: f64, fail_at: Option<f64>) -> Box<dyn Solver> {
+    fn new(damping: f64, fail_at: Option<f64>) -> Self {
         let state = (0..5).map(|i| [1.0 + f64::from(i), 0.0]).collect();
-        Box::new(Self { state, time: 0.0, steps: 0, damping, dt: 0.0137, falls: None, fail_at })
+        Self { state, time: 0.0, steps: 0, damping, dt: 0.0137, falls: None, fail_at, dies: false }
+    }
+
+    fn boxed(damping: f64, fail_at: Option<f64>) -> Box<dyn Solver> {
+        Box::new(Self::new(damping, fail_at))
     }
 
     /// At rest, with another stable step (s).
     fn at_rest(dt: f64) -> Box<dyn Solver> {
-        Box::new(Self {
-            state: vec![[0.0; 2]; 5],
-            time: 0.0,
-            steps: 0,
-            damping: 0.0,
-            dt,
-            falls: None,
-            fail_at: None,
-        })
+        Box::new(Self { state: vec![[0.0; 2]; 5], dt, ..Self::new(0.0, None) })
     }
 }
 
@@ -62,6 +60,7 @@ impl Solver for Oscillators {
     }
     fn step(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.fail_at.is_some_and(|at| self.time >= at) {
+            assert!(!self.dies, "killed");
             let reason = "it was told to".to_owned();
             return Err(SolverError::Point {
                 step: self.steps,
@@ -324,6 +323,37 @@ fn a_summary_tells_when_stages_ended_and_what_bounded_the_steps() {
 }
 
 #[test]
+fn a_killed_run_leaves_a_summary_of_how_far_it_got() {
+    let case = case(r#"[ { "name": "a", "duration": 0.6 }, { "name": "b", "duration": 1 } ]"#);
+    // With checkpoints, and with nothing but frames.
+    for (checkpoint, least) in [(1e-9, 1.2 - 0.0137), (1e6, 1.0)] {
+        let mut case = case.clone();
+        case.output.checkpoint = checkpoint;
+        let folder = tempfile::tempdir().unwrap();
+        let warnings = vec!["mind the step".to_owned()];
+        let killed = std::panic::catch_unwind(|| {
+            let solver = Oscillators { dies: true, ..Oscillators::new(0.0, Some(1.2)) };
+            run(&case, Box::new(solver), &RunOptions { warnings, ..options(folder.path()) })
+        });
+        assert!(killed.is_err());
+        let text = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(summary["status"], "running");
+        assert_eq!(summary["warnings"][0], "mind the step");
+        let time = summary["time"].as_f64().unwrap();
+        assert!((least - 1e-9..1.22).contains(&time), "{time} s");
+        assert_eq!(summary["stages"][0]["ended"], "duration over");
+        assert_eq!(
+            (&summary["stages"][1]["name"], summary["stages"][1]["end"].is_null()),
+            (&"b".into(), true)
+        );
+        assert_eq!(summary["time_step_limits"][0]["steps"], summary["steps"]);
+        assert!(summary["measures"]["time"].as_f64().unwrap() >= 1.0 - 1e-9);
+        assert_eq!(summary["case"]["title"], "oscillators");
+    }
+}
+
+#[test]
 fn a_stage_that_does_not_settle_is_an_error() {
     let case = case(r#"[ { "name": "settle", "duration": 2.0, "equilibrium": {} } ]"#);
     let error = run(&case, Oscillators::boxed(0.0, None), &RunOptions::default()).unwrap_err();
@@ -376,15 +406,7 @@ fn a_step_that_collapses_is_remarked_with_its_place() {
     let case = case(r#"[ { "name": "all", "duration": 0.5 } ]"#);
     let falling = |share| {
         let falls = Some((0.485, share));
-        Box::new(Oscillators {
-            state: vec![[0.0; 2]; 5],
-            time: 0.0,
-            steps: 0,
-            damping: 0.0,
-            dt: 0.01,
-            falls,
-            fail_at: None,
-        })
+        Box::new(Oscillators { state: vec![[0.0; 2]; 5], dt: 0.01, falls, ..Oscillators::new(0.0, None) })
     };
     static SAID: std::sync::Mutex<Vec<String>> = std::sync::Mutex::new(Vec::new());
     let warn: fn(&str) = |remark| SAID.lock().unwrap().push(remark.to_owned());
