@@ -31,6 +31,10 @@ pub use safety::{Safety, Trial};
 /// Steps between checks of a stage's equilibrium.
 const STEPS_PER_CHECK: u64 = 100;
 
+/// Wall-clock time between two summaries of a run that goes on, at least: frames may follow each other faster than a disk
+/// has them.
+const BETWEEN_SUMMARIES: Duration = Duration::from_secs(1);
+
 /// How to run.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
@@ -139,6 +143,7 @@ fn start(
         bar: bar(case, options),
         started: Instant::now(),
         saved: Instant::now(),
+        told: Instant::now(),
         first_step: 0,
         safety: BTreeMap::new(),
         searched: Duration::ZERO,
@@ -170,6 +175,7 @@ struct Run<'a> {
     bar: ProgressBar,
     started: Instant,
     saved: Instant,
+    told: Instant,
     first_step: u64,
     safety: BTreeMap<String, Safety>,
     /// Wall-clock time of the searches.
@@ -298,6 +304,9 @@ impl Run<'_> {
             self.progress.count(&limit, self.solver.time());
             self.solver.step(dt)?;
             self.show(limit.limit, dt);
+            if self.recorder.row_in_passing(self.solver.time(), &self.progress) {
+                self.output()?;
+            }
             if self.at_rest(stage) {
                 return Ok(Ending::Completed);
             }
@@ -344,19 +353,25 @@ impl Run<'_> {
         self.progress.wall = self.wall();
         self.recorder.save(&*self.solver, &self.progress)?;
         self.saved = Instant::now();
-        self.tell_so_far()
+        self.tell_now_and_then()
     }
 
     /// Writes what is due.
     fn output(&mut self) -> Result<(), RunError> {
         let frames = self.progress.frames;
         self.recorder.output(&*self.solver, &mut self.progress)?;
-        if self.progress.frames > frames { self.tell_so_far() } else { Ok(()) }
+        if self.progress.frames > frames { self.tell_now_and_then() } else { Ok(()) }
     }
 
     /// Writes the summary of a run that goes on: it is what one that is killed leaves.
-    fn tell_so_far(&self) -> Result<(), RunError> {
+    fn tell_so_far(&mut self) -> Result<(), RunError> {
+        self.told = Instant::now();
         self.summary("running", None, &self.remarks_so_far())
+    }
+
+    /// Likewise, but not too often.
+    fn tell_now_and_then(&mut self) -> Result<(), RunError> {
+        if self.told.elapsed() < BETWEEN_SUMMARIES { Ok(()) } else { self.tell_so_far() }
     }
 
     fn remarks_so_far(&self) -> Vec<String> {

@@ -28,12 +28,22 @@ struct Checkpoint {
     solver: Vec<u8>,
 }
 
+/// Rows of the measures over a whole run, about, where the case names no interval.
+const DEFAULT_ROWS: f64 = 100.0;
+
+/// Whether output number `count` is due at `time` (s).
+fn is_due(time: f64, count: u64, interval: f64) -> bool {
+    time >= count as f64 * interval - 1e-9 * interval
+}
+
 /// Writes measures, frames, checkpoints and the summary of a run.
 pub(super) struct Recorder<'a> {
     pub(super) case: &'a Case,
     pub(super) options: &'a RunOptions,
     frame_interval: Option<f64>,
     row_interval: f64,
+    /// Whether steps end at the times of rows: where the case names an interval.
+    ends_on_rows: bool,
     pub(super) tables: Tables,
     pub(super) table: Table,
     pub(super) kept: Vec<Snapshot>,
@@ -52,7 +62,8 @@ impl<'a> Recorder<'a> {
             case,
             options,
             frame_interval: case.output.frames,
-            row_interval: case.output.measures.unwrap_or(case.end_time() / 100.0),
+            row_interval: case.output.measures.unwrap_or(case.end_time() / DEFAULT_ROWS),
+            ends_on_rows: case.output.measures.is_some(),
             tables: Tables::new(options.out.clone()),
             table: Table::default(),
             kept: Vec::new(),
@@ -119,24 +130,37 @@ impl<'a> Recorder<'a> {
         self.output(solver, progress)
     }
 
-    /// Time of the next row or frame (s).
-    pub(super) fn next_output(&self, progress: &Progress) -> f64 {
-        let row = progress.rows as f64 * self.row_interval;
-        self.frame_interval.map_or(row, |interval| row.min(progress.frames as f64 * interval))
+    /// Times between the rows and between the frames at which steps end (s).
+    fn intervals(&self) -> [f64; 2] {
+        let row = if self.ends_on_rows { self.row_interval } else { f64::INFINITY };
+        [row, self.frame_interval.unwrap_or(f64::INFINITY)]
     }
 
-    /// The shorter of the times between rows and between frames (s).
+    /// Time of the next row or frame at which a step is to end (s).
+    pub(super) fn next_output(&self, progress: &Progress) -> f64 {
+        let [row, frame] = self.intervals();
+        // Before the first of them nothing is infinitely far.
+        let next = |count: u64, interval: f64| if count == 0 { 0.0 } else { count as f64 * interval };
+        next(progress.rows, row).min(next(progress.frames, frame))
+    }
+
+    /// The shortest time between two outputs at which steps end (s).
     pub(super) fn shortest_interval(&self) -> f64 {
-        self.row_interval.min(self.frame_interval.unwrap_or(f64::INFINITY))
+        let [row, frame] = self.intervals();
+        row.min(frame)
+    }
+
+    /// Whether a row is due at `time` (s) for which no step was to end.
+    pub(super) fn row_in_passing(&self, time: f64, progress: &Progress) -> bool {
+        !self.ends_on_rows && is_due(time, progress.rows, self.row_interval)
     }
 
     /// Writes the row and the frame that are due.
     pub(super) fn output(&mut self, solver: &dyn Solver, progress: &mut Progress) -> Result<(), RunError> {
         let time = solver.time();
-        let due = |count: u64, interval: f64| time >= count as f64 * interval - 1e-9 * interval;
-        let row = due(progress.rows, self.row_interval);
+        let row = is_due(time, progress.rows, self.row_interval);
         let frame = match self.frame_interval {
-            Some(interval) => due(progress.frames, interval),
+            Some(interval) => is_due(time, progress.frames, interval),
             None => progress.frames == 0,
         };
         if !row && !frame {
@@ -146,6 +170,10 @@ impl<'a> Recorder<'a> {
         if row {
             self.row(solver, &snapshot, progress.time_step)?;
             progress.rows += 1;
+            // Steps may be longer than the time between rows that they do not end on.
+            while !self.ends_on_rows && is_due(time, progress.rows, self.row_interval) {
+                progress.rows += 1;
+            }
         }
         if frame {
             self.frame(snapshot, progress)?;
