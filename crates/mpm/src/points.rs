@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use colluvium_case::law::LawPoints;
 use colluvium_constitutive::{Material, States, SymTensor};
 use colluvium_grid::{Basis, Grid, Mesh, Stencil, Support};
 use rayon::prelude::*;
@@ -263,6 +264,11 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             + matrices
             + size_of_val(&self.stress[..])
             + size_of_val(&self.domain[..])
+    }
+
+    /// The points as their law sees them.
+    pub fn law_points(&self) -> LawPoints<'_> {
+        LawPoints { material: &*self.material, stress: &self.stress, states: &self.states }
     }
 
     /// How many points have the least volume.
