@@ -6,7 +6,8 @@ use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::description::{Boundary, Domain, Measure, Velocity};
+use crate::description::{Body, Boundary, Domain, Measure, Velocity};
+use crate::point_list::PointFile;
 use crate::{Case, CaseError, CaseErrors, json, validate};
 
 impl Case {
@@ -119,11 +120,12 @@ impl Case {
         self.space.dimension()
     }
 
-    /// About how many points `spacing` (m) apart fill the bodies; those from files do not count.
-    pub fn points_at(&self, spacing: f64) -> f64 {
+    /// About how many points `spacing` (m) apart fill each body, in their order; of a file of points, how many it has.
+    pub fn points_at(&self, spacing: f64) -> Vec<f64> {
         let dimension = self.dimension();
-        let filled = self.bodies.iter().filter(|body| body.points.is_none());
-        filled.map(|body| body.shape.volume(dimension, false)).sum::<f64>() / spacing.powi(dimension as i32)
+        let filled = |body: &Body| body.shape.volume(dimension, false) / spacing.powi(dimension as i32);
+        let count = |body: &Body| body.points.as_ref().map_or_else(|| filled(body), PointFile::count);
+        self.bodies.iter().map(count).collect()
     }
 
     /// Gravity with three components (m/s²).

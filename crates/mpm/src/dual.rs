@@ -126,8 +126,10 @@ type Visit<'a, const D: usize> = dyn FnMut(&[[f64; D]], &[SymTensor], &[f64]) + 
 type Slabs<'a, const D: usize> = dyn Fn(usize, &mut Visit<'_, D>) + Sync + 'a;
 
 impl DualNodes {
-    /// Memory of a node (bytes).
-    pub const BYTES: usize = size_of::<f64>() + 5 * size_of::<Lanes>();
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.stresses[..]) + size_of_val(&self.inverses[..]) + size_of_val(&self.slopes[..])
+    }
 
     /// Empty arrays for what the options ask for.
     pub fn new<const D: usize>(options: &MpmOptions, layout: &Layout<D>, fields: usize) -> Self {

@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use colluvium_case::description::{Body, LoadCarrier, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver, StepLimit};
-use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Basis, Grid, Layout, Node, Walls};
 
 use crate::absorbing::{Absorbing, Impedance};
@@ -19,7 +18,7 @@ use crate::dual::DualNodes;
 use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
-use crate::points::{Ground, PointDomain, PointSet, ground};
+use crate::points::{Ground, PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::touch::{filled, filled_on_mesh};
@@ -30,8 +29,6 @@ use crate::{
 use bodies::point_set;
 use warnings::warnings;
 
-/// Memory to sort a point by cell (bytes): its place in the order and the largest of its arrays a second time.
-pub const SORTING: usize = 16 + size_of::<SymTensor>();
 /// Updates per second of one phase with GIMP in the plane and in space, a million points on one thread
 /// (docs/benchmarks/2026-11-22-mpm).
 const PACE: [f64; 2] = [12e6, 7e6];
@@ -99,11 +96,6 @@ impl dispatch::Visitor for Build<'_> {
     }
 }
 
-/// Memory of a grid node (bytes).
-pub fn bytes_of_node(phases: usize, contacts: bool) -> usize {
-    phases * size_of::<Node>() + 32 * if contacts { 2 } else { phases }
-}
-
 /// What would be solved.
 struct Measure<'a> {
     case: &'a Case,
@@ -120,14 +112,10 @@ impl dispatch::Visitor for Measure<'_> {
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
         let nodes = solver.layout.len() * solver.contacts.fields();
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
-        let mut per_node = bytes_of_node(phases, solver.contacts.fields() > 1);
-        per_node += if solver.dual.is_used() { DualNodes::BYTES } else { 0 };
-        per_node += if solver.consistent.is_used() { ConsistentMass::BYTES } else { 0 };
         let mut volumes = vec![0.0; self.case.bodies.len()];
         for set in &solver.sets {
             volumes[set.body as usize] += set.initial_volume.iter().sum::<f64>();
         }
-        let of_points = solver.sets.iter().map(PointSet::bytes).sum::<usize>();
         let mut warnings = warnings(self.case, self.options, points);
         for patch in solver.empty_patches() {
             warnings.push(format!("patches[{patch}].region: holds no node at the start"));
@@ -145,7 +133,7 @@ impl dispatch::Visitor for Measure<'_> {
             nodes,
             steps: (duration / time_step.dt).ceil() as u64,
             time_step,
-            memory: (of_points + points * SORTING + nodes * per_node) as u64,
+            memory: solver.memory() as u64,
             volumes,
             updates_per_second: PACE[usize::from(D == 3)] / phases as f64,
             warnings,

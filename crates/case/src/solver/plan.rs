@@ -3,7 +3,7 @@
 use super::TimeStep;
 use crate::CaseError;
 
-/// About how large a problem is, known before any of it is made; points from files and meshes do not count.
+/// About how large a problem is, known before any of it is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Size {
     /// Number of points.
@@ -49,7 +49,7 @@ pub struct Plan {
     pub steps: u64,
     /// First time step and what limits it.
     pub time_step: TimeStep,
-    /// Estimated memory (bytes).
+    /// Estimated memory (bytes): points with the states of their laws, nodes, mesh or neighbours, and what sorting takes.
     pub memory: u64,
     /// Volume of the points of each body at the start (m³; m² × 1 m in plane strain, per radian in axisymmetry), rigid ones
     /// included.
