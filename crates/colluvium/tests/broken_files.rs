@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::{Value, json};
 
-/// Ends after a comma: line 2, column 12.
+/// Ends before a value: line 3, column 0.
 const BROKEN: &str = "{\n  \"title\": \n";
 
 /// Exit code and errors of the program in `folder`.
@@ -50,7 +50,7 @@ fn a_file_that_is_no_json_is_named_with_line_and_column() {
     for (arguments, start) in [
         (&["check", "broken.json"][..], "broken.json: line 3, column 0: EOF"),
         (&["run", "broken.json"], "broken.json: line 3, column 0: EOF"),
-        (&["run", "twice.json"], "twice.json: line 2, column 18: the key \"title\" stands twice"),
+        (&["run", "twice.json"], "twice.json: line 2, column 16: the key \"title\" stands twice"),
         (&["sweep", "broken.json"], "broken.json: line 3, column 0: EOF"),
         (&["sweep", "of-broken.json"], "broken.json: line 3, column 0: EOF"),
         (&["sweep", "of-wrong.json"], "wrong.json: materials.m.poissons_ratio: 0.7 "),
