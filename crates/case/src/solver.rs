@@ -196,6 +196,12 @@ pub trait Solver: Send {
         None
     }
 
+    /// What of the state is worth a word while the run goes on: liquids in tension, … Asked at every row of the measures until
+    /// there is something to say.
+    fn warning(&self) -> Option<String> {
+        None
+    }
+
     /// What of the state is worth a word when a run ends: points that are where their law is no longer meant to hold, …
     fn remarks(&self) -> Vec<String> {
         Vec::new()

@@ -121,6 +121,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         self.case.measures_dissipation().then(|| self.dissipated_energy())
     }
 
+    fn warning(&self) -> Option<String> {
+        self.word_on_tension()
+    }
+
     fn remarks(&self) -> Vec<String> {
         let crushed: usize = self.soft_sets().map(PointSet::crushed).sum();
         let remark = format!(

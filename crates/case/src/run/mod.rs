@@ -87,8 +87,10 @@ pub struct RunReport {
     pub end: Budget,
     /// Steps done, those before a restart included.
     pub steps: u64,
-    /// What of the state at the end is worth a word.
+    /// What of the run and of its state at the end is worth a word.
     pub remarks: Vec<String>,
+    /// Which of these [`RunOptions::warn`] has taken already.
+    pub said: Vec<String>,
     /// Wall-clock time of this run (s).
     pub wall: f64,
     /// Point-updates per second of wall-clock time.
@@ -149,6 +151,7 @@ fn start(
         searched: Duration::ZERO,
         earlier: 0.0,
         remarks: Vec::new(),
+        said: Vec::new(),
     };
     let result = run.all().map_err(|error| run.with_last_output(error));
     let ending = match &result {
@@ -182,8 +185,10 @@ struct Run<'a> {
     searched: Duration,
     /// Wall-clock time of the sessions before this one (s).
     earlier: f64,
-    /// What of the end is worth a word.
+    /// What of the run is worth a word.
     remarks: Vec<String>,
+    /// What was said while it went on.
+    said: Vec<String>,
 }
 
 fn bar(case: &Case, options: &RunOptions) -> ProgressBar {
@@ -224,6 +229,7 @@ impl Run<'_> {
             if !self.progress.begun {
                 self.progress.begun = true;
                 self.recorder.begin(&*self.solver, &mut self.progress)?;
+                self.listen();
             }
             self.tell_so_far()?;
             if self.stage(&self.case.stages[stage])? == Ending::Interrupted {
@@ -358,8 +364,11 @@ impl Run<'_> {
 
     /// Writes what is due.
     fn output(&mut self) -> Result<(), RunError> {
-        let frames = self.progress.frames;
+        let (rows, frames) = (self.progress.rows, self.progress.frames);
         self.recorder.output(&*self.solver, &mut self.progress)?;
+        if self.progress.rows > rows {
+            self.listen();
+        }
         if self.progress.frames > frames { self.tell_now_and_then() } else { Ok(()) }
     }
 
@@ -375,7 +384,8 @@ impl Run<'_> {
     }
 
     fn remarks_so_far(&self) -> Vec<String> {
-        self.progress.collapse.iter().cloned().chain(self.solver.remarks()).collect()
+        let Progress { collapse, warning, .. } = &self.progress;
+        collapse.iter().chain(warning).cloned().chain(self.solver.remarks()).collect()
     }
 
     fn summary(&self, status: &str, reason: Option<&str>, remarks: &[String]) -> Result<(), RunError> {
@@ -390,8 +400,21 @@ impl Run<'_> {
             return;
         }
         self.progress.collapse = limit.collapse(first, self.solver.time());
-        if let (Some(remark), Some(warn)) = (&self.progress.collapse, self.options.warn) {
-            self.bar.suspend(|| warn(remark));
+        self.say(self.progress.collapse.clone());
+    }
+
+    /// Says once what the solver warns of.
+    fn listen(&mut self) {
+        if self.progress.warning.is_none() {
+            self.progress.warning = self.solver.warning();
+            self.say(self.progress.warning.clone());
+        }
+    }
+
+    fn say(&mut self, remark: Option<String>) {
+        if let (Some(remark), Some(warn)) = (remark, self.options.warn) {
+            self.bar.suspend(|| warn(&remark));
+            self.said.push(remark);
         }
     }
 
@@ -430,6 +453,7 @@ impl Run<'_> {
             end: self.solver.budget(),
             steps,
             remarks: std::mem::take(&mut self.remarks),
+            said: std::mem::take(&mut self.said),
             wall: self.wall(),
             updates_per_second: updates / (session - self.searched.as_secs_f64()),
             safety: std::mem::take(&mut self.safety),

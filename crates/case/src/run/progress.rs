@@ -27,6 +27,8 @@ pub(super) struct Progress {
     pub(super) first_time_step: Option<f64>,
     /// What was said when the step had become a small part of the first one.
     pub(super) collapse: Option<String>,
+    /// What the solver warned of first.
+    pub(super) warning: Option<String>,
     /// When the stages that are over ended (s).
     pub(super) stage_ends: Vec<f64>,
     /// What has bounded the steps so far.
