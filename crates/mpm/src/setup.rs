@@ -135,7 +135,7 @@ impl dispatch::Visitor for Measure<'_> {
             time_step,
             memory: solver.memory() as u64,
             volumes,
-            updates_per_second: PACE[usize::from(D == 3)] / phases as f64,
+            updates_per_second: PACE[usize::from(D == 3)] / f64::from(phases),
             warnings,
         })
     }
