@@ -1,5 +1,7 @@
 //! Errors in a case.
 
+use std::path::Path;
+
 use thiserror::Error;
 
 /// What is wrong in a case file, and where: `materials.sand.friction_angle: 95 is not in 0..=60 degrees`.
@@ -33,6 +35,14 @@ impl CaseErrors {
     /// A single error.
     pub fn one(error: CaseError) -> Self {
         Self(vec![error])
+    }
+
+    /// The same errors, with the file that they are in before their places.
+    #[must_use]
+    pub fn in_file(self, file: &Path) -> Self {
+        let located =
+            |error: CaseError| CaseError::new(format!("{}: {}", file.display(), error.path), error.problem);
+        Self(self.0.into_iter().map(located).collect())
     }
 
     /// The first error.

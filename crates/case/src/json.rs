@@ -19,6 +19,14 @@ pub fn read<T: DeserializeOwned + JsonSchema>(text: &str) -> Result<T, CaseError
     from_value(&value, "")
 }
 
+/// Reads a `T` from a JSON file that a user names.
+///
+/// # Errors
+/// As [`read`], syntax with the file as well, and when it cannot be read.
+pub fn read_file<T: DeserializeOwned + JsonSchema>(file: &Path) -> Result<T, CaseErrors> {
+    from_value(&value(file)?, "")
+}
+
 /// Reads a `T` from a JSON value that stands at `path` in its file.
 ///
 /// # Errors
@@ -53,6 +61,14 @@ fn join(path: &str, key: &str) -> String {
 pub fn text(file: &Path) -> Result<String, CaseErrors> {
     let unreadable = |error| CaseError::new(file.display().to_string(), format!("cannot be read: {error}"));
     Ok(std::fs::read_to_string(file).map_err(unreadable)?)
+}
+
+/// The JSON value in a file that a user names.
+///
+/// # Errors
+/// When it cannot be read; syntax and duplicate keys, with file, line and column.
+pub fn value(file: &Path) -> Result<Value, CaseErrors> {
+    parse(&text(file)?).map_err(|error| CaseErrors::one(error).in_file(file))
 }
 
 /// JSON text to a value.

@@ -7,6 +7,7 @@ mod equilibrium;
 mod error;
 mod initial_stress;
 pub mod json;
+pub mod law;
 pub mod lines;
 mod load;
 pub mod measure;

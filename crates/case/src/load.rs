@@ -6,7 +6,8 @@ use schemars::{JsonSchema, Schema};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use crate::description::{Boundary, Domain, Measure, Velocity};
+use crate::description::{Body, Boundary, Domain, Measure, Velocity};
+use crate::point_list::PointFile;
 use crate::{Case, CaseError, CaseErrors, json, validate};
 
 impl Case {
@@ -33,9 +34,7 @@ impl Case {
     /// # Errors
     /// When the file cannot be read, or as [`Case::from_json`].
     pub fn load(path: &Path) -> Result<Self, CaseErrors> {
-        let text = json::text(path)?;
-        let value = json::parse(&text).map_err(CaseErrors::one)?;
-        Self::from_value(&value, path.parent().unwrap_or(Path::new("")))
+        Self::from_value(&json::value(path)?, path.parent().unwrap_or(Path::new("")))
     }
 
     /// Reads and checks a case from a JSON value; files that it names are meant from `folder`.
@@ -121,11 +120,12 @@ impl Case {
         self.space.dimension()
     }
 
-    /// About how many points `spacing` (m) apart fill the bodies; those from files do not count.
-    pub fn points_at(&self, spacing: f64) -> f64 {
+    /// About how many points `spacing` (m) apart fill each body, in their order; of a file of points, how many it has.
+    pub fn points_at(&self, spacing: f64) -> Vec<f64> {
         let dimension = self.dimension();
-        let filled = self.bodies.iter().filter(|body| body.points.is_none());
-        filled.map(|body| body.shape.volume(dimension, false)).sum::<f64>() / spacing.powi(dimension as i32)
+        let filled = |body: &Body| body.shape.volume(dimension, false) / spacing.powi(dimension as i32);
+        let count = |body: &Body| body.points.as_ref().map_or_else(|| filled(body), PointFile::count);
+        self.bodies.iter().map(count).collect()
     }
 
     /// Gravity with three components (m/s²).

@@ -1,5 +1,7 @@
 //! Points of a body from a file, in place of points on a lattice.
 
+use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use colluvium_constitutive::SymTensor;
@@ -57,6 +59,17 @@ impl PointList {
     pub fn spacing(&self, dimension: usize) -> f64 {
         let mean = self.volumes.iter().sum::<f64>() / self.volumes.len() as f64;
         mean.powf(1.0 / dimension as f64)
+    }
+}
+
+impl PointFile {
+    /// About how many points the file holds, without reading them: its lines but the head and remarks. None of a file that
+    /// cannot be read.
+    pub(crate) fn count(&self) -> f64 {
+        let Ok(file) = File::open(&self.file) else { return 0.0 };
+        let lines = BufReader::new(file).split(b'\n').map_while(Result::ok);
+        let rows = lines.filter(|line| !line.trim_ascii().is_empty() && !line.starts_with(b"#"));
+        rows.count().saturating_sub(1) as f64
     }
 }
 

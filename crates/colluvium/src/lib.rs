@@ -76,7 +76,18 @@ pub fn case_schema() -> Value {
 /// # Errors
 /// Everything wrong in the file, each with its JSON path.
 pub fn element_test(text: &str) -> Result<ElementTest, CaseErrors> {
-    let test: ElementTest = case::json::read(text)?;
+    checked(case::json::read(text)?)
+}
+
+/// An element test from a file.
+///
+/// # Errors
+/// As [`element_test`], syntax with the file as well, and when it cannot be read.
+pub fn load_element_test(file: &std::path::Path) -> Result<ElementTest, CaseErrors> {
+    checked(case::json::read_file(file)?)
+}
+
+fn checked(test: ElementTest) -> Result<ElementTest, CaseErrors> {
     match test.validate() {
         Ok(()) => Ok(test),
         Err(DriverError::Invalid(problems)) => {

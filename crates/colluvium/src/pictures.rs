@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::case::Snapshot;
-use crate::case::output::{OutputError, Table, heading, read_frame};
+use crate::case::output::{OutputError, Table, heading, read_frame, read_json};
 use crate::case::plot::{LineChart, PointCloud, Series, Style};
 
 /// Columns of the measures that are no result.
@@ -56,19 +56,22 @@ pub fn cloud(
 
 /// The two axes seen: of the view `asked` for, `xy`, `xz` or `yz`; else x and y, and in three dimensions with gravity along z
 /// x and z, as the case in the folder of the run has it.
-pub fn plane(folder: &Path, asked: Option<&str>) -> [usize; 2] {
-    match asked {
+///
+/// # Errors
+/// When that case cannot be read; none need be there.
+pub fn plane(folder: &Path, asked: Option<&str>) -> Result<[usize; 2], OutputError> {
+    Ok(match asked {
         Some("xz") => [0, 2],
         Some("yz") => [1, 2],
-        None if stands_along_z(folder).unwrap_or(false) => [0, 2],
+        None if stands_along_z(folder)? => [0, 2],
         _ => [0, 1],
-    }
+    })
 }
 
-fn stands_along_z(folder: &Path) -> Option<bool> {
-    let text = std::fs::read_to_string(folder.join("case.json")).ok()?;
-    let case: serde_json::Value = serde_json::from_str(&text).ok()?;
-    Some(case["gravity"].get(2)?.as_f64()? != 0.0)
+fn stands_along_z(folder: &Path) -> Result<bool, OutputError> {
+    let path = folder.join("case.json");
+    let case = if path.exists() { read_json(&path)? } else { serde_json::Value::Null };
+    Ok(case["gravity"][2].as_f64().is_some_and(|along_z| along_z != 0.0))
 }
 
 #[cfg(test)]
@@ -78,15 +81,18 @@ mod tests {
     #[test]
     fn what_stands_along_z_is_seen_from_its_side() {
         let folder = tempfile::tempdir().unwrap();
-        assert_eq!(plane(folder.path(), None), [0, 1]);
+        assert_eq!(plane(folder.path(), None).unwrap(), [0, 1]);
         let axes = |gravity: &str, asked: Option<&str>| {
             std::fs::write(folder.path().join("case.json"), format!("{{ \"gravity\": {gravity} }}")).unwrap();
-            plane(folder.path(), asked)
+            plane(folder.path(), asked).unwrap()
         };
         assert_eq!(axes("[0, -9.81]", None), [0, 1]);
         assert_eq!(axes("[0, -9.81, 0]", None), [0, 1]);
         assert_eq!(axes("[0, 0, -9.81]", None), [0, 2]);
         assert_eq!(axes("[0, 0, -9.81]", Some("xy")), [0, 1]);
         assert_eq!(axes("[0, 0, 0]", Some("yz")), [1, 2]);
+        std::fs::write(folder.path().join("case.json"), "{\n  \"gravity\": [0, 0,").unwrap();
+        let error = plane(folder.path(), None).unwrap_err().to_string();
+        assert!(error.contains("case.json: line 2, column 19: EOF"), "{error}");
     }
 }

@@ -204,7 +204,8 @@ fn files_that_are_no_cases_are_refused() {
     let torn = folder.path().join("torn.json");
     fs::write(&torn, "{ \"title\": \"x\", ").unwrap();
     let (code, _, errors) = output(colluvium().arg("run").arg(&torn));
-    assert!(code == 3 && errors.starts_with("error: line 1"), "{errors}");
+    let place = format!("error: {}: line 1, column 16: ", torn.display());
+    assert!(code == 3 && errors.starts_with(&place), "{errors}");
     let (code, ..) = output(colluvium().arg("frobnicate"));
     assert_eq!(code, 2);
 }

@@ -76,6 +76,8 @@ fn a_body_listed_point_by_point_moves_as_the_one_that_the_method_has_set() {
             body.insert("points".to_owned(), points);
             let listed = Case::from_value(&value, folder.path()).unwrap();
             assert_eq!(after(method, &listed, 0).hash(), start.hash(), "{method}: start");
+            let by = colluvium::method(method).unwrap();
+            assert_eq!(by.size(&listed).unwrap().points, 256.0, "{method}: the lines of the file");
             let (a, b) = (after(method, &set, 40), after(method, &listed, 40));
             assert_eq!(a.hash(), b.hash(), "{method}: after 40 steps");
             assert_ne!(a.positions, start.positions);

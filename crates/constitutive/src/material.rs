@@ -313,6 +313,9 @@ pub trait Material: Send + Sync {
         new: (&SymTensor, &StateBlock),
     ) -> Option<f64>;
 
+    /// See [`StressUpdate::state_size`].
+    fn state_size(&self) -> usize;
+
     /// The states as bytes, for a checkpoint.
     fn save(&self, states: &States) -> Vec<u8>;
 
@@ -427,6 +430,10 @@ impl<L: StressUpdate> Material for L {
             Some(Point { stress: *stress, state: typed::<L::State>(block).first()?.clone() })
         };
         StressUpdate::dissipation(self, motion, &point(old)?, &point(new)?)
+    }
+
+    fn state_size(&self) -> usize {
+        StressUpdate::state_size(self)
     }
 
     fn save(&self, states: &States) -> Vec<u8> {

@@ -68,6 +68,11 @@ pub trait StressUpdate: Send + Sync + 'static {
         Ok(())
     }
 
+    /// Memory of the state of a point (bytes), with what it keeps elsewhere.
+    fn state_size(&self) -> usize {
+        size_of::<Self::State>()
+    }
+
     /// Whether the law is in rate form: a step starts from the stress of the point, so that one changed from outside
     /// (smoothed, diffused) is kept. Other laws find their stress from the state or the motion alone.
     fn is_in_rate_form(&self) -> bool {

@@ -208,6 +208,10 @@ impl<W: Wrapper> Material for Around<W> {
         self.inner.dissipation(&inside, (&before, block), (&after, block_new))
     }
 
+    fn state_size(&self) -> usize {
+        size_of::<W::Own>() + self.inner.state_size()
+    }
+
     fn save(&self, states: &States) -> Vec<u8> {
         let own: Vec<&W::Own> = states.blocks().iter().flat_map(|block| block.parts::<W::Own>().0).collect();
         let inner =

@@ -2,9 +2,7 @@
 
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
-use colluvium_case::solver::not_reset;
 use colluvium_case::{Budget, Equilibrium, Reaction, Snapshot, Solver, SolverError, TimeStep};
-use colluvium_constitutive::InitialCondition;
 use colluvium_grid::Basis;
 use serde::{Deserialize, Serialize};
 
@@ -123,6 +121,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         self.case.measures_dissipation().then(|| self.dissipated_energy())
     }
 
+    fn warning(&self) -> Option<String> {
+        self.word_on_tension()
+    }
+
     fn remarks(&self) -> Vec<String> {
         let crushed: usize = self.soft_sets().map(PointSet::crushed).sum();
         let remark = format!(
@@ -217,13 +219,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.sets.len() {
             let set = &self.sets[number];
-            let condition =
-                |i: usize| InitialCondition { stress: set.stress[i], density: set.mass[i] / set.volume[i] };
-            let initial: Vec<InitialCondition> = (0..set.len()).map(condition).collect();
-            let (stress, states) = set
-                .material
-                .initial(&initial)
-                .map_err(|error| self.failed(number, error.index, not_reset(&error.source.to_string())))?;
+            let begun = set.law_points().begun_anew(|i| set.mass[i] / set.volume[i]);
+            let (stress, states) = begun.map_err(|(index, reason)| self.failed(number, index, reason))?;
             self.sets[number].stress = stress;
             self.sets[number].states = states;
         }

@@ -99,8 +99,18 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
 }
 
 impl ConsistentMass {
-    /// Memory of a node (bytes).
-    pub const BYTES: usize = size_of::<f64>() + 6 * size_of::<Lanes>();
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        let vectors = [
+            &self.inverse,
+            &self.velocity,
+            &self.acceleration,
+            &self.residual,
+            &self.direction,
+            &self.product,
+        ];
+        vectors.map(|vector| size_of_val(&vector[..])).iter().sum::<usize>() + size_of_val(&self.squares[..])
+    }
 
     /// Empty arrays for what the options ask for.
     pub fn new<const D: usize>(options: &MpmOptions, layout: &Layout<D>) -> Self {

@@ -86,6 +86,14 @@ pub struct Contacts {
 }
 
 impl Contacts {
+    /// Memory of the nodes (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.surfaces[..])
+            + size_of_val(&self.filled[..])
+            + size_of_val(&self.radii[..])
+            + self.rows.iter().map(RowTouch::bytes).sum::<usize>()
+    }
+
     /// Number of velocity fields: with `n` of them there are `n (n - 1) / 2` pairs.
     pub fn fields(&self) -> usize {
         self.pairs.last().map_or(1, |pair| pair.fields[1] + 1)

@@ -68,6 +68,11 @@ pub fn free_surface<const D: usize>(
 }
 
 impl<const D: usize> FreeSurface<D> {
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.sums[..]) + size_of_val(&self.occupied[..]) + size_of_val(&self.fill[..])
+    }
+
     /// Fill ratios from the sums.
     fn divide(&mut self, cells: &impl Cells<D>) {
         let Self { layout, sums, occupied, fill, .. } = self;

@@ -39,6 +39,7 @@ mod size;
 mod solver;
 mod strain;
 mod stretch;
+mod tension;
 mod touch;
 mod transfer;
 mod two_phase;

@@ -209,6 +209,11 @@ fn lattice<const D: usize>(count: usize) -> Vec<[f64; 4]> {
     }
 }
 
+/// Points of a body in each element.
+pub fn points_per_element<const D: usize>(options: &MpmOptions) -> usize {
+    lattice::<D>(options.points_per_cell).len()
+}
+
 /// Points of a body: those of every element that lie in its shape.
 pub fn samples<const D: usize>(mesh: &Mesh<D>, options: &MpmOptions, body: &Body) -> Vec<Sample<D>> {
     let points = lattice::<D>(options.points_per_cell);

@@ -79,6 +79,11 @@ pub fn resettable<const D: usize, P>(
 }
 
 impl CellStresses {
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.cells[..]) + size_of_val(&self.full[..])
+    }
+
     /// Empty arrays over the cells for what the options ask for.
     pub fn new<const D: usize>(options: &MpmOptions, cells: &Layout<D>, fields: usize) -> Self {
         let length = if options.integration == Integration::Points { 0 } else { fields * cells.len() };

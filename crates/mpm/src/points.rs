@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use colluvium_case::law::LawPoints;
 use colluvium_constitutive::{Material, States, SymTensor};
 use colluvium_grid::{Basis, Grid, Mesh, Stencil, Support};
 use rayon::prelude::*;
@@ -252,8 +253,10 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         self.id.len()
     }
 
-    /// Memory of the arrays (bytes), without the states of the law and pore fluid.
+    /// Memory of the arrays (bytes).
     pub fn bytes(&self) -> usize {
+        let loads = self.loads.iter().map(|load| size_of_val(&load.force[..])).sum::<usize>();
+        let states = self.len() * self.material.state_size();
         let ids = size_of_val(&self.id[..]) + size_of_val(&self.slabs[..]);
         let vectors = [&self.position, &self.velocity, &self.origin, &self.traction, &self.scratch];
         let scalars = [&self.mass, &self.volume, &self.initial_volume, &self.work];
@@ -261,8 +264,16 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         ids + vectors.iter().map(|v| size_of_val(&v[..])).sum::<usize>()
             + scalars.iter().map(|v| size_of_val(&v[..])).sum::<usize>()
             + matrices
+            + loads
+            + states
+            + self.pore.as_ref().map_or(0, PoreSet::bytes)
             + size_of_val(&self.stress[..])
             + size_of_val(&self.domain[..])
+    }
+
+    /// The points as their law sees them.
+    pub fn law_points(&self) -> LawPoints<'_> {
+        LawPoints { material: &*self.material, stress: &self.stress, states: &self.states }
     }
 
     /// How many points have the least volume.

@@ -1,5 +1,6 @@
 //! What the solver tells: time-step limit, snapshot, budget.
 
+use colluvium_case::law::{LawPoints, law_fields};
 use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
 use colluvium_grid::Basis;
@@ -46,27 +47,9 @@ fn least_of_blocks(
     limits.reduce(|| none, Limit::smaller)
 }
 
-/// One number per point of a set, block by block.
-fn per_point<const D: usize, P: PointDomain<D>>(
-    set: &PointSet<D, P>,
-    width: usize,
-    mut values: impl FnMut(&[SymTensor], &StateBlock, &mut [f64]),
-) -> Vec<f64> {
-    let mut out = vec![0.0; set.len() * width];
-    if width > 0 {
-        let blocks = set.stress.chunks(BLOCK).zip(set.states.blocks()).zip(out.chunks_mut(BLOCK * width));
-        for ((stress, states), out) in blocks {
-            values(stress, states, out);
-        }
-    }
-    out
-}
-
 /// Recoverable energies of the points of a set (J), zero where the law defines none.
 pub fn stored_energies<const D: usize, P: PointDomain<D>>(set: &PointSet<D, P>) -> Vec<f64> {
-    let mut energies = per_point(set, 1, |stress, states, out| {
-        set.material.stored_energies(stress, states, out);
-    });
+    let mut energies = set.law_points().stored_energies();
     energies.iter_mut().zip(&set.volume).for_each(|(energy, volume)| *energy *= volume);
     energies
 }
@@ -162,7 +145,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             field("density", "kg/m3", scalar(&|s, i| (s.mass[i] + s.liquid_mass(i)) / s.volume[i])),
         ];
         fields.extend(self.pore_fields(&order));
-        fields.extend(self.law_fields(&order));
+        let bodies: Vec<LawPoints<'_>> = self.sets.iter().map(PointSet::law_points).collect();
+        let places: Vec<(usize, usize)> = order.iter().map(|&(_, set, index)| (set, index)).collect();
+        fields.extend(law_fields(&bodies, &places));
         let extents = |s: &PointSet<D, P>, i: usize| spatial(&s.domain[i].extent(&s.extent, self.grid.cell));
         Snapshot {
             time: self.time,
@@ -173,41 +158,6 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             extents: vector(&extents),
             fields,
         }
-    }
-
-    /// The laws' own scalars; NaN on points whose law has no such scalar.
-    fn law_fields(&self, order: &[(u32, usize, usize)]) -> Vec<Field> {
-        let mut names: Vec<&'static str> = Vec::new();
-        for set in &self.sets {
-            for &name in set.material.output_names() {
-                if !names.contains(&name) {
-                    names.push(name);
-                }
-            }
-        }
-        let tables: Vec<Vec<f64>> = self
-            .sets
-            .iter()
-            .map(|set| {
-                let width = set.material.output_names().len();
-                per_point(set, width, |stress, states, out| set.material.outputs(stress, states, out))
-            })
-            .collect();
-        let values = |name: &str| -> Vec<f64> {
-            let column = |s: usize| self.sets[s].material.output_names().iter().position(|n| *n == name);
-            let columns: Vec<Option<usize>> = (0..self.sets.len()).map(column).collect();
-            let value = |&(_, s, i): &(u32, usize, usize)| {
-                let width = self.sets[s].material.output_names().len();
-                columns[s].map_or(f64::NAN, |c| tables[s][i * width + c])
-            };
-            order.iter().map(value).collect()
-        };
-        let fields = names.iter().map(|name| Field {
-            name: (*name).to_owned(),
-            unit: "",
-            data: FieldData::Scalar(values(name)),
-        });
-        fields.collect()
     }
 
     /// Totals over the points.

@@ -1,23 +1,24 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
+mod bodies;
+mod warnings;
+
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use colluvium_case::description::{Body, Boundary, LoadCarrier, Space, Wall as CaseWall};
-use colluvium_case::{Case, CaseError, Plan, PointList, Solver, StepLimit, spatial};
-use colluvium_constitutive::{InitialCondition, Material, SymTensor};
+use colluvium_case::description::{Body, LoadCarrier, Space, Wall as CaseWall};
+use colluvium_case::{Case, CaseError, Plan, Solver, StepLimit};
 use colluvium_grid::{Basis, Grid, Layout, Node, Walls};
-use colluvium_points::Sample;
 
 use crate::absorbing::{Absorbing, Impedance};
-use crate::config::{COURANT, Integration, ShapeFunctions, StepCriterion, WallFriction};
+use crate::config::ShapeFunctions;
 use crate::consistent::ConsistentMass;
 use crate::driven::{self, Driven};
 use crate::dual::DualNodes;
 use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
-use crate::points::{Ground, PointDomain, PointSet, ground};
+use crate::points::{Ground, PointDomain, ground};
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::touch::{filled, filled_on_mesh};
@@ -25,15 +26,12 @@ use crate::{
     Formulation, MpmOptions, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh,
     nodal, two_phase, walls,
 };
+use bodies::point_set;
+use warnings::warnings;
 
-/// Memory to sort a point by cell (bytes): its place in the order and the largest of its arrays a second time.
-pub const SORTING: usize = 16 + size_of::<SymTensor>();
 /// Updates per second of one phase with GIMP in the plane and in space, a million points on one thread
 /// (docs/benchmarks/2026-11-22-mpm).
 const PACE: [f64; 2] = [12e6, 7e6];
-
-/// Beyond this many points the ids no longer fit.
-const MOST_POINTS: usize = u32::MAX as usize;
 
 /// The options of the case, checked.
 pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
@@ -98,11 +96,6 @@ impl dispatch::Visitor for Build<'_> {
     }
 }
 
-/// Memory of a grid node (bytes).
-pub fn bytes_of_node(phases: usize, contacts: bool) -> usize {
-    phases * size_of::<Node>() + 32 * if contacts { 2 } else { phases }
-}
-
 /// What would be solved.
 struct Measure<'a> {
     case: &'a Case,
@@ -119,14 +112,10 @@ impl dispatch::Visitor for Measure<'_> {
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
         let nodes = solver.layout.len() * solver.contacts.fields();
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
-        let mut per_node = bytes_of_node(phases, solver.contacts.fields() > 1);
-        per_node += if solver.dual.is_used() { DualNodes::BYTES } else { 0 };
-        per_node += if solver.consistent.is_used() { ConsistentMass::BYTES } else { 0 };
         let mut volumes = vec![0.0; self.case.bodies.len()];
         for set in &solver.sets {
             volumes[set.body as usize] += set.initial_volume.iter().sum::<f64>();
         }
-        let of_points = solver.sets.iter().map(PointSet::bytes).sum::<usize>();
         let mut warnings = warnings(self.case, self.options, points);
         for patch in solver.empty_patches() {
             warnings.push(format!("patches[{patch}].region: holds no node at the start"));
@@ -144,126 +133,12 @@ impl dispatch::Visitor for Measure<'_> {
             nodes,
             steps: (duration / time_step.dt).ceil() as u64,
             time_step,
-            memory: (of_points + points * SORTING + nodes * per_node) as u64,
+            memory: solver.memory() as u64,
             volumes,
-            updates_per_second: PACE[usize::from(D == 3)] / phases as f64,
+            updates_per_second: PACE[usize::from(D == 3)] / f64::from(phases),
             warnings,
         })
     }
-}
-
-/// Courant number at which stress last is stable with splines at sides of the domain that nothing holds, where the end
-/// functions are steep: 0.5 was not, in two and three dimensions, and 0.45 only just.
-const OPEN_SIDE: f64 = 0.4;
-
-/// Sides of the domain that bodies reach and no wall holds for good, with steps that are not stable there.
-fn open_sides(case: &Case, options: &MpmOptions) -> Vec<String> {
-    let spline = matches!(options.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic);
-    if !spline || options.stress_update != StressScheme::Usl || options.courant <= OPEN_SIDE {
-        return Vec::new();
-    }
-    let last = case.active_boundaries(case.stages.len());
-    let held = |axis: usize, upper: bool| {
-        last.iter().any(|(_, boundary)| {
-            boundary.side.axis() == axis
-                && boundary.side.is_max() == upper
-                && boundary.position.is_none()
-                && !matches!(boundary.wall, CaseWall::Absorbing { .. })
-        })
-    };
-    let mut found = Vec::new();
-    for (number, body) in case.bodies.iter().enumerate() {
-        let (low, high) = body.shape.bounds(case.dimension());
-        for axis in (0..case.dimension()).filter(|axis| !case.domain.is_periodic(*axis)) {
-            let reach = 0.5 * options.cell_size;
-            let lower = low[axis] - case.domain.min[axis] < reach
-                && !(axis == 0 && case.space == Space::Axisymmetric);
-            for (upper, reaches) in [(false, lower), (true, case.domain.max[axis] - high[axis] < reach)] {
-                if reaches && !held(axis, upper) {
-                    let side = format!("{}-{}", ["x", "y", "z"][axis], if upper { "max" } else { "min" });
-                    found.push(format!(
-                        "bodies[{number}]: reaches the side {side} of the domain, which no wall holds for good: there splines with usl \
-                         are stable up to a courant of {OPEN_SIDE} only; make the domain a cell larger, or use musl"
-                    ));
-                }
-            }
-        }
-    }
-    found
-}
-
-fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
-    let mut warnings = case.warnings();
-    let dimension = case.dimension() as u32;
-    let wanted = if dimension == 3 { 8 } else { 2usize.pow(dimension) };
-    let per_cell = options.points_per_cell.pow(dimension);
-    if per_cell < wanted {
-        warnings.push(format!(
-            "methods.mpm.points_per_cell: {per_cell} points per cell; fewer than {wanted} under-sample the grid"
-        ));
-    }
-    if options.shape == ShapeFunctions::Linear && points > 0 {
-        warnings.push(
-            "methods.mpm.shape: linear shape functions make noise when points cross cells; \
-             refining the grid makes it worse"
-                .to_owned(),
-        );
-    }
-    let jumps = matches!(options.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain);
-    let steep = 0.5 * options.courant * options.courant;
-    if jumps && options.stress_update == StressScheme::Usl && options.node_mass_cutoff < 0.99 * steep {
-        warnings.push(format!(
-            "methods.mpm.stress_update: usl with linear shape functions (dual-domain too) can turn points inside out at free \
-             surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.3}, half the square of courant"
-        ));
-    }
-    if options.step_criterion == StepCriterion::Simple {
-        warnings.push(
-            "methods.mpm.step_criterion: simple is not safe: steps may be longer than what drag and the fast wave of both phases \
-             allow; with combined they are not"
-                .to_owned(),
-        );
-    }
-    let stable = options.surface_courant(case.dimension());
-    // Without a word the default is what it can be.
-    if options.courant > stable.max(COURANT) {
-        warnings.push(format!(
-            "methods.mpm.courant: with usl and this shape more than {stable:.3} is not stable at free surfaces; steps are made \
-             with that"
-        ));
-    }
-    warnings.extend(open_sides(case, options));
-    let rubs = |boundary: &Boundary| matches!(boundary.wall, CaseWall::Frictional { .. });
-    if options.wall_friction != WallFriction::default() && !case.boundaries.iter().any(rubs) {
-        warnings.push("methods.mpm.wall_friction: has no effect, no wall is frictional".to_owned());
-    }
-    for (number, stage) in case.stages.iter().enumerate() {
-        if options.mass_scaling > 1.0 && stage.equilibrium.is_none() {
-            warnings.push(format!(
-                "methods.mpm.mass_scaling: slows the motion of stages[{number}], which has no `equilibrium`; it is \
-                 for quasi-static stages"
-            ));
-        }
-        if options.integration == Integration::Gauss && stage.equilibrium.is_none() {
-            warnings.push(format!(
-                "methods.mpm.integration: with gauss cells that are filled in part pull as if they were full; \
-                 stages[{number}] has no `equilibrium`, and it is for quasi-static stages"
-            ));
-        }
-        let seeps = case.bodies.iter().any(|body| body.pore_fluid.is_some());
-        if seeps && (stage.damping > 0.0 || options.mass_scaling > 1.0) && stage.equilibrium.is_some() {
-            warnings.push(format!(
-                "stages[{number}]: local damping and mass scaling slow consolidation; at rest the state is right, the time \
-                 it takes is not"
-            ));
-        }
-        if stage.damping > 0.0 && stage.equilibrium.is_none() {
-            warnings.push(format!(
-                "stages[{number}].damping: local damping in a stage without `equilibrium` also slows real motion"
-            ));
-        }
-    }
-    warnings
 }
 
 /// The solver of `case`.
@@ -411,141 +286,6 @@ fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<
         Some(problem) => Err(CaseError::new("methods.mpm.time_step", problem)),
         None => Ok(()),
     }
-}
-
-fn point_set<const D: usize, P: PointDomain<D>>(
-    case: &Case,
-    options: &MpmOptions,
-    ground: &Ground<'_, D>,
-    number: usize,
-    first_id: usize,
-) -> Result<PointSet<D, P>, CaseError> {
-    let body = &case.bodies[number];
-    let path = format!("bodies[{number}]");
-    let listed = case.point_list(number)?;
-    let samples = samples(options, ground, (body, listed.as_ref()), &path, first_id)?;
-    let spec = &case.materials[&body.material];
-    let material: Arc<dyn Material> = spec
-        .build()
-        .map_err(|error| CaseError::new(format!("materials.{}", body.material), error.to_string()))?;
-    let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
-    let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
-    let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
-    let density = spec.density();
-    let initial: Vec<InitialCondition> = position
-        .iter()
-        .enumerate()
-        .map(|(point, x)| InitialCondition {
-            stress: case.initial_stress_of(body, listed.as_ref(), point, spatial(x)),
-            density,
-        })
-        .collect();
-    let pore = two_phase::pore_set(case, body, &position);
-    let (stress, states) = material.initial(&initial).map_err(|error| {
-        let place = &position[error.index];
-        CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))
-    })?;
-    let velocity_at = |(point, x): (usize, &[f64; D])| {
-        let own = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
-        let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));
-        std::array::from_fn(|c| velocity[c])
-    };
-    let follows_later = P::STRETCHES && options.stress_update == StressScheme::Usf;
-    Ok(PointSet {
-        body: number as u32,
-        field: 0,
-        rigid: None,
-        material,
-        extent: [width(ground, options, &samples, listed.is_some()); D],
-        id: (first_id as u32..(first_id + position.len()) as u32).collect(),
-        velocity: position.iter().enumerate().map(velocity_at).collect(),
-        mass: volume.iter().map(|v| v * density).collect(),
-        initial_volume: volume.clone(),
-        volume,
-        stress,
-        states,
-        origin: position.clone(),
-        domain: domains(ground, &position, &path)?,
-        affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
-        scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
-        position,
-        loads: Vec::new(),
-        traction: Vec::new(),
-        work: Vec::new(),
-        pending: if follows_later { vec![[[0.0; D]; D]; samples.len()] } else { Vec::new() },
-        pore,
-        slabs: Vec::new(),
-    })
-}
-
-fn domains<const D: usize, P: PointDomain<D>>(
-    ground: &Ground<'_, D>,
-    position: &[[f64; D]],
-    path: &str,
-) -> Result<Vec<P>, CaseError> {
-    let mut domains = vec![P::default(); position.len()];
-    for (domain, x) in domains.iter_mut().zip(position) {
-        let placed = domain.start(ground, x);
-        placed.map_err(|reason| {
-            CaseError::new(format!("{path}.shape"), format!("the point at {x:?} m: {reason}"))
-        })?;
-    }
-    Ok(domains)
-}
-
-/// Full width of every point of a body (m); in elements, and of points that are `listed`, the mean one of squares or cubes of
-/// their volume.
-fn width<const D: usize>(
-    ground: &Ground<'_, D>,
-    options: &MpmOptions,
-    samples: &[Sample<D>],
-    listed: bool,
-) -> f64 {
-    if ground.mesh.is_empty() && !listed {
-        return ground.grid.cell / options.points_per_cell as f64;
-    }
-    let volume = samples.iter().map(|sample| sample.volume).sum::<f64>() / samples.len() as f64;
-    // Shape functions reach no farther than points as wide as a cell.
-    let width = volume.powf(1.0 / D as f64);
-    if listed { width.min(ground.grid.cell) } else { width }
-}
-
-fn samples<const D: usize>(
-    options: &MpmOptions,
-    ground: &Ground<'_, D>,
-    (body, listed): (&Body, Option<&PointList>),
-    path: &str,
-    first_id: usize,
-) -> Result<Vec<Sample<D>>, CaseError> {
-    let grid = ground.grid;
-    let samples = if let Some(list) = listed {
-        let spacing = list.spacing(D);
-        if spacing > (1.0 + 1e-9) * grid.cell {
-            let problem = format!(
-                "the points are {spacing:.4e} m wide on the mean, more than the cells of {} m",
-                grid.cell
-            );
-            return Err(CaseError::new(format!("{path}.points"), problem));
-        }
-        list.samples()
-    } else if ground.mesh.is_empty() {
-        colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
-            .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?
-    } else {
-        mesh::samples(ground.mesh, options, body)
-    };
-    if samples.is_empty() {
-        let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);
-        return Err(CaseError::new(format!("{path}.shape"), problem));
-    }
-    if first_id + samples.len() > MOST_POINTS {
-        return Err(CaseError::new("methods.mpm.cell_size", format!("gives more than {MOST_POINTS} points")));
-    }
-    if let Some(outside) = samples.iter().find(|sample| !grid.contains(&sample.position)) {
-        let problem = format!("the point at {:?} m lies outside the domain", outside.position);
-        return Err(CaseError::new(format!("{path}.shape"), problem));
-    }
-    Ok(samples)
 }
 
 impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {

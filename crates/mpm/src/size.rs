@@ -1,14 +1,22 @@
-//! How large a problem is, before any of it is made.
+//! How large a problem is, and what memory it takes.
 
 use colluvium_case::{Case, CaseError, Size};
 use colluvium_constitutive::SymTensor;
-use colluvium_grid::Basis;
+use colluvium_grid::{Basis, Lanes, Mesh, Node};
 
-use crate::points::PointDomain;
-use crate::setup::{SORTING, bytes_of_node, options};
+use crate::config::{MeshSource, StressScheme};
+use crate::mesh::{points_per_element, terrain};
+use crate::points::{PointDomain, PointSet};
+use crate::setup::options;
+use crate::solver::MpmSolver;
 use crate::{MpmOptions, dispatch};
 
-/// The size of `case`. In a mesh from a file nothing counts: it has been read by then.
+/// Memory to sort points by cell (bytes a point): the order, its keys, and the largest of the arrays a second time.
+fn sorting(state_size: usize) -> usize {
+    16 + state_size.max(size_of::<SymTensor>())
+}
+
+/// The size of `case`.
 pub fn size(case: &Case) -> Result<Size, CaseError> {
     let options = options(case)?;
     dispatch::dispatch(case, &options, Estimate { case, options: &options })
@@ -19,27 +27,97 @@ struct Estimate<'a> {
     options: &'a MpmOptions,
 }
 
+/// Nodes and elements of a mesh, and the points that fill the bodies of a case in it.
+struct Counts {
+    nodes: f64,
+    elements: f64,
+    points: Vec<f64>,
+}
+
+impl Estimate<'_> {
+    fn counts<const D: usize, const S: usize, B: Basis<S>>(&self) -> Result<Counts, CaseError> {
+        let (case, options) = (self.case, self.options);
+        let cells = |axis: usize| (case.domain.max[axis] - case.domain.min[axis]) / options.cell_size;
+        let nodes = (0..D).map(|axis| cells(axis) + 1.0).product();
+        let apart = options.cell_size / options.points_per_cell as f64;
+        let in_elements = |elements: f64, volume: f64| {
+            // As if points stood alone in cells of so much volume.
+            let each = volume / (elements * points_per_element::<D>(options) as f64);
+            case.points_at(each.powf(1.0 / D as f64))
+        };
+        Ok(match &options.mesh {
+            None => Counts { nodes, elements: 0.0, points: case.points_at(apart) },
+            Some(MeshSource::Box) => {
+                // Each cell is cut along the orders of its axes.
+                let cells: f64 = (0..D).map(cells).product();
+                let elements = cells * (1..=D).product::<usize>() as f64;
+                let points = in_elements(elements, cells * options.cell_size.powi(D as i32));
+                Counts { nodes, elements, points }
+            }
+            Some(MeshSource::File { .. }) => {
+                let (_, mesh, _) = terrain::<D, S, B>(case, options)?;
+                let elements = mesh.elements().len() as f64;
+                let volume = mesh.elements().iter().map(|element| element.volume).sum();
+                Counts { nodes: mesh.nodes().len() as f64, elements, points: in_elements(elements, volume) }
+            }
+        })
+    }
+
+    /// Number of velocity fields, see [`crate::contact::contacts`].
+    fn fields(&self) -> usize {
+        let named = |name: &String| self.options.contacts.iter().any(|contact| contact.bodies.contains(name));
+        let own = self.case.bodies.iter().filter(|body| body.rigid || named(&body.name)).count();
+        own + usize::from(own < self.case.bodies.len())
+    }
+}
+
 impl dispatch::Visitor for Estimate<'_> {
     type Output = Result<Size, CaseError>;
 
     fn visit<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(self) -> Self::Output {
         let (case, options) = (self.case, self.options);
-        if options.mesh.is_some() {
-            return Ok(Size::default());
-        }
-        let points = case.points_at(options.cell_size / options.points_per_cell as f64);
-        let cells = |axis: usize| (case.domain.max[axis] - case.domain.min[axis]) / options.cell_size;
-        let nodes: f64 = (0..D).map(|axis| cells(axis) + 1.0).product();
-        let phases = if case.bodies.iter().any(|body| body.pore_fluid.is_some()) { 2 } else { 1 };
-        let per_node = bytes_of_node(phases, false);
+        let Counts { nodes, elements, points } = self.counts::<D, S, B>()?;
+        let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let number = size_of::<f64>();
-        // Position, velocity, origin; mass, volume, initial volume; id.
-        let per_point = (3 * D + 3) * number + size_of::<u32>() + size_of::<SymTensor>() + size_of::<P>();
-        Ok(Size {
-            points,
-            nodes,
-            memory: points * (per_point + SORTING) as f64 + nodes * per_node as f64,
-            key: "methods.mpm.cell_size",
-        })
+        // Position, velocity, origin; mass, volume, initial volume; id; with a pore fluid its velocity and pressure.
+        let arrays = (3 * D + 3) * number + size_of::<u32>() + size_of::<SymTensor>() + size_of::<P>();
+        let matrix = if options.transfer.is_affine() { D * D } else { 0 };
+        let arrays = arrays + (matrix + if wet { D + 1 } else { 0 }) * number;
+        let mut memory = 0.0;
+        for (body, points) in case.bodies.iter().zip(&points) {
+            let path = || format!("materials.{}", body.material);
+            let law = case.materials[&body.material].build();
+            let state = law.map_err(|error| CaseError::new(path(), error.to_string()))?.state_size();
+            memory += points * (arrays + state + sorting(state)) as f64;
+        }
+        let fields = self.fields();
+        let remapped = usize::from(options.stress_update != StressScheme::Usl) * size_of::<Lanes>();
+        let surface = if fields > 1 { size_of::<Lanes>() } else { 0 };
+        let per_node = fields * (size_of::<Node>() + remapped + surface) * if wet { 2 } else { 1 };
+        memory += nodes * per_node as f64;
+        if elements > 0.0 {
+            memory += Mesh::<D>::bytes(nodes, elements);
+        }
+        Ok(Size { points: points.iter().sum(), nodes, memory, key: "methods.mpm.cell_size" })
+    }
+}
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// Memory of points, nodes and mesh (bytes), and of what sorting takes.
+    pub(crate) fn memory(&self) -> usize {
+        let points = |set: &PointSet<D, P>| set.bytes() + set.len() * sorting(set.material.state_size());
+        let mesh = Mesh::<D>::bytes(self.mesh.nodes().len() as f64, self.mesh.elements().len() as f64);
+        self.sets.iter().map(points).sum::<usize>()
+            + size_of_val(&self.nodes[..])
+            + size_of_val(&self.remapped[..])
+            + size_of_val(&self.row_sums[..])
+            + self.contacts.bytes()
+            + self.strains.bytes()
+            + self.stresses.bytes()
+            + self.dual.bytes()
+            + self.consistent.bytes()
+            + self.two_phase.as_ref().map_or(0, |phases| phases.bytes())
+            + self.free_surface.as_ref().map_or(0, |surface| surface.bytes())
+            + mesh as usize
     }
 }

@@ -48,6 +48,11 @@ impl CellStrains {
         }
     }
 
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.cells[..]) + size_of_val(&self.nodes[..])
+    }
+
     /// Whether points share strains.
     #[inline(always)]
     pub fn is_shared(&self) -> bool {

@@ -23,6 +23,13 @@ pub struct RowTouch {
     given: Vec<Given>,
 }
 
+impl RowTouch {
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(&self.given[..])
+    }
+}
+
 /// Room for what the rows of nodes report, pair after pair. Only where bodies are gone through more than once does a
 /// force or a strength have to last for all sweeps.
 pub fn rows(contacts: &Contacts, count: usize, length: usize) -> Vec<RowTouch> {

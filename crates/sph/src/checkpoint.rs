@@ -2,9 +2,8 @@
 
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
-use colluvium_case::solver::not_reset;
 use colluvium_case::{Budget, Equilibrium, Snapshot, Solver, SolverError, TimeStep};
-use colluvium_constitutive::{InitialCondition, SymTensor};
+use colluvium_constitutive::SymTensor;
 use serde::{Deserialize, Serialize};
 
 use crate::config::TimeIntegration;
@@ -158,11 +157,9 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.groups.len() {
             let (group, p) = (&self.groups[number], &self.particles);
-            let condition = |i: usize| InitialCondition { stress: p.stress[i], density: p.density[i] };
-            let initial: Vec<InitialCondition> = group.range().map(condition).collect();
-            let (stress, states) = group.material.initial(&initial).map_err(|error| {
-                self.failed(group.start + error.index, not_reset(&error.source.to_string()))
-            })?;
+            let begun = p.law_points(group).begun_anew(|k| p.density[group.start + k]);
+            let (stress, states) =
+                begun.map_err(|(index, reason)| self.failed(group.start + index, reason))?;
             let range = self.groups[number].range();
             self.particles.stress[range].copy_from_slice(&stress);
             self.groups[number].states = states;

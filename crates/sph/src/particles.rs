@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use colluvium_case::description::Velocity;
+use colluvium_case::law::LawPoints;
 use colluvium_constitutive::{Material, States, SymTensor};
 
 use crate::config::History;
@@ -124,6 +125,11 @@ fn permute<T: Copy>(values: &mut [T], order: &[u32], old: &mut Vec<T>) {
 }
 
 impl<const D: usize> Particles<D> {
+    /// The particles of a body as their law sees them.
+    pub fn law_points<'a>(&'a self, group: &'a Group) -> LawPoints<'a> {
+        LawPoints { material: &*group.material, stress: &self.stress[group.range()], states: &group.states }
+    }
+
     /// What has one vector per particle: origin, acceleration, position, velocity.
     pub fn vectors(&self) -> [&Vec<[f64; D]>; 4] {
         [&self.origin, &self.acceleration, &self.position, &self.velocity]

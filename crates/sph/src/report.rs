@@ -1,11 +1,11 @@
 //! What the solver tells: time-step limit, snapshot, budget.
 
+use colluvium_case::law::{LawPoints, law_fields};
 use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, StepLimit, TimeStep, spatial};
-use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
+use colluvium_constitutive::{BLOCK, StateBlock};
 use rayon::prelude::*;
 
 use crate::config::{SmoothingLength, SoundSpeed, TimeIntegration};
-use crate::particles::Group;
 use crate::solver::{SphSolver, decay, square};
 
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
@@ -91,7 +91,7 @@ impl<const D: usize> SphSolver<D> {
     pub(crate) fn scales(&self) -> Scales {
         let (mut scales, p) = (Scales::default(), &self.particles);
         for group in self.groups.iter().filter(|group| group.held.is_none()) {
-            let moduli = self.per_particle(group, 1, |stress, states, out| {
+            let moduli = p.law_points(group).numbers(1, |stress, states, out| {
                 group.material.wave_moduli(stress, states, out);
             });
             for (i, modulus) in group.range().zip(moduli) {
@@ -136,24 +136,6 @@ impl<const D: usize> SphSolver<D> {
         std::array::from_fn(|c| (own[c] + half * pull[c]) * factor)
     }
 
-    fn per_particle(
-        &self,
-        group: &Group,
-        width: usize,
-        mut values: impl FnMut(&[SymTensor], &StateBlock, &mut [f64]),
-    ) -> Vec<f64> {
-        let mut out = vec![0.0; (group.end - group.start) * width];
-        if width > 0 {
-            let stress = self.particles.stress[group.range()].chunks(BLOCK);
-            for ((stress, states), out) in
-                stress.zip(group.states.blocks()).zip(out.chunks_mut(BLOCK * width))
-            {
-                values(stress, states, out);
-            }
-        }
-        out
-    }
-
     /// Everything on the particles, in the order of ids.
     pub(crate) fn take_snapshot(&self) -> Snapshot {
         let p = &self.particles;
@@ -181,7 +163,13 @@ impl<const D: usize> SphSolver<D> {
         if self.options.is_variable() {
             fields.push(field("smoothing_length", "m", FieldData::Scalar(self.lengths(&order))));
         }
-        fields.extend(self.law_fields(&order));
+        let mut places = vec![(0, 0); p.len];
+        for (number, group) in self.groups.iter().enumerate() {
+            group.range().for_each(|i| places[i] = (number, i - group.start));
+        }
+        let laws: Vec<LawPoints<'_>> = self.groups.iter().map(|group| p.law_points(group)).collect();
+        let places: Vec<(usize, usize)> = order.iter().map(|&i| places[i]).collect();
+        fields.extend(law_fields(&laws, &places));
         fields.extend(self.diagnostic_fields(&order));
         let width = |i: usize| [(p.mass[i] / p.density[i]).powf(1.0 / D as f64); D];
         Snapshot {
@@ -207,39 +195,12 @@ impl<const D: usize> SphSolver<D> {
         order.iter().map(|&i| lengths[i]).collect()
     }
 
-    /// The laws' own scalars; NaN on particles whose law has no such scalar.
-    fn law_fields(&self, order: &[usize]) -> Vec<Field> {
-        let mut fields: Vec<(&'static str, Vec<f64>)> = Vec::new();
-        for group in &self.groups {
-            let names = group.material.output_names();
-            let table = self.per_particle(group, names.len(), |stress, states, out| {
-                group.material.outputs(stress, states, out);
-            });
-            for (column, &name) in names.iter().enumerate() {
-                let known = fields.iter().position(|(n, _)| *n == name).unwrap_or_else(|| {
-                    fields.push((name, vec![f64::NAN; self.particles.len]));
-                    fields.len() - 1
-                });
-                for (k, i) in group.range().enumerate() {
-                    fields[known].1[i] = table[k * names.len() + column];
-                }
-            }
-        }
-        let sorted = |values: &[f64]| FieldData::Scalar(order.iter().map(|&i| values[i]).collect());
-        fields
-            .iter()
-            .map(|(name, values)| Field { name: (*name).to_owned(), unit: "", data: sorted(values) })
-            .collect()
-    }
-
     /// Totals over the particles.
     pub(crate) fn take_budget(&self) -> Budget {
         let mut budget = Budget::default();
         let p = &self.particles;
         for group in &self.groups {
-            let energies = self.per_particle(group, 1, |stress, states, out| {
-                group.material.stored_energies(stress, states, out);
-            });
+            let energies = p.law_points(group).stored_energies();
             for (k, i) in group.range().enumerate() {
                 let (v, m) = (spatial(&self.velocity(i)), p.mass[i]);
                 let (x, turn) = (spatial(&p.position[i]), self.turn(i));

@@ -4,6 +4,7 @@ mod bodies;
 mod refuse;
 mod walls;
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use colluvium_case::{Case, CaseError, Plan, Size, Solver};
@@ -15,7 +16,7 @@ use crate::config::{Confined, Continuity, Formulation, SphOptions};
 use crate::confinement::blind_to_surfaces;
 use crate::kernel::Smoothing;
 use crate::pairs::SmoothBodies;
-use crate::particles::Particles;
+use crate::particles::{Group, Particles};
 use crate::ranks::RankedSolver;
 use crate::solver::{Audit, Kept, Listed, SphSolver};
 use crate::total::Reference;
@@ -74,12 +75,20 @@ pub fn plan(case: &Case) -> Result<Plan, CaseError> {
 pub fn size(case: &Case) -> Result<Size, CaseError> {
     let options = options(case)?;
     let (points, key) = (case.points_at(options.spacing), "methods.sph.spacing");
+    let mut states = 0.0;
+    for (body, points) in case.bodies.iter().zip(&points) {
+        let path = || format!("materials.{}", body.material);
+        let law = case.materials[&body.material].build();
+        let size = law.map_err(|error| CaseError::new(path(), error.to_string()))?.state_size();
+        states += points * bytes_of_state(size) as f64;
+    }
+    let points: f64 = points.iter().sum();
     let each = match case.dimension() {
         1 => bytes_each::<1>(&options),
         2 => bytes_each::<2>(&options),
         _ => bytes_each::<3>(&options),
     }?;
-    Ok(Size { points, nodes: 0.0, memory: points * each, key })
+    Ok(Size { points, nodes: 0.0, memory: points * each + states, key })
 }
 
 fn smoothing<const D: usize>(options: &SphOptions) -> Result<Smoothing<D>, CaseError> {
@@ -92,14 +101,20 @@ const fn bytes_acting(dimension: usize) -> usize {
     (2 * dimension + 12 + 16) * size_of::<f64>()
 }
 
-/// Memory of what only a particle has (bytes), its neighbours aside.
+/// Memory of what only a particle has (bytes), its neighbours aside, with the buffers of a sort.
 const fn bytes_own(dimension: usize) -> usize {
-    (4 * dimension + dimension * dimension + 1) * size_of::<f64>() + 12
+    (5 * dimension + 2 * dimension * dimension + 8) * size_of::<f64>() + 16
+}
+
+/// Memory of the state of a law that takes `size` (bytes): once more where particles are put in a new order.
+const fn bytes_of_state(size: usize) -> usize {
+    2 * size
 }
 
 /// Memory of the neighbours of a particle (bytes): each is a number and a weight.
 fn bytes_neighbours(radius: f64, spacing: f64, dimension: usize) -> f64 {
-    12.0 * (2.2 * radius / spacing).powi(dimension as i32)
+    let unit_ball = [2.0, PI, 4.0 / 3.0 * PI][dimension - 1];
+    12.0 * unit_ball * (1.1 * radius / spacing).powi(dimension as i32)
 }
 
 /// Memory of a particle (bytes).
@@ -114,6 +129,8 @@ fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, Ca
     let (points, walls) = (solver.particles.len, solver.walls.particles.len());
     let (acting, own) = (bytes_acting(D), bytes_own(D));
     let neighbours = bytes_neighbours(solver.smoothing.radius(), options.spacing, D);
+    let states = |group: &Group| (group.end - group.start) * bytes_of_state(group.material.state_size());
+    let states = solver.groups.iter().map(states).sum::<usize>() as u64;
     let mut volumes = vec![0.0; case.bodies.len()];
     for group in &solver.groups {
         let mass = solver.particles.mass[group.range()].iter().sum::<f64>();
@@ -124,7 +141,9 @@ fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, Ca
         nodes: 0,
         steps: (case.end_time() / time_step.dt).ceil() as u64,
         time_step,
-        memory: ((points + walls) * acting + points * own) as u64 + (points as f64 * neighbours) as u64,
+        memory: ((points + walls) * acting + points * own) as u64
+            + (points as f64 * neighbours) as u64
+            + states,
         volumes,
         updates_per_second: if D == 3 { 8e5 } else { 3e6 },
         warnings: warnings(case, options),

@@ -12,7 +12,8 @@ pub struct Output {
     /// Time between frames (s); none when absent, except the first and the last. Steps are shortened so that they end at
     /// the time of an output.
     pub frames: Option<f64>,
-    /// Time between rows of the measures (s); a hundredth of the whole run when absent.
+    /// Time between rows of the measures (s), at which steps end too. When absent there is a row about every hundredth of the
+    /// whole run, after the first step that has got there, and no step is shortened for it.
     pub measures: Option<f64>,
     /// Cell size (m) of a regular grid over the domain on which every frame is averaged as well: density in space, and averages
     /// of the fields weighted with mass, for iso-surfaces and volume rendering. It should be two points wide or more.

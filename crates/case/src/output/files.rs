@@ -23,6 +23,15 @@ impl OutputError {
     }
 }
 
+/// The JSON value in a file that a run has left.
+///
+/// # Errors
+/// When it cannot be read, or is no JSON: with line and column.
+pub fn read_json(path: &Path) -> Result<serde_json::Value, OutputError> {
+    let text = fs::read_to_string(path).map_err(|error| OutputError::new(path, error))?;
+    crate::json::parse(&text).map_err(|error| OutputError::new(path, error))
+}
+
 /// Writes a file beside its place and moves it there, so that a crash leaves the old one or the new
 /// one, never a part.
 ///

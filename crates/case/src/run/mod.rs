@@ -1,9 +1,13 @@
 //! The run: stages, steps, measures, frames, checkpoints.
 
+mod error;
 mod folder;
+mod progress;
 mod record;
 mod row;
 mod safety;
+mod steps;
+mod summary;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -12,20 +16,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use thiserror::Error;
 
 use crate::description::Stage;
-use crate::output::{OutputError, Table};
-use crate::{
-    Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, SolverError, StepLimit, TimeStep,
-};
-use record::{Progress, Recorder};
+use crate::output::Table;
+use crate::{Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, StepLimit, TimeStep};
+use progress::Progress;
+use record::Recorder;
+use steps::{stable_step, step_towards};
 
+pub use error::RunError;
 pub use row::{check_names, column_names};
 pub use safety::{Safety, Trial};
 
 /// Steps between checks of a stage's equilibrium.
 const STEPS_PER_CHECK: u64 = 100;
+
+/// Wall-clock time between two summaries of a run that goes on, at least: frames may follow each other faster than a disk
+/// has them.
+const BETWEEN_SUMMARIES: Duration = Duration::from_secs(1);
 
 /// How to run.
 #[derive(Clone, Debug, Default)]
@@ -79,91 +87,16 @@ pub struct RunReport {
     pub end: Budget,
     /// Steps done, those before a restart included.
     pub steps: u64,
-    /// What of the state at the end is worth a word.
+    /// What of the run and of its state at the end is worth a word.
     pub remarks: Vec<String>,
+    /// Which of these [`RunOptions::warn`] has taken already.
+    pub said: Vec<String>,
     /// Wall-clock time of this run (s).
     pub wall: f64,
     /// Point-updates per second of wall-clock time.
     pub updates_per_second: f64,
     /// What the searches for a factor of safety found, by the name of the measure.
     pub safety: BTreeMap<String, Safety>,
-}
-
-/// Why a run failed.
-#[derive(Debug, Error)]
-pub enum RunError {
-    /// The case is wrong.
-    #[error(transparent)]
-    Case(#[from] CaseErrors),
-    /// The solver could not go on.
-    #[error(transparent)]
-    Solver(#[from] SolverError),
-    /// The solver stopped after there was output.
-    #[error("{source}; the last output is {frame}, t = {time} s")]
-    Stopped {
-        /// Why.
-        source: SolverError,
-        /// The last frame.
-        frame: String,
-        /// Its time (s).
-        time: f64,
-    },
-    /// A file could not be written or read.
-    #[error(transparent)]
-    Output(#[from] OutputError),
-    /// A quasi-static stage did not come to rest.
-    #[error(
-        "stages[{stage}]: no equilibrium within its duration of {duration} s (unbalanced force {unbalanced:.3e}, \
-         kinetic energy {kinetic:.3e} of the external work)"
-    )]
-    NoEquilibrium {
-        /// Number of the stage.
-        stage: usize,
-        /// Its duration (s).
-        duration: f64,
-        /// Unbalanced-force ratio at the end.
-        unbalanced: f64,
-        /// Kinetic-energy ratio at the end.
-        kinetic: f64,
-    },
-    /// Nothing limits the time step: there is no material that moves.
-    #[error(
-        "stage {stage:?}, t = {time} s: nothing is left to move, all bodies are removed, rigid or have left"
-    )]
-    NothingMoves {
-        /// Name of the stage.
-        stage: String,
-        /// Time (s).
-        time: f64,
-    },
-    /// The solver has no usable time step.
-    #[error("t = {time} s: no stable time step (found {dt} s, limited by: {limit})")]
-    TimeStep {
-        /// Time (s).
-        time: f64,
-        /// What the solver offers (s).
-        dt: f64,
-        /// Why.
-        limit: StepLimit,
-    },
-    /// A trial of a search for a factor of safety could not go on.
-    #[error("measures.{measure}: trial with the factor {factor}: {source}")]
-    Trial {
-        /// Name of the measure.
-        measure: String,
-        /// The factor.
-        factor: f64,
-        /// Why.
-        source: Box<RunError>,
-    },
-    /// The folder cannot be used.
-    #[error("{}: {problem}", path.display())]
-    Folder {
-        /// The folder.
-        path: PathBuf,
-        /// Why not.
-        problem: String,
-    },
 }
 
 /// Runs a case with a method from its start, or from its checkpoint, to the end, and searches for the factors
@@ -212,11 +145,13 @@ fn start(
         bar: bar(case, options),
         started: Instant::now(),
         saved: Instant::now(),
+        told: Instant::now(),
         first_step: 0,
         safety: BTreeMap::new(),
         searched: Duration::ZERO,
         earlier: 0.0,
         remarks: Vec::new(),
+        said: Vec::new(),
     };
     let result = run.all().map_err(|error| run.with_last_output(error));
     let ending = match &result {
@@ -243,14 +178,17 @@ struct Run<'a> {
     bar: ProgressBar,
     started: Instant,
     saved: Instant,
+    told: Instant,
     first_step: u64,
     safety: BTreeMap<String, Safety>,
     /// Wall-clock time of the searches.
     searched: Duration,
     /// Wall-clock time of the sessions before this one (s).
     earlier: f64,
-    /// What of the end is worth a word.
+    /// What of the run is worth a word.
     remarks: Vec<String>,
+    /// What was said while it went on.
+    said: Vec<String>,
 }
 
 fn bar(case: &Case, options: &RunOptions) -> ProgressBar {
@@ -291,7 +229,9 @@ impl Run<'_> {
             if !self.progress.begun {
                 self.progress.begun = true;
                 self.recorder.begin(&*self.solver, &mut self.progress)?;
+                self.listen();
             }
+            self.tell_so_far()?;
             if self.stage(&self.case.stages[stage])? == Ending::Interrupted {
                 self.save()?;
                 return Ok(Ending::Interrupted);
@@ -360,7 +300,7 @@ impl Run<'_> {
             let limit = stable_step(&mut *self.solver, &stage.name)?;
             let until = self.recorder.next_output(&self.progress).min(end);
             let Some(dt) = step_towards(self.solver.time(), until, limit.dt.min(span)) else {
-                self.recorder.output(&*self.solver, &mut self.progress)?;
+                self.output()?;
                 if until >= end {
                     return self.stage_over(stage);
                 }
@@ -370,6 +310,9 @@ impl Run<'_> {
             self.progress.count(&limit, self.solver.time());
             self.solver.step(dt)?;
             self.show(limit.limit, dt);
+            if self.recorder.row_in_passing(self.solver.time(), &self.progress) {
+                self.output()?;
+            }
             if self.at_rest(stage) {
                 return Ok(Ending::Completed);
             }
@@ -416,7 +359,38 @@ impl Run<'_> {
         self.progress.wall = self.wall();
         self.recorder.save(&*self.solver, &self.progress)?;
         self.saved = Instant::now();
-        Ok(())
+        self.tell_now_and_then()
+    }
+
+    /// Writes what is due.
+    fn output(&mut self) -> Result<(), RunError> {
+        let (rows, frames) = (self.progress.rows, self.progress.frames);
+        self.recorder.output(&*self.solver, &mut self.progress)?;
+        if self.progress.rows > rows {
+            self.listen();
+        }
+        if self.progress.frames > frames { self.tell_now_and_then() } else { Ok(()) }
+    }
+
+    /// Writes the summary of a run that goes on: it is what one that is killed leaves.
+    fn tell_so_far(&mut self) -> Result<(), RunError> {
+        self.told = Instant::now();
+        self.summary("running", None, &self.remarks_so_far())
+    }
+
+    /// Likewise, but not too often.
+    fn tell_now_and_then(&mut self) -> Result<(), RunError> {
+        if self.told.elapsed() < BETWEEN_SUMMARIES { Ok(()) } else { self.tell_so_far() }
+    }
+
+    fn remarks_so_far(&self) -> Vec<String> {
+        let Progress { collapse, warning, .. } = &self.progress;
+        collapse.iter().chain(warning).cloned().chain(self.solver.remarks()).collect()
+    }
+
+    fn summary(&self, status: &str, reason: Option<&str>, remarks: &[String]) -> Result<(), RunError> {
+        let run = (self.wall(), &self.safety, remarks);
+        self.recorder.summary(status, reason, &*self.solver, &self.progress, run)
     }
 
     /// Says once that the step has become a small part of the first one.
@@ -426,8 +400,21 @@ impl Run<'_> {
             return;
         }
         self.progress.collapse = limit.collapse(first, self.solver.time());
-        if let (Some(remark), Some(warn)) = (&self.progress.collapse, self.options.warn) {
-            self.bar.suspend(|| warn(remark));
+        self.say(self.progress.collapse.clone());
+    }
+
+    /// Says once what the solver warns of.
+    fn listen(&mut self) {
+        if self.progress.warning.is_none() {
+            self.progress.warning = self.solver.warning();
+            self.say(self.progress.warning.clone());
+        }
+    }
+
+    fn say(&mut self, remark: Option<String>) {
+        if let (Some(remark), Some(warn)) = (remark, self.options.warn) {
+            self.bar.suspend(|| warn(&remark));
+            self.said.push(remark);
         }
     }
 
@@ -446,12 +433,11 @@ impl Run<'_> {
         if completed {
             self.recorder.output_last(&*self.solver, &mut self.progress)?;
         }
-        self.remarks = self.progress.collapse.iter().cloned().chain(self.solver.remarks()).collect();
+        self.remarks = self.remarks_so_far();
         if completed {
             self.remarks.extend(self.recorder.blind_probes());
         }
-        let run = (self.wall(), &self.safety, self.remarks.as_slice());
-        self.recorder.summary(ending, reason, &*self.solver, &self.progress, run)
+        self.summary(ending, reason, &self.remarks)
     }
 
     fn report(&mut self, ending: Ending) -> RunReport {
@@ -467,6 +453,7 @@ impl Run<'_> {
             end: self.solver.budget(),
             steps,
             remarks: std::mem::take(&mut self.remarks),
+            said: std::mem::take(&mut self.said),
             wall: self.wall(),
             updates_per_second: updates / (session - self.searched.as_secs_f64()),
             safety: std::mem::take(&mut self.safety),
@@ -476,33 +463,6 @@ impl Run<'_> {
 
 fn asked_to_stop(options: &RunOptions) -> bool {
     options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
-}
-
-/// The solver's stable step in the stage of that name.
-fn stable_step(solver: &mut dyn Solver, stage: &str) -> Result<TimeStep, RunError> {
-    let limit = solver.time_step();
-    if limit.dt.is_finite() && limit.dt > 0.0 {
-        return Ok(limit);
-    }
-    if limit.dt == f64::INFINITY {
-        return Err(RunError::NothingMoves { stage: stage.to_owned(), time: solver.time() });
-    }
-    Err(RunError::TimeStep { time: solver.time(), dt: limit.dt, limit: limit.limit })
-}
-
-/// The step from `time` towards `until`: at most `limit`, the last two alike so that none is a
-/// sliver; `None` once there, to a part of `limit`, which is therefore no longer than what is waited for.
-fn step_towards(time: f64, until: f64, limit: f64) -> Option<f64> {
-    let rest = until - time;
-    if rest <= 1e-9 * limit {
-        None
-    } else if rest <= limit * (1.0 + 1e-9) {
-        Some(rest)
-    } else if rest < 2.0 * limit * (1.0 - 1e-9) {
-        Some(0.5 * rest)
-    } else {
-        Some(limit)
-    }
 }
 
 #[cfg(test)]

@@ -8,71 +8,14 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::folder::{self, CASE, CHECKPOINT, COLLECTION, FRAMES, GRID_COLLECTION, MEASURES, SUMMARY, Tables};
-use super::{RunError, RunOptions, Safety, row};
-use crate::description::{Measure, Stage};
+use super::progress::Progress;
+use super::{RunError, RunOptions, row};
+use crate::description::Measure;
 use crate::output::{
-    Collection, GridFrame, OutputError, Table, read_frame, write_atomically, write_frame, write_grid,
+    Collection, GridFrame, OutputError, Table, read_frame, read_json, write_atomically, write_frame,
+    write_grid,
 };
-use crate::{Budget, Case, Snapshot, Solver, SolverError, TimeStep, measure};
-
-/// Where a run stands: everything but the solver that a restart needs.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Progress {
-    pub(super) begun: bool,
-    pub(super) stage: usize,
-    /// When the stages so far began (s).
-    pub(super) stage_starts: Vec<f64>,
-    pub(super) held: u32,
-    /// Wall-clock time so far (s).
-    pub(super) wall: f64,
-    pub(super) frames: u64,
-    pub(super) rows: u64,
-    pub(super) collection: Collection,
-    /// Steps done at each frame of the collection.
-    pub(super) frame_steps: Vec<u64>,
-    pub(super) start: Budget,
-    /// Bound on the last step (s).
-    pub(super) time_step: Option<f64>,
-    /// Bound on the first step (s).
-    pub(super) first_time_step: Option<f64>,
-    /// What was said when the step had become a small part of the first one.
-    pub(super) collapse: Option<String>,
-    /// When the stages that are over ended (s).
-    pub(super) stage_ends: Vec<f64>,
-    /// What has bounded the steps so far.
-    pub(super) bounds: Vec<StepBound>,
-}
-
-/// How often something bounded the step, and where most.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct StepBound {
-    steps: u64,
-    /// The least bound.
-    least: TimeStep,
-    /// When it was (s).
-    time: f64,
-}
-
-impl Progress {
-    /// Counts a step from `time` (s) for what bounds it.
-    pub(super) fn count(&mut self, bound: &TimeStep, time: f64) {
-        self.time_step = Some(bound.dt);
-        match self.bounds.iter_mut().find(|known| known.least.limit == bound.limit) {
-            Some(known) => {
-                known.steps += 1;
-                if bound.dt < known.least.dt {
-                    (known.least, known.time) = (*bound, time);
-                }
-            }
-            None => self.bounds.push(StepBound { steps: 1, least: *bound, time }),
-        }
-    }
-
-    /// When the stage began (s).
-    pub(super) fn stage_start(&self) -> f64 {
-        self.stage_starts.last().copied().unwrap_or(0.0)
-    }
-}
+use crate::{Case, Snapshot, Solver, SolverError, measure};
 
 #[derive(Serialize, Deserialize)]
 struct Checkpoint {
@@ -85,13 +28,23 @@ struct Checkpoint {
     solver: Vec<u8>,
 }
 
+/// Rows of the measures over a whole run, about, where the case names no interval.
+const DEFAULT_ROWS: f64 = 100.0;
+
+/// Whether output number `count` is due at `time` (s).
+fn is_due(time: f64, count: u64, interval: f64) -> bool {
+    time >= count as f64 * interval - 1e-9 * interval
+}
+
 /// Writes measures, frames, checkpoints and the summary of a run.
 pub(super) struct Recorder<'a> {
-    case: &'a Case,
-    options: &'a RunOptions,
+    pub(super) case: &'a Case,
+    pub(super) options: &'a RunOptions,
     frame_interval: Option<f64>,
     row_interval: f64,
-    tables: Tables,
+    /// Whether steps end at the times of rows: where the case names an interval.
+    ends_on_rows: bool,
+    pub(super) tables: Tables,
     pub(super) table: Table,
     pub(super) kept: Vec<Snapshot>,
     /// States of the solver at the ends of stages, by their names.
@@ -109,7 +62,8 @@ impl<'a> Recorder<'a> {
             case,
             options,
             frame_interval: case.output.frames,
-            row_interval: case.output.measures.unwrap_or(case.end_time() / 100.0),
+            row_interval: case.output.measures.unwrap_or(case.end_time() / DEFAULT_ROWS),
+            ends_on_rows: case.output.measures.is_some(),
             tables: Tables::new(options.out.clone()),
             table: Table::default(),
             kept: Vec::new(),
@@ -154,8 +108,8 @@ impl<'a> Recorder<'a> {
     /// Refuses, before anything is written, to resume a complete run or one of another case.
     fn check_resumable(&self, out: &Path) -> Result<(), RunError> {
         let folder = |problem: &str| RunError::Folder { path: out.to_owned(), problem: problem.to_owned() };
-        let summary = fs::read_to_string(out.join(SUMMARY)).unwrap_or_default();
-        let summary: serde_json::Value = serde_json::from_str(&summary).unwrap_or_default();
+        let path = out.join(SUMMARY);
+        let summary = if path.exists() { read_json(&path)? } else { serde_json::Value::Null };
         if summary["status"] == "completed" {
             return Err(folder("holds a complete run: there is nothing to resume"));
         }
@@ -166,7 +120,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// The fingerprint of the case in a summary.
-    fn mark(&self) -> String {
+    pub(super) fn mark(&self) -> String {
         format!("{:016x}", self.fingerprint)
     }
 
@@ -176,24 +130,37 @@ impl<'a> Recorder<'a> {
         self.output(solver, progress)
     }
 
-    /// Time of the next row or frame (s).
-    pub(super) fn next_output(&self, progress: &Progress) -> f64 {
-        let row = progress.rows as f64 * self.row_interval;
-        self.frame_interval.map_or(row, |interval| row.min(progress.frames as f64 * interval))
+    /// Times between the rows and between the frames at which steps end (s).
+    fn intervals(&self) -> [f64; 2] {
+        let row = if self.ends_on_rows { self.row_interval } else { f64::INFINITY };
+        [row, self.frame_interval.unwrap_or(f64::INFINITY)]
     }
 
-    /// The shorter of the times between rows and between frames (s).
+    /// Time of the next row or frame at which a step is to end (s).
+    pub(super) fn next_output(&self, progress: &Progress) -> f64 {
+        let [row, frame] = self.intervals();
+        // Before the first of them nothing is infinitely far.
+        let next = |count: u64, interval: f64| if count == 0 { 0.0 } else { count as f64 * interval };
+        next(progress.rows, row).min(next(progress.frames, frame))
+    }
+
+    /// The shortest time between two outputs at which steps end (s).
     pub(super) fn shortest_interval(&self) -> f64 {
-        self.row_interval.min(self.frame_interval.unwrap_or(f64::INFINITY))
+        let [row, frame] = self.intervals();
+        row.min(frame)
+    }
+
+    /// Whether a row is due at `time` (s) for which no step was to end.
+    pub(super) fn row_in_passing(&self, time: f64, progress: &Progress) -> bool {
+        !self.ends_on_rows && is_due(time, progress.rows, self.row_interval)
     }
 
     /// Writes the row and the frame that are due.
     pub(super) fn output(&mut self, solver: &dyn Solver, progress: &mut Progress) -> Result<(), RunError> {
         let time = solver.time();
-        let due = |count: u64, interval: f64| time >= count as f64 * interval - 1e-9 * interval;
-        let row = due(progress.rows, self.row_interval);
+        let row = is_due(time, progress.rows, self.row_interval);
         let frame = match self.frame_interval {
-            Some(interval) => due(progress.frames, interval),
+            Some(interval) => is_due(time, progress.frames, interval),
             None => progress.frames == 0,
         };
         if !row && !frame {
@@ -203,6 +170,10 @@ impl<'a> Recorder<'a> {
         if row {
             self.row(solver, &snapshot, progress.time_step)?;
             progress.rows += 1;
+            // Steps may be longer than the time between rows that they do not end on.
+            while !self.ends_on_rows && is_due(time, progress.rows, self.row_interval) {
+                progress.rows += 1;
+            }
         }
         if frame {
             self.frame(snapshot, progress)?;
@@ -329,7 +300,7 @@ impl<'a> Recorder<'a> {
         Some(self.options.out.as_ref()?.join(folder::state(number)))
     }
 
-    fn refuse(&self, out: &Path, problem: String) -> RunError {
+    pub(super) fn refuse(&self, out: &Path, problem: String) -> RunError {
         RunError::Folder { path: out.join(CHECKPOINT), problem }
     }
 
@@ -403,99 +374,6 @@ impl<'a> Recorder<'a> {
         let blind = probes.filter(|(name, _)| !sees(name));
         blind.map(|(name, _)| format!("measures.{name}: no point came within its radius")).collect()
     }
-
-    /// Writes the summary, with wall-clock time (s), factors of safety and remarks on the state.
-    pub(super) fn summary(
-        &self,
-        status: &str,
-        reason: Option<&str>,
-        solver: &dyn Solver,
-        progress: &Progress,
-        (wall, safety, remarks): (f64, &BTreeMap<String, Safety>, &[String]),
-    ) -> Result<(), RunError> {
-        let budget = |b: Budget| {
-            let mut all = json!({
-                "mass": b.mass, "momentum": b.momentum, "angular_momentum": b.angular_momentum,
-                "kinetic_energy": b.kinetic, "elastic_energy": b.elastic, "potential_energy": b.potential,
-            });
-            if let Some(liquid) = b.liquid {
-                all["liquid"] = json!({
-                    "mass": liquid.mass, "momentum": liquid.momentum, "kinetic_energy": liquid.kinetic,
-                    "elastic_energy": liquid.elastic, "potential_energy": liquid.potential,
-                });
-            }
-            all
-        };
-        let names = self.table.columns.iter().map(|(name, _)| name.clone());
-        let last = self.table.rows.last().cloned().unwrap_or_default();
-        let measures: serde_json::Map<String, serde_json::Value> =
-            names.zip(last).map(|(name, value)| (name, json!(value))).collect();
-        let completed = status == "completed";
-        let mut summary = json!({
-            "status": status,
-            "reason": reason,
-            "title": self.case.title,
-            "method": self.options.method,
-            "version": env!("CARGO_PKG_VERSION"),
-            "commit": self.options.commit,
-            "fingerprint": self.mark(),
-            "wall_time": wall,
-            "steps": solver.step_count(),
-            "time": solver.time(),
-            "points": solver.points(),
-            "warnings": self.options.warnings,
-            "remarks": remarks,
-            "stages": self.stages(progress),
-            "time_step_limits": progress.bounds.iter().map(bound_to_json).collect::<Vec<_>>(),
-            "start": budget(progress.start),
-            "measures": measures,
-            "case": self.case,
-        });
-        if !safety.is_empty() {
-            let found: serde_json::Map<String, serde_json::Value> =
-                safety.iter().map(|(name, safety)| (name.clone(), safety.to_json())).collect();
-            summary["factors_of_safety"] = found.into();
-        }
-        if completed {
-            self.tables.sync()?;
-            summary["end"] = budget(solver.budget());
-            summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
-        }
-        self.write_summary(&summary)?;
-        // Only then: a run that is killed in between goes on from it, or is known to be complete.
-        let checkpoint = self.options.out.as_ref().map(|out| out.join(CHECKPOINT));
-        if let Some(checkpoint) = checkpoint.filter(|checkpoint| completed && checkpoint.exists()) {
-            fs::remove_file(&checkpoint).map_err(|error| OutputError::new(&checkpoint, error))?;
-        }
-        Ok(())
-    }
-
-    /// The stages that have begun, with their ends if they are over.
-    fn stages(&self, progress: &Progress) -> Vec<serde_json::Value> {
-        let stages = self.case.stages.iter().zip(&progress.stage_starts).enumerate();
-        let record = |(number, (stage, start)): (usize, (&Stage, &f64))| {
-            let end = progress.stage_ends.get(number);
-            let ended = if stage.equilibrium.is_some() { "at rest" } else { "duration over" };
-            json!({ "name": stage.name, "start": start, "end": end, "ended": end.map(|_| ended) })
-        };
-        stages.map(record).collect()
-    }
-
-    fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
-        let Some(out) = &self.options.out else { return Ok(()) };
-        let text =
-            serde_json::to_string_pretty(summary).map_err(|error| self.refuse(out, error.to_string()))?;
-        Ok(write_atomically(&out.join(SUMMARY), text.as_bytes())?)
-    }
-}
-
-fn bound_to_json(bound: &StepBound) -> serde_json::Value {
-    let StepBound { steps, least, time } = bound;
-    let place = least.point.map(|_| least.position);
-    json!({
-        "limit": least.limit.to_string(), "steps": steps, "least": least.dt, "time": time, "point": least.point,
-        "position": place,
-    })
 }
 
 /// The frames of a run so far, from their files.

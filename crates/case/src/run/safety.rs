@@ -183,9 +183,9 @@ fn run_trial(
 /// Some steps of a stage that began at `start`, at most until its end; whether it is reached.
 fn advance(solver: &mut dyn Solver, stage: &Stage, start: f64) -> Result<bool, RunError> {
     for _ in 0..STEPS_PER_LOOK {
-        let limit = super::stable_step(solver, &stage.name)?;
+        let limit = super::steps::stable_step(solver, &stage.name)?;
         let limit = limit.dt.min(stage.duration);
-        match super::step_towards(solver.time(), start + stage.duration, limit) {
+        match super::steps::step_towards(solver.time(), start + stage.duration, limit) {
             Some(dt) => solver.step(dt)?,
             None => return Ok(true),
         }

@@ -1,9 +1,10 @@
 mod resume;
+mod summary;
 
 use super::*;
 use crate::description::Reset;
 use crate::output::Collection;
-use crate::{Equilibrium, Field, FieldData, StepLimit, TimeStep};
+use crate::{Equilibrium, Field, FieldData, SolverError};
 use colluvium_constitutive::SymTensor;
 
 /// Independent oscillators `x'' = -ω² x - 2 d x'`, one a point.
@@ -17,25 +18,26 @@ struct Oscillators {
     /// When it falls, and by what share.
     falls: Option<(f64, f64)>,
     fail_at: Option<f64>,
+    /// Whether it takes the whole program with it where it fails, and takes its time before.
+    dies: bool,
 }
 
 impl Oscillators {
-    fn boxed(damping: f64, fail_at: Option<f64>) -> Box<dyn Solver> {
+    /// When one that dies takes its time (s).
+    const NAP: f64 = 0.98;
+
+    fn new(damping: f64, fail_at: Option<f64>) -> Self {
         let state = (0..5).map(|i| [1.0 + f64::from(i), 0.0]).collect();
-        Box::new(Self { state, time: 0.0, steps: 0, damping, dt: 0.0137, falls: None, fail_at })
+        Self { state, time: 0.0, steps: 0, damping, dt: 0.0137, falls: None, fail_at, dies: false }
+    }
+
+    fn boxed(damping: f64, fail_at: Option<f64>) -> Box<dyn Solver> {
+        Box::new(Self::new(damping, fail_at))
     }
 
     /// At rest, with another stable step (s).
     fn at_rest(dt: f64) -> Box<dyn Solver> {
-        Box::new(Self {
-            state: vec![[0.0; 2]; 5],
-            time: 0.0,
-            steps: 0,
-            damping: 0.0,
-            dt,
-            falls: None,
-            fail_at: None,
-        })
+        Box::new(Self { state: vec![[0.0; 2]; 5], dt, ..Self::new(0.0, None) })
     }
 }
 
@@ -62,6 +64,7 @@ impl Solver for Oscillators {
     }
     fn step(&mut self, dt: f64) -> Result<(), SolverError> {
         if self.fail_at.is_some_and(|at| self.time >= at) {
+            assert!(!self.dies, "killed");
             let reason = "it was told to".to_owned();
             return Err(SolverError::Point {
                 step: self.steps,
@@ -70,6 +73,9 @@ impl Solver for Oscillators {
                 position: [1.0; 3],
                 reason,
             });
+        }
+        if self.dies && self.time < Self::NAP && self.time + dt >= Self::NAP {
+            std::thread::sleep(BETWEEN_SUMMARIES);
         }
         for [x, v] in &mut self.state {
             *v -= dt * (9.0 * *x + 2.0 * self.damping * *v);
@@ -176,6 +182,38 @@ fn rows_and_frames_fall_on_their_times() {
     assert_eq!(frames.len(), 5);
     assert!(frames.iter().enumerate().all(|(k, t)| (t - 0.5 * k as f64).abs() < 1e-12));
     assert!(report.table.column("head").unwrap()[0] > 4.9);
+}
+
+#[test]
+fn rows_that_nobody_asked_for_shorten_no_step() {
+    let mut case = case(r#"[ { "name": "a", "duration": 1.3 }, { "name": "b", "duration": 0.7 } ]"#);
+    (case.output.measures, case.output.frames) = (None, None);
+    let steps = |dt: f64, case: &Case| {
+        let report = run(case, Oscillators::at_rest(dt), &RunOptions::default()).unwrap();
+        (report.steps, report.table.column("time").unwrap())
+    };
+    // Shorter and longer than a hundredth of the run; the last two steps of a stage are alike.
+    for (dt, least, rows) in
+        [(0.0137, 95 + 52, 101), (0.003, 434 + 234, 101), (0.1, 13 + 7, 21), (10.0, 2, 3)]
+    {
+        let (steps, times) = steps(dt, &case);
+        assert_eq!((steps, times.len()), (least, if rows == 101 { times.len() } else { rows }), "{dt} s");
+        if rows == 101 {
+            assert!((98..=102).contains(&times.len()), "{dt} s: {} rows", times.len());
+        }
+        assert!(times.windows(2).all(|pair| pair[0] < pair[1]) && times.last() == Some(&2.0), "{times:?}");
+        let late = |(row, time): (usize, &f64)| time - 0.02 * row as f64;
+        let latest = times.iter().enumerate().map(late).fold(0.0, f64::max);
+        assert!(dt > 0.02 || latest < dt, "{dt} s: a row is {latest} s late");
+    }
+    // Frames are still where they should be, and rows that were asked for.
+    case.output.frames = Some(0.5);
+    let options = RunOptions { keep_frames: true, ..RunOptions::default() };
+    let report = run(&case, Oscillators::boxed(0.0, None), &options).unwrap();
+    let frames: Vec<f64> = report.frames.iter().map(|frame| frame.time).collect();
+    assert!(frames.len() == 5 && frames.iter().enumerate().all(|(k, t)| (t - 0.5 * k as f64).abs() < 1e-12));
+    case.output.measures = Some(0.02);
+    assert!(steps(0.0137, &case).0 >= 200, "two steps a row");
 }
 
 #[test]
@@ -297,33 +335,6 @@ fn rows_tell_the_step_and_how_far_from_rest_it_is() {
 }
 
 #[test]
-fn a_summary_tells_when_stages_ended_and_what_bounded_the_steps() {
-    let case = case(
-        r#"[ { "name": "settle", "duration": 100, "equilibrium": {} }, { "name": "go", "duration": 1 }, { "name": "on", "duration": 1 } ]"#,
-    );
-    let folder = tempfile::tempdir().unwrap();
-    let warnings = vec!["mind the step".to_owned()];
-    let report =
-        run(&case, Oscillators::boxed(2.0, None), &RunOptions { warnings, ..options(folder.path()) })
-            .unwrap();
-    let text = std::fs::read_to_string(folder.path().join("summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
-    let stages = summary["stages"].as_array().unwrap();
-    let ended: Vec<&str> = stages.iter().map(|stage| stage["ended"].as_str().unwrap()).collect();
-    assert_eq!(ended, ["at rest", "duration over", "duration over"]);
-    let settled = stages[0]["end"].as_f64().unwrap();
-    assert!(settled > 0.0 && settled < 100.0);
-    assert!((stages[2]["end"].as_f64().unwrap() - settled - 2.0).abs() < 1e-9, "{text}");
-    assert_eq!(stages[1]["start"], stages[0]["end"]);
-    let limits = &summary["time_step_limits"];
-    assert_eq!(limits.as_array().map(Vec::len), Some(1));
-    assert_eq!(limits[0]["limit"], "fixed by the case");
-    assert_eq!(limits[0]["steps"].as_u64(), Some(report.steps));
-    assert_eq!(limits[0]["least"], 0.0137);
-    assert_eq!(summary["warnings"][0], "mind the step");
-}
-
-#[test]
 fn a_stage_that_does_not_settle_is_an_error() {
     let case = case(r#"[ { "name": "settle", "duration": 2.0, "equilibrium": {} } ]"#);
     let error = run(&case, Oscillators::boxed(0.0, None), &RunOptions::default()).unwrap_err();
@@ -339,21 +350,6 @@ fn two_runs_do_not_write_into_one_folder() {
     assert!(error.to_string().contains("another run is writing here"), "{error}");
     drop(other);
     run(&case, Oscillators::boxed(0.0, None), &options(out.path())).unwrap();
-}
-
-#[test]
-fn a_failure_leaves_the_last_good_frame_and_says_so() {
-    let folder = tempfile::tempdir().unwrap();
-    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
-    let error = run(&case, Oscillators::boxed(0.0, Some(1.2)), &options(folder.path())).unwrap_err();
-    assert!(error.to_string().contains("point 3"), "{error}");
-    assert!(error.to_string().ends_with("; the last output is frames/frame-00002.vtu, t = 1 s"), "{error}");
-    let summary: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(folder.path().join("summary.json")).unwrap()).unwrap();
-    assert_eq!(summary["status"], "failed");
-    assert!(summary["reason"].as_str().unwrap().contains("it was told to"));
-    assert!(folder.path().join("frames/frame-00002.vtu").exists(), "the frame at 1 s");
-    assert!(!folder.path().join("frames/frame-00003.vtu").exists());
 }
 
 #[test]
@@ -376,26 +372,22 @@ fn a_step_that_collapses_is_remarked_with_its_place() {
     let case = case(r#"[ { "name": "all", "duration": 0.5 } ]"#);
     let falling = |share| {
         let falls = Some((0.485, share));
-        Box::new(Oscillators {
-            state: vec![[0.0; 2]; 5],
-            time: 0.0,
-            steps: 0,
-            damping: 0.0,
-            dt: 0.01,
-            falls,
-            fail_at: None,
-        })
+        Box::new(Oscillators { state: vec![[0.0; 2]; 5], dt: 0.01, falls, ..Oscillators::new(0.0, None) })
     };
     static SAID: std::sync::Mutex<Vec<String>> = std::sync::Mutex::new(Vec::new());
     let warn: fn(&str) = |remark| SAID.lock().unwrap().push(remark.to_owned());
     let with = RunOptions { warn: Some(warn), ..RunOptions::default() };
-    let [little, much] = [2e-3, 5e-4].map(|share| run(&case, falling(share), &with).unwrap().remarks);
+    let [(little, _), (much, said)] = [2e-3, 5e-4].map(|share| {
+        let report = run(&case, falling(share), &with).unwrap();
+        (report.remarks, report.said)
+    });
     assert_eq!(little, [""; 0]);
     let [remark] = much.as_slice() else { panic!("{much:?}") };
     for part in ["5.000e-6 s", "1.000e-2 s", "elastic wave", "point 3", "[1.0, 2.0, 0.0] m"] {
         assert!(remark.contains(part), "{remark}");
     }
     assert_eq!(*SAID.lock().unwrap(), much, "once, while it ran");
+    assert_eq!(said, much, "and nobody need say it again");
 }
 
 #[test]

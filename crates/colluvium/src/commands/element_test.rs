@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         (false, Some(_)) => {
             return Err(Failure::Usage("--material goes with a folder; a test file has its own".into()));
         }
-        (false, None) => (colluvium::element_test(&json::text(file)?)?, None),
+        (false, None) => (colluvium::load_element_test(file)?, None),
     };
     let stem = || PathBuf::from(file.canonicalize().unwrap_or_default().file_stem().unwrap_or_default());
     let out = arguments.out.clone().unwrap_or_else(stem);
@@ -66,16 +66,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Reads the files of an incrementalDriver.
 fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<IncrementalTest, Failure> {
     let beside = |key: &str| format!("{}: {key}", material.display());
-    let in_material = |errors: CaseErrors| {
-        CaseErrors(errors.0.into_iter().map(|e| CaseError::new(beside(&e.path), e.problem)).collect())
-    };
     let parameters = folder.join(incremental::PARAMETERS);
     let parameters = if parameters.exists() { Some(json::text(&parameters)?) } else { None };
     let input = incremental::Input {
         parameters: parameters.as_deref(),
         initial: &json::text(&folder.join(incremental::INITIAL))?,
         test: &json::text(&folder.join(incremental::TEST))?,
-        material: json::read::<MaterialSpec>(&json::text(material)?).map_err(in_material)?,
+        material: json::from_value::<MaterialSpec>(&json::value(material)?, "")
+            .map_err(|errors| errors.in_file(material))?,
         stress_unit: match unit {
             Some("kPa") => 1e3,
             Some("MPa") => 1e6,

@@ -51,9 +51,9 @@ fn points(arguments: &Arguments) -> Result<(), Failure> {
         Failure::Usage(format!("--frame {}: the run has {} frames", arguments.frame, frames.len()))
     })?;
     let asked = arguments.field.as_deref();
-    let (field, cloud) = cloud(&frame(folder, chosen)?, asked, plane(folder, arguments.view.as_deref()))
-        .map_err(|known| {
-            Failure::Usage(format!("--field {}: the frame has {known}", asked.unwrap_or_default()))
-        })?;
+    let plane = plane(folder, arguments.view.as_deref())?;
+    let (field, cloud) = cloud(&frame(folder, chosen)?, asked, plane).map_err(|known| {
+        Failure::Usage(format!("--field {}: the frame has {known}", asked.unwrap_or_default()))
+    })?;
     Ok(cloud.write(&folder.join(format!("{field}-{number:05}.{}", arguments.format)))?)
 }

@@ -27,7 +27,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let options = ReportOptions {
         fields: arguments.field.clone(),
         frames: arguments.frames,
-        plane: plane(&arguments.folder, arguments.view.as_deref()),
+        plane: plane(&arguments.folder, arguments.view.as_deref())?,
     };
     let file = report::write(&arguments.folder, &options).map_err(|error| match error {
         ReportError::Output(error) => Failure::Output(error),

@@ -57,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return Err(Failure::Interrupted);
     }
     if !files.quiet {
-        for remark in &report.remarks {
+        for remark in report.remarks.iter().filter(|remark| !report.said.contains(remark)) {
             eprintln!("warning: {remark}");
         }
         print(&report, &out)?;

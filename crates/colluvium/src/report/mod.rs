@@ -3,13 +3,12 @@
 mod page;
 mod parameters;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use thiserror::Error;
 
-use crate::case::output::{Collection, OutputError, Table, write_atomically};
+use crate::case::output::{Collection, OutputError, Table, read_json, write_atomically};
 use crate::case::plot::{LineChart, Picture, Series, Style};
 use crate::pictures;
 
@@ -78,9 +77,9 @@ impl Results {
         if !summary.exists() {
             return Err(ReportError::NoRun(folder.to_owned()));
         }
-        let summary = json(&summary)?;
+        let summary = read_json(&summary)?;
         let case = match &summary["case"] {
-            Value::Null => json(&folder.join("case.json"))?,
+            Value::Null => read_json(&folder.join("case.json"))?,
             case => case.clone(),
         };
         let measures = folder.join("measures.csv");
@@ -101,11 +100,6 @@ impl Results {
     fn complete(&self) -> bool {
         self.summary["status"] == "completed"
     }
-}
-
-fn json(path: &Path) -> Result<Value, OutputError> {
-    let text = fs::read_to_string(path).map_err(|error| OutputError::new(path, error))?;
-    serde_json::from_str(&text).map_err(|error| OutputError::new(path, error))
 }
 
 /// A picture with what stands below it.

@@ -109,10 +109,12 @@ impl Sweep {
     /// When a file cannot be read, and everything that is wrong in the sweep or in the cases it makes, each with its
     /// JSON path.
     pub fn load(path: &Path) -> Result<(Self, Vec<Member>), CaseErrors> {
-        let sweep: Self = json::read(&json::text(path)?)?;
+        let sweep: Self = json::read_file(path)?;
         sweep.check()?;
         let file = path.parent().unwrap_or(Path::new("")).join(&sweep.case);
-        let members = sweep.members(&json::text(&file)?, file.parent().unwrap_or(Path::new("")))?;
+        let (base, folder) = (json::value(&file)?, file.parent().unwrap_or(Path::new("")));
+        Case::from_value(&base, folder).map_err(|errors| errors.in_file(&file))?;
+        let members = sweep.members(&base, folder)?;
         Ok((sweep, members))
     }
 
@@ -121,13 +123,11 @@ impl Sweep {
         schemars::schema_for!(Self).to_value()
     }
 
-    /// The cases of the sweep, from the text of the case file and its folder, in the order of their runs.
+    /// The cases of the sweep, from the case that it begins with and the folder of its file, in the order of their runs.
     ///
     /// # Errors
-    /// Everything that is wrong in the text or in what the parameters make of it, by run and JSON path.
-    pub fn members(&self, text: &str, folder: &Path) -> Result<Vec<Member>, CaseErrors> {
-        let base = json::parse(text).map_err(CaseErrors::one)?;
-        Case::from_value(&base, folder)?;
+    /// Everything that is wrong in what the parameters make of it, by run and JSON path.
+    pub fn members(&self, base: &Value, folder: &Path) -> Result<Vec<Member>, CaseErrors> {
         let parameters: Vec<(&String, &Parameter)> = self.parameters.iter().collect();
         let mut members = Vec::new();
         for (number, values) in self.plan.values(&self.parameters).into_iter().enumerate() {

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use super::{Member, Results, Row, Sweep, table};
 use crate::case::description::Measure;
-use crate::case::output::{OutputError, write_atomically};
+use crate::case::output::{OutputError, read_json, write_atomically};
 use crate::case::run::Ending;
 use crate::case::{Case, Method, RunOptions, run_method};
 
@@ -184,9 +184,12 @@ fn clear(out: &Path) -> Result<(), OutputError> {
 
 /// One run, from where it stands.
 fn one(method: &dyn Method, case: &Case, out: &Path, options: &SweepOptions) -> RunState {
-    let summary = fs::read_to_string(out.join("summary.json")).unwrap_or_default();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap_or_default();
-    let begun = !summary.is_null();
+    let path = out.join("summary.json");
+    let begun = path.exists();
+    let summary = match begun.then(|| read_json(&path)).transpose() {
+        Ok(summary) => summary.unwrap_or_default(),
+        Err(error) => return RunState::Failed(error.to_string()),
+    };
     let same = summary["fingerprint"] == format!("{:016x}", case.fingerprint()).as_str();
     if begun && same && summary["status"] == "completed" {
         return RunState::Kept;

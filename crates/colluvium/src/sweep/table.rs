@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::{Sweep, order, word};
-use crate::case::output::{OutputError, Table, heading, write_atomically};
+use crate::case::output::{OutputError, Table, heading, read_json, write_atomically};
 use crate::case::plot::{LineChart, Picture, Series, Style};
 
 /// Name of the table, and of those of convergence.
@@ -212,8 +212,7 @@ fn write_lines(path: &Path, lines: &[Vec<String>]) -> Result<(), OutputError> {
 /// When its files cannot be read.
 pub(super) fn read(folder: &Path, values: Vec<Value>) -> Result<Row, OutputError> {
     let path = folder.join("summary.json");
-    let text = std::fs::read_to_string(&path).map_err(|error| OutputError::new(&path, error))?;
-    let summary: Value = serde_json::from_str(&text).map_err(|error| OutputError::new(&path, error))?;
+    let summary = read_json(&path)?;
     let mut measures = Vec::new();
     if let Some(found) = summary["factors_of_safety"].as_object() {
         measures.extend(found.iter().map(|(name, safety)| {

@@ -122,7 +122,7 @@ fn plans_make_their_runs() {
         scale: Scale::Logarithmic,
     };
     drawn.parameters.insert("modulus".into(), modulus);
-    let members = drawn.members(&block().to_string(), Path::new("")).unwrap();
+    let members = drawn.members(&block(), Path::new("")).unwrap();
     let mut decades = [0; 4];
     let mut angles = [0; 2];
     for Member { values, .. } in &members {

@@ -95,6 +95,14 @@ impl<const D: usize> Mesh<D> {
         &self.elements
     }
 
+    /// Memory of a mesh (bytes) of so many nodes and elements, without named groups.
+    pub fn bytes(nodes: f64, elements: f64) -> f64 {
+        let number = size_of::<u32>() as f64;
+        // Around each node its elements, and in the bins each element a few times.
+        let of_element = size_of::<Element<D>>() as f64 + (D + 1 + (1 << D)) as f64 * number;
+        nodes * (size_of::<[f64; D]>() as f64 + number) + elements * of_element
+    }
+
     /// The elements that have a node.
     #[inline]
     pub fn elements_around(&self, node: u32) -> &[u32] {

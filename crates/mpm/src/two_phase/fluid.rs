@@ -62,6 +62,11 @@ pub struct SavedPore {
 }
 
 impl<const D: usize> PoreSet<D> {
+    /// Memory of the arrays (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.velocity[..]) + size_of_val(&self.pressure[..]) + size_of_val(&self.traction[..])
+    }
+
     /// Puts the points in a new order.
     pub fn permute(&mut self, order: &[u32]) {
         self.velocity = order.iter().map(|&i| self.velocity[i as usize]).collect();

@@ -52,6 +52,14 @@ pub struct TwoPhase {
 }
 
 impl TwoPhase {
+    /// Memory of the nodes (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+            + size_of_val(&self.remapped[..])
+            + size_of_val(&self.row_sums[..])
+            + size_of_val(&self.held[..])
+    }
+
     /// Clears the active nodes.
     pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
         layout.reset(&mut self.nodes);

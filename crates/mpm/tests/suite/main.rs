@@ -10,5 +10,6 @@ mod mesh_contact;
 mod mesh_phases;
 mod shapes;
 mod solver;
+mod tension;
 mod transfers;
 mod two_phase;

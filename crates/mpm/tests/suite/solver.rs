@@ -803,11 +803,12 @@ fn points_that_are_crushed_are_told_of_and_counted() {
                 "materials": { "m": { "model": "linear-elastic", "density": 2000, "youngs_modulus": modulus, "poissons_ratio": 0 } },
                 "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [2] } }],
                 "boundaries": [{ "side": "x-min", "wall": { "kind": "smooth" } }],
-                "stages": [{ "name": "s", "duration": 1 }],
+                "stages": [{ "name": "s", "duration": 1 }], "output": { "measures": 0.01 },
                 "methods": { "mpm": { "cell_size": 0.25, "points_per_cell": 2, "shape": "linear" } }
             }),
             &json!({}),
         );
+        // Stable steps are so long that the first one would turn points inside out.
         solve(&case)
     };
     assert!(soft(1e7).remarks.is_empty());

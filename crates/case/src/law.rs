@@ -1,0 +1,84 @@
+//! What the law of a body tells of its points, for every solver alike.
+
+use colluvium_constitutive::{BLOCK, InitialCondition, Material, StateBlock, States, SymTensor};
+
+use crate::solver::not_reset;
+use crate::{Field, FieldData};
+
+/// The points of a body as its law sees them.
+#[derive(Clone, Copy)]
+pub struct LawPoints<'a> {
+    /// The law.
+    pub material: &'a dyn Material,
+    /// Stresses (Pa).
+    pub stress: &'a [SymTensor],
+    /// States of the law.
+    pub states: &'a States,
+}
+
+/// Index of a point among those of its body, and what its law says against its state.
+pub type Refused = (usize, String);
+
+impl LawPoints<'_> {
+    /// `width` numbers a point, point after point, which `values` writes block by block.
+    pub fn numbers(
+        &self,
+        width: usize,
+        mut values: impl FnMut(&[SymTensor], &StateBlock, &mut [f64]),
+    ) -> Vec<f64> {
+        let mut out = vec![0.0; self.stress.len() * width];
+        if width > 0 {
+            let blocks = self.stress.chunks(BLOCK).zip(self.states.blocks());
+            for ((stress, states), out) in blocks.zip(out.chunks_mut(BLOCK * width)) {
+                values(stress, states, out);
+            }
+        }
+        out
+    }
+
+    /// Recoverable energies per unit volume (J/m³), zero where the law defines none.
+    pub fn stored_energies(&self) -> Vec<f64> {
+        self.numbers(1, |stress, states, out| {
+            self.material.stored_energies(stress, states, out);
+        })
+    }
+
+    /// Stresses and states with which the law begins anew from the stresses that are there, at the densities (kg/m³) that
+    /// `density` gives by the index of a point.
+    ///
+    /// # Errors
+    /// The first point at which the law cannot.
+    pub fn begun_anew(&self, density: impl Fn(usize) -> f64) -> Result<(Vec<SymTensor>, States), Refused> {
+        let condition =
+            |(i, stress): (usize, &SymTensor)| InitialCondition { stress: *stress, density: density(i) };
+        let initial: Vec<InitialCondition> = self.stress.iter().enumerate().map(condition).collect();
+        let begun = self.material.initial(&initial);
+        begun.map_err(|error| (error.index, not_reset(&error.source.to_string())))
+    }
+}
+
+/// The own scalars of the laws of `bodies` at the points of `order`, each the number of its body and its index there; NaN
+/// where a point's law has no such scalar.
+pub fn law_fields(bodies: &[LawPoints<'_>], order: &[(usize, usize)]) -> Vec<Field> {
+    let names: Vec<&[&'static str]> = bodies.iter().map(|body| body.material.output_names()).collect();
+    let table = |(body, names): (&LawPoints<'_>, &&[&'static str])| {
+        body.numbers(names.len(), |stress, states, out| body.material.outputs(stress, states, out))
+    };
+    let tables: Vec<Vec<f64>> = bodies.iter().zip(&names).map(table).collect();
+    let mut known: Vec<&'static str> = Vec::new();
+    for &name in names.iter().copied().flatten() {
+        if !known.contains(&name) {
+            known.push(name);
+        }
+    }
+    let field = |name: &'static str| {
+        let column = |names: &&[&'static str]| names.iter().position(|own| *own == name);
+        let columns: Vec<Option<usize>> = names.iter().map(column).collect();
+        let value = |&(body, i): &(usize, usize)| {
+            columns[body].map_or(f64::NAN, |column| tables[body][i * names[body].len() + column])
+        };
+        let data = FieldData::Scalar(order.iter().map(value).collect());
+        Field { name: name.to_owned(), unit: "", data }
+    };
+    known.into_iter().map(field).collect()
+}

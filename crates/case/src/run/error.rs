@@ -1,0 +1,85 @@
+//! Why runs fail.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::output::OutputError;
+use crate::{CaseErrors, SolverError, StepLimit};
+
+/// Why a run failed.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// The case is wrong.
+    #[error(transparent)]
+    Case(#[from] CaseErrors),
+    /// The solver could not go on.
+    #[error(transparent)]
+    Solver(#[from] SolverError),
+    /// The solver stopped after there was output.
+    #[error("{source}; the last output is {frame}, t = {time} s")]
+    Stopped {
+        /// Why.
+        source: SolverError,
+        /// The last frame.
+        frame: String,
+        /// Its time (s).
+        time: f64,
+    },
+    /// A file could not be written or read.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A quasi-static stage did not come to rest.
+    #[error(
+        "stages[{stage}]: no equilibrium within its duration of {duration} s (unbalanced force {unbalanced:.3e}, \
+         kinetic energy {kinetic:.3e} of the external work)"
+    )]
+    NoEquilibrium {
+        /// Number of the stage.
+        stage: usize,
+        /// Its duration (s).
+        duration: f64,
+        /// Unbalanced-force ratio at the end.
+        unbalanced: f64,
+        /// Kinetic-energy ratio at the end.
+        kinetic: f64,
+    },
+    /// Nothing limits the time step: there is no material that moves.
+    #[error(
+        "stage {stage:?}, t = {time} s: nothing is left to move, all bodies are removed, rigid or have left"
+    )]
+    NothingMoves {
+        /// Name of the stage.
+        stage: String,
+        /// Time (s).
+        time: f64,
+    },
+    /// The solver has no usable time step.
+    #[error("t = {time} s: no stable time step (found {dt} s, limited by: {limit})")]
+    TimeStep {
+        /// Time (s).
+        time: f64,
+        /// What the solver offers (s).
+        dt: f64,
+        /// Why.
+        limit: StepLimit,
+    },
+    /// A trial of a search for a factor of safety could not go on.
+    #[error("measures.{measure}: trial with the factor {factor}: {source}")]
+    Trial {
+        /// Name of the measure.
+        measure: String,
+        /// The factor.
+        factor: f64,
+        /// Why.
+        source: Box<RunError>,
+    },
+    /// The folder cannot be used.
+    #[error("{}: {problem}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Why not.
+        problem: String,
+    },
+}

@@ -1,0 +1,67 @@
+//! Where a run stands.
+
+use serde::{Deserialize, Serialize};
+
+use crate::output::Collection;
+use crate::{Budget, TimeStep};
+
+/// Where a run stands: everything but the solver that a restart needs.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(super) struct Progress {
+    pub(super) begun: bool,
+    pub(super) stage: usize,
+    /// When the stages so far began (s).
+    pub(super) stage_starts: Vec<f64>,
+    pub(super) held: u32,
+    /// Wall-clock time so far (s).
+    pub(super) wall: f64,
+    pub(super) frames: u64,
+    pub(super) rows: u64,
+    pub(super) collection: Collection,
+    /// Steps done at each frame of the collection.
+    pub(super) frame_steps: Vec<u64>,
+    pub(super) start: Budget,
+    /// Bound on the last step (s).
+    pub(super) time_step: Option<f64>,
+    /// Bound on the first step (s).
+    pub(super) first_time_step: Option<f64>,
+    /// What was said when the step had become a small part of the first one.
+    pub(super) collapse: Option<String>,
+    /// What the solver warned of first.
+    pub(super) warning: Option<String>,
+    /// When the stages that are over ended (s).
+    pub(super) stage_ends: Vec<f64>,
+    /// What has bounded the steps so far.
+    pub(super) bounds: Vec<StepBound>,
+}
+
+/// How often something bounded the step, and where most.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct StepBound {
+    pub(super) steps: u64,
+    /// The least bound.
+    pub(super) least: TimeStep,
+    /// When it was (s).
+    pub(super) time: f64,
+}
+
+impl Progress {
+    /// Counts a step from `time` (s) for what bounds it.
+    pub(super) fn count(&mut self, bound: &TimeStep, time: f64) {
+        self.time_step = Some(bound.dt);
+        match self.bounds.iter_mut().find(|known| known.least.limit == bound.limit) {
+            Some(known) => {
+                known.steps += 1;
+                if bound.dt < known.least.dt {
+                    (known.least, known.time) = (*bound, time);
+                }
+            }
+            None => self.bounds.push(StepBound { steps: 1, least: *bound, time }),
+        }
+    }
+
+    /// When the stage began (s).
+    pub(super) fn stage_start(&self) -> f64 {
+        self.stage_starts.last().copied().unwrap_or(0.0)
+    }
+}

@@ -1,0 +1,109 @@
+//! The summary of a run.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use serde_json::json;
+
+use super::folder::{CHECKPOINT, SUMMARY};
+use super::progress::{Progress, StepBound};
+use super::record::Recorder;
+use super::{RunError, Safety};
+use crate::description::Stage;
+use crate::output::{OutputError, write_atomically};
+use crate::{Budget, Solver};
+
+impl Recorder<'_> {
+    /// Writes the summary, with wall-clock time (s), factors of safety and remarks on the state.
+    pub(super) fn summary(
+        &self,
+        status: &str,
+        reason: Option<&str>,
+        solver: &dyn Solver,
+        progress: &Progress,
+        (wall, safety, remarks): (f64, &BTreeMap<String, Safety>, &[String]),
+    ) -> Result<(), RunError> {
+        let budget = |b: Budget| {
+            let mut all = json!({
+                "mass": b.mass, "momentum": b.momentum, "angular_momentum": b.angular_momentum,
+                "kinetic_energy": b.kinetic, "elastic_energy": b.elastic, "potential_energy": b.potential,
+            });
+            if let Some(liquid) = b.liquid {
+                all["liquid"] = json!({
+                    "mass": liquid.mass, "momentum": liquid.momentum, "kinetic_energy": liquid.kinetic,
+                    "elastic_energy": liquid.elastic, "potential_energy": liquid.potential,
+                });
+            }
+            all
+        };
+        let names = self.table.columns.iter().map(|(name, _)| name.clone());
+        let last = self.table.rows.last().cloned().unwrap_or_default();
+        let measures: serde_json::Map<String, serde_json::Value> =
+            names.zip(last).map(|(name, value)| (name, json!(value))).collect();
+        let completed = status == "completed";
+        let mut summary = json!({
+            "status": status,
+            "reason": reason,
+            "title": self.case.title,
+            "method": self.options.method,
+            "version": env!("CARGO_PKG_VERSION"),
+            "commit": self.options.commit,
+            "fingerprint": self.mark(),
+            "wall_time": wall,
+            "steps": solver.step_count(),
+            "time": solver.time(),
+            "points": solver.points(),
+            "warnings": self.options.warnings,
+            "remarks": remarks,
+            "stages": self.stages(progress),
+            "time_step_limits": progress.bounds.iter().map(bound_to_json).collect::<Vec<_>>(),
+            "start": budget(progress.start),
+            "measures": measures,
+            "case": self.case,
+        });
+        if !safety.is_empty() {
+            let found: serde_json::Map<String, serde_json::Value> =
+                safety.iter().map(|(name, safety)| (name.clone(), safety.to_json())).collect();
+            summary["factors_of_safety"] = found.into();
+        }
+        if completed {
+            self.tables.sync()?;
+            summary["end"] = budget(solver.budget());
+            summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
+        }
+        self.write_summary(&summary)?;
+        // Only then: a run that is killed in between goes on from it, or is known to be complete.
+        let checkpoint = self.options.out.as_ref().map(|out| out.join(CHECKPOINT));
+        if let Some(checkpoint) = checkpoint.filter(|checkpoint| completed && checkpoint.exists()) {
+            fs::remove_file(&checkpoint).map_err(|error| OutputError::new(&checkpoint, error))?;
+        }
+        Ok(())
+    }
+
+    /// The stages that have begun, with their ends if they are over.
+    fn stages(&self, progress: &Progress) -> Vec<serde_json::Value> {
+        let stages = self.case.stages.iter().zip(&progress.stage_starts).enumerate();
+        let record = |(number, (stage, start)): (usize, (&Stage, &f64))| {
+            let end = progress.stage_ends.get(number);
+            let ended = if stage.equilibrium.is_some() { "at rest" } else { "duration over" };
+            json!({ "name": stage.name, "start": start, "end": end, "ended": end.map(|_| ended) })
+        };
+        stages.map(record).collect()
+    }
+
+    pub(super) fn write_summary(&self, summary: &serde_json::Value) -> Result<(), RunError> {
+        let Some(out) = &self.options.out else { return Ok(()) };
+        let text =
+            serde_json::to_string_pretty(summary).map_err(|error| self.refuse(out, error.to_string()))?;
+        Ok(write_atomically(&out.join(SUMMARY), text.as_bytes())?)
+    }
+}
+
+fn bound_to_json(bound: &StepBound) -> serde_json::Value {
+    let StepBound { steps, least, time } = bound;
+    let place = least.point.map(|_| least.position);
+    json!({
+        "limit": least.limit.to_string(), "steps": steps, "least": least.dt, "time": time, "point": least.point,
+        "position": place,
+    })
+}

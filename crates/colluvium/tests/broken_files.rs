@@ -1,0 +1,86 @@
+//! Files that are no JSON are named, with the line and the column where they break.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::{Value, json};
+
+/// Ends before a value: line 3, column 0.
+const BROKEN: &str = "{\n  \"title\": \n";
+
+/// Exit code and errors of the program in `folder`.
+fn errors(folder: &Path, arguments: &[&str]) -> (i32, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_colluvium"));
+    let output = command.current_dir(folder).args(arguments).output().expect("the program starts");
+    (output.status.code().unwrap_or(-1), String::from_utf8(output.stderr).expect("UTF-8"))
+}
+
+fn bar() -> Value {
+    json!({
+        "title": "bar", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
+        "materials": { "m": {
+            "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0
+        } },
+        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2], "max": [0.8] } }],
+        "stages": [{ "name": "s", "duration": 0.02 }],
+        "methods": { "mpm": { "cell_size": 0.1 } }
+    })
+}
+
+#[test]
+fn a_file_that_is_no_json_is_named_with_line_and_column() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let write = |name: &str, text: &str| fs::write(folder.join(name), text).unwrap();
+    let sweep = |case: &str| {
+        let at = json!({ "at": ["materials.m.density"], "values": [1, 2] });
+        json!({ "title": "s", "case": case, "parameters": { "density": at } }).to_string()
+    };
+    write("broken.json", BROKEN);
+    write("twice.json", "{ \"title\": \"a\",\n  \"title\": \"b\" }");
+    write("of-broken.json", &sweep("broken.json"));
+    let mut wrong = bar();
+    wrong["materials"]["m"]["poissons_ratio"] = json!(0.7);
+    write("wrong.json", &wrong.to_string());
+    write("of-wrong.json", &sweep("wrong.json"));
+    fs::create_dir(folder.join("test")).unwrap();
+    write("test/initialconditions.inp", "0\n");
+    write("test/test.inp", "out.txt\n");
+    for (arguments, start) in [
+        (&["check", "broken.json"][..], "broken.json: line 3, column 0: EOF"),
+        (&["run", "broken.json"], "broken.json: line 3, column 0: EOF"),
+        (&["run", "twice.json"], "twice.json: line 2, column 16: the key \"title\" stands twice"),
+        (&["sweep", "broken.json"], "broken.json: line 3, column 0: EOF"),
+        (&["sweep", "of-broken.json"], "broken.json: line 3, column 0: EOF"),
+        (&["sweep", "of-wrong.json"], "wrong.json: materials.m.poissons_ratio: 0.7 "),
+        (&["element-test", "broken.json"], "broken.json: line 3, column 0: EOF"),
+        (&["element-test", "test", "--material", "broken.json"], "broken.json: line 3, column 0: EOF"),
+    ] {
+        let (code, errors) = errors(folder, arguments);
+        assert!(code == 3 && errors.starts_with(&format!("error: {start}")), "{arguments:?}: {errors}");
+    }
+}
+
+#[test]
+fn what_a_run_left_and_is_no_json_any_more_is_named_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut case = bar();
+    case["stages"][0]["duration"] = json!(0.01);
+    fs::write(folder.join("bar.json"), case.to_string()).unwrap();
+    assert_eq!(errors(folder, &["run", "bar.json", "--out", "bar"]).0, 0);
+    let summary = fs::read_to_string(folder.join("bar/summary.json")).unwrap();
+    let broken = |arguments: &[&str], file: &str| {
+        let (code, errors) = errors(folder, arguments);
+        let place = format!("{file}: line 3, column 0: EOF");
+        assert!(code != 0 && errors.contains(&place), "{arguments:?}: {errors}");
+    };
+    fs::write(folder.join("bar/summary.json"), BROKEN).unwrap();
+    broken(&["report", "bar"], "summary.json");
+    broken(&["run", "bar.json", "--out", "bar", "--resume"], "summary.json");
+    fs::write(folder.join("bar/summary.json"), summary).unwrap();
+    fs::write(folder.join("bar/case.json"), BROKEN).unwrap();
+    broken(&["report", "bar"], "case.json");
+    broken(&["plot", "bar"], "case.json");
+}

@@ -1,0 +1,150 @@
+//! From bodies to points.
+
+use std::sync::Arc;
+
+use colluvium_case::description::{Body, Space};
+use colluvium_case::{Case, CaseError, PointList, spatial};
+use colluvium_constitutive::{InitialCondition, Material};
+use colluvium_points::Sample;
+
+use crate::points::{Ground, PointDomain, PointSet};
+use crate::{MpmOptions, StressScheme, Transfer, mesh, two_phase};
+
+/// Beyond this many points the ids no longer fit.
+const MOST_POINTS: usize = u32::MAX as usize;
+
+/// The points of body number `number`, their ids from `first_id` on.
+pub(super) fn point_set<const D: usize, P: PointDomain<D>>(
+    case: &Case,
+    options: &MpmOptions,
+    ground: &Ground<'_, D>,
+    number: usize,
+    first_id: usize,
+) -> Result<PointSet<D, P>, CaseError> {
+    let body = &case.bodies[number];
+    let path = format!("bodies[{number}]");
+    let listed = case.point_list(number)?;
+    let samples = samples(options, ground, (body, listed.as_ref()), &path, first_id)?;
+    let spec = &case.materials[&body.material];
+    let material: Arc<dyn Material> = spec
+        .build()
+        .map_err(|error| CaseError::new(format!("materials.{}", body.material), error.to_string()))?;
+    let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
+    let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
+    let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
+    let density = spec.density();
+    let initial: Vec<InitialCondition> = position
+        .iter()
+        .enumerate()
+        .map(|(point, x)| InitialCondition {
+            stress: case.initial_stress_of(body, listed.as_ref(), point, spatial(x)),
+            density,
+        })
+        .collect();
+    let pore = two_phase::pore_set(case, body, &position);
+    let (stress, states) = material.initial(&initial).map_err(|error| {
+        let place = &position[error.index];
+        CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))
+    })?;
+    let velocity_at = |(point, x): (usize, &[f64; D])| {
+        let own = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
+        let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));
+        std::array::from_fn(|c| velocity[c])
+    };
+    let follows_later = P::STRETCHES && options.stress_update == StressScheme::Usf;
+    Ok(PointSet {
+        body: number as u32,
+        field: 0,
+        rigid: None,
+        material,
+        extent: [width(ground, options, &samples, listed.is_some()); D],
+        id: (first_id as u32..(first_id + position.len()) as u32).collect(),
+        velocity: position.iter().enumerate().map(velocity_at).collect(),
+        mass: volume.iter().map(|v| v * density).collect(),
+        initial_volume: volume.clone(),
+        volume,
+        stress,
+        states,
+        origin: position.clone(),
+        domain: domains(ground, &position, &path)?,
+        affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
+        scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
+        position,
+        loads: Vec::new(),
+        traction: Vec::new(),
+        work: Vec::new(),
+        pending: if follows_later { vec![[[0.0; D]; D]; samples.len()] } else { Vec::new() },
+        pore,
+        slabs: Vec::new(),
+    })
+}
+
+fn domains<const D: usize, P: PointDomain<D>>(
+    ground: &Ground<'_, D>,
+    position: &[[f64; D]],
+    path: &str,
+) -> Result<Vec<P>, CaseError> {
+    let mut domains = vec![P::default(); position.len()];
+    for (domain, x) in domains.iter_mut().zip(position) {
+        let placed = domain.start(ground, x);
+        placed.map_err(|reason| {
+            CaseError::new(format!("{path}.shape"), format!("the point at {x:?} m: {reason}"))
+        })?;
+    }
+    Ok(domains)
+}
+
+/// Full width of every point of a body (m); in elements, and of points that are `listed`, the mean one of squares or cubes of
+/// their volume.
+fn width<const D: usize>(
+    ground: &Ground<'_, D>,
+    options: &MpmOptions,
+    samples: &[Sample<D>],
+    listed: bool,
+) -> f64 {
+    if ground.mesh.is_empty() && !listed {
+        return ground.grid.cell / options.points_per_cell as f64;
+    }
+    let volume = samples.iter().map(|sample| sample.volume).sum::<f64>() / samples.len() as f64;
+    // Shape functions reach no farther than points as wide as a cell.
+    let width = volume.powf(1.0 / D as f64);
+    if listed { width.min(ground.grid.cell) } else { width }
+}
+
+fn samples<const D: usize>(
+    options: &MpmOptions,
+    ground: &Ground<'_, D>,
+    (body, listed): (&Body, Option<&PointList>),
+    path: &str,
+    first_id: usize,
+) -> Result<Vec<Sample<D>>, CaseError> {
+    let grid = ground.grid;
+    let samples = if let Some(list) = listed {
+        let spacing = list.spacing(D);
+        if spacing > (1.0 + 1e-9) * grid.cell {
+            let problem = format!(
+                "the points are {spacing:.4e} m wide on the mean, more than the cells of {} m",
+                grid.cell
+            );
+            return Err(CaseError::new(format!("{path}.points"), problem));
+        }
+        list.samples()
+    } else if ground.mesh.is_empty() {
+        colluvium_points::per_cell(&body.shape, grid.origin, grid.cell, options.points_per_cell)
+            .map_err(|error| CaseError::new(format!("{path}.shape"), error.to_string()))?
+    } else {
+        mesh::samples(ground.mesh, options, body)
+    };
+    if samples.is_empty() {
+        let problem = format!("holds no point: it is smaller than the cells of {} m", grid.cell);
+        return Err(CaseError::new(format!("{path}.shape"), problem));
+    }
+    if first_id + samples.len() > MOST_POINTS {
+        return Err(CaseError::new("methods.mpm.cell_size", format!("gives more than {MOST_POINTS} points")));
+    }
+    if let Some(outside) = samples.iter().find(|sample| !grid.contains(&sample.position)) {
+        let problem = format!("the point at {:?} m lies outside the domain", outside.position);
+        return Err(CaseError::new(format!("{path}.shape"), problem));
+    }
+    Ok(samples)
+}

@@ -1,0 +1,122 @@
+//! What is allowed but worth a word.
+
+use colluvium_case::Case;
+use colluvium_case::description::{Boundary, Space, Wall};
+
+use crate::config::{COURANT, Integration, ShapeFunctions, StepCriterion, WallFriction};
+use crate::{MpmOptions, StressScheme};
+
+/// Courant number at which stress last is stable with splines at sides of the domain that nothing holds, where the end
+/// functions are steep: 0.5 was not, in two and three dimensions, and 0.45 only just.
+const OPEN_SIDE: f64 = 0.4;
+
+/// Sides of the domain that bodies reach and no wall holds for good, with steps that are not stable there.
+fn open_sides(case: &Case, options: &MpmOptions) -> Vec<String> {
+    let spline = matches!(options.shape, ShapeFunctions::Quadratic | ShapeFunctions::Cubic);
+    if !spline || options.stress_update != StressScheme::Usl || options.courant <= OPEN_SIDE {
+        return Vec::new();
+    }
+    let last = case.active_boundaries(case.stages.len());
+    let held = |axis: usize, upper: bool| {
+        last.iter().any(|(_, boundary)| {
+            boundary.side.axis() == axis
+                && boundary.side.is_max() == upper
+                && boundary.position.is_none()
+                && !matches!(boundary.wall, Wall::Absorbing { .. })
+        })
+    };
+    let mut found = Vec::new();
+    for (number, body) in case.bodies.iter().enumerate() {
+        let (low, high) = body.shape.bounds(case.dimension());
+        for axis in (0..case.dimension()).filter(|axis| !case.domain.is_periodic(*axis)) {
+            let reach = 0.5 * options.cell_size;
+            let lower = low[axis] - case.domain.min[axis] < reach
+                && !(axis == 0 && case.space == Space::Axisymmetric);
+            for (upper, reaches) in [(false, lower), (true, case.domain.max[axis] - high[axis] < reach)] {
+                if reaches && !held(axis, upper) {
+                    let side = format!("{}-{}", ["x", "y", "z"][axis], if upper { "max" } else { "min" });
+                    found.push(format!(
+                        "bodies[{number}]: reaches the side {side} of the domain, which no wall holds for good: there splines with usl \
+                         are stable up to a courant of {OPEN_SIDE} only; make the domain a cell larger, or use musl"
+                    ));
+                }
+            }
+        }
+    }
+    found
+}
+
+/// What of a case is allowed but worth a word.
+pub(super) fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
+    let mut warnings = case.warnings();
+    let dimension = case.dimension() as u32;
+    let wanted = if dimension == 3 { 8 } else { 2usize.pow(dimension) };
+    let per_cell = options.points_per_cell.pow(dimension);
+    if per_cell < wanted {
+        warnings.push(format!(
+            "methods.mpm.points_per_cell: {per_cell} points per cell; fewer than {wanted} under-sample the grid"
+        ));
+    }
+    if options.shape == ShapeFunctions::Linear && points > 0 {
+        warnings.push(
+            "methods.mpm.shape: linear shape functions make noise when points cross cells; \
+             refining the grid makes it worse"
+                .to_owned(),
+        );
+    }
+    let jumps = matches!(options.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain);
+    let steep = 0.5 * options.courant * options.courant;
+    if jumps && options.stress_update == StressScheme::Usl && options.node_mass_cutoff < 0.99 * steep {
+        warnings.push(format!(
+            "methods.mpm.stress_update: usl with linear shape functions (dual-domain too) can turn points inside out at free \
+             surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.3}, half the square of courant"
+        ));
+    }
+    if options.step_criterion == StepCriterion::Simple {
+        warnings.push(
+            "methods.mpm.step_criterion: simple is not safe: steps may be longer than what drag and the fast wave of both phases \
+             allow; with combined they are not"
+                .to_owned(),
+        );
+    }
+    let stable = options.surface_courant(case.dimension());
+    // Without a word the default is what it can be.
+    if options.courant > stable.max(COURANT) {
+        warnings.push(format!(
+            "methods.mpm.courant: with usl and this shape more than {stable:.3} is not stable at free surfaces; steps are made \
+             with that"
+        ));
+    }
+    warnings.extend(open_sides(case, options));
+    let rubs = |boundary: &Boundary| matches!(boundary.wall, Wall::Frictional { .. });
+    if options.wall_friction != WallFriction::default() && !case.boundaries.iter().any(rubs) {
+        warnings.push("methods.mpm.wall_friction: has no effect, no wall is frictional".to_owned());
+    }
+    for (number, stage) in case.stages.iter().enumerate() {
+        if options.mass_scaling > 1.0 && stage.equilibrium.is_none() {
+            warnings.push(format!(
+                "methods.mpm.mass_scaling: slows the motion of stages[{number}], which has no `equilibrium`; it is \
+                 for quasi-static stages"
+            ));
+        }
+        if options.integration == Integration::Gauss && stage.equilibrium.is_none() {
+            warnings.push(format!(
+                "methods.mpm.integration: with gauss cells that are filled in part pull as if they were full; \
+                 stages[{number}] has no `equilibrium`, and it is for quasi-static stages"
+            ));
+        }
+        let seeps = case.bodies.iter().any(|body| body.pore_fluid.is_some());
+        if seeps && (stage.damping > 0.0 || options.mass_scaling > 1.0) && stage.equilibrium.is_some() {
+            warnings.push(format!(
+                "stages[{number}]: local damping and mass scaling slow consolidation; at rest the state is right, the time \
+                 it takes is not"
+            ));
+        }
+        if stage.damping > 0.0 && stage.equilibrium.is_none() {
+            warnings.push(format!(
+                "stages[{number}].damping: local damping in a stage without `equilibrium` also slows real motion"
+            ));
+        }
+    }
+    warnings
+}

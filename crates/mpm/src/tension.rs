@@ -1,0 +1,54 @@
+//! Liquids in tension.
+
+use colluvium_case::spatial;
+use colluvium_grid::Basis;
+
+use crate::points::{PointDomain, PointSet};
+use crate::report::square;
+use crate::solver::MpmSolver;
+
+/// Share of the mass of a liquid in tension from which it is worth a word.
+const NOTABLE: f64 = 0.01;
+
+impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+    /// A word on a liquid of which a notable part bears more tension than its weight and its motion could make: with a
+    /// `cavitation_strength` beyond that it hangs together where a real one opens. Without gravity nothing tells what is
+    /// too much.
+    pub(crate) fn word_on_tension(&self) -> Option<String> {
+        self.sets.iter().find_map(|set| self.tension_of(set))
+    }
+
+    fn tension_of(&self, set: &PointSet<D, P>) -> Option<String> {
+        let body = &self.case.bodies[set.body as usize];
+        let spec = &self.case.materials[&body.material];
+        let gravity = square(&self.gravity).sqrt();
+        if !spec.is_fluid() || set.rigid.is_some() || gravity == 0.0 {
+            return None;
+        }
+        let (low, high) = body.shape.bounds(D);
+        let height: f64 =
+            (0..D).map(|axis| (high[axis] - low[axis]) * self.gravity[axis].abs() / gravity).sum();
+        let speed = set.velocity.iter().map(square).fold(0.0, f64::max);
+        let allowed = spec.density() * (gravity * height + 0.5 * speed);
+        let tension = |i: usize| -set.stress[i].pressure();
+        let mass = |i: usize| set.mass[i];
+        let tense: f64 = (0..set.len()).filter(|&i| tension(i) > allowed).map(mass).sum();
+        let share = tense / set.mass.iter().sum::<f64>();
+        if !(share > NOTABLE) {
+            return None;
+        }
+        let worst = (0..set.len()).max_by(|&a, &b| tension(a).total_cmp(&tension(b)))?;
+        Some(format!(
+            "t = {} s: {:.0} % of the liquid {:?} are in tension of more than {allowed:.3e} Pa, its weight and motion, most point {} \
+             at {:?} m with {:.3e} Pa: a real liquid opens there (lower materials.{}.cavitation_strength, or give it a pressure to \
+             begin with)",
+            self.time,
+            100.0 * share,
+            body.name,
+            set.id[worst],
+            spatial(&set.position[worst]),
+            tension(worst),
+            body.material
+        ))
+    }
+}
