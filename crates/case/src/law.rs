@@ -1,9 +1,53 @@
-//! What the law of a body tells of its points, for every solver alike.
+//! What the law of a body begins with and what it tells of its points, for every solver alike.
+
+use std::sync::Arc;
 
 use colluvium_constitutive::{BLOCK, InitialCondition, Material, StateBlock, States, SymTensor};
 
 use crate::solver::not_reset;
-use crate::{Field, FieldData};
+use crate::{Case, CaseError, Field, FieldData, PointList, spatial};
+
+/// The law of a body and what it begins with.
+pub struct Begun {
+    /// The law.
+    pub material: Arc<dyn Material>,
+    /// Stresses (Pa).
+    pub stress: Vec<SymTensor>,
+    /// States of the law.
+    pub states: States,
+}
+
+impl Case {
+    /// The law of body number `number` at its points: their `positions` (m), and where they come from a file, `listed`.
+    ///
+    /// # Errors
+    /// When the law cannot be built, or cannot begin at a point with the stress that the case gives there.
+    pub fn begin_law<const D: usize>(
+        &self,
+        number: usize,
+        listed: Option<&PointList>,
+        positions: &[[f64; D]],
+    ) -> Result<Begun, CaseError> {
+        let body = &self.bodies[number];
+        let spec = &self.materials[&body.material];
+        let material = spec
+            .build()
+            .map_err(|error| CaseError::new(format!("materials.{}", body.material), error.to_string()))?;
+        let initial: Vec<InitialCondition> = positions
+            .iter()
+            .enumerate()
+            .map(|(point, x)| InitialCondition {
+                stress: self.initial_stress_of(body, listed, point, spatial(x)),
+                density: spec.density(),
+            })
+            .collect();
+        let (stress, states) = material.initial(&initial).map_err(|error| {
+            let place = &positions[error.index];
+            CaseError::new(format!("bodies[{number}].stress"), format!("at {place:?} m: {}", error.source))
+        })?;
+        Ok(Begun { material, stress, states })
+    }
+}
 
 /// The points of a body as its law sees them.
 #[derive(Clone, Copy)]

@@ -88,7 +88,7 @@ impl Case {
     }
 
     /// Initial stress (Pa, tension-positive) of point number `point` of a body, which is at `x` (m).
-    pub fn initial_stress_of(
+    pub(crate) fn initial_stress_of(
         &self,
         body: &Body,
         list: Option<&PointList>,

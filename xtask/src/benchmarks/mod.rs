@@ -182,7 +182,7 @@ pub struct Check {
 }
 
 /// What is known of an open defect.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Known {
     /// How it stands with what the source asks.
     pub criterion: Criterion,

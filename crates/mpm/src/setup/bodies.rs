@@ -1,10 +1,8 @@
 //! From bodies to points.
 
-use std::sync::Arc;
-
 use colluvium_case::description::{Body, Space};
+use colluvium_case::law::Begun;
 use colluvium_case::{Case, CaseError, PointList, spatial};
-use colluvium_constitutive::{InitialCondition, Material};
 use colluvium_points::Sample;
 
 use crate::points::{Ground, PointDomain, PointSet};
@@ -25,27 +23,12 @@ pub(super) fn point_set<const D: usize, P: PointDomain<D>>(
     let path = format!("bodies[{number}]");
     let listed = case.point_list(number)?;
     let samples = samples(options, ground, (body, listed.as_ref()), &path, first_id)?;
-    let spec = &case.materials[&body.material];
-    let material: Arc<dyn Material> = spec
-        .build()
-        .map_err(|error| CaseError::new(format!("materials.{}", body.material), error.to_string()))?;
     let position: Vec<[f64; D]> = samples.iter().map(|sample| sample.position).collect();
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
-    let density = spec.density();
-    let initial: Vec<InitialCondition> = position
-        .iter()
-        .enumerate()
-        .map(|(point, x)| InitialCondition {
-            stress: case.initial_stress_of(body, listed.as_ref(), point, spatial(x)),
-            density,
-        })
-        .collect();
+    let density = case.materials[&body.material].density();
     let pore = two_phase::pore_set(case, body, &position);
-    let (stress, states) = material.initial(&initial).map_err(|error| {
-        let place = &position[error.index];
-        CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))
-    })?;
+    let Begun { material, stress, states } = case.begin_law(number, listed.as_ref(), &position)?;
     let velocity_at = |(point, x): (usize, &[f64; D])| {
         let own = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));
         let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));

@@ -1,8 +1,9 @@
 //! Bodies as particles.
 
 use colluvium_case::description::Body;
+use colluvium_case::law::Begun;
 use colluvium_case::{Case, CaseError, spatial};
-use colluvium_constitutive::{InitialCondition, Kind, MaterialSpec};
+use colluvium_constitutive::{Kind, MaterialSpec};
 use colluvium_points::HalfList;
 
 use super::corner;
@@ -54,22 +55,8 @@ pub(super) fn add_body<const D: usize>(
             CaseError::new("methods.sph.sound_speed", problem)
         })?),
     };
-    let material = spec
-        .build()
-        .map_err(|error| CaseError::new(format!("materials.{}", body.material), error.to_string()))?;
     let density = spec.density();
-    let initial: Vec<InitialCondition> = positions
-        .iter()
-        .enumerate()
-        .map(|(point, x)| InitialCondition {
-            stress: case.initial_stress_of(body, listed.as_ref(), point, spatial(x)),
-            density,
-        })
-        .collect();
-    let (stress, states) = material.initial(&initial).map_err(|error| {
-        let place = &positions[error.index];
-        CaseError::new(format!("{path}.stress"), format!("at {place:?} m: {}", error.source))
-    })?;
+    let Begun { material, stress, states } = case.begin_law(number, listed.as_ref(), &positions)?;
     let count = positions.len();
     particles.id.extend(start as u32..(start + count) as u32);
     let history = options.held_history.get(&body.name).cloned();
