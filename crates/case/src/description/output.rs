@@ -35,13 +35,11 @@ impl Default for Output {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Measure {
-    /// Where the mass ends along an axis (m). The base is divided into columns of cells; those whose lowest
-    /// cell holds a point, counted without a gap from the wall behind the mass, are the connected region, and
-    /// the front is the farthest end of a point's domain in it. Points beyond a gap are detached and do not
-    /// count. Where no column at the wall is occupied, counting begins at the rearmost that is; where nothing
-    /// lies on the base, a column is occupied by points at any height. With a quantile below 1, the place
-    /// behind which that fraction of the mass lies, which stray points do not move. Rigid bodies do not count, unless
-    /// `bodies` names them.
+    /// Where the mass ends along an axis (m). Columns of cells stand on the base; those that hold a point, at any height,
+    /// counted without a gap from the wall behind the mass, are the connected region, and the front is the farthest end
+    /// of a point's domain in it. Points beyond a gap are detached and do not count. Where no column at the wall is
+    /// occupied, counting begins at the rearmost that is. With a quantile below 1, the place behind which that fraction
+    /// of the mass lies, which stray points do not move. Rigid bodies do not count, unless `bodies` names them.
     Front {
         /// Direction in which the front moves.
         side: Side,
