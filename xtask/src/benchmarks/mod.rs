@@ -145,7 +145,7 @@ pub const ALL: &[Listed] = &[
     Listed::new(&sph_critical::COLUMNS_FINE, None, 1200),
     Listed::new(&sph_cantilever::BENCHMARK, None, 400),
     Listed::new(&sph_columns::BENCHMARK, None, 120),
-    Listed::new(&sph_columns::SWEEP, None, 1700),
+    Listed::new(&sph_columns::SWEEP, None, 3600),
     Listed::new(&sph_clay::BENCHMARK, None, 62),
     Listed::new(&sph_clay::FINE, None, 5200),
     Listed::new(&sph_cylinders::BENCHMARK, None, 1400),
@@ -445,14 +445,19 @@ fn slope(points: &[(f64, f64)]) -> f64 {
 
 /// The outermost particle along x with at least two neighbours within 1.5 spacings (SPH sheet, set S), in m.
 fn held_front(snapshot: &Snapshot, spacing: f64) -> f64 {
+    farthest_held(snapshot, spacing, |x| x[0])
+}
+
+/// How far `along` the particles reach that have at least two neighbours within 1.5 spacings (m).
+fn farthest_held(snapshot: &Snapshot, spacing: f64, along: impl Fn(&[f64; 3]) -> f64) -> f64 {
     let x = &snapshot.positions;
     let near = |a: &[f64; 3], b: &[f64; 3]| {
         (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>() <= (1.5 * spacing).powi(2)
     };
     let mut order: Vec<&[f64; 3]> = x.iter().collect();
-    order.sort_by(|a, b| b[0].total_cmp(&a[0]));
+    order.sort_by(|a, b| along(b).total_cmp(&along(a)));
     let held = |a: &&&[f64; 3]| x.iter().filter(|b| near(a, b)).count() > 2;
-    order.iter().find(held).map_or(f64::NAN, |a| a[0])
+    order.iter().find(held).map_or(f64::NAN, |a| along(a))
 }
 
 /// Height of the highest point before `x` (m).
