@@ -443,6 +443,14 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     xy / xx
 }
 
+/// How far `along` that share of the particles reaches, all of one mass (m).
+fn reach_of(snapshot: &Snapshot, share: f64, along: impl Fn(&[f64; 3]) -> f64) -> f64 {
+    let mut places: Vec<f64> = snapshot.positions.iter().map(along).collect();
+    places.sort_by(f64::total_cmp);
+    let number = (share * places.len() as f64).ceil() as usize;
+    places.get(number.saturating_sub(1)).copied().unwrap_or(f64::NAN)
+}
+
 /// The outermost particle along x with at least two neighbours within 1.5 spacings (SPH sheet, set S), in m.
 fn held_front(snapshot: &Snapshot, spacing: f64) -> f64 {
     farthest_held(snapshot, spacing, |x| x[0])

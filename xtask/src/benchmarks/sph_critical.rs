@@ -9,7 +9,7 @@ use colluvium::constitutive::{InitialCondition, Mat3, MaterialSpec, Motion, SymT
 use serde_json::json;
 
 use super::sph_shear::{Path, Row, law_in_frame};
-use super::{Benchmark, Largest, Outcome, case, held_front, run_by, scalars, set_of, starts};
+use super::{Benchmark, Largest, Outcome, case, held_front, reach_of, run_by, scalars, set_of, starts};
 
 /// Half the spacing of the sheet's set S (m): what the bands of the dense sand need.
 const FINE: f64 = 0.0025;
@@ -191,9 +191,7 @@ fn column(void_ratio: f64, spacing: f64) -> Result<Case, String> {
 /// Where 99 % of the particles end (m). The outermost one of a column scatters by a tenth of its way with the steps
 /// taken, which go by the times of output too.
 fn end(snapshot: &Snapshot) -> f64 {
-    let mut places: Vec<f64> = snapshot.positions.iter().map(|x| x[0]).collect();
-    places.sort_by(f64::total_cmp);
-    places[places.len() * 99 / 100 - 1]
+    reach_of(snapshot, 0.99, |x| x[0])
 }
 
 /// Time at which what 99 % of the particles end at has run half of its way (s), and the way (m).

@@ -4,7 +4,7 @@ use colluvium::case::Snapshot;
 use colluvium::case::plot::PointCloud;
 use colluvium::points::Shape;
 
-use super::{Benchmark, Largest, Outcome, case, farthest_held, run_by, set_material, set_of};
+use super::{Benchmark, Largest, Outcome, case, farthest_held, reach_of, run_by, set_material, set_of};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -23,13 +23,15 @@ const CONE: Law = ("sand", None, "");
 const WEAKEST: Law = ("sand", Some("extension"), ", cone through extension");
 const PYRAMID: Law = ("pyramid", None, ", Mohr–Coulomb");
 
-/// Distance from the axis within which 99.9 % of the particles lie, all of one mass, and half a spacing (m): the run-out of
-/// the MPM sheet (§3.9), by which the same law is judged there (A-28).
+/// Distance from the axis within which 99.9 % of the particles lie, and half a spacing (m): the run-out of the MPM sheet
+/// (§3.9), by which the same law is judged there (A-28).
 fn reach(snapshot: &Snapshot, spacing: f64) -> f64 {
-    let mut radii: Vec<f64> = snapshot.positions.iter().map(|x| x[0].hypot(x[1])).collect();
-    radii.sort_by(f64::total_cmp);
-    let number = (0.999 * radii.len() as f64).ceil() as usize;
-    radii.get(number.saturating_sub(1)).map_or(f64::NAN, |radius| radius + 0.5 * spacing)
+    reach_of(snapshot, 0.999, radius) + 0.5 * spacing
+}
+
+/// Distance from the axis (m).
+fn radius(x: &[f64; 3]) -> f64 {
+    x[0].hypot(x[1])
 }
 
 fn run(_quick: bool) -> Result<Outcome, String> {
@@ -66,12 +68,12 @@ fn run(_quick: bool) -> Result<Outcome, String> {
             let reason = "B-11: 1.24 a of Lube et al. 2004 ± 15 %";
             outcome.near(name("run-out over radius"), expected, 0.15, found, reason);
         }
-        let held = (farthest_held(&snapshot, spacing, |x| x[0].hypot(x[1])) + 0.5 * spacing) / RADIUS - 1.0;
+        let held = (farthest_held(&snapshot, spacing, radius) + 0.5 * spacing) / RADIUS - 1.0;
         let reason = "not judged: set S is plane; the layer at the edge of a cylinder thins in two directions, to \
                       distances beyond 1.5 spacings";
         outcome.show(name("the same by the front of set S"), &format!("{expected:.3}"), held, reason);
         outcome.show(name("layers of particles"), "", layers.round(), "how coarse it is");
-        let top = |x: &&[f64; 3]| x[0].hypot(x[1]) < 0.15 * RADIUS;
+        let top = |x: &&[f64; 3]| radius(x) < 0.15 * RADIUS;
         let crest = snapshot.positions.iter().filter(top).map(|x| x[2]).largest() + 0.5 * spacing;
         let label = name("height at the axis over the initial height");
         let found = crest / (layers.round() * spacing);

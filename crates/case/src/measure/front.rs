@@ -197,7 +197,11 @@ mod tests {
     fn a_column_is_occupied_at_any_height() {
         // A deposit with an empty cell at its base from 0.4 to 0.6 m, and a point thrown beyond a gap.
         let places = [[0.1, 0.05], [0.3, 0.05], [0.5, 0.35], [0.7, 0.05], [1.1, 0.05]];
-        close(columns(0.2).front(&points(places.map(|[x, y]| [x, y, 0.0]).to_vec(), 0.04)), 0.72);
+        let mut positions = places.map(|[x, y]| [x, y, 0.0]).to_vec();
+        close(columns(0.2).front(&points(positions.clone(), 0.04)), 0.72);
+        // In the air as a whole.
+        positions.iter_mut().for_each(|x| x[1] += 5.0);
+        close(columns(0.2).front(&points(positions, 0.04)), 0.72);
     }
 
     #[test]
@@ -241,6 +245,19 @@ mod tests {
         assert_eq!(found, Columns { side: Side::XMin, wall: 4.0, ..columns(0.5) });
         let falling = Columns::of(&case(""), Side::YMin, Some(0.5), &snapshot);
         assert_eq!(falling.wall, 2.0);
+    }
+
+    #[test]
+    fn columns_stand_beside_each_other_on_a_base_in_three_dimensions() {
+        let text = r#"{
+            "title": "front", "space": "3d", "domain": { "min": [0, 0, 0], "max": [4, 4, 4] }, "gravity": [0, 0, -10],
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [ { "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0, 0], "max": [1, 1, 1] } } ],
+            "stages": [ { "name": "go", "duration": 1 } ]
+        }"#;
+        let case = Case::from_json(text).unwrap();
+        let across = |side| Columns::of(&case, side, Some(0.5), &layer(&[])).across;
+        assert_eq!([Side::XMax, Side::YMin, Side::ZMin].map(across), [Some(1), Some(0), None]);
     }
 
     #[test]
