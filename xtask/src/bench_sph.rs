@@ -82,8 +82,8 @@ impl Setting {
             solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
             let points = solver.points();
             let rate = rate(points, seconds, || {
-                let dt = solver.time_step().dt;
-                solver.step(dt).map_err(|error| error.to_string())
+                let dt = solver.limit().dt;
+                solver.step(dt).map(drop).map_err(|error| error.to_string())
             })?;
             Ok((points, rate))
         })

@@ -1,7 +1,7 @@
 //! What the pages share: text and pictures that need no other file.
 
 use base64::Engine;
-use colluvium::case::plot::Picture;
+use colluvium::plots::Picture;
 
 /// Text that is safe in HTML, between tags and in attributes.
 pub fn escape(text: &str) -> String {

@@ -1,15 +1,15 @@
 //! Validation, comparison of methods and benchmarks.
 
+mod analysis;
 mod bench;
 mod bench_laws;
 mod bench_sph;
 mod benchmarks;
-mod bishop;
 mod compare;
 mod html;
-mod log_spiral;
 mod report;
 mod textbook;
+mod tidy;
 mod validate;
 
 use std::process::ExitCode;
@@ -31,6 +31,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Measures point-updates per second.
     Bench(bench::Arguments),
+    /// Checks what a machine can check of the house rules.
+    Tidy(tidy::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Tidy(arguments) => tidy::run(&arguments),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,

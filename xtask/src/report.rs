@@ -13,6 +13,8 @@ use crate::html::escape;
 pub struct Entry {
     /// The benchmark.
     pub benchmark: &'static Benchmark,
+    /// Whether it ran in its short form.
+    pub short: bool,
     /// What it found.
     pub outcome: Outcome,
     /// Why it could not finish.
@@ -39,29 +41,48 @@ impl Entry {
 }
 
 /// What part of the benchmarks a report covers.
-pub struct Scope<'a> {
+pub struct Scope {
     /// Text that the names had to contain; all benchmarks where there is none.
-    pub filter: Option<&'a str>,
-    /// Whether the short forms were run.
+    pub filter: Option<String>,
+    /// Whether short forms were asked for.
     pub quick: bool,
+    /// How many benchmarks run in their short form.
+    pub short: usize,
+    /// How many run in their full form.
+    pub full: usize,
+    /// Names of those that do not run: they have no short form, or their full form takes minutes.
+    pub left_out: Vec<&'static str>,
 }
 
-impl Scope<'_> {
+impl Scope {
     /// Where the report goes: a report of a part never takes the place of one of the whole.
     pub fn folder(&self) -> PathBuf {
         let folder = crate::root().join("target/validation");
-        let Some(filter) = self.filter else { return folder };
+        let Some(filter) = &self.filter else { return folder };
         let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
         let name: String = filter.chars().map(plain).collect();
         folder.join("filtered").join(if self.quick { format!("{name}.quick") } else { name })
     }
 
-    fn words(&self) -> String {
-        let form = if self.quick { "quick form" } else { "full form" };
-        match self.filter {
-            Some(filter) => format!("{form}, only benchmarks with “{filter}” in their name"),
-            None => format!("{form}, all benchmarks"),
+    /// Which benchmarks run, and in which form.
+    pub fn words(&self) -> String {
+        let (run, left) = (self.short + self.full, self.left_out.len());
+        let mut words = match left {
+            0 => format!("{run} benchmarks"),
+            _ => format!("{run} of {} benchmarks", run + left),
+        };
+        if let Some(filter) = &self.filter {
+            words += &format!(" with “{filter}” in their name");
         }
+        words += &match (self.full, self.short) {
+            (_, 0) => ", in full".to_owned(),
+            (0, _) => ", in their short form".to_owned(),
+            (full, short) => format!(", {full} in full, {short} in their short form"),
+        };
+        if left > 0 {
+            words += &format!("; {left} left out (--long runs them)");
+        }
+        words
     }
 }
 
@@ -123,13 +144,13 @@ fn to_json(entries: &[Entry], about: &Provenance, scope: &Scope) -> serde_json::
     let entry = |e: &Entry| {
         json!({
             "id": e.benchmark.id, "title": e.benchmark.title, "source": e.benchmark.source,
-            "pass": e.passes(), "error": e.error, "seconds": e.seconds,
+            "form": form(e), "pass": e.passes(), "error": e.error, "seconds": e.seconds,
             "checks": e.outcome.checks.iter().map(check).collect::<Vec<_>>(),
         })
     };
     json!({
         "machine": about.machine, "rustc": about.rustc, "commit": about.commit, "date": about.date,
-        "filter": scope.filter, "quick": scope.quick,
+        "filter": scope.filter, "quick": scope.quick, "scope": scope.words(), "left_out": scope.left_out,
         "pass": entries.iter().all(Entry::passes),
         "benchmarks": entries.iter().map(entry).collect::<Vec<_>>(),
     })
@@ -176,6 +197,11 @@ pub fn open_in_words(entries: &[Entry]) -> String {
         true => "no check fails as an open defect".to_owned(),
         false => format!("{} checks fail as open defects ({})", known.len(), kinds.join(", ")),
     }
+}
+
+/// In which form a benchmark ran.
+fn form(entry: &Entry) -> &'static str {
+    if entry.short { "short" } else { "full" }
 }
 
 /// Verdict on a benchmark, and how many defects it has open.
@@ -249,20 +275,25 @@ fn page(entries: &[Entry], about: &Provenance, scope: &Scope) -> String {
         escape(&about.rustc),
     );
     html.push_str(
-        "<div class=\"card\"><table><tr><th>Benchmark</th><th>Checks</th><th>Time</th><th></th></tr>",
+        "<div class=\"card\"><table><tr><th>Benchmark</th><th>Form</th><th>Checks</th><th>Time</th><th></th></tr>",
     );
     for entry in entries {
         let id = entry.benchmark.id;
         let _ = write!(
             html,
-            "<tr><td><a href=\"#{id}\">{id}</a> — {}</td><td>{}</td><td>{:.1} s</td><td>{}</td></tr>",
+            "<tr><td><a href=\"#{id}\">{id}</a> — {}</td><td>{}</td><td>{}</td><td>{:.1} s</td><td>{}</td></tr>",
             escape(entry.benchmark.title),
+            form(entry),
             entry.judged(),
             entry.seconds,
             badges(entry),
         );
     }
-    html.push_str("</table></div>");
+    html.push_str("</table>");
+    if !scope.left_out.is_empty() {
+        let _ = write!(html, "<p class=\"meta\">Left out: {}.</p>", escape(&scope.left_out.join(", ")));
+    }
+    html.push_str("</div>");
     for entry in entries {
         section(&mut html, entry);
     }
@@ -274,11 +305,12 @@ fn section(html: &mut String, entry: &Entry) {
     let benchmark = entry.benchmark;
     let _ = write!(
         html,
-        "<section class=\"card\" id=\"{}\"><h2>{} {}</h2><p class=\"source\">{}<br>Source: {}</p>",
+        "<section class=\"card\" id=\"{}\"><h2>{} {}</h2><p class=\"source\">{}, in its {} form<br>Source: {}</p>",
         benchmark.id,
         escape(benchmark.title),
         badges(entry),
         benchmark.id,
+        form(entry),
         escape(benchmark.source),
     );
     if let Some(error) = &entry.error {
@@ -308,4 +340,26 @@ fn section(html: &mut String, entry: &Entry) {
         );
     }
     html.push_str("</table></section>");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_head_says_what_ran_in_which_form() {
+        let scope = |filter: Option<&str>, full, short, left_out: &[&'static str]| {
+            let filter = filter.map(str::to_owned);
+            Scope { filter, quick: false, short, full, left_out: left_out.to_vec() }.words()
+        };
+        assert_eq!(scope(None, 3, 0, &[]), "3 benchmarks, in full");
+        assert_eq!(
+            scope(None, 36, 14, &["a", "b"]),
+            "50 of 52 benchmarks, 36 in full, 14 in their short form; 2 left out (--long runs them)"
+        );
+        assert_eq!(
+            scope(Some("bar"), 0, 2, &[]),
+            "2 benchmarks with “bar” in their name, in their short form"
+        );
+    }
 }

@@ -3,6 +3,9 @@
 //! A check that fails makes the command fail, unless `validation/open-defects.json` lists it: it is then shown as a
 //! failure all the same, with what is known of it, and counted apart.
 
+mod defects;
+mod progress;
+
 use std::fmt::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
@@ -11,10 +14,11 @@ use std::time::Instant;
 
 use clap::Args;
 use rayon::ThreadPoolBuilder;
-use serde::Deserialize;
 
-use crate::benchmarks::{ALL, Benchmark, Criterion, Known, Listed, Outcome, Verdict};
+use crate::benchmarks::{Benchmark, Outcome, Verdict, all};
 use crate::report::{self, Entry, Scope};
+use defects::Defect;
+use progress::Progress;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -37,43 +41,44 @@ const LONG: u32 = 50;
 
 impl Arguments {
     /// Whether a benchmark runs in its short form; `None` where it is left out.
-    fn short(&self, listed: &Listed) -> Option<bool> {
-        let short = self.quick || (listed.full > LONG && !self.long);
-        if short { listed.quick.map(|_| true) } else { Some(false) }
+    fn short(&self, benchmark: &Benchmark) -> Option<bool> {
+        let short = self.quick || (benchmark.full > LONG && !self.long);
+        if short { benchmark.quick.map(|_| true) } else { Some(false) }
     }
 }
 
 /// Runs the benchmarks; true when everything holds.
 pub fn run(arguments: &Arguments) -> Result<bool, String> {
-    let named =
-        |listed: &&Listed| arguments.filter.as_deref().is_none_or(|f| listed.benchmark.id.contains(f));
-    let chosen: Vec<&Listed> = ALL
-        .iter()
-        .filter(named)
-        .filter(|listed| arguments.list || arguments.short(listed).is_some())
-        .collect();
-    if chosen.is_empty() {
-        let filter = arguments.filter.as_deref().unwrap_or_default();
-        return Err(format!("no benchmark's name contains {filter:?}, or it needs --long; see --list"));
-    }
+    let named = |benchmark: &&Benchmark| arguments.filter.as_deref().is_none_or(|f| benchmark.id.contains(f));
+    let chosen: Vec<&'static Benchmark> = all().filter(named).collect();
     if arguments.list {
         list(&chosen);
         return Ok(true);
     }
-    let defects = defects()?;
-    let work: Vec<Work> = chosen
-        .into_iter()
-        .filter_map(|listed| Some(Work { listed, short: arguments.short(listed)? }))
-        .collect();
-    let entries = all_entries(&work, &defects)?;
-    let scope = Scope { filter: arguments.filter.as_deref(), quick: arguments.quick };
+    let form = |&benchmark: &&'static Benchmark| Some(Work { benchmark, short: arguments.short(benchmark)? });
+    let work: Vec<Work> = chosen.iter().filter_map(form).collect();
+    if work.is_empty() {
+        let filter = arguments.filter.as_deref().unwrap_or_default();
+        return Err(format!("no benchmark's name contains {filter:?}, or it needs --long; see --list"));
+    }
+    let left_out = chosen.iter().filter(|benchmark| arguments.short(benchmark).is_none());
+    let scope = Scope {
+        filter: arguments.filter.clone(),
+        quick: arguments.quick,
+        short: work.iter().filter(|work| work.short).count(),
+        full: work.iter().filter(|work| !work.short).count(),
+        left_out: left_out.map(|benchmark| benchmark.id).collect(),
+    };
+    println!("{}", scope.words());
+    let entries = all_entries(&work, &defects::open()?)?;
     let folder = scope.folder();
     report::write(&folder, &entries, &scope)?;
     let failed = entries.iter().filter(|entry| !entry.passes()).count();
     let checks: usize = entries.iter().map(Entry::judged).sum();
     let shown: usize = entries.iter().map(|entry| entry.count(Verdict::NotJudged)).sum();
     println!(
-        "\n{checks} checks in {} benchmarks, {failed} benchmarks failed; {}; {shown} values shown without judgement",
+        "\n{}\n{checks} checks in {} benchmarks, {failed} benchmarks failed; {}; {shown} values shown without judgement",
+        scope.words(),
         entries.len(),
         report::open_in_words(&entries)
     );
@@ -83,13 +88,14 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
 
 /// A benchmark to run.
 struct Work {
-    listed: &'static Listed,
+    benchmark: &'static Benchmark,
     short: bool,
 }
 
 impl Work {
+    /// Seconds to expect on one core.
     fn seconds(&self) -> u32 {
-        if self.short { self.listed.quick.unwrap_or(self.listed.full) } else { self.listed.full }
+        if self.short { self.benchmark.quick.unwrap_or(self.benchmark.full) } else { self.benchmark.full }
     }
 }
 
@@ -101,6 +107,8 @@ fn all_entries(work: &[Work], defects: &[Defect]) -> Result<Vec<Entry>, String> 
     let mut order: Vec<usize> = (0..work.len()).collect();
     order.sort_by_key(|&number| std::cmp::Reverse(work[number].seconds()));
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let progress = Progress::new(work.iter().map(Work::seconds), workers);
+    println!("{}", progress.head());
     let pools: Vec<_> = (0..workers)
         .map(|_| ThreadPoolBuilder::new().num_threads(cores / workers).build())
         .collect::<Result<_, _>>()
@@ -109,8 +117,7 @@ fn all_entries(work: &[Work], defects: &[Defect]) -> Result<Vec<Entry>, String> 
         for pool in &pools {
             scope.spawn(|| {
                 while let Some(&number) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let Work { listed, short } = &work[number];
-                    let entry = pool.install(|| entry(listed.benchmark, *short, defects));
+                    let entry = pool.install(|| entry(&work[number], defects, &progress));
                     done.lock().expect("no benchmark panics out of its entry").push((number, entry));
                 }
             });
@@ -121,64 +128,35 @@ fn all_entries(work: &[Work], defects: &[Defect]) -> Result<Vec<Entry>, String> 
     Ok(entries.into_iter().map(|(_, entry)| entry).collect())
 }
 
-/// Checks that are known to fail, for one cause.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Defect {
-    /// Name of the benchmark.
-    benchmark: String,
-    /// How the names of the checks begin.
-    checks: Vec<String>,
-    /// How they stand with what the source asks.
-    criterion: Criterion,
-    /// What was found.
-    found: String,
-}
-
-/// The open defects, from `validation/open-defects.json`.
-fn defects() -> Result<Vec<Defect>, String> {
-    let path = crate::root().join("validation/open-defects.json");
-    let wrong = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    let text = std::fs::read_to_string(&path).map_err(|error| wrong(&error))?;
-    let defects: Vec<Defect> = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
-    match defects.iter().find(|defect| ALL.iter().all(|listed| listed.benchmark.id != defect.benchmark)) {
-        Some(stray) => Err(wrong(&format!("there is no benchmark {:?}", stray.benchmark))),
-        None => Ok(defects),
-    }
-}
-
 /// Prints what there is and what it costs.
-fn list(chosen: &[&Listed]) {
+fn list(chosen: &[&Benchmark]) {
     println!("{:28} {:>8} {:>8}  seconds to expect on one core", "name", "--quick", "full");
-    for Listed { benchmark, quick, full } in chosen {
-        let quick = quick.map_or("left out".to_owned(), |seconds| format!("{seconds} s"));
-        println!("{:28} {quick:>8} {:>8}  {}", benchmark.id, format!("{full} s"), benchmark.title);
+    for benchmark in chosen {
+        let quick = benchmark.quick.map_or("left out".to_owned(), |seconds| format!("{seconds} s"));
+        let full = format!("{} s", benchmark.full);
+        println!("{:28} {quick:>8} {full:>8}  {}", benchmark.id, benchmark.title);
     }
-    let quick: u32 = chosen.iter().filter_map(|listed| listed.quick).sum();
-    let full: u32 = chosen.iter().map(|listed| listed.full).sum();
+    let quick: u32 = chosen.iter().filter_map(|benchmark| benchmark.quick).sum();
+    let full: u32 = chosen.iter().map(|benchmark| benchmark.full).sum();
     println!("{:28} {:>8} {:>8}", "together", format!("{quick} s"), format!("{full} s"));
 }
 
-fn entry(benchmark: &'static Benchmark, quick: bool, defects: &[Defect]) -> Entry {
-    let mut text = format!("\n{} — {}\n", benchmark.id, benchmark.title);
+/// Runs a benchmark and prints what came of it.
+fn entry(work: &Work, defects: &[Defect], progress: &Progress) -> Entry {
+    let Work { benchmark, short } = *work;
     let start = Instant::now();
     // A benchmark that panics has failed; the others still run.
-    let result = catch_unwind(AssertUnwindSafe(|| (benchmark.run)(quick)));
+    let result = catch_unwind(AssertUnwindSafe(|| (benchmark.run)(short)));
     let seconds = start.elapsed().as_secs_f64();
     let (mut outcome, error) = match result {
         Ok(Ok(outcome)) => (outcome, None),
         Ok(Err(error)) => (Outcome::default(), Some(error)),
         Err(_) => (Outcome::default(), Some("the benchmark panicked".to_owned())),
     };
+    let mut text = String::new();
     for check in &mut outcome.checks {
-        let of_check = |defect: &&Defect| {
-            defect.benchmark == benchmark.id
-                && defect.checks.iter().any(|begin| check.name.starts_with(begin))
-        };
-        check.defect = defects
-            .iter()
-            .find(of_check)
-            .map(|defect| Known { criterion: defect.criterion, found: defect.found.clone() });
+        check.defect = defects::known(defects, benchmark.id, &check.name);
+        // Writing to a string cannot fail.
         let _ = writeln!(
             text,
             "  {:<10}  {:<72} {:>16.9e}   source: {}",
@@ -192,6 +170,7 @@ fn entry(benchmark: &'static Benchmark, quick: bool, defects: &[Defect]) -> Entr
         let _ = writeln!(text, "  FAIL        {error}");
     }
     // At once: others report meanwhile.
-    println!("{text}  {seconds:.1} s");
-    Entry { benchmark, outcome, error, seconds }
+    let line = progress.after(work.seconds(), seconds);
+    println!("\n{line}: {} — {}\n{text}  {seconds:.1} s", benchmark.id, benchmark.title);
+    Entry { benchmark, short, outcome, error, seconds }
 }

@@ -1,6 +1,7 @@
 //! What a case file says: plain data, SI units, angles in degrees (converted once, on load).
 
 mod body;
+mod obstacle;
 mod output;
 mod strength;
 
@@ -11,6 +12,7 @@ use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 
 pub use body::{Body, InitialStress, Velocity};
+pub use obstacle::{Obstacle, ObstacleShape, ObstacleWall, ProfilePiece};
 pub use output::{Measure, Output};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -36,15 +38,21 @@ pub struct Case {
     pub space: Space,
     /// The box in which everything happens.
     pub domain: Domain,
-    /// Acceleration of gravity (m/s²), one number per space dimension.
+    /// Acceleration of gravity (m/s²), one number per space dimension; none when absent.
+    #[serde(default)]
     pub gravity: Vec<f64>,
     /// Materials by name.
+    #[serde(default)]
     pub materials: BTreeMap<String, MaterialSpec>,
-    /// Bodies, which must not overlap.
+    /// Bodies, which must not overlap; most methods need one.
+    #[serde(default)]
     pub bodies: Vec<Body>,
     /// Walls; a side of the domain without one is open.
     #[serde(default)]
     pub boundaries: Vec<Boundary>,
+    /// Rigid geometry of any shape that bodies meet: slopes, terrain, blocks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub obstacles: Vec<Obstacle>,
     /// Loads on bodies.
     #[serde(default)]
     pub loads: Vec<Load>,
@@ -100,6 +108,11 @@ pub struct Domain {
     pub min: Vec<f64>,
     /// Upper corner (m).
     pub max: Vec<f64>,
+    /// A place near the domain in the coordinates of the map (m), for example of UTM: taken off all coordinates in the case and in
+    /// the files that it names, and put back on what a run writes. Energies, angular momentum and waves of an initial velocity
+    /// are counted from it. Zero when absent; cases far from zero need it, or digits are lost.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub origin: Vec<f64>,
     /// Axes along which the domain repeats itself: what leaves on one side comes in on the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub periodic: Vec<Axis>,
@@ -353,7 +366,7 @@ impl Stage {
     }
 }
 
-/// When a quasi-static stage has converged (MPM sheet §2.14).
+/// When a quasi-static stage has converged (sheet: mpm §2.14).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct EquilibriumCriterion {

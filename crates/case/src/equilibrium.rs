@@ -1,4 +1,4 @@
-//! How far from static equilibrium (MPM sheet §2.14; Anura3D manual 2021, eqs. 6.29 and 6.30).
+//! How far from static equilibrium (sheet: mpm §2.14; Anura3D manual 2021, eqs. 6.29 and 6.30).
 
 use colluvium_constitutive::SymTensor;
 

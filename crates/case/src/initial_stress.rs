@@ -1,4 +1,4 @@
-//! Initial stress: the weight of what lies above (MPM sheet §2.19).
+//! Initial stress: the weight of what lies above (sheet: mpm §2.19).
 
 use colluvium_constitutive::{MaterialSpec, SymTensor};
 

@@ -213,14 +213,23 @@ impl<'a> Checker<'a> {
             self.check_named(&named, value, path);
             return;
         }
-        let mut choices = Vec::new();
-        for variant in variants {
-            match variant.get("enum").and_then(Value::as_array) {
-                Some(several) => choices.extend(several.iter().cloned()),
-                None => choices.extend(variant.get("const").cloned()),
-            }
+        let (mut words, mut number) = (Vec::new(), false);
+        variants.iter().for_each(|variant| self.plain(variant, &mut words, &mut number));
+        if !number {
+            self.check_choice(&words, value, path);
+        } else if !value.is_number() && !words.contains(value) {
+            self.report(path, format!("{} is neither a number nor one of {}", describe(value), list(&words)));
         }
-        self.check_choice(&choices, value, path);
+    }
+
+    /// The words that a value without a tag may be, and whether it may be a number.
+    fn plain(&self, schema: &'a Value, words: &mut Vec<Value>, number: &mut bool) {
+        let schema = self.resolve(schema).unwrap_or(schema);
+        *number |= schema.get("type").and_then(Value::as_str) == Some("number");
+        words.extend(schema.get("const").cloned());
+        words.extend(schema.get("enum").and_then(Value::as_array).into_iter().flatten().cloned());
+        let variants = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array);
+        variants.into_iter().flatten().for_each(|variant| self.plain(variant, words, number));
     }
 
     fn check_tagged(&mut self, tag: &str, variants: &'a [Value], value: &Value, path: &str) {

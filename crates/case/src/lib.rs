@@ -2,17 +2,20 @@
 //!
 //! A [`Case`] describes a problem once; a [`Method`] turns it into a [`Solver`].
 
+mod decimal;
 pub mod description;
 mod equilibrium;
 mod error;
+mod features;
 mod initial_stress;
 pub mod json;
 pub mod law;
 pub mod lines;
 mod load;
 pub mod measure;
+mod obstacle;
+mod origin;
 pub mod output;
-pub mod plot;
 mod point_list;
 mod pore_fluid;
 mod ramps;
@@ -25,10 +28,12 @@ mod warnings;
 pub use description::Case;
 pub use equilibrium::{Equilibrium, Scales};
 pub use error::{CaseError, CaseErrors};
+pub use features::{Feature, Honours, Needs};
 pub use load::spatial;
+pub use obstacle::{Covering, Standing};
 pub use point_list::PointList;
 pub use run::{RunError, RunOptions, RunReport, Safety, run, run_method};
 pub use solver::{
-    Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Size, Snapshot, Solver, SolverError,
-    StepLimit, TimeStep,
+    Advance, Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Size, Snapshot, Solver,
+    SolverError, StepLimit, TimeStep,
 };

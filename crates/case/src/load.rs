@@ -16,8 +16,9 @@ impl Case {
     /// # Errors
     /// Everything that is wrong, each with its JSON path.
     pub fn from_json(text: &str) -> Result<Self, CaseErrors> {
-        let case: Self = json::read(text)?;
+        let mut case: Self = json::read(text)?;
         case.validate()?;
+        case.take_off_origin();
         Ok(case)
     }
 
@@ -44,6 +45,7 @@ impl Case {
     pub fn from_value(value: &Value, folder: &Path) -> Result<Self, CaseErrors> {
         let mut case: Self = json::from_value(value, "")?;
         case.validate()?;
+        case.take_off_origin();
         case.resolve_files(folder);
         Ok(case)
     }
@@ -57,18 +59,23 @@ impl Case {
         }
     }
 
-    /// The files that bodies name, and options of methods: `mesh.file`.
+    /// The files that bodies and obstacles name, and options of methods: `mesh.file`.
     fn files(&mut self) -> impl Iterator<Item = &mut String> {
         let lists = self.bodies.iter_mut().filter_map(|body| Some(&mut body.points.as_mut()?.file));
-        lists.chain(self.methods.values_mut().filter_map(|options| match options.pointer_mut("/mesh/file") {
-            Some(Value::String(file)) => Some(file),
-            _ => None,
+        let surfaces = self.obstacles.iter_mut().filter_map(|obstacle| obstacle.shape.file_mut());
+        lists.chain(surfaces).chain(self.methods.values_mut().filter_map(|options| {
+            match options.pointer_mut("/mesh/file") {
+                Some(Value::String(file)) => Some(file),
+                _ => None,
+            }
         }))
     }
 
-    /// The case as JSON text.
+    /// The case as JSON text, with coordinates of the map.
     pub fn to_json(&self) -> String {
-        serde_json::to_string_pretty(self).expect("plain data always serialises")
+        let mut case = self.clone();
+        case.put_back_origin();
+        serde_json::to_string_pretty(&case).expect("plain data always serialises")
     }
 
     /// A number that differs between cases that differ in anything that matters to a run. Of files that it
@@ -168,77 +175,23 @@ impl Case {
         json::from_value(value, &format!("methods.{name}")).map_err(|errors| errors.first().clone())
     }
 
-    /// Refuses, in the name of `method`, rigid bodies, patches and damping along single axes.
-    ///
-    /// # Errors
-    /// The first of them, by path.
-    pub fn refuse_driven(&self, method: &str) -> Result<(), CaseError> {
-        self.refuse_rigid(method)?;
-        if !self.patches.is_empty() {
-            return Err(CaseError::new("patches[0]", format!("{method} has no nodes to prescribe")));
-        }
-        Ok(())
-    }
-
-    /// Refuses, in the name of `method`, bodies whose points may leave.
-    ///
-    /// # Errors
-    /// The first of them, by path.
-    pub fn refuse_dropping(&self, method: &str) -> Result<(), CaseError> {
-        let Some(number) = self.bodies.iter().position(|body| body.drop_outside) else { return Ok(()) };
-        Err(CaseError::new(
-            format!("bodies[{number}].drop_outside"),
-            format!("{method} has no sides that points leave by"),
-        ))
-    }
-
-    /// Refuses, in the name of `method`, rigid bodies and damping along single axes.
-    ///
-    /// # Errors
-    /// The first of them, by path.
-    pub fn refuse_rigid(&self, method: &str) -> Result<(), CaseError> {
-        if let Some(number) = self.bodies.iter().position(|body| body.rigid) {
-            return Err(CaseError::new(
-                format!("bodies[{number}].rigid"),
-                format!("{method} has no rigid bodies"),
-            ));
-        }
-        if let Some(number) = self.stages.iter().position(|stage| stage.damping_axes.is_some()) {
-            let path = format!("stages[{number}].damping_axes");
-            return Err(CaseError::new(path, format!("{method} damps all axes alike")));
-        }
-        Ok(())
-    }
-
     /// Whether dissipated energy is among the measures.
     pub fn measures_dissipation(&self) -> bool {
         self.measures.values().any(|measure| matches!(measure, Measure::Dissipation {}))
     }
-
-    /// Refuses, in the name of `method`, Rayleigh damping and the measure of dissipation.
-    ///
-    /// # Errors
-    /// The first of them, by path.
-    pub fn refuse_dissipation(&self, method: &str) -> Result<(), CaseError> {
-        if let Some(number) = self.stages.iter().position(|stage| stage.rayleigh_damping != 0.0) {
-            let path = format!("stages[{number}].rayleigh_damping");
-            return Err(CaseError::new(path, format!("{method} has no Rayleigh damping")));
-        }
-        match self.measures.iter().find(|(_, measure)| matches!(measure, Measure::Dissipation {})) {
-            Some((name, _)) => Err(CaseError::new(
-                format!("measures.{name}"),
-                format!("{method} does not count dissipation"),
-            )),
-            None => Ok(()),
-        }
-    }
 }
+
+/// FNV-1a hash of no bytes.
+pub(crate) const SEAL_OF_NOTHING: u64 = 0xcbf2_9ce4_8422_2325;
 
 /// FNV-1a hash of bytes.
 pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes
-        .iter()
-        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
+    fnv1a_from(SEAL_OF_NOTHING, bytes)
+}
+
+/// The FNV-1a hash of what has the hash `start` with `bytes` behind it.
+pub(crate) fn fnv1a_from(start: u64, bytes: &[u8]) -> u64 {
+    bytes.iter().fold(start, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
 }
 
 /// A vector of one to three components in space; what is not there is zero.

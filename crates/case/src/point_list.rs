@@ -9,6 +9,7 @@ use colluvium_points::Sample;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::decimal::taken_off;
 use crate::description::{Body, InitialStress, Velocity};
 use crate::json::closest;
 use crate::{Case, CaseError};
@@ -107,6 +108,7 @@ impl Case {
         let heads = reader.headers().map_err(|error| shape_of_line(&text, &error))?.clone();
         let columns = Columns::new(&heads, self.dimension())?;
         columns.fit(body, source)?;
+        let origin = self.origin();
         let mut rows = Vec::new();
         let mut list = PointList {
             velocities: columns.has(&VELOCITY).then(Vec::new),
@@ -117,7 +119,8 @@ impl Case {
             let record = record.map_err(|error| shape_of_line(&text, &error))?;
             let row = Row { line: record.position().map_or(0, |at| line(&text, at)), record: &record };
             let [x, velocity] = [&PLACE, &VELOCITY].map(|names| row.numbers(&columns, names));
-            let (x, velocity) = (x?, velocity?);
+            let (mut x, velocity) = (x?, velocity?);
+            (0..self.dimension()).for_each(|c| x[c] = taken_off(x[c], origin[c]));
             if !body.shape.contains(&x[..self.dimension()]) {
                 let at = &x[..self.dimension()];
                 return Err(format!("line {}: the point at {at:?} m is not in the body's shape", row.line));

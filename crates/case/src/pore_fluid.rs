@@ -1,4 +1,4 @@
-//! The fluid in the pores of a body (MPM sheet §2.3).
+//! The fluid in the pores of a body (sheet: mpm §2.3).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

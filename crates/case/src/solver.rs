@@ -4,17 +4,20 @@ mod plan;
 mod snapshot;
 mod step;
 
+use std::io::{Read, Write};
+
 use schemars::Schema;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::description::Stage;
 use crate::measure::Reading;
-use crate::{Case, CaseError, Equilibrium};
+use crate::{Case, CaseError, Equilibrium, Honours};
 
 pub use plan::{Plan, Size};
 pub use snapshot::{Field, FieldData, Snapshot};
-pub use step::{StepLimit, TimeStep};
+pub use step::{Advance, StepLimit, TimeStep};
 
 /// A numerical method: its options, and the way from a case to a running solver.
 pub trait Method: Send + Sync {
@@ -36,17 +39,45 @@ pub trait Method: Send + Sync {
         Ok(Size::default())
     }
 
-    /// What would be solved, without solving it. Refuses, by JSON path, whatever the method cannot honour.
+    /// What the method says to the features of a case, with the options that the case gives it. What it does not name is
+    /// refused. Combinations of its own options are left to [`Method::plan_honoured`] and [`Method::build_honoured`].
+    ///
+    /// # Errors
+    /// When its options are wrong.
+    fn honours(&self, case: &Case) -> Result<Honours, CaseError>;
+
+    /// [`Method::plan`] of a case whose features it honours.
+    ///
+    /// # Errors
+    /// The first combination of options that it cannot honour.
+    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError>;
+
+    /// [`Method::build`] of a case whose features it honours.
+    ///
+    /// # Errors
+    /// As [`Method::plan_honoured`].
+    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError>;
+
+    /// What would be solved, without solving it. Refuses, by JSON path, whatever the method cannot honour; what it passes over
+    /// is among the warnings. Not to be overridden.
     ///
     /// # Errors
     /// The first thing in the case that this method cannot honour.
-    fn plan(&self, case: &Case) -> Result<Plan, CaseError>;
+    fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
+        let notes = self.honours(case)?.check(case)?;
+        let mut plan = self.plan_honoured(case)?;
+        plan.warnings.extend(notes);
+        Ok(plan)
+    }
 
-    /// A solver at time zero, before the first stage begins.
+    /// A solver at time zero, before the first stage begins. Not to be overridden.
     ///
     /// # Errors
     /// As [`Method::plan`].
-    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError>;
+    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+        self.honours(case)?.check(case)?;
+        self.build_honoured(case)
+    }
 }
 
 /// Totals of the whole system.
@@ -131,6 +162,16 @@ pub enum SolverError {
     Checkpoint(String),
 }
 
+impl SolverError {
+    /// The same with its place moved by `origin` (m).
+    pub(crate) fn moved(mut self, origin: [f64; 3]) -> Self {
+        if let Self::Point { position, .. } = &mut self {
+            (0..3).for_each(|c| position[c] += origin[c]);
+        }
+        self
+    }
+}
+
 /// A method's running instance.
 pub trait Solver: Send {
     /// Time (s).
@@ -142,14 +183,15 @@ pub trait Solver: Send {
     /// Number of points.
     fn points(&self) -> usize;
 
-    /// The largest stable step from here, safety factor included.
-    fn time_step(&mut self) -> TimeStep;
+    /// The largest step from here, safety factor included, and what limits it: the same until the next step.
+    fn limit(&mut self) -> TimeStep;
 
-    /// Advances by `dt`, at most [`Solver::time_step`].
+    /// Advances by one step, of `at_most` so much time (s); explicit solvers take [`TimeStep::towards`] of their limit. A
+    /// solver may take less, cut back and try again, or advance an increment of load, and says what it has done.
     ///
     /// # Errors
     /// When a point can no longer be followed; the solver is then not to be used further.
-    fn step(&mut self, dt: f64) -> Result<(), SolverError>;
+    fn step(&mut self, at_most: f64) -> Result<Advance, SolverError>;
 
     /// Prepares a stage: its boundaries, damping, gravity ramp. Called once when the stage begins,
     /// and after [`Solver::restore`] with the stage the checkpoint lies in; `stage` is an index into
@@ -168,6 +210,11 @@ pub trait Solver: Send {
     /// Width of the cells of its grid (m); `None` for methods without a grid.
     fn cell_size(&self) -> Option<f64> {
         None
+    }
+
+    /// Steps between two questions for [`Solver::equilibrium`].
+    fn steps_between_checks(&self) -> u64 {
+        100
     }
 
     /// Distance from equilibrium after the last step; `None` where the method has no measure of it.
@@ -213,12 +260,57 @@ pub trait Solver: Send {
     /// Totals.
     fn budget(&self) -> Budget;
 
-    /// The complete state as bytes: a restored solver continues bit-identically.
-    fn save(&self) -> Vec<u8>;
+    /// Writes the complete state: a restored solver continues bit-identically. Large arrays go out as they are, without a copy
+    /// of all of them.
+    ///
+    /// # Errors
+    /// When `out` refuses.
+    fn save(&self, out: &mut dyn Write) -> Result<(), SolverError>;
 
     /// Takes the state of [`Solver::save`] of the same case.
     ///
     /// # Errors
     /// When the bytes are not such a state.
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError>;
+    fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError>;
+
+    /// The state of [`Solver::save`] as bytes.
+    ///
+    /// # Errors
+    /// As [`Solver::save`].
+    fn saved(&self) -> Result<Vec<u8>, SolverError> {
+        let mut bytes = Vec::new();
+        self.save(&mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+impl From<std::io::Error> for SolverError {
+    fn from(error: std::io::Error) -> Self {
+        Self::Checkpoint(error.to_string())
+    }
+}
+
+/// Writes a value as part of a state.
+///
+/// # Errors
+/// When `out` refuses.
+pub fn save_value<T: Serialize>(value: &T, out: &mut dyn Write) -> Result<(), SolverError> {
+    let bytes = postcard::to_stdvec(value).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
+    out.write_all(&(bytes.len() as u64).to_le_bytes())?;
+    Ok(out.write_all(&bytes)?)
+}
+
+/// Reads a value of [`save_value`].
+///
+/// # Errors
+/// When the bytes are not such a value.
+pub fn restore_value<T: DeserializeOwned>(input: &mut dyn Read) -> Result<T, SolverError> {
+    let mut length = [0; 8];
+    input.read_exact(&mut length)?;
+    let length = u64::from_le_bytes(length);
+    let mut bytes = Vec::new();
+    if input.take(length).read_to_end(&mut bytes)? as u64 != length {
+        return Err(SolverError::Checkpoint("ends too early".to_owned()));
+    }
+    postcard::from_bytes(&bytes).map_err(|error| SolverError::Checkpoint(format!("cannot be read ({error})")))
 }

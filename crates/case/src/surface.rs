@@ -1,4 +1,4 @@
-//! Loads on the surface of bodies (MPM sheet §2.11).
+//! Loads on the surface of bodies (sheet: mpm §2.11).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -186,7 +186,7 @@ impl LoadProfile {
     }
 }
 
-/// What carries a load (MPM sheet §2.11).
+/// What carries a load (sheet: mpm §2.11).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadCarrier {

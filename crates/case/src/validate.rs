@@ -3,6 +3,7 @@
 mod bodies;
 mod equilibrium;
 mod measures;
+mod obstacles;
 mod strength;
 mod surface;
 
@@ -15,6 +16,9 @@ use crate::{Case, CaseError, CaseErrors};
 
 /// Points per direction of the search for overlaps of bodies.
 pub const OVERLAP_RESOLUTION: usize = 24;
+
+/// How far a domain may lie from zero, over its size: beyond that positions lose more than three of their sixteen digits.
+const FARTHEST: f64 = 1e3;
 
 /// More nodes than fit into a file that anyone opens.
 const MOST_NODES: f64 = 1e8;
@@ -37,6 +41,7 @@ pub fn validate(case: &Case) -> Result<(), CaseErrors> {
     findings.materials();
     findings.bodies();
     findings.boundaries();
+    findings.obstacles();
     findings.loads();
     findings.patches();
     findings.stages();
@@ -118,6 +123,7 @@ impl Findings<'_> {
         for (axis, (min, max)) in case.domain.min.iter().zip(&case.domain.max).enumerate() {
             self.require(min < max, format!("domain.max[{axis}]"), format!("{max} must be above min, {min}"));
         }
+        self.origin();
         for (number, axis) in case.domain.periodic.iter().enumerate() {
             let path = format!("domain.periodic[{number}]");
             let dimension = case.dimension();
@@ -138,9 +144,31 @@ impl Findings<'_> {
         }
     }
 
+    /// Coordinates far from zero need an origin near the domain.
+    fn origin(&mut self) {
+        let domain = &self.case.domain;
+        if !domain.origin.is_empty() {
+            self.vector("domain.origin", &domain.origin);
+            let radial = self.case.space == Space::Axisymmetric && domain.origin[0] != 0.0;
+            self.require(!radial, "domain.origin[0]", "must be 0: x is the distance from the axis");
+            return;
+        }
+        let extents = domain.min.iter().zip(&domain.max).map(|(min, max)| max - min);
+        let extent = extents.fold(0.0, f64::max);
+        let far = |x: &f64| x.abs() > FARTHEST * extent;
+        if extent > 0.0 && domain.min.iter().chain(&domain.max).any(far) {
+            let round = 10f64.powf(extent.log10().ceil());
+            let near: Vec<f64> = domain.min.iter().map(|x| (x / round).round() * round).collect();
+            let problem = format!(
+                "lies more than {FARTHEST} times its size of {extent} m from zero, which costs digits of all positions: give \
+                 domain.origin a place near it, for example {near:?}"
+            );
+            self.report("domain.min", problem);
+        }
+    }
+
     fn materials(&mut self) {
         let case = self.case;
-        self.require(!case.materials.is_empty(), "materials", "at least one material is needed");
         for (name, spec) in &case.materials {
             let path = format!("materials.{name}");
             match spec.build() {

@@ -305,7 +305,7 @@ mod tests {
             "stages": [{ "name": "s", "duration": 1 }], "output": { "frames": 0.01, "measures": 0.1 } }"#;
         let case = Case::from_json(text).unwrap();
         let time_step =
-            TimeStep { dt: 0.02, limit: crate::StepLimit::ElasticWave, point: None, position: [0.0; 3] };
+            TimeStep { dt: 0.02, limit: crate::StepLimit::ELASTIC_WAVE, point: None, position: [0.0; 3] };
         let plan = Plan {
             points: 1,
             nodes: 2,

@@ -17,18 +17,31 @@
 //! println!("run-out {:?}", report.table.last("run_out"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! Who uses the library alone takes it without its default feature `cli`, which brings the command line; the feature
+//! `reports` brings pictures and reports of runs and sweeps.
 
 pub use colluvium_case as case;
 pub use colluvium_constitutive as constitutive;
+pub use colluvium_dem as dem;
+pub use colluvium_depth_sph as depth_sph;
 pub use colluvium_grid as grid;
 pub use colluvium_mpm as mpm;
+#[cfg(feature = "reports")]
+pub use colluvium_plots as plots;
 pub use colluvium_points as points;
+pub use colluvium_snow_mpm as snow_mpm;
 pub use colluvium_sph as sph;
 
+#[cfg(feature = "reports")]
+pub mod compare;
 mod models;
+#[cfg(feature = "reports")]
 pub mod pictures;
 mod reference;
+#[cfg(feature = "reports")]
 pub mod report;
+#[cfg(feature = "reports")]
 pub mod sweep;
 
 pub use models::models_reference;
@@ -43,7 +56,7 @@ pub const COMMIT: Option<&str> = option_env!("COLLUVIUM_COMMIT");
 
 /// All methods.
 pub fn methods() -> &'static [&'static dyn Method] {
-    &[&mpm::Mpm, &sph::Sph]
+    &[&mpm::Mpm, &sph::Sph, &dem::Dem, &depth_sph::DepthSph, &snow_mpm::SnowMpm]
 }
 
 /// The method called `name`.
@@ -98,11 +111,14 @@ fn checked(test: ElementTest) -> Result<ElementTest, CaseErrors> {
 }
 
 /// Starting cases: name and JSON text.
-pub const TEMPLATES: [(&str, &str); 4] = [
+pub const TEMPLATES: [(&str, &str); 7] = [
     ("column-collapse", include_str!("templates/column-collapse.json")),
     ("oedometer", include_str!("templates/oedometer.json")),
     ("disks", include_str!("templates/disks.json")),
     ("slope", include_str!("templates/slope.json")),
+    ("grains", include_str!("templates/grains.json")),
+    ("dam-break", include_str!("templates/dam-break.json")),
+    ("snowball", include_str!("templates/snowball.json")),
 ];
 
 /// The starting case called `name`.

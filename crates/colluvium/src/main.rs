@@ -5,7 +5,7 @@ mod commands;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use commands::{Failure, check, element_test, export, new, plot, report, run, schema, sweep};
+use commands::{Failure, check, compare, element_test, export, new, plot, report, run, schema, sweep};
 
 /// Point-based numerical methods for geomechanics.
 ///
@@ -22,6 +22,8 @@ struct Arguments {
 enum Command {
     /// Runs a case and writes measures, frames and a summary.
     Run(run::Arguments),
+    /// Runs a case with every method that can honour it, and writes one page that sets them side by side.
+    Compare(compare::Arguments),
     /// Checks a case without running it and says what would be solved.
     Check(check::Arguments),
     /// Prints the JSON Schema of a case file, or its reference as Markdown.
@@ -43,6 +45,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::New(arguments) => new::run(&arguments),
@@ -64,7 +67,7 @@ fn main() -> ExitCode {
 impl Failure {
     fn report(&self) {
         for line in self.to_string().lines() {
-            eprintln!("error: {line}");
+            commands::complain(format_args!("error: {line}"));
         }
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::case::Snapshot;
 use crate::case::output::{OutputError, Table, heading, read_frame, read_json};
-use crate::case::plot::{LineChart, PointCloud, Series, Style};
+use crate::plots::{LineChart, PointCloud, Series, Style};
 
 /// Columns of the measures that are no result.
 const COUNTS: [&str; 2] = ["time", "step"];
@@ -60,18 +60,25 @@ pub fn cloud(
 /// # Errors
 /// When that case cannot be read; none need be there.
 pub fn plane(folder: &Path, asked: Option<&str>) -> Result<[usize; 2], OutputError> {
-    Ok(match asked {
-        Some("xz") => [0, 2],
-        Some("yz") => [1, 2],
-        None if stands_along_z(folder)? => [0, 2],
-        _ => [0, 1],
-    })
+    let gravity = if asked.is_none() { gravity(folder)? } else { None };
+    Ok(plane_under(gravity, asked))
 }
 
-fn stands_along_z(folder: &Path) -> Result<bool, OutputError> {
+/// The two axes seen, as [`plane`] has them, where gravity along z is known (m/s²; `None` where there is no z).
+pub fn plane_under(gravity: Option<f64>, asked: Option<&str>) -> [usize; 2] {
+    match asked {
+        Some("xz") => [0, 2],
+        Some("yz") => [1, 2],
+        None if gravity.is_some_and(|along_z| along_z != 0.0) => [0, 2],
+        _ => [0, 1],
+    }
+}
+
+/// Gravity along z of the case in the folder of a run.
+fn gravity(folder: &Path) -> Result<Option<f64>, OutputError> {
     let path = folder.join("case.json");
     let case = if path.exists() { read_json(&path)? } else { serde_json::Value::Null };
-    Ok(case["gravity"][2].as_f64().is_some_and(|along_z| along_z != 0.0))
+    Ok(case["gravity"][2].as_f64())
 }
 
 #[cfg(test)]

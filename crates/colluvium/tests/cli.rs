@@ -97,7 +97,7 @@ fn broken_cases_end_with_code_3_and_one_clear_line() {
         ("/methods/mpm/cell_size", "methods.mpm.cell_size", json!(0.03)),
         ("/methods/mpm/shape", "methods.mpm.shape", json!("hexagonal")),
         ("/methods/mpm/time_step", "methods.mpm.time_step", json!(1.0)),
-        ("/methods/lbm", "methods.lbm", json!({})),
+        ("/methods/unheard_of", "methods.unheard_of", json!({})),
         ("/methods/mpm/flip", "methods.mpm.flip", json!(2)),
         ("/output/fields", "output.fields[1]", json!(["stress", "strss"])),
         (

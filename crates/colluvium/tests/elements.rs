@@ -14,20 +14,20 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
     let jacobian = 1.045_75;
     let (sin20, cos20) = 20f64.to_radians().sin_cos();
     let checks = match name {
-        // Sheet V-01.
+        // sheet: constitutive V-01.
         "linear-elastic-oedometer" => {
             vec![("stress_zz", -269_230.769_230_769, 1e-9), ("stress_xx", -115_384.615_384_615, 1e-9)]
         }
         "linear-elastic-triaxial-undrained" => {
             vec![("q", 0.03 * SHEAR, 1e-9), ("p", 100e3, 1e-9), ("excess_pore_pressure", 0.01 * SHEAR, 1e-9)]
         }
-        // Sheet V-03, second order in the step.
+        // sheet: constitutive V-03, second order in the step.
         "linear-elastic-simple-shear" => vec![("stress_xy", SHEAR * 1f64.sin(), 1e-5)],
-        // Sheet V-02.
+        // sheet: constitutive V-02.
         "linear-elastic-rotation" => {
             vec![("stress_xx", -104_820.508_08, 1e-9), ("stress_xy", -11_650.635_09, 1e-8)]
         }
-        // Sheet 2.13.
+        // sheet: constitutive §2.13.
         "hencky-simple-shear" => {
             vec![("stress_xy", 0.860_817_88 * SHEAR, 1e-8), ("stress_xx", 0.430_408_94 * SHEAR, 1e-8)]
         }
@@ -43,12 +43,12 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
         "drucker-prager-triaxial-extension" => {
             vec![("stress_zz", (20e3 * 3f64.sqrt() - 100e3) / 3.0, 1e-6), ("lode_angle", 0.0, 1e-6)]
         }
-        // Sheet V-06.
+        // sheet: constitutive V-06.
         "drucker-prager-biaxial" => vec![("stress_yy", -strength, 1e-6), ("stress_zz", -237_693.0, 1e-6)],
         "drucker-prager-softening" => {
             vec![("q", (200e3 * sin20 + 2e3 * cos20) / (1.0 - sin20), 1e-6)]
         }
-        // Sheet V-09.
+        // sheet: constitutive V-09.
         "mohr-coulomb-triaxial-drained" => vec![("q", strength - 100e3, 1e-6)],
         "mohr-coulomb-triaxial-undrained" => vec![("q", 140_784.610, 1e-6), ("p", 100e3, 1e-6)],
         "mohr-coulomb-true-triaxial" | "mohr-coulomb-direct-path" => vec![("stress_zz", -strength, 1e-6)],
@@ -64,7 +64,7 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
         "newtonian-fluid-flow" => vec![("stress_xy", 150.0, 1e-9)],
         // p = K (ρ/ρ₀ - 1) at ρ/ρ₀ = e^0.01.
         "newtonian-fluid-compression" => vec![("p", 2e6 * 0.01f64.exp_m1(), 1e-7), ("q", 0.0, 1e-9)],
-        // Sheet 2.13.
+        // sheet: constitutive §2.13.
         "st-venant-kirchhoff-simple-shear" => {
             vec![("stress_xy", 2.75 * SHEAR, 1e-9), ("stress_xx", 4.5 * SHEAR, 1e-9)]
         }
@@ -73,13 +73,13 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
         }
         // q = 2 s_u.
         "tresca-triaxial-drained" => vec![("q", 40e3, 1e-9)],
-        // Sheet 2.4: k = c in plane strain.
+        // sheet: constitutive §2.4: k = c in plane strain.
         "von-mises-simple-shear" => vec![("q", 20e3 * 3f64.sqrt(), 1e-9)],
         // e + κ ln p stays.
         "pressure-dependent-elastic-isotropic" => {
             vec![("void_ratio", 0.9 - 0.1 * 4f64.ln(), 1e-9), ("p", 400e3, 1e-9)]
         }
-        // Sheet V-11, V-12.
+        // sheet: constitutive V-11, V-12.
         "modified-cam-clay-triaxial-undrained" => {
             vec![("p", 59_460.355_75, 1e-5), ("q", 59_460.355_75, 1e-5)]
         }
@@ -87,45 +87,45 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
             let end = 100e3 * (-0.75f64).exp();
             vec![("p", end, 1e-5), ("q", end, 1e-5)]
         }
-        // Sheet V-15: the elastic stretch stays at the bound, its stress is scaled by e^{ξ(1 - J_P)}.
+        // sheet: constitutive V-15: the elastic stretch stays at the bound, its stress is scaled by e^{ξ(1 - J_P)}.
         "snow-uniaxial-extension" => {
             let (stretch, plastic) = (1.0075f64, 1.05 / 1.0075f64);
             let (mu, lame) = (1.4e5 / 2.4, 1.4e5 * 0.2 / (1.2 * 0.6));
             let tau = (2.0 * mu + lame) * stretch * (stretch - 1.0) * (10.0 * (1.0 - plastic)).exp();
             vec![("plastic_volume", plastic, 1e-9), ("stress_xx", tau / 1.05, 1e-9)]
         }
-        // Sheet V-14, Kirchhoff pressure.
+        // sheet: constitutive V-14, Kirchhoff pressure.
         "cohesive-cam-clay-weak-layer" => vec![("p", 4166.684 * 0.0198f64.exp(), 1e-3)],
         // No lateral strain, plastic strain along x alone.
         "tension-cut-uniaxial-strain" => {
             vec![("stress_xx", 5e3, 1e-9), ("stress_yy", 5e3 * 0.3 / 0.7, 1e-9)]
         }
-        // Sheet 5.3: K_u = K + K_f/n.
+        // sheet: constitutive §5.3: K_u = K + K_f/n.
         "undrained-isotropic" => {
             vec![("p", 5.391_666_666_667e9 * 3e-5, 1e-9), ("pore_pressure", 2.15e9 / 0.4 * 3e-5, 1e-9)]
         }
-        // Sheet V-09: volume kept, so nothing goes to the water.
+        // sheet: constitutive V-09: volume kept, so nothing goes to the water.
         "undrained-triaxial" => vec![("q", 140_784.610, 1e-6), ("p", 100e3, 1e-6)],
         "eigenstrain-relaxation" => vec![("stress_xx", 0.03 * 20e6 / 1.2, 1e-9)],
-        // Sheet V-27: tan φ/F, c/F.
+        // sheet: constitutive V-27: tan φ/F, c/F.
         "strength-reduced-triaxial-drained" => {
             let (sin, cos) = (30f64.to_radians().tan() / 1.4).atan().sin_cos();
             vec![("q", (200e3 * sin + 20e3 / 1.4 * cos) / (1.0 - sin), 1e-6)]
         }
         // Without water the strength is that of the material; wetted it is in tests/wrappers.rs.
         "saturation-softened-triaxial-drained" => vec![("q", strength - 100e3, 1e-6)],
-        // Sheet V-16: the stress ratio is 3.
+        // sheet: constitutive V-16: the stress ratio is 3.
         "hypoplastic-triaxial-drained" => vec![("q", 200e3, 5e-4)],
-        // Sheet V-18, γ = 0.5.
+        // sheet: constitutive V-18, γ = 0.5.
         "simsand-shear-constant-volume" => vec![("stress_xy", 255_471.0, 1e-2), ("p", 352_076.0, 1e-2)],
-        // Sheet V-23, H = 10 mm: u = Hσ/E - δ ln(σ/f_t) is 23.604906 µm at half of the strength.
+        // sheet: constitutive V-23, H = 10 mm: u = Hσ/E - δ ln(σ/f_t) is 23.604906 µm at half of the strength.
         "double-scale-tension" => vec![("stress_zz", 1.5e6, 1e-6)],
         // τ = τ_y + μ γ̇, up to the square of the elastic strain.
         "bingham-flow" => vec![("q", 250.0 * 3f64.sqrt(), 1e-6)],
         "frictional-fluid-flow" => vec![("q", 560.0 * 3f64.sqrt(), 1e-6), ("p", 1e3, 1e-9)],
-        // Sheet 2.9.
+        // sheet: constitutive §2.9.
         "mu-i-flow" => vec![("q", 387.507_631_8 * 3f64.sqrt(), 1e-6)],
-        // Sheet 2.8: √J2 = c + p tan φ.
+        // sheet: constitutive §2.8: √J2 = c + p tan φ.
         "cfd-soil-simple-shear" => {
             vec![("q", (10e3 + 100e3 / 3f64.sqrt()) * 3f64.sqrt(), 1e-9), ("p", 100e3, 1e-9)]
         }

@@ -45,7 +45,7 @@ fn held(case: &Case, method: &str) -> f64 {
     MOST.store(HELD.load(Ordering::Relaxed), Ordering::Relaxed);
     // Far enough for points to be sorted.
     for _ in 0..12 {
-        let dt = solver.time_step().dt;
+        let dt = solver.limit().dt;
         solver.step(dt).unwrap();
     }
     (MOST.load(Ordering::Relaxed) - before) as f64

@@ -49,7 +49,7 @@ fn after(method: &str, case: &Case, steps: usize) -> Snapshot {
         colluvium::method(method).expect("a method").build(case).expect("a solver");
     solver.begin_stage(0, 0.0).expect("a stage");
     for _ in 0..steps {
-        let dt = solver.time_step().dt;
+        let dt = solver.limit().dt;
         solver.step(dt).expect("a step");
     }
     solver.snapshot()

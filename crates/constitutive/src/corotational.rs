@@ -8,7 +8,7 @@ use crate::{
     Tangent,
 };
 
-/// Makes a [`SmallStrain`] law objective (constitutive sheet §3.2): stress is carried by half the
+/// Makes a [`SmallStrain`] law objective (sheet: constitutive §3.2): stress is carried by half the
 /// Hughes–Winget rotation of the step, updated with the strain increment in that frame, and carried
 /// by the other half. Second-order accurate, exact for a rigid step, and keeps the yield condition
 /// of isotropic laws. Steps larger than [`SmallStrain::largest_step`] are divided (§3.8).
@@ -246,8 +246,8 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
     }
 }
 
-/// The one-term spin update of Algorithms 1 and 2 of Bui & Nguyen 2021, with the sign mended (sheet
-/// §3.2): `σ + ΔW σ - σ ΔW`, then the small-strain law. For comparison only: a full turn in steps of ten
+/// The one-term spin update of Algorithms 1 and 2 of Bui & Nguyen 2021, with the sign mended
+/// (sheet: constitutive §3.2): `σ + ΔW σ - σ ΔW`, then the small-strain law. For comparison only: a full turn in steps of ten
 /// degrees ends at twice the stress, and the yield condition is not kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstOrderSpin<L>(pub L);

@@ -1,4 +1,4 @@
-//! What a cell of grains tells a continuum (constitutive sheet §2.17; Sun 2020, eqs. 23, 41–57): averages over its
+//! What a cell of grains tells a continuum (sheet: constitutive §2.17; Sun 2020, eqs. 23, 41–57): averages over its
 //! contacts, and the kinematics of a cell that stands for an interface.
 
 use crate::model::positive;

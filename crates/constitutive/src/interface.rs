@@ -1,4 +1,4 @@
-//! The contract of interface laws: traction from a displacement jump (constitutive sheet §3.1). Cohesive
+//! The contract of interface laws: traction from a displacement jump (sheet: constitutive §3.1). Cohesive
 //! bands inside a continuum point and contacts obey it.
 
 use serde::{Serialize, de::DeserializeOwned};

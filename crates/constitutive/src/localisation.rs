@@ -1,5 +1,5 @@
-//! Localisation bands inside a point: explicit kinematics of the double-scale approach (constitutive sheet
-//! §2.16, Bui & Nguyen 2021, eqs. 88–109) and loss of ellipticity.
+//! Localisation bands inside a point: explicit kinematics of the double-scale approach
+//! (sheet: constitutive §2.16, Bui & Nguyen 2021, eqs. 88–109) and loss of ellipticity.
 
 use crate::{Mat3, MaterialError, SymTensor, Tangent};
 

@@ -1,4 +1,4 @@
-//! Strains and stresses of a finite deformation (constitutive sheet §2.13; Gaume et al. 2020, eqs. 1–6).
+//! Strains and stresses of a finite deformation (sheet: constitutive §2.13; Gaume et al. 2020, eqs. 1–6).
 //!
 //! `F = ∂x/∂X` is the deformation gradient, `τ = J σ` the Kirchhoff stress. Stress and strain are
 //! tension-positive.

@@ -67,7 +67,7 @@ impl Motion {
         Some(Self { pore: self.pore, ..part })
     }
 
-    /// What a step must be for any law (constitutive sheet §7): time passes, the volume changes by no more than
+    /// What a step must be for any law (sheet: constitutive §7): time passes, the volume changes by no more than
     /// a factor of two and does not turn inside out, density is a positive number.
     #[inline]
     pub(crate) fn check(&self, model: &'static str) -> Result<(), MaterialError> {

@@ -1,4 +1,4 @@
-//! Quantities of porous media that belong to no single law (constitutive sheet §2.17).
+//! Quantities of porous media that belong to no single law (sheet: constitutive §2.17).
 
 use crate::model::{check, positive};
 use crate::{MaterialError, SymTensor};
@@ -80,7 +80,7 @@ pub fn hydraulic_conductivity(permeability: f64, density: f64, viscosity: f64, g
 }
 
 /// Effective stress of an unsaturated soil after Bishop, `σ = σ_total + (χ p_w + (1 - χ) p_a) 1`, with
-/// `χ` the saturation (literature; sheet §2.17).
+/// `χ` the saturation (literature; sheet: constitutive §2.17).
 pub fn bishop_stress(
     total: &SymTensor,
     saturation: f64,
@@ -96,7 +96,7 @@ pub fn apparent_cohesion(saturation: f64, suction: f64, friction_angle: f64) -> 
 }
 
 /// `K₀` stress at the depth `z` (m, positive down) of a soil of weight `gamma` (N/m³): vertical in y,
-/// `σ_v = -γ z`, horizontal `K₀ σ_v` (sheet §3.11).
+/// `σ_v = -γ z`, horizontal `K₀ σ_v` (sheet: constitutive §3.11).
 pub fn geostatic_stress(gamma: f64, depth: f64, earth_pressure: f64) -> SymTensor {
     let vertical = -gamma * depth;
     SymTensor::diagonal(earth_pressure * vertical, vertical, earth_pressure * vertical)

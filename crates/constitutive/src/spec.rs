@@ -61,7 +61,7 @@ macro_rules! models {
                 match self { $(Self::$variant(spec) => spec.inner(),)* }
             }
 
-            /// The same material with reduced strength (constitutive sheet §3.11).
+            /// The same material with reduced strength (sheet: constitutive §3.11).
             ///
             /// # Errors
             /// For models without a strength to reduce, and where the reduced peak falls below the residual.

@@ -1,4 +1,4 @@
-//! Spectral decomposition of symmetric tensors (constitutive sheet §3.5).
+//! Spectral decomposition of symmetric tensors (sheet: constitutive §3.5).
 
 use crate::{Mat3, SymTensor};
 

@@ -1,4 +1,4 @@
-//! Consistent tangents: what implicit solvers need of a stress update (constitutive sheet §3.10).
+//! Consistent tangents: what implicit solvers need of a stress update (sheet: constitutive §3.10).
 
 use crate::tensor::PAIRS;
 use crate::{Mat3, MaterialError, Motion, Spectrum, SymTensor};

@@ -13,6 +13,18 @@ pub(crate) const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (
 #[serde(transparent)]
 pub struct SymTensor(pub [f64; 6]);
 
+impl From<[f64; 6]> for SymTensor {
+    fn from(components: [f64; 6]) -> Self {
+        Self(components)
+    }
+}
+
+impl From<SymTensor> for [f64; 6] {
+    fn from(tensor: SymTensor) -> Self {
+        tensor.0
+    }
+}
+
 impl SymTensor {
     /// The zero tensor.
     pub const ZERO: Self = Self([0.0; 6]);

@@ -166,7 +166,7 @@ pub trait SmallStrain: Send + Sync + 'static {
         false
     }
 
-    /// Norm of the strain increment above which a step is divided (constitutive sheet §3.8); infinite for laws
+    /// Norm of the strain increment above which a step is divided (sheet: constitutive §3.8); infinite for laws
     /// that are exact at any size or divide by themselves.
     fn largest_step(&self) -> f64 {
         1e-2

@@ -1,4 +1,4 @@
-//! Materials around another material (constitutive sheet §3.11): what happens before and after the inner
+//! Materials around another material (sheet: constitutive §3.11): what happens before and after the inner
 //! law is called, once for all of them.
 
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Shape functions of one axis (MPM sheet §2.5).
+//! Shape functions of one axis (sheet: mpm §2.5).
 
 /// Shape functions of one axis with `S` non-zero nodes at a point. Coordinates are in cells from
 /// the domain's lower end; gradients are per cell.
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn gimp_has_the_values_of_the_sheet() {
-        // (width, offset from the node, value, gradient), MPM sheet §2.5.
+        // (width, offset from the node, value, gradient), sheet: mpm §2.5.
         let table = [
             (0.5, 0.0, 0.875, 0.0),
             (0.5, 0.1, 0.855, -0.4),

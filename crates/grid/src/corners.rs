@@ -1,4 +1,4 @@
-//! Shape functions of convected particle domains (Sadeghirad et al. 2011; MPM sheet §2.5e).
+//! Shape functions of convected particle domains (Sadeghirad et al. 2011; sheet: mpm §2.5e).
 
 use crate::{Basis, Grid, Lanes, NodeList};
 
@@ -74,12 +74,15 @@ impl Corners {
     /// The nodes of a quadrilateral with `corners` (m) at `(--), (+-), (++), (-+)` (CPDI2; Sadeghirad et al. 2013): the
     /// corners weigh in the mean over it as its own shape functions do.
     #[inline(always)]
-    pub fn quadrilateral<const S: usize>(grid: &Grid<2>, corners: &[[f64; 2]; 4]) -> NodeList<2, S> {
+    pub fn quadrilateral<const D: usize, const S: usize>(
+        grid: &Grid<D>,
+        corners: &[[f64; 2]; 4],
+    ) -> NodeList<D, S> {
         let (weights, slopes) = shares(corners);
         let mut list = NodeList::EMPTY;
         for corner in 0..4 {
-            let (weight, slope) = (weights[corner], &slopes[corner]);
-            Self::corner(grid, &corners[corner], weight, slope, &mut list, 4 * corner);
+            let (place, slope) = (in_space(&corners[corner]), in_space(&slopes[corner]));
+            Self::corner(grid, &place, weights[corner], &slope, &mut list, 4 * corner);
         }
         list
     }
@@ -134,7 +137,7 @@ impl Corners {
 }
 
 /// What each corner `(--), (+-), (++), (-+)` of a quadrilateral weighs in the mean of its bilinear shape functions over it
-/// and in the mean of their gradients (1/m) (MPM sheet §2.5e).
+/// and in the mean of their gradients (1/m) (sheet: mpm §2.5e).
 #[inline(always)]
 fn shares(corners: &[[f64; 2]; 4]) -> ([f64; 4], [[f64; 2]; 4]) {
     let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] = *corners;
@@ -177,6 +180,12 @@ fn dual<const D: usize>(edges: &[[f64; D]; D]) -> [[f64; D]; D] {
         }
     }
     dual
+}
+
+/// A vector of the plane of quadrilaterals.
+#[inline(always)]
+pub(crate) fn in_space<const D: usize>(vector: &[f64; 2]) -> [f64; D] {
+    std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0))
 }
 
 #[cfg(test)]
@@ -282,7 +291,7 @@ mod tests {
 
     #[test]
     fn the_gradient_is_that_of_the_explicit_form_in_the_plane() {
-        // MPM sheet §2.5e: corners 1..4 = (--), (+-), (++), (-+), V = 4 |r1 × r2|.
+        // sheet: mpm §2.5e: corners 1..4 = (--), (+-), (++), (-+), V = 4 |r1 × r2|.
         let grid = Grid::new([0.0; 2], [1.0; 2], 0.25).unwrap();
         let (centre, r) = ([0.43, 0.58], [[0.11, 0.03], [-0.02, 0.09]]);
         let list: NodeList<2, 16> = Corners::nodes(&grid, &centre, &r);

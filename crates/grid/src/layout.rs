@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::{Basis, Grid};
+use crate::{Axis, Basis, Grid};
 
 /// Order of nodes in memory and of points in a scatter.
 ///
@@ -43,19 +43,24 @@ const MARGIN: usize = 1;
 impl<const D: usize> Layout<D> {
     /// The layout of the nodes of `basis` on `grid`, without points.
     pub fn new<const S: usize, B: Basis<S>>(grid: &Grid<D>) -> Self {
-        let nodes = std::array::from_fn(|axis| B::nodes(grid.cells[axis]));
+        Self::of(grid, &Axis::of::<S, B>())
+    }
+
+    /// The same of a basis that is chosen at run time.
+    pub fn of(grid: &Grid<D>, basis: &Axis) -> Self {
+        let nodes = std::array::from_fn(|axis| basis.nodes(grid.cells[axis]));
         let mut strides = [1; D];
         for axis in (0..D - 1).rev() {
             strides[axis] = strides[axis + 1] * nodes[axis + 1];
         }
-        let slab_cells = (B::ABOVE + B::BELOW + 2 * MARGIN).max(4);
+        let slab_cells = (basis.above + basis.below + 2 * MARGIN).max(4);
         Self {
             grid: *grid,
             nodes,
             strides,
-            ghosts: B::GHOSTS,
-            below: B::BELOW,
-            above: B::ABOVE,
+            ghosts: basis.ghosts,
+            below: basis.below,
+            above: basis.above,
             slab_cells,
             active: vec![0..0; nodes[0]],
             starts: Vec::new(),
@@ -154,6 +159,11 @@ impl<const D: usize> Layout<D> {
                 self.active[image] = both;
             }
         }
+    }
+
+    /// Layers of nodes outside the domain.
+    pub fn ghosts(&self) -> usize {
+        self.ghosts
     }
 
     fn is_mesh(&self) -> bool {

@@ -1,4 +1,4 @@
-//! Shape functions of the reference configuration (total-Lagrangian; MPM sheet §2.5g).
+//! Shape functions of the reference configuration (total-Lagrangian; sheet: mpm §2.5g).
 
 use crate::{Basis, Gathered, Grid, Lanes, Node, Stencil, Support};
 

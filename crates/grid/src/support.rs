@@ -10,7 +10,7 @@ pub trait Support<const D: usize>: Copy + Send + Sync {
     fn for_each(&self, strides: &[usize; D], visit: impl FnMut(usize, f64, &[f64; D]));
 
     /// The same nodes with `N (x_i - x_p)` (m) in place of the gradients, and `Σ N (x_i - x_p)²` (m²) along each
-    /// axis: what the affine transfers weigh with (MPM sheet §2.6). The mixed second moments are zero, because every
+    /// axis: what the affine transfers weigh with (sheet: mpm §2.6). The mixed second moments are zero, because every
     /// family reproduces linear fields.
     fn moments<const S: usize, B: Basis<S>>(&self, grid: &Grid<D>, position: &[f64; D]) -> (Self, [f64; D]);
 

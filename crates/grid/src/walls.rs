@@ -1,8 +1,15 @@
 //! Boundary conditions on the nodes.
 
 mod edge;
+mod faces;
+
+use std::sync::Arc;
 
 use edge::Edge;
+pub use faces::{Face, Faces};
+
+/// Rounds in which faces that meet find a velocity that goes into none of them.
+const ROUNDS: usize = 8;
 
 /// How a wall acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,13 +18,13 @@ pub enum WallKind {
     Rough,
     /// Free slip.
     Smooth,
-    /// Coulomb friction in impulse form (MPM sheet §3.7).
+    /// Coulomb friction in impulse form (sheet: mpm §3.7).
     Frictional {
         /// Coefficient of friction.
         coefficient: f64,
     },
     /// Coulomb friction in acceleration form, with a larger coefficient for what is at rest (GT
-    /// Algorithm 3.1 as corrected in MPM sheet §3.7).
+    /// Algorithm 3.1 as corrected in `sheet: mpm §3.7`).
     Plane {
         /// Coefficient for a node at rest.
         resting: f64,
@@ -53,6 +60,8 @@ pub struct Walls {
     sets_off: bool,
     /// On a mesh: distance between neighbouring entries of a node's index, and `lookup` is by node.
     strides: Option<[usize; 3]>,
+    /// Rigid geometry of any shape.
+    faces: Arc<Faces>,
 }
 
 impl Walls {
@@ -68,7 +77,7 @@ impl Walls {
             let range = if wall.upper { wall.node..nodes.len() } else { 0..wall.node + 1 };
             nodes[range].fill(number as u32 + 1);
         }
-        Self { walls, lookup, sets_off: false, strides: None }
+        Self { walls, lookup, sets_off: false, strides: None, faces: Arc::default() }
     }
 
     /// The walls of a mesh with `count` nodes (of a layout with `strides`), each with the nodes it holds.
@@ -80,7 +89,13 @@ impl Walls {
         }
         let strides = std::array::from_fn(|axis| strides.get(axis).copied().unwrap_or(0));
         let walls = walls.into_iter().map(|(wall, _)| wall).collect();
-        Self { walls, lookup, sets_off: false, strides: Some(strides) }
+        Self { walls, lookup, sets_off: false, strides: Some(strides), faces: Arc::default() }
+    }
+
+    /// The same walls beside rigid geometry of any shape.
+    #[must_use]
+    pub fn with_faces(self, faces: Arc<Faces>) -> Self {
+        Self { faces, ..self }
     }
 
     /// The wall normal to `axis` that holds the node with an index along each axis.
@@ -110,7 +125,7 @@ impl Walls {
 
     /// Lets the walls of a node act: `start` is its velocity before the step, `end` the one after the momentum solve. With
     /// `keep_start` the start velocity is left as it was (momentum variant of fixed nodes), else a held component has no
-    /// acceleration (force variant, MPM sheet §3.3).
+    /// acceleration (force variant, sheet: mpm §3.3).
     pub fn constrain(&self, index: &[usize; 3], start: &mut [f64; 3], end: &mut [f64; 3], keep_start: bool) {
         self.constrain_skeleton(index, start, end, keep_start, &[0.0; 3]);
     }
@@ -118,8 +133,32 @@ impl Walls {
     /// The same for the skeleton of a saturated soil: friction goes by the effective stress. `lift` (m/s) is the change
     /// of velocity that what the wall bears of the pore pressure would give the skeleton.
     ///
-    /// In an edge no wall comes first: friction goes by the motion that all of them leave along the wall.
+    /// In an edge no wall comes first: friction goes by the motion that all of them leave along the wall. Rigid geometry of any
+    /// shape comes before walls.
     pub fn constrain_skeleton(
+        &self,
+        index: &[usize; 3],
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        keep_start: bool,
+        lift: &[f64; 3],
+    ) {
+        let faces = self.faces.at(index);
+        faces.iter().for_each(|face| face.constrain(start, end, keep_start, lift));
+        self.constrain_by_walls(index, start, end, keep_start, lift);
+        // Where faces or walls meet, what one gives may run into another.
+        if faces.len() > 1 || (!faces.is_empty() && self.of_node(index).next().is_some()) {
+            let held = self.of_node(index).fold([false; 3], |held, wall| {
+                let own = wall.holding(end);
+                std::array::from_fn(|c| held[c] || own[c])
+            });
+            for _ in 0..if faces.len() > 1 { ROUNDS } else { 1 } {
+                faces.iter().for_each(|face| face.keep_out(end, held));
+            }
+        }
+    }
+
+    fn constrain_by_walls(
         &self,
         index: &[usize; 3],
         start: &mut [f64; 3],
@@ -162,6 +201,9 @@ impl Walls {
 
     /// Which components of the velocity of a node its walls hold now that it has ended with `end`.
     pub fn holding(&self, index: &[usize; 3], end: &[f64; 3]) -> [bool; 3] {
+        if self.faces.at(index).iter().any(|face| face.has_stopped(end)) {
+            return [true; 3];
+        }
         self.of_node(index).fold([false; 3], |held, wall| {
             let own = wall.holding(end);
             std::array::from_fn(|c| held[c] || own[c])
@@ -171,6 +213,7 @@ impl Walls {
     /// Lets the walls of a node act on its re-mapped velocity (MUSL): no penetration; what they stopped in the momentum
     /// solve (`solved`) does not lift off, and what stuck sticks.
     pub fn constrain_again(&self, index: &[usize; 3], solved: &[f64; 3], velocity: &mut [f64; 3]) {
+        self.faces.at(index).iter().for_each(|face| face.constrain_again(solved, velocity));
         let walls = |held: bool| self.of_node(index).filter(move |wall| wall.holds() == held);
         walls(false).for_each(|wall| wall.constrain_again(solved, velocity));
         walls(true).for_each(|wall| wall.hold(&mut [0.0; 3], velocity, true));
@@ -178,6 +221,9 @@ impl Walls {
 
     /// One for each component of velocity that no wall of a node holds whatever happens, else zero.
     pub fn free_components(&self, index: &[usize; 3]) -> [f64; 3] {
+        if self.faces.at(index).iter().any(Face::holds_all) {
+            return [0.0; 3];
+        }
         self.of_node(index).fold([1.0; 3], |mut free, wall| {
             let own = wall.free_components();
             (0..3).for_each(|c| free[c] *= own[c]);
@@ -185,13 +231,19 @@ impl Walls {
         })
     }
 
-    /// True when no wall is normal to `axis` at `index`: the quick test of a node's row. On a mesh with walls no row is
-    /// known to be free.
+    /// True when no wall is normal to `axis` at `index` and, for the first axis, no rigid geometry holds a node of that row: the
+    /// quick test of a node's row. On a mesh with walls no row is known to be free.
     #[inline]
     pub fn is_free(&self, axis: usize, index: usize) -> bool {
+        !(self.has_wall(axis, index) || axis == 0 && self.faces.in_row(index))
+    }
+
+    /// Whether a wall normal to `axis` stands at `index`; on a mesh, whether there is any.
+    #[inline]
+    pub fn has_wall(&self, axis: usize, index: usize) -> bool {
         match self.strides {
-            None => self.lookup[axis][index] == 0,
-            Some(_) => self.walls.is_empty(),
+            None => self.lookup[axis][index] != 0,
+            Some(_) => !self.walls.is_empty(),
         }
     }
 }

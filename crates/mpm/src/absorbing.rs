@@ -1,4 +1,4 @@
-//! Boundaries that let waves out (Lysmer & Kuhlemeyer 1969; MPM sheet §2.11).
+//! Boundaries that let waves out (Lysmer & Kuhlemeyer 1969; sheet: mpm §2.11).
 //!
 //! Dashpots `t_n = -a ρ c_P v_n`, `t_t = -b ρ c_S v_t` on the face, and springs `t = -(E/δ) u` against creep where the
 //! case gives their length. With a pore fluid the skeleton's dashpot is that of the undrained mixture, `ρ c_1`, and the
@@ -11,12 +11,12 @@ use std::collections::BTreeMap;
 use colluvium_case::description::{Boundary, Wall as CaseWall};
 use colluvium_case::spatial;
 use colluvium_constitutive::{BLOCK, Motion};
-use colluvium_grid::{Basis, Grid, Lanes, Node, Stencil, Walls};
+use colluvium_grid::{Grid, Lanes, Node, OnAxis, Walls};
 
-use crate::points::{PointDomain, PointSet};
+use crate::background::Background;
+use crate::points::PointSet;
+use crate::pore::{LIQUID, SOLID};
 use crate::solver::MpmSolver;
-use crate::two_phase::{LIQUID, SOLID};
-use crate::walls::node_on;
 
 /// The absorbing faces of a stage.
 #[derive(Debug, Default)]
@@ -81,7 +81,7 @@ pub struct Impedance {
 impl Impedance {
     /// From the points of a body at the start: the mean of their moduli. Mass scaling `inertia` slows waves and is in what
     /// answers them.
-    pub fn of<const D: usize, P>(set: &PointSet<D, P>, inertia: f64) -> Self {
+    pub fn of<const D: usize>(set: &PointSet<D>, inertia: f64) -> Self {
         let (mut modulus, mut shear_modulus) = (0.0, 0.0);
         let share = 1.0 / set.stress.len() as f64;
         for (block, (stress, states)) in set.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate() {
@@ -125,13 +125,13 @@ struct Law {
     spring_length: Option<f64>,
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Remembers the points behind absorbing faces, before anything moves.
     pub(crate) fn remember_starts(&mut self) {
         let laws: Vec<Law> = self.case.boundaries.iter().filter_map(|boundary| self.law(boundary)).collect();
         for set in &self.sets {
             for (id, x) in set.id.iter().zip(&set.position) {
-                if laws.iter().any(|law| behind(&self.grid, law, x)) {
+                if laws.iter().any(|law| behind(&self.background.grid, law, x)) {
                     self.absorbing.starts.insert(*id, spatial(x));
                 }
             }
@@ -142,7 +142,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     fn law(&self, boundary: &Boundary) -> Option<Law> {
         let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return None };
         let axis = boundary.side.axis();
-        let line = (boundary.position(&self.case.domain) - self.grid.origin[axis]) / self.grid.cell;
+        let line = (boundary.position(&self.case.domain) - self.background.grid.origin[axis])
+            / self.background.grid.cell;
         let (face, upper) = (line.round() as usize, boundary.side.is_max());
         Some(Law { axis, upper, face, normal, tangential, spring_length })
     }
@@ -167,20 +168,19 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Nodes of a face with their dashpots, in the order of their numbers.
     fn face_nodes(&self, law: &Law) -> Vec<FaceNode> {
-        let (grid, strides) = (&self.grid, self.layout.strides());
-        let normal_index = node_on::<S, B>(law.face, grid.cells[law.axis]);
+        let (grid, strides) = (&self.background.grid, self.background.layout.strides());
+        let normal_index = self.background.axis.node_on(law.face, grid.cells[law.axis]);
         let mut found: BTreeMap<usize, FaceNode> = BTreeMap::new();
         for (_, start, number, p) in self.points_behind(law) {
             let (set, impedance) = (&self.sets[number], &self.impedances[self.sets[number].body as usize]);
             let mut area = set.initial_volume[p] / grid.cell;
-            if self.axisymmetric && law.axis == 0 {
+            if self.background.axisymmetric && law.axis == 0 {
                 // Its volume is per radian at its own radius.
                 area *= (grid.origin[0] + grid.cell * law.face as f64) / start[0];
             }
-            let stencil = Stencil::<D, S>::new::<B>(grid, &start, &set.extent);
-            for_each_across::<D, S>(&stencil, law.axis, |mut index, weight| {
+            for_each_across(&self.background, &start, &set.extent, law.axis, |mut index, weight| {
                 index[law.axis] = normal_index;
-                for index in self.layout.images(index) {
+                for index in self.background.layout.images(index) {
                     let place = (0..D).map(|axis| index[axis] * strides[axis]).sum();
                     let node = found.entry(place).or_insert(FaceNode { place, index, ..FaceNode::default() });
                     node.add(law, impedance, area * weight);
@@ -198,7 +198,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             for (p, id) in set.id.iter().enumerate() {
                 let Some(start) = self.absorbing.starts.get(id) else { continue };
                 let start: [f64; D] = std::array::from_fn(|c| start[c]);
-                if behind(&self.grid, law, &start) {
+                if behind(&self.background.grid, law, &start) {
                     points.push((*id, start, number, p));
                 }
             }
@@ -282,18 +282,26 @@ fn behind<const D: usize>(grid: &Grid<D>, law: &Law, position: &[f64; D]) -> boo
     if law.upper { place > -1.0 && place < 0.0 } else { place > 0.0 && place < 1.0 }
 }
 
-/// Calls `visit` for the nodes of a stencil across an axis, with their weights in the other directions.
-pub fn for_each_across<const D: usize, const S: usize>(
-    stencil: &Stencil<D, S>,
+/// Calls `visit` for the nodes at `position` (m) across an axis, with their weights in the other directions.
+pub fn for_each_across<const D: usize>(
+    Background { grid, axis: basis, .. }: &Background<D>,
+    position: &[f64; D],
+    extent: &[f64; D],
     axis: usize,
     mut visit: impl FnMut([usize; 3], f64),
 ) {
-    for number in 0..S.pow(D as u32 - 1) {
+    let inverse = 1.0 / grid.cell;
+    let on: [OnAxis; D] = std::array::from_fn(|axis| {
+        let x = (position[axis] - grid.origin[axis]) * inverse;
+        basis.evaluate(x, extent[axis] * inverse, grid.cells[axis])
+    });
+    let count = on[0].count;
+    for number in 0..count.pow(D as u32 - 1) {
         let (mut rest, mut index, mut weight) = (number, [0; 3], 1.0);
         for other in (0..D).filter(|other| *other != axis) {
-            index[other] = stencil.first[other] + rest % S;
-            weight *= stencil.weights[other][rest % S];
-            rest /= S;
+            index[other] = on[other].first + rest % count;
+            weight *= on[other].weights()[rest % count];
+            rest /= count;
         }
         if weight > 0.0 {
             visit(index, weight);
@@ -303,10 +311,8 @@ pub fn for_each_across<const D: usize, const S: usize>(
 
 #[cfg(test)]
 mod tests {
-    use crate::points::FixedDomain;
-    use crate::setup;
+    use crate::dispatch::tests::begun;
     use colluvium_case::Case;
-    use colluvium_grid::Linear;
 
     #[test]
     fn a_mantle_has_the_area_of_its_own_radius() {
@@ -321,8 +327,7 @@ mod tests {
                 "methods": { "mpm": { "cell_size": 0.1, "shape": "linear" } }
             });
             let case = Case::from_json(&text.to_string()).unwrap();
-            let options = setup::options(&case).unwrap();
-            let solver = setup::solver::<2, 2, Linear, FixedDomain>(&case, &options).unwrap();
+            let solver = begun::<2>(&case);
             let dashpot: f64 = solver.absorbing.faces[0].nodes.iter().map(|node| node.solid[0]).sum();
             let exact = 1e9f64.sqrt() * 0.3 * radius;
             assert!((dashpot / exact - 1.0).abs() < 1e-12, "{low}, {radius}: {dashpot} for {exact}");

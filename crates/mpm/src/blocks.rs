@@ -1,11 +1,11 @@
 //! Points in blocks, handed to the threads.
 
-use colluvium_case::{SolverError, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
-use colluvium_grid::Basis;
+use colluvium_grid::{DomainsMut, Points, Square};
 
-use crate::points::{PointDomain, PointSet};
-use crate::solver::MpmSolver;
+use crate::points::PointSet;
+use crate::pore::Fluid;
+use crate::stretch::right_stretch;
 
 /// What a block of points reports: the largest move along an axis (m), or its first failure.
 pub type BlockReport = Result<f64, Failure>;
@@ -20,7 +20,7 @@ pub struct Failure {
 
 /// Some points, borrowed from the arrays of their set; see [`PointSet`] for what they are. An update gets blocks of
 /// [`BLOCK`] or fewer.
-pub struct Block<'a, const D: usize, P> {
+pub struct Block<'a, const D: usize> {
     /// Index of the first point within its set.
     pub first: usize,
     /// Positions (m).
@@ -36,7 +36,7 @@ pub struct Block<'a, const D: usize, P> {
     /// States of the law, one entry for every [`BLOCK`] points.
     pub states: &'a mut [StateBlock],
     /// Domains.
-    pub domain: &'a mut [P],
+    pub domain: DomainsMut<'a, D>,
     /// Masses (kg).
     pub mass: &'a [f64],
     /// Initial volumes.
@@ -55,9 +55,9 @@ pub struct Block<'a, const D: usize, P> {
 const GRAIN: usize = 4;
 
 /// What is done to a block.
-type Update<'a, const D: usize, P> = dyn Fn(&mut Block<'_, D, P>) -> BlockReport + Sync + 'a;
+type Update<'a, const D: usize> = dyn Fn(&mut Block<'_, D>) -> BlockReport + Sync + 'a;
 
-impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
+impl<'a, const D: usize> Block<'a, D> {
     /// The first `blocks` blocks, and the others.
     fn split(mut self, blocks: usize) -> (Self, Self) {
         let points = blocks * BLOCK;
@@ -73,7 +73,7 @@ impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
             volume: front(&mut self.volume, points),
             stress: front(&mut self.stress, points),
             states: front(&mut self.states, blocks),
-            domain: front(&mut self.domain, points),
+            domain: self.domain.split_off_front(points),
             mass: self.mass.split_off(..points).unwrap_or_default(),
             initial_volume: self.initial_volume.split_off(..points).unwrap_or_default(),
             pending: front(&mut self.pending, points),
@@ -87,7 +87,7 @@ impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
 
     /// Calls `update` for every block, in parallel; returns the largest move or the first failure. A call a block costs
     /// nothing beside the block, and the loop is compiled once for all updates.
-    fn update(mut self, update: &Update<'_, D, P>) -> BlockReport {
+    pub fn update(mut self, update: &Update<'_, D>) -> BlockReport {
         let blocks = self.states.len();
         if blocks > GRAIN {
             let (lower, upper) = self.split(blocks.div_ceil(2));
@@ -104,29 +104,42 @@ impl<'a, const D: usize, P: Send + Sync> Block<'a, D, P> {
     }
 }
 
-impl<const D: usize, P: PointDomain<D>> Block<'_, D, P> {
-    /// The domain of a point follows its displacement gradient in the step, now or when the step is over.
+impl<const D: usize> Block<'_, D> {
+    /// The points, for a sweep.
     #[inline(always)]
-    pub fn stretch(&mut self, p: usize, gradient: &[[f64; D]; D]) {
+    pub fn points<'b>(&'b self, extent: &'b [f64; D]) -> Points<'b, D> {
+        Points { position: self.position, domain: self.domain.as_slice(), extent }
+    }
+
+    /// The domains of the first points follow their displacement gradients in the step, now or when the step is over.
+    pub fn stretch(&mut self, gradients: &[Square<D>]) {
         if self.pending.is_empty() {
-            self.domain[p].follow(gradient);
+            self.domain.follow(gradients, right_stretch);
         } else {
-            self.pending[p] = *gradient;
+            self.pending[..gradients.len()].copy_from_slice(gradients);
         }
     }
 
-    /// The domain of a point follows the motion that [`Block::stretch`] kept, if it did.
-    #[inline(always)]
-    pub fn stretch_at_last(&mut self, p: usize) {
-        if !self.pending.is_empty() {
-            self.domain[p].follow(&self.pending[p]);
+    /// The failure of the first point that has one: `failure`, or a domain that can no longer be honoured.
+    pub fn refuse(&self, failure: Option<Failure>, extent: &[f64; D], cell: f64) -> Result<(), Failure> {
+        let fault = self.domain.as_slice().first_fault(extent, cell);
+        let fault = fault.map(|(p, reason)| Failure { index: self.first + p, reason });
+        match (failure, fault) {
+            (None, None) => Ok(()),
+            (Some(failure), Some(fault)) if fault.index < failure.index => Err(fault),
+            (Some(failure), _) | (None, Some(failure)) => Err(failure),
         }
+    }
+
+    /// The domains follow the motion that [`Block::stretch`] kept, if it did.
+    pub fn stretch_at_last(&mut self) {
+        self.domain.follow(self.pending, right_stretch);
     }
 }
 
-impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
+impl<const D: usize> PointSet<D> {
     /// All points.
-    fn whole(&mut self) -> Block<'_, D, P> {
+    pub fn whole(&mut self) -> Block<'_, D> {
         let (liquid_velocity, pressure) = match &mut self.pore {
             Some(pore) => (&mut pore.velocity[..], &mut pore.pressure[..]),
             None => Default::default(),
@@ -139,7 +152,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             volume: &mut self.volume,
             stress: &mut self.stress,
             states: self.states.blocks_mut(),
-            domain: &mut self.domain,
+            domain: self.domain.as_mut(),
             mass: &self.mass,
             initial_volume: &self.initial_volume,
             pending: &mut self.pending,
@@ -160,54 +173,12 @@ pub struct OfSet<'a, const D: usize> {
     pub body: u32,
     /// Velocity field of the grid.
     pub field: usize,
+    /// Whether points look at the grid from where they were at the start.
+    pub anchored: bool,
     /// The pore fluid, if any.
-    pub fluid: Option<crate::two_phase::Fluid>,
+    pub fluid: Option<Fluid>,
     /// Whether points that leave are taken away.
     pub drop_outside: bool,
-}
-
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
-    /// Updates every block of every body that deforms; returns the largest move along an axis (m).
-    pub(crate) fn update_blocks(
-        &mut self,
-        update: impl Fn(&Self, &OfSet<'_, D>, &mut Block<'_, D, P>) -> BlockReport + Sync,
-    ) -> Result<f64, SolverError> {
-        let mut sets = std::mem::take(&mut self.sets);
-        let mut moved = Ok(0f64);
-        for (number, set) in sets.iter_mut().enumerate().filter(|(_, set)| set.rigid.is_none()) {
-            let material = set.material.clone();
-            let of_set = OfSet {
-                material: &*material,
-                extent: set.extent,
-                body: set.body,
-                field: set.field,
-                fluid: set.pore.as_ref().and_then(|pore| pore.fluid),
-                drop_outside: self.case.bodies[set.body as usize].drop_outside,
-            };
-            let solver = &*self;
-            match set.whole().update(&|block| update(solver, &of_set, block)) {
-                Ok(m) => moved = moved.map(|moved: f64| moved.max(m)),
-                Err(failure) => {
-                    moved = Err((number, failure));
-                    break;
-                }
-            }
-        }
-        self.sets = sets;
-        moved.map_err(|(number, failure)| self.failed(number, failure.index, failure.reason))
-    }
-
-    /// The error of a point that cannot be followed.
-    pub(crate) fn failed(&self, set: usize, index: usize, reason: String) -> SolverError {
-        let set = &self.sets[set];
-        SolverError::Point {
-            step: self.step,
-            time: self.time,
-            point: u64::from(set.id[index]),
-            position: spatial(&set.position[index]),
-            reason,
-        }
-    }
 }
 
 /// Keeps the larger move, or the failure with the lowest index.

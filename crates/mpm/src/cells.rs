@@ -1,12 +1,9 @@
 //! The cells of a grid and the elements of a mesh, as averages over them see them: their volumes, corners and neighbours
-//! (MPM sheet §2.16–2.18).
+//! (sheet: mpm §2.16–2.18).
 //!
 //! A cell of a grid is named by its lowest node, an element by its number: its entry in an array.
 
-use colluvium_grid::{Basis, Grid, Layout, Mesh};
-
-use crate::points::PointDomain;
-use crate::solver::MpmSolver;
+use colluvium_grid::{Grid, Mesh};
 
 /// Cells by entry, and the nodes at their corners.
 pub trait Cells<const D: usize>: Sync {
@@ -149,38 +146,18 @@ impl<const D: usize> Cells<D> for MeshCells<'_, D> {
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
-    /// The layout of arrays with an entry a cell.
-    #[inline(always)]
-    pub(crate) fn cell_layout(&self) -> &Layout<D> {
-        self.elements.as_ref().unwrap_or(&self.layout)
-    }
-
-    pub(crate) fn grid_cells(&self) -> GridCells<'_, D> {
-        let (strides, ghosts) = (self.layout.strides(), B::GHOSTS);
-        GridCells { grid: &self.grid, strides, ghosts, axisymmetric: self.axisymmetric }
-    }
-
-    pub(crate) fn mesh_cells(&self) -> MeshCells<'_, D> {
-        MeshCells { mesh: &self.mesh, axisymmetric: self.axisymmetric }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::mesh::InElement;
-    use crate::setup;
-    use crate::transfer::{PointUpdate, REMAPPED, Scatter, lanes};
+    use crate::dispatch::tests::begun;
+    use crate::solver::MpmSolver;
+    use crate::transfer::{PointUpdate, REMAPPED, Scatter};
+    use crate::vectors::lanes;
     use colluvium_case::Case;
-    use colluvium_grid::Simplex;
     use serde_json::{Value, json};
-
-    type OnMesh<const D: usize, const S: usize> = MpmSolver<D, S, Simplex, InElement>;
 
     /// A block of the material "m" that fills the domain of two cells of 1 m a side, and above it one of "n"; `options` are
     /// those of the method, `body` replaces or adds keys of the bodies.
-    fn solver<const D: usize, const S: usize>(options: &Value, body: &Value) -> OnMesh<D, S> {
+    fn solver<const D: usize>(options: &Value, body: &Value) -> MpmSolver<D> {
         let corner =
             |last: f64| -> Vec<f64> { (0..D).map(|c| if c + 1 == D { last } else { 2.0 }).collect() };
         let low = |last: f64| -> Vec<f64> { (0..D).map(|c| if c + 1 == D { last } else { 0.0 }).collect() };
@@ -202,15 +179,12 @@ mod tests {
             (0..2).for_each(|number| text["bodies"][number][key] = value.clone());
         }
         let case = Case::from_json(&text.to_string()).unwrap();
-        setup::solver(&case, &setup::options(&case).unwrap()).unwrap()
+        begun(&case)
     }
 
     /// Gives the nodes velocities, and the points the strains of a step of 1 s that go with them.
-    fn strain<const D: usize, const S: usize>(
-        solver: &mut OnMesh<D, S>,
-        velocity: impl Fn(&[f64; D]) -> [f64; D],
-    ) {
-        let mesh = solver.mesh.clone();
+    fn strain<const D: usize>(solver: &mut MpmSolver<D>, velocity: impl Fn(&[f64; D]) -> [f64; D]) {
+        let mesh = solver.background.mesh.clone();
         for (node, x) in mesh.nodes().iter().enumerate() {
             solver.remapped[node] = lanes(&velocity(x), 0.0);
         }
@@ -221,15 +195,15 @@ mod tests {
     /// A velocity field of uniform symmetric gradient, small enough to add to 1 without loss.
     const RATES: [[f64; 3]; 3] = [[3e-9, 1e-9, -2e-9], [1e-9, -5e-9, 4e-9], [-2e-9, 4e-9, 7e-9]];
 
-    fn uniform_strain_stays<const D: usize, const S: usize>() {
-        // MPM sheet A-35; E = 1, ν = 0.25: λ = μ = 0.4.
+    fn uniform_strain_stays<const D: usize>() {
+        // sheet: mpm A-35; E = 1, ν = 0.25: λ = μ = 0.4.
         let trace: f64 = (0..D).map(|c| RATES[c][c]).sum();
         for kind in ["nodal", "cell-average"] {
-            let mut solver = solver::<D, S>(&json!({ "volumetric_strain": kind }), &json!({}));
+            let mut solver = solver::<D>(&json!({ "volumetric_strain": kind }), &json!({}));
             strain(&mut solver, |x| std::array::from_fn(|i| (0..D).map(|j| RATES[i][j] * x[j]).sum()));
             for set in &solver.sets {
                 for p in 0..set.len() {
-                    let [shared, _] = solver.shared_strain(set.body, &set.domain[p], &set.position[p]);
+                    let [shared, _] = solver.shared_strain(set.body, &set.points(), p);
                     assert!((shared / trace - 1.0).abs() < 1e-12, "{kind}: {shared} for {trace}");
                     let s = &set.stress[p].0;
                     for (place, [i, j]) in
@@ -246,17 +220,17 @@ mod tests {
 
     #[test]
     fn uniform_strain_stays_what_it_is_in_triangles_and_tetrahedra() {
-        uniform_strain_stays::<2, 3>();
-        uniform_strain_stays::<3, 4>();
+        uniform_strain_stays::<2>();
+        uniform_strain_stays::<3>();
     }
 
-    fn shared_strain_is_the_mean_of_means<const D: usize, const S: usize>() {
-        // MPM sheet §2.17, eqs. 6.35 and 6.36, element by element; A-35 for what is left.
-        let mut solver = solver::<D, S>(&json!({ "volumetric_strain": "nodal" }), &json!({}));
+    fn shared_strain_is_the_mean_of_means<const D: usize>() {
+        // sheet: mpm §2.17, eqs. 6.35 and 6.36, element by element; A-35 for what is left.
+        let mut solver = solver::<D>(&json!({ "volumetric_strain": "nodal" }), &json!({}));
         let velocity =
             |x: &[f64; D]| std::array::from_fn(|c| 1e-9 * (1.0 + c as f64 + x[0] * x[D - 1] + x[c] * x[c]));
         strain(&mut solver, velocity);
-        let mesh = solver.mesh.clone();
+        let mesh = solver.background.mesh.clone();
         let own: Vec<[[f64; D]; D]> = (mesh.elements().iter())
             .map(|e| {
                 let at = |k: usize| velocity(&mesh.nodes()[e.nodes[k] as usize]);
@@ -280,7 +254,7 @@ mod tests {
                 };
                 let mean = mesh.elements()[element].nodes[..=D].iter().map(|&n| of_node(n)).sum::<f64>()
                     / (D + 1) as f64;
-                let [shared, _] = solver.shared_strain(set.body, &set.domain[p], &set.position[p]);
+                let [shared, _] = solver.shared_strain(set.body, &set.points(), p);
                 assert!((shared / mean - 1.0).abs() < 1e-12, "{shared} for {mean}");
                 differs |= (mean / trace(element) - 1.0).abs() > 0.1;
                 // λ = μ = 0.4: σ_ii = λ tr ε + 2 μ ε_ii. Rotations of 1e-9 change the ninth digit.
@@ -299,27 +273,24 @@ mod tests {
 
     #[test]
     fn shared_strain_is_the_mean_over_nodes_of_means_over_elements_of_the_material() {
-        shared_strain_is_the_mean_of_means::<2, 3>();
-        shared_strain_is_the_mean_of_means::<3, 4>();
+        shared_strain_is_the_mean_of_means::<2>();
+        shared_strain_is_the_mean_of_means::<3>();
     }
 
     /// Forces at the nodes of the block under 7 Pa on all sides, without the points of which `gap` says so.
-    fn forces<const D: usize, const S: usize>(
-        options: &Value,
-        gap: impl Fn(&[f64; D]) -> bool,
-    ) -> Vec<[f64; 4]> {
+    fn forces<const D: usize>(options: &Value, gap: impl Fn(&[f64; D]) -> bool) -> Vec<[f64; 4]> {
         let stress = json!({ "stress": { "kind": "uniform", "value": [7, 7, 7, 0, 0, 0] } });
-        let mut solver = solver::<D, S>(options, &stress);
+        let mut solver = solver::<D>(options, &stress);
         solver.sets.iter_mut().for_each(|set| set.retain(|x| !gap(x)));
         solver.sort();
         solver.scatter(Scatter::Everything, 1e-3);
         solver.nodes.iter().map(|node| node.force.to_array()).collect()
     }
 
-    fn full_elements_do_not_notice<const D: usize, const S: usize>() {
-        // MPM sheet S-04: one point less in an element within the block.
-        let whole = solver::<D, S>(&json!({}), &json!({}));
-        let mesh = whole.mesh.clone();
+    fn full_elements_do_not_notice<const D: usize>() {
+        // sheet: mpm S-04: one point less in an element within the block.
+        let whole = solver::<D>(&json!({}), &json!({}));
+        let mesh = whole.background.mesh.clone();
         let within = |x: &[f64; D]| {
             x.iter().enumerate().all(|(c, x)| *x > 0.5 && *x < if c + 1 == D { 3.5 } else { 1.5 })
         };
@@ -327,8 +298,8 @@ mod tests {
         let element = mesh.locate(&missing).unwrap();
         let share = mesh.elements()[element as usize].volume / (D + 1) as f64;
         let inner = |x: &[f64; D]| (0..D).all(|c| x[c] > 0.0 && x[c] < if c + 1 == D { 4.0 } else { 2.0 });
-        let [by_points, by_cells] = ["points", "mixed"]
-            .map(|kind| forces::<D, S>(&json!({ "integration": kind }), |x| *x == missing));
+        let [by_points, by_cells] =
+            ["points", "mixed"].map(|kind| forces::<D>(&json!({ "integration": kind }), |x| *x == missing));
         for (node, x) in mesh.nodes().iter().enumerate().filter(|(_, x)| inner(x)) {
             let e = &mesh.elements()[element as usize];
             let corner = e.nodes[..=D].iter().position(|&n| n as usize == node);
@@ -347,8 +318,8 @@ mod tests {
 
     #[test]
     fn full_elements_do_not_notice_how_many_points_they_hold() {
-        full_elements_do_not_notice::<2, 3>();
-        full_elements_do_not_notice::<3, 4>();
+        full_elements_do_not_notice::<2>();
+        full_elements_do_not_notice::<3>();
     }
 
     #[test]
@@ -356,9 +327,9 @@ mod tests {
         // A triangle on the surface that keeps one of its three points.
         let gap = |x: &[f64; 2]| x[1] > 1.0 || (x[1] > 0.5 && x[0] < 1.0);
         let at = |options: Value| {
-            let nodes = solver::<2, 3>(&json!({}), &json!({})).mesh.nodes().to_vec();
+            let nodes = solver::<2>(&json!({}), &json!({})).background.mesh.nodes().to_vec();
             let node = nodes.iter().position(|x| *x == [0.0, 1.0]).unwrap();
-            forces::<2, 3>(&options, gap)[node]
+            forces::<2>(&options, gap)[node]
         };
         let points = at(json!({ "integration": "points" }));
         let strict = at(json!({ "integration": "mixed" }));

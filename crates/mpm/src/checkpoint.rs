@@ -1,14 +1,16 @@
 //! Saving and restoring the solver, and the `Solver` face of it.
 
+use std::io::{Read, Write};
+
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
-use colluvium_case::{Budget, Equilibrium, Reaction, Snapshot, Solver, SolverError, TimeStep};
-use colluvium_grid::Basis;
+use colluvium_case::solver::{restore_value, save_value};
+use colluvium_case::{Advance, Budget, Equilibrium, Reaction, Snapshot, Solver, SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
 use crate::driven::DrivenState;
 use crate::momentum::RowSums;
-use crate::points::{PointDomain, PointSet, SavedSet};
+use crate::points::{PointSet, SavedSet};
 use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
@@ -36,7 +38,7 @@ struct Saved {
     sets: Vec<SavedSet>,
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for MpmSolver<D, S, B, P> {
+impl<const D: usize> Solver for MpmSolver<D> {
     fn time(&self) -> f64 {
         self.time
     }
@@ -49,12 +51,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         self.sets.iter().map(PointSet::len).sum()
     }
 
-    fn time_step(&mut self) -> TimeStep {
+    fn limit(&mut self) -> TimeStep {
         self.critical_step()
     }
 
-    fn step(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.advance(dt)
+    fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
+        let limit = self.critical_step();
+        let dt = limit.towards(at_most);
+        self.advance(dt)?;
+        Ok(Advance { dt, limit: limit.limit })
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
@@ -143,11 +148,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
         self.take_budget()
     }
 
-    fn save(&self) -> Vec<u8> {
+    fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
         let saved = Saved {
             format: FORMAT,
             dimension: D,
-            shape: B::NAME.to_owned(),
+            shape: self.background.axis.name.to_owned(),
             time: self.time,
             step: self.step,
             travel: self.travel,
@@ -161,14 +166,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
             absorbed: self.absorbing.moved.clone().into_iter().collect(),
             sets: self.sets.iter().map(PointSet::save).collect(),
         };
-        postcard::to_stdvec(&saved).expect("plain numbers always serialise")
+        save_value(&saved, out)
     }
 
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError> {
+    fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
         let wrong = |what: &str| SolverError::Checkpoint(what.to_owned());
-        let saved: Saved = postcard::from_bytes(bytes)
-            .map_err(|error| SolverError::Checkpoint(format!("cannot be read ({error})")))?;
-        if saved.format != FORMAT || saved.dimension != D || saved.shape != B::NAME {
+        let saved: Saved = restore_value(input)?;
+        if saved.format != FORMAT || saved.dimension != D || saved.shape != self.background.axis.name {
             return Err(wrong("was written by another version or for another case"));
         }
         let keep: Vec<u32> = saved.sets.iter().map(|set| set.body).collect();
@@ -204,7 +208,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Solver for 
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Active nodes and slabs after a restart. Slab bounds come from the checkpoint: since the sort
     /// points may have drifted, and the order of summation must stay what it was.
     fn restore_layout(&mut self, travel: f64) {

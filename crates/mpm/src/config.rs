@@ -137,7 +137,7 @@ pub struct MpmOptions {
     pub volume_cap: f64,
 }
 
-/// Where a mesh of triangles (in the plane) or tetrahedra comes from (MPM sheet §2.5b).
+/// Where a mesh of triangles (in the plane) or tetrahedra comes from (sheet: mpm §2.5b).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum MeshSource {
@@ -269,7 +269,7 @@ impl MpmOptions {
     }
 
     /// The largest viscosity times step over density and the square of the cell size, in `dimension` axes, at which momentum
-    /// diffuses in good order: that of the sheet (§2.10) or less. With stress last a strain rate is that of the solved
+    /// diffuses in good order: that of `sheet: mpm §2.10` or less. With stress last a strain rate is that of the solved
     /// velocity, of which points keep a part only: neither the shortest wave, which a liquid resists with 4/3 of its
     /// viscosity, nor what the node beyond a free surface adds, must be turned in one step.
     fn surface_diffusion(&self, dimension: usize) -> f64 {
@@ -342,11 +342,11 @@ fn courant() -> f64 {
 fn two() -> usize {
     2
 }
-/// Of MPM sheet §3.2: what round-off leaves.
+/// Of `sheet: mpm §3.2`: what round-off leaves.
 fn mass_cutoff() -> f64 {
     1e-12
 }
-/// Of MPM sheet §2.16.
+/// Of `sheet: mpm §2.16`.
 fn full_cell() -> f64 {
     0.9
 }

@@ -1,4 +1,4 @@
-//! Consistent mass (GT eq. 3.9, Anura3D manual eq. 4.23; MPM sheet §2.1): `M_ij = Σ_p m_p N_ip N_jp`.
+//! Consistent mass (GT eq. 3.9, Anura3D manual eq. 4.23; sheet: mpm §2.1): `M_ij = Σ_p m_p N_ip N_jp`.
 //!
 //! Velocities of nodes solve `M v = p` and accelerations `M a = f`, with the conjugate gradients preconditioned by the
 //! diagonal of `M` (Jacobi), each component of the vectors by itself. `M` is never stored: `M x` is a sweep from nodes to
@@ -11,13 +11,14 @@
 
 use colluvium_case::description::{Boundary, Wall};
 use colluvium_case::{Case, CaseError, SolverError};
-use colluvium_grid::{Basis, Lanes, Layout, Node, Support};
+use colluvium_constitutive::BLOCK;
+use colluvium_grid::{Lanes, Layout, Node, Window};
 
+use crate::background::Background;
 use crate::config::{Mass, ShapeFunctions};
-use crate::contact::three;
 use crate::momentum::{sign, slowed};
-use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
+use crate::vectors::three;
 use crate::{FixedNodes, MpmOptions, StressScheme, Transfer};
 
 /// Size of what is left of the right side when a system counts as solved, in the norm of the preconditioner.
@@ -79,21 +80,10 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     if !options.contacts.is_empty() {
         return refuse("methods.mpm.contacts", "contacts are not available");
     }
-    case.refuse_driven("mpm with mass consistent")?;
-    if !case.domain.periodic.is_empty() {
-        return refuse("domain.periodic", "a periodic domain is not available");
-    }
-    if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
-        return refuse(&format!("bodies[{number}].pore_fluid"), "a pore fluid is not available");
-    }
     let holds = |wall: &Boundary| matches!(wall.wall, Wall::Rough | Wall::Smooth) && !wall.separation;
     if let Some(number) = case.boundaries.iter().position(|boundary| !holds(boundary)) {
         let problem = "walls are rough or smooth, without separation: the system is linear";
         return refuse(&format!("boundaries[{number}].wall"), problem);
-    }
-    if let Some(number) = case.stages.iter().position(|stage| stage.equilibrium.is_some()) {
-        let problem = "equilibrium is not measured: use mass lumped for what comes to rest";
-        return refuse(&format!("stages[{number}].equilibrium"), problem);
     }
     Ok(())
 }
@@ -241,23 +231,28 @@ fn solve<const D: usize>(
     false
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// `out = ((1 - θ) M + θ M_L) x`; the masses of the nodes are in their fourth lane.
     fn mass_times(&self, x: &[Lanes], out: &mut [Lanes]) {
-        let (strides, ground, sets) = (self.layout.strides(), ground!(self), &self.sets);
+        let Background { layout, sweeps, .. } = &self.background;
+        let (ground, strides) = (self.background.ground(), layout.strides());
         let share = self.options.lumped_share;
         let own = 1.0 - share;
-        self.layout.reset(out);
-        self.layout.scatter(out, |slab, window, offset| {
-            for set in sets {
-                for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let support = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
-                    let value = support.interpolate(x, &strides, |x| *x);
-                    support.deposit_motion(window, offset, &strides, value * (own * set.mass[p]));
+        layout.reset(out);
+        layout.scatter(out, |slab, window, offset| {
+            let mut all = [Lanes::ZERO; BLOCK];
+            for set in &self.sets {
+                for block in set.blocks_of(slab) {
+                    let (points, values) = (set.points().range(block.clone()), &mut all[..block.len()]);
+                    sweeps.interpolate(&ground, &points, x, values);
+                    let masses = &set.mass[block];
+                    values.iter_mut().zip(masses).for_each(|(value, mass)| *value *= own * mass);
+                    let to = Window { nodes: &mut *window, first: offset };
+                    sweeps.deposit_values(&ground, &points, to, values, None);
                 }
             }
         });
-        self.layout.each(out, |row, active, line| {
+        layout.each(out, |row, active, line| {
             for number in active {
                 let node = row * strides[0] + number;
                 line[number] += x[node] * (share * self.nodes[node].motion.as_array()[3]);
@@ -267,14 +262,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// `Σ_p m_p N_ip²`.
     fn mass_squares(&self, squares: &mut [f64]) {
-        let (strides, ground, sets) = (self.layout.strides(), ground!(self), &self.sets);
-        self.layout.reset(squares);
-        self.layout.scatter(squares, |slab, window, offset| {
-            for set in sets {
-                for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let support = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
-                    support.for_each(&strides, |number, w, _| window[number - offset] += set.mass[p] * w * w);
-                }
+        let Background { layout, sweeps, .. } = &self.background;
+        let ground = self.background.ground();
+        layout.reset(squares);
+        layout.scatter(squares, |slab, window, offset| {
+            for set in &self.sets {
+                let points = set.slabs[slab]..set.slabs[slab + 1];
+                let to = Window { nodes: &mut *window, first: offset };
+                sweeps.deposit_squares(&ground, &set.points().range(points.clone()), to, &set.mass[points]);
             }
         });
     }
@@ -298,7 +293,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     fn solve_with(&mut self, mass: &mut ConsistentMass, dt: f64) -> bool {
-        let layout = &self.layout;
+        let layout = &self.background.layout;
         let row_length = layout.strides()[0];
         let (light, share) = (self.options.node_mass_cutoff * self.heaviest, self.options.lumped_share);
         self.mass_squares(&mut mass.squares);
@@ -381,13 +376,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::points::FixedDomain;
-    use crate::setup;
+    use crate::dispatch::tests::begun;
     use crate::transfer::Scatter;
-    use colluvium_grid::{Gimp, Linear};
 
     /// The rows of the matrix sum to the lumped masses, and it is symmetric.
-    fn sums<const S: usize, B: Basis<S>>(shape: &str) {
+    fn sums(shape: &str) {
         let text = serde_json::json!({
             "title": "ball", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
             "materials": { "m": { "model": "linear-elastic", "density": 7, "youngs_modulus": 1, "poissons_ratio": 0 } },
@@ -397,10 +390,9 @@ mod tests {
                                   "lumped_share": 0.2 } }
         });
         let case = Case::from_json(&text.to_string()).unwrap();
-        let options = setup::options(&case).unwrap();
-        let mut solver = setup::solver::<2, S, B, FixedDomain>(&case, &options).unwrap();
+        let mut solver = begun::<2>(&case);
         solver.scatter(Scatter::Everything, 1e-3);
-        let count = solver.layout.len();
+        let count = solver.background.layout.len();
         let mut out = vec![Lanes::ZERO; count];
         solver.mass_times(&vec![Lanes::ONE; count], &mut out);
         let mut total = 0.0;
@@ -426,7 +418,7 @@ mod tests {
 
     #[test]
     fn rows_of_the_matrix_sum_to_the_lumped_mass() {
-        sums::<2, Linear>("linear");
-        sums::<3, Gimp>("ugimp");
+        sums("linear");
+        sums("ugimp");
     }
 }

@@ -1,5 +1,5 @@
 //! Contact between bodies: a velocity field for each, and Coulomb friction with adhesion where they meet
-//! (Bardenhagen et al. 2001; MPM sheet §2.12, §3.6).
+//! (Bardenhagen et al. 2001; sheet: mpm §2.12, §3.6).
 //!
 //! The normal of a node is the difference of the directions of the gradients of the two bodies' volumes, so that it is
 //! opposite for the two, and momentum is conserved. Within a body the gradient is noise, and counts by its size. The
@@ -13,8 +13,8 @@ use colluvium_case::{Case, CaseError};
 use colluvium_grid::Lanes;
 
 use crate::gap::{SurfaceDistance, TOUCHING};
-use crate::points::{PointDomain, PointSet};
-use crate::touch::RowTouch;
+use crate::points::PointSet;
+use crate::vectors::{dot, norm, three};
 use crate::{ContactTest, MpmOptions, Penalty};
 
 /// Gradients of volume within a body, over the largest possible: what points make that no longer lie in rows.
@@ -64,6 +64,24 @@ pub struct Given {
     pub rub: f64,
 }
 
+/// What a row of nodes reports of a pair.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RowTouch {
+    /// Whether velocities changed.
+    pub changed: bool,
+    /// Impulse (N s) that the first field took.
+    pub impulse: [f64; 3],
+    /// What the two have given each other in the step, node by node; empty where no law asks for it.
+    pub given: Vec<Given>,
+}
+
+impl RowTouch {
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(&self.given[..])
+    }
+}
+
 /// All contacts of a case.
 #[derive(Clone, Debug, Default)]
 pub struct Contacts {
@@ -101,43 +119,16 @@ impl Contacts {
 }
 
 /// Gives each body that a contact names, and each rigid one, a field of its own, and lists the pairs.
-pub fn contacts<const D: usize, P: PointDomain<D>>(
+pub fn contacts<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-    sets: &mut [PointSet<D, P>],
+    sets: &mut [PointSet<D>],
 ) -> Result<Contacts, CaseError> {
-    let on_mesh = options.mesh.is_some();
-    let mut bodies = Vec::new();
-    let mut laws: Vec<([usize; 2], ContactLaw)> = Vec::new();
-    for (number, contact) in options.contacts.iter().enumerate() {
-        let path = |key: &str| format!("methods.mpm.contacts[{number}].{key}");
-        let mut pair = [0; 2];
-        for (side, name) in contact.bodies.iter().enumerate() {
-            let Some(body) = case.bodies.iter().position(|body| body.name == *name) else {
-                return Err(CaseError::new(path("bodies"), format!("{name:?} is not a body")));
-            };
-            pair[side] = body;
-            if !bodies.contains(&body) {
-                bodies.push(body);
-            }
-        }
-        if pair[0] == pair[1] {
-            return Err(CaseError::new(path("bodies"), "a contact is between two bodies"));
-        }
-        if laws.iter().any(|(other, _)| *other == pair || *other == [pair[1], pair[0]]) {
-            return Err(CaseError::new(path("bodies"), "an earlier contact names the same two bodies"));
-        }
-        contact.validate(on_mesh).map_err(|(key, problem)| CaseError::new(path(key), problem))?;
-        let normal =
-            contact.normal.as_deref().map(|n| unit::<D>(n).ok_or("must be a vector of the space, not zero"));
-        let normal = normal.transpose().map_err(|problem| CaseError::new(path("normal"), problem))?;
-        let (friction, adhesion) = (contact.friction_coefficient, contact.adhesion);
-        let test = contact.test(on_mesh);
-        laws.push((pair, ContactLaw { friction, adhesion, normal, test, penalty: contact.penalty }));
-    }
+    let laws = laws::<D>(case, options)?;
+    let mut bodies: Vec<usize> = laws.iter().flat_map(|(pair, _)| *pair).collect();
     for set in sets.iter() {
         let body = set.body as usize;
-        if set.rigid.is_some() && !bodies.contains(&body) {
+        if set.rigid.is_some() {
             bodies.push(body);
         }
     }
@@ -145,6 +136,7 @@ pub fn contacts<const D: usize, P: PointDomain<D>>(
         return Ok(Contacts::default());
     }
     bodies.sort_unstable();
+    bodies.dedup();
     let shared = usize::from(bodies.len() < case.bodies.len());
     for set in sets.iter_mut() {
         set.field = bodies.binary_search(&(set.body as usize)).map_or(0, |place| place + shared);
@@ -168,26 +160,43 @@ pub fn contacts<const D: usize, P: PointDomain<D>>(
     Ok(Contacts { pairs, rigid, ..Contacts::default() })
 }
 
+/// The contacts that the case names: two bodies and their law.
+fn laws<const D: usize>(
+    case: &Case,
+    options: &MpmOptions,
+) -> Result<Vec<([usize; 2], ContactLaw)>, CaseError> {
+    let on_mesh = options.mesh.is_some();
+    let mut laws: Vec<([usize; 2], ContactLaw)> = Vec::new();
+    for (number, contact) in options.contacts.iter().enumerate() {
+        let path = |key: &str| format!("methods.mpm.contacts[{number}].{key}");
+        let mut pair = [0; 2];
+        for (side, name) in contact.bodies.iter().enumerate() {
+            let Some(body) = case.bodies.iter().position(|body| body.name == *name) else {
+                return Err(CaseError::new(path("bodies"), format!("{name:?} is not a body")));
+            };
+            pair[side] = body;
+        }
+        if pair[0] == pair[1] {
+            return Err(CaseError::new(path("bodies"), "a contact is between two bodies"));
+        }
+        if laws.iter().any(|(other, _)| *other == pair || *other == [pair[1], pair[0]]) {
+            return Err(CaseError::new(path("bodies"), "an earlier contact names the same two bodies"));
+        }
+        contact.validate(on_mesh).map_err(|(key, problem)| CaseError::new(path(key), problem))?;
+        let normal =
+            contact.normal.as_deref().map(|n| unit::<D>(n).ok_or("must be a vector of the space, not zero"));
+        let normal = normal.transpose().map_err(|problem| CaseError::new(path("normal"), problem))?;
+        let (friction, adhesion) = (contact.friction_coefficient, contact.adhesion);
+        let test = contact.test(on_mesh);
+        laws.push((pair, ContactLaw { friction, adhesion, normal, test, penalty: contact.penalty }));
+    }
+    Ok(laws)
+}
+
 fn unit<const D: usize>(vector: &[f64]) -> Option<[f64; 3]> {
     let length = norm(&std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0)));
     let holds = vector.len() == D && length.is_finite() && length > 0.0;
     holds.then(|| std::array::from_fn(|c| vector.get(c).copied().unwrap_or(0.0) / length))
-}
-
-/// Scalar product.
-pub fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Length.
-pub fn norm(a: &[f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-
-/// The first three lanes.
-pub fn three(lanes: Lanes) -> [f64; 3] {
-    let [x, y, z, _] = lanes.to_array();
-    [x, y, z]
 }
 
 impl ContactLaw {

@@ -1,74 +1,90 @@
-//! From the run-time choice of dimension and shape functions to the compiled solver.
+//! From the run-time choice of dimension and shape functions to a dimension that the compiler knows.
 
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, Corners, CubicSpline, Gimp, Linear, QuadraticSpline, Simplex, WideGimp};
+use colluvium_grid::{Shape, Sweeps};
 
 use crate::MpmOptions;
 use crate::config::{DomainStretch, Formulation, ShapeFunctions};
-use crate::domains::{ConvectedCorners, ConvectedDomain, ReferencePoint};
-use crate::mesh::InElement;
-use crate::points::{FixedDomain, PointDomain};
-use crate::stretch::{StretchingDomain, TurningDomain};
 
-/// Something done with a concrete dimension, basis and point domain.
+/// The transfers of a case.
+#[derive(Clone, Copy, Debug)]
+pub struct Chosen<const D: usize> {
+    /// Those of its shape functions.
+    pub sweeps: &'static dyn Sweeps<D>,
+    /// Those of linear functions.
+    pub linear: &'static dyn Sweeps<D>,
+}
+
+/// Something done in a space of a dimension that the compiler knows.
 pub trait Visitor {
     /// What comes out.
     type Output;
 
     /// Does it.
-    fn visit<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(self) -> Self::Output;
+    fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output;
 }
 
-/// Calls `visitor` with the types that `case` and `options` ask for.
+/// Calls `visitor` in the space that `case` asks for, with the transfers of `options`.
 pub fn dispatch<T>(
     case: &Case,
     options: &MpmOptions,
     visitor: impl Visitor<Output = Result<T, CaseError>>,
 ) -> Result<T, CaseError> {
-    if options.mesh.is_some() {
-        return match case.dimension() {
-            2 => visitor.visit::<2, 3, Simplex, InElement>(),
-            _ => visitor.visit::<3, 4, Simplex, InElement>(),
-        };
-    }
-    if options.shape == ShapeFunctions::Cpdi {
-        return match case.dimension() {
-            1 => visitor.visit::<1, 4, Corners, ConvectedDomain<1>>(),
-            2 => visitor.visit::<2, 16, Corners, ConvectedDomain<2>>(),
-            _ => visitor.visit::<3, 64, Corners, ConvectedDomain<3>>(),
-        };
-    }
-    if options.shape == ShapeFunctions::Cpdi2 {
-        return visitor.visit::<2, 16, Corners, ConvectedCorners>();
-    }
+    let shape = shape(options);
+    let refuse = || CaseError::new("methods.mpm.shape", "is not available in so many dimensions");
     match case.dimension() {
-        1 => shape::<1, T>(options, visitor),
-        2 => shape::<2, T>(options, visitor),
-        _ => shape::<3, T>(options, visitor),
+        1 => visitor.visit(chosen(shape.on_line(), Shape::Linear.on_line()).ok_or_else(refuse)?),
+        2 => visitor.visit(chosen(shape.in_plane(), Shape::Linear.in_plane()).ok_or_else(refuse)?),
+        _ => visitor.visit(chosen(shape.in_space(), Shape::Linear.in_space()).ok_or_else(refuse)?),
     }
 }
 
-fn shape<const D: usize, T>(
-    options: &MpmOptions,
-    visitor: impl Visitor<Output = Result<T, CaseError>>,
-) -> Result<T, CaseError> {
+type MaybeSweeps<const D: usize> = Option<&'static dyn Sweeps<D>>;
+
+fn chosen<const D: usize>(sweeps: MaybeSweeps<D>, linear: MaybeSweeps<D>) -> Option<Chosen<D>> {
+    Some(Chosen { sweeps: sweeps?, linear: linear? })
+}
+
+fn shape(options: &MpmOptions) -> Shape {
+    let total = options.formulation == Formulation::TotalLagrangian;
     match options.shape {
-        ShapeFunctions::Linear if options.formulation == Formulation::TotalLagrangian => {
-            visitor.visit::<D, 2, Linear, ReferencePoint<D>>()
-        }
-        ShapeFunctions::Quadratic if options.formulation == Formulation::TotalLagrangian => {
-            visitor.visit::<D, 3, QuadraticSpline, ReferencePoint<D>>()
-        }
-        ShapeFunctions::Linear | ShapeFunctions::DualDomain => visitor.visit::<D, 2, Linear, FixedDomain>(),
-        ShapeFunctions::Ugimp => visitor.visit::<D, 3, Gimp, FixedDomain>(),
+        _ if options.mesh.is_some() => Shape::Elements,
+        ShapeFunctions::Linear if total => Shape::ReferenceLinear,
+        ShapeFunctions::Quadratic if total => Shape::ReferenceQuadratic,
+        ShapeFunctions::Linear | ShapeFunctions::DualDomain => Shape::Linear,
+        ShapeFunctions::Ugimp => Shape::Gimp,
         ShapeFunctions::Cpgimp => match options.domain_stretch {
-            DomainStretch::Diagonal => visitor.visit::<D, 4, WideGimp, StretchingDomain<D>>(),
-            DomainStretch::RightStretch => visitor.visit::<D, 4, WideGimp, TurningDomain<D>>(),
+            DomainStretch::Diagonal => Shape::StretchingGimp,
+            DomainStretch::RightStretch => Shape::TurningGimp,
         },
-        ShapeFunctions::Quadratic => visitor.visit::<D, 3, QuadraticSpline, FixedDomain>(),
-        ShapeFunctions::Cubic => visitor.visit::<D, 4, CubicSpline, FixedDomain>(),
-        ShapeFunctions::Cpdi | ShapeFunctions::Cpdi2 => {
-            unreachable!("have as many nodes as the dimension says")
+        ShapeFunctions::Quadratic => Shape::Quadratic,
+        ShapeFunctions::Cubic => Shape::Cubic,
+        ShapeFunctions::Cpdi => Shape::Convected,
+        ShapeFunctions::Cpdi2 => Shape::ConvectedCorners,
+    }
+}
+
+#[cfg(test)]
+pub mod tests {
+    use std::any::Any;
+
+    use super::*;
+    use crate::setup;
+    use crate::solver::MpmSolver;
+
+    struct Begin<'a>(&'a Case, &'a MpmOptions);
+
+    impl Visitor for Begin<'_> {
+        type Output = Result<Box<dyn Any>, CaseError>;
+
+        fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output {
+            Ok(Box::new(setup::solver(self.0, self.1, chosen)?))
         }
+    }
+
+    /// The solver of a case in `D` dimensions, at time zero.
+    pub fn begun<const D: usize>(case: &Case) -> MpmSolver<D> {
+        let options = setup::options(case).unwrap();
+        *dispatch(case, &options, Begin(case, &options)).unwrap().downcast().unwrap()
     }
 }

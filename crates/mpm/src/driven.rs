@@ -1,18 +1,18 @@
-//! What moves as the case says: rigid bodies and patches of nodes (MPM sheet §2.11: prescribed velocities, on nodes
+//! What moves as the case says: rigid bodies and patches of nodes (sheet: mpm §2.11: prescribed velocities, on nodes
 //! without material too).
 
 use std::ops::Range;
 
 use colluvium_case::description::Patch;
 use colluvium_case::{Case, SolverError};
-use colluvium_grid::{Basis, Lanes, Layout, Node};
+use colluvium_grid::{Lanes, Node};
 use serde::{Deserialize, Serialize};
 
 use crate::MpmOptions;
+use crate::background::Background;
 use crate::config::Formulation;
-use crate::points::{Ground, PointDomain, ground};
+use crate::pore::{LIQUID, SOLID};
 use crate::solver::MpmSolver;
-use crate::two_phase::{LIQUID, SOLID};
 
 /// Distance (cells; least heights of the elements of a mesh) from the surface of a patch within which nodes still belong
 /// to it: round-off.
@@ -140,10 +140,9 @@ impl Place<'_> {
 
     /// Calls `visit(number in memory, whether it is the first of those that are one node)` for each of its nodes. Where
     /// it reaches a side of the domain, the nodes beyond that side are its own.
-    fn nodes<const D: usize, const S: usize, B: Basis<S>>(
+    fn nodes<const D: usize>(
         &self,
-        Ground { grid, mesh }: &Ground<D>,
-        layout: &Layout<D>,
+        Background { grid, mesh, layout, axis: basis, .. }: &Background<D>,
         mut visit: impl FnMut(usize, bool),
     ) {
         let [low, high] = self.ends();
@@ -161,7 +160,7 @@ impl Place<'_> {
         // Coordinate of a node in the box, in the domain or in its next image.
         let within = |axis: usize, index: usize| {
             let (low, high) = (grid.origin[axis], upper[axis]);
-            let x = low + grid.cell * B::coordinate(index, grid.cells[axis]);
+            let x = low + grid.cell * basis.coordinate(index, grid.cells[axis]);
             if layout.is_periodic(axis) {
                 let width = high - low;
                 return [x, x - width, x + width].into_iter().find(|x| inside(axis, *x));
@@ -198,7 +197,7 @@ impl Place<'_> {
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Velocities at the end of a step of `dt`; forces are counted anew.
     pub(crate) fn drive(&mut self, dt: f64) {
         let stage = &self.case.stages[self.stage];
@@ -221,7 +220,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let is_empty = |driven: &&Driven| {
             let mut nodes = 0;
             let Some(place) = driven.place(&self.case, &self.options) else { return false };
-            place.nodes::<D, S, B>(&ground!(self), &self.layout, |_, _| nodes += 1);
+            place.nodes(&self.background, |_, _| nodes += 1);
             nodes == 0
         };
         self.driven.iter().filter(is_empty).filter_map(|driven| driven.patch).collect()
@@ -237,7 +236,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let velocity = driven.rigid_velocity();
             (0..3).for_each(|c| driven.state.way[c] += dt * velocity[c]);
         }
-        let (ground, mut lost) = (ground!(self), None);
+        let (ground, mut lost) = (self.background.ground(), None);
         if self.options.formulation == Formulation::SmallDisplacement {
             for set in &mut self.sets {
                 let Some(driven) = set.rigid else { continue };
@@ -246,14 +245,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             }
             return Ok(0.0);
         }
-        let within = !P::MESHED && !P::ANCHORED && self.periodic == [false; D];
+        let within = !self.background.is_meshed() && self.background.periodic == [false; D];
         for (number, set) in self.sets.iter_mut().enumerate() {
             let Some(driven) = set.rigid else { continue };
             let velocity = self.driven[driven].rigid_velocity();
-            for (p, (position, domain)) in set.position.iter_mut().zip(&mut set.domain).enumerate() {
+            let anchored = set.domain.are_anchored();
+            let mut domain = set.domain.as_mut();
+            for (p, position) in set.position.iter_mut().enumerate() {
                 (0..D).for_each(|c| position[c] += dt * velocity[c]);
-                let mut settled = domain.settle(&ground, position);
-                if within && !self.grid.contains(position) {
+                let mut settled = domain.settle(p, &ground, position);
+                if within && !anchored && !self.background.grid.contains(position) {
                     settled = Err("a rigid body left the domain: enlarge the domain".to_owned());
                 }
                 lost = lost.or(settled.err().map(|reason| (number, p, reason)));
@@ -271,9 +272,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         for (field, driven) in self.contacts.rigid.iter().enumerate() {
             let Some(driven) = driven else { continue };
             let [x, y, z] = self.driven[*driven].rigid_velocity();
-            let len = self.layout.len();
+            let len = self.background.layout.len();
             let nodes = &mut self.nodes[field * len..(field + 1) * len];
-            self.layout.each(nodes, |_, active, line| {
+            self.background.layout.each(nodes, |_, active, line| {
                 for node in &mut line[active] {
                     let mass = node.motion.as_array()[3];
                     *node = Node { motion: Lanes::new([x, y, z, mass]), force: Lanes::ZERO };
@@ -357,9 +358,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         mut act: impl FnMut(&mut T, bool),
     ) {
         let Some(place) = driven.place(&self.case, &self.options) else { return };
-        let len = self.layout.len();
+        let len = self.background.layout.len();
         for field in soft_fields(nodes.len() / len, &self.contacts.rigid) {
-            place.nodes::<D, S, B>(&ground!(self), &self.layout, |number, first| {
+            place.nodes(&self.background, |number, first| {
                 let held = &mut nodes[field * len + number][place.phases(N)];
                 held.iter_mut().for_each(|held| act(held, first));
             });

@@ -1,4 +1,4 @@
-//! Dual domain material point method (Zhang et al. 2011; MPM sheet §2.5f): gradients that do not jump at cell faces.
+//! Dual domain material point method (Zhang et al. 2011; sheet: mpm §2.5f): gradients that do not jump at cell faces.
 //!
 //! Values are those of the linear functions. The gradient is `α ∇N_i + (1 - α) Σ_j N_j g_ji`, where `g_ji` is the average
 //! of `∇N_i` around node `j`, weighed with `N_j`, and `α`, the product of the linear functions of the cell over its largest
@@ -14,10 +14,10 @@
 use colluvium_case::description::Load;
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Node};
+use colluvium_grid::{Grid, Lanes, Layout, Node};
 
 use crate::config::{ShapeFunctions, VolumetricStrain};
-use crate::points::{PointDomain, PointSet};
+use crate::points::PointSet;
 use crate::solver::MpmSolver;
 use crate::{MpmOptions, Transfer};
 
@@ -44,12 +44,6 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     }
     if matches!(options.transfer, Transfer::Apic | Transfer::Tpic) {
         return refuse("methods.mpm.transfer", "only flip and xpic are available with shape dual-domain");
-    }
-    if !case.domain.periodic.is_empty() {
-        return refuse("domain.periodic", "is not available with shape dual-domain");
-    }
-    if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
-        return refuse(&format!("bodies[{number}].pore_fluid"), "is not available with shape dual-domain");
     }
     if let Some(number) = case.loads.iter().position(|load| matches!(load, Load::Pressure { .. })) {
         let problem =
@@ -279,7 +273,7 @@ impl DualNodes {
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Gives the nodes their share of the points' stresses.
     pub(crate) fn share_stresses(&mut self) {
         if !self.dual.is_used() {
@@ -287,9 +281,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         let mut dual = std::mem::take(&mut self.dual);
         for field in 0..self.contacts.fields() {
-            let of_field = |set: &&PointSet<D, P>| set.field == field;
+            let of_field = |set: &&PointSet<D>| set.field == field;
             let sets = &self.sets;
-            dual.take(field, &self.grid, &self.layout, &|slab, visit| {
+            dual.take(field, &self.background.grid, &self.background.layout, &|slab, visit| {
                 for set in sets.iter().filter(of_field) {
                     let points = set.slabs[slab]..set.slabs[slab + 1];
                     visit(&set.position[points.clone()], &set.stress[points.clone()], &set.volume[points]);
@@ -304,7 +298,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if !self.dual.is_used() {
             return;
         }
-        let (grid, layout) = (&self.grid, &self.layout);
+        let (grid, layout) = (&self.background.grid, &self.background.layout);
         for (field, nodes) in self.nodes.chunks_exact_mut(layout.len()).enumerate() {
             self.dual.pull(field, grid, layout, nodes);
         }
@@ -315,7 +309,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if !self.dual.is_used() {
             return;
         }
-        let (grid, layout, nodes, remapped) = (&self.grid, &self.layout, &self.nodes, &self.remapped);
+        let (grid, layout, nodes, remapped) =
+            (&self.background.grid, &self.background.layout, &self.nodes, &self.remapped);
         for field in 0..self.contacts.fields() {
             let first = field * layout.len();
             let of = |number: usize| {

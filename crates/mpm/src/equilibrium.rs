@@ -1,13 +1,13 @@
-//! How far a stage is from static equilibrium (MPM sheet §2.14).
+//! How far a stage is from static equilibrium (sheet: mpm §2.14).
 
 use colluvium_case::{Equilibrium, Scales};
 use colluvium_constitutive::BLOCK;
-use colluvium_grid::Basis;
 
-use crate::points::{PointDomain, PointSet, ground};
+use crate::points::PointSet;
 use crate::solver::MpmSolver;
+use crate::vectors::square_sum;
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Unbalanced force and kinetic energy over what acts from outside; `None` where the stage does not ask.
     pub(crate) fn measure_equilibrium(&self) -> Option<Equilibrium> {
         self.case.stages[self.stage].equilibrium?;
@@ -31,7 +31,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 set.material.wave_moduli(stresses, states, &mut moduli[..stresses.len()]);
                 for (k, stress) in stresses.iter().enumerate() {
                     let p = block * BLOCK + k;
-                    let spacing = set.domain[p].spacing(&ground!(self));
+                    let spacing = set.domain.as_slice().spacing(p, &self.background.ground());
                     scales.add(set.volume[p], spacing, &set.total_stress(p), stress, moduli[k]);
                 }
             }
@@ -46,22 +46,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 }
 
-/// Sum of the squares of vectors.
-pub fn square_sum<const D: usize>(vectors: &[[f64; D]]) -> f64 {
-    vectors.as_flattened().iter().map(|c| c * c).sum()
-}
-
-/// Power of forces (N) on points that move (m/s).
-pub fn power<const D: usize>(forces: &[[f64; D]], velocities: &[[f64; D]]) -> f64 {
-    forces
-        .as_flattened()
-        .iter()
-        .zip(velocities.as_flattened())
-        .map(|(force, velocity)| force * velocity)
-        .sum()
-}
-
-impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
+impl<const D: usize> PointSet<D> {
     /// Forces of prescribed pore pressures on the fluid of each point, its share of the volume only (N).
     pub fn pore_loads(&self) -> impl Iterator<Item = (usize, [f64; D])> {
         let forces = self.pore.iter().flat_map(|pore| pore.traction.iter().enumerate());

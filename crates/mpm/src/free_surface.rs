@@ -1,4 +1,4 @@
-//! Free surface of liquids (MPM sheet §2.18; Anura3D manual 2021, eqs. 6.38–6.40).
+//! Free surface of liquids (sheet: mpm §2.18; Anura3D manual 2021, eqs. 6.38–6.40).
 //!
 //! Nodes get a fill ratio: the volume that the mass of the points has at rest, over the volume of the cells around that
 //! hold a point. Where the ratio interpolated to a liquid point is small the point lies on the free surface: it carries
@@ -6,14 +6,15 @@
 
 use colluvium_case::description::{Body, Space};
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Linear, Stencil, Support};
+use colluvium_constitutive::BLOCK;
+use colluvium_grid::{DomainSlice, Domains, FixedDomain, Ground, Lanes, Layout, Points, Sweeps, Window};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
+use crate::background::Background;
 use crate::cells::{Cells, GridCells};
-use crate::points::{PointDomain, PointSet, ground};
+use crate::points::PointSet;
 use crate::solver::MpmSolver;
-use crate::strain::lowest_node;
 
 /// What detection needs.
 pub struct FreeSurface<const D: usize> {
@@ -25,22 +26,24 @@ pub struct FreeSurface<const D: usize> {
     sums: Vec<Lanes>,
     /// Whether a cell holds a point.
     occupied: Vec<bool>,
-    /// Fill ratios of the nodes.
-    fill: Vec<f64>,
+    /// Fill ratios of the nodes, in every lane.
+    fill: Vec<Lanes>,
+    /// With linear functions, whatever the solver uses.
+    sweeps: &'static dyn Sweeps<D>,
+    /// On a grid, domains of no width, one for each point.
+    thin: Option<Vec<FixedDomain>>,
     /// Of the bodies of the case: density at rest (kg/m³).
     densities: Vec<f64>,
     /// Of the bodies of the case: whether it is a liquid.
     liquid: Vec<bool>,
 }
 
-/// The detection of a case; `None` where it is off. `own` is the layout of the solver, `elements` that of the elements of
-/// a mesh.
+/// The detection of a case; `None` where it is off. `most` is the largest number of points of a body.
 pub fn free_surface<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-    grid: &Grid<D>,
-    own: &Layout<D>,
-    elements: Option<&Layout<D>>,
+    background: &Background<D>,
+    most: usize,
 ) -> Result<Option<Box<FreeSurface<D>>>, CaseError> {
     let Some(factor) = options.free_surface else { return Ok(None) };
     let spec = |body: &Body| &case.materials[&body.material];
@@ -54,20 +57,46 @@ pub fn free_surface<const D: usize>(
     if case.space == Space::Axisymmetric {
         return Err(CaseError::new("methods.mpm.free_surface", "is not available in axisymmetry"));
     }
-    let on_grid = || Layout::new::<2, Linear>(grid).with_slabs_of(own);
-    let layout = elements.map_or_else(on_grid, |_| own.clone());
+    let Background { grid, layout: own, elements, sweeps, linear, .. } = background;
+    let on_grid = || Layout::of(grid, &linear.axis()).with_slabs_of(own);
+    let layout = elements.as_ref().map_or_else(on_grid, |_| own.clone());
     Ok(Some(Box::new(FreeSurface {
         factor,
         sums: vec![Lanes::ZERO; layout.len()],
-        occupied: vec![false; elements.unwrap_or(&layout).len()],
-        fill: vec![0.0; layout.len()],
+        occupied: vec![false; elements.as_ref().unwrap_or(&layout).len()],
+        fill: vec![Lanes::ZERO; layout.len()],
         layout,
+        sweeps: if background.is_meshed() { *sweeps } else { *linear },
+        thin: (!background.is_meshed()).then(|| vec![FixedDomain; most]),
         densities: case.bodies.iter().map(|body| spec(body).density()).collect(),
         liquid,
     })))
 }
 
 impl<const D: usize> FreeSurface<D> {
+    const NO_WIDTH: [f64; D] = [0.0; D];
+
+    /// Where points find the nodes of the ratios.
+    fn ground<'a>(&self, background: &'a Background<D>) -> Ground<'a, D> {
+        Ground::new(&background.grid, &background.mesh, &self.layout)
+    }
+
+    /// The points of a set as the ratios see them.
+    fn points<'a>(
+        &'a self,
+        position: &'a [[f64; D]],
+        domain: &'a Domains<D>,
+        extent: &'a [f64; D],
+    ) -> Points<'a, D> {
+        match &self.thin {
+            None => Points { position, domain: domain.as_slice(), extent },
+            Some(thin) => {
+                let domain = DomainSlice::Fixed(&thin[..position.len()]);
+                Points { position, domain, extent: &Self::NO_WIDTH }
+            }
+        }
+    }
+
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
         size_of_val(&self.sums[..]) + size_of_val(&self.occupied[..]) + size_of_val(&self.fill[..])
@@ -82,7 +111,7 @@ impl<const D: usize> FreeSurface<D> {
                 let node = number * row + place;
                 let held = sums[node].as_array()[0];
                 if held == 0.0 {
-                    *ratio = 0.0;
+                    *ratio = Lanes::ZERO;
                     continue;
                 }
                 let mut around = 0.0;
@@ -91,7 +120,7 @@ impl<const D: usize> FreeSurface<D> {
                         around += cells.volume(cell);
                     }
                 });
-                *ratio = held / around * corners(cells) as f64;
+                *ratio = Lanes::splat(held / around * corners(cells) as f64);
             }
         });
     }
@@ -102,7 +131,7 @@ fn corners<const D: usize, C: Cells<D>>(_cells: &C) -> usize {
     C::CORNERS
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Takes the stress off the liquid points on the free surface.
     pub(crate) fn free_surface(&mut self) {
         let Some(mut surface) = self.free_surface.take() else { return };
@@ -116,65 +145,70 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     /// Takes the stress off the points of a set where the fill ratio is small.
-    fn relieve(&self, surface: &FreeSurface<D>, set: &mut PointSet<D, P>) {
-        let (strides, ground, extent) = (surface.layout.strides(), ground!(self), set.extent);
+    fn relieve(&self, surface: &FreeSurface<D>, set: &mut PointSet<D>) {
+        let ground = surface.ground(&self.background);
         let density = surface.densities[set.body as usize];
-        let own = set.stress.par_iter_mut().zip(&mut set.volume);
-        let own = own.zip(&set.position).zip(&set.domain).zip(&set.mass);
-        own.for_each(|((((stress, volume), position), domain), mass)| {
-            let fill = |fill: &f64| Lanes::splat(*fill);
-            let ratio = if P::MESHED {
-                let nodes = domain.support::<S, B>(&ground, position, &extent);
-                nodes.interpolate(&surface.fill, &strides, fill)
-            } else {
-                let nodes = Stencil::<D, 2>::new::<Linear>(ground.grid, position, &[0.0; D]);
-                nodes.interpolate(&surface.fill, &strides, fill)
-            };
-            if ratio.as_array()[0] <= surface.factor {
-                stress.0 = [0.0; 6];
-                *volume = mass / density;
+        let PointSet { stress, volume, mass, position, domain, extent, .. } = set;
+        let points = surface.points(position, domain, extent);
+        let own = stress.par_chunks_mut(BLOCK).zip(volume.par_chunks_mut(BLOCK));
+        own.zip(mass.par_chunks(BLOCK)).enumerate().for_each(|(number, ((stresses, volumes), masses))| {
+            let first = number * BLOCK;
+            let mut all = [Lanes::ZERO; BLOCK];
+            let ratios = &mut all[..stresses.len()];
+            let points = points.range(first..first + stresses.len());
+            surface.sweeps.interpolate(&ground, &points, &surface.fill, ratios);
+            for (k, ratio) in ratios.iter().enumerate() {
+                if ratio.as_array()[0] <= surface.factor {
+                    stresses[k].0 = [0.0; 6];
+                    volumes[k] = masses[k] / density;
+                }
             }
         });
     }
 
     fn fill_ratios(&self, surface: &mut FreeSurface<D>) {
-        let FreeSurface { layout, sums, occupied, densities, .. } = surface;
-        sums.fill(Lanes::ZERO);
-        occupied.fill(false);
-        let (ground, strides) = (ground!(self), layout.strides());
-        layout.scatter(sums, |slab, window, offset| {
+        surface.sums.fill(Lanes::ZERO);
+        surface.occupied.fill(false);
+        let (mut sums, mut occupied) =
+            (std::mem::take(&mut surface.sums), std::mem::take(&mut surface.occupied));
+        let (of, ground) = (&*surface, surface.ground(&self.background));
+        of.layout.scatter(&mut sums, |slab, window, offset| {
+            let mut volumes = [Lanes::ZERO; BLOCK];
             for set in &self.sets {
-                let scale = 1.0 / densities[set.body as usize];
-                for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let (position, volume) = (&set.position[p], Lanes::splat(scale * set.mass[p]));
-                    if P::MESHED {
-                        let nodes = set.domain[p].support::<S, B>(&ground, position, &set.extent);
-                        nodes.deposit_motion(window, offset, &strides, volume);
-                    } else {
-                        let nodes = Stencil::<D, 2>::new::<Linear>(ground.grid, position, &[0.0; D]);
-                        nodes.deposit_motion(window, offset, &strides, volume);
-                    }
+                let scale = 1.0 / of.densities[set.body as usize];
+                let points = of.points(&set.position, &set.domain, &set.extent);
+                for block in set.blocks_of(slab) {
+                    let masses = &set.mass[block.clone()];
+                    volumes
+                        .iter_mut()
+                        .zip(masses)
+                        .for_each(|(value, mass)| *value = Lanes::splat(scale * mass));
+                    let (to, volumes) =
+                        (Window { nodes: &mut *window, first: offset }, &volumes[..block.len()]);
+                    of.sweeps.deposit_values(&ground, &points.range(block), to, volumes, None);
                 }
             }
         });
-        let cells = self.elements.as_ref().unwrap_or(layout);
-        cells.scatter(occupied, |slab, window, offset| {
+        let cells = self.background.elements.as_ref().unwrap_or(&of.layout);
+        cells.scatter(&mut occupied, |slab, window, offset| {
             for set in &self.sets {
+                let points = of.points(&set.position, &set.domain, &set.extent);
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let cell = if P::MESHED {
-                        set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p])
-                    } else {
-                        lowest_node::<D, 2, Linear>(ground.grid, &strides, &set.position[p])
-                    };
-                    window[cell - offset] = true;
+                    window[points.domain.cell(p, &ground, &set.position[p]) - offset] = true;
                 }
             }
         });
-        if P::MESHED {
-            surface.divide(&self.mesh_cells());
+        (surface.sums, surface.occupied) = (sums, occupied);
+        if self.background.is_meshed() {
+            surface.divide(&self.background.mesh_cells());
         } else {
             let strides = surface.layout.strides();
-            surface.divide(&GridCells { grid: &self.grid, strides, ghosts: 0, axisymmetric: false });
+            surface.divide(&GridCells {
+                grid: &self.background.grid,
+                strides,
+                ghosts: 0,
+                axisymmetric: false,
+            });
         }
     }
 }
@@ -182,10 +216,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::InElement;
-    use crate::points::FixedDomain;
-    use crate::setup;
-    use colluvium_grid::Simplex;
+    use crate::dispatch::tests::begun;
 
     /// A stack of water of two whole cells and half a cell, in a tank as wide.
     fn case() -> Case {
@@ -200,9 +231,8 @@ mod tests {
         Case::from_json(text).unwrap()
     }
 
-    fn stack() -> MpmSolver<2, 2, Linear, FixedDomain> {
-        let case = case();
-        setup::solver(&case, &setup::options(&case).unwrap()).unwrap()
+    fn stack() -> MpmSolver<2> {
+        begun(&case())
     }
 
     #[test]
@@ -211,7 +241,7 @@ mod tests {
         let mut surface = solver.free_surface.take().unwrap();
         solver.fill_ratios(&mut surface);
         // A surface cell filled to f = 0.5: f² above and (1 + 2 f - f²)/2 below it, but for the points' midpoint rule.
-        let at = |x: usize, y: usize| surface.fill[x * surface.layout.strides()[0] + y];
+        let at = |x: usize, y: usize| surface.fill[x * surface.layout.strides()[0] + y].as_array()[0];
         for x in 0..4 {
             assert!((at(x, 3) - 0.25).abs() < 1e-3, "{}", at(x, 3));
             assert!((at(x, 2) - 0.875).abs() < 1e-3, "{}", at(x, 2));
@@ -241,12 +271,11 @@ mod tests {
         let options = case.methods.get_mut("mpm").unwrap();
         options["mesh"] = serde_json::json!({ "kind": "box" });
         options["points_per_cell"] = 2.into();
-        let mut solver: MpmSolver<2, 3, Simplex, InElement> =
-            setup::solver(&case, &setup::options(&case).unwrap()).unwrap();
+        let mut solver = begun::<2>(&case);
         let mut surface = solver.free_surface.take().unwrap();
         solver.fill_ratios(&mut surface);
         for (x, ratio) in
-            solver.mesh.nodes().iter().zip(&surface.fill).filter(|(x, _)| x[0] > 0.0 && x[0] < 3.0)
+            solver.background.mesh.nodes().iter().zip(&surface.fill).filter(|(x, _)| x[0] > 0.0 && x[0] < 3.0)
         {
             let exact = if x[1] > 3.5 {
                 0.0
@@ -257,7 +286,7 @@ mod tests {
             } else {
                 1.0
             };
-            assert!((ratio - exact).abs() < 1e-12, "{x:?}: {ratio} for {exact}");
+            assert!((ratio.as_array()[0] - exact).abs() < 1e-12, "{x:?}: {ratio:?} for {exact}");
         }
         solver.free_surface = Some(surface);
         solver.free_surface();

@@ -1,12 +1,12 @@
 //! Where the surface of a body lies, as a node sees it: what tells bodies that touch from bodies that only share a
-//! node (MPM sheet P-18: contact detected one cell early).
+//! node (sheet: mpm P-18: contact detected one cell early).
 //!
 //! A node knows of a body the integrals `∫ N` over its volume and `∫ N` over its surface. For a flat surface at the
 //! distance `s` from the node they are the running integral of the shape function and the shape function itself, so
 //! that their ratio tells `s`; an edge that cuts both by the same share leaves the ratio as it is. Two bodies touch
 //! where their distances, counted outward from each, add up to nothing.
 
-use colluvium_grid::Basis;
+use colluvium_grid::Axis;
 
 /// Intervals of the table: a multiple of three, so that the kink of the hat functions (a third, the node on the surface)
 /// is at an end of one.
@@ -31,13 +31,10 @@ pub struct SurfaceDistance {
 
 impl SurfaceDistance {
     /// The table of a family of shape functions.
-    pub fn new<const S: usize, B: Basis<S>>() -> Self {
-        let node = B::nodes(CELLS) / 2;
-        let place = B::coordinate(node, CELLS);
-        let weight = |distance: f64| {
-            let (first, weights, _) = B::evaluate(place + distance, THIN, CELLS);
-            if (first..first + S).contains(&node) { weights[node - first] } else { 0.0 }
-        };
+    pub fn new(basis: &Axis) -> Self {
+        let node = basis.nodes(CELLS) / 2;
+        let place = basis.coordinate(node, CELLS);
+        let weight = |distance: f64| basis.evaluate(place + distance, THIN, CELLS).weight_of(node);
         let step = 2.0 * REACH / STEPS as f64;
         let mut below = 0.0;
         let mut last = 0.0;
@@ -88,7 +85,7 @@ impl SurfaceDistance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use colluvium_grid::{CubicSpline, Gimp, Linear, QuadraticSpline, WideGimp};
+    use colluvium_grid::{Basis, CubicSpline, Gimp, Linear, QuadraticSpline, WideGimp};
 
     /// Covered volume and surface of hat functions for a surface at `s` cells, by hand.
     fn hat(s: f64) -> (f64, f64) {
@@ -98,7 +95,9 @@ mod tests {
 
     #[test]
     fn the_distance_of_a_flat_surface_is_found_again() {
-        for distance in [SurfaceDistance::new::<2, Linear>(), SurfaceDistance::new::<3, Gimp>()] {
+        for distance in
+            [SurfaceDistance::new(&Axis::of::<2, Linear>()), SurfaceDistance::new(&Axis::of::<3, Gimp>())]
+        {
             for k in -9..=9 {
                 let s = 0.1 * f64::from(k);
                 let (volume, surface) = hat(s);
@@ -112,7 +111,7 @@ mod tests {
     }
 
     fn neighbours_touch<const S: usize, B: Basis<S>>() {
-        let distance = SurfaceDistance::new::<S, B>();
+        let distance = SurfaceDistance::new(&Axis::of::<S, B>());
         let node = B::nodes(CELLS) / 2;
         let place = B::coordinate(node, CELLS);
         let weight = |x: f64| {
@@ -145,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_body_without_a_surface_in_reach_counts_as_far() {
-        let distance = SurfaceDistance::new::<2, Linear>();
+        let distance = SurfaceDistance::new(&Axis::of::<2, Linear>());
         assert!((distance.of(1.0, 0.0) - 1.0).abs() < 1e-3 && (distance.of(1.0, -0.3) - 1.0).abs() < 1e-3);
         assert!((distance.of(1e-12, 1.0) + 1.0).abs() < 1e-3);
     }

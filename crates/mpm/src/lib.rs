@@ -2,7 +2,7 @@
 //!
 //! A body is a set of points that carry mass, velocity, stress and the state of its law. Each step
 //! maps them to a background grid, solves the momentum equation on the nodes and maps the result
-//! back (MPM sheet §3.3; [`MpmSolver`] holds the step). Shape functions are linear, generalised
+//! back (sheet: mpm §3.3; [`MpmSolver`] holds the step). Shape functions are linear, generalised
 //! interpolation (GIMP) with fixed or stretching point domains, convected particle domains (CPDI), or quadratic and
 //! cubic B-splines;
 //! stress is updated first, last, or last from re-mapped velocities. One dimension, plane strain,
@@ -12,6 +12,7 @@
 
 mod absorbing;
 mod affine;
+mod background;
 mod blocks;
 mod cells;
 mod checkpoint;
@@ -19,7 +20,6 @@ mod config;
 mod consistent;
 mod contact;
 mod dispatch;
-mod domains;
 mod driven;
 mod dual;
 mod equilibrium;
@@ -31,7 +31,9 @@ mod mesh;
 mod mixed;
 mod momentum;
 mod nodal;
+mod obstacles;
 mod points;
+mod pore;
 mod readings;
 mod report;
 mod setup;
@@ -39,15 +41,17 @@ mod size;
 mod solver;
 mod strain;
 mod stretch;
+mod surface_load;
 mod tension;
 mod touch;
 mod transfer;
 mod two_phase;
+mod vectors;
 mod walls;
 mod work;
 mod xpic;
 
-use colluvium_case::{Case, CaseError, Method, Plan, Size, Solver};
+use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
 use schemars::Schema;
 
 pub use config::{
@@ -79,11 +83,15 @@ impl Method for Mpm {
         size::size(case)
     }
 
-    fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
+    fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
+        setup::honours(case)
+    }
+
+    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
         setup::plan(case)
     }
 
-    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case)
     }
 }

@@ -1,43 +1,20 @@
-//! Loads on the surface of bodies, carried by points (MPM sheet §2.11).
+//! Loads on the surface of bodies, carried by points (sheet: mpm §2.11).
 //!
 //! Each of the outermost points of a loaded side carries its share of the area as a vector. A traction keeps what it
 //! is at the start ("dead load"), which may vary along the side; a pressure follows the surface: its area vector turns and grows with the motion of the
 //! point by Nanson's formula, `dA ← det f f⁻ᵀ dA`.
 
+use std::ops::Range;
+
 use colluvium_case::description::{Load, Side, Space};
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, Gathered, Mesh};
+use colluvium_constitutive::BLOCK;
+use colluvium_grid::{Gathered, Mesh, Points};
 
 use crate::mesh;
-use crate::points::{PointDomain, PointSet, ground};
+use crate::points::PointSet;
 use crate::solver::MpmSolver;
-
-/// One load on the points of a set.
-pub struct SurfaceLoad<const D: usize> {
-    /// Index into `Case::loads`.
-    pub number: usize,
-    /// Whether it acts on the pore fluid.
-    pub liquid: bool,
-    /// Whether it follows the surface.
-    pub follows: bool,
-    /// Force of each point at full load (N); zero within the body.
-    pub force: Vec<[f64; D]>,
-    /// Share that was last applied.
-    applied: f64,
-}
-
-impl<const D: usize> SurfaceLoad<D> {
-    /// Puts the points in a new order.
-    pub fn permute(&mut self, order: &[u32]) {
-        self.force = order.iter().map(|&i| self.force[i as usize]).collect();
-    }
-
-    /// Takes the forces of a checkpoint.
-    pub fn restore(&mut self, force: Vec<[f64; D]>) {
-        self.force = force;
-        self.applied = f64::NAN;
-    }
-}
+use crate::surface_load::SurfaceLoad;
 
 /// When the loads of a case begin (s): at once, or never as long as their stage has not.
 pub fn starts(case: &Case) -> Vec<f64> {
@@ -50,11 +27,7 @@ pub fn factor(case: &Case, number: usize, starts: &[f64], time: f64) -> f64 {
 }
 
 /// The set of points that load `number` is on.
-pub fn loaded<const D: usize, P>(
-    case: &Case,
-    number: usize,
-    sets: &[PointSet<D, P>],
-) -> Result<usize, CaseError> {
+pub fn loaded<const D: usize>(case: &Case, number: usize, sets: &[PointSet<D>]) -> Result<usize, CaseError> {
     let body = case.loads[number].body();
     sets.iter()
         .position(|set| case.bodies[set.body as usize].name == body)
@@ -74,7 +47,7 @@ pub fn per_area<const D: usize>(load: &Load) -> [f64; D] {
 
 /// Area (m²; m in the plane, per radian in axisymmetry) of the domain of each point of a regular set on the loaded side, with
 /// the share of the load at its place; zero within the body.
-pub fn areas<const D: usize, P>(case: &Case, load: &Load, set: &PointSet<D, P>) -> Vec<f64> {
+pub fn areas<const D: usize>(case: &Case, load: &Load, set: &PointSet<D>) -> Vec<f64> {
     let side = load.side();
     let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
     let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
@@ -93,12 +66,12 @@ pub fn areas<const D: usize, P>(case: &Case, load: &Load, set: &PointSet<D, P>) 
     set.position.iter().map(area).collect()
 }
 
-/// Gives the outermost layer of points of the loaded side its share of load `number` (MPM sheet §2.11).
-pub fn apply<const D: usize, P: PointDomain<D>>(
+/// Gives the outermost layer of points of the loaded side its share of load `number` (sheet: mpm §2.11).
+pub fn apply<const D: usize>(
     case: &Case,
     number: usize,
     mesh: &Mesh<D>,
-    sets: &mut [PointSet<D, P>],
+    sets: &mut [PointSet<D>],
 ) -> Result<(), CaseError> {
     let load = &case.loads[number];
     let set = &mut sets[loaded(case, number, sets)?];
@@ -120,7 +93,7 @@ pub fn apply<const D: usize, P: PointDomain<D>>(
     Ok(())
 }
 
-impl<const D: usize, P> PointSet<D, P> {
+impl<const D: usize> PointSet<D> {
     /// Forces of all loads of the set at `time` (s) on its points; `starts` are when the loads of the case begin (s).
     fn apply_loads(&mut self, case: &Case, starts: &[f64], time: f64) {
         let factor = |load: &SurfaceLoad<D>| factor(case, load.number, starts, time);
@@ -146,7 +119,7 @@ impl<const D: usize, P> PointSet<D, P> {
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Sets the forces of the loads to those at the end of a step of `dt`.
     pub(crate) fn apply_loads(&mut self, dt: f64) {
         for set in self.sets.iter_mut().filter(|set| !set.loads.is_empty()) {
@@ -165,38 +138,52 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Turns and stretches what follows the surface with the motion that `read` finds on the nodes of a velocity
     /// field, before the points move.
-    pub(crate) fn follow_surfaces(
-        &mut self,
-        dt: f64,
-        read: impl Fn(&Self, usize, &P::Support<S>) -> Gathered<D>,
-    ) {
+    pub(crate) fn follow_surfaces(&mut self, dt: f64, read: &Read<'_, D>) {
         if !self.sets.iter().any(|set| set.loads.iter().any(|load| load.follows)) {
             return;
         }
         let mut sets = std::mem::take(&mut self.sets);
+        let mut all = [Gathered::ZERO; BLOCK];
         for set in &mut sets {
-            let mut loads = std::mem::take(&mut set.loads);
-            for load in loads.iter_mut().filter(|load| load.follows) {
-                for (p, force) in load.force.iter_mut().enumerate().filter(|(_, force)| **force != [0.0; D]) {
-                    let ground = ground!(self);
-                    let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
-                    let motion = read(self, set.field, &stencil);
-                    let step: [[f64; D]; D] = std::array::from_fn(|i| {
-                        std::array::from_fn(|j| dt * motion.gradient[j].as_array()[i])
-                    });
-                    // In axisymmetry the circle that the point stands for widens.
-                    let hoop = if self.axisymmetric {
-                        dt * motion.velocity.as_array()[0] / set.position[p][0]
-                    } else {
-                        0.0
-                    };
-                    *force = nanson(&step, force).map(|c| c * (1.0 + hoop));
+            let points =
+                Points { position: &set.position, domain: set.domain.as_slice(), extent: &set.extent };
+            for load in set.loads.iter_mut().filter(|load| load.follows) {
+                for run in runs(&load.force) {
+                    let (points, reads) = (points.range(run.clone()), &mut all[..run.len()]);
+                    read(self, set.field, &points, reads);
+                    let forces = load.force[run].iter_mut();
+                    for ((force, motion), position) in forces.zip(&*reads).zip(points.position) {
+                        let step: [[f64; D]; D] = std::array::from_fn(|i| {
+                            std::array::from_fn(|j| dt * motion.gradient[j].as_array()[i])
+                        });
+                        // In axisymmetry the circle that the point stands for widens.
+                        let hoop = if self.background.axisymmetric {
+                            dt * motion.velocity.as_array()[0] / position[0]
+                        } else {
+                            0.0
+                        };
+                        *force = nanson(&step, force).map(|c| c * (1.0 + hoop));
+                    }
                 }
             }
-            set.loads = loads;
         }
         self.sets = sets;
     }
+}
+
+/// Finds what points of a velocity field read off the nodes.
+type Read<'a, const D: usize> = dyn Fn(&MpmSolver<D>, usize, &Points<'_, D>, &mut [Gathered<D>]) + 'a;
+
+/// Runs of points with a force, of [`BLOCK`] or fewer.
+fn runs<const D: usize>(forces: &[[f64; D]]) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for p in (0..forces.len()).filter(|p| forces[*p] != [0.0; D]) {
+        match runs.last_mut() {
+            Some(run) if run.end == p && run.len() < BLOCK => run.end += 1,
+            _ => runs.push(p..p + 1),
+        }
+    }
+    runs
 }
 
 /// `det f f⁻ᵀ a` for `f = 1 + step`: the cofactor of `f` times `a`.

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use colluvium_case::{Case, CaseError, Solver, spatial};
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
-use colluvium_grid::Basis;
+use colluvium_grid::Square;
 
-use crate::points::PointDomain;
+use crate::dispatch::Chosen;
 use crate::solver::MpmSolver;
+use crate::stretch::right_stretch;
 use crate::{Mpm, MpmOptions, dispatch, setup};
 
 /// Where a point is, how fast, and how its surroundings are deformed.
@@ -50,18 +51,19 @@ struct Build<'a> {
 impl dispatch::Visitor for Build<'_> {
     type Output = Result<Box<dyn Solver>, CaseError>;
 
-    fn visit<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(self) -> Self::Output {
-        let mut solver = setup::solver::<D, S, B, P>(self.case, self.options)?;
+    fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output {
+        let mut solver = setup::solver(self.case, self.options, chosen)?;
         solver.start_manufactured(&self.solution).map_err(|reason| CaseError::new("bodies", reason))?;
         solver.manufactured = Some(self.solution);
         Ok(Box::new(solver))
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     fn start_manufactured(&mut self, solution: &Manufactured) -> Result<(), String> {
         for set in &mut self.sets {
             let mut motions = Vec::with_capacity(set.len());
+            let mut gradients: Vec<Square<D>> = Vec::with_capacity(set.len());
             for p in 0..set.len() {
                 let Prescribed { position, velocity, deformation } =
                     (solution.start)(spatial(&set.origin[p]));
@@ -71,7 +73,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 set.volume[p] *= stretch;
                 let mut gradient = deformation;
                 (0..3).for_each(|c| gradient[c][c] -= 1.0);
-                set.domain[p].follow(&std::array::from_fn(|i| std::array::from_fn(|j| gradient[i][j])));
+                gradients.push(std::array::from_fn(|i| std::array::from_fn(|j| gradient[i][j])));
                 motions.push(Motion {
                     deformation: Mat3(deformation),
                     gradient: Mat3(gradient),
@@ -81,6 +83,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                     pore: Pore::default(),
                 });
             }
+            set.domain.as_mut().follow(&gradients, right_stretch);
             let blocks = motions.chunks(BLOCK).zip(set.stress.chunks_mut(BLOCK));
             for ((motions, stress), states) in blocks.zip(set.states.blocks_mut()) {
                 set.material.update(motions, stress, states).map_err(|error| error.source.to_string())?;

@@ -1,4 +1,4 @@
-//! Meshes of triangles and tetrahedra in place of the structured grid (MPM sheet §2.5b, §2.11, §3.1, §3.2).
+//! Meshes of triangles and tetrahedra in place of the structured grid (sheet: mpm §2.5b, §2.11, §3.1, §3.2).
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,78 +6,13 @@ use std::sync::Arc;
 
 use colluvium_case::description::{Body, Boundary, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, Grid, Layout, Mesh, NodeList, Wall, WallKind, Walls};
+use colluvium_grid::{Axis, Grid, Layout, Mesh, Wall, WallKind, Walls};
 use colluvium_points::Sample;
 
 use crate::config::{Integration, MeshSource, ShapeFunctions, VolumetricStrain};
-use crate::points::{Ground, PointDomain, PointSet};
+use crate::points::PointSet;
 use crate::{Formulation, MpmOptions, Transfer};
 use crate::{setup, walls};
-
-/// The element a point is in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct InElement {
-    element: u32,
-}
-
-impl<const D: usize> PointDomain<D> for InElement {
-    type Support<const S: usize> = NodeList<D, S>;
-
-    const MESHED: bool = true;
-
-    #[inline(always)]
-    fn support<const S: usize, B: Basis<S>>(
-        &self,
-        ground: &Ground<'_, D>,
-        position: &[f64; D],
-        _initial: &[f64; D],
-    ) -> NodeList<D, S> {
-        ground.mesh.support(self.element, position)
-    }
-
-    #[inline(always)]
-    fn cell<const S: usize, B: Basis<S>>(
-        &self,
-        _ground: &Ground<'_, D>,
-        _strides: &[usize; D],
-        _position: &[f64; D],
-    ) -> usize {
-        self.element as usize
-    }
-
-    #[inline(always)]
-    fn extent(&self, initial: &[f64; D], _cell: f64) -> [f64; D] {
-        *initial
-    }
-
-    #[inline(always)]
-    fn spacing(&self, ground: &Ground<'_, D>) -> f64 {
-        ground.mesh.elements()[self.element as usize].height
-    }
-
-    fn start(&mut self, ground: &Ground<'_, D>, position: &[f64; D]) -> Result<(), String> {
-        self.element = ground.mesh.locate(position).ok_or("it lies outside the mesh")?;
-        Ok(())
-    }
-
-    #[inline(always)]
-    fn settle(&mut self, ground: &Ground<'_, D>, position: &[f64; D]) -> Result<(), String> {
-        let found = ground.mesh.walk(self.element, position);
-        self.element = found.ok_or("it left the mesh: enlarge the mesh or add a wall on that side")?;
-        Ok(())
-    }
-
-    #[inline(always)]
-    fn follow(&mut self, _gradient: &[[f64; D]; D]) {}
-
-    fn to_numbers(self) -> Vec<f64> {
-        vec![f64::from(self.element)]
-    }
-
-    fn from_numbers(numbers: &[f64]) -> Self {
-        Self { element: numbers[0] as u32 }
-    }
-}
 
 /// Refuses what elements cannot honour.
 pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
@@ -147,13 +82,14 @@ fn not_axis_by_axis(case: &Case, options: &MpmOptions) -> Result<(), CaseError> 
 }
 
 /// Grid, mesh and order of the nodes of a case; without a mesh it is empty.
-pub fn terrain<const D: usize, const S: usize, B: Basis<S>>(
+pub fn terrain<const D: usize>(
     case: &Case,
     options: &MpmOptions,
+    axis: &Axis,
 ) -> Result<(Grid<D>, Arc<Mesh<D>>, Layout<D>), CaseError> {
     let Some(source) = &options.mesh else {
         let grid = setup::grid::<D>(case, options)?;
-        let layout = setup::layout::<D, S, B>(case, &grid, options)?;
+        let layout = setup::layout(case, &grid, axis, options)?;
         return Ok((grid, Arc::default(), layout));
     };
     let mesh = match source {
@@ -287,13 +223,13 @@ fn on_plane<const D: usize>(
 }
 
 /// Loaded area (m²; m in the plane, per radian in axisymmetry) that each point of a set carries: facets of the filled
-/// elements on the loaded side, shared by the points next to them (MPM sheet §2.11). Where a load varies, an area counts
+/// elements on the loaded side, shared by the points next to them (sheet: mpm §2.11). Where a load varies, an area counts
 /// with the share of the load on it.
-pub fn loaded_areas<const D: usize, P: PointDomain<D>>(
+pub fn loaded_areas<const D: usize>(
     case: &Case,
     number: usize,
     mesh: &Mesh<D>,
-    set: &PointSet<D, P>,
+    set: &PointSet<D>,
 ) -> Result<Vec<f64>, CaseError> {
     let element_of = elements_of(mesh, set);
     let count = counts(mesh, &element_of);
@@ -305,12 +241,12 @@ pub fn loaded_areas<const D: usize, P: PointDomain<D>>(
     Ok(element_of.into_iter().map(|element| share[element as usize]).collect())
 }
 
-/// The same of the nodes on the loaded side: number and area (MPM sheet §2.11).
-pub fn loaded_nodes<const D: usize, P: PointDomain<D>>(
+/// The same of the nodes on the loaded side: number and area (sheet: mpm §2.11).
+pub fn loaded_nodes<const D: usize>(
     case: &Case,
     number: usize,
     mesh: &Mesh<D>,
-    set: &PointSet<D, P>,
+    set: &PointSet<D>,
 ) -> Result<BTreeMap<usize, f64>, CaseError> {
     let mut areas = BTreeMap::new();
     for facet in loaded_facets(case, number, mesh, &counts(mesh, &elements_of(mesh, set)))? {
@@ -330,7 +266,7 @@ struct LoadedFacet<const D: usize> {
     areas: [f64; D],
 }
 
-fn elements_of<const D: usize, P>(mesh: &Mesh<D>, set: &PointSet<D, P>) -> Vec<u32> {
+fn elements_of<const D: usize>(mesh: &Mesh<D>, set: &PointSet<D>) -> Vec<u32> {
     set.position.iter().filter_map(|x| mesh.locate(x)).collect()
 }
 

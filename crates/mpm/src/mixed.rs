@@ -1,4 +1,4 @@
-//! Integration of the internal force cell by cell (MPM-MIXED, and the Gauss integration of Beuth; MPM sheet §2.16).
+//! Integration of the internal force cell by cell (MPM-MIXED, and the Gauss integration of Beuth; sheet: mpm §2.16).
 //!
 //! Cells that are full of material pull at their nodes with the average stress of their points over the whole cell,
 //! which has no cell-crossing noise; the points of the others pull one by one. With Gauss integration every cell that holds a
@@ -7,16 +7,16 @@
 
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
-use colluvium_grid::{Basis, Lanes, Layout, Node};
+use colluvium_grid::{Lanes, Layout, Node};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
 use crate::cells::Cells;
 use crate::config::{Integration, ShapeFunctions};
-use crate::points::{PointDomain, PointSet, ground};
+use crate::points::PointSet;
+use crate::pore::{LIQUID, SOLID};
 use crate::solver::MpmSolver;
 use crate::transfer::force_columns;
-use crate::two_phase::{LIQUID, SOLID};
 
 /// The average stresses of cells ([`crate::cells`]), velocity field after velocity field. Empty where every point pulls by itself.
 #[derive(Clone, Debug, Default)]
@@ -46,16 +46,16 @@ pub fn cleared(options: &MpmOptions) -> Result<(), CaseError> {
 
 /// Refuses `mixed_reset` where the average is no stress of a point: with materials whose stress is a function of their state,
 /// which would bring back what was there, and with several materials, or dry and saturated points, in one velocity field.
-pub fn resettable<const D: usize, P>(
+pub fn resettable<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-    sets: &[PointSet<D, P>],
+    sets: &[PointSet<D>],
 ) -> Result<(), CaseError> {
     let refuse = |problem: String| Err(CaseError::new("methods.mpm.mixed_reset", problem));
     if !options.mixed_reset {
         return Ok(());
     }
-    let name = |set: &PointSet<D, P>| &case.bodies[set.body as usize].material;
+    let name = |set: &PointSet<D>| &case.bodies[set.body as usize].material;
     let deformable = || sets.iter().filter(|set| set.rigid.is_none());
     if let Some(set) = deformable().find(|set| !set.material.is_in_rate_form()) {
         return refuse(format!(
@@ -64,9 +64,9 @@ pub fn resettable<const D: usize, P>(
             set.material.name()
         ));
     }
-    let wet = |set: &PointSet<D, P>| set.pore.as_ref().is_some_and(|pore| pore.fluid.is_some());
+    let wet = |set: &PointSet<D>| set.pore.as_ref().is_some_and(|pore| pore.fluid.is_some());
     for set in deformable() {
-        let differs = |other: &&PointSet<D, P>| name(other) != name(set) || wet(other) != wet(set);
+        let differs = |other: &&PointSet<D>| name(other) != name(set) || wet(other) != wet(set);
         if let Some(other) = deformable().filter(|other| other.field == set.field).find(differs) {
             let [one, two] = [set, other].map(|set| &case.bodies[set.body as usize].name);
             return refuse(format!(
@@ -187,22 +187,23 @@ fn force<const D: usize>(stress: &SymTensor, (slope, hoop): ([f64; D], f64)) -> 
     along.fold(Lanes::new([stress.0[2] * hoop, 0.0, 0.0, 0.0]), |sum, part| sum + part)
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Average stresses of the cells, and which of them are full.
     pub(crate) fn average_stresses(&mut self) {
         if !self.stresses.is_used() {
             return;
         }
         let mut stresses = std::mem::take(&mut self.stresses);
-        let layout = self.cell_layout();
+        let layout = self.background.cell_layout();
         stresses.reset(layout);
-        let (strides, ground) = (self.layout.strides(), ground!(self));
+        let ground = self.background.ground();
         for (field, cells) in stresses.cells.chunks_exact_mut(layout.len()).enumerate() {
-            let of_field = |set: &&PointSet<D, P>| set.field == field;
+            let of_field = |set: &&PointSet<D>| set.field == field;
             layout.scatter(cells, |slab, window, offset| {
                 for set in self.sets.iter().filter(of_field) {
+                    let domain = set.domain.as_slice();
                     for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let cell = set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p]);
+                        let cell = domain.cell(p, &ground, &set.position[p]);
                         let (s, pressure, volume) =
                             (set.total_stress(p).0, set.pore_pressure(p), set.volume[p]);
                         window[cell - offset][0] += Lanes::new([s[0], s[1], s[2], s[3]]) * volume;
@@ -213,10 +214,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         let gauss = self.options.integration == Integration::Gauss;
         let fill = if gauss { 0.0 } else { self.options.full_cell };
-        if P::MESHED {
-            stresses.mark_full(layout, &self.mesh_cells(), fill);
+        if self.background.is_meshed() {
+            stresses.mark_full(layout, &self.background.mesh_cells(), fill);
         } else {
-            stresses.mark_full(layout, &self.grid_cells(), fill);
+            stresses.mark_full(layout, &self.background.grid_cells(), fill);
         }
         if self.options.mixed_reset {
             self.reset_stresses(&stresses);
@@ -226,15 +227,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Gives the points of full cells the average stress, and the average pore pressure, as their own (`mixed_reset`).
     fn reset_stresses(&mut self, stresses: &CellStresses) {
-        let cells = self.cell_layout().len();
-        let (strides, ground) = (self.layout.strides(), ground!(self));
+        let cells = self.background.cell_layout().len();
+        let ground = self.background.ground();
         for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {
             let first = set.field * cells;
-            let of_cell = |(domain, position): (&P, &[f64; D])| {
-                let cell = first + domain.cell::<S, B>(&ground, &strides, position);
+            let domain = set.domain.as_slice();
+            let of_cell = |(p, position): (usize, &[f64; D])| {
+                let cell = first + domain.cell(p, &ground, position);
                 stresses.full[cell].then(|| averages(&stresses.cells[cell]))
             };
-            let places = || set.domain.par_iter().zip(&set.position).map(of_cell);
+            let places = || set.position.par_iter().enumerate().map(of_cell);
             set.stress.par_iter_mut().zip(places()).for_each(|(own, average)| {
                 *own = average.map_or(*own, |(total, pressure)| total + SymTensor::isotropic(pressure));
             });
@@ -262,11 +264,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if !self.stresses.is_used() {
             return;
         }
-        let layouts = [&self.layout, self.cell_layout()];
-        if P::MESHED {
-            self.stresses.pull(nodes, layouts, &self.mesh_cells());
+        let layouts = [&self.background.layout, self.background.cell_layout()];
+        if self.background.is_meshed() {
+            self.stresses.pull(nodes, layouts, &self.background.mesh_cells());
         } else {
-            self.stresses.pull(nodes, layouts, &self.grid_cells());
+            self.stresses.pull(nodes, layouts, &self.background.grid_cells());
         }
     }
 }
@@ -274,17 +276,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::points::FixedDomain;
+    use crate::dispatch::tests::begun;
     use crate::setup;
     use crate::transfer::Scatter;
     use colluvium_case::Case;
-    use colluvium_grid::{Gimp, Linear};
     use serde_json::{Value, json};
 
     /// Internal forces (N) at the nodes 1 and 2 of the bar of [`nodal`], without the middle point of the second cell if
     /// `gap`.
-    fn forces<const S: usize, B: Basis<S>>(shape: &str, integration: &str, gap: bool) -> [f64; 2] {
-        let [_, first, second, _] = nodal::<S, B>(shape, integration, if gap { &[4] } else { &[] });
+    fn forces(shape: &str, integration: &str, gap: bool) -> [f64; 2] {
+        let [_, first, second, _] = nodal(shape, integration, if gap { &[4] } else { &[] });
         [first, second]
     }
 
@@ -304,15 +305,14 @@ mod tests {
 
     /// Internal forces (N) at the nodes of a bar of three cells of 1 m with three points each under 7 Pa, without those of
     /// the points that are `out`.
-    fn nodal<const S: usize, B: Basis<S>>(shape: &str, integration: &str, out: &[u32]) -> [f64; 4] {
+    fn nodal(shape: &str, integration: &str, out: &[u32]) -> [f64; 4] {
         let case = bar(shape, integration, &json!({}));
-        let options = setup::options(&case).unwrap();
-        let mut solver = setup::solver::<1, S, B, FixedDomain>(&case, &options).unwrap();
+        let mut solver = begun::<1>(&case);
         let set = &mut solver.sets[0];
         set.retain(|x| !out.iter().any(|i| (x[0] - (f64::from(*i) + 0.5) / 3.0).abs() < 1e-9));
         solver.sort();
         solver.scatter(Scatter::Everything, 1e-3);
-        [0, 1, 2, 3].map(|node| -solver.nodes[node + B::GHOSTS].force.to_array()[0])
+        [0, 1, 2, 3].map(|node| -solver.nodes[node + solver.background.axis.ghosts].force.to_array()[0])
     }
 
     #[test]
@@ -320,7 +320,7 @@ mod tests {
         // The upper two of the three points of the last cell taken out: a third of its volume is left. Its two nodes get
         // ± σ Ω_p/h of the point, or ± σ of the cell, which pulls at its upper node as if it were full.
         for (integration, last) in [("points", 7.0 / 3.0), ("mixed", 7.0 / 3.0), ("gauss", 7.0)] {
-            let [_, _, third, fourth] = nodal::<2, Linear>("linear", integration, &[7, 8]);
+            let [_, _, third, fourth] = nodal("linear", integration, &[7, 8]);
             assert!((fourth - last).abs() < 1e-14, "{integration}: {fourth}");
             assert!((third - (7.0 - last)).abs() < 1e-14, "{integration}: {third}");
         }
@@ -343,8 +343,7 @@ mod tests {
     #[test]
     fn the_points_of_full_cells_take_the_average_where_the_case_asks_for_it() {
         for (case, wet) in resettable_bars().iter().zip([false, true]) {
-            let options = setup::options(case).unwrap();
-            let mut solver = setup::solver::<1, 2, Linear, FixedDomain>(case, &options).unwrap();
+            let mut solver = begun::<1>(case);
             // Two of three points are left in the last cell.
             solver.sets[0].retain(|x| (x[0] - 8.5 / 3.0).abs() > 1e-9);
             solver.sort();
@@ -402,15 +401,15 @@ mod tests {
 
     #[test]
     fn cells_with_unequal_numbers_of_points_pull_at_their_nodes_unless_they_are_full() {
-        // MPM sheet S-04: 3, 2, 3 points of a third each under one stress.
-        let [left, right] = forces::<2, Linear>("linear", "points", true);
+        // sheet: mpm S-04: 3, 2, 3 points of a third each under one stress.
+        let [left, right] = forces("linear", "points", true);
         assert!((left - 7.0 / 3.0).abs() < 1e-14 && (right + 7.0 / 3.0).abs() < 1e-14, "{left}, {right}");
         for integration in ["mixed", "gauss"] {
-            for force in forces::<2, Linear>("linear", integration, true) {
+            for force in forces("linear", integration, true) {
                 assert!(force.abs() < 1e-14, "{integration}: {force}");
             }
         }
-        for force in forces::<3, Gimp>("ugimp", "points", false) {
+        for force in forces("ugimp", "points", false) {
             assert!(force.abs() < 1e-14, "domains that tile the line: {force}");
         }
     }

@@ -1,11 +1,11 @@
-//! The momentum solve on the nodes (MPM sheet §3.3, steps 2–4).
+//! The momentum solve on the nodes (sheet: mpm §3.3, steps 2–4).
 
 use std::ops::Range;
 
 use colluvium_grid::{Lanes, Layout, Node, Walls};
 use serde::{Deserialize, Serialize};
 
-/// What a row of nodes adds to the measures of equilibrium (MPM sheet §2.14).
+/// What a row of nodes adds to the measures of equilibrium (sheet: mpm §2.14).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RowSums {
     /// Square of the unbalanced force over the free degrees of freedom (N²).
@@ -118,7 +118,7 @@ pub fn sign(x: f64) -> f64 {
     if x == 0.0 { 0.0 } else { x.signum() }
 }
 
-/// Local damping of a solved node by all that accelerates it (MPM sheet §2.13), of the components that no wall holds.
+/// Local damping of a solved node by all that accelerates it (sheet: mpm §2.13), of the components that no wall holds.
 pub fn damp(node: &mut Node, damping: &[f64; 3], held: [bool; 3], dt: f64) {
     let (mut end, mut rate) = (node.motion.to_array(), node.force.to_array());
     for c in (0..3).filter(|c| !held[*c]) {
@@ -129,7 +129,7 @@ pub fn damp(node: &mut Node, damping: &[f64; 3], held: [bool; 3], dt: f64) {
     *node = Node { motion: Lanes::new(end), force: Lanes::new(rate) };
 }
 
-/// Reads the measures of equilibrium off solved nodes (MPM sheet §2.14).
+/// Reads the measures of equilibrium off solved nodes (sheet: mpm §2.14).
 pub struct Audit<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
@@ -184,7 +184,7 @@ mod tests {
     use colluvium_grid::{Grid, Linear};
 
     /// Largest speed over the one at the start in `steps` steps of one lumped element with free ends, in units in
-    /// which length, density and modulus are 1 (MPM sheet A-36).
+    /// which length, density and modulus are 1 (sheet: mpm A-36).
     fn growth(dt: f64, steps: usize) -> f64 {
         let walls = Walls::new(&[2], Vec::new());
         let layout = Layout::new::<2, Linear>(&Grid::new([0.0], [1.0], 1.0).unwrap());

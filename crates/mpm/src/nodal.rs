@@ -1,4 +1,4 @@
-//! Loads that nodes carry, as in finite elements (MPM sheet §2.11): on sides along grid lines, or facets of a mesh, that do
+//! Loads that nodes carry, as in finite elements (sheet: mpm §2.11): on sides along grid lines, or facets of a mesh, that do
 //! not move.
 //!
 //! A node has `∫ N_i t dS` over the side as it is at the start. Nodes without material have no load.
@@ -7,15 +7,15 @@ use std::collections::BTreeMap;
 
 use colluvium_case::description::LoadCarrier;
 use colluvium_case::{Case, CaseError};
-use colluvium_grid::{Basis, Lanes, Layout, Node, Stencil};
+use colluvium_grid::{Lanes, Node};
 
 use crate::absorbing::for_each_across;
+use crate::background::Background;
 use crate::config::ShapeFunctions;
-use crate::points::{Ground, PointDomain, PointSet};
+use crate::points::PointSet;
+use crate::pore::{LIQUID, SOLID};
 use crate::solver::MpmSolver;
-use crate::transfer::lanes;
-use crate::two_phase::{LIQUID, SOLID};
-use crate::walls::node_on;
+use crate::vectors::lanes;
 use crate::{MpmOptions, loads, mesh};
 
 /// A load on nodes.
@@ -41,12 +41,11 @@ struct Loaded {
 }
 
 /// The loads of a case that nodes carry.
-pub fn nodal_loads<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+pub fn nodal_loads<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-    ground: &Ground<'_, D>,
-    layout: &Layout<D>,
-    sets: &[PointSet<D, P>],
+    background: &Background<D>,
+    sets: &[PointSet<D>],
 ) -> Result<Vec<NodalLoad>, CaseError> {
     let of_nodes = |number: &usize| case.loads[*number].carrier() == LoadCarrier::Nodes;
     let mut found = Vec::new();
@@ -57,11 +56,12 @@ pub fn nodal_loads<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D
             return Err(CaseError::new(format!("loads[{number}].carrier"), problem));
         }
         let set = &sets[loads::loaded(case, number, sets)?];
-        let areas = if P::MESHED {
-            mesh::loaded_nodes(case, number, ground.mesh, set)?
+        let areas = if background.is_meshed() {
+            mesh::loaded_nodes(case, number, &background.mesh, set)?
         } else {
-            on_grid::<D, S, B, P>(case, number, ground, layout, set)?
+            on_grid(case, number, background, set)?
         };
+        let layout = &background.layout;
         let per_area = lanes(&loads::per_area::<D>(&case.loads[number]), 0.0);
         let nodes = areas.into_iter().map(|(place, area)| {
             let row = layout.strides()[0];
@@ -81,13 +81,13 @@ pub fn nodal_loads<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D
 }
 
 /// Numbers of the nodes on a loaded side along a grid line, and their areas.
-fn on_grid<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+fn on_grid<const D: usize>(
     case: &Case,
     number: usize,
-    Ground { grid, .. }: &Ground<'_, D>,
-    layout: &Layout<D>,
-    set: &PointSet<D, P>,
+    background: &Background<D>,
+    set: &PointSet<D>,
 ) -> Result<BTreeMap<usize, f64>, CaseError> {
+    let Background { grid, layout, axis: basis, .. } = background;
     let load = &case.loads[number];
     let refuse = |problem: String| Err(CaseError::new(format!("loads[{number}].carrier"), problem));
     let (axis, sign) = (load.side().axis(), if load.side().is_max() { 1.0 } else { -1.0 });
@@ -99,17 +99,16 @@ fn on_grid<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         ));
     }
     let line = line.round() as usize;
-    if (1..grid.cells[axis]).contains(&line) && !B::WALLS_INSIDE {
+    if (1..grid.cells[axis]).contains(&line) && !basis.walls_inside {
         return refuse(format!(
             "with {} shape functions nodes carry loads on the domain's sides only",
-            B::NAME
+            basis.name
         ));
     }
-    let on_side = node_on::<S, B>(line, grid.cells[axis]);
+    let on_side = basis.node_on(line, grid.cells[axis]);
     let mut areas = BTreeMap::new();
     for (x, area) in set.position.iter().zip(loads::areas(case, load, set)).filter(|(_, area)| *area != 0.0) {
-        let stencil = Stencil::<D, S>::new::<B>(grid, x, &set.extent);
-        for_each_across::<D, S>(&stencil, axis, |mut index, weight| {
+        for_each_across(background, x, &set.extent, axis, |mut index, weight| {
             index[axis] = on_side;
             for index in layout.images(index) {
                 let place: usize = (0..D).map(|axis| index[axis] * layout.strides()[axis]).sum();
@@ -120,7 +119,7 @@ fn on_grid<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     Ok(areas)
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Share of a load at `time` (s).
     fn share_of(&self, load: &NodalLoad, time: f64) -> f64 {
         let stands = self.sets.iter().any(|set| set.body == load.body);
@@ -131,7 +130,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn load_nodes(&mut self, dt: f64) {
         for load in &self.nodal {
             let share = self.share_of(load, self.time + dt);
-            let nodes = &mut self.nodes[load.field * self.layout.len()..];
+            let nodes = &mut self.nodes[load.field * self.background.layout.len()..];
             for at in &load.nodes {
                 push(&mut nodes[at.place], at, share);
             }
@@ -162,7 +161,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Work (J) of the loads in a step of `dt` on the solved nodes of one phase.
     pub(crate) fn work_on_nodes(&self, dt: f64) -> f64 {
-        let len = self.layout.len();
+        let len = self.background.layout.len();
         self.work_with(dt, |load, place| self.nodes[load.field * len + place].motion)
     }
 

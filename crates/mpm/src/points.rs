@@ -1,199 +1,36 @@
 //! The material points of one body, as a structure of arrays.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::Arc;
 
 use colluvium_case::law::LawPoints;
-use colluvium_constitutive::{Material, States, SymTensor};
-use colluvium_grid::{Basis, Grid, Mesh, Stencil, Support};
+use colluvium_constitutive::{BLOCK, Material, States, SymTensor};
+use colluvium_grid::{Domains, Grid, Points};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::loads::SurfaceLoad;
-use crate::strain::lowest_node;
-use crate::two_phase::{PoreSet, SavedPore};
+use crate::pore::{PoreSet, SavedPore};
+use crate::stretch::right_stretch;
+use crate::surface_load::SurfaceLoad;
 
-/// Where points find their nodes.
-#[derive(Clone, Copy)]
-pub struct Ground<'a, const D: usize> {
-    /// The structured grid; with a mesh the box of cells around it.
-    pub grid: &'a Grid<D>,
-    /// The mesh; empty on a structured grid.
-    pub mesh: &'a Mesh<D>,
-}
+/// Points handled at once by [`in_chunks`].
+pub const CHUNK: usize = 256;
 
-/// The [`Ground`] of a solver, without borrowing the rest of it.
-macro_rules! ground {
-    ($solver:expr) => {
-        crate::points::Ground { grid: &$solver.grid, mesh: &$solver.mesh }
-    };
-}
-pub(crate) use ground;
-
-/// What a point knows of its own domain, beyond the initial width all points of a body share, and the nodes it
-/// stands on by that.
-pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
-    /// Whether it changes in the course of a run.
-    const STRETCHES: bool = true;
-
-    /// The nodes of a point: `S` per axis, or `S` in all where they are no product over the axes.
-    type Support<const S: usize>: Support<D>;
-
-    /// Whether points look at the grid from where they were at the start (total-Lagrangian).
-    const ANCHORED: bool = false;
-
-    /// Whether points stand in elements of a mesh.
-    const MESHED: bool = false;
-
-    /// The nodes of a point at `position` (m) with initial full widths `initial` (m).
-    fn support<const S: usize, B: Basis<S>>(
-        &self,
-        ground: &Ground<'_, D>,
-        position: &[f64; D],
-        initial: &[f64; D],
-    ) -> Self::Support<S>;
-
-    /// The cell that a point at `position` (m) is in, by its entry (see [`crate::cells`]) in arrays with the `strides` of
-    /// the nodes.
-    #[inline(always)]
-    fn cell<const S: usize, B: Basis<S>>(
-        &self,
-        ground: &Ground<'_, D>,
-        strides: &[usize; D],
-        position: &[f64; D],
-    ) -> usize {
-        lowest_node::<D, S, B>(ground.grid, strides, &self.anchor(position))
-    }
-
-    /// Full widths (m) from the initial ones, on cells of edge `cell`.
-    fn extent(&self, initial: &[f64; D], cell: f64) -> [f64; D];
-
-    /// Takes its place in the initial state.
-    ///
-    /// # Errors
-    /// When there is none, as a reason.
-    fn start(&mut self, _ground: &Ground<'_, D>, _position: &[f64; D]) -> Result<(), String> {
-        Ok(())
-    }
-
-    /// Where a point at `position` looks at the grid from (m).
-    #[inline(always)]
-    fn anchor(&self, position: &[f64; D]) -> [f64; D] {
-        *position
-    }
-
-    /// Least distance between nodes around the point (m), which the time step goes by.
-    #[inline(always)]
-    fn spacing(&self, ground: &Ground<'_, D>) -> f64 {
-        ground.grid.cell
-    }
-
-    /// Takes its place after a move; of use on a mesh only.
-    ///
-    /// # Errors
-    /// When there is none, as a reason.
-    #[inline(always)]
-    fn settle(&mut self, _ground: &Ground<'_, D>, _position: &[f64; D]) -> Result<(), String> {
-        Ok(())
-    }
-
-    /// Follows the step `f = 1 + gradient` (row `i`, column `j`: `∂u_i/∂x_j`).
-    fn follow(&mut self, gradient: &[[f64; D]; D]);
-
-    /// Whether corners move with the grid where they are ([`PointDomain::convect`]).
-    const CONVECTED: bool = false;
-
-    /// Moves the corners with the velocity that `read` finds at a place (m), in a step of `dt` (s) in which the point moves
-    /// with `velocity` (m/s).
-    #[inline(always)]
-    fn convect(
-        &mut self,
-        _position: &[f64; D],
-        _initial: &[f64; D],
-        _velocity: &[f64; D],
-        _dt: f64,
-        _read: impl Fn(&[f64; D]) -> [f64; D],
-    ) {
-    }
-
-    /// Why the domain can no longer be honoured, if so.
-    #[inline(always)]
-    fn fault(&self, _initial: &[f64; D], _cell: f64) -> Option<String> {
-        None
-    }
-
-    /// The numbers to keep in a checkpoint.
-    fn to_numbers(self) -> Vec<f64>;
-
-    /// From the numbers of [`PointDomain::to_numbers`].
-    fn from_numbers(numbers: &[f64]) -> Self;
-}
-
-/// A domain that keeps its size (and shape functions that do not look at it).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FixedDomain;
-
-impl<const D: usize> PointDomain<D> for FixedDomain {
-    const STRETCHES: bool = false;
-
-    type Support<const S: usize> = Stencil<D, S>;
-
-    #[inline(always)]
-    fn support<const S: usize, B: Basis<S>>(
-        &self,
-        ground: &Ground<'_, D>,
-        position: &[f64; D],
-        initial: &[f64; D],
-    ) -> Stencil<D, S> {
-        Stencil::new::<B>(ground.grid, position, initial)
-    }
-    #[inline(always)]
-    fn extent(&self, initial: &[f64; D], _cell: f64) -> [f64; D] {
-        *initial
-    }
-    #[inline(always)]
-    fn follow(&mut self, _gradient: &[[f64; D]; D]) {}
-    fn to_numbers(self) -> Vec<f64> {
-        Vec::new()
-    }
-    fn from_numbers(_numbers: &[f64]) -> Self {
-        Self
-    }
-}
-
-/// Points handled at once by [`for_each_point`].
-const CHUNK: usize = 256;
-
-/// Calls `visit` for every point with what `values` has for it, its position (m) and its domain, in parallel.
-pub fn for_each_point<const D: usize, P: PointDomain<D>, T: Send>(
+/// Calls `visit` for chunks of points with what `values` has for them, in parallel.
+pub fn in_chunks<const D: usize, T: Send>(
     values: &mut [T],
-    position: &[[f64; D]],
-    domain: &[P],
-    visit: impl Fn(&mut T, &[f64; D], &P) + Sync,
+    points: &Points<'_, D>,
+    visit: &(dyn Fn(&mut [T], &Points<'_, D>) + Sync),
 ) {
-    for_each_chunk(values, position, domain, &|values, position, domain| {
-        for ((value, position), domain) in values.iter_mut().zip(position).zip(domain) {
-            visit(value, position, domain);
-        }
+    values.par_chunks_mut(CHUNK).enumerate().for_each(|(number, values)| {
+        let first = number * CHUNK;
+        visit(values, &points.range(first..first + values.len()));
     });
 }
 
-/// What is called for a chunk of points: with their values, positions and domains.
-type ChunkVisitor<'a, const D: usize, P, T> = dyn Fn(&mut [T], &[[f64; D]], &[P]) + Sync + 'a;
-
-/// The loop of [`for_each_point`], compiled once for every `visit`.
-fn for_each_chunk<const D: usize, P: PointDomain<D>, T: Send>(
-    values: &mut [T],
-    position: &[[f64; D]],
-    domain: &[P],
-    visit: &ChunkVisitor<'_, D, P, T>,
-) {
-    let chunks = values.par_chunks_mut(CHUNK).zip(position.par_chunks(CHUNK)).zip(domain.par_chunks(CHUNK));
-    chunks.for_each(|((values, position), domain)| visit(values, position, domain));
-}
-
 /// All points of one body. Every array has one entry per point, in the order of the last sort.
-pub struct PointSet<const D: usize, P> {
+pub struct PointSet<const D: usize> {
     /// Index into `Case::bodies`.
     pub body: u32,
     /// Velocity field of the grid that the body has: 0 for all bodies that no contact separates.
@@ -223,7 +60,7 @@ pub struct PointSet<const D: usize, P> {
     /// Positions from which displacement is counted (m).
     pub origin: Vec<[f64; D]>,
     /// What the points know of their domains.
-    pub domain: Vec<P>,
+    pub domain: Domains<D>,
     /// Loads on the points.
     pub loads: Vec<SurfaceLoad<D>>,
     /// Sum of their forces in this step (N); empty where the body carries none.
@@ -234,7 +71,7 @@ pub struct PointSet<const D: usize, P> {
     /// Room for a vector a point, where the transfer needs one.
     pub scratch: Vec<[f64; D]>,
     /// Where stress comes before forces and domains stretch: the displacement gradient that the domains follow when
-    /// the step is over, so that all its weights are those of its beginning (MPM sheet P-04); empty otherwise.
+    /// the step is over, so that all its weights are those of its beginning (sheet: mpm P-04); empty otherwise.
     pub pending: Vec<[[f64; D]; D]>,
     /// Energy stored at the start and work of the stress since (J); empty where nothing measures it.
     pub work: Vec<f64>,
@@ -247,7 +84,7 @@ pub struct PointSet<const D: usize, P> {
 /// The least volume of a point over its initial one (pitfall P-09).
 pub const LEAST_VOLUME: f64 = 0.1;
 
-impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
+impl<const D: usize> PointSet<D> {
     /// Number of points.
     pub fn len(&self) -> usize {
         self.id.len()
@@ -268,7 +105,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             + states
             + self.pore.as_ref().map_or(0, PoreSet::bytes)
             + size_of_val(&self.stress[..])
-            + size_of_val(&self.domain[..])
+            + self.domain.bytes()
     }
 
     /// The points as their law sees them.
@@ -282,13 +119,22 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         self.volume.iter().zip(&self.initial_volume).filter(least).count()
     }
 
+    /// All points, for a sweep.
+    #[inline(always)]
+    pub fn points(&self) -> Points<'_, D> {
+        Points { position: &self.position, domain: self.domain.as_slice(), extent: &self.extent }
+    }
+
+    /// The points of a slab in blocks of [`BLOCK`] or fewer, by their numbers.
+    #[inline(always)]
+    pub fn blocks_of(&self, slab: usize) -> impl Iterator<Item = Range<usize>> {
+        let (start, end) = (self.slabs[slab], self.slabs[slab + 1]);
+        (start..end).step_by(BLOCK).map(move |first| first..(first + BLOCK).min(end))
+    }
+
     /// Where the points look at the grid from (m).
     pub fn anchors(&self) -> Cow<'_, [[f64; D]]> {
-        if P::ANCHORED {
-            self.domain.iter().zip(&self.position).map(|(domain, x)| domain.anchor(x)).collect()
-        } else {
-            Cow::Borrowed(&self.position)
-        }
+        self.domain.anchors(&self.position)
     }
 
     /// Sorts the points by cell of `grid`.
@@ -323,7 +169,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         permute(&mut self.initial_volume, order);
         permute(&mut self.stress, order);
         permute(&mut self.origin, order);
-        permute(&mut self.domain, order);
+        self.domain.reorder(order);
         permute(&mut self.traction, order);
         self.loads.iter_mut().for_each(|load| load.permute(order));
         permute(&mut self.affine, order);
@@ -349,7 +195,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
             stress: self.stress.clone(),
             states: self.material.save(&self.states),
             origin: self.origin.as_flattened().to_vec(),
-            domain: self.domain.iter().flat_map(|d| d.to_numbers()).collect(),
+            domain: self.domain.numbers(),
             loads: self.loads.iter().map(|load| load.force.as_flattened().to_vec()).collect(),
             affine: self.affine.as_flattened().as_flattened().to_vec(),
             work: self.work.clone(),
@@ -363,11 +209,9 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         let n = saved.id.len();
         let scalars = [&saved.mass, &saved.volume, &saved.initial_volume];
         let vectors = [&saved.position, &saved.velocity, &saved.origin];
-        let per_domain = P::default().to_numbers().len();
         let fits = scalars.iter().all(|a| a.len() == n)
             && vectors.iter().all(|a| a.len() == n * D)
             && saved.stress.len() == n
-            && saved.domain.len() == n * per_domain
             && saved.loads.len() == self.loads.len()
             && saved.loads.iter().all(|force| force.len() == n * D)
             && saved.affine.len() == if self.affine.is_empty() { 0 } else { n * D * D }
@@ -392,10 +236,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
         self.stress = saved.stress;
         self.states = states;
         self.origin = vectors(&saved.origin);
-        self.domain = match per_domain {
-            0 => vec![P::default(); n],
-            width => saved.domain.chunks(width).map(P::from_numbers).collect(),
-        };
+        self.domain.restore(&saved.domain, n, right_stretch)?;
         for (load, force) in self.loads.iter_mut().zip(&saved.loads) {
             load.restore(vectors(force));
         }

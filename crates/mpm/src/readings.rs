@@ -1,14 +1,13 @@
-//! Numbers that tell of the state of a run in each row of the measures (MPM sheet §3.9).
+//! Numbers that tell of the state of a run in each row of the measures (sheet: mpm §3.9).
 
 use colluvium_case::measure::Reading;
-use colluvium_grid::Basis;
 
-use crate::points::{PointDomain, PointSet, ground};
+use crate::points::PointSet;
 use crate::solver::MpmSolver;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Kinetic energy along each axis, work of the external forces, volume ratios, points per cell.
     pub(crate) fn take_readings(&self) -> Vec<Reading> {
         let mut readings = Vec::new();
@@ -45,7 +44,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     /// The bodies that deform.
-    pub(crate) fn soft_sets(&self) -> impl Iterator<Item = &PointSet<D, P>> {
+    pub(crate) fn soft_sets(&self) -> impl Iterator<Item = &PointSet<D>> {
         self.sets.iter().filter(|set| set.rigid.is_none())
     }
 
@@ -59,10 +58,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Fewest and mean number of points in the cells that hold any; NaN without points.
     fn points_per_cell(&self) -> [f64; 2] {
-        let (ground, strides) = (ground!(self), self.layout.strides());
-        let of_set = |set: &PointSet<D, P>| -> Vec<usize> {
-            let cell = |(domain, x): (&P, &[f64; D])| domain.cell::<S, B>(&ground, &strides, x);
-            set.domain.iter().zip(&set.position).map(cell).collect()
+        let ground = self.background.ground();
+        let of_set = |set: &PointSet<D>| -> Vec<usize> {
+            let mut cells = vec![0; set.len()];
+            set.domain.as_slice().cells(&ground, &set.position, &mut cells);
+            cells
         };
         let mut cells: Vec<usize> = self.soft_sets().flat_map(of_set).collect();
         cells.sort_unstable();

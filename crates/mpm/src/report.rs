@@ -3,12 +3,12 @@
 use colluvium_case::law::{LawPoints, law_fields};
 use colluvium_case::{Budget, Field, FieldData, Snapshot, StepLimit, TimeStep, spatial};
 use colluvium_constitutive::{BLOCK, StateBlock, States, SymTensor};
-use colluvium_grid::Basis;
 use rayon::prelude::*;
 
 use crate::config::StepBounds;
-use crate::points::{PointDomain, PointSet, ground};
+use crate::points::PointSet;
 use crate::solver::MpmSolver;
+use crate::vectors::square;
 
 /// The point with the smallest stable step.
 #[derive(Clone, Copy)]
@@ -30,11 +30,6 @@ impl Limit {
     }
 }
 
-/// Square of the length of a vector.
-pub fn square<const D: usize>(vector: &[f64; D]) -> f64 {
-    vector.iter().map(|c| c * c).sum()
-}
-
 /// The smallest of `none` and what `of_block(index of its first point, stresses, states)` finds in the blocks of a set.
 fn least_of_blocks(
     stress: &[SymTensor],
@@ -48,18 +43,18 @@ fn least_of_blocks(
 }
 
 /// Recoverable energies of the points of a set (J), zero where the law defines none.
-pub fn stored_energies<const D: usize, P: PointDomain<D>>(set: &PointSet<D, P>) -> Vec<f64> {
+pub fn stored_energies<const D: usize>(set: &PointSet<D>) -> Vec<f64> {
     let mut energies = set.law_points().stored_energies();
     energies.iter_mut().zip(&set.volume).for_each(|(energy, volume)| *energy *= volume);
     energies
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// The largest step that the waves, the motion and the viscosity of the points allow at a Courant number of `courant`;
     /// the critical one at 1.
     pub(crate) fn wave_limit(&self, courant: f64) -> TimeStep {
         let bounds = self.options.step_bounds(D, courant);
-        let none = Limit { dt: f64::INFINITY, limit: StepLimit::Nothing, set: 0, index: 0 };
+        let none = Limit { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: 0, index: 0 };
         let mut least = none;
         for (number, set) in self.sets.iter().enumerate() {
             let of_block = |first: usize, stress: &[SymTensor], states: &StateBlock| {
@@ -85,15 +80,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         states: &StateBlock,
     ) -> Limit {
         let set = &self.sets[number];
-        let ground = ground!(self);
+        let ground = self.background.ground();
         let mut moduli = [0.0; BLOCK];
         let mut viscosities = [0.0; BLOCK];
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-        let mut least = Limit { dt: f64::INFINITY, limit: StepLimit::Nothing, set: number, index: first };
+        let mut least = Limit { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: number, index: first };
         for k in 0..stress.len() {
             let index = first + k;
-            let h = set.domain[index].spacing(&ground);
+            let h = set.domain.as_slice().spacing(index, &ground);
             let density = set.mass[index] / set.volume[index];
             if set.rigid.is_some() {
                 (moduli[k], viscosities[k]) = (0.0, 0.0);
@@ -101,13 +96,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             let speed = (moduli[k] / (self.options.mass_scaling * density)).sqrt()
                 + square(&set.velocity[index]).sqrt();
             let wave =
-                Limit { dt: bounds.courant * h / speed, limit: StepLimit::ElasticWave, set: number, index };
+                Limit { dt: bounds.courant * h / speed, limit: StepLimit::ELASTIC_WAVE, set: number, index };
             least = least.smaller(self.phase_limit(bounds, wave, moduli[k]));
             if viscosities[k] > 0.0 {
-                // Explicit diffusion of momentum, MPM sheet §2.10.
+                // Explicit diffusion of momentum, sheet: mpm §2.10.
                 let inertia = self.options.mass_scaling * density;
                 let dt = bounds.diffusion * inertia * h * h / viscosities[k];
-                least = least.smaller(Limit { dt, limit: StepLimit::Viscosity, set: number, index });
+                least = least.smaller(Limit { dt, limit: StepLimit::VISCOSITY, set: number, index });
             }
         }
         least
@@ -120,13 +115,13 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             order.extend(set.id.iter().enumerate().map(|(index, &id)| (id, number, index)));
         }
         order.par_sort_unstable();
-        let scalar = |value: &dyn Fn(&PointSet<D, P>, usize) -> f64| -> FieldData {
+        let scalar = |value: &dyn Fn(&PointSet<D>, usize) -> f64| -> FieldData {
             FieldData::Scalar(order.iter().map(|&(_, s, i)| value(&self.sets[s], i)).collect())
         };
-        let vector = |value: &dyn Fn(&PointSet<D, P>, usize) -> [f64; 3]| -> Vec<[f64; 3]> {
+        let vector = |value: &dyn Fn(&PointSet<D>, usize) -> [f64; 3]| -> Vec<[f64; 3]> {
             order.iter().map(|&(_, s, i)| value(&self.sets[s], i)).collect()
         };
-        let displacement = |set: &PointSet<D, P>, i: usize| -> [f64; 3] {
+        let displacement = |set: &PointSet<D>, i: usize| -> [f64; 3] {
             spatial(&std::array::from_fn::<f64, D, _>(|c| set.position[i][c] - set.origin[i][c]))
         };
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
@@ -148,7 +143,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let bodies: Vec<LawPoints<'_>> = self.sets.iter().map(PointSet::law_points).collect();
         let places: Vec<(usize, usize)> = order.iter().map(|&(_, set, index)| (set, index)).collect();
         fields.extend(law_fields(&bodies, &places));
-        let extents = |s: &PointSet<D, P>, i: usize| spatial(&s.domain[i].extent(&s.extent, self.grid.cell));
+        let extents = |s: &PointSet<D>, i: usize| {
+            spatial(&s.domain.as_slice().extent(i, &s.extent, self.background.grid.cell))
+        };
         Snapshot {
             time: self.time,
             step: self.step,
@@ -185,5 +182,24 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
         self.add_liquid(&mut budget);
         budget
+    }
+}
+
+impl<const D: usize> MpmSolver<D> {
+    /// Begins to count work, from what is stored.
+    pub(crate) fn count_work(&mut self) {
+        for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+            set.work = stored_energies(set);
+        }
+    }
+
+    /// Energy dissipated since the start (J), of the points that are there.
+    pub(crate) fn dissipated_energy(&self) -> f64 {
+        let counted = self.sets.iter().filter(|set| !set.work.is_empty());
+        let lost = counted.map(|set| {
+            let stored = stored_energies(set);
+            set.work.iter().zip(stored).map(|(work, stored)| work - stored).sum::<f64>()
+        });
+        lost.sum()
     }
 }

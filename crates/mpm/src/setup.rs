@@ -1,32 +1,35 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
 mod bodies;
+mod honours;
 mod warnings;
 
-use std::marker::PhantomData;
 use std::sync::Arc;
 
 use colluvium_case::description::{Body, LoadCarrier, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, Solver, StepLimit};
-use colluvium_grid::{Basis, Grid, Layout, Node, Walls};
+use colluvium_grid::{Axis, Grid, Layout, Node, Walls};
 
 use crate::absorbing::{Absorbing, Impedance};
+use crate::background::Background;
 use crate::config::ShapeFunctions;
 use crate::consistent::ConsistentMass;
+use crate::dispatch::Chosen;
 use crate::driven::{self, Driven};
 use crate::dual::DualNodes;
 use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
-use crate::points::{Ground, PointDomain, ground};
+use crate::points::PointSet;
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::touch::{filled, filled_on_mesh};
 use crate::{
-    Formulation, MpmOptions, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh,
-    nodal, two_phase, walls,
+    MpmOptions, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh, nodal, obstacles,
+    two_phase, walls,
 };
 use bodies::point_set;
+pub use honours::honours;
 use warnings::warnings;
 
 /// Updates per second of one phase with GIMP in the plane and in space, a million points on one thread
@@ -51,6 +54,7 @@ pub fn options(case: &Case) -> Result<MpmOptions, CaseError> {
     dual::cleared(case, &options)?;
     crate::consistent::cleared(case, &options)?;
     mixed::cleared(&options)?;
+    obstacles::cleared(case, &options)?;
     Ok(options)
 }
 
@@ -62,12 +66,13 @@ pub fn grid<const D: usize>(case: &Case, options: &MpmOptions) -> Result<Grid<D>
 }
 
 /// The nodes of the case.
-pub fn layout<const D: usize, const S: usize, B: Basis<S>>(
+pub fn layout<const D: usize>(
     case: &Case,
     grid: &Grid<D>,
+    axis: &Axis,
     options: &MpmOptions,
 ) -> Result<Layout<D>, CaseError> {
-    let layout = Layout::new::<S, B>(grid);
+    let layout = Layout::of(grid, axis);
     if case.domain.periodic.is_empty() {
         return Ok(layout);
     }
@@ -91,8 +96,8 @@ struct Build<'a> {
 impl dispatch::Visitor for Build<'_> {
     type Output = Result<Box<dyn Solver>, CaseError>;
 
-    fn visit<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(self) -> Self::Output {
-        Ok(Box::new(solver::<D, S, B, P>(self.case, self.options)?))
+    fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output {
+        Ok(Box::new(solver(self.case, self.options, chosen)?))
     }
 }
 
@@ -105,12 +110,12 @@ struct Measure<'a> {
 impl dispatch::Visitor for Measure<'_> {
     type Output = Result<Plan, CaseError>;
 
-    fn visit<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(self) -> Self::Output {
-        let mut solver = solver::<D, S, B, P>(self.case, self.options)?;
+    fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output {
+        let mut solver = solver(self.case, self.options, chosen)?;
         let time_step = solver.critical_step();
         let points = solver.points();
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
-        let nodes = solver.layout.len() * solver.contacts.fields();
+        let nodes = solver.background.layout.len() * solver.contacts.fields();
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
         let mut volumes = vec![0.0; self.case.bodies.len()];
         for set in &solver.sets {
@@ -120,8 +125,8 @@ impl dispatch::Visitor for Measure<'_> {
         for patch in solver.empty_patches() {
             warnings.push(format!("patches[{patch}].region: holds no node at the start"));
         }
-        if time_step.limit == StepLimit::SeepageDrag {
-            // MPM sheet P-13.
+        if time_step.limit == StepLimit::SEEPAGE_DRAG {
+            // sheet: mpm P-13.
             warnings.push(format!(
                 "pore_fluid: the drag of so low a permeability limits the step, to {:.2e} s; where no fluid leaves in \
                  the time considered use the material `undrained`",
@@ -154,41 +159,43 @@ pub fn plan(case: &Case) -> Result<Plan, CaseError> {
 }
 
 /// A solver with its concrete type, at time zero.
-pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+pub fn solver<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-) -> Result<MpmSolver<D, S, B, P>, CaseError> {
-    let (grid, mesh, layout) = mesh::terrain::<D, S, B>(case, options)?;
+    chosen: Chosen<D>,
+) -> Result<MpmSolver<D>, CaseError> {
+    let axis = chosen.sweeps.axis();
+    let background = Background::new(case, chosen, mesh::terrain(case, options, &axis)?);
     for stage in 0..case.stages.len() {
-        walls::walls::<D, S, B>(case, stage, &Ground { grid: &grid, mesh: &mesh }, &layout, options)?;
+        walls::walls(case, stage, &background, options)?;
     }
-    if options.formulation == Formulation::TotalLagrangian {
-        case.refuse_driven("the total-Lagrangian formulation of mpm")?;
-        case.refuse_dropping("the total-Lagrangian formulation of mpm")?;
-    }
+    let standing = case.standing::<D>()?;
+    let faces = Arc::new(obstacles::faces(&standing, &background));
     let driven = driven::driven(case);
-    let ground = Ground { grid: &grid, mesh: &mesh };
-    let two_phase = two_phase::two_phase(case, options, &layout);
+    let Background { mesh, layout, .. } = &background;
+    let two_phase = two_phase::two_phase(case, options, layout);
     let mut sets = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
-        let mut set = point_set::<D, P>(case, options, &ground, number, next)?;
+        let mut set = point_set(case, options, &background, number, next)?;
         next += set.len();
         set.rigid = case.bodies[number].rigid.then(|| rigid_number(&driven, &case.bodies[number])).flatten();
+        if set.rigid.is_none() {
+            case.refuse_covered(&standing, number, &set.position, obstacles::SLACK * options.cell_size)?;
+        }
         sets.push(set);
     }
     let contacts = contact::contacts(case, options, &mut sets)?;
     mixed::resettable(case, options, &sets)?;
-    let elements = P::MESHED.then(|| Layout::of_elements(&mesh, &grid));
-    let cells = elements.as_ref().unwrap_or(&layout);
-    let strains = CellStrains::new(case, options, [&layout, cells]);
+    let cells = background.cell_layout();
+    let strains = CellStrains::new(case, options, [layout, cells]);
     let stresses = CellStresses::new(options, cells, contacts.fields());
-    let dual = DualNodes::new(options, &layout, contacts.fields());
-    let consistent = ConsistentMass::new(options, &layout);
-    let nodal = nodal::nodal_loads::<D, S, B, P>(case, options, &ground, &layout, &sets)?;
+    let dual = DualNodes::new(options, layout, contacts.fields());
+    let consistent = ConsistentMass::new(options, layout);
+    let nodal = nodal::nodal_loads(case, options, &background, &sets)?;
     for number in 0..case.loads.len() {
         if case.loads[number].carrier() == LoadCarrier::Points {
-            loads::apply(case, number, &mesh, &mut sets)?;
+            loads::apply(case, number, mesh, &mut sets)?;
         }
     }
     let absorbs = case.boundaries.iter().position(|b| matches!(b.wall, CaseWall::Absorbing { .. }));
@@ -198,7 +205,8 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         let problem = "an absorbing boundary is not available with contacts";
         return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
     }
-    let free_surface = free_surface::free_surface(case, options, &grid, &layout, elements.as_ref())?;
+    let most = sets.iter().map(PointSet::len).max().unwrap_or(0);
+    let free_surface = free_surface::free_surface(case, options, &background, most)?;
     let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
     let mut solver = MpmSolver {
         case: Arc::new(case.clone()),
@@ -208,13 +216,9 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         remapped: Vec::new(),
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
         walls: Walls::default(),
-        upper: grid.upper(),
+        faces,
         closed: [[false; 2]; D],
-        periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
-        layout,
-        elements,
-        grid,
-        mesh,
+        background,
         strains,
         stresses,
         dual,
@@ -224,7 +228,6 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         load_starts: loads::starts(case),
         nodal,
         driven,
-        axisymmetric: case.space == Space::Axisymmetric,
         gravity: case.gravity3(),
         stage: 0,
         stage_start: 0.0,
@@ -242,7 +245,6 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
         free_surface,
         absorbing: Absorbing::default(),
         impedances,
-        basis: PhantomData,
     };
     // XPIC sweeps over the same nodes before they hold re-mapped velocities.
     if options.stress_update != StressScheme::Usl || options.transfer == Transfer::Xpic {
@@ -250,19 +252,22 @@ pub fn solver<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     }
     if solver.contacts.fields() > 1 {
         solver.contacts.surfaces = vec![Default::default(); solver.nodes.len()];
-        solver.contacts.rows =
-            crate::touch::rows(&solver.contacts, solver.row_sums.len(), solver.layout.strides()[0]);
-        if solver.axisymmetric {
+        solver.contacts.rows = crate::touch::rows(
+            &solver.contacts,
+            solver.row_sums.len(),
+            solver.background.layout.strides()[0],
+        );
+        if solver.background.axisymmetric {
             solver.contacts.radii = solver.radii();
         }
-        if P::MESHED {
-            solver.contacts.filled = filled_on_mesh(&solver.mesh, solver.layout.len());
+        if solver.background.is_meshed() {
+            solver.contacts.filled = filled_on_mesh(&solver.background.mesh, solver.background.layout.len());
         } else {
-            solver.contacts.filled = filled::<D, S, B>(&solver.grid, &solver.layout, options.points_per_cell);
-            solver.contacts.distance = SurfaceDistance::new::<S, B>();
+            solver.contacts.filled = filled(&solver.background, options.points_per_cell);
+            solver.contacts.distance = SurfaceDistance::new(&solver.background.axis);
         }
     }
-    walls::refuse_walls_that_leave(case, if P::MESHED { solver.mesh.height() } else { solver.grid.cell })?;
+    walls::refuse_walls_that_leave(case, solver.background.spacing())?;
     solver.remember_starts();
     solver.set_stage_walls(0)?;
     solver.sort();
@@ -278,24 +283,20 @@ fn rigid_number(driven: &[Driven], body: &Body) -> Option<usize> {
     driven.iter().position(|driven| driven.patch.is_none() && driven.name == body.name)
 }
 
-fn check_fixed_step<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
-    solver: &MpmSolver<D, S, B, P>,
-    options: &MpmOptions,
-) -> Result<(), CaseError> {
+fn check_fixed_step<const D: usize>(solver: &MpmSolver<D>, options: &MpmOptions) -> Result<(), CaseError> {
     match options.time_step.and_then(|step| solver.wave_limit(1.0).too_long(Some(step))) {
         Some(problem) => Err(CaseError::new("methods.mpm.time_step", problem)),
         None => Ok(()),
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
         let walls = |case: &Case| -> Result<Walls, CaseError> {
-            let mut walls =
-                walls::walls::<D, S, B>(case, stage, &ground!(self), &self.layout, &self.options)?;
+            let mut walls = walls::walls(case, stage, &self.background, &self.options)?;
             walls.set_off(self.step == 0);
-            Ok(walls)
+            Ok(walls.with_faces(Arc::clone(&self.faces)))
         };
         let own = walls(&self.case)?;
         let of_liquid =

@@ -2,11 +2,12 @@
 
 use colluvium_case::{Case, CaseError, Size};
 use colluvium_constitutive::SymTensor;
-use colluvium_grid::{Basis, Lanes, Mesh, Node};
+use colluvium_grid::{Axis, Lanes, Mesh, Node};
 
 use crate::config::{MeshSource, StressScheme};
+use crate::dispatch::Chosen;
 use crate::mesh::{points_per_element, terrain};
-use crate::points::{PointDomain, PointSet};
+use crate::points::PointSet;
 use crate::setup::options;
 use crate::solver::MpmSolver;
 use crate::{MpmOptions, dispatch};
@@ -35,7 +36,7 @@ struct Counts {
 }
 
 impl Estimate<'_> {
-    fn counts<const D: usize, const S: usize, B: Basis<S>>(&self) -> Result<Counts, CaseError> {
+    fn counts<const D: usize>(&self, axis: &Axis) -> Result<Counts, CaseError> {
         let (case, options) = (self.case, self.options);
         let cells = |axis: usize| (case.domain.max[axis] - case.domain.min[axis]) / options.cell_size;
         let nodes = (0..D).map(|axis| cells(axis) + 1.0).product();
@@ -55,7 +56,7 @@ impl Estimate<'_> {
                 Counts { nodes, elements, points }
             }
             Some(MeshSource::File { .. }) => {
-                let (_, mesh, _) = terrain::<D, S, B>(case, options)?;
+                let (_, mesh, _) = terrain::<D>(case, options, axis)?;
                 let elements = mesh.elements().len() as f64;
                 let volume = mesh.elements().iter().map(|element| element.volume).sum();
                 Counts { nodes: mesh.nodes().len() as f64, elements, points: in_elements(elements, volume) }
@@ -74,13 +75,16 @@ impl Estimate<'_> {
 impl dispatch::Visitor for Estimate<'_> {
     type Output = Result<Size, CaseError>;
 
-    fn visit<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(self) -> Self::Output {
+    fn visit<const D: usize>(self, chosen: Chosen<D>) -> Self::Output {
         let (case, options) = (self.case, self.options);
-        let Counts { nodes, elements, points } = self.counts::<D, S, B>()?;
+        let Counts { nodes, elements, points } = self.counts::<D>(&chosen.sweeps.axis())?;
         let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
         let number = size_of::<f64>();
         // Position, velocity, origin; mass, volume, initial volume; id; with a pore fluid its velocity and pressure.
-        let arrays = (3 * D + 3) * number + size_of::<u32>() + size_of::<SymTensor>() + size_of::<P>();
+        let arrays = (3 * D + 3) * number
+            + size_of::<u32>()
+            + size_of::<SymTensor>()
+            + chosen.sweeps.domains(0).size();
         let matrix = if options.transfer.is_affine() { D * D } else { 0 };
         let arrays = arrays + (matrix + if wet { D + 1 } else { 0 }) * number;
         let mut memory = 0.0;
@@ -102,11 +106,14 @@ impl dispatch::Visitor for Estimate<'_> {
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Memory of points, nodes and mesh (bytes), and of what sorting takes.
     pub(crate) fn memory(&self) -> usize {
-        let points = |set: &PointSet<D, P>| set.bytes() + set.len() * sorting(set.material.state_size());
-        let mesh = Mesh::<D>::bytes(self.mesh.nodes().len() as f64, self.mesh.elements().len() as f64);
+        let points = |set: &PointSet<D>| set.bytes() + set.len() * sorting(set.material.state_size());
+        let mesh = Mesh::<D>::bytes(
+            self.background.mesh.nodes().len() as f64,
+            self.background.mesh.elements().len() as f64,
+        );
         self.sets.iter().map(points).sum::<usize>()
             + size_of_val(&self.nodes[..])
             + size_of_val(&self.remapped[..])

@@ -1,49 +1,45 @@
 //! The solver: its data and one step.
 
-use std::marker::PhantomData;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use colluvium_case::{Case, SolverError, TimeStep};
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Mesh, Node, Support, Walls};
+use colluvium_case::{Case, SolverError, TimeStep, spatial};
+use colluvium_grid::{Faces, Lanes, Node, Walls};
 use rayon::prelude::*;
 
 use crate::absorbing::{Absorbing, Impedance};
+use crate::background::Background;
+use crate::blocks::{Block, BlockReport, OfSet};
 use crate::config::{StressScheme, Transfer};
 use crate::consistent::ConsistentMass;
-use crate::contact::{Contacts, three};
+use crate::contact::Contacts;
 use crate::driven::Driven;
 use crate::dual::DualNodes;
-use crate::equilibrium::power;
 use crate::free_surface::FreeSurface;
 use crate::mixed::CellStresses;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
 use crate::nodal::NodalLoad;
-use crate::points::{PointDomain, PointSet};
+use crate::points::PointSet;
 use crate::strain::CellStrains;
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
 use crate::two_phase::TwoPhase;
+use crate::vectors::{power, three};
 use crate::{Manufactured, MpmOptions};
 
 /// Steps between re-evaluations of the critical time step.
 pub(crate) const STEPS_PER_TIME_STEP: u64 = 10;
 
-/// Explicit MPM in `D` dimensions with the shape functions `B` (`S` nodes per axis).
-pub struct MpmSolver<const D: usize, const S: usize, B, P> {
+/// Explicit MPM in `D` dimensions.
+pub struct MpmSolver<const D: usize> {
     pub(crate) case: Arc<Case>,
     pub(crate) options: MpmOptions,
     /// Share of FLIP in the stage.
     pub(crate) flip: f64,
-    pub(crate) grid: Grid<D>,
-    /// The mesh; empty on a structured grid.
-    pub(crate) mesh: Arc<Mesh<D>>,
-    pub(crate) layout: Layout<D>,
-    /// The elements of the mesh; `None` on a structured grid, whose cells go by their lowest nodes.
-    pub(crate) elements: Option<Layout<D>>,
+    pub(crate) background: Background<D>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) remapped: Vec<Lanes>,
     pub(crate) row_sums: Vec<RowSums>,
-    pub(crate) sets: Vec<PointSet<D, P>>,
+    pub(crate) sets: Vec<PointSet<D>>,
     pub(crate) contacts: Contacts,
     /// When the loads of the case begin (s); infinite as long as their stage has not.
     pub(crate) load_starts: Vec<f64>,
@@ -56,13 +52,10 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) dual: DualNodes,
     pub(crate) consistent: ConsistentMass,
     pub(crate) walls: Walls,
-    /// Upper corner of the grid (m).
-    pub(crate) upper: [f64; D],
+    /// Obstacles on the nodes.
+    pub(crate) faces: Arc<Faces>,
     /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
     pub(crate) closed: [[bool; 2]; D],
-    /// Axes along which the domain repeats itself.
-    pub(crate) periodic: [bool; D],
-    pub(crate) axisymmetric: bool,
     pub(crate) gravity: [f64; 3],
     pub(crate) stage: usize,
     pub(crate) stage_start: f64,
@@ -86,11 +79,10 @@ pub struct MpmSolver<const D: usize, const S: usize, B, P> {
     pub(crate) absorbing: Absorbing,
     /// Of the bodies of the case; empty without absorbing boundaries.
     pub(crate) impedances: Vec<Impedance>,
-    pub(crate) basis: PhantomData<B>,
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
-    /// One step (MPM sheet §3.3); the numbers are those of the sheet.
+impl<const D: usize> MpmSolver<D> {
+    /// One step (sheet: mpm §3.3); the numbers are those of the sheet.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.check_fixed_step()?;
         if self.two_phase.is_some() {
@@ -160,15 +152,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Takes the walls of a stage.
     pub(crate) fn set_walls(&mut self, walls: Walls) {
-        let nodes = self.layout.nodes();
-        let stands = |axis: usize, index: usize| !walls.is_free(axis, index);
-        let sides = |axis: usize| [stands(axis, B::GHOSTS), stands(axis, nodes[axis] - 1 - B::GHOSTS)];
+        let (nodes, ghosts) = (self.background.layout.nodes(), self.background.axis.ghosts);
+        let stands = |axis: usize, index: usize| walls.has_wall(axis, index);
+        let sides = |axis: usize| [stands(axis, ghosts), stands(axis, nodes[axis] - 1 - ghosts)];
         self.closed = std::array::from_fn(sides);
         self.walls = walls;
     }
 
     pub(crate) fn sort_if_moved(&mut self) {
-        if self.travel < self.grid.cell {
+        if self.travel < self.background.grid.cell {
             return;
         }
         self.sort();
@@ -190,10 +182,11 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Brings points back that left through a periodic side, on the other one.
     pub(crate) fn wrap(&mut self) {
-        if self.periodic == [false; D] {
+        if self.background.periodic == [false; D] {
             return;
         }
-        let (low, high, periodic) = (self.grid.origin, self.upper, self.periodic);
+        let (low, high, periodic) =
+            (self.background.grid.origin, self.background.upper, self.background.periodic);
         let mut wrapped = false;
         for set in &mut self.sets {
             wrapped |= wrap([&low, &high], &periodic, &mut set.position, &mut set.origin);
@@ -209,16 +202,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         // Nodes outside the new active region would keep what they hold.
         self.reset_nodes();
         self.reset_remapped();
-        let cells = self.elements.as_ref().unwrap_or(&self.layout);
-        self.strains.reset([&self.layout, cells]);
+        let cells = self.background.cell_layout();
+        self.strains.reset([&self.background.layout, cells]);
         self.stresses.reset(cells);
-        self.dual.reset(&self.layout);
-        self.consistent.reset(&self.layout);
+        self.dual.reset(&self.background.layout);
+        self.consistent.reset(&self.background.layout);
         if let Some(phases) = &mut self.two_phase {
-            phases.reset(&self.layout);
+            phases.reset(&self.background.layout);
         }
         for set in &mut self.sets {
-            set.sort(&self.grid);
+            set.sort(&self.background.grid);
         }
         self.travel = 0.0;
         self.find_active_nodes();
@@ -226,9 +219,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Active nodes and slab bounds from the sorted points.
     pub(crate) fn find_active_nodes(&mut self) {
-        self.layout.clear();
+        self.background.layout.clear();
         for set in &mut self.sets {
-            set.slabs = self.layout.add_points(&set.anchors());
+            set.slabs = self.background.layout.add_points(&set.anchors());
         }
         self.heaviest = self.sets.iter().flat_map(|s| &s.mass).fold(0.0, |a: f64, &b| a.max(b));
         if let Some(phases) = &mut self.two_phase {
@@ -239,26 +232,26 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Empties the active nodes of all velocity fields.
     fn reset_nodes(&mut self) {
-        for nodes in self.nodes.chunks_exact_mut(self.layout.len()) {
-            self.layout.reset(nodes);
+        for nodes in self.nodes.chunks_exact_mut(self.background.layout.len()) {
+            self.background.layout.reset(nodes);
         }
     }
 
     /// Empties the active nodes of what re-mapping and XPIC sum up.
     pub(crate) fn reset_remapped(&mut self) {
-        for nodes in self.remapped.chunks_exact_mut(self.layout.len()) {
-            self.layout.reset(nodes);
+        for nodes in self.remapped.chunks_exact_mut(self.background.layout.len()) {
+            self.background.layout.reset(nodes);
         }
     }
 
     fn follow_loads<const FROM_SOLVED: bool>(&mut self, dt: f64) {
-        let strides = self.layout.strides();
-        self.follow_surfaces(dt, |solver, field, stencil| {
-            let first = field * solver.layout.len();
+        self.follow_surfaces(dt, &|solver, field, points, reads| {
+            let Background { layout, sweeps, .. } = &solver.background;
+            let (ground, first) = (solver.background.ground(), field * layout.len());
             if FROM_SOLVED {
-                stencil.gather(&solver.nodes[first..], &strides)
+                sweeps.gather(&ground, points, &solver.nodes[first..], reads);
             } else {
-                stencil.gather_velocity(&solver.remapped[first..], &strides)
+                sweeps.gather_velocity(&ground, points, &solver.remapped[first..], reads);
             }
         });
     }
@@ -276,10 +269,10 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             inertia: self.options.mass_scaling,
             light: self.options.node_mass_cutoff * self.heaviest,
             walls: &self.walls,
-            layout: &self.layout,
+            layout: &self.background.layout,
         };
-        for nodes in self.nodes.chunks_exact_mut(self.layout.len()) {
-            self.layout.each(nodes, |row, active, line| solve.row(row, active, line));
+        for nodes in self.nodes.chunks_exact_mut(self.background.layout.len()) {
+            self.background.layout.each(nodes, |row, active, line| solve.row(row, active, line));
         }
         self.absorb(dt);
         self.hold_rigid();
@@ -304,7 +297,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if damping == [0.0; 3] {
             return;
         }
-        let (layout, walls) = (&self.layout, &self.walls);
+        let (layout, walls) = (&self.background.layout, &self.walls);
         for nodes in self.nodes.chunks_exact_mut(layout.len()) {
             layout.each(nodes, |row, active, line| {
                 for number in active {
@@ -317,7 +310,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.hold_patches(dt, false);
     }
 
-    /// Measures of equilibrium from the solved nodes, contacts included (MPM sheet §2.14).
+    /// Measures of equilibrium from the solved nodes, contacts included (sheet: mpm §2.14).
     fn audit(&mut self, dt: f64) {
         let stage = &self.case.stages[self.stage];
         let audit = Audit {
@@ -328,19 +321,64 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             inertia: self.options.mass_scaling,
             light: self.options.node_mass_cutoff * self.heaviest,
             walls: &self.walls,
-            layout: &self.layout,
+            layout: &self.background.layout,
         };
         let mut sums = RowSums::default();
-        for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
+        for (field, nodes) in self.nodes.chunks_exact_mut(self.background.layout.len()).enumerate() {
             if self.contacts.rigid.get(field).is_some_and(Option::is_some) {
                 continue;
             }
-            self.layout.rows(nodes, &mut self.row_sums, |row, active, line| audit.row(row, active, line));
+            self.background
+                .layout
+                .rows(nodes, &mut self.row_sums, |row, active, line| audit.row(row, active, line));
             self.row_sums.iter().for_each(|row| sums.add(row));
         }
         sums.work += self.work_of_loads(dt) + self.work_on_nodes(dt);
         self.external_work += sums.work;
         self.sums = sums;
+    }
+
+    /// Updates every block of every body that deforms; returns the largest move along an axis (m).
+    pub(crate) fn update_blocks(
+        &mut self,
+        update: impl Fn(&Self, &OfSet<'_, D>, &mut Block<'_, D>) -> BlockReport + Sync,
+    ) -> Result<f64, SolverError> {
+        let mut sets = std::mem::take(&mut self.sets);
+        let mut moved = Ok(0f64);
+        for (number, set) in sets.iter_mut().enumerate().filter(|(_, set)| set.rigid.is_none()) {
+            let material = set.material.clone();
+            let of_set = OfSet {
+                material: &*material,
+                extent: set.extent,
+                body: set.body,
+                field: set.field,
+                anchored: set.domain.are_anchored(),
+                fluid: set.pore.as_ref().and_then(|pore| pore.fluid),
+                drop_outside: self.case.bodies[set.body as usize].drop_outside,
+            };
+            let solver = &*self;
+            match set.whole().update(&|block| update(solver, &of_set, block)) {
+                Ok(m) => moved = moved.map(|moved: f64| moved.max(m)),
+                Err(failure) => {
+                    moved = Err((number, failure));
+                    break;
+                }
+            }
+        }
+        self.sets = sets;
+        moved.map_err(|(number, failure)| self.failed(number, failure.index, failure.reason))
+    }
+
+    /// The error of a point that cannot be followed.
+    pub(crate) fn failed(&self, set: usize, index: usize, reason: String) -> SolverError {
+        let set = &self.sets[set];
+        SolverError::Point {
+            step: self.step,
+            time: self.time,
+            point: u64::from(set.id[index]),
+            position: spatial(&set.position[index]),
+            reason,
+        }
     }
 
     /// Work of tractions and prescribed motions in the step (J).
@@ -373,7 +411,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    /// The largest stable step from the current state (MPM sheet §2.10).
+    /// The largest stable step from the current state (sheet: mpm §2.10).
     pub(crate) fn critical_step(&mut self) -> TimeStep {
         if self.limit.is_none() || self.limit_age >= STEPS_PER_TIME_STEP {
             let fixed = self.options.time_step;

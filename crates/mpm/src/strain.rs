@@ -1,15 +1,18 @@
-//! Volumetric strain that the points of a neighbourhood share, against locking (MPM sheet §2.17).
+//! Volumetric strain that the points of a neighbourhood share, against locking (sheet: mpm §2.17).
 //!
 //! Bodies of one material share it; each material has its own.
 
+use std::ops::Range;
+
 use colluvium_case::Case;
-use colluvium_constitutive::Motion;
-use colluvium_grid::{Basis, Gathered, Grid, Lanes, Layout, Support};
+use colluvium_constitutive::{BLOCK, Motion};
+use colluvium_grid::{Gathered, Lanes, Layout, Points};
 
 use crate::MpmOptions;
+use crate::background::Background;
 use crate::cells::Cells;
 use crate::config::VolumetricStrain;
-use crate::points::{PointDomain, PointSet, ground};
+use crate::points::PointSet;
 use crate::solver::MpmSolver;
 use crate::transfer::SOLVED;
 
@@ -118,17 +121,6 @@ impl CellStrains {
     }
 }
 
-/// Number of the lowest node of the cell that holds `position`.
-#[inline(always)]
-pub fn lowest_node<const D: usize, const S: usize, B: Basis<S>>(
-    grid: &Grid<D>,
-    strides: &[usize; D],
-    position: &[f64; D],
-) -> usize {
-    let cell = grid.cell_of(position);
-    (0..D).map(|axis| (cell[axis] + B::GHOSTS) * strides[axis]).sum()
-}
-
 /// Gives a motion the volumetric strain `dilation` by its first `normal` components: the two of the plane, so that
 /// nothing strains out of it, or all three.
 #[inline(always)]
@@ -141,52 +133,48 @@ pub fn set_volumetric(motion: &mut Motion, normal: usize, dilation: f64) {
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
-    /// How many normal strains there are.
-    #[inline(always)]
-    pub(crate) fn normal_strains(&self) -> usize {
-        if self.axisymmetric { 3 } else { D }
-    }
+/// Finds the volumetric strains of skeleton and liquid of some points of a set.
+type Strains<'a, const D: usize> =
+    dyn Fn(&MpmSolver<D>, &PointSet<D>, Range<usize>, &mut [[f64; 2]]) + Sync + 'a;
 
-    /// Rate of volumetric strain (1/s) from what a point at a radius (m; of use in axisymmetry) reads.
-    #[inline(always)]
-    pub(crate) fn dilation(&self, read: &Gathered<D>, radius: f64) -> f64 {
-        let trace: f64 = (0..D).map(|j| read.gradient[j].as_array()[j]).sum();
-        trace + if self.axisymmetric { read.velocity.as_array()[0] / radius } else { 0.0 }
-    }
-
-    /// Shares the volumetric strains of the step, which `read` gives for skeleton and liquid at a point.
-    pub(crate) fn share_strains(
-        &mut self,
-        read: impl Fn(&Self, &PointSet<D, P>, usize, &P::Support<S>) -> [f64; 2] + Sync,
-    ) {
+impl<const D: usize> MpmSolver<D> {
+    /// Shares the volumetric strains of the step, which `read` gives for skeleton and liquid at the points of a block.
+    pub(crate) fn share_strains(&mut self, read: &Strains<'_, D>) {
         let mut strains = std::mem::take(&mut self.strains);
-        let layouts = [&self.layout, self.cell_layout()];
+        let background = &self.background;
+        let layouts = [&background.layout, background.cell_layout()];
         strains.reset(layouts);
-        let (strides, ground, [_, of_cells]) = (self.layout.strides(), ground!(self), layouts);
+        let (ground, [_, of_cells]) = (background.ground(), layouts);
         for (material, cells) in strains.cells.chunks_exact_mut(of_cells.len()).enumerate() {
-            let of_material = |set: &&PointSet<D, P>| {
-                strains.materials[set.body as usize] == material && set.rigid.is_none()
-            };
+            let of_material =
+                |set: &&PointSet<D>| strains.materials[set.body as usize] == material && set.rigid.is_none();
             of_cells.scatter(cells, |slab, window, offset| {
+                let (mut all, mut places) = ([[0.0; 2]; BLOCK], [0; BLOCK]);
                 for set in self.sets.iter().filter(of_material) {
                     let wet = set.pore.as_ref().is_some_and(|pore| pore.fluid.is_some());
-                    for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let support = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
-                        let [solid, liquid] = read(self, set, p, &support);
-                        let volume = set.volume[p];
-                        let moved = if wet { volume } else { 0.0 };
-                        let cell = set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p]);
-                        window[cell - offset] += Lanes::new([volume, volume * solid, moved, moved * liquid]);
+                    for block in set.blocks_of(slab) {
+                        let (all, places) = (&mut all[..block.len()], &mut places[..block.len()]);
+                        read(self, set, block.clone(), all);
+                        set.domain.as_slice().range(block.clone()).cells(
+                            &ground,
+                            &set.position[block.clone()],
+                            places,
+                        );
+                        for ((p, cell), [solid, liquid]) in block.zip(&*places).zip(&*all) {
+                            let volume = set.volume[p];
+                            let moved = if wet { volume } else { 0.0 };
+                            window[*cell - offset] +=
+                                Lanes::new([volume, volume * solid, moved, moved * liquid]);
+                        }
                     }
                 }
             });
         }
         if !strains.nodes.is_empty() {
-            if P::MESHED {
-                strains.pass_through_nodes(layouts, &self.mesh_cells());
+            if background.is_meshed() {
+                strains.pass_through_nodes(layouts, &background.mesh_cells());
             } else {
-                strains.pass_through_nodes(layouts, &self.grid_cells());
+                strains.pass_through_nodes(layouts, &background.grid_cells());
             }
         }
         self.strains = strains;
@@ -197,23 +185,27 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if !self.strains.is_shared() {
             return;
         }
-        let (strides, len) = (self.layout.strides(), self.layout.len());
-        self.share_strains(|solver, set, p, support| {
-            let first = set.field * len;
-            let read = if FROM_SOLVED == SOLVED {
-                support.gather(&solver.nodes[first..], &strides)
+        self.share_strains(&|solver, set, block, out| {
+            let Background { layout, sweeps, .. } = &solver.background;
+            let (ground, points) = (solver.background.ground(), set.points().range(block));
+            let mut all = [Gathered::ZERO; BLOCK];
+            let (reads, first) = (&mut all[..points.len()], set.field * layout.len());
+            if FROM_SOLVED == SOLVED {
+                sweeps.gather(&ground, &points, &solver.nodes[first..], reads);
             } else {
-                support.gather_velocity(&solver.remapped[first..], &strides)
-            };
-            [dt * solver.dilation(&read, set.position[p][0]), 0.0]
+                sweeps.gather_velocity(&ground, &points, &solver.remapped[first..], reads);
+            }
+            for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
+                *out = [dt * solver.background.dilation(read, position[0]), 0.0];
+            }
         });
     }
 
     /// Shared volumetric strains of skeleton and liquid at a point of a body.
     #[inline(always)]
-    pub(crate) fn shared_strain(&self, body: u32, domain: &P, position: &[f64; D]) -> [f64; 2] {
-        let cell = domain.cell::<S, B>(&ground!(self), &self.layout.strides(), position);
-        self.strains.at(body, self.cell_layout().len(), cell)
+    pub(crate) fn shared_strain(&self, body: u32, points: &Points<'_, D>, p: usize) -> [f64; 2] {
+        let cell = points.domain.cell(p, &self.background.ground(), &points.position[p]);
+        self.strains.at(body, self.background.cell_layout().len(), cell)
     }
 }
 
@@ -222,7 +214,7 @@ mod tests {
     use super::*;
     use crate::cells::GridCells;
     use colluvium_constitutive::{Mat3, Pore};
-    use colluvium_grid::Linear;
+    use colluvium_grid::{Grid, Ground, Linear, Mesh};
 
     fn motion(gradient: [[f64; 3]; 3]) -> Motion {
         let mut deformation = gradient;
@@ -233,7 +225,7 @@ mod tests {
 
     #[test]
     fn the_trace_becomes_the_shared_one_and_the_rest_stays() {
-        // MPM sheet A-35.
+        // sheet: mpm A-35.
         let start = [[0.01, 0.02, 0.0], [0.005, -0.03, 0.0], [0.0; 3]];
         let mut plane = motion(start);
         set_volumetric(&mut plane, 2, 0.004);
@@ -254,9 +246,9 @@ mod tests {
         let grid = Grid::new([0.0; 2], [3.0, 2.0], 1.0).unwrap();
         let mut layout = Layout::new::<2, Linear>(&grid);
         layout.add_points(&[[0.5, 0.5], [1.5, 0.5], [2.5, 1.5]]);
-        let number = |i: usize, j: usize| {
-            lowest_node::<2, 2, Linear>(&grid, &layout.strides(), &[i as f64 + 0.5, j as f64 + 0.5])
-        };
+        let mesh = Mesh::default();
+        let ground = Ground::new(&grid, &mesh, &layout);
+        let number = |i: usize, j: usize| ground.lowest_node(&[i as f64 + 0.5, j as f64 + 0.5]);
         let (cells, nodes) = (vec![Lanes::ZERO; layout.len()], vec![Lanes::ZERO; layout.len()]);
         let mut shared = CellStrains { materials: vec![0], cells, nodes };
         for (i, column) in strains.iter().enumerate() {

@@ -1,16 +1,15 @@
 //! Liquids in tension.
 
 use colluvium_case::spatial;
-use colluvium_grid::Basis;
 
-use crate::points::{PointDomain, PointSet};
-use crate::report::square;
+use crate::points::PointSet;
 use crate::solver::MpmSolver;
+use crate::vectors::square;
 
 /// Share of the mass of a liquid in tension from which it is worth a word.
 const NOTABLE: f64 = 0.01;
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// A word on a liquid of which a notable part bears more tension than its weight and its motion could make: with a
     /// `cavitation_strength` beyond that it hangs together where a real one opens. Without gravity nothing tells what is
     /// too much.
@@ -18,7 +17,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.sets.iter().find_map(|set| self.tension_of(set))
     }
 
-    fn tension_of(&self, set: &PointSet<D, P>) -> Option<String> {
+    fn tension_of(&self, set: &PointSet<D>) -> Option<String> {
         let body = &self.case.bodies[set.body as usize];
         let spec = &self.case.materials[&body.material];
         let gravity = square(&self.gravity).sqrt();

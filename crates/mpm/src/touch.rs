@@ -1,34 +1,18 @@
-//! The contact substep: what the laws of [`crate::contact`] do to the nodes (MPM sheet §3.6).
+//! The contact substep: what the laws of [`crate::contact`] do to the nodes (sheet: mpm §3.6).
 
-use colluvium_grid::{Basis, Grid, Lanes, Layout, Mesh, Node, Support, Walls};
+use colluvium_constitutive::BLOCK;
+use colluvium_grid::{Axis, Lanes, Mesh, Node, Walls, Window};
 
-use crate::contact::{ContactLaw, Contacts, Given, Interface, Pair, dot, norm, three};
+use crate::background::Background;
+use crate::contact::{ContactLaw, Contacts, Given, Interface, Pair, RowTouch};
 use crate::gap::{SurfaceDistance, THIN};
-use crate::points::{PointDomain, ground};
 use crate::solver::MpmSolver;
+use crate::vectors::{dot, norm, three};
 
 /// Most sweeps over the pairs of three or more bodies, whose contacts act on each other.
 const SWEEPS: usize = 30;
 /// Change of velocity over velocity below which a sweep changes nothing.
 const SETTLED: f64 = 1e-12;
-
-/// What a row of nodes reports of a pair.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct RowTouch {
-    /// Whether velocities changed.
-    changed: bool,
-    /// Impulse (N s) that the first field took.
-    impulse: [f64; 3],
-    /// What the two have given each other in the step, node by node; empty where no law asks for it.
-    given: Vec<Given>,
-}
-
-impl RowTouch {
-    /// Memory (bytes).
-    pub fn bytes(&self) -> usize {
-        size_of::<Self>() + size_of_val(&self.given[..])
-    }
-}
 
 /// Room for what the rows of nodes report, pair after pair. Only where bodies are gone through more than once does a
 /// force or a strength have to last for all sweeps.
@@ -188,35 +172,38 @@ fn together(masses: [f64; 2], velocities: [&[f64; 3]; 2]) -> [f64; 3] {
     std::array::from_fn(|c| (inverse[1] * velocities[0][c] + inverse[0] * velocities[1][c]) / sum)
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Surface integrals `Σ_p Ω_p ∇N_i` of the bodies, for normals, areas and distances. In axisymmetry they are those
     /// of the section.
     pub(crate) fn scatter_surfaces(&mut self) {
-        let strides = self.layout.strides();
-        let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
-        let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
-        for (field, nodes) in self.contacts.surfaces.chunks_exact_mut(self.layout.len()).enumerate() {
-            self.layout.reset(nodes);
-            self.layout.scatter(nodes, |slab, window, offset| {
-                for set in of_field(field) {
-                    for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
-                        let section = set.volume[p] / if axisymmetric { set.position[p][0] } else { 1.0 };
-                        let columns = std::array::from_fn(|j| {
-                            let at = |i: usize| if i == j { section } else { 0.0 };
-                            Lanes::new([at(0), at(1), at(2), 0.0])
-                        });
-                        let spacing = set.domain[p].spacing(&ground);
-                        let volume = Lanes::new([0.0, 0.0, 0.0, section / spacing]);
-                        stencil.deposit_slopes(window, offset, &strides, volume, &columns, |node| node);
+        let Background { layout, sweeps, axisymmetric, .. } = &self.background;
+        let (ground, length) = (self.background.ground(), layout.strides()[0]);
+        for (field, nodes) in self.contacts.surfaces.chunks_exact_mut(layout.len()).enumerate() {
+            layout.reset(nodes);
+            layout.scatter(nodes, |slab, window, offset| {
+                let (mut volumes, mut columns) = ([Lanes::ZERO; BLOCK], [[Lanes::ZERO; D]; BLOCK]);
+                for set in self.sets.iter().filter(|set| set.field == field) {
+                    let domain = set.domain.as_slice();
+                    for block in set.blocks_of(slab) {
+                        for (k, p) in block.clone().enumerate() {
+                            let section =
+                                set.volume[p] / if *axisymmetric { set.position[p][0] } else { 1.0 };
+                            columns[k] = std::array::from_fn(|j| {
+                                let at = |i: usize| if i == j { section } else { 0.0 };
+                                Lanes::new([at(0), at(1), at(2), 0.0])
+                            });
+                            volumes[k] = Lanes::new([0.0, 0.0, 0.0, section / domain.spacing(p, &ground)]);
+                        }
+                        let (volumes, columns) = (&volumes[..block.len()], &columns[..block.len()]);
+                        let to = Window { nodes: &mut *window, first: offset };
+                        sweeps.deposit_slopes(&ground, &set.points().range(block), to, volumes, columns);
                     }
                 }
             });
-            self.layout.fold(nodes, |sum, node| *sum += *node);
+            self.background.layout.fold(nodes, |sum, node| *sum += *node);
             // A face that lies on a wall is none that another body can touch: as if the body went on behind it.
-            let length = strides[0];
             for (place, node) in nodes.iter_mut().enumerate().filter(|(_, node)| **node != Lanes::ZERO) {
-                let index = self.layout.index(place / length, place % length);
+                let index = self.background.layout.index(place / length, place % length);
                 let bare = |axis: usize| if self.walls.at(axis, &index).is_some() { 0.0 } else { 1.0 };
                 let keep = std::array::from_fn(|c| if c < D { bare(c) } else { 1.0 });
                 *node *= Lanes::new(keep);
@@ -226,18 +213,19 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Radii of the nodes (m); none on the other side of the axis.
     pub(crate) fn radii(&self) -> Vec<f64> {
-        let radius = |node: usize| match P::MESHED {
-            true => self.mesh.nodes().get(node).map_or(0.0, |x| x[0]),
+        let radius = |node: usize| match self.background.is_meshed() {
+            true => self.background.mesh.nodes().get(node).map_or(0.0, |x| x[0]),
             false => {
-                let row = node / self.layout.strides()[0];
-                self.grid.origin[0] + self.grid.cell * B::coordinate(row, self.grid.cells[0])
+                let row = node / self.background.layout.strides()[0];
+                let Background { grid, axis, .. } = &self.background;
+                grid.origin[0] + grid.cell * axis.coordinate(row, grid.cells[0])
             }
         };
-        (0..self.layout.len()).map(|node| radius(node).max(0.0)).collect()
+        (0..self.background.layout.len()).map(|node| radius(node).max(0.0)).collect()
     }
 
     fn touching(&self, pair: &Pair, dt: f64) -> Touch<'_> {
-        let len = self.layout.len();
+        let len = self.background.layout.len();
         Touch {
             law: pair.law,
             surfaces: pair.fields.map(|field| &self.contacts.surfaces[field * len..(field + 1) * len]),
@@ -249,7 +237,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             inertia: self.options.mass_scaling,
             filled: &self.contacts.filled,
             radii: &self.contacts.radii,
-            cell: self.grid.cell,
+            cell: self.background.grid.cell,
             dt,
         }
     }
@@ -282,23 +270,27 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     fn touch_pair(&self, pair: &Pair, nodes: &mut [Node], rows: &mut [RowTouch], dt: f64) {
-        let (len, row_length) = (self.layout.len(), self.layout.strides()[0]);
+        let (len, row_length) = (self.background.layout.len(), self.background.layout.strides()[0]);
         let touch = self.touching(pair, dt);
-        self.layout.two_rows(two(nodes, len, pair.fields), rows, &|row, active, [a, b], result| {
-            (result.changed, result.impulse) = (false, [0.0; 3]);
-            for number in active {
-                let index = self.layout.index(row, number);
-                let mut alone = Given::default();
-                let given = result.given.get_mut(number).unwrap_or(&mut alone);
-                let nodes = [&mut a[number], &mut b[number]];
-                let touched = touch.solved(row * row_length + number, &index, nodes, given);
-                let Some((changed, impulse)) = touched else { continue };
-                result.changed |= changed;
-                if !self.layout.is_repeated(&index) {
-                    (0..3).for_each(|c| result.impulse[c] += impulse[c]);
+        self.background.layout.two_rows(
+            two(nodes, len, pair.fields),
+            rows,
+            &|row, active, [a, b], result| {
+                (result.changed, result.impulse) = (false, [0.0; 3]);
+                for number in active {
+                    let index = self.background.layout.index(row, number);
+                    let mut alone = Given::default();
+                    let given = result.given.get_mut(number).unwrap_or(&mut alone);
+                    let nodes = [&mut a[number], &mut b[number]];
+                    let touched = touch.solved(row * row_length + number, &index, nodes, given);
+                    let Some((changed, impulse)) = touched else { continue };
+                    result.changed |= changed;
+                    if !self.background.layout.is_repeated(&index) {
+                        (0..3).for_each(|c| result.impulse[c] += impulse[c]);
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Books the impulses of a pair on the rigid body in it, if there is one.
@@ -313,14 +305,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Contact of the re-mapped velocities.
     pub(crate) fn touch_again(&mut self) {
-        let (len, row_length) = (self.layout.len(), self.layout.strides()[0]);
+        let (len, row_length) = (self.background.layout.len(), self.background.layout.strides()[0]);
         let mut velocities = std::mem::take(&mut self.remapped);
         let mut rows = std::mem::take(&mut self.contacts.rows);
         for pair in &self.contacts.pairs {
             let touch = self.touching(pair, 1.0);
             let [first, second] = pair.fields;
             let both = two(&mut velocities, len, pair.fields);
-            self.layout.two_rows(both, &mut rows, &|row, active, [a, b], _| {
+            self.background.layout.two_rows(both, &mut rows, &|row, active, [a, b], _| {
                 for number in active {
                     let place = row * row_length + number;
                     let solved = [&self.nodes[first * len + place], &self.nodes[second * len + place]];
@@ -336,9 +328,8 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 /// Volumes over the cell size (m²) from which a rigid body holds the nodes of a grid: what there is of a body at its
 /// corners where they are nodes, less what round-off takes. At the sides of the domain that is less, because there is
 /// less of a node.
-pub fn filled<const D: usize, const S: usize, B: Basis<S>>(
-    grid: &Grid<D>,
-    layout: &Layout<D>,
+pub fn filled<const D: usize>(
+    Background { grid, layout, axis: basis, .. }: &Background<D>,
     points: usize,
 ) -> Vec<f64> {
     let corner = ALMOST * 0.5f64.powi(D as i32) * grid.cell.powi(D as i32 - 1);
@@ -346,7 +337,7 @@ pub fn filled<const D: usize, const S: usize, B: Basis<S>>(
         if layout.is_periodic(axis) {
             vec![1.0; layout.nodes()[axis]]
         } else {
-            integrals::<S, B>(grid.cells[axis], points)
+            integrals(basis, grid.cells[axis], points)
         }
     });
     let strides = layout.strides();
@@ -364,13 +355,13 @@ pub fn filled<const D: usize, const S: usize, B: Basis<S>>(
 }
 
 /// Integrals of the shape functions along an axis of `cells` cells, in cells, as the `points` of a cell find them.
-fn integrals<const S: usize, B: Basis<S>>(cells: usize, points: usize) -> Vec<f64> {
-    let mut sums = vec![0.0; B::nodes(cells)];
+fn integrals(basis: &Axis, cells: usize, points: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; basis.nodes(cells)];
     let weight = 1.0 / points as f64;
     for cell in 0..cells {
         for k in 0..points {
-            let (first, weights, _) = B::evaluate(cell as f64 + weight * (k as f64 + 0.5), THIN, cells);
-            for (sum, own) in sums[first..].iter_mut().zip(weights) {
+            let on = basis.evaluate(cell as f64 + weight * (k as f64 + 0.5), THIN, cells);
+            for (sum, own) in sums[on.first..].iter_mut().zip(on.weights()) {
                 *sum += weight * own;
             }
         }

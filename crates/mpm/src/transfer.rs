@@ -1,19 +1,21 @@
 //! The transfers between points and grid, and what happens at the points in between.
 
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Motion, SymTensor};
-use colluvium_grid::{Basis, Corners, Lanes, Support};
+use colluvium_grid::{Affine, Deposit, Gathered, Lanes, Window};
 
-use crate::affine::{affine_momentum, momentum};
+use crate::Transfer;
+use crate::background::Background;
 use crate::blocks::{Block, BlockReport, Failure, OfSet};
 use crate::config::Formulation;
-use crate::contact::three;
 use crate::dual::share;
-use crate::points::{LEAST_VOLUME, PointDomain, ground};
+use crate::points::{LEAST_VOLUME, PointSet};
 use crate::solver::MpmSolver;
 use crate::strain::set_volumetric;
+use crate::vectors::{lanes, three};
 use crate::work::Before;
 
 /// What a scatter carries to the nodes.
@@ -57,13 +59,6 @@ impl PointUpdate {
     pub const NONE: Self = Self { velocity: false, stress: false, position: false };
 }
 
-/// A vector and a fourth number.
-#[inline(always)]
-pub fn lanes<const D: usize>(vector: &[f64; D], fourth: f64) -> Lanes {
-    let at = |c: usize| if c < D { vector[c] } else { 0.0 };
-    Lanes::new([at(0), at(1), at(2), fourth])
-}
-
 /// `columns[j] = -V σ e_j`.
 #[inline(always)]
 pub fn force_columns<const D: usize>(stress: &SymTensor, volume: f64) -> [Lanes; D] {
@@ -85,7 +80,55 @@ pub fn still(dt: f64, size: f64) -> Motion {
     Motion { dt, size, ..Motion::STILL }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+/// Adds to the nodes of a field `N` times what `of` finds at each point of its bodies, and what the affine fields of `transfer`
+/// add to momenta.
+pub fn deposit_of<const D: usize>(
+    background: &Background<D>,
+    sets: &[PointSet<D>],
+    field: usize,
+    nodes: &mut [Lanes],
+    of: &(dyn Fn(&PointSet<D>, usize) -> Lanes + Sync),
+    transfer: Transfer,
+) {
+    let ground = background.ground();
+    background.layout.scatter(nodes, |slab, window, offset| {
+        let mut values = [Lanes::ZERO; BLOCK];
+        for set in sets.iter().filter(|set| set.field == field) {
+            for block in set.blocks_of(slab) {
+                block.clone().zip(&mut values).for_each(|(p, value)| *value = of(set, p));
+                let to = Window { nodes: &mut *window, first: offset };
+                let affine = affine_of(transfer, set, block.clone());
+                let values = &values[..block.len()];
+                background.sweeps.deposit_values(&ground, &set.points().range(block), to, values, affine);
+            }
+        }
+    });
+}
+
+/// What a block of points gives to the nodes in one phase.
+struct Given<const D: usize> {
+    motion: [Lanes; BLOCK],
+    columns: [[Lanes; D]; BLOCK],
+    body: [Lanes; BLOCK],
+}
+
+impl<const D: usize> Given<D> {
+    const NOTHING: Self =
+        Self { motion: [Lanes::ZERO; BLOCK], columns: [[Lanes::ZERO; D]; BLOCK], body: [Lanes::ZERO; BLOCK] };
+}
+
+/// What the points of a set carry of the affine velocity fields around them, where the transfer asks for it.
+fn affine_of<const D: usize>(
+    transfer: Transfer,
+    set: &PointSet<D>,
+    points: Range<usize>,
+) -> Option<Affine<'_, D>> {
+    let fields = || &set.affine[points.clone()];
+    let moments = transfer == Transfer::Apic;
+    transfer.is_affine().then(|| Affine { moments, fields: fields(), mass: &set.mass[points.clone()] })
+}
+
+impl<const D: usize> MpmSolver<D> {
     /// Point to grid (step 1), slab by slab.
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
         self.apply_loads(dt);
@@ -96,46 +139,52 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         if what != Scatter::Forces {
             self.scatter_surfaces();
         }
-        let strides = self.layout.strides();
-        let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
-        let (transfer, cells) = (self.options.transfer, self.cell_layout().len());
-        // Of linear functions only.
-        let dual = S == 2 && self.dual.is_used();
-        let affine = self.options.transfer.is_affine() && what != Scatter::Forces;
+        let Background { layout, sweeps, axisymmetric, grid, .. } = &self.background;
+        let (sets, ground, axisymmetric) = (&self.sets, self.background.ground(), *axisymmetric);
+        let (transfer, cells) = (self.options.transfer, self.background.cell_layout().len());
+        let dual = self.dual.is_used();
         let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
-        for (field, nodes) in self.nodes.chunks_exact_mut(self.layout.len()).enumerate() {
+        for (field, nodes) in self.nodes.chunks_exact_mut(layout.len()).enumerate() {
             let full = self.stresses.full_cells(field, cells);
-            self.layout.scatter(nodes, |slab, window, offset| {
+            layout.scatter(nodes, |slab, window, offset| {
+                let mut given = Given::NOTHING;
                 for set in of_field(field) {
-                    for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
-                        let mass = if what == Scatter::Forces { 0.0 } else { set.mass[p] };
-                        let motion = lanes(&set.velocity[p], 1.0) * mass;
-                        let left_to_cell = full.is_some_and(|full| {
-                            full[set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p])]
-                        });
-                        let pulls = what != Scatter::Motion && !left_to_cell;
-                        let volume = if pulls { set.volume[p] } else { 0.0 };
-                        let own = if dual { share(ground.grid, &set.position[p]) } else { 1.0 };
-                        let columns = force_columns::<D>(&set.stress[p], own * volume);
-                        let mut body = None;
-                        if axisymmetric {
-                            let hoop = -volume * set.stress[p][2] / set.position[p][0];
-                            body = Some(Lanes::new([hoop, 0.0, 0.0, 0.0]));
+                    let domain = set.domain.as_slice();
+                    let loaded = !set.traction.is_empty() && what != Scatter::Motion;
+                    for block in set.blocks_of(slab) {
+                        for (k, p) in block.clone().enumerate() {
+                            let mass = if what == Scatter::Forces { 0.0 } else { set.mass[p] };
+                            given.motion[k] = lanes(&set.velocity[p], 1.0) * mass;
+                            let left_to_cell =
+                                full.is_some_and(|full| full[domain.cell(p, &ground, &set.position[p])]);
+                            let pulls = what != Scatter::Motion && !left_to_cell;
+                            let volume = if pulls { set.volume[p] } else { 0.0 };
+                            let own = if dual { share(grid, &set.position[p]) } else { 1.0 };
+                            given.columns[k] = force_columns::<D>(&set.stress[p], own * volume);
+                            if axisymmetric {
+                                let hoop = -volume * set.stress[p][2] / set.position[p][0];
+                                given.body[k] = Lanes::new([hoop, 0.0, 0.0, 0.0]);
+                            } else {
+                                given.body[k] = Lanes::ZERO;
+                            }
+                            if loaded {
+                                given.body[k] += lanes(&set.traction[p], 0.0);
+                            }
                         }
-                        if !set.traction.is_empty() && what != Scatter::Motion {
-                            body = Some(body.unwrap_or(Lanes::ZERO) + lanes(&set.traction[p], 0.0));
-                        }
-                        stencil.deposit(window, offset, &strides, motion, &columns, body);
-                        if affine {
-                            let (moments, columns) =
-                                affine_momentum::<D, S, B, P>(transfer, ground.grid, set, p, &stencil);
-                            moments.deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, momentum);
-                        }
+                        let count = block.len();
+                        let deposit = Deposit {
+                            motion: &given.motion[..count],
+                            columns: &given.columns[..count],
+                            body: if axisymmetric || loaded { &given.body[..count] } else { &[] },
+                            affine: affine_of(transfer, set, block.clone())
+                                .filter(|_| what != Scatter::Forces),
+                        };
+                        let to = Window { nodes: &mut *window, first: offset };
+                        sweeps.deposit(&ground, &set.points().range(block), to, &deposit);
                     }
                 }
             });
-            self.layout.fold(nodes, |sum, node| {
+            layout.fold(nodes, |sum, node| {
                 if what != Scatter::Forces {
                     sum.motion += node.motion;
                 }
@@ -154,26 +203,12 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Maps the updated velocities of the points back to the nodes (MUSL, step 6), walls included.
     pub(crate) fn remap(&mut self) {
         self.reset_remapped();
-        let strides = self.layout.strides();
-        let (sets, ground, transfer) = (&self.sets, ground!(self), self.options.transfer);
-        let of_field = |field: usize| sets.iter().filter(move |set| set.field == field);
-        for (field, nodes) in self.remapped.chunks_exact_mut(self.layout.len()).enumerate() {
-            self.layout.scatter(nodes, |slab, window, offset| {
-                for set in of_field(field) {
-                    for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
-                        let momentum = lanes(&set.velocity[p], 0.0) * set.mass[p];
-                        stencil.deposit_motion(window, offset, &strides, momentum);
-                        if transfer.is_affine() {
-                            let (moments, columns) =
-                                affine_momentum::<D, S, B, P>(transfer, ground.grid, set, p, &stencil);
-                            moments
-                                .deposit_slopes(window, offset, &strides, Lanes::ZERO, &columns, |node| node);
-                        }
-                    }
-                }
-            });
-            self.layout.fold(nodes, |sum, node| *sum += *node);
+        let transfer = self.options.transfer;
+        let of = |set: &PointSet<D>, p: usize| lanes(&set.velocity[p], 0.0) * set.mass[p];
+        let len = self.background.layout.len();
+        for (field, nodes) in self.remapped.chunks_exact_mut(len).enumerate() {
+            deposit_of(&self.background, &self.sets, field, nodes, &of, transfer);
+            self.background.layout.fold(nodes, |sum, node| *sum += *node);
         }
         self.velocities_of_remapped(false);
     }
@@ -189,7 +224,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// Divides re-mapped momenta by mass and applies the walls. With `start` the nodes still hold
     /// momenta, else they hold the solved velocities; mass is in their fourth lane either way.
     fn velocities_of_remapped(&mut self, start: bool) {
-        let (nodes, walls, layout) = (&self.nodes, &self.walls, &self.layout);
+        let (nodes, walls, layout) = (&self.nodes, &self.walls, &self.background.layout);
         let row_length = layout.strides()[0];
         let fields = self.remapped.chunks_exact_mut(layout.len()).zip(nodes.chunks_exact(layout.len()));
         for (remapped, nodes) in fields {
@@ -227,82 +262,59 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         self.update_blocks(|solver, set, block| solver.update_block::<FROM_SOLVED>(set, block, dt, what))
     }
 
-    #[inline]
     fn update_block<const FROM_SOLVED: bool>(
         &self,
         set: &OfSet<'_, D>,
-        block: &mut Block<'_, D, P>,
+        block: &mut Block<'_, D>,
         dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
-        let (strides, ground, extent) = (self.layout.strides(), ground!(self), &set.extent);
+        let Background { grid, layout, sweeps, .. } = &self.background;
+        let (ground, extent, n) = (self.background.ground(), &set.extent, block.position.len());
         let flip = self.flip;
-        let first_node = set.field * self.layout.len();
-        let mut moves = [Moved::default(); BLOCK];
-        let mut motions = [still(dt, extent[0]); BLOCK];
-        let n = block.position.len();
-        let dual = S == 2 && what.stress && self.dual.is_used();
-        for p in 0..n {
-            let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], extent);
-            let mut read = if FROM_SOLVED {
-                stencil.gather(&self.nodes[first_node..], &strides)
-            } else {
-                stencil.gather_velocity(&self.remapped[first_node..], &strides)
-            };
-            if dual {
-                self.dual.blend(set.field, &self.grid, &self.layout, &block.position[p], &mut read.gradient);
-            }
-            let velocity = read.velocity.to_array();
-            if what.velocity {
-                let acceleration = read.acceleration.to_array();
+        let first_node = set.field * layout.len();
+        let mut all = [Gathered::ZERO; BLOCK];
+        let reads = &mut all[..n];
+        if FROM_SOLVED {
+            sweeps.gather(&ground, &block.points(extent), &self.nodes[first_node..], reads);
+        } else {
+            sweeps.gather_velocity(&ground, &block.points(extent), &self.remapped[first_node..], reads);
+        }
+        if what.velocity {
+            for (own, read) in block.velocity.iter_mut().zip(&*reads) {
+                let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
                 for c in 0..D {
-                    let v = &mut block.velocity[p][c];
-                    *v = flip * (*v + dt * acceleration[c]) + (1.0 - flip) * velocity[c];
+                    own[c] = flip * (own[c] + dt * acceleration[c]) + (1.0 - flip) * velocity[c];
                 }
-            }
-            if what.stress {
-                let radius = block.position[p][0];
-                let mut motion = still(dt, extent[0]);
-                self.set_gradient(&mut motion, &read.gradient, velocity[0], radius);
-                if self.strains.is_shared() {
-                    let shared = self.shared_strain(set.body, &block.domain[p], &block.position[p]);
-                    set_volumetric(&mut motion, self.normal_strains(), shared[0]);
-                }
-                let stretch = motion.deformation.determinant();
-                // Written so that NaN counts as a failure.
-                if !(stretch > 0.0) {
-                    let reason = format!("the step would turn it inside out (volume ratio {stretch})");
-                    return Err(Failure { index: block.first + p, reason });
-                }
-                block.volume[p] *= stretch;
-                motion.density = block.mass[p] / block.volume[p];
-                let gradient: [[f64; D]; D] =
-                    std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
-                motions[p] = motion;
-                block.stretch(p, &gradient);
-                if let Some(reason) = block.domain[p].fault(extent, self.grid.cell) {
-                    return Err(Failure { index: block.first + p, reason });
-                }
-            }
-            if what.position {
-                block.stretch_at_last(p);
-                if P::CONVECTED {
-                    let own = std::array::from_fn(|c| velocity[c]);
-                    block.domain[p].convect(&block.position[p], extent, &own, dt, |place| {
-                        let velocity = Corners::at(&self.grid, place, |number| {
-                            if FROM_SOLVED {
-                                self.nodes[first_node + number].motion
-                            } else {
-                                self.remapped[first_node + number]
-                            }
-                        });
-                        std::array::from_fn(|c| velocity.as_array()[c])
-                    });
-                }
-                moves[p] = self.move_point(block, p, &velocity, dt);
             }
         }
-        let moved = if what.position { self.settle(set, block, &moves)? } else { 0.0 };
+        if what.stress && self.dual.is_used() {
+            for (read, position) in reads.iter_mut().zip(&*block.position) {
+                self.dual.blend(set.field, grid, layout, position, &mut read.gradient);
+            }
+        }
+        let mut motions = [still(dt, extent[0]); BLOCK];
+        if what.stress {
+            self.deform(set, block, reads, &mut motions[..n])?;
+        }
+        let moved = if what.position {
+            block.stretch_at_last();
+            let velocity = |p: usize| std::array::from_fn(|c| reads[p].velocity.as_array()[c]);
+            block.domain.convect(&ground, block.position, extent, velocity, dt, |number| {
+                if FROM_SOLVED {
+                    self.nodes[first_node + number].motion
+                } else {
+                    self.remapped[first_node + number]
+                }
+            });
+            let mut moves = [Moved::default(); BLOCK];
+            for (p, read) in reads.iter().enumerate() {
+                moves[p] = self.move_point(block, p, read.velocity.as_array(), dt);
+            }
+            self.settle(set, block, &moves)?
+        } else {
+            0.0
+        };
         if what.stress {
             let before = (!block.work.is_empty()).then(|| Before::of(block.stress));
             set.material.update(&motions[..n], block.stress, &mut block.states[0]).map_err(|error| {
@@ -316,6 +328,39 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         Ok(moved)
     }
 
+    /// Motions, volumes and domains of a block from what its points have read (steps 7, 8).
+    #[inline]
+    fn deform(
+        &self,
+        set: &OfSet<'_, D>,
+        block: &mut Block<'_, D>,
+        reads: &[Gathered<D>],
+        motions: &mut [Motion],
+    ) -> Result<(), Failure> {
+        let mut gradients = [[[0.0; D]; D]; BLOCK];
+        let mut failure = None;
+        for (p, (read, motion)) in reads.iter().zip(&mut *motions).enumerate() {
+            let radius = block.position[p][0];
+            self.set_gradient(motion, &read.gradient, read.velocity.as_array()[0], radius);
+            if self.strains.is_shared() {
+                let shared = self.shared_strain(set.body, &block.points(&set.extent), p);
+                set_volumetric(motion, self.background.normal_strains(), shared[0]);
+            }
+            let stretch = motion.deformation.determinant();
+            // Written so that NaN counts as a failure.
+            if !(stretch > 0.0) {
+                let reason = format!("the step would turn it inside out (volume ratio {stretch})");
+                failure = Some(Failure { index: block.first + p, reason });
+                break;
+            }
+            block.volume[p] *= stretch;
+            motion.density = block.mass[p] / block.volume[p];
+            gradients[p] = std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
+        }
+        block.stretch(&gradients[..reads.len()]);
+        block.refuse(failure, &set.extent, self.background.grid.cell)
+    }
+
     /// Motion of the step from the columns of the velocity gradient.
     #[inline(always)]
     pub(crate) fn set_gradient(&self, motion: &mut Motion, columns: &[Lanes; D], radial: f64, radius: f64) {
@@ -326,14 +371,14 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 motion.deformation.0[i][j] = column[i] + if i == j { 1.0 } else { 0.0 };
             }
         }
-        if self.axisymmetric {
+        if self.background.axisymmetric {
             let hoop = motion.dt * radial / radius;
             motion.gradient.0[2][2] = hoop;
             motion.deformation.0[2][2] = 1.0 + hoop;
         }
     }
 
-    /// A point without stress does not grow beyond the cap, and none shrinks below a tenth (MPM sheet §2.8, pitfall P-09).
+    /// A point without stress does not grow beyond the cap, and none shrinks below a tenth (sheet: mpm §2.8, pitfall P-09).
     #[inline]
     pub(crate) fn cap_volumes(&self, volumes: &mut [f64], initial: &[f64], stresses: &[SymTensor]) {
         let cap = self.options.volume_cap;
@@ -350,7 +395,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     #[inline(always)]
     pub(crate) fn move_point(
         &self,
-        block: &mut Block<'_, D, P>,
+        block: &mut Block<'_, D>,
         p: usize,
         velocity: &[f64; 4],
         dt: f64,
@@ -372,29 +417,29 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     pub(crate) fn settle(
         &self,
         set: &OfSet<'_, D>,
-        block: &mut Block<'_, D, P>,
+        block: &mut Block<'_, D>,
         moves: &[Moved],
     ) -> BlockReport {
-        let ground = ground!(self);
+        let (ground, cell) = (self.background.ground(), self.background.grid.cell);
         let mut moved = 0f64;
-        let points = block.position.iter_mut().zip(block.domain.iter_mut());
-        for (p, ((position, domain), Moved { step, radius })) in points.zip(moves).enumerate() {
+        for (p, (position, Moved { step, radius })) in block.position.iter_mut().zip(moves).enumerate() {
+            let domain = block.domain.as_slice();
             let fail = |reason| Failure { index: block.first + p, reason };
             // Written so that NaN counts as a failure.
-            if !(*step <= 0.5 * domain.spacing(&ground)) {
+            if !(*step <= 0.5 * domain.spacing(p, &ground)) {
                 return Err(fail(format!(
                     "it would move {step:.3e} m in one step, more than half a cell or element: the run has become \
                      unstable (reduce courant or time_step)"
                 )));
             }
-            if self.axisymmetric && !P::ANCHORED {
+            if self.background.axisymmetric && !set.anchored {
                 // Its domain does not reach over the axis, where its hoop strain has no bound (pitfall P-26).
-                let least = 0.5 * domain.extent(&set.extent, self.grid.cell)[0];
+                let least = 0.5 * domain.extent(p, &set.extent, cell)[0];
                 position[0] = position[0].max(least.min(*radius));
             }
-            let settled = if P::MESHED {
-                domain.settle(&ground, position)
-            } else if !P::ANCHORED && !self.grid.contains(position) {
+            let settled = if self.background.is_meshed() {
+                block.domain.settle(p, &ground, position)
+            } else if !set.anchored && !self.background.grid.contains(position) {
                 self.put_back(position)
             } else {
                 Ok(())
@@ -406,15 +451,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 }
                 settled => settled.map_err(fail)?,
             }
-            moved = moved.max(if P::ANCHORED { 0.0 } else { *step });
+            moved = moved.max(if set.anchored { 0.0 } else { *step });
         }
         Ok(moved)
     }
 
     /// Puts a point that is beyond walls on sides of the domain back onto them.
     fn put_back(&self, position: &mut [f64; D]) -> Result<(), String> {
-        for axis in (0..D).filter(|axis| !self.periodic[*axis]) {
-            let (low, high) = (self.grid.origin[axis], self.upper[axis]);
+        for axis in (0..D).filter(|axis| !self.background.periodic[*axis]) {
+            let (low, high) = (self.background.grid.origin[axis], self.background.upper[axis]);
             if (position[axis] < low && !self.closed[axis][0])
                 || (position[axis] > high && !self.closed[axis][1])
             {

@@ -1,32 +1,30 @@
-//! Walls on the nodes, from the boundaries of a case (MPM sheet §2.11).
+//! Walls on the nodes, from the boundaries of a case (sheet: mpm §2.11).
 
 use colluvium_case::description::{Boundary, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, spatial};
-use colluvium_grid::{Basis, Layout, Wall, WallKind, Walls};
+use colluvium_grid::{Wall, WallKind, Walls};
 
-use crate::points::Ground;
-use crate::{MpmOptions, WallFriction, mesh};
+use crate::background::Background;
+use crate::{MpmOptions, WallFriction};
 
 /// The walls of a stage.
-pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
+pub fn walls<const D: usize>(
     case: &Case,
     stage: usize,
-    ground: &Ground<'_, D>,
-    layout: &Layout<D>,
+    Background { grid, mesh, layout, axis: basis, .. }: &Background<D>,
     options: &MpmOptions,
 ) -> Result<Walls, CaseError> {
-    if !ground.mesh.is_empty() {
-        return mesh::walls(case, stage, ground.mesh, layout, options);
+    if !mesh.is_empty() {
+        return crate::mesh::walls(case, stage, mesh, layout, options);
     }
-    let grid = ground.grid;
-    let nodes: Vec<usize> = grid.cells.iter().map(|cells| B::nodes(*cells)).collect();
+    let nodes: Vec<usize> = grid.cells.iter().map(|cells| basis.nodes(*cells)).collect();
     let mut walls = Vec::new();
     if case.space == Space::Axisymmetric && grid.origin[0] == 0.0 {
         let kind = WallKind::Smooth;
         walls.push(Wall {
             axis: 0,
             upper: false,
-            node: B::GHOSTS,
+            node: basis.ghosts,
             kind,
             separation: false,
             velocity: [0.0; 3],
@@ -43,20 +41,15 @@ pub fn walls<const D: usize, const S: usize, B: Basis<S>>(
         }
         let face = face.round() as usize;
         let inside = face > 0 && face < grid.cells[axis];
-        if inside && !B::WALLS_INSIDE {
-            let problem = format!("with {} shape functions walls must lie on the domain's sides", B::NAME);
+        if inside && !basis.walls_inside {
+            let problem = format!("with {} shape functions walls must lie on the domain's sides", basis.name);
             return Err(CaseError::new(path(), problem));
         }
         if let Some(kind) = kind(boundary, options) {
-            walls.push(wall(boundary, node_on::<S, B>(face, grid.cells[axis]), kind));
+            walls.push(wall(boundary, basis.node_on(face, grid.cells[axis]), kind));
         }
     }
     Ok(Walls::new(&nodes, walls))
-}
-
-/// Index, along an axis of so many cells, of the nodes on the face between cells `face - 1` and `face`.
-pub fn node_on<const S: usize, B: Basis<S>>(face: usize, cells: usize) -> usize {
-    if face == cells { B::nodes(cells) - 1 - B::GHOSTS } else { face + B::GHOSTS }
 }
 
 /// Refuses walls that would go by more than half a `cell` (m): nodes on a wall take its velocity, but its plane stays.

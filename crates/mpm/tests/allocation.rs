@@ -1,37 +1,10 @@
 //! A step allocates nothing.
 
-// Counting what is allocated takes an allocator of our own.
-#![allow(unsafe_code)]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-use colluvium_case::{Case, Method};
+use colluvium_case::Case;
 use colluvium_mpm::Mpm;
+use colluvium_testkit::Counting;
+use colluvium_testkit::cases::assert_allocates_nothing;
 use serde_json::json;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-/// The system's allocator, counting.
-struct Counting;
-
-// SAFETY: every call goes to the system's allocator as it came.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: as the caller promises.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: as the caller promises.
-        unsafe { System.realloc(place, layout, size) }
-    }
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promises.
-        unsafe { System.dealloc(place, layout) }
-    }
-}
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
@@ -104,18 +77,7 @@ fn a_step_allocates_nothing() {
         }
         cases.push(("consistent mass".to_owned(), consistent()));
         for (name, case) in cases {
-            let mut solver = Mpm.build(&case).unwrap();
-            solver.begin_stage(0, 0.0).unwrap();
-            let mut step = || {
-                let dt = solver.time_step().dt;
-                solver.step(dt).unwrap();
-            };
-            // Rayon's own queues may grow once.
-            step();
-            let before = ALLOCATIONS.load(Ordering::Relaxed);
-            (0..30).for_each(|_| step());
-            let count = ALLOCATIONS.load(Ordering::Relaxed) - before;
-            assert_eq!(count, 0, "{name}: allocations in 30 steps");
+            assert_allocates_nothing(&Mpm, &case, 1, &name);
         }
     });
 }

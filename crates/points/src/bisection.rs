@@ -66,7 +66,7 @@ enum Node<const D: usize> {
 /// Cuts that share space out among ranks.
 ///
 /// Points are cut at the weighted median across the longest axis of the box around them, and each half again, until
-/// there are as many parts as ranks (Berger & Bokhari 1987; SPH sheet §3.9). Where the number of ranks is odd the
+/// there are as many parts as ranks (Berger & Bokhari 1987; sheet: sph §3.9). Where the number of ranks is odd the
 /// halves get shares of the weight as their numbers of ranks are. The boxes of two ranks have no inner point in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bisection<const D: usize> {

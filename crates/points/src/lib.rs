@@ -1,4 +1,4 @@
-//! Shapes, sampling, neighbour search and partition for point-based methods.
+//! Shapes, surfaces, terrain, sampling, neighbour search and partition for point-based methods.
 //!
 //! ```
 //! use colluvium_points::{NeighbourList, Shape, lattice};
@@ -16,12 +16,22 @@
 
 mod bisection;
 mod boxes;
+pub mod columns;
 mod neighbours;
+mod outline;
+mod raster;
 mod sampling;
 mod shape;
+pub mod surface;
+mod terrain;
 
 pub use bisection::{Bisection, Bounds, halo};
 pub use boxes::Place;
+pub use columns::Spare;
 pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError};
+pub use outline::Outline;
+pub use raster::{Georeference, Raster, RasterError};
 pub use sampling::{Sample, SamplingError, gauss_per_cell, lattice, overlap, per_cell, poisson_disk, random};
 pub use shape::{Shape, ShapeError};
+pub use surface::Surface;
+pub use terrain::{Bed, Terrain, Weights};

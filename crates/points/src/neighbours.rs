@@ -105,15 +105,31 @@ impl<const D: usize> CellList<D> {
         self.lines(x, |line| self.order[line].iter().for_each(|&point| visit(point)));
     }
 
+    /// Calls `visit` for every point in the cells that a ball of `radius` (m) around `x` can touch, of whatever size.
+    pub fn visit_within(&self, x: &[f64; D], radius: f64, mut visit: impl FnMut(u32)) {
+        self.lines_within(x, radius, |line| self.order[line].iter().for_each(|&point| visit(point)));
+    }
+
     /// The same, line of cells by line of cells: calls `visit` for where in [`CellList::order`] the points of a line stand.
-    fn lines(&self, x: &[f64; D], mut visit: impl FnMut(Range<usize>)) {
+    fn lines(&self, x: &[f64; D], visit: impl FnMut(Range<usize>)) {
+        self.lines_across(x, 1, visit);
+    }
+
+    /// As [`CellList::lines`] for a ball of `radius` (m).
+    fn lines_within(&self, x: &[f64; D], radius: f64, visit: impl FnMut(Range<usize>)) {
+        // More cells than there are along any axis are all of them.
+        self.lines_across(x, (radius / self.edge).ceil().clamp(1.0, 1e9) as i64, visit);
+    }
+
+    /// Lines of cells at most `reach` cells away.
+    fn lines_across(&self, x: &[f64; D], reach: i64, mut visit: impl FnMut(Range<usize>)) {
         if self.order.is_empty() {
             return;
         }
         let span = |axis: usize| {
             let cell = ((x[axis] - self.low[axis]) / self.edge).floor() as i64;
             let last = self.cells[axis] as i64 - 1;
-            (((cell - 1).clamp(0, last)) as usize, ((cell + 1).clamp(0, last)) as usize)
+            (((cell - reach).clamp(0, last)) as usize, ((cell + reach).clamp(0, last)) as usize)
         };
         let spans: [(usize, usize); D] = std::array::from_fn(span);
         let lines: usize = spans[..D - 1].iter().map(|(a, b)| b - a + 1).product();
@@ -224,24 +240,43 @@ impl<const D: usize> NeighbourList<D> {
         radius: f64,
         keep: impl Fn(u32, u32) -> bool + Sync,
     ) -> Result<(), SearchError> {
-        self.cells.build(positions, radius)?;
-        self.len = count.min(positions.len());
+        let targets = &positions[..count.min(positions.len())];
+        self.build_between(targets, |_| radius, positions, radius, keep)
+    }
+
+    /// Finds, for each of `targets`, those of `sources` that are not farther away than `radius(target)` (m) and that
+    /// `keep(target, source)` accepts, ascending; in cells of edge `edge` (m), best the usual radius. For points of unlike
+    /// radii, and for what lies around points of another set.
+    ///
+    /// # Errors
+    /// As [`CellList::build`].
+    pub fn build_between(
+        &mut self,
+        targets: &[[f64; D]],
+        radius: impl Fn(usize) -> f64 + Sync,
+        sources: &[[f64; D]],
+        edge: f64,
+        keep: impl Fn(u32, u32) -> bool + Sync,
+    ) -> Result<(), SearchError> {
+        self.cells.build(sources, edge)?;
+        self.len = targets.len();
         self.places.resize_with(D, Vec::new);
         for (axis, places) in self.places.iter_mut().enumerate() {
-            let place = |&point: &u32| positions[point as usize][axis];
+            let place = |&point: &u32| sources[point as usize][axis];
             self.cells.order.par_iter().map(place).collect_into_vec(places);
         }
         self.blocks.resize_with(self.len.div_ceil(ROWS), Rows::default);
         let (cells, places) = (&self.cells, &self.places);
-        let points = positions[..self.len].par_chunks(ROWS);
+        let points = targets.par_chunks(ROWS);
         self.blocks.par_iter_mut().zip(points).enumerate().for_each(|(number, (rows, points))| {
             rows.ends.clear();
             rows.indices.clear();
             for (k, x) in points.iter().enumerate() {
-                let (i, first) = ((number * ROWS + k) as u32, rows.indices.len());
-                cells.lines(x, |line| {
+                let (i, first) = (number * ROWS + k, rows.indices.len());
+                let radius = radius(i);
+                cells.lines_within(x, radius, |line| {
                     let places = std::array::from_fn(|axis| &places[axis][line.clone()]);
-                    let near = |j: u32| keep(i, j);
+                    let near = |j: u32| keep(i as u32, j);
                     select(x, radius * radius, places, &cells.order[line.clone()], near, &mut rows.indices);
                 });
                 rows.indices[first..].sort_unstable();
@@ -349,122 +384,5 @@ impl<const D: usize> HalfList<D> {
     /// True when no two points are close.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn agrees_with_brute_force<const D: usize>(points: &[[f64; D]], radius: f64) {
-        let mut list = NeighbourList::new();
-        list.build(points, radius).unwrap();
-        for (i, a) in points.iter().enumerate() {
-            let close = |b: &[f64; D]| {
-                let square: f64 = (0..D).map(|c| (a[c] - b[c]).powi(2)).sum();
-                square <= radius * radius
-            };
-            let all: Vec<u32> =
-                (0..points.len()).filter(|&j| j != i && close(&points[j])).map(|j| j as u32).collect();
-            assert_eq!(list.of(i), all);
-        }
-        let mut first = NeighbourList::new();
-        first.build_first(points, points.len() / 2, radius).unwrap();
-        assert!((0..first.len()).all(|i| first.of(i) == list.of(i)));
-        assert_eq!(first.len(), points.len() / 2);
-        let mut half = HalfList::new();
-        half.build(points, radius).unwrap();
-        let full = (0..points.len()).flat_map(|i| list.of(i).iter().map(move |&j| (i as u32, j)));
-        let once: Vec<(u32, u32)> = full.filter(|(i, j)| i < j).collect();
-        assert!(half.pairs().eq(once.iter().copied()));
-        assert_eq!((half.len(), half.is_empty()), (once.len(), once.is_empty()));
-    }
-
-    proptest! {
-        #[test]
-        fn neighbours_are_those_of_brute_force(
-            coordinates in proptest::collection::vec(-3.0..3.0f64, 0..240), radius in 0.05..2.0f64,
-        ) {
-            let (one, two, three) = (coordinates.as_chunks::<1>(), coordinates.as_chunks::<2>(), coordinates.as_chunks::<3>());
-            agrees_with_brute_force(one.0, radius);
-            agrees_with_brute_force(two.0, radius);
-            agrees_with_brute_force(three.0, radius);
-        }
-    }
-
-    /// Cells begin at the least coordinates: here every point lies on their faces, and pairs stand exactly at the radius.
-    #[test]
-    fn points_on_the_faces_of_cells_are_found() {
-        for edge in [1.0, 0.1, 1.0 / 3.0] {
-            let at = |i: u32, step: u32| f64::from(i / step % 5) * edge - 2.0 * edge;
-            let line: Vec<[f64; 1]> = (0..5).map(|i| [at(i, 1)]).collect();
-            let plane: Vec<[f64; 2]> = (0..25).map(|i| [at(i, 1), at(i, 5)]).collect();
-            let space: Vec<[f64; 3]> = (0..125).map(|i| [at(i, 1), at(i, 5), at(i, 25)]).collect();
-            // One ulp to either side of the faces too.
-            for radius in [edge, edge.next_up(), edge.next_down(), 2.0 * edge] {
-                agrees_with_brute_force(&line, radius);
-                agrees_with_brute_force(&plane, radius);
-                agrees_with_brute_force(&space, radius);
-            }
-        }
-        let mut list = NeighbourList::new();
-        list.build(&[[0.0], [1.0], [2.0]], 1.0).unwrap();
-        assert_eq!((list.of(0), list.of(1), list.of(2)), (&[1][..], &[0, 2][..], &[1][..]));
-    }
-
-    #[test]
-    fn one_point_has_no_neighbours_and_no_point_no_list() {
-        agrees_with_brute_force(&[[0.3, -0.2]], 0.5);
-        let mut list = NeighbourList::new();
-        list.build(&[[1e9, -1e9, 0.0]], 1e-3).unwrap();
-        assert_eq!((list.len(), list.of(0)), (1, &[][..]));
-        list.build(&[], 1.0).unwrap();
-        assert!(list.is_empty());
-    }
-
-    /// Points of radii of their own: the list of the longest holds the neighbours of all, and those closer than the mean
-    /// of two radii are what brute force finds.
-    #[test]
-    fn the_list_of_the_longest_radius_holds_those_of_all() {
-        let noise = |i: u32, k: f64| (f64::from(i + 1) * k).fract();
-        let points: Vec<[f64; 2]> = (0..300).map(|i| [noise(i, 0.618_034), noise(i, 0.754_878)]).collect();
-        let radii: Vec<f64> = (0..300).map(|i| 0.05 + 0.1 * noise(i, 0.569_840)).collect();
-        let close = |i: usize, j: usize| {
-            let [a, b] = [points[i], points[j]];
-            (a[0] - b[0]).hypot(a[1] - b[1]) < 0.5 * (radii[i] + radii[j])
-        };
-        let mut list = NeighbourList::new();
-        list.build(&points, radii.iter().copied().fold(0.0, f64::max)).unwrap();
-        for i in 0..300 {
-            let found: Vec<usize> = list.of(i).iter().map(|&j| j as usize).filter(|&j| close(i, j)).collect();
-            let all: Vec<usize> = (0..300).filter(|&j| j != i && close(i, j)).collect();
-            assert_eq!(found, all);
-        }
-    }
-
-    #[test]
-    fn lost_points_are_named() {
-        let mut list = CellList::new();
-        assert_eq!(list.build(&[[0.0, 0.0], [f64::NAN, 0.0]], 1.0), Err(SearchError::NotFinite(1)));
-        assert!(matches!(list.build(&[[0.0, 0.0], [1e12, 1e12]], 1.0), Err(SearchError::TooSpread(_))));
-        assert_eq!(list.build(&[[0.0, 0.0]], 0.0), Err(SearchError::Radius(0.0)));
-    }
-
-    #[test]
-    fn the_list_does_not_depend_on_the_number_of_threads() {
-        let points: Vec<[f64; 2]> =
-            (0..2000).map(|i| [f64::from(i % 47) * 0.1, f64::from(i % 53) * 0.1]).collect();
-        let build = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let mut list = NeighbourList::new();
-            pool.install(|| list.build(&points, 0.25).unwrap());
-            let mut half = HalfList::new();
-            pool.install(|| half.build(&points, 0.25).unwrap());
-            let neighbours: usize = list.blocks().iter().map(|rows| rows.indices().len()).sum();
-            assert_eq!(2 * half.len(), neighbours);
-            (list.blocks, half.pairs().collect::<Vec<_>>())
-        };
-        assert!(build(1) == build(2));
     }
 }

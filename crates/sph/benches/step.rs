@@ -41,7 +41,7 @@ fn step(criterion: &mut Criterion, dimension: usize, edge: usize) {
         group.throughput(Throughput::Elements(solver.points() as u64));
         group.bench_function(BenchmarkId::new("cubic spline", model), |bencher| {
             bencher.iter(|| {
-                let dt = solver.time_step().dt;
+                let dt = solver.limit().dt;
                 solver.step(dt).expect("a stable step");
             });
         });

@@ -1,110 +1,96 @@
 //! Saving and restoring the solver, and the `Solver` face of it.
 
+use std::io::{Read, Write};
+
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
-use colluvium_case::{Budget, Equilibrium, Snapshot, Solver, SolverError, TimeStep};
-use colluvium_constitutive::SymTensor;
+use colluvium_case::solver::{restore_value, save_value};
+use colluvium_case::{Advance, Budget, Equilibrium, Snapshot, Solver, SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
+use crate::clock::Clock;
 use crate::config::TimeIntegration;
-use crate::setup;
-use crate::solver::{Audit, Listed, SphSolver};
+use crate::confinement::is_confined;
+use crate::lists::Listed;
+use crate::particles::Group;
+use crate::solver::{Audit, SphSolver};
+use crate::walls::planes;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
     format: u32,
     dimension: usize,
-    time: f64,
-    step: u64,
-    last_step: f64,
-    limit: Option<TimeStep>,
-    limit_age: u64,
+    clock: Clock,
     audit: Audit,
+    /// Body, number of particles and states of the law.
     groups: Vec<(u32, usize, Vec<u8>)>,
-    id: Vec<u32>,
-    origin: Vec<f64>,
-    acceleration: Vec<f64>,
-    position: Vec<f64>,
-    velocity: Vec<f64>,
-    mass: Vec<f64>,
-    density: Vec<f64>,
-    sound: Vec<f64>,
-    length: Vec<f64>,
-    stress: Vec<SymTensor>,
-    /// Of the schemes that need them.
-    previous: Vec<f64>,
-    gradient: Vec<f64>,
-    divergence: Vec<f64>,
+    /// Columns of the particles, and of their rates.
+    particles: Vec<u8>,
+    rates: Vec<u8>,
     /// Positions for which the neighbours are listed, with time and reach: sums run in the order of the list.
     listed: Vec<f64>,
     listed_at: [f64; 2],
     sorted: Option<u64>,
-    accelerated: bool,
+    current: bool,
 }
 
 impl<const D: usize> SphSolver<D> {
     fn to_saved(&self) -> Saved {
-        let p = &self.particles;
-        let rates = self.options.integration == TimeIntegration::LeapfrogRates
-            || self.options.hourglass_viscosity > 0.0;
-        let of_group = |group: &crate::particles::Group| {
-            (group.body, group.end - group.start, group.material.save(&group.states))
-        };
+        let Self { setting, bodies, lists, rates, .. } = self;
+        // Neither images nor walls.
+        let mut particles = bodies.particles.clone();
+        particles.truncate(particles.len());
+        let mut of = rates.of.clone();
+        let predicts = setting.options.integration == TimeIntegration::LeapfrogRates
+            || setting.options.hourglass_viscosity > 0.0;
+        if !predicts {
+            (of.gradient, of.divergence) = (Vec::new(), Vec::new());
+        }
+        let (mut particle_bytes, mut rate_bytes) = (Vec::new(), Vec::new());
+        particles.write(&mut particle_bytes).expect("memory takes all bytes");
+        of.write(&mut rate_bytes).expect("memory takes all bytes");
+        let of_group =
+            |group: &Group| (group.body, group.end - group.start, group.material.save(&group.states));
         Saved {
             format: FORMAT,
             dimension: D,
-            time: self.time,
-            step: self.step,
-            last_step: self.last_step,
-            limit: self.limit,
-            limit_age: self.limit_age,
+            clock: self.clock,
             audit: self.audit,
-            groups: self.groups.iter().map(of_group).collect(),
-            id: p.id.clone(),
-            origin: p.origin.as_flattened().to_vec(),
-            acceleration: p.acceleration.as_flattened().to_vec(),
-            position: p.position[..p.len].as_flattened().to_vec(),
-            velocity: p.velocity[..p.len].as_flattened().to_vec(),
-            mass: p.mass[..p.len].to_vec(),
-            density: p.density[..p.len].to_vec(),
-            sound: p.sound[..p.len].to_vec(),
-            length: p.length[..p.len].to_vec(),
-            stress: p.stress[..p.len].to_vec(),
-            previous: p.previous.as_flattened().to_vec(),
-            gradient: if rates { p.gradient.as_flattened().as_flattened().to_vec() } else { Vec::new() },
-            divergence: if rates { p.divergence.clone() } else { Vec::new() },
-            listed: self.listed.positions.as_flattened().to_vec(),
-            listed_at: [self.listed.time, self.listed.reach],
-            sorted: self.sorted,
-            accelerated: self.accelerated,
+            groups: bodies.groups.iter().map(of_group).collect(),
+            particles: particle_bytes,
+            rates: rate_bytes,
+            listed: lists.listed.positions.as_flattened().to_vec(),
+            listed_at: [lists.listed.time, lists.listed.reach],
+            sorted: lists.sorted,
+            current: rates.current,
         }
     }
 
     /// Takes the arrays; `None` where they do not fit together.
-    fn take_saved(&mut self, saved: Saved) -> Option<()> {
-        let n = saved.id.len();
-        let scalars = [&saved.mass, &saved.density, &saved.sound, &saved.length];
-        let optional = [&saved.previous, &saved.listed];
-        let vectors = [&saved.origin, &saved.acceleration, &saved.position, &saved.velocity];
-        let fits = scalars.iter().all(|a| a.len() == n)
-            && vectors.iter().all(|a| a.len() == n * D)
-            && saved.stress.len() == n
-            && optional.iter().all(|a| a.is_empty() || a.len() == n * D)
-            && (saved.gradient.is_empty() || saved.gradient.len() == n * D * D)
-            && (saved.divergence.is_empty() || saved.divergence.len() == n)
-            && saved.groups.iter().map(|(_, count, _)| count).sum::<usize>() == n;
+    fn take_saved(&mut self, saved: &Saved) -> Option<()> {
+        let Self { bodies, lists, rates, .. } = self;
+        bodies.particles.read(&mut saved.particles.as_slice()).ok()?;
+        rates.of.read(&mut saved.rates.as_slice()).ok()?;
+        let p = &bodies.particles;
+        let n = p.len();
+        let full = [p.origin.len(), p.position.len(), p.velocity.len(), p.mass.len(), p.density.len()];
+        let fits =
+            full.iter().chain(&[p.stress.len(), p.sound.len(), p.length.len()]).all(|count| *count == n)
+                && rates.of.len() == n
+                && (saved.listed.is_empty() || saved.listed.len() == n * D)
+                && saved.groups.iter().map(|(_, count, _)| count).sum::<usize>() == n;
         if !fits {
             return None;
         }
-        self.groups.retain(|group| saved.groups.iter().any(|(body, ..)| *body == group.body));
-        if self.groups.len() != saved.groups.len() {
+        bodies.groups.retain(|group| saved.groups.iter().any(|(body, ..)| *body == group.body));
+        if bodies.groups.len() != saved.groups.len() {
             return None;
         }
         let mut start = 0;
-        for (group, (body, count, states)) in self.groups.iter_mut().zip(&saved.groups) {
+        for (group, (body, count, states)) in bodies.groups.iter_mut().zip(&saved.groups) {
             let states = group.material.load(states)?;
             if group.body != *body || states.len() != *count {
                 return None;
@@ -112,94 +98,71 @@ impl<const D: usize> SphSolver<D> {
             (group.start, group.end, group.states) = (start, start + count, states);
             start += count;
         }
-        let vectors = |flat: &[f64]| -> Vec<[f64; D]> { flat.as_chunks().0.to_vec() };
-        let p = &mut self.particles;
-        p.len = n;
-        p.id = saved.id;
-        p.origin = vectors(&saved.origin);
-        p.acceleration = vectors(&saved.acceleration);
-        p.position = vectors(&saved.position);
-        p.velocity = vectors(&saved.velocity);
-        (p.mass, p.density, p.sound, p.stress) = (saved.mass, saved.density, saved.sound, saved.stress);
-        (p.length, p.previous) = (saved.length, vectors(&saved.previous));
-        p.gradient.clear();
-        p.gradient.extend(saved.gradient.chunks_exact(D * D).map(|entries| {
-            let mut matrix = [[0.0; D]; D];
-            matrix.as_flattened_mut().copy_from_slice(entries);
-            matrix
-        }));
-        p.divergence = saved.divergence;
-        p.spread.clear();
-        p.resize(n);
+        bodies.shown.spread.clear();
+        bodies.resize(n);
+        rates.of.resize(n);
         let [time, reach] = saved.listed_at;
-        self.listed = Listed { positions: vectors(&saved.listed), time, reach };
-        (self.sorted, self.accelerated) = (saved.sorted, saved.accelerated);
-        (self.time, self.step, self.last_step) = (saved.time, saved.step, saved.last_step);
-        (self.limit, self.limit_age) = (saved.limit, saved.limit_age);
-        self.audit = saved.audit;
+        lists.listed = Listed { positions: saved.listed.as_chunks().0.to_vec(), time, reach };
+        (lists.sorted, rates.current) = (saved.sorted, saved.current);
+        (self.clock, self.audit) = (saved.clock, saved.audit);
         Some(())
     }
 
-    fn remove_bodies(&mut self, stage: usize) {
-        let case = std::sync::Arc::clone(&self.case);
-        let is_gone =
-            |group: &crate::particles::Group| case.is_removed(&case.bodies[group.body as usize].name, stage);
-        while let Some(number) = self.groups.iter().position(is_gone) {
-            let range = self.groups.remove(number).range();
-            for group in &mut self.groups[number..] {
-                group.start -= range.len();
-                group.end -= range.len();
-            }
-            self.particles.remove(range);
-        }
-    }
-
     pub(crate) fn reset_states(&mut self) -> Result<(), SolverError> {
-        for number in 0..self.groups.len() {
-            let (group, p) = (&self.groups[number], &self.particles);
+        let Self { clock, bodies, .. } = self;
+        let p = &mut bodies.particles;
+        for group in &mut bodies.groups {
             let begun = p.law_points(group).begun_anew(|k| p.density[group.start + k]);
             let (stress, states) =
-                begun.map_err(|(index, reason)| self.failed(group.start + index, reason))?;
-            let range = self.groups[number].range();
-            self.particles.stress[range].copy_from_slice(&stress);
-            self.groups[number].states = states;
+                begun.map_err(|(index, reason)| p.failed(clock, group.start + index, reason))?;
+            p.stress[group.range()].copy_from_slice(&stress);
+            group.states = states;
         }
         Ok(())
+    }
+
+    fn make_lists(&mut self) -> Result<(), SolverError> {
+        let Self { setting, clock, bodies, walls, lists, .. } = self;
+        lists.make(setting, clock, bodies, walls)
     }
 }
 
 impl<const D: usize> Solver for SphSolver<D> {
     fn time(&self) -> f64 {
-        self.time
+        self.clock.time
     }
 
     fn step_count(&self) -> u64 {
-        self.step
+        self.clock.step
     }
 
     fn points(&self) -> usize {
-        self.particles.len
+        self.bodies.particles.len()
     }
 
-    fn time_step(&mut self) -> TimeStep {
+    fn limit(&mut self) -> TimeStep {
         self.critical_step()
     }
 
-    fn step(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.advance(dt)
+    fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
+        let limit = self.critical_step();
+        let dt = limit.towards(at_most);
+        self.advance(dt)?;
+        Ok(Advance { dt, limit: limit.limit })
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
-        let fresh = start == self.time;
-        (self.stage, self.stage_start) = (stage, start);
-        self.walls = setup::walls(&self.case, stage, &self.options, self.smoothing.radius());
-        self.remove_bodies(stage);
+        let Self { setting, clock, bodies, walls, lists, rates, audit, .. } = self;
+        let fresh = start == clock.time;
+        (clock.stage, clock.stage_start) = (stage, start);
+        walls.planes = planes(&setting.case, stage, &setting.options, setting.smoothing.radius());
+        bodies.remove_gone(&setting.case, stage, &mut rates.of);
         if fresh {
-            self.accelerated = false;
-            self.listed.positions.clear();
-            self.audit = Audit::default();
-            self.limit = None;
-        } else if !self.listed.positions.is_empty() {
+            rates.current = false;
+            lists.listed.positions.clear();
+            *audit = Audit::default();
+            clock.limit = None;
+        } else if !lists.listed.positions.is_empty() {
             self.make_lists()?;
         }
         Ok(())
@@ -207,19 +170,19 @@ impl<const D: usize> Solver for SphSolver<D> {
 
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
         for reset in &stage.reset {
-            let p = &mut self.particles;
+            let p = &mut self.bodies.particles;
             match reset {
                 Reset::Velocity => {
                     p.velocity.fill([0.0; D]);
-                    p.acceleration.fill([0.0; D]);
                     p.previous.clear();
+                    self.rates.of.acceleration.fill([0.0; D]);
                     // Some schemes move what is held before they kick.
-                    self.hold();
+                    self.bodies.hold();
                     // The next step starts from rest: it kicks by half.
-                    self.last_step = 0.0;
+                    self.clock.last_step = 0.0;
                 }
                 Reset::Displacement => {
-                    let len = p.len;
+                    let len = p.len();
                     p.origin.copy_from_slice(&p.position[..len]);
                 }
                 Reset::State => self.reset_states()?,
@@ -229,7 +192,7 @@ impl<const D: usize> Solver for SphSolver<D> {
     }
 
     fn equilibrium(&self) -> Option<Equilibrium> {
-        self.case.stages[self.stage].equilibrium?;
+        self.setting.case.stages[self.clock.stage].equilibrium?;
         let scales = self.scales();
         Some(Equilibrium {
             unbalanced_force: scales.force_ratio(self.audit.unbalanced.sqrt(), self.audit.external.sqrt()),
@@ -239,7 +202,7 @@ impl<const D: usize> Solver for SphSolver<D> {
     }
 
     fn has_grown(&self) -> bool {
-        self.is_confined()
+        is_confined(&self.setting, &self.clock)
     }
 
     fn readings(&self) -> Vec<Reading> {
@@ -254,20 +217,19 @@ impl<const D: usize> Solver for SphSolver<D> {
         self.take_budget()
     }
 
-    fn save(&self) -> Vec<u8> {
-        postcard::to_stdvec(&self.to_saved()).expect("plain numbers always serialise")
+    fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
+        save_value(&self.to_saved(), out)
     }
 
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError> {
-        let saved: Saved = postcard::from_bytes(bytes)
-            .map_err(|error| SolverError::Checkpoint(format!("cannot be read ({error})")))?;
+    fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
+        let saved: Saved = restore_value(input)?;
         if saved.format != FORMAT || saved.dimension != D {
             let problem = "was written by another version or for another case";
             return Err(SolverError::Checkpoint(problem.to_owned()));
         }
-        self.take_saved(saved).ok_or_else(|| {
+        self.take_saved(&saved).ok_or_else(|| {
             SolverError::Checkpoint("its arrays do not fit together or the case".to_owned())
         })?;
-        if self.listed.positions.is_empty() { Ok(()) } else { self.make_lists() }
+        if self.lists.listed.positions.is_empty() { Ok(()) } else { self.make_lists() }
     }
 }

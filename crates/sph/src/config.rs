@@ -18,7 +18,7 @@ pub use history::History;
 
 use crate::kernel::Kernel;
 
-/// Largest shift of a particle, in spacings (sheet §2.12).
+/// Largest shift of a particle, in spacings (sheet: sph §2.12).
 pub(crate) const LONGEST_SHIFT: f64 = 0.1;
 
 /// Options of smoothed particle hydrodynamics.
@@ -237,14 +237,14 @@ fn ten() -> u64 {
 fn thirty() -> u64 {
     30
 }
-/// Sheet §6.19.
+/// sheet: sph §6.19.
 fn growth() -> f64 {
     1.5
 }
 fn half() -> f64 {
     0.5
 }
-/// Sheet §3.4.
+/// sheet: sph §3.4.
 fn courant() -> f64 {
     0.25
 }

@@ -1,12 +1,18 @@
-//! Flexible confining pressure (SPH sheet §2.13 g; Bui & Nguyen 2021, eqs. 123–129): `2 p_c/ρ_i Σ V_j ∇W` vanishes
+//! Flexible confining pressure (sheet: sph §2.13 g; Bui & Nguyen 2021, eqs. 123–129): `2 p_c/ρ_i Σ V_j ∇W` vanishes
 //! within a body and pushes inwards at its surface.
 
 use rayon::prelude::*;
 
+use crate::algebra::{apart, square};
+use crate::clock::Clock;
 use crate::config::Confined;
 use crate::kernel::Smoothing;
+use crate::lists::Lists;
 use crate::pairs::Pairs;
-use crate::solver::{SphSolver, TASK, square};
+use crate::particles::{Bodies, Derivatives, TASK};
+use crate::rates::Rates;
+use crate::setting::Setting;
+use crate::walls::Walls;
 
 /// `Σ_{j≠i} V_j W` up to which a particle lies at the surface, in 1, 2 and 3 dimensions (BN 129; on a line that of
 /// the sheet's rule: between the first layer and the rest).
@@ -24,7 +30,7 @@ fn lattice_index<const D: usize>(smoothing: &Smoothing<D>, spacing: f64, above: 
     spacing.powi(D as i32) * others.map(|x| smoothing.value(apart(x))).sum::<f64>()
 }
 
-/// Says why particles `spacing` (m) apart cannot be told to lie at a surface, where they cannot (sheet §2.13 g, §7).
+/// Says why particles `spacing` (m) apart cannot be told to lie at a surface, where they cannot (sheet: sph §2.13 g, §7).
 pub(crate) fn blind_to_surfaces<const D: usize>(smoothing: &Smoothing<D>, spacing: f64) -> Option<String> {
     let [first, within] = [0, i32::MAX].map(|above| lattice_index(smoothing, spacing, above));
     let most = SURFACE_INDEX[D - 1];
@@ -56,53 +62,55 @@ impl<const D: usize> Pairs<'_, D> {
     }
 }
 
-impl<const D: usize> SphSolver<D> {
-    /// Whether the confining pressure has its full size.
-    pub(crate) fn is_confined(&self) -> bool {
-        self.options.confining.as_ref().is_none_or(|confining| self.time >= confining.ramp)
-    }
+/// Whether the confining pressure has its full size.
+pub(crate) fn is_confined<const D: usize>(setting: &Setting<D>, clock: &Clock) -> bool {
+    setting.options.confining.as_ref().is_none_or(|confining| clock.time >= confining.ramp)
+}
 
-    /// Adds the confining pressure at the end of a step of `dt` to the accelerations.
-    pub(crate) fn confine(&mut self, dt: f64) {
-        let Some(confining) = &self.options.confining else { return };
-        let ramp = confining.ramp;
-        let grown = if ramp > 0.0 { ((self.time + dt) / ramp).min(1.0) } else { 1.0 };
-        let pressure = 2.0 * grown * confining.pressure;
-        let everywhere = confining.on == Confined::All;
-        let len = self.particles.len;
-        let (mut crowding, mut pushes) =
-            (std::mem::take(&mut self.crowding), std::mem::take(&mut self.pushes));
-        crowding.resize(len, 0.0);
-        pushes.resize(len, [0.0; D]);
-        let mut accelerations = std::mem::take(&mut self.particles.acceleration);
-        let pairs = self.pairs();
-        let (p, neighbours) = (&self.particles, &self.neighbours);
-        let all = crowding.par_iter_mut().zip(&mut pushes).enumerate().with_min_len(TASK);
-        all.for_each(|(i, (index, push))| (*index, *push) = pairs.inward(i, neighbours.of(i)));
-        let near = 1.05 * self.options.spacing;
-        // Also those beside the surface, which carry what is left of its force (sheet's proposal), across the ends of
-        // periods too. In a mirror what is near is itself on this side, and nearer.
-        let acts = |i: usize| {
-            let of_surface = |j: usize| crowding[j] <= SURFACE_INDEX[D - 1];
-            everywhere
-                || of_surface(i)
-                || neighbours.of(i).iter().map(|&j| j as usize).any(|j| {
-                    let apart: [f64; D] = std::array::from_fn(|c| p.position[j][c] - p.position[i][c]);
-                    square(&apart) <= near * near && self.particle_of(j).is_some_and(of_surface)
-                })
-        };
-        for group in &self.groups {
-            let range = group.range();
-            let first = range.start;
-            let pushed = accelerations[range.clone()].par_iter_mut().zip(&mut pushes[range]);
-            pushed.enumerate().with_min_len(TASK).for_each(|(k, (a, push))| {
-                let i = first + k;
-                let scale = if group.confined && acts(i) { pressure / p.density[i] } else { 0.0 };
-                *push = push.map(|direction| scale * direction);
-                (0..D).for_each(|c| a[c] += push[c]);
-            });
-        }
-        (self.crowding, self.pushes, self.particles.acceleration) = (crowding, pushes, accelerations);
+/// Adds the confining pressure at the end of a step of `dt` to the accelerations.
+pub(crate) fn confine<const D: usize>(
+    setting: &Setting<D>,
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    walls: &Walls<D>,
+    lists: &Lists<D>,
+    rates: &mut Rates<D>,
+    dt: f64,
+) {
+    let Some(confining) = &setting.options.confining else { return };
+    let ramp = confining.ramp;
+    let grown = if ramp > 0.0 { ((clock.time + dt) / ramp).min(1.0) } else { 1.0 };
+    let pressure = 2.0 * grown * confining.pressure;
+    let everywhere = confining.on == Confined::All;
+    let (p, neighbours) = (&bodies.particles, &lists.neighbours);
+    let Rates { of: Derivatives { acceleration, .. }, crowding, pushes, .. } = rates;
+    crowding.resize(p.len(), 0.0);
+    pushes.resize(p.len(), [0.0; D]);
+    let pairs = Pairs::new(setting, p, walls);
+    let all = crowding.par_iter_mut().zip(&mut *pushes).enumerate().with_min_len(TASK);
+    all.for_each(|(i, (index, push))| (*index, *push) = pairs.inward(i, neighbours.of(i)));
+    let near = 1.05 * setting.options.spacing;
+    // Also those beside the surface, which carry what is left of its force (sheet's proposal), across the ends of
+    // periods too. In a mirror what is near is itself on this side, and nearer.
+    let acts = |i: usize| {
+        let of_surface = |j: usize| crowding[j] <= SURFACE_INDEX[D - 1];
+        everywhere
+            || of_surface(i)
+            || neighbours.of(i).iter().map(|&j| j as usize).any(|j| {
+                apart(&p.position[i], &p.position[j]).1 <= near * near
+                    && walls.particle_of(p.len(), j).is_some_and(of_surface)
+            })
+    };
+    for group in &bodies.groups {
+        let range = group.range();
+        let first = range.start;
+        let pushed = acceleration[range.clone()].par_iter_mut().zip(&mut pushes[range]);
+        pushed.enumerate().with_min_len(TASK).for_each(|(k, (a, push))| {
+            let i = first + k;
+            let scale = if group.confined && acts(i) { pressure / p.density[i] } else { 0.0 };
+            *push = push.map(|direction| scale * direction);
+            (0..D).for_each(|c| a[c] += push[c]);
+        });
     }
 }
 

@@ -1,13 +1,15 @@
-//! How well the sums over neighbours hold (Bui & Nguyen 2021, eq. 19; SPH sheet §2.2, pitfalls 9 and 13).
+//! How well the sums over neighbours hold (Bui & Nguyen 2021, eq. 19; sheet: sph §2.2, pitfalls 9 and 13).
 
 use colluvium_case::measure::Reading;
 use colluvium_case::{Field, FieldData, SolverError, spatial};
 use colluvium_constitutive::{Mat3, SymTensor};
 use rayon::prelude::*;
 
-use crate::pairs::apart;
-use crate::particles::Group;
-use crate::solver::{SphSolver, TASK};
+use crate::algebra::apart;
+use crate::pairs::Pairs;
+use crate::particles::{Group, TASK};
+use crate::regularise::Near;
+use crate::solver::{SphSolver, show};
 
 /// Distance (smoothing lengths) within which two particles are in one place: their kernel has no direction.
 const COINCIDENT: f64 = 1e-12;
@@ -34,40 +36,44 @@ impl<const D: usize> SphSolver<D> {
     /// When particles lie too far from one another for a search.
     pub(crate) fn probe(&self) -> Result<Self, SolverError> {
         let mut probe = self.hollow();
-        probe.particles = self.particles.clone();
-        for (group, own) in probe.groups.iter_mut().zip(&self.groups) {
+        probe.bodies.particles = self.bodies.particles.clone();
+        for (group, own) in probe.bodies.groups.iter_mut().zip(&self.bodies.groups) {
             (group.start, group.end) = (own.start, own.end);
         }
-        probe.list_from_here(probe.smoothing.kernel().support() * probe.longest());
-        probe.make_lists()?;
+        let Self { setting, clock, bodies, walls, lists, .. } = &mut probe;
+        let support = setting.support(bodies.longest(setting));
+        lists.list_from_here(setting, clock, &bodies.particles, support);
+        lists.make(setting, clock, bodies, walls)?;
         Ok(probe)
     }
 
     fn findings(&self) -> Option<Vec<Finding>> {
-        if !self.options.diagnostics {
+        if !self.setting.options.diagnostics {
             return None;
         }
-        let mut probe = self.probe().ok()?;
-        probe.load_records();
-        let (pairs, mls) = (probe.pairs(), self.options.has_linear_averages());
+        let Self { setting, clock, mut bodies, walls, lists, .. } = self.probe().ok()?;
+        show(&setting, &clock, &mut bodies, &walls, &lists);
+        let p = &bodies.particles;
+        let (pairs, mls) = (Pairs::new(&setting, p, &walls), setting.options.has_linear_averages());
+        let near = Near::new(&setting, p, &walls, &lists);
         let of_particle = |i: usize| {
-            let (p, row) = (&probe.particles, probe.neighbours.of(i));
+            let row = lists.neighbours.of(i);
             let h = p.length[i];
             let moment = pairs.moment(i, row);
             let entry = |a: usize, b: usize| if a < D && b < D { moment.matrix[a][b] } else { 0.0 };
             let linear = Mat3(std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b))));
             let distance = |j: usize| apart(&p.position[i], &p.position[j]).1.sqrt();
             let others = row.iter().map(|j| *j as usize).filter(|j| *j > i);
-            let body = probe.body_of(i).map(Group::range);
+            let body = bodies.of(i).map(Group::range);
             Finding {
                 constant: spatial(&pairs.gradient_of_one(i, row)).map(|g| h * g),
                 linear: linear.sym(),
                 coincident: others.filter(|j| distance(*j) < COINCIDENT * h).count(),
                 uncorrected: moment.correction().is_none(),
-                averaged: mls && body.is_some_and(|body| probe.linear_weights(i, &body).is_none()),
+                averaged: mls && body.is_some_and(|body| near.linear_weights(i, &body).is_none()),
             }
         };
-        Some((0..probe.particles.len).into_par_iter().with_min_len(TASK).map(of_particle).collect())
+        Some((0..p.len()).into_par_iter().with_min_len(TASK).map(of_particle).collect())
     }
 
     /// What the plain gradient makes of a constant and of the position, of the particles in the given order; none unless
@@ -92,10 +98,10 @@ impl<const D: usize> SphSolver<D> {
         };
         push("coincident_pairs", findings.iter().map(|finding| finding.coincident).sum());
         let count = |is: fn(&Finding) -> bool| findings.iter().filter(|finding| is(finding)).count();
-        if self.options.has_corrected_gradients() {
+        if self.setting.options.has_corrected_gradients() {
             push("uncorrected_gradients", count(|finding| finding.uncorrected));
         }
-        if self.options.has_linear_averages() {
+        if self.setting.options.has_linear_averages() {
             push("averages_by_shepard", count(|finding| finding.averaged));
         }
         readings

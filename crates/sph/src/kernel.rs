@@ -1,4 +1,4 @@
-//! Smoothing kernels (SPH sheet §2.2).
+//! Smoothing kernels (sheet: sph §2.2).
 //!
 //! A kernel is `W(r, h) = α w(q)` with `q = r / h`; `α` normalises it in one, two or three
 //! dimensions. [`Kernel`] names the function, [`Smoothing`] fixes dimension and smoothing length.
@@ -430,7 +430,7 @@ mod tests {
         }
     }
 
-    /// Exponents of the artificial stress (sheet §2.11).
+    /// Exponents of the artificial stress (sheet: sph §2.11).
     #[test]
     fn ratios_of_kernels_are_those_of_the_sheet() {
         let (cubic, wendland) = (Kernel::CubicSpline, Kernel::WendlandC2);

@@ -3,32 +3,40 @@
 //! A body is a set of particles that carry mass, velocity, density, stress and the state of its law. A
 //! field at a particle, its gradient and its Laplacian are sums over the particles around it: [`kernel`]
 //! holds the smoothing kernels, [`operators`] the sums. The solver moves particles by the momentum
-//! equation in leapfrog steps, velocities half a step ahead (SPH sheet §3.3; [`SphSolver`] holds the step).
+//! equation in leapfrog steps, velocities half a step ahead (sheet: sph §3.3; [`SphSolver`] holds the step).
 //! One dimension, plane strain and three dimensions; rough walls are layers of particles, smooth walls
 //! mirrors. [`RankedSolver`] shares the particles out among ranks that exchange copies of them.
 //!
 //! [`Sph`] is the way in: it turns a [`Case`] into a [`Solver`].
 
+mod algebra;
 mod checkpoint;
+mod clock;
 mod config;
 mod confinement;
 mod diagnostics;
 pub mod kernel;
 mod lanes;
+mod limit;
+mod lists;
 pub mod operators;
 mod pairs;
 mod particles;
 mod ranks;
+mod rates;
 mod regularise;
 mod report;
 pub mod semi_discrete;
+mod setting;
 mod setup;
+mod shifting;
 mod solver;
+mod stress;
 mod tensile;
 mod total;
 mod walls;
 
-use colluvium_case::{Case, CaseError, Method, Plan, Size, Solver};
+use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
 use schemars::Schema;
 
 pub use config::{
@@ -60,11 +68,15 @@ impl Method for Sph {
         setup::size(case)
     }
 
-    fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
+    fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
+        setup::honours(case)
+    }
+
+    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
         setup::plan(case)
     }
 
-    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case)
     }
 }

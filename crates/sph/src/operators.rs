@@ -1,4 +1,4 @@
-//! Gradients and Laplacians of a field known on particles (SPH sheet §2.3, §2.4).
+//! Gradients and Laplacians of a field known on particles (sheet: sph §2.3, §2.4).
 //!
 //! ```
 //! use colluvium_points::NeighbourList;
@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use crate::kernel::Smoothing;
 
 /// Below this share of the determinant of an isotropic moment of the same trace, a particle sees too
-/// little around it for a correction (sheet §2.3).
+/// little around it for a correction (sheet: sph §2.3).
 pub const LEAST_DETERMINANT: f64 = 1e-3;
 
 /// A discrete gradient.
@@ -207,7 +207,7 @@ impl<'a, const D: usize> Cloud<'a, D> {
             Laplacian::BuiNguyen => {
                 let gradient = self.gradient(Gradient::Corrected, field, i);
                 let moment = self.moment(i);
-                // K = tr M / d: the sheet's correction K07.
+                // K = tr M / d: sheet: sph K07.
                 let trace = (0..D).map(|c| moment[c][c]).sum::<f64>() / D as f64;
                 if trace == 0.0 {
                     return 0.0;
@@ -336,13 +336,13 @@ impl<const D: usize> Moment<D> {
         }
     }
 
-    /// `tr M`, which falls at free surfaces (sheet §2.13 h).
+    /// `tr M`, which falls at free surfaces (sheet: sph §2.13 h).
     pub fn trace(&self) -> f64 {
         (0..D).map(|c| self.matrix[c][c]).sum()
     }
 
     /// `L = M⁻¹` in closed form; `None` with fewer than `D + 1` neighbours, or where the determinant is below
-    /// [`LEAST_DETERMINANT`] of that of an isotropic moment of the same trace (sheet §2.3).
+    /// [`LEAST_DETERMINANT`] of that of an isotropic moment of the same trace (sheet: sph §2.3).
     #[inline]
     pub fn correction(&self) -> Option<[[f64; D]; D]> {
         let m = |a: usize, b: usize| self.matrix[a][b];
@@ -373,7 +373,7 @@ impl<const D: usize> Moment<D> {
     }
 }
 
-/// The particle sets of the sheet's studies (§5.1).
+/// The particle sets of the studies in `sheet: sph §5.1`.
 #[derive(Clone, Debug)]
 pub struct TestLattice<const D: usize> {
     /// All particles, x fastest (m).

@@ -1,14 +1,21 @@
-//! The particles, as a structure of arrays.
+//! The particles, as structures of arrays.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use colluvium_case::description::Velocity;
 use colluvium_case::law::LawPoints;
+use colluvium_case::{Case, SolverError, spatial};
 use colluvium_constitutive::{Material, States, SymTensor};
+use colluvium_points::{Spare, columns};
 
-use crate::config::History;
-use crate::lanes::{Record, record};
-use crate::walls::{Image, Walls};
+use crate::clock::Clock;
+use crate::config::{History, SmoothingLength};
+use crate::lanes::{Record, record, set_velocity};
+use crate::setting::Setting;
+
+/// Least number of particles per task.
+pub(crate) const TASK: usize = 512;
 
 /// A matrix of the space.
 pub type Matrix<const D: usize> = [[f64; D]; D];
@@ -45,7 +52,7 @@ pub struct Group {
 
 impl Group {
     /// The range in the arrays.
-    pub fn range(&self) -> std::ops::Range<usize> {
+    pub fn range(&self) -> Range<usize> {
         self.start..self.end
     }
 
@@ -63,65 +70,43 @@ impl Group {
     }
 }
 
-/// All particles. The arrays of what acts on neighbours go on behind the `len` particles with their images and the
-/// particles of walls; the others have one entry per particle.
-#[derive(Clone, Default)]
-pub struct Particles<const D: usize> {
-    /// Number of particles.
-    pub len: usize,
-    /// Ids, the same for life.
-    pub id: Vec<u32>,
-    /// Positions from which displacement is counted (m).
-    pub origin: Vec<[f64; D]>,
-    /// Accelerations of the last step (m/s²).
-    pub acceleration: Vec<[f64; D]>,
-    /// Velocity gradients of the last step (1/s).
-    pub gradient: Vec<Matrix<D>>,
-    /// Divergences of velocity of the last step, from the continuity equation (1/s).
-    pub divergence: Vec<f64>,
-    /// Velocity by which a particle moves beyond its own, by XSPH (m/s); empty without.
-    pub drift: Vec<[f64; D]>,
-    /// Velocities of the step before, of the scheme that needs them (m/s); empty without.
-    pub previous: Vec<[f64; D]>,
-    /// Positions (m); with images and walls.
-    pub position: Vec<[f64; D]>,
-    /// Velocities (m/s); with images and walls.
-    pub velocity: Vec<[f64; D]>,
-    /// Masses (kg); with images and walls.
-    pub mass: Vec<f64>,
-    /// Densities (kg/m³); with images and walls.
-    pub density: Vec<f64>,
-    /// Cauchy stresses (Pa); with images and walls.
-    pub stress: Vec<SymTensor>,
-    /// Speeds of sound (m/s); with images and walls.
-    pub sound: Vec<f64>,
-    /// Smoothing lengths (m); with images and walls.
-    pub length: Vec<f64>,
-    /// `1/ϑ` of the gradient of the smoothing length; one without; with images and walls.
-    pub spread: Vec<f64>,
-    /// What the pair sums read; with images and walls.
-    pub records: Vec<Record>,
-    /// Artificial stress over density squared; with images and walls; empty without.
-    pub repulsion: Vec<SymTensor>,
-    /// Corrections of the gradient; with images; empty where the momentum equation does without.
-    pub correction: Vec<Matrix<D>>,
-    order: Order<D>,
+columns! {
+    /// What a particle is. Behind the particles come their images and the particles of walls, in the columns of what acts on
+    /// neighbours: position, velocity, mass, density, stress, speed of sound and smoothing length.
+    pub struct Particles<const D: usize> {
+        /// Ids, the same for life.
+        pub id: u32,
+        /// Positions from which displacement is counted (m).
+        pub origin: [f64; D],
+        /// Positions (m).
+        pub position: [f64; D],
+        /// Velocities (m/s).
+        pub velocity: [f64; D],
+        /// Velocities of the step before, of the scheme that needs them (m/s); empty without.
+        pub previous: [f64; D],
+        /// Masses (kg).
+        pub mass: f64,
+        /// Densities (kg/m³).
+        pub density: f64,
+        /// Cauchy stresses (Pa).
+        pub stress: SymTensor as [f64; 6],
+        /// Speeds of sound (m/s).
+        pub sound: f64,
+        /// Smoothing lengths (m).
+        pub length: f64,
+    }
 }
 
-/// Buffers of a permutation.
-#[derive(Clone, Default)]
-struct Order<const D: usize> {
-    scalars: Vec<f64>,
-    vectors: Vec<[f64; D]>,
-    tensors: Vec<SymTensor>,
-    matrices: Vec<Matrix<D>>,
-    ids: Vec<u32>,
-}
-
-fn permute<T: Copy>(values: &mut [T], order: &[u32], old: &mut Vec<T>) {
-    old.clear();
-    old.extend_from_slice(values);
-    values.iter_mut().zip(order).for_each(|(value, &from)| *value = old[from as usize]);
+columns! {
+    /// How a particle changes, of the last step.
+    pub struct Derivatives<const D: usize> {
+        /// Accelerations (m/s²).
+        pub acceleration: [f64; D],
+        /// Velocity gradients `∂v_a/∂x_b` (1/s).
+        pub gradient: Matrix<D>,
+        /// Divergences of velocity, from the continuity equation (1/s).
+        pub divergence: f64,
+    }
 }
 
 impl<const D: usize> Particles<D> {
@@ -130,51 +115,8 @@ impl<const D: usize> Particles<D> {
         LawPoints { material: &*group.material, stress: &self.stress[group.range()], states: &group.states }
     }
 
-    /// What has one vector per particle: origin, acceleration, position, velocity.
-    pub fn vectors(&self) -> [&Vec<[f64; D]>; 4] {
-        [&self.origin, &self.acceleration, &self.position, &self.velocity]
-    }
-
-    /// The same, to change.
-    pub fn vectors_mut(&mut self) -> [&mut Vec<[f64; D]>; 4] {
-        [&mut self.origin, &mut self.acceleration, &mut self.position, &mut self.velocity]
-    }
-
-    /// What has one number per particle: mass, density, speed of sound, smoothing length.
-    pub fn scalars(&self) -> [&Vec<f64>; 4] {
-        [&self.mass, &self.density, &self.sound, &self.length]
-    }
-
-    /// The same, to change.
-    pub fn scalars_mut(&mut self) -> [&mut Vec<f64>; 4] {
-        [&mut self.mass, &mut self.density, &mut self.sound, &mut self.length]
-    }
-
-    /// Puts the particles of `range` in a new order.
-    pub fn permute(&mut self, range: std::ops::Range<usize>, order: &[u32]) {
-        let mut old = std::mem::take(&mut self.order);
-        permute(&mut self.id[range.clone()], order, &mut old.ids);
-        for vectors in self.vectors_mut() {
-            permute(&mut vectors[range.clone()], order, &mut old.vectors);
-        }
-        if !self.previous.is_empty() {
-            permute(&mut self.previous[range.clone()], order, &mut old.vectors);
-        }
-        for scalars in self.scalars_mut() {
-            permute(&mut scalars[range.clone()], order, &mut old.scalars);
-        }
-        permute(&mut self.stress[range.clone()], order, &mut old.tensors);
-        // Rates of the step before, which one of the schemes predicts from.
-        permute(&mut self.gradient[range.clone()], order, &mut old.matrices);
-        permute(&mut self.divergence[range], order, &mut old.scalars);
-        self.order = old;
-    }
-
     /// Makes room for so many particles, images and walls; what is new is zero.
     pub fn resize(&mut self, total: usize) {
-        self.acceleration.resize(self.len, [0.0; D]);
-        self.gradient.resize(self.len, [[0.0; D]; D]);
-        self.divergence.resize(self.len, 0.0);
         self.position.resize(total, [0.0; D]);
         self.velocity.resize(total, [0.0; D]);
         self.mass.resize(total, 0.0);
@@ -182,62 +124,17 @@ impl<const D: usize> Particles<D> {
         self.stress.resize(total, SymTensor::ZERO);
         self.sound.resize(total, 0.0);
         self.length.resize(total, 0.0);
-        self.spread.resize(total, 1.0);
-        self.records.resize(total, [[0.0; 4]; 4]);
     }
 
-    /// Removes the particles of `range`, which must be followed by neither images nor walls.
-    pub fn remove(&mut self, range: std::ops::Range<usize>) {
-        self.resize(self.len);
-        self.id.drain(range.clone());
-        for vectors in self.vectors_mut() {
-            vectors.drain(range.clone());
-        }
-        if !self.previous.is_empty() {
-            self.previous.drain(range.clone());
-        }
-        for scalars in self.scalars_mut() {
-            scalars.drain(range.clone());
-        }
-        // Rates of the step before, as in a permutation.
-        self.gradient.drain(range.clone());
-        self.divergence.drain(range.clone());
-        self.stress.drain(range);
-        self.len = self.id.len();
-        self.resize(self.len);
-    }
-
-    /// Places of the images, and of the particles of walls.
-    pub fn place(&mut self, images: &[Image<D>], walls: &Walls<D>) {
-        for (image, slot) in images.iter().zip(self.len..) {
-            let x = self.position[image.source as usize];
-            self.position[slot] = std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]);
-        }
-        walls.place(&mut self.position[self.len + images.len()..]);
-    }
-
-    /// Velocities of the images.
-    pub fn move_images(&mut self, images: &[Image<D>]) {
-        for (image, slot) in images.iter().zip(self.len..) {
-            let v = self.velocity[image.source as usize];
-            self.velocity[slot] = std::array::from_fn(|c| image.turn[c] * v[c] + image.lift[c]);
-            crate::lanes::set_velocity(&mut self.records[slot], &self.velocity[slot]);
-        }
-    }
-
-    /// Everything else of the images.
-    pub fn load_images(&mut self, images: &[Image<D>]) {
-        for (image, slot) in images.iter().zip(self.len..) {
-            let source = image.source as usize;
-            self.mass[slot] = self.mass[source];
-            self.density[slot] = self.density[source];
-            self.sound[slot] = self.sound[source];
-            self.length[slot] = self.length[source];
-            self.spread[slot] = self.spread[source];
-            self.stress[slot] = mirrored(&self.stress[source], &image.bend);
-            if !self.repulsion.is_empty() {
-                self.repulsion[slot] = mirrored(&self.repulsion[source], &image.bend);
-            }
+    /// The error of particle `index`.
+    pub fn failed(&self, clock: &Clock, index: usize, reason: String) -> SolverError {
+        let position = self.position.get(index).copied().unwrap_or([0.0; D]);
+        SolverError::Point {
+            step: clock.step,
+            time: clock.time,
+            point: u64::from(self.id.get(index).copied().unwrap_or(0)),
+            position: spatial(&position),
+            reason,
         }
     }
 
@@ -249,11 +146,130 @@ impl<const D: usize> Particles<D> {
     }
 }
 
-/// `H σ H` with `H = diag flip`.
-#[inline]
-pub fn mirrored<const D: usize>(stress: &SymTensor, flip: &[f64; D]) -> SymTensor {
-    let sign = |c: usize| if c < D { flip[c] } else { 1.0 };
-    let [xx, yy, zz, xy, yz, zx] = stress.0;
-    let (x, y, z) = (sign(0), sign(1), sign(2));
-    SymTensor([xx, yy, zz, x * y * xy, y * z * yz, z * x * zx])
+impl<const D: usize> Derivatives<D> {
+    /// Makes room for so many particles; what is new is zero.
+    pub fn resize(&mut self, len: usize) {
+        self.acceleration.resize(len, [0.0; D]);
+        self.gradient.resize(len, [[0.0; D]; D]);
+        self.divergence.resize(len, 0.0);
+    }
+}
+
+/// What the particles, with images and walls, show each other. Found anew in every step.
+#[derive(Clone, Default)]
+pub struct Shown<const D: usize> {
+    /// What the pair sums read.
+    pub records: Vec<Record>,
+    /// `1/ϑ` of the gradient of the smoothing length; one without.
+    pub spread: Vec<f64>,
+    /// Artificial stress over density squared; empty without.
+    pub repulsion: Vec<SymTensor>,
+    /// Corrections of the gradient, of particles and images; empty where the momentum equation does without.
+    pub correction: Vec<Matrix<D>>,
+    /// Densities by summation, before the particles have them (kg/m³).
+    pub summed: Vec<f64>,
+    /// Stresses that walls take from the soil, before their particles have them (Pa).
+    pub wall_stresses: Vec<SymTensor>,
+}
+
+/// The bodies and their particles.
+#[derive(Default)]
+pub struct Bodies<const D: usize> {
+    /// The particles of all of them.
+    pub particles: Particles<D>,
+    /// Body after body.
+    pub groups: Vec<Group>,
+    /// What the particles show each other.
+    pub shown: Shown<D>,
+    /// Which particles are copies of those of other ranks: neighbours for the others, whose own rates nobody asks for.
+    /// Empty where there are none.
+    pub guests: Vec<bool>,
+}
+
+impl<const D: usize> Bodies<D> {
+    /// The same bodies without particles.
+    pub fn hollow(&self) -> Self {
+        Self { groups: self.groups.iter().map(Group::hollow).collect(), ..Self::default() }
+    }
+
+    /// Makes room for so many particles, images and walls.
+    pub fn resize(&mut self, total: usize) {
+        self.particles.resize(total);
+        self.shown.spread.resize(total, 1.0);
+        self.shown.records.resize(total, [[0.0; 4]; 4]);
+    }
+
+    /// The body of particle `i`.
+    pub fn of(&self, i: usize) -> Option<&Group> {
+        self.groups.iter().find(|group| group.range().contains(&i))
+    }
+
+    /// Whether particle `i` is a copy of one of another rank.
+    #[inline]
+    pub fn is_guest(&self, i: usize) -> bool {
+        self.guests.get(i).is_some_and(|guest| *guest)
+    }
+
+    /// The largest smoothing length (m).
+    pub fn longest(&self, setting: &Setting<D>) -> f64 {
+        if !setting.options.is_variable() {
+            return setting.smoothing.length();
+        }
+        self.particles.length[..self.particles.len()].iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Smoothing lengths that follow the density in closed form.
+    pub fn follow_density(&mut self, setting: &Setting<D>) {
+        if setting.options.smoothing_length != SmoothingLength::Density {
+            return;
+        }
+        for group in &self.groups {
+            for i in group.range() {
+                self.particles.length[i] = setting.length_at(group.density, self.particles.density[i]);
+            }
+        }
+    }
+
+    /// Gives bodies that are held their velocities.
+    pub fn hold(&mut self) {
+        let p = &mut self.particles;
+        for group in &self.groups {
+            let Some(field) = &group.held else { continue };
+            for i in group.range() {
+                let v = field.at(spatial(&p.position[i]));
+                p.velocity[i] = std::array::from_fn(|c| group.factor * v[c]);
+                set_velocity(&mut self.shown.records[i], &p.velocity[i]);
+            }
+        }
+    }
+
+    /// Bodies whose velocities vary in time get those of the step from `start` to `end` (s).
+    pub fn follow_histories(&mut self, start: f64, end: f64) {
+        let mut varies = false;
+        for group in &mut self.groups {
+            let Some(history) = &group.history else { continue };
+            group.factor = history.mean(start, end);
+            varies = true;
+        }
+        if varies {
+            self.hold();
+        }
+    }
+
+    /// Takes out the bodies that are gone in the stage, and what `rates` holds of them.
+    pub fn remove_gone(&mut self, case: &Case, stage: usize, rates: &mut Derivatives<D>) {
+        let is_gone = |group: &Group| case.is_removed(&case.bodies[group.body as usize].name, stage);
+        while let Some(number) = self.groups.iter().position(is_gone) {
+            let range = self.groups.remove(number).range();
+            for group in &mut self.groups[number..] {
+                group.start -= range.len();
+                group.end -= range.len();
+            }
+            // Neither images nor walls follow.
+            self.resize(self.particles.len());
+            self.particles.reorder_range(range.clone(), &[], &mut Spare::default());
+            rates.reorder_range(range, &[], &mut Spare::default());
+            self.resize(self.particles.len());
+        }
+    }
 }

@@ -1,57 +1,136 @@
-//! Smoothing of stress by Shepard's interpolation or moving least squares (SPH sheet §2.10).
+//! Smoothing of stress by Shepard's interpolation or moving least squares, and renewal of density (sheet: sph §2.10).
 
+use std::ops::Range;
+
+use colluvium_case::SolverError;
 use colluvium_constitutive::SymTensor;
 use rayon::prelude::*;
 
+use crate::clock::Clock;
 use crate::config::{DensityReset, Regularisation};
-use crate::solver::{SphSolver, TASK};
+use crate::kernel::Smoothing;
+use crate::lists::Lists;
+use crate::particles::{Bodies, Particles, TASK};
+use crate::setting::Setting;
+use crate::stress::return_to_yield;
+use crate::walls::Walls;
 
-/// Pivots below this share of the largest entry make the moments of a particle ill-conditioned (sheet §2.10).
+/// Pivots below this share of the largest entry make the moments of a particle ill-conditioned (sheet: sph §2.10).
 const CONDITION: f64 = 1e-8;
 
-impl<const D: usize> SphSolver<D> {
+/// Averages before the particles have them; empty without smoothing.
+#[derive(Default)]
+pub struct Averages {
+    stress: Vec<SymTensor>,
+    density: Vec<f64>,
+}
+
+impl Averages {
+    /// Smoothing of stress and renewal of density; step 10, of the step before. Whether it changed the state.
+    pub fn regularise<const D: usize>(
+        &mut self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        bodies: &mut Bodies<D>,
+        walls: &Walls<D>,
+        lists: &Lists<D>,
+        dt: f64,
+    ) -> Result<bool, SolverError> {
+        let options = &setting.options;
+        let renews = options.density_reset != DensityReset::None && clock.is_due(options.density_reset_steps);
+        if renews {
+            self.smooth_density(options.density_reset, setting, bodies, walls, lists);
+        }
+        let smooths = is_regularisation_due(setting, clock);
+        if smooths {
+            self.smooth_stress(options.regularisation, setting, bodies, walls, lists);
+            return_to_yield(clock, bodies, dt)?;
+        }
+        Ok(renews || smooths)
+    }
+
     /// Replaces the stresses of laws in rate form by the average over the particles of the same body; others find
     /// theirs anew.
-    pub(crate) fn smooth_stress(&mut self, form: Regularisation) {
-        let mut smoothed = std::mem::take(&mut self.tensors);
-        smoothed.resize(self.particles.len, SymTensor::ZERO);
-        for group in self.groups.iter().filter(|group| group.material.is_in_rate_form()) {
+    pub fn smooth_stress<const D: usize>(
+        &mut self,
+        form: Regularisation,
+        setting: &Setting<D>,
+        bodies: &mut Bodies<D>,
+        walls: &Walls<D>,
+        lists: &Lists<D>,
+    ) {
+        self.stress.resize(bodies.particles.len(), SymTensor::ZERO);
+        for group in bodies.groups.iter().filter(|group| group.material.is_in_rate_form()) {
             let (range, start) = (group.range(), group.start);
-            smoothed[range.clone()].par_iter_mut().enumerate().with_min_len(64).for_each(|(k, stress)| {
-                *stress = self.average(start + k, &range, form);
+            let near = Near::new(setting, &bodies.particles, walls, lists);
+            self.stress[range.clone()].par_iter_mut().enumerate().with_min_len(64).for_each(|(k, stress)| {
+                *stress = near.average(start + k, &range, form);
             });
-            self.particles.stress[range.clone()].copy_from_slice(&smoothed[range]);
+            bodies.particles.stress[range.clone()].copy_from_slice(&self.stress[range]);
         }
-        self.tensors = smoothed;
     }
 
-    /// Replaces the densities of fluids by their averages (sheet §2.10).
-    pub(crate) fn smooth_density(&mut self, form: DensityReset) {
-        let mut smoothed = std::mem::take(&mut self.scalars);
-        smoothed.clear();
-        smoothed.extend_from_slice(&self.particles.density[..self.particles.len]);
-        let form = if form == DensityReset::Mls { Regularisation::Mls } else { Regularisation::Shepard };
-        for group in self.groups.iter().filter(|group| group.fluid) {
+    /// Replaces the densities of fluids by their averages (sheet: sph §2.10).
+    fn smooth_density<const D: usize>(
+        &mut self,
+        form: DensityReset,
+        setting: &Setting<D>,
+        bodies: &mut Bodies<D>,
+        walls: &Walls<D>,
+        lists: &Lists<D>,
+    ) {
+        let p = &mut bodies.particles;
+        self.density.clear();
+        self.density.extend_from_slice(&p.density[..p.id.len()]);
+        for group in bodies.groups.iter().filter(|group| group.fluid) {
             let (range, start) = (group.range(), group.start);
-            smoothed[range.clone()].par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, density)| {
-                let p = &self.particles;
-                let linear = (form == Regularisation::Mls).then(|| self.linear_weights(start + k, &range));
-                let (mut total, mut sum) = (0.0, 0.0);
-                self.around(start + k, &range, |j, weight, apart| {
-                    let factor = linear
-                        .flatten()
-                        .map_or(1.0, |b| b[0] + (0..D).map(|c| b[c + 1] * apart[c]).sum::<f64>());
-                    total += weight * factor;
-                    sum += p.density[j] * weight * factor;
-                });
-                *density = sum / total;
-            });
+            let near = Near::new(setting, p, walls, lists);
+            self.density[range.clone()].par_iter_mut().enumerate().with_min_len(TASK).for_each(
+                |(k, density)| {
+                    let i = start + k;
+                    let linear = (form == DensityReset::Mls).then(|| near.linear_weights(i, &range));
+                    let (mut total, mut sum) = (0.0, 0.0);
+                    near.around(i, &range, |j, weight, apart| {
+                        let factor = linear
+                            .flatten()
+                            .map_or(1.0, |b| b[0] + (0..D).map(|c| b[c + 1] * apart[c]).sum::<f64>());
+                        total += weight * factor;
+                        sum += near.particles.density[j] * weight * factor;
+                    });
+                    *density = sum / total;
+                },
+            );
         }
-        self.particles.density[..smoothed.len()].copy_from_slice(&smoothed);
-        self.scalars = smoothed;
+        p.density[..self.density.len()].copy_from_slice(&self.density);
+    }
+}
+
+/// Whether stress is smoothed in this step.
+pub fn is_regularisation_due<const D: usize>(setting: &Setting<D>, clock: &Clock) -> bool {
+    let options = &setting.options;
+    options.regularisation != Regularisation::None && clock.is_due(options.regularisation_steps)
+}
+
+/// The particles of the same body around a particle.
+pub struct Near<'a, const D: usize> {
+    smoothing: &'a Smoothing<D>,
+    particles: &'a Particles<D>,
+    walls: &'a Walls<D>,
+    lists: &'a Lists<D>,
+}
+
+impl<'a, const D: usize> Near<'a, D> {
+    /// Those of `particles`.
+    pub fn new(
+        setting: &'a Setting<D>,
+        particles: &'a Particles<D>,
+        walls: &'a Walls<D>,
+        lists: &'a Lists<D>,
+    ) -> Self {
+        Self { smoothing: &setting.smoothing, particles, walls, lists }
     }
 
-    fn average(&self, i: usize, body: &std::ops::Range<usize>, form: Regularisation) -> SymTensor {
+    fn average(&self, i: usize, body: &Range<usize>, form: Regularisation) -> SymTensor {
         let linear = (form == Regularisation::Mls).then(|| self.linear_weights(i, body)).flatten();
         let (mut total, mut sum) = (0.0, SymTensor::ZERO);
         self.around(i, body, |j, weight, apart| {
@@ -63,7 +142,7 @@ impl<const D: usize> SphSolver<D> {
     }
 
     /// First row of the inverse moments of `(1, (x_i - x_j) / h)`; `None` where they are ill-conditioned.
-    pub(crate) fn linear_weights(&self, i: usize, body: &std::ops::Range<usize>) -> Option<[f64; 4]> {
+    pub fn linear_weights(&self, i: usize, body: &Range<usize>) -> Option<[f64; 4]> {
         let mut system = [[0.0; 5]; 4];
         let mut count = 0;
         self.around(i, body, |_, weight, apart| {
@@ -102,14 +181,16 @@ impl<const D: usize> SphSolver<D> {
     }
 
     /// Calls `visit(j, V_j W, (x_i - x_j) / h)` for the particle itself and its neighbours of the same body, across
-    /// the ends of periods too. Images in mirrors are no particles of the body (sheet §2.10).
-    fn around(&self, i: usize, body: &std::ops::Range<usize>, mut visit: impl FnMut(usize, f64, &[f64; D])) {
-        let p = &self.particles;
+    /// the ends of periods too. Images in mirrors are no particles of the body (sheet: sph §2.10).
+    fn around(&self, i: usize, body: &Range<usize>, mut visit: impl FnMut(usize, f64, &[f64; D])) {
+        let p = self.particles;
         let kernel = self.smoothing.with_length(p.length[i]);
         visit(i, p.mass[i] / p.density[i] * kernel.value(0.0), &[0.0; D]);
-        for &j in self.neighbours.of(i) {
+        for &j in self.lists.neighbours.of(i) {
             let place = &p.position[j as usize];
-            let Some(j) = self.particle_of(j as usize).filter(|j| body.contains(j)) else { continue };
+            let Some(j) = self.walls.particle_of(p.len(), j as usize).filter(|j| body.contains(j)) else {
+                continue;
+            };
             let h = p.length[i];
             let apart: [f64; D] = std::array::from_fn(|c| (p.position[i][c] - place[c]) / h);
             let r = h * apart.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -129,6 +210,7 @@ mod tests {
 
     use super::*;
     use crate::semi_discrete::{Given, prepared};
+    use crate::solver::{SphSolver, diffuse_stress};
 
     /// Disordered particles under a stress of their places, and gravity.
     fn disordered(stress: impl Fn(u32, &[f64; 2]) -> SymTensor) -> SphSolver<2> {
@@ -147,9 +229,19 @@ mod tests {
         };
         let mut solver = prepared::<2>(&case, given).unwrap();
         solver.critical_step();
-        solver.refresh_neighbours(true).unwrap();
+        solver.list(true).unwrap();
         solver.derive(0.0);
         solver
+    }
+
+    fn smooth(solver: &mut SphSolver<2>, form: Regularisation) {
+        let SphSolver { setting, bodies, walls, lists, averages, .. } = solver;
+        averages.smooth_stress(form, setting, bodies, walls, lists);
+    }
+
+    fn diffuse(solver: &mut SphSolver<2>, dt: f64) {
+        let SphSolver { setting, clock, bodies, walls, lists, rates, .. } = solver;
+        diffuse_stress(setting, clock, bodies, walls, lists, rates, dt);
     }
 
     fn noise(id: u32, component: u32) -> f64 {
@@ -158,7 +250,7 @@ mod tests {
 
     /// Largest difference between stresses and those at the start (Pa).
     fn change(solver: &SphSolver<2>, before: &[SymTensor]) -> f64 {
-        let pairs = solver.particles.stress.iter().zip(before);
+        let pairs = solver.bodies.particles.stress.iter().zip(before);
         pairs.map(|(now, old)| (*now - *old).norm()).fold(0.0, f64::max)
     }
 
@@ -172,11 +264,11 @@ mod tests {
         let constant = SymTensor([1e3, -2e3, 5e2, 3e3, 0.0, 0.0]);
         for (form, exact) in [(Regularisation::Shepard, false), (Regularisation::Mls, true)] {
             let mut solver = disordered(|_, _| constant);
-            solver.smooth_stress(form);
+            smooth(&mut solver, form);
             assert!(change(&solver, &vec![constant; 400]) < 1e-9, "{form:?}");
             let mut solver = disordered(linear);
-            let before = solver.particles.stress[..400].to_vec();
-            solver.smooth_stress(form);
+            let before = solver.bodies.particles.stress[..400].to_vec();
+            smooth(&mut solver, form);
             let change = change(&solver, &before);
             assert_eq!(change < 1e-9, exact, "{form:?}: {change}");
         }
@@ -202,10 +294,10 @@ mod tests {
             };
             let mut solver = prepared::<2>(&case, given).unwrap();
             solver.critical_step();
-            solver.refresh_neighbours(true).unwrap();
-            solver.smooth_stress(form);
-            let p = &solver.particles;
-            let mut found: Vec<_> = p.id.iter().copied().zip(p.stress[..p.len].to_vec()).collect();
+            solver.list(true).unwrap();
+            smooth(&mut solver, form);
+            let p = &solver.bodies.particles;
+            let mut found: Vec<_> = p.id.iter().copied().zip(p.stress[..p.len()].to_vec()).collect();
             found.sort_unstable_by_key(|(id, _)| *id);
             found
         };
@@ -226,19 +318,19 @@ mod tests {
             SymTensor::diagonal(0.4 * vertical, vertical, 0.4 * vertical)
         };
         let mut solver = disordered(geostatic);
-        let before = solver.particles.stress[..400].to_vec();
-        solver.diffuse_stress(1e-3);
+        let before = solver.bodies.particles.stress[..400].to_vec();
+        diffuse(&mut solver, 1e-3);
         assert!(change(&solver, &before) < 1e-9);
     }
 
     #[test]
     fn diffusion_keeps_the_mean_stress() {
         let mut solver = disordered(|id, _| SymTensor::diagonal(1e3, -2e3, 5e2) * (1.0 + noise(id, 0)));
-        let before = solver.particles.stress[..400].to_vec();
-        solver.diffuse_stress(1e-3);
+        let before = solver.bodies.particles.stress[..400].to_vec();
+        diffuse(&mut solver, 1e-3);
         assert!(change(&solver, &before) > 1.0);
         let total = |stresses: &[SymTensor]| stresses.iter().fold(SymTensor::ZERO, |sum, s| sum + *s);
-        let drift = total(&solver.particles.stress[..400]) - total(&before);
+        let drift = total(&solver.bodies.particles.stress[..400]) - total(&before);
         assert!(drift.norm() < 1e-9 * 400.0, "{drift:?}");
     }
 }

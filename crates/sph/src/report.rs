@@ -1,12 +1,11 @@
-//! What the solver tells: time-step limit, snapshot, budget.
+//! What the solver tells: snapshot, budget, scales.
 
 use colluvium_case::law::{LawPoints, law_fields};
-use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, StepLimit, TimeStep, spatial};
-use colluvium_constitutive::{BLOCK, StateBlock};
-use rayon::prelude::*;
+use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, spatial};
 
-use crate::config::{SmoothingLength, SoundSpeed, TimeIntegration};
-use crate::solver::{SphSolver, decay, square};
+use crate::algebra::square;
+use crate::config::{SmoothingLength, TimeIntegration};
+use crate::solver::SphSolver;
 
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| {
@@ -15,82 +14,11 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     })
 }
 
-/// The undamped leapfrog is stable up to about so many times `h / c` (sheet §3.4, §7).
-const STABLE: f64 = 1.8;
-
-/// A step, what limits it, and where.
-pub type Limit = (f64, StepLimit, Option<usize>);
-
 impl<const D: usize> SphSolver<D> {
-    /// The largest step that waves, forces, viscosity and damping allow (sheet §3.4), and the particle that asks for it;
-    /// renews the speeds of sound. Where the case fixes the step, waves may cross as much as is stable.
-    pub(crate) fn find_limit(&mut self) -> Limit {
-        let (options, guests) = (&self.options, &self.guests);
-        let courant = if options.time_step.is_some() { STABLE } else { options.courant };
-        let p = &mut self.particles;
-        let mut least: Limit = (f64::INFINITY, StepLimit::Nothing, None);
-        for group in self.groups.iter().filter(|group| !group.smooth) {
-            let range = group.range();
-            let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK);
-            let blocks = group.states.blocks().par_iter().zip(sounds).enumerate();
-            let (stresses, densities) = (&p.stress[range.clone()], &p.density[range.clone()]);
-            let (lengths, velocities) = (&p.length[range.clone()], &p.velocity[range.clone()]);
-            let accelerations = &p.acceleration;
-            let of_block = |(number, (states, sounds)): (usize, (&StateBlock, &mut [f64]))| {
-                let first = number * BLOCK;
-                let stress = &stresses[first..first + states.len()];
-                let (mut moduli, mut viscosities) = ([0.0; BLOCK], [0.0; BLOCK]);
-                group.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
-                group.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
-                let mut least: Limit = (f64::INFINITY, StepLimit::Nothing, None);
-                for k in 0..states.len() {
-                    let (density, h) = (densities[first + k], lengths[first + k]);
-                    let wave = (moduli[k] / density).sqrt();
-                    sounds[k] = match (options.sound_speed, group.youngs_modulus) {
-                        (SoundSpeed::YoungsModulus, Some(modulus)) => (modulus / density).sqrt(),
-                        _ => wave,
-                    };
-                    if guests.get(range.start + first + k).is_some_and(|guest| *guest) {
-                        continue;
-                    }
-                    let speed = square(&velocities[first + k]).sqrt();
-                    let pull = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
-                    let limits = [
-                        (courant * h / (wave + speed), StepLimit::ElasticWave),
-                        (0.25 * (h / pull).sqrt(), StepLimit::Acceleration),
-                        (0.125 * h * h * density / viscosities[k], StepLimit::Viscosity),
-                        (0.2 * h / (options.damping * sounds[k]), StepLimit::Damping),
-                    ];
-                    for (dt, name) in limits {
-                        if dt < least.0 {
-                            least = (dt, name, Some(range.start + first + k));
-                        }
-                    }
-                }
-                least
-            };
-            // Of equal ones the first particle's, on any number of threads.
-            let found = blocks.map(of_block).min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-            least =
-                found.into_iter().fold(least, |least, found| if found.0 < least.0 { found } else { least });
-        }
-        least
-    }
-
-    /// A limit as it is told.
-    pub(crate) fn time_step_of(&self, (dt, limit, index): Limit) -> TimeStep {
-        TimeStep {
-            dt,
-            limit,
-            point: index.map(|i| u64::from(self.particles.id[i])),
-            position: index.map_or([0.0; 3], |i| spatial(&self.particles.position[i])),
-        }
-    }
-
     /// What to compare unbalanced force and kinetic energy with where nothing acts from outside.
     pub(crate) fn scales(&self) -> Scales {
-        let (mut scales, p) = (Scales::default(), &self.particles);
-        for group in self.groups.iter().filter(|group| group.held.is_none()) {
+        let (mut scales, p) = (Scales::default(), &self.bodies.particles);
+        for group in self.bodies.groups.iter().filter(|group| group.held.is_none()) {
             let moduli = p.law_points(group).numbers(1, |stress, states, out| {
                 group.material.wave_moduli(stress, states, out);
             });
@@ -104,33 +32,35 @@ impl<const D: usize> SphSolver<D> {
 
     /// Velocities at the time of the positions (m/s).
     fn velocity(&self, i: usize) -> [f64; D] {
-        let (p, half) = (&self.particles, self.half_behind(i));
+        let (v, a, half) =
+            (&self.bodies.particles.velocity[i], &self.rates.of.acceleration[i], self.half_behind(i));
         let factor = self.damped(i, half);
-        std::array::from_fn(|c| (p.velocity[i][c] + half * p.acceleration[i][c]) * factor)
+        std::array::from_fn(|c| (v[c] + half * a[c]) * factor)
     }
 
     /// What viscous damping leaves of a velocity over the time `half` (s) that it is behind. The leapfrog damps whole
     /// steps, so that its velocities lack none.
     fn damped(&self, i: usize, half: f64) -> f64 {
-        let (p, damping) = (&self.particles, self.options.damping);
-        match self.options.integration {
-            TimeIntegration::LeapfrogRates => decay(damping, p.sound[i], p.length[i], half),
+        let p = &self.bodies.particles;
+        match self.setting.options.integration {
+            TimeIntegration::LeapfrogRates => self.setting.damped(p.sound[i], p.length[i], half),
             _ => 1.0,
         }
     }
 
     /// How far the velocity of a particle is behind its position: half a step, or nothing (s).
     fn half_behind(&self, i: usize) -> f64 {
-        let held = self.groups.iter().any(|group| group.held.is_some() && group.range().contains(&i));
-        if self.lags() && !held { 0.5 * self.last_step } else { 0.0 }
+        let held = self.bodies.groups.iter().any(|group| group.held.is_some() && group.range().contains(&i));
+        if self.setting.lags() && !held { 0.5 * self.clock.last_step } else { 0.0 }
     }
 
     /// Angular momentum over mass at the time of the positions (m²/s). The last acceleration belongs to the positions
     /// a step ago; with the present ones it would have a torque where there is none.
     fn turn(&self, i: usize) -> [f64; 3] {
-        let p = &self.particles;
+        let p = &self.bodies.particles;
         let (velocity, half) = (&p.velocity[i], self.half_behind(i));
-        let [x, v, a] = [&p.position[i], velocity, &p.acceleration[i]].map(|vector| spatial(vector));
+        let [x, v, a] =
+            [&p.position[i], velocity, &self.rates.of.acceleration[i]].map(|vector| spatial(vector));
         let before: [f64; 3] = std::array::from_fn(|c| x[c] - 2.0 * half * v[c]);
         let (own, pull, factor) = (cross(&x, &v), cross(&before, &a), self.damped(i, half));
         std::array::from_fn(|c| (own[c] + half * pull[c]) * factor)
@@ -138,11 +68,11 @@ impl<const D: usize> SphSolver<D> {
 
     /// Everything on the particles, in the order of ids.
     pub(crate) fn take_snapshot(&self) -> Snapshot {
-        let p = &self.particles;
-        let mut order: Vec<usize> = (0..p.len).collect();
+        let p = &self.bodies.particles;
+        let mut order: Vec<usize> = (0..p.len()).collect();
         order.sort_unstable_by_key(|&i| p.id[i]);
-        let mut bodies = vec![0; p.len];
-        self.groups.iter().for_each(|group| bodies[group.range()].fill(group.body));
+        let mut bodies = vec![0; p.len()];
+        self.bodies.groups.iter().for_each(|group| bodies[group.range()].fill(group.body));
         let scalar =
             |value: &dyn Fn(usize) -> f64| FieldData::Scalar(order.iter().map(|&i| value(i)).collect());
         let vector = |value: &dyn Fn(usize) -> [f64; D]| -> Vec<[f64; 3]> {
@@ -160,21 +90,21 @@ impl<const D: usize> SphSolver<D> {
             field("volume", "m3", scalar(&|i| p.mass[i] / p.density[i])),
             field("density", "kg/m3", scalar(&|i| p.density[i])),
         ];
-        if self.options.is_variable() {
+        if self.setting.options.is_variable() {
             fields.push(field("smoothing_length", "m", FieldData::Scalar(self.lengths(&order))));
         }
-        let mut places = vec![(0, 0); p.len];
-        for (number, group) in self.groups.iter().enumerate() {
+        let mut places = vec![(0, 0); p.len()];
+        for (number, group) in self.bodies.groups.iter().enumerate() {
             group.range().for_each(|i| places[i] = (number, i - group.start));
         }
-        let laws: Vec<LawPoints<'_>> = self.groups.iter().map(|group| p.law_points(group)).collect();
+        let laws: Vec<LawPoints<'_>> = self.bodies.groups.iter().map(|group| p.law_points(group)).collect();
         let places: Vec<(usize, usize)> = order.iter().map(|&i| places[i]).collect();
         fields.extend(law_fields(&laws, &places));
         fields.extend(self.diagnostic_fields(&order));
         let width = |i: usize| [(p.mass[i] / p.density[i]).powf(1.0 / D as f64); D];
         Snapshot {
-            time: self.time,
-            step: self.step,
+            time: self.clock.time,
+            step: self.clock.step,
             ids: order.iter().map(|&i| u64::from(p.id[i])).collect(),
             bodies: order.iter().map(|&i| bodies[i]).collect(),
             positions: vector(&|i| p.position[i]),
@@ -185,11 +115,11 @@ impl<const D: usize> SphSolver<D> {
 
     /// Smoothing lengths that go with the densities, where they follow them (m).
     fn lengths(&self, order: &[usize]) -> Vec<f64> {
-        let p = &self.particles;
-        let mut lengths = p.length[..p.len].to_vec();
-        if self.options.smoothing_length == SmoothingLength::Density {
-            for group in &self.groups {
-                group.range().for_each(|i| lengths[i] = self.length_at(group, p.density[i]));
+        let p = &self.bodies.particles;
+        let mut lengths = p.length[..p.len()].to_vec();
+        if self.setting.options.smoothing_length == SmoothingLength::Density {
+            for group in &self.bodies.groups {
+                group.range().for_each(|i| lengths[i] = self.setting.length_at(group.density, p.density[i]));
             }
         }
         order.iter().map(|&i| lengths[i]).collect()
@@ -198,8 +128,8 @@ impl<const D: usize> SphSolver<D> {
     /// Totals over the particles.
     pub(crate) fn take_budget(&self) -> Budget {
         let mut budget = Budget::default();
-        let p = &self.particles;
-        for group in &self.groups {
+        let p = &self.bodies.particles;
+        for group in &self.bodies.groups {
             let energies = p.law_points(group).stored_energies();
             for (k, i) in group.range().enumerate() {
                 let (v, m) = (spatial(&self.velocity(i)), p.mass[i]);
@@ -210,7 +140,7 @@ impl<const D: usize> SphSolver<D> {
                 for c in 0..3 {
                     budget.momentum[c] += m * v[c];
                     budget.angular_momentum[c] += m * turn[c];
-                    budget.potential -= m * spatial(&self.gravity)[c] * x[c];
+                    budget.potential -= m * spatial(&self.setting.gravity)[c] * x[c];
                 }
             }
         }

@@ -1,5 +1,5 @@
 //! States beyond what a case file can say, and their rates without a step: for the balances that hold exactly between
-//! the sums (SPH sheet §5.3, V-10 to V-13, V-20), for disordered particles (V-35), and for whoever wants to look at
+//! the sums (sheet: sph §5.3, V-10 to V-13, V-20), for disordered particles (V-35), and for whoever wants to look at
 //! the operators in place.
 //!
 //! The state is that of a [`Case`] with places, velocities, densities and stresses of your own.
@@ -7,8 +7,9 @@
 use colluvium_case::{Case, CaseError, Solver};
 use colluvium_constitutive::SymTensor;
 
+use crate::pairs::Pairs;
 use crate::setup;
-use crate::solver::SphSolver;
+use crate::solver::{SphSolver, find_rates};
 
 /// What a particle is given.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,8 +58,8 @@ pub fn prepared<const D: usize>(
 ) -> Result<SphSolver<D>, CaseError> {
     let options = case.method_options("sph")?;
     let mut solver: SphSolver<D> = setup::solver(case, &options)?;
-    let p = &mut solver.particles;
-    for i in 0..p.len {
+    let p = &mut solver.bodies.particles;
+    for i in 0..p.len() {
         let given = given(p.id[i], &p.position[i]);
         (0..D).for_each(|c| p.position[i][c] += given.shift[c]);
         p.origin[i] = p.position[i];
@@ -84,23 +85,24 @@ pub fn rates<const D: usize>(
     given: impl Fn(u32, &[f64; D]) -> Given<D>,
 ) -> Result<Vec<Particle<D>>, CaseError> {
     let mut solver = prepared(case, given)?;
-    solver.gravity = [0.0; D];
+    solver.setting.gravity = [0.0; D];
     solver.critical_step();
-    solver.refresh_neighbours(true).map_err(|error| wrong(&error))?;
+    solver.list(true).map_err(|error| wrong(&error))?;
     solver.derive(0.0);
-    solver.find_rates(0.0);
-    let pairs = solver.pairs();
-    let p = &solver.particles;
+    let SphSolver { setting, bodies, walls, lists, rates, .. } = &mut solver;
+    find_rates(setting, bodies, walls, lists, rates, 0.0);
+    let p = &bodies.particles;
+    let pairs = Pairs::new(setting, p, walls);
     let particle = |i: usize| Particle {
         position: p.position[i],
         velocity: p.velocity[i],
         mass: p.mass[i],
         density: p.density[i],
         stress: p.stress[i],
-        acceleration: p.acceleration[i],
-        gradient: p.gradient[i],
-        divergence: p.divergence[i],
-        drift: pairs.drift(i, solver.neighbours.of(i)),
+        acceleration: rates.of.acceleration[i],
+        gradient: rates.of.gradient[i],
+        divergence: rates.of.divergence[i],
+        drift: pairs.drift(i, lists.neighbours.of(i)),
     };
-    Ok((0..p.len).map(particle).collect())
+    Ok((0..p.len()).map(particle).collect())
 }

@@ -2,30 +2,26 @@
 
 mod bodies;
 mod refuse;
-mod walls;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, Plan, Size, Solver};
-use colluvium_points::{CellList, NeighbourList};
-
-pub use walls::walls;
+use colluvium_case::{Case, CaseError, Honours, Plan, Size, Solver};
 
 use crate::config::{Confined, Continuity, Formulation, SphOptions};
 use crate::confinement::blind_to_surfaces;
 use crate::kernel::Smoothing;
-use crate::pairs::SmoothBodies;
-use crate::particles::{Group, Particles};
+use crate::particles::{Bodies, Group};
 use crate::ranks::RankedSolver;
-use crate::solver::{Audit, Kept, Listed, SphSolver};
+use crate::setting::{Setting, corner};
+use crate::solver::SphSolver;
 use crate::total::Reference;
+use crate::walls::{Walls, check_walls, planes};
 use bodies::{add_body, check_distances};
 use refuse::{check_stress_forms, refuse, warnings};
-use walls::check_walls;
 
-/// Share by which the density of a particle may be off when it is summed up. Of full supports it is by up to 2 % (sheet
-/// §2.2); beside a free surface by 13 % or more.
+/// Share by which the density of a particle may be off when it is summed up. Of full supports it is by up to 2 %
+/// (sheet: sph §2.2); beside a free surface by 13 % or more.
 const SUMMED: f64 = 0.1;
 
 /// The options of the case, checked.
@@ -39,8 +35,9 @@ fn options(case: &Case) -> Result<SphOptions, CaseError> {
     Ok(options)
 }
 
-fn corner<const D: usize>(values: &[f64]) -> [f64; D] {
-    std::array::from_fn(|axis| values[axis])
+/// What SPH says to the features of `case`.
+pub fn honours(case: &Case) -> Result<Honours, CaseError> {
+    Ok(refuse::honours(&options(case)?))
 }
 
 /// The solver of `case`.
@@ -126,14 +123,14 @@ fn bytes_each<const D: usize>(options: &SphOptions) -> Result<f64, CaseError> {
 fn measure<const D: usize>(case: &Case, options: &SphOptions) -> Result<Plan, CaseError> {
     let mut solver = solver::<D>(case, options)?;
     let time_step = solver.critical_step();
-    let (points, walls) = (solver.particles.len, solver.walls.particles.len());
+    let (points, walls) = (solver.bodies.particles.len(), solver.walls.planes.particles.len());
     let (acting, own) = (bytes_acting(D), bytes_own(D));
-    let neighbours = bytes_neighbours(solver.smoothing.radius(), options.spacing, D);
+    let neighbours = bytes_neighbours(solver.setting.smoothing.radius(), options.spacing, D);
     let states = |group: &Group| (group.end - group.start) * bytes_of_state(group.material.state_size());
-    let states = solver.groups.iter().map(states).sum::<usize>() as u64;
+    let states = solver.bodies.groups.iter().map(states).sum::<usize>() as u64;
     let mut volumes = vec![0.0; case.bodies.len()];
-    for group in &solver.groups {
-        let mass = solver.particles.mass[group.range()].iter().sum::<f64>();
+    for group in &solver.bodies.groups {
+        let mass = solver.bodies.particles.mass[group.range()].iter().sum::<f64>();
         volumes[group.body as usize] += mass / group.density;
     }
     Ok(Plan {
@@ -159,56 +156,25 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         return Err(CaseError::new("methods.sph.smoothing", problem));
     }
     check_walls::<D>(case, options, smoothing.radius())?;
-    let mut particles = Particles::default();
-    let mut groups = Vec::new();
+    let mut bodies = Bodies::default();
     for (number, body) in case.bodies.iter().enumerate() {
-        groups.push(add_body(case, options, number, body, &mut particles)?);
+        let group = add_body(case, options, number, body, &mut bodies.particles)?;
+        bodies.groups.push(group);
     }
-    check_stress_forms(&groups, options)?;
-    let gravity = case.gravity3();
-    check_distances(&particles, options)?;
-    if options.ranks as usize > particles.len {
-        let problem = format!("{} is more than the {} particles", options.ranks, particles.len);
+    let count = bodies.particles.len();
+    check_stress_forms(&bodies.groups, options)?;
+    check_distances(&bodies.particles, options)?;
+    if options.ranks as usize > count {
+        let problem = format!("{} is more than the {count} particles", options.ranks);
         return Err(CaseError::new("methods.sph.ranks", problem));
     }
-    let mut solver = SphSolver {
-        case: Arc::new(case.clone()),
-        options: options.clone(),
-        smoothing,
-        walls: walls(case, 0, options, smoothing.radius()),
-        particles,
-        groups,
-        images: Vec::new(),
-        smooth: SmoothBodies::default(),
-        neighbours: NeighbourList::new(),
-        weights: Vec::new(),
-        weighed: false,
-        accelerated: false,
-        cells: CellList::new(),
-        listed: Listed::default(),
-        sorted: None,
-        tensors: Vec::new(),
-        scalars: Vec::new(),
-        kept: Kept::default(),
-        surface: Vec::new(),
-        shifts: Vec::new(),
-        gravity: corner(&gravity),
-        stage: 0,
-        stage_start: 0.0,
-        time: 0.0,
-        step: 0,
-        last_step: 0.0,
-        limit: None,
-        limit_age: 0,
-        audit: Audit::default(),
-        crowding: Vec::new(),
-        pushes: Vec::new(),
-        reference: None,
-        guests: Vec::new(),
-    };
-    solver.particles.resize(solver.particles.len);
+    bodies.resize(count);
+    let walls = Walls::new(planes(case, 0, options, smoothing.radius()));
+    let (case, gravity) = (Arc::new(case.clone()), corner(&case.gravity3()));
+    let setting = Setting { case, options: options.clone(), smoothing, gravity };
+    let mut solver = SphSolver::new(setting, bodies, walls);
     if options.formulation == Formulation::TotalLagrangian {
-        let reference = Reference::new(&solver.particles, &solver.smoothing);
+        let reference = Reference::new(&solver.bodies.particles, &solver.setting.smoothing);
         let reference = reference.map_err(|error| CaseError::new("bodies", error.to_string()))?;
         solver.reference = Some(Box::new(reference));
     }
@@ -223,7 +189,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
 fn check_summed_densities<const D: usize>(solver: &SphSolver<D>) -> Result<(), CaseError> {
     let summed =
         solver.summed_densities().map_err(|error| CaseError::new("methods.sph", error.to_string()))?;
-    let p = &solver.particles;
+    let p = &solver.bodies.particles;
     let off =
         summed.iter().zip(&p.density).position(|(sum, density)| !((sum / density - 1.0).abs() <= SUMMED));
     let Some(i) = off else { return Ok(()) };
@@ -238,8 +204,7 @@ fn check_summed_densities<const D: usize>(solver: &SphSolver<D>) -> Result<(), C
 /// A step that the case fixes must be below the critical one.
 fn check_fixed_step<const D: usize>(solver: &mut SphSolver<D>) -> Result<(), CaseError> {
     solver.critical_step();
-    let checked =
-        solver.too_long().map_or(Ok(()), |problem| Err(CaseError::new("methods.sph.time_step", problem)));
-    solver.limit = None;
-    checked
+    let problem = solver.clock.too_long(solver.setting.options.time_step);
+    solver.clock.limit = None;
+    problem.map_or(Ok(()), |problem| Err(CaseError::new("methods.sph.time_step", problem)))
 }

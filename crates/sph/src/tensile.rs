@@ -1,4 +1,4 @@
-//! Artificial stress against tensile instability (SPH sheet §2.11).
+//! Artificial stress against tensile instability (sheet: sph §2.11).
 
 use colluvium_constitutive::SymTensor;
 

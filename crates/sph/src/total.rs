@@ -1,23 +1,23 @@
-//! Total-Lagrangian SPH of solids (SPH sheet §2.14): pairs and corrected kernel gradients of the reference
+//! Total-Lagrangian SPH of solids (sheet: sph §2.14): pairs and corrected kernel gradients of the reference
 //! configuration, for good. Free of tensile instability; bodies that are neighbours there stay bonded.
 //!
 //! `F_i = Σ V⁰_j (x_j - x_i) ⊗ L⁰_i ∇⁰W`, `a_i = Σ V⁰_j (P_i L⁰_i + P_j L⁰_j) ∇⁰W / ρ⁰_i`, `P = σ cof F`.
 //! After Vignjevic et al. (2006) and Ganzenmüller (2015).
 
-use colluvium_case::{CaseError, SolverError};
+use colluvium_case::CaseError;
 use colluvium_points::{NeighbourList, SearchError};
 use rayon::prelude::*;
 
+use crate::SphOptions;
 use crate::kernel::Smoothing;
 use crate::operators::Moment;
-use crate::particles::{Matrix, Particles};
-use crate::solver::{Over, SphSolver, TASK};
+use crate::particles::{Derivatives, Matrix, Particles, TASK};
 
-/// Keeps the viscosity finite for particles that meet, as in the pair sums (sheet §2.8).
+/// Keeps the viscosity finite for particles that meet, as in the pair sums (sheet: sph §2.8).
 const SOFTENING: f64 = 0.01;
 
-/// The reference configuration and what is summed over it.
-pub struct Reference<const D: usize> {
+/// The initial configuration: pairs and corrected gradients for good.
+struct Configuration<const D: usize> {
     neighbours: NeighbourList<D>,
     smoothing: Smoothing<D>,
     /// Positions (m).
@@ -26,6 +26,11 @@ pub struct Reference<const D: usize> {
     volume: Vec<f64>,
     /// `L⁰`; zero where a particle sees too little around it.
     correction: Vec<Matrix<D>>,
+}
+
+/// The reference configuration and what is summed over it.
+pub struct Reference<const D: usize> {
+    initial: Configuration<D>,
     /// `F` at the start of the step.
     deformation: Vec<Matrix<D>>,
     /// `P L⁰` at the start of the step (Pa).
@@ -51,37 +56,7 @@ fn cofactor<const D: usize>(f: &Matrix<D>) -> Matrix<D> {
     }
 }
 
-impl<const D: usize> Reference<D> {
-    /// The particles as they are now.
-    ///
-    /// # Errors
-    /// When the neighbours cannot be searched.
-    pub fn new(particles: &Particles<D>, smoothing: &Smoothing<D>) -> Result<Self, SearchError> {
-        let position = particles.position[..particles.len].to_vec();
-        let mut neighbours = NeighbourList::new();
-        neighbours.build(&position, smoothing.radius())?;
-        let volume: Vec<f64> = particles.mass.iter().zip(&particles.density).map(|(m, d)| m / d).collect();
-        let unit: Matrix<D> = std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
-        let mut reference = Self {
-            neighbours,
-            smoothing: *smoothing,
-            correction: vec![unit; position.len()],
-            deformation: vec![unit; position.len()],
-            nominal: vec![[[0.0; D]; D]; position.len()],
-            volume,
-            position,
-        };
-        for i in 0..reference.position.len() {
-            let moment = Moment {
-                matrix: reference.gradient(i, |j, c| reference.position[j][c] - reference.position[i][c]),
-                neighbours: reference.around(i).filter(|(_, weight)| *weight != [0.0; D]).count() as u32,
-            };
-            // Without neighbours on all sides a particle goes its way undeformed.
-            reference.correction[i] = moment.correction().unwrap_or([[0.0; D]; D]);
-        }
-        Ok(reference)
-    }
-
+impl<const D: usize> Configuration<D> {
     /// `V⁰_j ∇⁰W` of the neighbours of `i`.
     fn around(&self, i: usize) -> impl Iterator<Item = (usize, [f64; D])> {
         self.neighbours.of(i).iter().map(move |&j| {
@@ -104,33 +79,58 @@ impl<const D: usize> Reference<D> {
         }
         sum
     }
+}
+
+impl<const D: usize> Reference<D> {
+    /// The particles as they are now.
+    ///
+    /// # Errors
+    /// When the neighbours cannot be searched.
+    pub fn new(particles: &Particles<D>, smoothing: &Smoothing<D>) -> Result<Self, SearchError> {
+        let position = particles.position[..particles.len()].to_vec();
+        let mut neighbours = NeighbourList::new();
+        neighbours.build(&position, smoothing.radius())?;
+        let volume: Vec<f64> = particles.mass.iter().zip(&particles.density).map(|(m, d)| m / d).collect();
+        let unit: Matrix<D> = std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
+        let count = position.len();
+        let correction = vec![unit; count];
+        let mut initial = Configuration { neighbours, smoothing: *smoothing, correction, volume, position };
+        for i in 0..count {
+            let moment = Moment {
+                matrix: initial.gradient(i, |j, c| initial.position[j][c] - initial.position[i][c]),
+                neighbours: initial.around(i).filter(|(_, weight)| *weight != [0.0; D]).count() as u32,
+            };
+            // Without neighbours on all sides a particle goes its way undeformed.
+            initial.correction[i] = moment.correction().unwrap_or([[0.0; D]; D]);
+        }
+        let (deformation, nominal) = (vec![unit; count], vec![[[0.0; D]; D]; count]);
+        Ok(Self { initial, deformation, nominal })
+    }
 
     /// `F` and `P L⁰` of the state.
     fn load(&mut self, p: &Particles<D>) {
-        let mut deformation = std::mem::take(&mut self.deformation);
-        let mut nominal = std::mem::take(&mut self.nominal);
-        let all = deformation.par_iter_mut().zip(&mut nominal).enumerate().with_min_len(TASK);
+        let Self { initial, deformation, nominal } = self;
+        let all = deformation.par_iter_mut().zip(nominal).enumerate().with_min_len(TASK);
         all.for_each(|(i, (deformation, nominal))| {
-            let sum = self.gradient(i, |j, c| p.position[j][c] - p.position[i][c]);
-            if self.correction[i] != [[0.0; D]; D] {
-                *deformation = matmul(&sum, &self.correction[i]);
+            let sum = initial.gradient(i, |j, c| p.position[j][c] - p.position[i][c]);
+            if initial.correction[i] != [[0.0; D]; D] {
+                *deformation = matmul(&sum, &initial.correction[i]);
             }
             let stress = matmul(
                 &std::array::from_fn(|a| std::array::from_fn(|b| p.stress[i].at(a, b))),
                 &cofactor(deformation),
             );
-            *nominal = matmul(&stress, &self.correction[i]);
+            *nominal = matmul(&stress, &initial.correction[i]);
         });
-        (self.deformation, self.nominal) = (deformation, nominal);
     }
 
     /// Acceleration of particle `i` by its neighbours (m/s²), with artificial viscosity `(α, β)` along the lines
     /// between the particles as they are now.
     fn acceleration(&self, p: &Particles<D>, i: usize, (linear, quadratic): (f64, f64)) -> [f64; D] {
-        let h = self.smoothing.length();
-        let density = p.mass[i] / self.volume[i];
+        let h = self.initial.smoothing.length();
+        let density = p.mass[i] / self.initial.volume[i];
         let mut sum = [0.0; D];
-        for (j, weight) in self.around(i) {
+        for (j, weight) in self.initial.around(i) {
             let pair: Matrix<D> = std::array::from_fn(|a| {
                 std::array::from_fn(|b| self.nominal[i][a][b] + self.nominal[j][a][b])
             });
@@ -139,7 +139,7 @@ impl<const D: usize> Reference<D> {
             let square: f64 = apart.iter().map(|c| c * c).sum();
             let pi = h * closing.min(0.0) / (square + SOFTENING * h * h);
             let sound = 0.5 * (p.sound[i] + p.sound[j]);
-            let mean = 0.5 * (density + p.mass[j] / self.volume[j]);
+            let mean = 0.5 * (density + p.mass[j] / self.initial.volume[j]);
             let stress = mean * (linear * sound * pi - quadratic * pi * pi);
             let size = (weight.iter().map(|c| c * c).sum::<f64>() / square.max(1e-24 * h * h)).sqrt();
             for a in 0..D {
@@ -152,8 +152,8 @@ impl<const D: usize> Reference<D> {
 
     /// Velocity gradient over the present positions (1/s).
     fn rate(&self, p: &Particles<D>, i: usize) -> Matrix<D> {
-        let sum = self.gradient(i, |j, c| p.velocity[j][c] - p.velocity[i][c]);
-        let rate = matmul(&sum, &self.correction[i]);
+        let sum = self.initial.gradient(i, |j, c| p.velocity[j][c] - p.velocity[i][c]);
+        let rate = matmul(&sum, &self.initial.correction[i]);
         let cofactor = cofactor(&self.deformation[i]);
         let determinant: f64 = (0..D).map(|c| self.deformation[i][0][c] * cofactor[0][c]).sum();
         // F⁻¹ = cofᵀ / det.
@@ -163,32 +163,31 @@ impl<const D: usize> Reference<D> {
     }
 }
 
-impl<const D: usize> SphSolver<D> {
-    /// A step of the leapfrog over the reference configuration.
-    pub(crate) fn total_leapfrog(&mut self, dt: f64) -> Result<(), SolverError> {
-        let Some(mut reference) = self.reference.take() else { return Ok(()) };
-        let gravity = self.gravity_at(dt);
-        let viscosity = (self.options.viscosity_linear, self.options.viscosity_quadratic);
-        reference.load(&self.particles);
-        let mut accelerations = std::mem::take(&mut self.particles.acceleration);
-        accelerations.resize(self.particles.len, [0.0; D]);
-        let p = &self.particles;
+impl<const D: usize> Reference<D> {
+    /// Accelerations over the reference configuration, under `gravity`.
+    pub fn accelerate(
+        &mut self,
+        options: &SphOptions,
+        particles: &Particles<D>,
+        gravity: &[f64; D],
+        accelerations: &mut Vec<[f64; D]>,
+    ) {
+        let viscosity = (options.viscosity_linear, options.viscosity_quadratic);
+        self.load(particles);
+        accelerations.resize(particles.len(), [0.0; D]);
         accelerations.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, a)| {
-            let pull = reference.acceleration(p, i, viscosity);
+            let pull = self.acceleration(particles, i, viscosity);
             *a = std::array::from_fn(|c| pull[c] + gravity[c]);
         });
-        self.particles.acceleration = accelerations;
-        self.kick(0.5 * (self.last_step + dt), dt);
-        let mut gradient = std::mem::take(&mut self.particles.gradient);
-        let p = &self.particles;
-        gradient.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, l)| *l = reference.rate(p, i));
-        for (divergence, l) in self.particles.divergence.iter_mut().zip(&gradient) {
+    }
+
+    /// Velocity gradients and divergences.
+    pub fn find_rates(&self, particles: &Particles<D>, rates: &mut Derivatives<D>) {
+        let all = rates.gradient.par_iter_mut().enumerate().with_min_len(TASK);
+        all.for_each(|(i, l)| *l = self.rate(particles, i));
+        for (divergence, l) in rates.divergence.iter_mut().zip(&rates.gradient) {
             *divergence = (0..D).map(|c| l[c][c]).sum();
         }
-        self.particles.gradient = gradient;
-        self.reference = Some(reference);
-        self.update_stress(dt, Over::Start)?;
-        self.drift(dt)
     }
 }
 
@@ -196,7 +195,7 @@ impl<const D: usize> SphSolver<D> {
 ///
 /// # Errors
 /// The first such thing, by its path.
-pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Result<(), CaseError> {
+pub fn refuse(options: &SphOptions) -> Result<(), CaseError> {
     use crate::config::{
         Continuity, DensityReset, Momentum, Regularisation, Symmetrisation, Tensile, TimeIntegration,
         VelocityGradient,
@@ -209,9 +208,6 @@ pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Resul
         }
     };
     let of = |name: &str| format!("methods.sph.{name}");
-    rule(case.boundaries.is_empty(), "boundaries[0]", "walls do not act: hold a body as a clamp")?;
-    let removed = case.stages.iter().position(|stage| !stage.remove_bodies.is_empty());
-    rule(removed.is_none(), &format!("stages[{}].remove_bodies", removed.unwrap_or(0)), "bodies stay")?;
     rule(options.integration == TimeIntegration::Leapfrog, &of("integration"), "only the leapfrog is there")?;
     rule(options.tensile == Tensile::None, &of("tensile"), "there is no tensile instability to cure")?;
     rule(options.regularisation == Regularisation::None, &of("regularisation"), "stress is not smoothed")?;
@@ -230,7 +226,6 @@ pub fn refuse(case: &colluvium_case::Case, options: &crate::SphOptions) -> Resul
     let symmetrisation = options.symmetrisation == Symmetrisation::Arithmetic;
     rule(symmetrisation, &of("symmetrisation"), "the smoothing length is fixed")?;
     rule(!options.is_variable(), &of("smoothing_length"), "the smoothing length is fixed")?;
-    rule(case.domain.periodic.is_empty(), "domain.periodic", "there are no periods")?;
     rule(!options.diagnostics, &of("diagnostics"), "sums are those of the start for good")?;
     rule(options.smooth_bodies.is_empty(), &of("smooth_bodies"), "bodies that touch stay bonded")?;
     rule(options.confining.is_none(), &of("confining"), "no pressure acts on surfaces")?;

@@ -1,37 +1,10 @@
 //! A step allocates nothing.
 
-// Counting what is allocated takes an allocator of our own.
-#![allow(unsafe_code)]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
-use colluvium_case::{Case, Method};
+use colluvium_case::Case;
 use colluvium_sph::Sph;
+use colluvium_testkit::Counting;
+use colluvium_testkit::cases::assert_allocates_nothing;
 use serde_json::{Value, json};
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-/// The system's allocator, counting.
-struct Counting;
-
-// SAFETY: every call goes to the system's allocator as it came.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: as the caller promises.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: as the caller promises.
-        unsafe { System.realloc(place, layout, size) }
-    }
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promises.
-        unsafe { System.dealloc(place, layout) }
-    }
-}
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
@@ -129,18 +102,7 @@ fn a_step_allocates_nothing() {
                 json!({ "density_reset": "mls", "density_reset_steps": 2, "density_diffusion": 0.1 }),
             ),
         ] {
-            let mut solver = Sph.build(&block(space, &options)).unwrap();
-            solver.begin_stage(0, 0.0).unwrap();
-            let mut step = || {
-                let dt = solver.time_step().dt;
-                solver.step(dt).unwrap();
-            };
-            // The first steps make the lists; Rayon's own queues may grow once.
-            (0..6).for_each(|_| step());
-            let before = ALLOCATIONS.load(Ordering::Relaxed);
-            (0..30).for_each(|_| step());
-            let count = ALLOCATIONS.load(Ordering::Relaxed) - before;
-            assert_eq!(count, 0, "{space}, {options}: allocations in 30 steps");
+            assert_allocates_nothing(&Sph, &block(space, &options), 6, &format!("{space}, {options}"));
         }
     });
 }

@@ -97,10 +97,10 @@ pub enum Measure {
         /// Names of fields.
         fields: Vec<String>,
     },
-    /// Force of the material on a rigid body or a patch (N; per metre in plane strain, per radian in axisymmetry): in
+    /// Force of the material on a rigid body, a patch or an obstacle (N; per metre in plane strain, per radian in axisymmetry): in
     /// the last step, and its impulse since the start (N s), whose slope is the mean force.
     Reaction {
-        /// Name of the rigid body or patch.
+        /// Name of the rigid body, patch or obstacle.
         of: String,
     },
     /// Energy that the materials have dissipated since the start (J; per metre in plane strain, per radian in

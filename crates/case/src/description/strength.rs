@@ -37,7 +37,7 @@ fn project(material: &mut MaterialSpec) {
     }
 }
 
-/// Search for a factor of safety by strength reduction (SPH sheet §3.5).
+/// Search for a factor of safety by strength reduction (sheet: sph §3.5).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactorOfSafety {
@@ -69,7 +69,7 @@ fn range() -> [f64; 2] {
     [0.5, 3.0]
 }
 
-/// Sheet §3.5.
+/// sheet: sph §3.5.
 fn hundredth() -> f64 {
     0.01
 }

@@ -31,7 +31,7 @@ fn sign(side: Side) -> f64 {
     if side.is_max() { 1.0 } else { -1.0 }
 }
 
-/// The columns of cells that stand on the base, in which the front of MPM sheet §3.9 is looked for: a column is occupied
+/// The columns of cells that stand on the base, in which the front of `sheet: mpm §3.9` is looked for: a column is occupied
 /// where a point lies in it, at any height. Flow that rolls over a rough base leaves few points in its lowest cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Columns {

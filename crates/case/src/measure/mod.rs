@@ -27,7 +27,8 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
         };
         match measure {
             Measure::Front { side, quantile, cell, bodies } => {
-                readings.push((name.clone(), "m".to_owned(), front(*side, *quantile, *cell, bodies)));
+                let front = front(*side, *quantile, *cell, bodies) + case.origin()[side.axis()];
+                readings.push((name.clone(), "m".to_owned(), front));
             }
             Measure::RunOut { side, origin, initial_length, quantile, cell, bodies } => {
                 let sign = if side.is_max() { 1.0 } else { -1.0 };

@@ -1,7 +1,7 @@
 //! Files that are either whole or not there.
 
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -38,14 +38,29 @@ pub fn read_json(path: &Path) -> Result<serde_json::Value, OutputError> {
 /// # Errors
 /// When the disk refuses.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    write_through(path, |file| file.write_all(bytes))
+}
+
+/// As [`write_atomically`], with what `content` writes; nothing is left where it fails.
+///
+/// # Errors
+/// When the disk refuses, or `content` does.
+pub fn write_through(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), OutputError> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".tmp");
     let temporary = path.with_file_name(name);
     let write = || -> std::io::Result<()> {
-        let mut file = File::create(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
+        let mut file = BufWriter::new(File::create(&temporary)?);
+        content(&mut file)?;
+        file.into_inner()?.sync_all()?;
         fs::rename(&temporary, path)
     };
-    write().map_err(|error| OutputError::new(path, error))
+    write().map_err(|error| {
+        // What is torn would keep the room that the summary needs.
+        let _ = fs::remove_file(&temporary);
+        OutputError::new(path, error)
+    })
 }

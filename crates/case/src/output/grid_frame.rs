@@ -1,4 +1,4 @@
-//! Frames on a regular grid: averages of what the points carry, for iso-surfaces and volume rendering (MPM sheet §3.9).
+//! Frames on a regular grid: averages of what the points carry, for iso-surfaces and volume rendering (sheet: mpm §3.9).
 
 use std::path::Path;
 
@@ -24,6 +24,8 @@ struct Share {
 #[derive(Clone, Debug, PartialEq)]
 pub struct GridFrame {
     low: [f64; 3],
+    /// What has been taken off its coordinates (m).
+    origin: [f64; 3],
     cell: f64,
     /// Nodes along each axis.
     count: [usize; 3],
@@ -38,7 +40,8 @@ impl GridFrame {
     /// domain left out. The two ends of an axis on which the domain repeats itself are one.
     pub fn new(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[String]>) -> Self {
         let (low, count) = nodes(case, cell);
-        let mut frame = Self { low, cell, count, dimension: case.dimension(), fields: Vec::new() };
+        let mut frame =
+            Self { low, origin: case.origin(), cell, count, dimension: case.dimension(), fields: Vec::new() };
         let shares = frame.shares(snapshot);
         let periodic: Vec<usize> = case.domain.periodic.iter().map(|axis| axis.number()).collect();
         let mass = frame.sums(&shares, 1, |_, _| 1.0, &periodic);
@@ -189,7 +192,9 @@ pub fn grid_nodes(case: &Case, cell: f64) -> f64 {
 /// When the disk refuses.
 pub fn write_grid(path: &Path, frame: &GridFrame) -> Result<(), OutputError> {
     let coordinates = |axis: usize| -> Vec<f64> {
-        (0..frame.count[axis]).map(|node| frame.low[axis] + frame.cell * node as f64).collect()
+        (0..frame.count[axis])
+            .map(|node| frame.origin[axis] + (frame.low[axis] + frame.cell * node as f64))
+            .collect()
     };
     let [x, y, z] = [0, 1, 2].map(|axis| IOBuffer::F64(coordinates(axis)));
     let [nx, ny, nz] = frame.count.map(|count| count as i32 - 1);

@@ -6,7 +6,7 @@ mod grid_frame;
 mod npz;
 mod table;
 
-pub use files::{OutputError, read_json, write_atomically};
+pub use files::{OutputError, read_json, write_atomically, write_through};
 pub use frame::{Collection, read_frame, write_frame};
 pub use grid_frame::{GridFrame, grid_nodes, write_grid};
 pub use npz::{Array, Values, frame_arrays, read_npz, table_arrays, write_npz};

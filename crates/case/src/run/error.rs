@@ -54,6 +54,18 @@ pub enum RunError {
         /// Time (s).
         time: f64,
     },
+    /// A step so small that the time does not change by it.
+    #[error(
+        "t = {time} s: a step of {dt:.3e} s, limited by: {limit}, does not change the time in double precision: the run stands still"
+    )]
+    StandsStill {
+        /// Time (s).
+        time: f64,
+        /// The step (s).
+        dt: f64,
+        /// What limits it.
+        limit: StepLimit,
+    },
     /// The solver has no usable time step.
     #[error("t = {time} s: no stable time step (found {dt} s, limited by: {limit})")]
     TimeStep {

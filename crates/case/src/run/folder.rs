@@ -2,10 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
+use std::io::{BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
-use crate::load::fnv1a;
-use crate::output::{OutputError, TableFile, write_atomically};
+use crate::SolverError;
+use crate::load::{SEAL_OF_NOTHING, fnv1a_from};
+use crate::output::{OutputError, TableFile, write_through};
+use crate::run::RunError;
 
 pub(super) const CASE: &str = "case.json";
 pub(super) const CHECKPOINT: &str = "checkpoint.bin";
@@ -60,6 +63,13 @@ fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     Ok(entries.map_err(fail)?.iter().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect())
 }
 
+/// What lies in the folder under a name that a run gives to its own files.
+pub(super) fn taken(out: &Path) -> Result<Option<String>, OutputError> {
+    let own = [CASE, MEASURES, COLLECTION, GRID_COLLECTION, FRAMES];
+    let is_own = |name: &String| own.contains(&name.as_str()) || is_profile(name) || is_of_search(name);
+    Ok(names(out)?.into_iter().find(is_own))
+}
+
 fn remove(file: &Path) -> Result<(), OutputError> {
     match fs::remove_file(file) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(OutputError::new(file, error)),
@@ -74,27 +84,63 @@ pub(super) fn make(out: &Path) -> Result<(), OutputError> {
 }
 
 /// Writes a state so that [`read_state`] sees whether it is whole.
-pub(super) fn write_state(path: &Path, state: &mut Vec<u8>) -> Result<(), OutputError> {
-    let len = state.len();
-    state.extend_from_slice(&fnv1a(state).to_le_bytes());
-    let written = write_atomically(path, state);
-    state.truncate(len);
-    written
+pub(super) fn write_state(
+    path: &Path,
+    state: impl FnOnce(&mut dyn Write) -> Result<(), SolverError>,
+) -> Result<(), RunError> {
+    let mut failed = None;
+    let written = write_through(path, |file| {
+        let mut sealed = Sealed { file, seal: SEAL_OF_NOTHING };
+        if let Err(error) = state(&mut sealed) {
+            failed = Some(error);
+            return Err(std::io::Error::other("not written"));
+        }
+        let seal = sealed.seal.to_le_bytes();
+        sealed.file.write_all(&seal)
+    });
+    match failed {
+        Some(error) => Err(error.into()),
+        None => Ok(written?),
+    }
 }
 
-/// The bytes of a state.
+/// Counts what goes through it into a seal.
+struct Sealed<F> {
+    file: F,
+    seal: u64,
+}
+
+impl<F: Write> Write for Sealed<F> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let count = self.file.write(bytes)?;
+        self.seal = fnv1a_from(self.seal, &bytes[..count]);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+/// The bytes of a state, once all of them have been held against their seal.
 ///
 /// # Errors
 /// When the file cannot be read or is not what was written.
-pub(super) fn read_state(path: &Path) -> Result<Vec<u8>, OutputError> {
-    let mut bytes = fs::read(path).map_err(|error| OutputError::new(path, error))?;
-    let whole =
-        bytes.split_last_chunk().is_some_and(|(state, seal)| fnv1a(state) == u64::from_le_bytes(*seal));
-    if !whole {
-        return Err(OutputError::new(path, std::io::Error::other("is damaged: run the case anew")));
+pub(super) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> {
+    let fail = |error| OutputError::new(path, error);
+    let damaged = || fail(std::io::Error::other("is damaged: run the case anew"));
+    let mut file = File::open(path).map_err(fail)?;
+    let length = file.metadata().map_err(fail)?.len();
+    let length = length.checked_sub(size_of::<u64>() as u64).ok_or_else(damaged)?;
+    let mut sealed = Sealed { file: std::io::sink(), seal: SEAL_OF_NOTHING };
+    std::io::copy(&mut (&file).take(length), &mut sealed).map_err(fail)?;
+    let mut seal = [0; size_of::<u64>()];
+    file.read_exact(&mut seal).map_err(fail)?;
+    if u64::from_le_bytes(seal) != sealed.seal {
+        return Err(damaged());
     }
-    bytes.truncate(bytes.len() - size_of::<u64>());
-    Ok(bytes)
+    file.rewind().map_err(fail)?;
+    Ok(BufReader::new(file.take(length)))
 }
 
 /// Takes the folder, which is made where there is none, for this run alone, as long as the file is open; `None` where

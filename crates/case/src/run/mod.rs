@@ -10,6 +10,7 @@ mod steps;
 mod summary;
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,21 +20,21 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::description::Stage;
 use crate::output::Table;
-use crate::{Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, StepLimit, TimeStep};
+use crate::{Advance, Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, TimeStep};
 use progress::Progress;
 use record::Recorder;
-use steps::{stable_step, step_towards};
+use steps::{is_there, stable_step};
 
 pub use error::RunError;
 pub use row::{check_names, column_names};
 pub use safety::{Safety, Trial};
 
-/// Steps between checks of a stage's equilibrium.
-const STEPS_PER_CHECK: u64 = 100;
-
 /// Wall-clock time between two summaries of a run that goes on, at least: frames may follow each other faster than a disk
 /// has them.
 const BETWEEN_SUMMARIES: Duration = Duration::from_secs(1);
+
+/// Wall-clock time between two lines of progress where no terminal shows a bar.
+const BETWEEN_LINES: Duration = Duration::from_secs(5);
 
 /// How to run.
 #[derive(Clone, Debug, Default)]
@@ -46,7 +47,7 @@ pub struct RunOptions {
     pub resume: bool,
     /// Throw away what an earlier run left in the folder.
     pub overwrite: bool,
-    /// Show a progress bar.
+    /// Show a progress bar; a line every few seconds where standard error is no terminal.
     pub progress: bool,
     /// Keep the frames in memory, in [`RunReport::frames`]. After a resume, those before the checkpoint
     /// are read from their files and hold the fields that `output.fields` names.
@@ -146,6 +147,7 @@ fn start(
         started: Instant::now(),
         saved: Instant::now(),
         told: Instant::now(),
+        shown: Instant::now(),
         first_step: 0,
         safety: BTreeMap::new(),
         searched: Duration::ZERO,
@@ -179,6 +181,8 @@ struct Run<'a> {
     started: Instant,
     saved: Instant,
     told: Instant,
+    /// When progress was last written as a line.
+    shown: Instant,
     first_step: u64,
     safety: BTreeMap<String, Safety>,
     /// Wall-clock time of the searches.
@@ -240,7 +244,7 @@ impl Run<'_> {
             let done = &self.case.stages[stage];
             self.solver.end_stage(done)?;
             if self.case.factors_of_safety().any(|(_, search)| search.after == done.name) {
-                self.recorder.keep_state(&done.name, self.solver.save())?;
+                self.recorder.keep_state(&done.name, self.solver.saved()?)?;
             }
         }
         self.search()
@@ -248,6 +252,10 @@ impl Run<'_> {
 
     /// Adds to an error of the solver how far the output reaches.
     fn with_last_output(&self, error: RunError) -> RunError {
+        let error = match error {
+            RunError::Solver(source) => RunError::Solver(source.moved(self.case.origin())),
+            error => error,
+        };
         match (error, self.progress.collection.frames.last()) {
             (RunError::Solver(source), Some((time, frame))) => {
                 RunError::Stopped { source, frame: frame.clone(), time: *time }
@@ -260,10 +268,10 @@ impl Run<'_> {
     fn weaken(&mut self, stage: usize) -> Result<(), RunError> {
         let by = self.case.stages.iter().take(stage + 1).rposition(|stage| stage.weakening.is_some());
         let (Some(method), true) = (self.method, by != self.weakened) else { return Ok(()) };
-        let state = self.solver.save();
+        let state = self.solver.saved()?;
         let case = self.case.weakened(stage).map_err(CaseErrors::one)?;
         self.solver = method.build(&case).map_err(CaseErrors::one)?;
-        self.solver.restore(&state)?;
+        self.solver.restore(&mut state.as_slice())?;
         self.weakened = by;
         Ok(())
     }
@@ -299,17 +307,21 @@ impl Run<'_> {
             }
             let limit = stable_step(&mut *self.solver, &stage.name)?;
             let until = self.recorder.next_output(&self.progress).min(end);
-            let Some(dt) = step_towards(self.solver.time(), until, limit.dt.min(span)) else {
+            let time = self.solver.time();
+            if is_there(until - time, limit.dt.min(span)) {
                 self.output()?;
                 if until >= end {
                     return self.stage_over(stage);
                 }
                 continue;
-            };
+            }
             self.watch(&limit);
-            self.progress.count(&limit, self.solver.time());
-            self.solver.step(dt)?;
-            self.show(limit.limit, dt);
+            self.progress.count(&limit, time);
+            let done = self.solver.step(until - time)?;
+            if !(self.solver.time() > time) {
+                return Err(RunError::StandsStill { time, dt: done.dt, limit: done.limit });
+            }
+            self.show(&done);
             if self.recorder.row_in_passing(self.solver.time(), &self.progress) {
                 self.output()?;
             }
@@ -338,7 +350,7 @@ impl Run<'_> {
 
     fn at_rest(&mut self, stage: &Stage) -> bool {
         let Some(criterion) = &stage.equilibrium else { return false };
-        if !self.solver.step_count().is_multiple_of(STEPS_PER_CHECK) {
+        if !self.solver.step_count().is_multiple_of(self.solver.steps_between_checks()) {
             return false;
         }
         let loaded = self.case.has_grown(&self.progress.stage_starts, self.solver.time());
@@ -418,12 +430,21 @@ impl Run<'_> {
         }
     }
 
-    fn show(&self, limit: StepLimit, dt: f64) {
+    fn show(&mut self, &Advance { dt, limit }: &Advance) {
         let steps = self.solver.step_count();
-        if !self.bar.is_hidden() && steps.is_multiple_of(16) {
-            let time = self.solver.time();
+        if !self.options.progress || !steps.is_multiple_of(16) {
+            return;
+        }
+        let time = self.solver.time();
+        let message = || format!("t = {time:.4} s, step {steps}, dt = {dt:.2e} s ({limit})");
+        if !self.bar.is_hidden() {
             self.bar.set_position((time * 1e9) as u64);
-            self.bar.set_message(format!("t = {time:.4} s, step {steps}, dt = {dt:.2e} s ({limit})"));
+            self.bar.set_message(message());
+        } else if self.shown.elapsed() >= BETWEEN_LINES {
+            // A file or a pipe gets lines. One that takes none more is no reason to end the run.
+            self.shown = Instant::now();
+            let share = 100.0 * time / self.case.end_time();
+            let _ = writeln!(std::io::stderr(), "{share:.0} % of the time, {}", message());
         }
     }
 
@@ -446,7 +467,7 @@ impl Run<'_> {
         let updates = (steps - self.first_step) as f64 * self.solver.points() as f64;
         RunReport {
             ending,
-            snapshot: self.solver.snapshot(),
+            snapshot: self.case.on_map(self.solver.snapshot()),
             table: std::mem::take(&mut self.recorder.table),
             frames: std::mem::take(&mut self.recorder.kept),
             start: self.progress.start,

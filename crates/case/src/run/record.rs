@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -15,6 +16,7 @@ use crate::output::{
     Collection, GridFrame, OutputError, Table, read_frame, read_json, write_atomically, write_frame,
     write_grid,
 };
+use crate::solver::{restore_value, save_value};
 use crate::{Case, Snapshot, Solver, SolverError, measure};
 
 #[derive(Serialize, Deserialize)]
@@ -25,7 +27,6 @@ struct Checkpoint {
     progress: Progress,
     /// Lengths of the tables on disk (bytes): what stands beyond is written again.
     tables: Vec<(String, u64)>,
-    solver: Vec<u8>,
 }
 
 /// Rows of the measures over a whole run, about, where the case names no interval.
@@ -91,18 +92,21 @@ impl<'a> Recorder<'a> {
             let problem = "holds an earlier run already (resume it, overwrite it or choose another)";
             return Err(folder(problem.to_owned()));
         }
+        if let Some(name) = folder::taken(out)?.filter(|_| !used) {
+            let problem = format!("holds {name}, which no run wrote: choose another folder, or move it away");
+            return Err(folder(problem));
+        }
         self.lock = folder::lock(out)?;
         if self.options.resume {
             return self.check_resumable(out);
         }
+        // First of all, so that what is left of an old run never looks complete, and what is there is known for a run's.
+        self.write_summary(&running)?;
         if used {
-            // First of all, so that what is left of the old run never looks complete.
-            self.write_summary(&running)?;
             folder::clear(out)?;
         }
         folder::make(out)?;
-        write_atomically(&out.join(CASE), self.case.to_json().as_bytes())?;
-        self.write_summary(&running)
+        Ok(write_atomically(&out.join(CASE), self.case.to_json().as_bytes())?)
     }
 
     /// Refuses, before anything is written, to resume a complete run or one of another case.
@@ -224,7 +228,7 @@ impl<'a> Recorder<'a> {
         progress.frame_steps.push(snapshot.step);
         if let Some(out) = &self.options.out {
             let only = self.case.output.fields.as_deref();
-            write_frame(&out.join(&name), &snapshot, only)?;
+            write_frame(&out.join(&name), &self.case.on_map(snapshot.clone()), only)?;
             if let Some(cell) = self.case.output.grid {
                 let averages = GridFrame::new(self.case, cell, &snapshot, only);
                 write_grid(&out.join(folder::on_grid(&name)), &averages)?;
@@ -232,7 +236,7 @@ impl<'a> Recorder<'a> {
             self.write_collections(out, &progress.collection)?;
         }
         if self.options.keep_frames {
-            self.kept.push(snapshot);
+            self.kept.push(self.case.on_map(snapshot));
         }
         Ok(())
     }
@@ -253,9 +257,12 @@ impl<'a> Recorder<'a> {
         for (name, measure) in &self.case.measures {
             let Measure::Profile { axis, height, bin, bodies } = measure else { continue };
             let counted = measure::counted(self.case, snapshot, bodies.as_deref());
+            let from = self.case.origin();
             let heights = measure::profile(&counted, *axis, *height, *bin);
-            let rows: Vec<Vec<f64>> =
-                heights.into_iter().map(|(x, top)| vec![snapshot.time, x, top]).collect();
+            let rows: Vec<Vec<f64>> = heights
+                .into_iter()
+                .map(|(x, top)| vec![snapshot.time, x + from[*axis], top + from[*height]])
+                .collect();
             self.tables.append(&folder::profile(name), &columns, &rows)?;
         }
         Ok(())
@@ -270,17 +277,17 @@ impl<'a> Recorder<'a> {
             method: self.options.method.clone(),
             progress: progress.clone(),
             tables: self.tables.sync()?,
-            solver: solver.save(),
         };
-        let mut bytes =
-            postcard::to_stdvec(&checkpoint).map_err(|error| self.refuse(out, error.to_string()))?;
-        Ok(folder::write_state(&out.join(CHECKPOINT), &mut bytes)?)
+        folder::write_state(&out.join(CHECKPOINT), |file| {
+            save_value(&checkpoint, file)?;
+            solver.save(file)
+        })
     }
 
     /// Keeps the state of the solver at the end of a stage, in the folder too.
-    pub(super) fn keep_state(&mut self, stage: &str, mut bytes: Vec<u8>) -> Result<(), RunError> {
+    pub(super) fn keep_state(&mut self, stage: &str, bytes: Vec<u8>) -> Result<(), RunError> {
         if let Some(path) = self.state_file(stage) {
-            folder::write_state(&path, &mut bytes)?;
+            folder::write_state(&path, |file| Ok(file.write_all(&bytes)?))?;
         }
         self.states.insert(stage.to_owned(), bytes);
         Ok(())
@@ -290,7 +297,12 @@ impl<'a> Recorder<'a> {
     pub(super) fn state(&self, stage: &str) -> Result<Vec<u8>, RunError> {
         match (self.states.get(stage), self.state_file(stage)) {
             (Some(bytes), _) => Ok(bytes.clone()),
-            (None, Some(path)) => Ok(folder::read_state(&path)?),
+            (None, Some(path)) => {
+                let mut bytes = Vec::new();
+                let mut file = folder::read_state(&path)?;
+                file.read_to_end(&mut bytes).map_err(|error| OutputError::new(&path, error))?;
+                Ok(bytes)
+            }
             (None, None) => Ok(Vec::new()),
         }
     }
@@ -308,14 +320,12 @@ impl<'a> Recorder<'a> {
     /// starts anew. Tables and collection are set back to what they were at the checkpoint.
     pub(super) fn resume(&mut self, solver: &mut dyn Solver) -> Result<Option<Progress>, RunError> {
         let Some(out) = &self.options.out else { return Ok(None) };
-        let Some(checkpoint) = self.read_checkpoint(out)? else {
+        let Some((checkpoint, mut state)) = self.read_checkpoint(out)? else {
             folder::clear(out)?;
             folder::make(out)?;
             return Ok(None);
         };
-        solver
-            .restore(&checkpoint.solver)
-            .map_err(|error: SolverError| self.refuse(out, error.to_string()))?;
+        solver.restore(&mut state).map_err(|error: SolverError| self.refuse(out, error.to_string()))?;
         let progress = checkpoint.progress;
         self.check_frames(out, &progress.collection)?;
         if self.options.keep_frames {
@@ -343,14 +353,15 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    fn read_checkpoint(&self, out: &Path) -> Result<Option<Checkpoint>, RunError> {
+    /// What the checkpoint says of the run, and the state of the solver behind it; `None` where there is none.
+    fn read_checkpoint(&self, out: &Path) -> Result<Option<(Checkpoint, impl Read + use<>)>, RunError> {
         let path = out.join(CHECKPOINT);
         if !path.exists() {
             return Ok(None);
         }
-        let bytes = folder::read_state(&path)?;
-        let checkpoint: Checkpoint = postcard::from_bytes(&bytes)
-            .map_err(|error| self.refuse(out, format!("cannot be read ({error})")))?;
+        let mut file = folder::read_state(&path)?;
+        let checkpoint: Checkpoint =
+            restore_value(&mut file).map_err(|error| self.refuse(out, error.to_string()))?;
         if checkpoint.fingerprint != self.fingerprint {
             return Err(self.refuse(out, "was written for another case".to_owned()));
         }
@@ -358,7 +369,7 @@ impl<'a> Recorder<'a> {
             let problem = format!("was written by {} of version {}", checkpoint.method, checkpoint.version);
             return Err(self.refuse(out, problem));
         }
-        Ok(Some(checkpoint))
+        Ok(Some((checkpoint, file)))
     }
 
     /// Probes that no point has come near.

@@ -1,4 +1,4 @@
-//! Factors of safety by strength reduction (SPH sheet §3.5; Bui & Nguyen 2021, section 4.1): trials from one
+//! Factors of safety by strength reduction (sheet: sph §3.5; Bui & Nguyen 2021, section 4.1): trials from one
 //! state at rest, bisected between a factor at which the bodies come to rest again and one at which they do not.
 
 use serde_json::{Value, json};
@@ -11,14 +11,14 @@ use crate::{Case, Method, Snapshot, Solver};
 
 /// Steps between two looks at a trial.
 const STEPS_PER_LOOK: u64 = 50;
-/// Kinetic energy over its peak below which the bodies rest (sheet §3.5).
+/// Kinetic energy over its peak below which the bodies rest (sheet: sph §3.5).
 const REST: f64 = 1e-4;
 /// Kinetic energy over `M g H` below which the bodies rest whatever the peak: that of the sheet's largest
 /// velocity of a geostatic state, `1e-4 √(gH)`.
 const STILL: f64 = 5e-9;
 /// Share of a trial's duration during which the bodies must rest.
 const HOLD: f64 = 0.1;
-/// Share of the height by which the bodies may move (sheet §3.5).
+/// Share of the height by which the bodies may move (sheet: sph §3.5).
 const MOST_MOVED: f64 = 0.1;
 /// Share of the points that must have moved so far: single loose points are no failure.
 const MOVED_SHARE: f64 = 0.01;
@@ -145,7 +145,7 @@ fn run_trial(
     let stage = case.stages.len() - 1;
     let weak = case.weakened(stage).map_err(crate::CaseErrors::one)?;
     let mut solver = method.build(&weak).map_err(crate::CaseErrors::one)?;
-    solver.restore(rest)?;
+    solver.restore(&mut &*rest)?;
     let start = solver.time();
     solver.begin_stage(stage, start)?;
     let places = solver.snapshot();
@@ -184,19 +184,24 @@ fn run_trial(
 fn advance(solver: &mut dyn Solver, stage: &Stage, start: f64) -> Result<bool, RunError> {
     for _ in 0..STEPS_PER_LOOK {
         let limit = super::steps::stable_step(solver, &stage.name)?;
-        let limit = limit.dt.min(stage.duration);
-        match super::steps::step_towards(solver.time(), start + stage.duration, limit) {
-            Some(dt) => solver.step(dt)?,
-            None => return Ok(true),
+        let left = start + stage.duration - solver.time();
+        if super::steps::is_there(left, limit.dt.min(stage.duration)) {
+            return Ok(true);
         }
+        solver.step(left)?;
     }
     Ok(false)
 }
 
-/// The displacement that a hundredth of the points exceed (m).
+/// The displacement that a hundredth of the points exceed (m), of those that are there both times, by their ids.
 fn moved(now: &Snapshot, before: &Snapshot) -> f64 {
-    let apart = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
-    let mut all: Vec<f64> = now.positions.iter().zip(&before.positions).map(apart).collect();
+    let apart = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
+    let mut known = before.ids.iter().zip(&before.positions).peekable();
+    let mut all: Vec<f64> = Vec::with_capacity(now.ids.len());
+    for (id, place) in now.ids.iter().zip(&now.positions) {
+        while known.next_if(|(known, _)| *known < id).is_some() {}
+        all.extend(known.next_if(|(known, _)| *known == id).map(|(_, was)| apart(place, was)));
+    }
     let rank = (MOVED_SHARE * all.len() as f64) as usize;
     if all.is_empty() {
         return 0.0;

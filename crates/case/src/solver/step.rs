@@ -1,38 +1,74 @@
 //! Time steps.
 
-use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
 
-/// What limits a time step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum StepLimit {
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// What limits a time step, in a few words: a method names its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepLimit(&'static str);
+
+impl StepLimit {
     /// A wave crosses a cell, or a smoothing length.
-    ElasticWave,
+    pub const ELASTIC_WAVE: Self = Self::new("elastic wave");
     /// Momentum diffuses by a viscosity.
-    Viscosity,
+    pub const VISCOSITY: Self = Self::new("viscosity");
     /// A force moves a point.
-    Acceleration,
+    pub const ACCELERATION: Self = Self::new("acceleration");
     /// Viscous damping.
-    Damping,
+    pub const DAMPING: Self = Self::new("damping");
     /// The drag between skeleton and pore fluid.
-    SeepageDrag,
+    pub const SEEPAGE_DRAG: Self = Self::new("seepage drag");
     /// The case fixes the step.
-    Fixed,
+    pub const FIXED: Self = Self::new("fixed by the case");
     /// There is nothing that moves.
-    Nothing,
+    pub const NOTHING: Self = Self::new("nothing");
+
+    /// A limit of that name.
+    #[must_use]
+    pub const fn new(name: &'static str) -> Self {
+        Self(name)
+    }
 }
 
 impl std::fmt::Display for StepLimit {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::ElasticWave => "elastic wave",
-            Self::Viscosity => "viscosity",
-            Self::Acceleration => "acceleration",
-            Self::Damping => "damping",
-            Self::SeepageDrag => "seepage drag",
-            Self::Fixed => "fixed by the case",
-            Self::Nothing => "nothing",
-        })
+        f.write_str(self.0)
     }
+}
+
+impl Serialize for StepLimit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for StepLimit {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(Self(known(String::deserialize(deserializer)?)))
+    }
+}
+
+/// The text of that content which lives as long as the program; a checkpoint names a handful.
+fn known(name: String) -> &'static str {
+    static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = names.get(name.as_str()) {
+        return known;
+    }
+    let kept: &'static str = Box::leak(name.into_boxed_str());
+    names.insert(kept);
+    kept
+}
+
+/// What a step has done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Advance {
+    /// By how much time went on (s), or the load factor of a static solver.
+    pub dt: f64,
+    /// What kept it from being longer.
+    pub limit: StepLimit,
 }
 
 /// A stable time step and its reason.
@@ -65,12 +101,25 @@ impl TimeStep {
         })
     }
 
+    /// The step of an explicit method that is to go on by `at_most` (s): no longer than this one, the last two before the end
+    /// alike so that none is a sliver.
+    #[must_use]
+    pub fn towards(&self, at_most: f64) -> f64 {
+        if at_most <= self.dt * (1.0 + 1e-9) {
+            at_most
+        } else if at_most < 2.0 * self.dt * (1.0 - 1e-9) {
+            0.5 * at_most
+        } else {
+            self.dt
+        }
+    }
+
     /// The step that a case fixes (s), if it does and this critical one allows it.
     #[must_use]
     pub fn or_fixed(self, fixed: Option<f64>) -> Self {
         match fixed {
             Some(dt) if dt <= self.dt => {
-                Self { dt, limit: StepLimit::Fixed, point: None, position: [0.0; 3] }
+                Self { dt, limit: StepLimit::FIXED, point: None, position: [0.0; 3] }
             }
             _ => self,
         }
@@ -86,5 +135,27 @@ impl TimeStep {
                  out for steps that follow the state)"
             )
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_before_an_output_are_alike_and_none_is_a_sliver() {
+        let limit = TimeStep { dt: 1.0, limit: StepLimit::NOTHING, point: None, position: [0.0; 3] };
+        for (rest, step) in
+            [(0.3, 0.3), (1.0, 1.0), (1.0 + 1e-10, 1.0 + 1e-10), (1.5, 0.75), (2.0, 1.0), (7.3, 1.0)]
+        {
+            assert_eq!(limit.towards(rest), step, "{rest}");
+        }
+    }
+
+    #[test]
+    fn limits_keep_their_names_in_a_checkpoint() {
+        let bytes = postcard::to_stdvec(&StepLimit::new("contact")).unwrap();
+        let limit: StepLimit = postcard::from_bytes(&bytes).unwrap();
+        assert_eq!((limit, limit.to_string().as_str()), (StepLimit::new("contact"), "contact"));
     }
 }

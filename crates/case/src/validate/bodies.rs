@@ -13,7 +13,6 @@ impl Findings<'_> {
         let case = self.case;
         let dimension = case.dimension();
         let materials: Vec<&str> = case.materials.keys().map(String::as_str).collect();
-        self.require(!case.bodies.is_empty(), "bodies", "at least one body is needed");
         let mut names = HashSet::new();
         let mut sound = vec![false; case.bodies.len()];
         for (number, body) in case.bodies.iter().enumerate() {

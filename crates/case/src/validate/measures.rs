@@ -39,8 +39,10 @@ impl Findings<'_> {
                     self.positive(format!("{path}.bin"), *bin, "m");
                 }
                 Measure::Reaction { of } => {
-                    let driven = driven(case);
-                    self.name(&format!("{path}.of"), of, &driven, "the name of a rigid body or of a patch");
+                    let mut known = driven(case);
+                    known.extend(case.obstacles.iter().map(|obstacle| obstacle.name.as_str()));
+                    let what = "the name of a rigid body, a patch or an obstacle";
+                    self.name(&format!("{path}.of"), of, &known, what);
                 }
                 Measure::Probe { position, radius, fields } => {
                     self.vector(&format!("{path}.position"), position);

@@ -90,7 +90,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "/measures/front",
             json!({ "kind": "reaction", "of": "b" }),
             "measures.front.of",
-            "is not the name of a rigid body or of a patch",
+            "is not the name of a rigid body, a patch or an obstacle",
         ),
         (
             "/materials/sand/model",
@@ -131,7 +131,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "materials.sand.softening.residual_friction_angle",
             "40 is not between 0 and the peak",
         ),
-        ("/materials", json!({}), "materials", "at least one material"),
+        ("/materials", json!({}), "bodies[0].material", "is not defined"),
         ("/bodies/0/material", json!("snad"), "bodies[0].material", "did you mean \"sand\"?"),
         ("/bodies/1/name", json!("a"), "bodies[1].name", "names two bodies"),
         ("/bodies/1/shape/radius", json!(-0.2), "bodies[1].shape.radius", "-0.2 must be finite and positive"),
@@ -151,7 +151,7 @@ fn every_kind_of_mistake_is_named_where_it_is() {
             "bodies[0].velocity.across",
             "two different axes",
         ),
-        ("/bodies", json!([]), "bodies", "at least one body"),
+        ("/bodies", json!([]), "loads[0].body", "is not the name of a body"),
         ("/boundaries/0/side", json!("z-min"), "boundaries[0].side", "z-min is normal to an axis"),
         (
             "/boundaries/0/wall/kind",

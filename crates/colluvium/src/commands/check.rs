@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         say!("stage          {}: {} s{until}", stage.name, stage.duration);
     }
     for warning in plan.all_warnings(&case) {
-        eprintln!("warning: {warning}");
+        complain!("warning: {warning}");
     }
     Ok(())
 }

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use colluvium::case::output::write_atomically;
-use colluvium::case::plot::{LineChart, Picture, Series, Style};
 use colluvium::case::{CaseError, CaseErrors, json};
 use colluvium::constitutive::MaterialSpec;
 use colluvium::constitutive::driver::incremental::{self, IncrementalTest};
 use colluvium::constitutive::driver::{DriverError, ElementPath, Problem, StandardPlot, Trace, YieldLine};
+use colluvium::plots::{LineChart, Picture, Series, Style};
 
 use super::Failure;
 
@@ -93,7 +93,7 @@ fn incremental(folder: &Path, material: &Path, unit: Option<&str>) -> Result<Inc
         (test.state.iter().filter(|value| **value != 0.0).count(), incremental::INITIAL, "state variables"),
     ];
     for (count, file, what) in unused.into_iter().filter(|(count, ..)| *count > 0) {
-        eprintln!("warning: {file}: the law of --material does not use the {count} {what}");
+        complain!("warning: {file}: the law of --material does not use the {count} {what}");
     }
     Ok(test)
 }

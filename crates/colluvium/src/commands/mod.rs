@@ -5,7 +5,13 @@ macro_rules! say {
     ($($part:tt)*) => { $crate::commands::print(format_args!($($part)*))? };
 }
 
+/// Prints a line on standard error. One that nobody can take is no reason to end.
+macro_rules! complain {
+    ($($part:tt)*) => { $crate::commands::complain(format_args!($($part)*)) };
+}
+
 pub mod check;
+pub mod compare;
 pub mod element_test;
 pub mod export;
 pub mod new;
@@ -23,6 +29,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Args;
 use colluvium::case::output::OutputError;
 use colluvium::case::{Case, CaseError, CaseErrors, Method, RunError};
+use colluvium::compare::CompareError;
 use colluvium::sweep::SweepError;
 use thiserror::Error;
 
@@ -32,6 +39,11 @@ fn print(line: std::fmt::Arguments<'_>) -> Result<(), Failure> {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
         written => written.map_err(|error| Failure::Other(format!("standard output: {error}"))),
     }
+}
+
+/// Prints a line on standard error, if that is possible.
+pub fn complain(line: std::fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
 /// Why a command ends without success.
@@ -46,6 +58,9 @@ pub enum Failure {
     /// The sweep could not go on.
     #[error(transparent)]
     Sweep(#[from] SweepError),
+    /// There is no comparison.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
     /// A file could not be written or read.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -70,9 +85,9 @@ impl Failure {
     /// The exit code.
     pub fn code(&self) -> u8 {
         match self {
-            Self::Case(_) | Self::Run(RunError::Case(_)) => 3,
-            Self::Run(_) | Self::Sweep(_) | Self::Output(_) | Self::Other(_) => 1,
-            Self::Usage(_) => 2,
+            Self::Case(_) | Self::Run(RunError::Case(_)) | Self::Compare(CompareError::None(_)) => 3,
+            Self::Usage(_) | Self::Compare(CompareError::Unknown { .. }) => 2,
+            Self::Run(_) | Self::Sweep(_) | Self::Compare(_) | Self::Output(_) | Self::Other(_) => 1,
             Self::Interrupted => 4,
         }
     }
@@ -116,6 +131,14 @@ fn duration(seconds: f64) -> String {
         s if s < 7200.0 => format!("{:.0} min", s / 60.0),
         s => format!("{:.1} h", s / 3600.0),
     }
+}
+
+/// Threads for a run; all cores where no number is asked for.
+fn pool(threads: Option<u16>) -> Result<rayon::ThreadPool, Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.map_or(0, usize::from))
+        .build()
+        .map_err(|error| Failure::Other(format!("threads: {error}")))
 }
 
 /// The method to run a case with: the one asked for, or the only one the case has options for.

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::case::output::{Collection, Table};
-use colluvium::case::plot::Picture;
 use colluvium::pictures::{charts, cloud, frame, plane};
+use colluvium::plots::Picture;
 
 use super::{Failure, a_run};
 

@@ -1,13 +1,12 @@
 //! `colluvium run`.
 
-use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::case::run::Ending;
 use colluvium::case::{Case, RunOptions, RunReport};
 
-use super::{Failure, ResultFiles, choose, free_memory, stop_on_interrupt};
+use super::{Failure, ResultFiles, choose, free_memory, pool, stop_on_interrupt};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -35,21 +34,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         out: Some(out.clone()),
         resume: files.resume,
         overwrite: files.overwrite,
-        progress: !files.quiet && std::io::stderr().is_terminal(),
+        progress: !files.quiet,
         keep_frames: false,
         stop: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
-        warn: (!files.quiet).then_some(|remark| eprintln!("warning: {remark}")),
+        warn: (!files.quiet).then_some(|remark| complain!("warning: {remark}")),
         warnings,
     };
-    let threads = arguments.threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|error| Failure::Other(format!("threads: {error}")))?;
+    let pool = pool(arguments.threads)?;
     if !files.quiet {
         for warning in &options.warnings {
-            eprintln!("warning: {warning}");
+            complain!("warning: {warning}");
         }
     }
     let report = pool.install(|| colluvium::case::run_method(method, &case, &options))?;
@@ -58,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     if !files.quiet {
         for remark in report.remarks.iter().filter(|remark| !report.said.contains(remark)) {
-            eprintln!("warning: {remark}");
+            complain!("warning: {remark}");
         }
         print(&report, &out)?;
     }

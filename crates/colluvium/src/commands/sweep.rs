@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let tell = |number: usize, state: &RunState| {
         let (run, quiet) = (sweep.describe(number, &members[number].values), files.quiet);
         let state = match state {
-            RunState::Failed(why) => return eprintln!("error: {run}: {}", why.replace('\n', "; ")),
+            RunState::Failed(why) => return complain!("error: {run}: {}", why.replace('\n', "; ")),
             _ if quiet => return,
             RunState::Kept => "complete already",
             RunState::Completed => "completed",
@@ -82,7 +82,7 @@ fn say_what(sweep: &Sweep, members: &[Member], plans: &[Plan], threads: usize) -
     say!("duration       about {} on {threads} threads", duration(seconds / threads as f64));
     let warnings = plans.iter().zip(members).flat_map(|(plan, member)| plan.all_warnings(&member.case));
     for warning in warnings.collect::<BTreeSet<_>>() {
-        eprintln!("warning: {warning}");
+        complain!("warning: {warning}");
     }
     Ok(())
 }

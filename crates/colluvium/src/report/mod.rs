@@ -9,8 +9,8 @@ use serde_json::Value;
 use thiserror::Error;
 
 use crate::case::output::{Collection, OutputError, Table, read_json, write_atomically};
-use crate::case::plot::{LineChart, Picture, Series, Style};
 use crate::pictures;
+use crate::plots::{LineChart, Picture, Series, Style};
 
 /// Name of the report in the folder of its run.
 pub const REPORT: &str = "report.html";
@@ -123,7 +123,7 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportEr
 }
 
 /// Numbers of at most `wanted` frames of `count`, evenly from the first to the last.
-fn chosen(count: usize, wanted: usize) -> Vec<usize> {
+pub(crate) fn chosen(count: usize, wanted: usize) -> Vec<usize> {
     let shown = wanted.min(count);
     let last = count.saturating_sub(1);
     match shown {
@@ -155,7 +155,8 @@ fn points(folder: &Path, results: &Results, options: &ReportOptions) -> Result<V
     Ok(figures.into_iter().map(|(_, figure)| figure).collect())
 }
 
-fn png(picture: &impl Picture, what: &str) -> Result<String, ReportError> {
+/// A picture as an `img` that carries its PNG.
+pub(crate) fn png(picture: &impl Picture, what: &str) -> Result<String, ReportError> {
     use base64::Engine;
     let fail = |problem| ReportError::Picture { what: what.to_owned(), problem };
     let data = base64::engine::general_purpose::STANDARD.encode(picture.to_png().map_err(fail)?);

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::{Sweep, order, word};
 use crate::case::output::{OutputError, Table, heading, read_json, write_atomically};
-use crate::case::plot::{LineChart, Picture, Series, Style};
+use crate::plots::{LineChart, Picture, Series, Style};
 
 /// Name of the table, and of those of convergence.
 pub(super) const TABLES: [&str; 2] = ["runs.csv", "convergence.csv"];

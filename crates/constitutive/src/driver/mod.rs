@@ -1,5 +1,5 @@
-//! The element driver: one material point under prescribed strains and stresses (constitutive
-//! sheet §3.12), the way laws are tested and calibrated.
+//! The element driver: one material point under prescribed strains and stresses
+//! (sheet: constitutive §3.12), the way laws are tested and calibrated.
 //!
 //! An [`ElementTest`] is a material, an initial stress and a list of stages. Every step solves
 //! `S Δσ + E Δε = ΔY` for the strain increment by Newton's method with the law's own tangent.

@@ -1,4 +1,4 @@
-//! Acceleration-based viscous stress beside a frictional law (constitutive sheet §2.12, AL2 eqs. 8–9,
+//! Acceleration-based viscous stress beside a frictional law (sheet: constitutive §2.12, AL2 eqs. 8–9,
 //! 25–33: Wu, Wang & Alipour 2020).
 //!
 //! `T = T_i + T_v`: the frictional law gives `T_i`, and `T̊_v = η1 D̊ + η (T D̊ + D̊ T) + η3 D̊²` with

@@ -1,4 +1,4 @@
-//! Viscoplastic fluids: Bingham and frictional (constitutive sheet §2.10, §3.7.9; Anura3D manual 2021,
+//! Viscoplastic fluids: Bingham and frictional (sheet: constitutive §2.10, §3.7.9; Anura3D manual 2021,
 //! eqs. 7.29–7.38).
 //!
 //! `√J2 = τ_y + μ γ̇`, `γ̇ = √(2 D':D')`, with `τ_y` constant (`bingham`) or

@@ -1,4 +1,4 @@
-//! Simple elastic–perfectly plastic soil with pressure from density (constitutive sheet §2.8; Bui & Nguyen
+//! Simple elastic–perfectly plastic soil with pressure from density (sheet: constitutive §2.8; Bui & Nguyen
 //! 2021, eqs. 58–62).
 //!
 //! `p = K (ρ/ρ₀ - 1)`; the deviator follows Hooke in the co-rotating frame and is scaled back where its

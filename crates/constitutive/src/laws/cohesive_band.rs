@@ -1,4 +1,4 @@
-//! Mixed-mode cohesive–frictional band of zero thickness (constitutive sheet §2.16, eqs. 2.22–2.23, in the
+//! Mixed-mode cohesive–frictional band of zero thickness (sheet: constitutive §2.16, eqs. 2.22–2.23, in the
 //! family of Wang et al. 2019, 2020).
 //!
 //! `t_n = K_n (u_n - u_n^p)` (tension-positive), `t_s = K_s (u_s - u_s^p)`; with `z = 1 - D`

@@ -1,4 +1,4 @@
-//! Cohesive damage with exponential softening (constitutive sheet §2.16; a standard law of cohesive-zone
+//! Cohesive damage with exponential softening (sheet: constitutive §2.16; a standard law of cohesive-zone
 //! models).
 //!
 //! `t = (1 - D) K₀ u`; the effective opening `δ = √(⟨u_n⟩² + |u_s|²)` drives

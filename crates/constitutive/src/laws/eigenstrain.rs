@@ -1,4 +1,4 @@
-//! Stress-free strain (constitutive sheet §3.11; Bui & Nguyen 2021, section 4.5): shrinkage by drying,
+//! Stress-free strain (sheet: constitutive §3.11; Bui & Nguyen 2021, section 4.5): shrinkage by drying,
 //! swelling by wetting.
 //!
 //! An isotropic strain grows linearly to its final value and is taken off the motion that the inner law

@@ -1,4 +1,4 @@
-//! Pressure from density (constitutive sheet §2.10, eq. 2.13; Cole 1948 for Tait's form).
+//! Pressure from density (sheet: constitutive §2.10, eq. 2.13; Cole 1948 for Tait's form).
 //!
 //! `p = K (r - 1)` or `p = K/7 (r⁷ - 1)`, with `r = ρ/ρ₀` the density over that at zero pressure and
 //! `K = ρ₀ c₀²`. Where pressure would fall below minus the tension the material bears, it opens: pressure
@@ -123,7 +123,7 @@ impl Barotropic {
         Ok(FluidState { rest_density: density / ratio, density, shear_rate: 0.0 })
     }
 
-    /// State at the end of a step, shear rate still to be found (sheet §7: the density changes by less
+    /// State at the end of a step, shear rate still to be found (sheet: constitutive §7: the density changes by less
     /// than a factor of two).
     #[inline]
     pub(super) fn step(

@@ -1,4 +1,4 @@
-//! What the finite-strain elastic laws share (constitutive sheet §2.13): the left Cauchy–Green tensor as
+//! What the finite-strain elastic laws share (sheet: constitutive §2.13): the left Cauchy–Green tensor as
 //! state, its step, and the inverse from a stress to the stretches that carry it. Such a law is a [`FiniteElastic`].
 
 use serde::{Deserialize, Serialize};

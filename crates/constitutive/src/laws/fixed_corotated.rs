@@ -1,4 +1,4 @@
-//! Fixed-corotated elasticity (constitutive sheet §2.13; Stomakhin et al. 2012, 2013).
+//! Fixed-corotated elasticity (sheet: constitutive §2.13; Stomakhin et al. 2012, 2013).
 //!
 //! Energy `Ψ = μ Σ (s_A - 1)² + λ/2 (J - 1)²` per initial volume of the principal stretches `s_A`; Kirchhoff
 //! stress `τ = 2μ (F - R) Fᵀ + λ (J - 1) J 1`, in principal values `τ_A = 2μ s_A (s_A - 1) + λ J (J - 1)`.

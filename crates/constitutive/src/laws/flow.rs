@@ -1,5 +1,5 @@
 //! What laws have in common whose pressure follows from density and whose shear stress is that of a flow
-//! (constitutive sheet §3.4, §3.7.9). `τ = √J2`, shear rate `γ̇ = √(2 D':D')`, both positive.
+//! (sheet: constitutive §3.4, §3.7.9). `τ = √J2`, shear rate `γ̇ = √(2 D':D')`, both positive.
 //!
 //! [`Viscous`]: `s = 2η(γ̇, p) dev D`; the viscosity must stay finite at rest, so there is no static yield.
 //! [`Viscoplastic`]: elastic (`G`) up to the yield stress, above it the plastic shear rate is the one that

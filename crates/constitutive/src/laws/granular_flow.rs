@@ -1,4 +1,4 @@
-//! Dimensionless numbers and regimes of granular flow (constitutive sheet §2.9; Wu, Wang & Alipour 2020,
+//! Dimensionless numbers and regimes of granular flow (sheet: constitutive §2.9; Wu, Wang & Alipour 2020,
 //! §2; Bagnold 1954; Krieger & Dougherty 1959). Diagnostics: no law depends on them but for the inertial
 //! number.
 

@@ -1,4 +1,4 @@
-//! Linear isotropic elasticity (constitutive sheet §2.2; Hooke's law in rate form).
+//! Linear isotropic elasticity (sheet: constitutive §2.2; Hooke's law in rate form).
 //!
 //! `σ̇ = λ tr(D) 1 + 2G D` in the co-rotating frame. Parameters: Young's modulus (Pa) and Poisson's
 //! ratio. Limits: hypoelastic at finite strain, so a closed strain path may leave stress behind.
@@ -8,6 +8,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::hencky::Few;
 use crate::lanes::Lanes;
 use crate::model::{Facts, Kind, Model, StrainMeasure};
 use crate::{
@@ -62,7 +63,7 @@ impl Model for LinearElasticSpec {
     }
 }
 
-/// A word on nearly incompressible solids (MPM sheet §7).
+/// A word on nearly incompressible solids (sheet: mpm §7).
 pub(crate) fn stiff_warnings(poissons_ratio: f64) -> Vec<String> {
     if poissons_ratio >= 0.49 {
         vec![format!("poissons_ratio: {poissons_ratio} makes explicit steps short and low-order grids lock")]
@@ -236,6 +237,12 @@ impl SmallStrain for LinearElastic {
 }
 
 impl PrincipalReturn for LinearElastic {
+    fn takes_few(&self) -> bool {
+        true
+    }
+
+    fn return_few<const N: usize>(&self, _few: &mut Few<N>, _states: &mut [(); N]) {}
+
     fn elasticity(&self) -> &Elasticity {
         &self.elasticity
     }

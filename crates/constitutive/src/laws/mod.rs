@@ -44,7 +44,8 @@ pub use cam_clay::{CamClay, CamClayReturn, CamClaySpec, CamClayState};
 pub use cfd_soil::{CfdSoilSpec, ShearNorm};
 pub use cohesive_band::{CohesiveBand, CohesiveBandSpec, CohesiveState};
 pub use cohesive_cam_clay::{
-    CamClayHardening, CamClayInvariants, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState,
+    CamClayHardening, CamClayIntegration, CamClayInvariants, CohesiveCamClay, CohesiveCamClaySpec,
+    CohesiveCamClayState,
 };
 pub use cohesive_damage::{CohesiveDamage, CohesiveDamageSpec, DamageState};
 pub use double_scale::{
@@ -78,7 +79,7 @@ pub use crate::model::StrainMeasure;
 use crate::model::check;
 use crate::{MaterialError, SymTensor};
 
-/// Ranges of friction and dilatancy angle (degrees), constitutive sheet §7.
+/// Ranges of friction and dilatancy angle (degrees), sheet: constitutive §7.
 fn check_angles(friction: f64, dilatancy: f64) -> Result<(), MaterialError> {
     check(
         "friction_angle",

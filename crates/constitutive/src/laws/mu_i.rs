@@ -1,4 +1,4 @@
-//! μ(I) rheology of dense granular flow (constitutive sheet §2.9, §3.7.9; Jop, Forterre & Pouliquen 2006;
+//! μ(I) rheology of dense granular flow (sheet: constitutive §2.9, §3.7.9; Jop, Forterre & Pouliquen 2006;
 //! Bui & Nguyen 2021, eqs. 63–67; Dunatunga & Kamrin 2015).
 //!
 //! `√J2 = μ(I) p`, `μ(I) = μ_s + (μ_2 - μ_s)/(I_0/I + 1)`, `I = γ̇ d/√(p/ρ_s)`, with `γ̇ = √(2 D':D')`, the
@@ -89,6 +89,13 @@ fn rate_floor() -> f64 {
     1e-7
 }
 
+/// Ranges of the friction coefficients at rest and in fast flow.
+pub(crate) fn check_friction(low: f64, high: f64) -> Result<(), MaterialError> {
+    check("static_friction", low, low > 0.0 && low < 2.0, "is not between 0 and 2 (exclusive)")?;
+    let rule = format!("is not between the static friction, {low}, and 2 (excluded)");
+    check("limit_friction", high, high >= low && high < 2.0, &rule)
+}
+
 impl MuISpec {
     /// Checks the ranges and gives the friction law.
     ///
@@ -100,9 +107,7 @@ impl MuISpec {
         positive("grain_density", self.grain_density, "kg/m³")?;
         positive("grain_diameter", self.grain_diameter, "m")?;
         let (low, high) = (self.static_friction, self.limit_friction);
-        check("static_friction", low, low > 0.0 && low < 2.0, "is not between 0 and 2 (exclusive)")?;
-        let rule = format!("is not between the static friction, {low}, and 2 (excluded)");
-        check("limit_friction", high, high >= low && high < 2.0, &rule)?;
+        check_friction(low, high)?;
         positive("reference_inertial_number", self.reference_inertial_number, "")?;
         match self.form {
             MuIForm::ElastoViscoplastic {} => {}

@@ -1,4 +1,4 @@
-//! Return to a surface of several planes in principal stresses (constitutive sheet §3.7.3): Mohr–Coulomb
+//! Return to a surface of several planes in principal stresses (sheet: constitutive §3.7.3): Mohr–Coulomb
 //! with a tension cut-off, and the independent check of its return without one.
 //!
 //! Planes `a_i · σ ≤ b_i` with flow directions `g_i`, elastic law linear, so the return to a set of active

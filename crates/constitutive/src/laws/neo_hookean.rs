@@ -1,4 +1,4 @@
-//! Compressible neo-Hookean elasticity (constitutive sheet §2.13).
+//! Compressible neo-Hookean elasticity (sheet: constitutive §2.13).
 //!
 //! Kirchhoff stress `τ = μ (b - 1) + U 1` with the left Cauchy–Green tensor `b`. Volumetric term, by
 //! choice: `U = λ ln J` with energy `Ψ = μ/2 (tr b - 3) - μ ln J + λ/2 (ln J)²` per initial volume, or

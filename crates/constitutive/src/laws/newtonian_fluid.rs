@@ -1,4 +1,4 @@
-//! Weakly compressible Newtonian fluid (constitutive sheet §2.10; Anura3D manual eqs. 7.29–7.36).
+//! Weakly compressible Newtonian fluid (sheet: constitutive §2.10; Anura3D manual eqs. 7.29–7.36).
 //!
 //! `σ = -p 1 + 2 μ dev D`, pressure from density: linear `p = c² (ρ - ρ₀)` with `c² = K/ρ₀`, or
 //! Tait's `p = ρ₀ c²/7 [(ρ/ρ₀)⁷ - 1]`. Where pressure would fall below minus the cavitation

@@ -1,4 +1,4 @@
-//! Original Cam-clay (constitutive sheet §2.6; Anura3D manual eqs. 7.14–7.17; Schofield & Wroth 1968).
+//! Original Cam-clay (sheet: constitutive §2.6; Anura3D manual eqs. 7.14–7.17; Schofield & Wroth 1968).
 //!
 //! `F = η - M ln(p_c/p) ≤ 0` with `η = q/p`, associated: plastic dilatancy `dε_v/dε_q = M - η` from Taylor's
 //! work equation, so that the step dissipates `M p dε_q`. Hardening and elasticity are those of

@@ -1,4 +1,4 @@
-//! Isotropic elasticity whose stiffness grows with pressure (constitutive sheet §2.2; Anura3D manual
+//! Isotropic elasticity whose stiffness grows with pressure (sheet: constitutive §2.2; Anura3D manual
 //! eqs. 7.6–7.11).
 //!
 //! Sand: `G = A (p/p_ref)ⁿ`, `K = 2(1+ν)/(3(1-2ν)) G`. Clay: `K = (1+e) p/κ`, `G = 3(1-2ν)/(2(1+ν)) K`.
@@ -26,7 +26,7 @@ const NAME: &str = "pressure-dependent-elastic";
 /// The reference pressure of laws that have none of their own (Pa).
 pub(super) const REFERENCE_PRESSURE: f64 = 1e3;
 
-/// Least pressure, as a share of the reference pressure (sheet P-14).
+/// Least pressure, as a share of the reference pressure (sheet: constitutive P-14).
 const LEAST_SHARE: f64 = 1e-3;
 
 /// Least pressure of laws without a reference pressure of their own (Pa).

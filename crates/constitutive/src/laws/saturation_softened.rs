@@ -1,4 +1,4 @@
-//! Loss of strength by wetting (constitutive sheet §2.17; after Bui & Nguyen 2021, section 4.6).
+//! Loss of strength by wetting (sheet: constitutive §2.17; after Bui & Nguyen 2021, section 4.6).
 //!
 //! The cohesion of the inner law follows the degree of saturation of the step,
 //! `c = c_sat + (c_dry - c_sat)(1 - S_r)`; the inner law's own cohesion is `c_dry`. Where there is no pore

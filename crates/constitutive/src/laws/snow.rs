@@ -1,4 +1,4 @@
-//! Snow that breaks and packs (constitutive sheet §2.14, §3.7.7; Stomakhin et al. 2013; Gaume et al.
+//! Snow that breaks and packs (sheet: constitutive §2.14, §3.7.7; Stomakhin et al. 2013; Gaume et al.
 //! 2020, eqs. 46–53).
 //!
 //! Elasticity `fixed-corotated` (or Hencky's) in the elastic part of `F = F_E F_P`, whose principal
@@ -30,7 +30,7 @@ use crate::{
 
 const NAME: &str = "snow";
 
-/// Strain increment above which a step is divided (sheet §3.8).
+/// Strain increment above which a step is divided (sheet: constitutive §3.8).
 const LARGEST_STEP: f64 = 0.2;
 
 /// Parameters of `snow`.
@@ -63,7 +63,7 @@ pub struct SnowSpec {
     pub largest_plastic_volume: f64,
 }
 
-// Published defaults (sheet §2.14).
+// Published defaults (sheet: constitutive §2.14).
 fn critical_compression() -> f64 {
     0.025
 }

@@ -1,4 +1,4 @@
-//! St. Venant–Kirchhoff elasticity (constitutive sheet §2.13; Gaume et al. 2020, eqs. 15–16).
+//! St. Venant–Kirchhoff elasticity (sheet: constitutive §2.13; Gaume et al. 2020, eqs. 15–16).
 //!
 //! Linear in the Green strain: energy `Ψ = λ/2 (tr E)² + μ tr E²` per initial volume, Kirchhoff stress
 //! `τ = λ/2 (tr b - 3) b + μ (b² - b)`. Path-independent. Parameters: Young's modulus (Pa) and Poisson's

@@ -1,4 +1,4 @@
-//! Strength reduction (constitutive sheet §3.11; Bui & Nguyen 2021, sections 4.1 and 4.3): the factor by which
+//! Strength reduction (sheet: constitutive §3.11; Bui & Nguyen 2021, sections 4.1 and 4.3): the factor by which
 //! strength may be divided before a slope fails is its factor of safety.
 //!
 //! `c → c/F`, `tan φ → tan φ/F`, the dilatancy angle at most the new friction angle. With `scope: peak` the

@@ -1,4 +1,4 @@
-//! The substepping policy (constitutive sheet §3.8): a step that is too large, or whose local solve does not
+//! The substepping policy (sheet: constitutive §3.8): a step that is too large, or whose local solve does not
 //! converge, is taken in 2, 4, … 64 equal parts.
 
 use crate::{MaterialError, Motion, Point, SymTensor};

@@ -1,4 +1,4 @@
-//! Tension cut-off around an elastic law (constitutive sheet §2.5, §3.11): Rankine's criterion.
+//! Tension cut-off around an elastic law (sheet: constitutive §2.5, §3.11): Rankine's criterion.
 //!
 //! After the elastic step no principal stress exceeds the tensile strength; flow is associated, so the
 //! return couples the principal stresses through the elasticity. Mohr–Coulomb has a cut-off of its own

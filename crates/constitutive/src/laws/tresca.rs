@@ -1,4 +1,4 @@
-//! Tresca plasticity (constitutive sheet §2.5, §3.7.4; Anura3D manual eq. 7.24).
+//! Tresca plasticity (sheet: constitutive §2.5, §3.7.4; Anura3D manual eq. 7.24).
 //!
 //! `f = σ1 - σ3 - 2 s_u ≤ 0`, associated, perfectly plastic: Mohr–Coulomb without friction and with the
 //! undrained shear strength as cohesion. For the short-term strength of clays in total stresses.

@@ -1,4 +1,4 @@
-//! Undrained saturated soil in effective stresses (constitutive sheet §2.17, §3.11; Anura3D manual
+//! Undrained saturated soil in effective stresses (sheet: constitutive §2.17, §3.11; Anura3D manual
 //! eq. 4.52 with `K_L/n` in place of the printed `K_L`).
 //!
 //! The pore water follows the skeleton: `Δp_w = -(K_f/n) tr A`, at least minus the cavitation strength. The

@@ -1,4 +1,4 @@
-//! Von Mises plasticity (constitutive sheet §2.4; Bui & Nguyen 2021, section 4.3).
+//! Von Mises plasticity (sheet: constitutive §2.4; Bui & Nguyen 2021, section 4.3).
 //!
 //! `f = √J2 - k ≤ 0`, associated: Drucker–Prager without friction. Which cohesion `k` stands for is a
 //! matter of matching: `k = c` is exact in plane strain and simple shear (default), `k = 2c/√3` in

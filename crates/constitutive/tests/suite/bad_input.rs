@@ -1,4 +1,4 @@
-//! What the sheet (constitutive, §7) asks to refuse is refused, and the error names the field. A case file gives
+//! What `sheet: constitutive §7` asks to refuse is refused, and the error names the field. A case file gives
 //! these materials, so they are written as it would. More of it: the hypoplastic law in `hypoplasticity.rs`, bands in
 //! `localisation.rs`, the driver's control in `driver/tests.rs`.
 
@@ -371,7 +371,7 @@ fn initial_stresses_are_held_against_the_law() {
 #[test]
 fn bases_of_flow_and_porous_media_name_their_fields() {
     for (value, field) in [
-        (json!({ "model": "bingham", "yield_stress": 200.0, "viscosity": 0.0 }), "viscosity: 0"),
+        (json!({ "model": "bingham", "yield_stress": 200.0, "viscosity": -1.0 }), "viscosity: -1"),
         (json!({ "model": "coulomb", "friction_angle": 90.0 }), "friction_angle: 90"),
         (json!({ "model": "voellmy", "friction_angle": 15.0, "turbulence": 0.0 }), "turbulence: 0"),
     ] {

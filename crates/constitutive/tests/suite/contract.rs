@@ -1,4 +1,4 @@
-//! What every law owes its callers (constitutive sheet §3.1), held against every registered law
+//! What every law owes its callers (sheet: constitutive §3.1), held against every registered law
 //! without naming one.
 //!
 //! Round-off is measured against the stress a step handles: the stress before it plus that of its

@@ -1,4 +1,4 @@
-//! Pressure-dependent elasticity, the Cam-clays and SIMSAND against constitutive sheet §2.2, §2.6, §2.7,
+//! Pressure-dependent elasticity, the Cam-clays and SIMSAND against `sheet: constitutive §2.2, §2.6, §2.7`,
 //! §3.7.5, §3.7.8, V-11, V-12 and V-18. The sheet's numbers are in kPa.
 
 use colluvium_constitutive::driver::{ElementPath, ElementTest, Path, TestStage};

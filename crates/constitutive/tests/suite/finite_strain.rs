@@ -1,4 +1,4 @@
-//! Finite-strain elasticity (constitutive sheet §2.13): the table of Kirchhoff stresses, energies as
+//! Finite-strain elasticity (sheet: constitutive §2.13): the table of Kirchhoff stresses, energies as
 //! potentials, inverses.
 
 use std::sync::Arc;

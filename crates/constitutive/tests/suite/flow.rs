@@ -1,10 +1,7 @@
-//! Reference values of the flow laws (constitutive sheet §2.8–2.11, §3.7.9, §7), computed there with
+//! Reference values of the flow laws (sheet: constitutive §2.8–2.10, §3.7.9, §7), computed there with
 //! independent scripts, and what must hold of them besides the contract.
 
-use colluvium_constitutive::basal::{
-    BasalFlow, BasalSpec, BinghamBaseSpec, BinghamSolution, CoulombSpec, SkeletonSpec, ViscousFrictionalSpec,
-    VoellmySpec, plug_ratio, plug_ratio_quadratic,
-};
+use crate::common::{assert_field, digits};
 use colluvium_constitutive::laws::bingham::{Capped, YieldStress};
 use colluvium_constitutive::laws::flow::{EffectiveViscosity, FlowCurve, Viscoplastic};
 use colluvium_constitutive::laws::granular_flow::{
@@ -20,12 +17,6 @@ use colluvium_constitutive::{
     Corotational, InitialCondition, Mat3, MaterialError, MaterialSpec, Motion, Point, SmallStrain,
     StressUpdate, SymTensor,
 };
-
-/// `found` agrees with `exact` to `digits` significant digits as printed: half a unit of the last one.
-fn digits(found: f64, exact: f64, digits: i32) {
-    let unit = 10f64.powi(exact.abs().log10().floor() as i32 + 1 - digits);
-    assert!((found - exact).abs() <= 0.5 * unit * (1.0 + 1e-9), "{found} for {exact}");
-}
 
 /// The set of §2.9.
 fn sand() -> MuISpec {
@@ -318,135 +309,6 @@ fn numbers_and_regimes_of_granular_flow() {
 }
 
 #[test]
-fn bingham_base_solves_the_cubic() {
-    // a, ξ; then h, v̄, μ, τ_y, τ_b, by the quadratic (its first value is 429.723192320769 in thirty digits; the
-    // sheet's last digit, 429.7231922, is one too low).
-    for (a, xi) in [(1.5, 0.467_090_379_2), (3.0, 0.339_876_886_6), (0.015, 0.930_974_664_2)] {
-        digits(plug_ratio(a), xi, 10);
-    }
-    assert!((plug_ratio(1200.0) - 0.001_662_510_4).abs() <= 0.5e-10);
-    let table = [
-        (1.0, 1.0, 50.0, 200.0, 428.182_657_8, 429.723_192_3),
-        (2.0, 5.0, 100.0, 500.0, 1_471.120_925, 1_491.615_899),
-    ];
-    for (depth, speed, viscosity, yield_stress, exact, quadratic) in table {
-        let flow = BasalFlow { depth, speed, ..BasalFlow::default() };
-        for (solution, expected) in [(BinghamSolution::Exact, exact), (BinghamSolution::Quadratic, quadratic)]
-        {
-            let law =
-                BasalSpec::Bingham(BinghamBaseSpec { yield_stress, viscosity, solution }).build().unwrap();
-            digits(law.shear_stress(&flow).unwrap(), expected, 10);
-        }
-    }
-}
-
-#[test]
-fn the_exact_root_solves_its_equation_and_the_quadratic_stays_near() {
-    let (mut least, mut most) = (0f64, 0f64);
-    for i in -320..=320 {
-        let a = 10f64.powf(f64::from(i) / 80.0);
-        let xi = plug_ratio(a);
-        assert!((xi.powi(3) - (3.0 + a) * xi + 2.0).abs() < 1e-14 * (3.0 + a), "{a}");
-        let error = xi / plug_ratio_quadratic(a) - 1.0;
-        (least, most) = (least.min(error), most.max(error));
-    }
-    // -2.8 % to +4.6 % over 10⁻⁴ <= a <= 10⁴, +5.2 % as a -> 0.
-    assert!((least + 0.028).abs() < 5e-4 && (most - 0.046).abs() < 5e-4, "{least} {most}");
-    assert!((1.0 / plug_ratio_quadratic(0.0) - 1.052).abs() < 5e-4);
-    // Where the closed form hands over to the asymptote.
-    assert!((plug_ratio(1e6) / plug_ratio(1e6 * (1.0 + 1e-12)) - 1.0).abs() < 1e-11);
-}
-
-#[test]
-fn bingham_base_has_its_limits() {
-    let build = |yield_stress, viscosity| {
-        let spec = BinghamBaseSpec { yield_stress, viscosity, solution: BinghamSolution::Exact };
-        BasalSpec::Bingham(spec).build().unwrap()
-    };
-    let flow = |speed| BasalFlow { depth: 1.5, speed, ..BasalFlow::default() };
-    let slow = build(200.0, 50.0).shear_stress(&flow(1e-12)).unwrap();
-    assert!((slow - 200.0).abs() < 1e-3, "{slow}");
-    for yield_stress in [0.0, 1e-12] {
-        let fluid = build(yield_stress, 50.0).shear_stress(&flow(2.0)).unwrap();
-        assert!((fluid / (3.0 * 50.0 * 2.0 / 1.5) - 1.0).abs() < 1e-12, "{fluid}");
-    }
-    for spec in BasalSpec::examples() {
-        let law = spec.build().unwrap();
-        let mut last = 0.0;
-        for i in -60..=40 {
-            let now = law.shear_stress(&flow(10f64.powf(0.1 * f64::from(i)))).unwrap();
-            assert!(now >= last, "{spec:?}: {last} to {now}");
-            last = now;
-        }
-    }
-}
-
-#[test]
-fn frictional_bases() {
-    // s_b = 5000 Pa.
-    let spec = ViscousFrictionalSpec { friction_angle: 45.0, consistency: 0.8, exponent: 2.0 };
-    let law = BasalSpec::ViscousFrictional(spec).build().unwrap();
-    let flow = BasalFlow {
-        depth: 1.5,
-        speed: 3.0,
-        normal_stress: 7000.0,
-        pore_pressure: 2000.0,
-        ..BasalFlow::default()
-    };
-    digits(law.shear_stress(&flow).unwrap(), 5020.0, 5);
-    // m = 1: factor 3, m = 2: 25/4.
-    for (exponent, factor) in [(1.0, 3.0), (2.0, 6.25)] {
-        let spec = ViscousFrictionalSpec { friction_angle: 0.0, consistency: 1.0, exponent };
-        let law = BasalSpec::ViscousFrictional(spec).build().unwrap();
-        let unit = BasalFlow { depth: 1.0, speed: 1.0, ..BasalFlow::default() };
-        assert!((law.shear_stress(&unit).unwrap() - factor).abs() < 1e-12);
-    }
-    let unit_weight = 2000.0 * 9.81;
-    let slope = 20f64.to_radians();
-    let flow = BasalFlow {
-        depth: 1.5,
-        speed: 3.0,
-        normal_stress: unit_weight * 1.5 * slope.cos(),
-        pore_pressure: 0.0,
-        slope: slope.tan(),
-        unit_weight,
-    };
-    let voellmy =
-        BasalSpec::Voellmy(VoellmySpec { friction_angle: 15.0, turbulence: 600.0 }).build().unwrap();
-    digits(voellmy.shear_stress(&flow).unwrap(), 7704.476, 7);
-    // At rest: held by what drives it, up to the strength; a dry bed holds nothing.
-    let coulomb = |angle| BasalSpec::Coulomb(CoulombSpec { friction_angle: angle }).build().unwrap();
-    let rest = BasalFlow { speed: 0.0, ..flow };
-    let driving = unit_weight * 1.5 * slope.sin();
-    assert!((coulomb(30.0).shear_stress(&rest).unwrap() - driving).abs() < 1e-8);
-    let strength = flow.normal_stress * 15f64.to_radians().tan();
-    assert!((coulomb(15.0).shear_stress(&rest).unwrap() - strength).abs() < 1e-8);
-    assert!((coulomb(15.0).shear_stress(&flow).unwrap() - strength).abs() < 1e-8);
-    let floating = BasalFlow { pore_pressure: 1e6, ..flow };
-    assert_eq!(coulomb(15.0).shear_stress(&floating).unwrap(), 0.0);
-    assert_eq!(voellmy.shear_stress(&BasalFlow { depth: 0.0, ..flow }).unwrap(), 0.0);
-    assert!(voellmy.shear_stress(&BasalFlow { speed: f64::NAN, ..flow }).is_err());
-    assert!(voellmy.shear_stress(&BasalFlow { speed: -1.0, ..flow }).is_err());
-}
-
-#[test]
-fn skeleton_stiffness_of_confined_columns() {
-    let spec = SkeletonSpec { youngs_modulus: 20e6, poissons_ratio: 0.3, alpha: 1.0 };
-    digits(spec.stiffness().unwrap(), 16.666_666_7e6, 9);
-    let confined = SkeletonSpec { alpha: 0.5, ..spec.clone() }.stiffness().unwrap();
-    assert!((confined / spec.stiffness().unwrap() - 2.0).abs() < 1e-15);
-    assert_field(SkeletonSpec { alpha: 0.0, ..spec }.stiffness(), "alpha");
-}
-
-fn assert_field<T>(result: Result<T, MaterialError>, name: &str) {
-    match result {
-        Err(MaterialError::Parameter { field, .. }) => assert_eq!(field, name),
-        Err(error) => panic!("{name}: {error}"),
-        Ok(_) => panic!("{name}: accepted"),
-    }
-}
-
-#[test]
 fn parameters_out_of_range_are_named() {
     let mu_i = |spec: MuISpec, field| assert_field(MaterialSpec::MuI(spec).build(), field);
     mu_i(MuISpec { density: 0.0, ..sand() }, "density");
@@ -496,21 +358,6 @@ fn parameters_out_of_range_are_named() {
         equation_of_state: EquationOfState::Linear,
     };
     assert_field(MaterialSpec::NewtonianFluid(water).build(), "viscosity");
-
-    let basal = |spec: BasalSpec, field| assert_field(spec.build(), field);
-    let with = |yield_stress, viscosity| {
-        BasalSpec::Bingham(BinghamBaseSpec { yield_stress, viscosity, solution: BinghamSolution::Exact })
-    };
-    basal(with(-1.0, 50.0), "yield_stress");
-    basal(with(200.0, 0.0), "viscosity");
-    let with = |friction_angle, consistency, exponent| {
-        BasalSpec::ViscousFrictional(ViscousFrictionalSpec { friction_angle, consistency, exponent })
-    };
-    basal(with(90.0, 0.8, 2.0), "friction_angle");
-    basal(with(15.0, 0.0, 2.0), "consistency");
-    basal(with(15.0, 0.8, 0.0), "exponent");
-    basal(BasalSpec::Voellmy(VoellmySpec { friction_angle: 15.0, turbulence: 0.0 }), "turbulence");
-    basal(BasalSpec::Coulomb(CoulombSpec { friction_angle: -1.0 }), "friction_angle");
 }
 
 #[test]

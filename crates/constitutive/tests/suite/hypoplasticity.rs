@@ -1,4 +1,4 @@
-//! Hypoplasticity and its viscous part: reference values of constitutive sheet §2.12, V-16, V-17, and
+//! Hypoplasticity and its viscous part: reference values of `sheet: constitutive §2.12, V-16, V-17`, and
 //! bad input of §7 (kPa in the comments, Pa in the code).
 
 use crate::common::near;
@@ -138,6 +138,7 @@ fn triaxial(spec: &HypoplasticSpec, axial_compression: f64, steps: usize) -> (f6
 
 #[test]
 fn drained_triaxial_compression_goes_to_the_critical_stress_ratio() {
+    // sheet: constitutive V-16, without dependence on density.
     for (strain, exact) in [
         (0.001, 1.193_145),
         (0.005, 1.841_913),
@@ -157,6 +158,7 @@ fn drained_triaxial_compression_goes_to_the_critical_stress_ratio() {
 
 #[test]
 fn dense_soil_peaks_and_softens_to_the_critical_state() {
+    // sheet: constitutive V-16, e₀ = 0.70 and 0.90: peak, its strain, and the ends at a strain of 0.4; 5·10⁻⁴.
     let dense = HypoplasticSpec { critical_state: Some(CRITICAL), ..spec() };
     let (ratio, void_ratio, path) = triaxial(&dense, 0.4, 2000);
     near(ratio, 3.2390, 5e-4 * 3.2390);

@@ -1,5 +1,5 @@
-//! Initial stresses outside the yield surface, brought back to it where `project` asks for that (constitutive
-//! sheet §3.11, §7).
+//! Initial stresses outside the yield surface, brought back to it where `project` asks for that
+//! (sheet: constitutive §3.11, §7).
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Cohesive bands and the double-scale point: reference values of constitutive sheet §2.16, V-22, V-23,
+//! Cohesive bands and the double-scale point: reference values of `sheet: constitutive §2.16, V-22, V-23`,
 //! and bad input of §7.
 
 use crate::common::near;

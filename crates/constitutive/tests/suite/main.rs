@@ -1,7 +1,9 @@
 //! The laws against the reference values of the sheets, closed forms, and what the contract promises of every one of them.
 
 mod bad_input;
+mod basal;
 mod cohesive_cam_clay;
+mod cohesive_cam_clay_plane;
 mod common;
 mod contract;
 mod critical_state;
@@ -14,4 +16,5 @@ mod reference_values;
 mod snow;
 mod softening;
 mod source_algorithms;
+mod weak_layer;
 mod wrappers;

@@ -1,4 +1,4 @@
-//! Reference values of constitutive sheet §1–3 (kPa where the sheet says so), computed there with
+//! Reference values of `sheet: constitutive §1–3` (kPa where the sheet says so), computed there with
 //! independent scripts.
 
 use crate::common::{close, r1};

@@ -1,4 +1,4 @@
-//! Stomakhin snow (constitutive sheet §2.14, V-15, bad input of §7).
+//! Stomakhin snow (sheet: constitutive §2.14, V-15, bad input of §7).
 
 use crate::common::near;
 use colluvium_constitutive::laws::{Snow, SnowElasticity, SnowSpec, SnowState};

@@ -1,4 +1,4 @@
-//! Softening so steep that the strength falls nearly as fast as the stress unloads, or faster (constitutive sheet §2.4,
+//! Softening so steep that the strength falls nearly as fast as the stress unloads, or faster (sheet: constitutive §2.4,
 //! §2.5).
 
 use colluvium_constitutive::driver::{ElementPath, ElementTest, Path, TestStage};

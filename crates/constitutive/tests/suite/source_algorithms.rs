@@ -1,4 +1,4 @@
-//! Algorithms 1 and 2 of Bui & Nguyen 2021 for Drucker–Prager (constitutive sheet §2.3, §3.6; kPa).
+//! Algorithms 1 and 2 of Bui & Nguyen 2021 for Drucker–Prager (sheet: constitutive §2.3, §3.6; kPa).
 
 use crate::common::{close, r1};
 use colluvium_constitutive::laws::{

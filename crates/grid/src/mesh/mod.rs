@@ -1,4 +1,4 @@
-//! Unstructured meshes of 3-node triangles and 4-node tetrahedra (MPM sheet §2.5b, §3.2).
+//! Unstructured meshes of 3-node triangles and 4-node tetrahedra (sheet: mpm §2.5b, §3.2).
 
 mod build;
 #[cfg(test)]

@@ -27,7 +27,7 @@ pub enum ShapeFunctions {
     Cpdi2,
 }
 
-/// Where the gradients of the shape functions are taken (MPM sheet §2.5g).
+/// Where the gradients of the shape functions are taken (sheet: mpm §2.5g).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "MpmFormulation")]
@@ -45,7 +45,7 @@ pub enum Formulation {
     SmallDisplacement,
 }
 
-/// Mass of the nodes (MPM sheet §2.1).
+/// Mass of the nodes (sheet: mpm §2.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Mass {
@@ -60,7 +60,7 @@ pub enum Mass {
     Consistent,
 }
 
-/// How velocities pass between points and grid (MPM sheet §2.6).
+/// How velocities pass between points and grid (sheet: mpm §2.6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Transfer {
@@ -77,7 +77,7 @@ pub enum Transfer {
     Tpic,
 }
 
-/// What the critical step of skeleton and pore fluid goes by (MPM sheet §2.10).
+/// What the critical step of skeleton and pore fluid goes by (sheet: mpm §2.10).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StepCriterion {
@@ -109,7 +109,7 @@ pub enum StressScheme {
     Musl,
 }
 
-/// Treatment of held degrees of freedom (MPM sheet §3.3).
+/// Treatment of held degrees of freedom (sheet: mpm §3.3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FixedNodes {
@@ -120,7 +120,7 @@ pub enum FixedNodes {
     Momentum,
 }
 
-/// How frictional walls find the normal force (MPM sheet §3.7).
+/// How frictional walls find the normal force (sheet: mpm §3.7).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallFriction {
@@ -131,7 +131,7 @@ pub enum WallFriction {
     Acceleration,
 }
 
-/// What the domains of `cpgimp` points follow (MPM sheet §2.5).
+/// What the domains of `cpgimp` points follow (sheet: mpm §2.5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DomainStretch {
@@ -149,7 +149,7 @@ impl Transfer {
     }
 }
 
-/// Over what the internal force is summed (MPM sheet §2.16).
+/// Over what the internal force is summed (sheet: mpm §2.16).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "MpmIntegration")]
@@ -166,7 +166,7 @@ pub enum Integration {
     Gauss,
 }
 
-/// Where the volumetric strain of a point comes from (MPM sheet §2.17).
+/// Where the volumetric strain of a point comes from (sheet: mpm §2.17).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VolumetricStrain {

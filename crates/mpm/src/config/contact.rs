@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Contact of two bodies (MPM sheet §2.12): they may separate, and slide by Coulomb's law with adhesion.
+/// Contact of two bodies (sheet: mpm §2.12): they may separate, and slide by Coulomb's law with adhesion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
@@ -53,7 +53,7 @@ impl Contact {
     }
 }
 
-/// Penalty contact (MPM sheet §4, row 58; after Ma, Zhang & Lian): the normal stress is `stiffness` times the overlap, and
+/// Penalty contact (sheet: mpm §4 row 58; after Ma, Zhang & Lian): the normal stress is `stiffness` times the overlap, and
 /// friction ends at a shear strength.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -84,8 +84,8 @@ impl Penalty {
     }
 }
 
-/// When two bodies act on each other at a node that knows both, besides that their velocities approach (MPM sheet
-/// §2.12).
+/// When two bodies act on each other at a node that knows both, besides that their velocities approach
+/// (sheet: mpm §2.12).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ContactTest {

@@ -1,6 +1,5 @@
 use super::*;
-use crate::points::FixedDomain;
-use crate::setup;
+use crate::dispatch::tests::begun;
 use crate::transfer::Scatter;
 use colluvium_grid::{Linear, Stencil, Support};
 use proptest::prelude::*;
@@ -147,8 +146,7 @@ fn power<const D: usize>(space: &str) {
         "methods": { "mpm": { "cell_size": 0.2, "shape": "dual-domain", "stress_update": "usl" } }
     });
     let case = Case::from_json(&text.to_string()).unwrap();
-    let options = setup::options(&case).unwrap();
-    let mut solver = setup::solver::<D, 2, Linear, FixedDomain>(&case, &options).unwrap();
+    let mut solver = begun::<D>(&case);
     let set = &mut solver.sets[0];
     for (p, position) in set.position.iter_mut().enumerate() {
         let wave = rough([0.37 * p as f64; 1]);
@@ -175,9 +173,9 @@ fn power<const D: usize>(space: &str) {
     solver.average_slopes::<true>();
     let (set, mut exact) = (&solver.sets[0], 0.0);
     for (p, x) in set.position.iter().enumerate() {
-        let support: Stencil<D, 2> = Stencil::new::<Linear>(&solver.grid, x, &set.extent);
-        let mut gradient = support.gather(&solver.nodes, &solver.layout.strides()).gradient;
-        solver.dual.blend(0, &solver.grid, &solver.layout, x, &mut gradient);
+        let support: Stencil<D, 2> = Stencil::new::<Linear>(&solver.background.grid, x, &set.extent);
+        let mut gradient = support.gather(&solver.nodes, &solver.background.layout.strides()).gradient;
+        solver.dual.blend(0, &solver.background.grid, &solver.background.layout, x, &mut gradient);
         for (j, column) in gradient.into_iter().enumerate() {
             let column = column.to_array();
             exact -= (0..D).map(|i| set.volume[p] * set.stress[p].at(i, j) * column[i]).sum::<f64>();

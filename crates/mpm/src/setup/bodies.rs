@@ -3,22 +3,25 @@
 use colluvium_case::description::{Body, Space};
 use colluvium_case::law::Begun;
 use colluvium_case::{Case, CaseError, PointList, spatial};
+use colluvium_grid::{Domains, Ground};
 use colluvium_points::Sample;
 
-use crate::points::{Ground, PointDomain, PointSet};
+use crate::background::Background;
+use crate::points::PointSet;
 use crate::{MpmOptions, StressScheme, Transfer, mesh, two_phase};
 
 /// Beyond this many points the ids no longer fit.
 const MOST_POINTS: usize = u32::MAX as usize;
 
 /// The points of body number `number`, their ids from `first_id` on.
-pub(super) fn point_set<const D: usize, P: PointDomain<D>>(
+pub(super) fn point_set<const D: usize>(
     case: &Case,
     options: &MpmOptions,
-    ground: &Ground<'_, D>,
+    background: &Background<D>,
     number: usize,
     first_id: usize,
-) -> Result<PointSet<D, P>, CaseError> {
+) -> Result<PointSet<D>, CaseError> {
+    let ground = &background.ground();
     let body = &case.bodies[number];
     let path = format!("bodies[{number}]");
     let listed = case.point_list(number)?;
@@ -34,7 +37,8 @@ pub(super) fn point_set<const D: usize, P: PointDomain<D>>(
         let velocity = own.unwrap_or_else(|| body.velocity.at(spatial(x)));
         std::array::from_fn(|c| velocity[c])
     };
-    let follows_later = P::STRETCHES && options.stress_update == StressScheme::Usf;
+    let domain = domains(background, &position, &path)?;
+    let follows_later = domain.stretch() && options.stress_update == StressScheme::Usf;
     Ok(PointSet {
         body: number as u32,
         field: 0,
@@ -49,7 +53,7 @@ pub(super) fn point_set<const D: usize, P: PointDomain<D>>(
         stress,
         states,
         origin: position.clone(),
-        domain: domains(ground, &position, &path)?,
+        domain,
         affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
         scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
         position,
@@ -62,18 +66,15 @@ pub(super) fn point_set<const D: usize, P: PointDomain<D>>(
     })
 }
 
-fn domains<const D: usize, P: PointDomain<D>>(
-    ground: &Ground<'_, D>,
+fn domains<const D: usize>(
+    background: &Background<D>,
     position: &[[f64; D]],
     path: &str,
-) -> Result<Vec<P>, CaseError> {
-    let mut domains = vec![P::default(); position.len()];
-    for (domain, x) in domains.iter_mut().zip(position) {
-        let placed = domain.start(ground, x);
-        placed.map_err(|reason| {
-            CaseError::new(format!("{path}.shape"), format!("the point at {x:?} m: {reason}"))
-        })?;
-    }
+) -> Result<Domains<D>, CaseError> {
+    let mut domains = background.sweeps.domains(position.len());
+    domains.start(&background.ground(), position).map_err(|(p, reason)| {
+        CaseError::new(format!("{path}.shape"), format!("the point at {:?} m: {reason}", position[p]))
+    })?;
     Ok(domains)
 }
 

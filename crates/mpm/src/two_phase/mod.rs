@@ -1,5 +1,5 @@
 //! Saturated bodies: skeleton and pore fluid move apart on one set of points, which follow the skeleton
-//! (MPM sheet §2.3, §3.4; "v–w" formulation with a single point set).
+//! (sheet: mpm §2.3, §3.4; "v–w" formulation with a single point set).
 //!
 //! A node holds both phases. The liquid's equation is per volume of liquid, the other one that of the mixture:
 //!
@@ -10,7 +10,6 @@
 //! with `M_L = Σ N ρ_L Ω`, `M̄_L = Σ N n ρ_L Ω`, `M_S = Σ N m_S` and the drag `Q = Σ N n ρ_L g / k Ω`.
 //! Here pore pressure is compression-positive, `p_w = -p_L` of the sheet.
 
-mod fluid;
 mod momentum;
 mod report;
 mod setup;
@@ -18,24 +17,20 @@ mod strain;
 mod transfer;
 
 use colluvium_case::{Equilibrium, Scales, SolverError};
-use colluvium_grid::{Basis, Lanes, Layout, Node, Support, Walls};
+use colluvium_constitutive::BLOCK;
+use colluvium_grid::{Gathered, Lanes, Layout, Node, Walls};
 
-pub use fluid::{Fluid, PoreSet, SavedPore, critical_step, simple_steps};
 pub use momentum::PhaseSums;
 pub use setup::{cleared, of_liquid, pore_set, two_phase};
 
 use crate::config::StressScheme;
-use crate::equilibrium::{power, square_sum};
 use crate::momentum::RowSums;
-use crate::points::{PointDomain, PointSet};
+use crate::points::PointSet;
+use crate::pore::SOLID;
 use crate::solver::MpmSolver;
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED};
+use crate::vectors::{power, square_sum};
 use momentum::PhaseSolve;
-
-/// Entry of the skeleton at a node; until the solve the fourth lane of its force is the drag `Q`.
-pub const SOLID: usize = 0;
-/// Entry of the liquid at a node; its mass is `M̄_L`, and until the solve the fourth lane of its force is `M_L`.
-pub const LIQUID: usize = 1;
 
 /// What a solver with pore fluid holds beside its points.
 pub struct TwoPhase {
@@ -67,8 +62,8 @@ impl TwoPhase {
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
-    /// One step of both phases (MPM sheet §3.4); the numbers are those of the sheet.
+impl<const D: usize> MpmSolver<D> {
+    /// One step of both phases (sheet: mpm §3.4); the numbers are those of the sheet.
     pub(crate) fn advance_two_phase(&mut self, dt: f64) -> Result<(), SolverError> {
         self.sort_if_moved();
         let Some(mut phases) = self.two_phase.take() else { return Ok(()) };
@@ -80,7 +75,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     }
 
     fn step_phases(&mut self, phases: &mut TwoPhase, dt: f64) -> Result<f64, SolverError> {
-        self.layout.reset(&mut phases.nodes); // 0
+        self.background.layout.reset(&mut phases.nodes); // 0
         let velocity = PointUpdate { velocity: true, ..PointUpdate::NONE };
         let stress = PointUpdate { stress: true, ..PointUpdate::NONE };
         let position = PointUpdate { position: true, ..PointUpdate::NONE };
@@ -120,13 +115,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Loads that follow the surface, from the velocity of the skeleton.
     fn follow_phases<const FROM_SOLVED: bool>(&mut self, phases: &TwoPhase, dt: f64) {
-        let strides = self.layout.strides();
-        self.follow_surfaces(dt, |_, _, stencil| {
+        self.follow_surfaces(dt, &|solver, _, points, out| {
+            let (ground, sweeps) = (solver.background.ground(), solver.background.sweeps);
+            let mut all = [[Gathered::ZERO; 2]; BLOCK];
+            let reads = &mut all[..points.len()];
             if FROM_SOLVED {
-                stencil.gather_phases(&phases.nodes, &strides)[SOLID]
+                sweeps.gather_phases(&ground, points, &phases.nodes, reads);
             } else {
-                stencil.gather_velocities(&phases.remapped, &strides)[SOLID]
+                sweeps.gather_velocities(&ground, points, &phases.remapped, reads);
             }
+            out.iter_mut().zip(&*reads).for_each(|(out, read)| *out = read[SOLID]);
         });
     }
 
@@ -150,9 +148,9 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
             audit,
             held,
             walls: [&self.walls, walls],
-            layout: &self.layout,
+            layout: &self.background.layout,
         };
-        self.layout.rows(nodes, row_sums, |row, active, line| solve.row(row, active, line));
+        self.background.layout.rows(nodes, row_sums, |row, active, line| solve.row(row, active, line));
         self.absorb_phases(nodes, walls, dt);
         self.hold_phases(nodes, dt);
         if audit {
@@ -163,7 +161,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    /// Distance from equilibrium: the larger one of mixture and liquid (MPM sheet §2.14); the energy of the mixture is that of
+    /// Distance from equilibrium: the larger one of mixture and liquid (sheet: mpm §2.14); the energy of the mixture is that of
     /// both phases. `traction` is the sum of the squares of the tractions (N²).
     pub(crate) fn phase_equilibrium(&self, phases: &TwoPhase, traction: f64, scales: Scales) -> Equilibrium {
         let PhaseSums { mixture, liquid } = &phases.sums;
@@ -186,7 +184,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
 
     /// Work in the step (J) of prescribed pore pressures on the fluid beyond what they do on the mixture.
     fn work_of_pore_loads(&self, dt: f64) -> f64 {
-        let of_set = |set: &PointSet<D, P>| -> f64 {
+        let of_set = |set: &PointSet<D>| -> f64 {
             let Some(pore) = &set.pore else { return 0.0 };
             let seepage = |p: usize| std::array::from_fn(|c| pore.velocity[p][c] - set.velocity[p][c]);
             set.pore_loads().map(|(p, force)| power(&[force], &[seepage(p)])).sum()

@@ -1,12 +1,12 @@
-//! The momentum solve of liquid and mixture on the nodes (MPM sheet §3.4, steps 2–4).
+//! The momentum solve of liquid and mixture on the nodes (sheet: mpm §3.4, steps 2–4).
 
 use std::ops::Range;
 
 use colluvium_grid::{Lanes, Layout, Node, Walls};
 use serde::{Deserialize, Serialize};
 
-use super::{LIQUID, SOLID};
 use crate::momentum::{RowSums, sign};
+use crate::pore::{LIQUID, SOLID};
 
 /// What a row of nodes adds to the measures of equilibrium of both equations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -334,7 +334,7 @@ mod tests {
 
     #[test]
     fn damping_weighs_the_liquid_with_its_share_of_the_mixture() {
-        // Sheet §2.13, with n_i = 0.4, f_w = (-10 000, 0, 0), f = (-19 900 + 5000, 0, 0), without drag.
+        // sheet: mpm §2.13, with n_i = 0.4, f_w = (-10 000, 0, 0), f = (-19 900 + 5000, 0, 0), without drag.
         let free = Walls::new(&[1, 1, 1], Vec::new());
         let [mut solid, mut liquid] = node([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]);
         solid.force = Lanes::new([5000.0, 0.0, 0.0, 0.0]);
@@ -388,7 +388,7 @@ mod tests {
             walls: [&walls, &walls],
             layout: &layout,
         };
-        let fluid = crate::two_phase::Fluid {
+        let fluid = crate::pore::Fluid {
             density: 1000.0,
             bulk_modulus: bulk,
             porosity: n,
@@ -430,7 +430,7 @@ mod tests {
 
     #[test]
     fn one_element_is_stable_below_the_exact_step_and_not_above_it() {
-        // Sheet §2.10: the exact limit of a single lumped element.
+        // sheet: mpm §2.10: the exact limit of a single lumped element.
         let table: [(Element, f64); 7] = [
             ((0.4, 2650.0, 1e7, 2.15e9, 1e-3, 0.1), 5.368209e-5),
             ((0.4, 2650.0, 1e7, 2.15e9, 1e-5, 0.1), 4.067833e-6),

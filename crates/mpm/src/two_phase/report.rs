@@ -2,15 +2,15 @@
 
 use colluvium_case::{Budget, Field, FieldData, PhaseBudget, StepLimit, spatial};
 use colluvium_constitutive::SymTensor;
-use colluvium_grid::Basis;
 
 use crate::config::{StepBounds, StepCriterion};
-use crate::points::{PointDomain, PointSet, ground};
-use crate::report::{Limit, square};
+use crate::points::PointSet;
+use crate::pore::{Fluid, critical_step, simple_steps};
+use crate::report::Limit;
 use crate::solver::MpmSolver;
-use crate::two_phase::{Fluid, critical_step, simple_steps};
+use crate::vectors::square;
 
-impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
+impl<const D: usize> PointSet<D> {
     /// Porosity of a point; zero where it is dry.
     pub fn porosity(&self, point: usize) -> f64 {
         let fluid = self.pore.as_ref().and_then(|pore| pore.fluid);
@@ -37,7 +37,7 @@ impl<const D: usize, P: PointDomain<D>> PointSet<D, P> {
     }
 }
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Fields of the pore fluid, of points in the given order; NaN on dry ones. None where nothing is saturated.
     pub(crate) fn pore_fields(&self, order: &[(u32, usize, usize)]) -> Vec<Field> {
         if self.two_phase.is_none() {
@@ -66,7 +66,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         let (set, i) = (&self.sets[wave.set], wave.index);
         let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
         let (n, dry) = (set.porosity(i), set.mass[i] / set.volume[i]);
-        let h = set.domain[i].spacing(&ground!(self));
+        let h = set.domain.as_slice().spacing(i, &self.background.ground());
         // In time over the root of the scale of inertia the equations are those without it, with a weaker drag.
         let scale = self.options.mass_scaling.sqrt();
         let scaled = Fluid { resistance: fluid.resistance / scale, ..fluid };
@@ -83,7 +83,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
                 (dt.min(drag), drag < dt)
             }
         };
-        Limit { dt, limit: if by_drag { StepLimit::SeepageDrag } else { StepLimit::ElasticWave }, ..wave }
+        Limit { dt, limit: if by_drag { StepLimit::SEEPAGE_DRAG } else { StepLimit::ELASTIC_WAVE }, ..wave }
     }
 
     /// Adds the pore fluid to the totals.

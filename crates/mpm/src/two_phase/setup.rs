@@ -6,11 +6,12 @@ use colluvium_case::description::{Body, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, spatial};
 use colluvium_grid::{Lanes, Layout, Node, Walls};
 
-use super::{Fluid, PhaseSums, PoreSet, TwoPhase};
+use super::{PhaseSums, TwoPhase};
 use crate::config::StepCriterion;
+use crate::pore::{Fluid, PoreSet};
 use crate::{MpmOptions, ShapeFunctions, StressScheme, Transfer};
 
-/// Courant number of MUSL in a case with pore fluid that gives none (MPM sheet §2.10).
+/// Courant number of MUSL in a case with pore fluid that gives none (sheet: mpm §2.10).
 const COURANT: f64 = 0.9;
 
 /// Refuses what two phases cannot honour, and fills in their own default.
@@ -25,8 +26,6 @@ pub fn cleared(case: &Case, mut options: MpmOptions) -> Result<MpmOptions, CaseE
         }
         return Ok(options);
     }
-    case.refuse_rigid("mpm with a pore_fluid")?;
-    case.refuse_dissipation("mpm with a pore_fluid")?;
     if options.transfer != Transfer::Flip {
         return refuse("methods.mpm.transfer", "only flip (or a share of it) is available with a pore_fluid");
     }

@@ -1,61 +1,74 @@
-//! The transfers of both phases, and what happens at the points in between (MPM sheet §3.4).
+//! The transfers of both phases, and what happens at the points in between (sheet: mpm §3.4).
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{BLOCK, Motion, Pore, SymTensor};
-use colluvium_grid::{Basis, Gathered, Lanes, Support};
+use colluvium_grid::{Gathered, Lanes, PhaseDeposit, Window};
 
-use super::{Fluid, LIQUID, SOLID, TwoPhase};
+use super::TwoPhase;
+use crate::background::Background;
 use crate::blocks::{Block, BlockReport, Failure, OfSet};
-use crate::contact::three;
-use crate::points::{PointDomain, ground};
+use crate::pore::{Fluid, LIQUID, SOLID};
 use crate::solver::MpmSolver;
 use crate::strain::set_volumetric;
-use crate::transfer::{Moved, PointUpdate, force_columns, lanes, still};
+use crate::transfer::{Moved, PointUpdate, force_columns, still};
+use crate::vectors::{lanes, three};
 
-impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D, S, B, P> {
+impl<const D: usize> MpmSolver<D> {
     /// Point to grid (step 1), slab by slab.
     pub(super) fn scatter_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
         self.apply_loads(dt);
         self.average_stresses();
-        let full = self.stresses.full_cells(0, self.cell_layout().len());
-        let strides = self.layout.strides();
-        let (sets, ground, axisymmetric) = (&self.sets, ground!(self), self.axisymmetric);
-        self.layout.scatter(&mut phases.nodes, |slab, window, offset| {
+        let full = self.stresses.full_cells(0, self.background.cell_layout().len());
+        let Background { layout, sweeps, axisymmetric, .. } = &self.background;
+        let (sets, ground, axisymmetric) = (&self.sets, self.background.ground(), *axisymmetric);
+        layout.scatter(&mut phases.nodes, |slab, window, offset| {
+            let mut given = Given::NOTHING;
             for set in sets {
                 let Some(pore) = &set.pore else { continue };
-                for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
-                    let volume = set.volume[p];
-                    let fluid = pore.fluid.map_or([0.0; 3], |fluid| {
-                        let n = fluid.porosity_at(volume, set.initial_volume[p]);
-                        [n * fluid.density, n * fluid.resistance, fluid.density].map(|value| value * volume)
-                    });
-                    let [liquid_mass, drag, full_mass] = fluid;
-                    let motion = [
-                        lanes(&set.velocity[p], 1.0) * set.mass[p],
-                        lanes(&pore.velocity[p], 1.0) * liquid_mass,
-                    ];
-                    let liquid_stress = SymTensor::isotropic(-pore.pressure[p]);
-                    let total = set.total_stress(p);
-                    let left_to_cell = full.is_some_and(|full| {
-                        full[set.domain[p].cell::<S, B>(&ground, &strides, &set.position[p])]
-                    });
-                    let pulling = if left_to_cell { 0.0 } else { volume };
-                    let columns =
-                        [force_columns::<D>(&total, pulling), force_columns::<D>(&liquid_stress, pulling)];
-                    let of_loads = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
-                    let mut body =
-                        [lanes(&of_loads(&set.traction), drag), lanes(&of_loads(&pore.traction), full_mass)];
-                    if axisymmetric {
-                        let hoop = |stress: &SymTensor| -pulling * stress[2] / set.position[p][0];
-                        body[SOLID] += Lanes::new([hoop(&total), 0.0, 0.0, 0.0]);
-                        body[LIQUID] += Lanes::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
+                let domain = set.domain.as_slice();
+                for block in set.blocks_of(slab) {
+                    for (k, p) in block.clone().enumerate() {
+                        let volume = set.volume[p];
+                        let fluid = pore.fluid.map_or([0.0; 3], |fluid| {
+                            let n = fluid.porosity_at(volume, set.initial_volume[p]);
+                            let values = [n * fluid.density, n * fluid.resistance, fluid.density];
+                            values.map(|value| value * volume)
+                        });
+                        let [liquid_mass, drag, full_mass] = fluid;
+                        given.motion[k] = [
+                            lanes(&set.velocity[p], 1.0) * set.mass[p],
+                            lanes(&pore.velocity[p], 1.0) * liquid_mass,
+                        ];
+                        let liquid_stress = SymTensor::isotropic(-pore.pressure[p]);
+                        let total = set.total_stress(p);
+                        let left_to_cell =
+                            full.is_some_and(|full| full[domain.cell(p, &ground, &set.position[p])]);
+                        let pulling = if left_to_cell { 0.0 } else { volume };
+                        given.columns[k] = [
+                            force_columns::<D>(&total, pulling),
+                            force_columns::<D>(&liquid_stress, pulling),
+                        ];
+                        let of_loads = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
+                        let mut body = [
+                            lanes(&of_loads(&set.traction), drag),
+                            lanes(&of_loads(&pore.traction), full_mass),
+                        ];
+                        if axisymmetric {
+                            let hoop = |stress: &SymTensor| -pulling * stress[2] / set.position[p][0];
+                            body[SOLID] += Lanes::new([hoop(&total), 0.0, 0.0, 0.0]);
+                            body[LIQUID] += Lanes::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
+                        }
+                        given.body[k] = body;
                     }
-                    stencil.deposit_phases(window, offset, &strides, &motion, &columns, &body);
+                    let count = block.len();
+                    let (motion, columns) = (&given.motion[..count], &given.columns[..count]);
+                    let deposit = PhaseDeposit { motion, columns, body: &given.body[..count] };
+                    let to = Window { nodes: &mut *window, first: offset };
+                    sweeps.deposit_phases(&ground, &set.points().range(block), to, &deposit);
                 }
             }
         });
-        self.layout.fold(&mut phases.nodes, |sum, node| {
+        self.background.layout.fold(&mut phases.nodes, |sum, node| {
             for phase in [SOLID, LIQUID] {
                 sum[phase].motion += node[phase].motion;
                 sum[phase].force += node[phase].force;
@@ -69,26 +82,32 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
     /// the step, those that there are.
     pub(super) fn remap_phases(&mut self, phases: &mut TwoPhase, start: bool) {
         let TwoPhase { nodes, remapped, walls, .. } = phases;
-        self.layout.reset(remapped);
-        let strides = self.layout.strides();
-        let (sets, ground) = (&self.sets, ground!(self));
-        self.layout.scatter(remapped, |slab, window, offset| {
+        self.background.layout.reset(remapped);
+        let Background { layout, sweeps, .. } = &self.background;
+        let (ground, sets) = (self.background.ground(), &self.sets);
+        layout.scatter(remapped, |slab, window, offset| {
+            let mut momenta = [[Lanes::ZERO; 2]; BLOCK];
             for set in sets {
                 let Some(pore) = &set.pore else { continue };
-                for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let stencil = set.domain[p].support::<S, B>(&ground, &set.position[p], &set.extent);
-                    let momenta = [
-                        lanes(&set.velocity[p], 1.0) * set.mass[p],
-                        lanes(&pore.velocity[p], 1.0) * set.liquid_mass(p),
-                    ];
-                    stencil.deposit_motions(window, offset, &strides, &momenta);
+                for block in set.blocks_of(slab) {
+                    for (p, momenta) in block.clone().zip(&mut momenta) {
+                        *momenta = [
+                            lanes(&set.velocity[p], 1.0) * set.mass[p],
+                            lanes(&pore.velocity[p], 1.0) * set.liquid_mass(p),
+                        ];
+                    }
+                    let to = Window { nodes: &mut *window, first: offset };
+                    let momenta = &momenta[..block.len()];
+                    sweeps.deposit_motions(&ground, &set.points().range(block), to, momenta);
                 }
             }
         });
-        self.layout.fold(remapped, |sum, node| [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]));
+        self.background
+            .layout
+            .fold(remapped, |sum, node| [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]));
         let walls = [&self.walls, &*walls];
-        let (layout, row_length) = (&self.layout, strides[0]);
-        self.layout.each(remapped, |row, active, line| {
+        let row_length = layout.strides()[0];
+        self.background.layout.each(remapped, |row, active, line| {
             for number in active {
                 let index = layout.index(row, number);
                 for phase in [SOLID, LIQUID] {
@@ -129,47 +148,39 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         &self,
         phases: &TwoPhase,
         set: &OfSet<'_, D>,
-        block: &mut Block<'_, D, P>,
+        block: &mut Block<'_, D>,
         dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
         if block.pressure.is_empty() {
             return Ok(0.0);
         }
-        let (strides, ground) = (self.layout.strides(), ground!(self));
-        let mut moves = [Moved::default(); BLOCK];
-        let mut motions = [still(dt, set.extent[0]); BLOCK];
-        let n = block.position.len();
-        for p in 0..n {
-            let stencil = block.domain[p].support::<S, B>(&ground, &block.position[p], &set.extent);
-            let read = if FROM_SOLVED {
-                stencil.gather_phases(&phases.nodes, &strides)
-            } else {
-                stencil.gather_velocities(&phases.remapped, &strides)
-            };
-            let velocity = read[SOLID].velocity.to_array();
-            if what.velocity {
+        let (ground, sweeps, n) = (self.background.ground(), self.background.sweeps, block.position.len());
+        let mut all = [[Gathered::ZERO; 2]; BLOCK];
+        let reads = &mut all[..n];
+        if FROM_SOLVED {
+            sweeps.gather_phases(&ground, &block.points(&set.extent), &phases.nodes, reads);
+        } else {
+            sweeps.gather_velocities(&ground, &block.points(&set.extent), &phases.remapped, reads);
+        }
+        let reads = &*reads;
+        if what.velocity {
+            for (p, read) in reads.iter().enumerate() {
                 self.follow_node(&mut block.velocity[p], &read[SOLID], dt);
                 if set.fluid.is_some() {
                     self.follow_node(&mut block.liquid_velocity[p], &read[LIQUID], dt);
                 }
             }
-            if what.stress {
-                let radius = block.position[p][0];
-                let mut strains = [SOLID, LIQUID].map(|phase| dt * self.dilation(&read[phase], radius));
-                let mut motion = still(dt, set.extent[0]);
-                self.set_gradient(&mut motion, &read[SOLID].gradient, velocity[0], radius);
-                if self.strains.is_shared() {
-                    strains = self.shared_strain(set.body, &block.domain[p], &block.position[p]);
-                    set_volumetric(&mut motion, self.normal_strains(), strains[SOLID]);
-                }
-                self.deform(block, p, &set.extent, &mut motion, set.fluid.as_ref(), strains)
-                    .map_err(|reason| Failure { index: block.first + p, reason })?;
-                motions[p] = motion;
-            }
-            if what.position {
-                block.stretch_at_last(p);
-                moves[p] = self.move_point(block, p, &velocity, dt);
+        }
+        let mut motions = [still(dt, set.extent[0]); BLOCK];
+        if what.stress {
+            self.deform_phases(set, block, reads, &mut motions[..n])?;
+        }
+        let mut moves = [Moved::default(); BLOCK];
+        if what.position {
+            block.stretch_at_last();
+            for (p, read) in reads.iter().enumerate() {
+                moves[p] = self.move_point(block, p, read[SOLID].velocity.as_array(), dt);
             }
         }
         let moved = if what.position { self.settle(set, block, &moves)? } else { 0.0 };
@@ -182,7 +193,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         Ok(moved)
     }
 
-    /// FLIP and PIC (MPM sheet §2.6), alike for both phases.
+    /// FLIP and PIC (sheet: mpm §2.6), alike for both phases.
     #[inline(always)]
     fn follow_node(&self, velocity: &mut [f64; D], read: &Gathered<D>, dt: f64) {
         let flip = self.flip;
@@ -192,47 +203,85 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> MpmSolver<D
         }
     }
 
-    /// Volume, porosity and pore pressure of a point (steps 8, 9), from the volumetric strains of both phases.
-    #[inline(always)]
-    fn deform(
+    /// Motions, volumes, pore pressures and domains of a block from what its points have read (steps 7 to 9).
+    #[inline]
+    fn deform_phases(
         &self,
-        block: &mut Block<'_, D, P>,
-        p: usize,
-        extent: &[f64; D],
-        motion: &mut Motion,
-        fluid: Option<&Fluid>,
-        [solid, liquid]: [f64; 2],
-    ) -> Result<(), String> {
-        let stretch = motion.deformation.determinant();
-        // Written so that NaN counts as a failure.
-        if !(stretch > 0.0) {
-            return Err(format!("the step would turn it inside out (volume ratio {stretch})"));
-        }
-        if let Some(fluid) = fluid {
-            // At the porosity before the step, as the sheet has it.
-            let n = fluid.porosity_at(block.volume[p], block.initial_volume[p]);
-            if !Fluid::holds(n) {
-                return Err(format!("its porosity has become {n}, beyond 0.01 to 0.99"));
+        set: &OfSet<'_, D>,
+        block: &mut Block<'_, D>,
+        reads: &[[Gathered<D>; 2]],
+        motions: &mut [Motion],
+    ) -> Result<(), Failure> {
+        let mut gradients = [[[0.0; D]; D]; BLOCK];
+        let mut failure = None;
+        for (p, (read, motion)) in reads.iter().zip(&mut *motions).enumerate() {
+            let radius = block.position[p][0];
+            let mut strains =
+                [SOLID, LIQUID].map(|phase| motion.dt * self.background.dilation(&read[phase], radius));
+            self.set_gradient(motion, &read[SOLID].gradient, read[SOLID].velocity.as_array()[0], radius);
+            if self.strains.is_shared() {
+                strains = self.shared_strain(set.body, &block.points(&set.extent), p);
+                set_volumetric(motion, self.background.normal_strains(), strains[SOLID]);
             }
-            block.pressure[p] = fluid.pressure_after(block.pressure[p], n, solid, liquid);
-            motion.pore = Pore { pressure: block.pressure[p], saturation: 1.0 };
+            if let Err(reason) = deform(block, p, motion, set.fluid.as_ref(), strains) {
+                failure = Some(Failure { index: block.first + p, reason });
+                break;
+            }
+            gradients[p] = std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
         }
-        block.volume[p] *= stretch;
-        motion.density = block.mass[p] / block.volume[p];
-        let gradient: [[f64; D]; D] =
-            std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
-        block.stretch(p, &gradient);
-        block.domain[p].fault(extent, self.grid.cell).map_or(Ok(()), Err)
+        block.stretch(&gradients[..reads.len()]);
+        block.refuse(failure, &set.extent, self.background.grid.cell)
     }
+}
+
+/// Volume, porosity and pore pressure of a point (steps 8, 9), from the volumetric strains of both phases.
+#[inline(always)]
+fn deform<const D: usize>(
+    block: &mut Block<'_, D>,
+    p: usize,
+    motion: &mut Motion,
+    fluid: Option<&Fluid>,
+    [solid, liquid]: [f64; 2],
+) -> Result<(), String> {
+    let stretch = motion.deformation.determinant();
+    // Written so that NaN counts as a failure.
+    if !(stretch > 0.0) {
+        return Err(format!("the step would turn it inside out (volume ratio {stretch})"));
+    }
+    if let Some(fluid) = fluid {
+        // At the porosity before the step, as the sheet has it.
+        let n = fluid.porosity_at(block.volume[p], block.initial_volume[p]);
+        if !Fluid::holds(n) {
+            return Err(format!("its porosity has become {n}, beyond 0.01 to 0.99"));
+        }
+        block.pressure[p] = fluid.pressure_after(block.pressure[p], n, solid, liquid);
+        motion.pore = Pore { pressure: block.pressure[p], saturation: 1.0 };
+    }
+    block.volume[p] *= stretch;
+    motion.density = block.mass[p] / block.volume[p];
+    Ok(())
+}
+
+/// What a block of points gives to the nodes in two phases.
+struct Given<const D: usize> {
+    motion: [[Lanes; 2]; BLOCK],
+    columns: [[[Lanes; D]; 2]; BLOCK],
+    body: [[Lanes; 2]; BLOCK],
+}
+
+impl<const D: usize> Given<D> {
+    const NOTHING: Self = Self {
+        motion: [[Lanes::ZERO; 2]; BLOCK],
+        columns: [[[Lanes::ZERO; D]; 2]; BLOCK],
+        body: [[Lanes::ZERO; 2]; BLOCK],
+    };
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::points::FixedDomain;
-    use crate::setup;
+    use crate::dispatch::tests::begun;
     use colluvium_case::Case;
-    use colluvium_grid::Linear;
 
     /// Internal forces (N) of mixture and liquid at the two inner nodes of a bar of three cells of 1 m with three points
     /// each under 7 Pa of effective stress and 5 Pa of pore pressure, without the middle point of the second cell.
@@ -248,8 +297,7 @@ mod tests {
             "methods": { "mpm": { "cell_size": 1, "points_per_cell": 3, "shape": "linear", "integration": integration } }
         });
         let case = Case::from_json(&text.to_string()).unwrap();
-        let options = setup::options(&case).unwrap();
-        let mut solver = setup::solver::<1, 2, Linear, FixedDomain>(&case, &options).unwrap();
+        let mut solver = begun::<1>(&case);
         solver.sets[0].retain(|x| (x[0] - 1.5).abs() > 1e-9);
         solver.sort();
         let mut phases = solver.two_phase.take().unwrap();
@@ -259,7 +307,7 @@ mod tests {
 
     #[test]
     fn full_cells_pull_at_both_phases_with_their_mean_total_stress_and_pressure() {
-        // MPM sheet S-04 with §2.16: total stress 2 Pa, of the liquid -5 Pa, a third of a cell missing.
+        // sheet: mpm S-04 with §2.16: total stress 2 Pa, of the liquid -5 Pa, a third of a cell missing.
         for (node, sign) in forces("points").into_iter().zip([1.0, -1.0]) {
             for (force, stress) in node.into_iter().zip([2.0, -5.0]) {
                 assert!((force - sign * stress / 3.0).abs() < 1e-14, "{node:?}");

@@ -1,4 +1,4 @@
-//! Loads that follow the surface, periodic and absorbing sides, excavation (MPM sheet §2.11).
+//! Loads that follow the surface, periodic and absorbing sides, excavation (sheet: mpm §2.11).
 
 use colluvium_case::{Budget, Case, FieldData, Method, Solver};
 use colluvium_mpm::Mpm;
@@ -23,7 +23,7 @@ fn case(more: Value) -> Case {
 
 /// Force on the whole body in the next step (N).
 fn force(solver: &mut dyn Solver) -> [f64; 2] {
-    let (before, dt) = (solver.budget().momentum, solver.time_step().dt);
+    let (before, dt) = (solver.budget().momentum, solver.limit().dt);
     solver.step(dt).unwrap();
     let after = solver.budget().momentum;
     [(after[0] - before[0]) / dt, (after[1] - before[1]) / dt]
@@ -78,7 +78,7 @@ fn each_load_of_a_body_grows_over_its_own_ramp() {
 /// What acts on the whole body in the next step: force (N) and moment about the origin (N m).
 fn resultants(case: &Case) -> [f64; 3] {
     let mut solver = begin(case);
-    let (before, dt) = (solver.budget(), solver.time_step().dt);
+    let (before, dt) = (solver.budget(), solver.limit().dt);
     solver.step(dt).unwrap();
     let after = solver.budget();
     let force = |c: usize| (after.momentum[c] - before.momentum[c]) / dt;
@@ -263,7 +263,7 @@ fn a_pore_pressure_that_varies_pushes_the_fluid_with_its_mean() {
     let load = json!({ "kind": "pore-pressure", "body": "b", "side": "x-min", "value": 1e3,
                        "profile": { "axis": "y", "shares": [[0.35, 0], [0.65, 1]] } });
     let mut solver = begin(&case(json!({ "bodies": text, "loads": [load] })));
-    let dt = solver.time_step().dt;
+    let dt = solver.limit().dt;
     solver.step(dt).unwrap();
     let momentum = solver.budget().liquid.unwrap().momentum;
     // The liquid's share of the points has changed a little by the end of the step.
@@ -427,9 +427,9 @@ fn loads_on_nodes_are_the_same_on_any_thread() {
 fn restarts(case: &Case, middle: f64, end: f64) {
     let mut whole = begin(case);
     advance_to(&mut *whole, middle);
-    let saved = whole.save();
+    let saved = whole.saved().unwrap();
     let mut again = begin(case);
-    again.restore(&saved).unwrap();
+    again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     advance_to(&mut *again, end);
     advance_to(&mut *whole, end);
@@ -472,7 +472,7 @@ fn what_is_dug_out_is_gone_and_the_rest_goes_on() {
     whole.begin_stage(1, start).unwrap();
     whole.step(1e-4).unwrap();
     let mut again = begin(&case);
-    again.restore(&whole.save()).unwrap();
+    again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
     again.begin_stage(1, start).unwrap();
     for solver in [&mut whole, &mut again] {
         solver.step(1e-4).unwrap();
@@ -598,7 +598,7 @@ fn work_and_rest_of_a_periodic_column_do_not_depend_on_its_width() {
             }
             let mut solver = begin(&Case::from_json(&text.to_string()).unwrap());
             let start = solver.budget().potential;
-            (0..200).for_each(|_| solver.step(1e-4).unwrap());
+            (0..200).for_each(|_| { solver.step(1e-4).unwrap(); });
             let fallen = start - solver.budget().potential;
             let work = solver.readings().iter().find(|(name, ..)| name == "external_work").unwrap().2;
             // Water that leaves does not take its points along.

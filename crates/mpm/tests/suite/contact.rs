@@ -1,4 +1,4 @@
-//! Contact between bodies (MPM sheet §2.12).
+//! Contact between bodies (sheet: mpm §2.12).
 
 use colluvium_case::{Case, FieldData, Method, Snapshot, Solver};
 use colluvium_mpm::Mpm;
@@ -152,7 +152,7 @@ fn momentum_is_conserved_and_kinetic_energy_is_not_made() {
             let mut solver = begin(&case);
             let before = solver.budget();
             for _ in 0..200 {
-                let dt = solver.time_step().dt;
+                let dt = solver.limit().dt;
                 solver.step(dt).unwrap();
             }
             let after = solver.budget();
@@ -258,14 +258,14 @@ fn contact_is_the_same_on_two_threads_and_after_a_restart() {
         assert_eq!(hash(1), hash(2), "{shape}");
         let advance = |solver: &mut dyn Solver| {
             for _ in 0..40 {
-                let dt = solver.time_step().dt;
+                let dt = solver.limit().dt;
                 solver.step(dt).unwrap();
             }
         };
         let mut whole = begin(&case);
         advance(&mut *whole);
         let mut again = Mpm.build(&case).unwrap();
-        again.restore(&whole.save()).unwrap();
+        again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         advance(&mut *whole);
         advance(&mut *again);
@@ -284,7 +284,7 @@ fn bodies_that_come_near_do_not_touch_before_they_meet() {
         let mut solver = begin(&case);
         let mut first = f64::NAN;
         while solver.time() < 0.09 && first.is_nan() {
-            let dt = solver.time_step().dt;
+            let dt = solver.limit().dt;
             solver.step(dt).unwrap();
             if means(&solver.snapshot())[0][1] != 0.0 {
                 first = solver.time();

@@ -1,4 +1,4 @@
-//! Rigid bodies and patches of prescribed velocity (MPM sheet §2.11, §3.6).
+//! Rigid bodies and patches of prescribed velocity (sheet: mpm §2.11, §3.6).
 
 use std::collections::BTreeMap;
 
@@ -163,7 +163,7 @@ fn a_rigid_plate_from_wall_to_wall_presses_evenly() {
         }));
         let mut solver = begin(&case);
         while solver.time() < 0.4 {
-            let dt = solver.time_step().dt;
+            let dt = solver.limit().dt;
             solver.step(dt).unwrap();
             let uneven = unevenness(&solver.snapshot());
             assert!(uneven < 1e-9, "{shape}: {uneven} at {}", solver.time());
@@ -295,7 +295,7 @@ fn a_rigid_body_that_leaves_is_an_error() {
         }));
         let mut solver = begin(&case);
         let error = loop {
-            let step = solver.time_step().dt;
+            let step = solver.limit().dt;
             if let Err(error) = solver.step(step) {
                 break error.to_string();
             }
@@ -418,14 +418,14 @@ fn driven_runs_are_the_same_on_two_threads_and_after_a_restart() {
     assert_eq!(hash(1), hash(2));
     let advance = |solver: &mut dyn Solver| {
         for _ in 0..40 {
-            let dt = solver.time_step().dt;
+            let dt = solver.limit().dt;
             solver.step(dt).unwrap();
         }
     };
     let mut whole = begin(&case);
     advance(&mut *whole);
     let mut again = Mpm.build(&case).unwrap();
-    again.restore(&whole.save()).unwrap();
+    again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     advance(&mut *whole);
     advance(&mut *again);

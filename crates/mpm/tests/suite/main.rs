@@ -8,6 +8,7 @@ mod driven;
 mod mesh;
 mod mesh_contact;
 mod mesh_phases;
+mod obstacles;
 mod shapes;
 mod solver;
 mod tension;

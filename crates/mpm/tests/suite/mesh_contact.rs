@@ -1,4 +1,4 @@
-//! Contact of bodies in triangles and tetrahedra (MPM sheet §2.12, A-13, A-14).
+//! Contact of bodies in triangles and tetrahedra (sheet: mpm §2.12, A-13, A-14).
 
 use colluvium_case::{Case, Method, RunReport};
 use colluvium_mpm::Mpm;
@@ -59,18 +59,24 @@ fn a_restored_solver_continues_to_the_last_bit() {
     let case = blocks(2);
     let whole = {
         let mut solver = begin(&case);
-        (0..150).for_each(|_| solver.step(2e-4).unwrap());
+        (0..150).for_each(|_| {
+            solver.step(2e-4).unwrap();
+        });
         solver
     };
     let mut rest = {
         let mut solver = begin(&case);
-        (0..60).for_each(|_| solver.step(2e-4).unwrap());
+        (0..60).for_each(|_| {
+            solver.step(2e-4).unwrap();
+        });
         let mut other = begin(&case);
-        other.restore(&solver.save()).unwrap();
+        other.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
         other.begin_stage(0, 0.0).unwrap();
         other
     };
-    (0..90).for_each(|_| rest.step(2e-4).unwrap());
+    (0..90).for_each(|_| {
+        rest.step(2e-4).unwrap();
+    });
     assert_eq!(whole.snapshot().hash(), rest.snapshot().hash());
 }
 

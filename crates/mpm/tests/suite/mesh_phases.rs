@@ -1,4 +1,4 @@
-//! Saturated bodies in triangles and tetrahedra against closed forms (MPM sheet ).
+//! Saturated bodies in triangles and tetrahedra against closed forms (sheet: mpm ).
 
 use std::f64::consts::PI;
 
@@ -67,7 +67,9 @@ fn drag_makes_the_phases_move_together() {
         let block = again(&block, &body(&block, &json!({ "shape": shape, "pore_fluid": fluid })));
         let mut solver = begin(&block);
         let (start, dt) = (solver.budget(), 1e-5);
-        (0..40).for_each(|_| solver.step(dt).unwrap());
+        (0..40).for_each(|_| {
+            solver.step(dt).unwrap();
+        });
         let (snapshot, end) = (solver.snapshot(), solver.budget());
         let keep = (1.0 - rate * dt).powi(40);
         for (v, w) in vectors(&snapshot, "velocity").iter().zip(vectors(&snapshot, "liquid_velocity")) {
@@ -117,7 +119,9 @@ fn without_drainage_water_takes_its_share_of_the_compression() {
                               "volumetric_strain": volumetric });
             let case = column(space, 1.0, 1.0, json!({ "boundaries": walls, "methods": { "mpm": mpm } }));
             let mut solver = begin(&case);
-            (0..10).for_each(|_| solver.step(1e-6).unwrap());
+            (0..10).for_each(|_| {
+                solver.step(1e-6).unwrap();
+            });
             let (snapshot, strain) = (solver.snapshot(), -1e-3 * 1e-5);
             for pressure in scalars(&snapshot, "pore_pressure") {
                 let exact = -2.15e9 / 0.4 * strain;
@@ -230,7 +234,7 @@ fn threads_do_not_matter_and_a_restored_solver_continues_to_the_last_bit() {
         let mut whole = begin(&case);
         advance(&mut *whole, 50);
         let mut rest = begin(&case);
-        rest.restore(&whole.save()).unwrap();
+        rest.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         rest.begin_stage(0, 0.0).unwrap();
         advance(&mut *rest, 70);
         assert_eq!(rest.snapshot().hash(), on(1), "{space:?}");

@@ -46,7 +46,7 @@ fn options() -> Vec<Value> {
 
 #[test]
 fn a_body_that_flies_through_the_grid_feels_nothing() {
-    // MPM sheet A-04: 12 cells along x, 2 along y.
+    // sheet: mpm A-04: 12 cells along x, 2 along y.
     for options in options() {
         let report = solve(&case(json!({ "methods": { "mpm": options } })));
         for u in vectors(&report.snapshot, "displacement") {
@@ -59,7 +59,7 @@ fn a_body_that_flies_through_the_grid_feels_nothing() {
 
 #[test]
 fn mass_and_momentum_of_a_free_body_are_conserved() {
-    // MPM sheet A-02.
+    // sheet: mpm A-02.
     for options in options() {
         let report = solve(&case(json!({
             "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "ball", "centre": [0.8, 0.5], "radius": 0.25 },
@@ -240,7 +240,7 @@ fn with_small_displacements_points_keep_their_places_and_report_how_far_they_are
         let start = solver.snapshot().positions.clone();
         advance_to(&mut *solver, 1.0);
         let mut again = Mpm.build(&case).unwrap();
-        again.restore(&solver.save()).unwrap();
+        again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         for solver in [&mut solver, &mut again] {
             advance_to(&mut **solver, 2.0);

@@ -124,7 +124,7 @@ fn affine_pic_conserves_linear_and_angular_momentum() {
             begin(&spinning(&json!({ "transfer": "apic", "shape": shape, "stress_update": "usl" })));
         let before = solver.budget();
         for _ in 0..300 {
-            let dt = solver.time_step().dt;
+            let dt = solver.limit().dt;
             solver.step(dt).unwrap();
         }
         let after = solver.budget();
@@ -138,7 +138,7 @@ fn affine_pic_conserves_linear_and_angular_momentum() {
         let mut pic = begin(&spinning(&json!({ "flip": 0, "shape": shape, "stress_update": "usl" })));
         let before = pic.budget().angular_momentum[2];
         for _ in 0..300 {
-            let dt = pic.time_step().dt;
+            let dt = pic.limit().dt;
             pic.step(dt).unwrap();
         }
         let lost = (pic.budget().angular_momentum[2] - before).abs() / scale;
@@ -157,14 +157,14 @@ fn transfers_are_the_same_on_two_threads_and_after_a_restart() {
         assert_eq!(hash(1), hash(2), "{transfer}");
         let advance = |solver: &mut dyn Solver| {
             for _ in 0..40 {
-                let dt = solver.time_step().dt;
+                let dt = solver.limit().dt;
                 solver.step(dt).unwrap();
             }
         };
         let mut whole = begin(&case);
         advance(&mut *whole);
         let mut again = begin(&case);
-        again.restore(&whole.save()).unwrap();
+        again.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         again.begin_stage(0, 0.0).unwrap();
         advance(&mut *whole);
         advance(&mut *again);
@@ -185,7 +185,7 @@ fn stages_have_their_own_share_of_flip() {
         [0.1, 0.2].map(|end| {
             solver.begin_stage(usize::from(end > 0.1), solver.time()).unwrap();
             while solver.time() < end - 1e-12 {
-                let dt = solver.time_step().dt.min(end - solver.time());
+                let dt = solver.limit().dt.min(end - solver.time());
                 solver.step(dt).unwrap();
             }
             solver.budget().kinetic.to_bits()
@@ -212,7 +212,7 @@ fn stages_have_their_own_share_of_flip() {
             }
             if cut == Some(step) {
                 let mut again = Mpm.build(&own).unwrap();
-                again.restore(&solver.save()).unwrap();
+                again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
                 again.begin_stage(stage, start).unwrap();
                 solver = again;
             }

@@ -1,10 +1,10 @@
-//! Saturated bodies against closed forms (MPM sheet ), and the solver's promises with two phases.
+//! Saturated bodies against closed forms (sheet: mpm ), and the solver's promises with two phases.
 
 use colluvium_case::{Case, Method, StepLimit};
 use colluvium_mpm::Mpm;
 use serde_json::{Value, json};
 
-use crate::common::{advance, begin, changed, scalars, solve, stresses, vectors, with};
+use crate::common::{advance, begin, changed, scalars, solve, steps, stresses, vectors, with};
 
 /// A saturated column of 1 m that fills the domain: grains 2650, porosity 0.4; `more` replaces or adds keys.
 #[allow(clippy::needless_pass_by_value, reason = "`case(json!(…))` reads well")]
@@ -44,7 +44,7 @@ fn drag_makes_the_phases_move_together() {
         let mut solver = begin(&case);
         let start = solver.budget();
         let dt = 1e-5;
-        (0..40).for_each(|_| solver.step(dt).unwrap());
+        steps(&mut *solver, 40, dt);
         let snapshot = solver.snapshot();
         let (solid, liquid) = (vectors(&snapshot, "velocity"), vectors(&snapshot, "liquid_velocity"));
         let keep = (1.0 - rate * dt).powi(40);
@@ -103,7 +103,7 @@ fn without_drainage_water_takes_its_share_of_the_compression() {
     for scheme in ["musl", "usl", "usf"] {
         for volumetric in ["point", "cell-average"] {
             let mut solver = begin(&closed(scheme, volumetric));
-            (0..10).for_each(|_| solver.step(1e-6).unwrap());
+            steps(&mut *solver, 10, 1e-6);
             let snapshot = solver.snapshot();
             let strain = -1e-3 * 1e-5;
             let pressure = scalars(&snapshot, "pore_pressure")[0];
@@ -140,7 +140,7 @@ fn water_takes_its_share_of_the_compression_of_a_cylinder() {
             "boundaries": [mantle, wall("y-min"), wall("y-max")], "methods": { "mpm": mpm }
         }));
         let mut solver = begin(&cylinder);
-        (0..10).for_each(|_| solver.step(1e-6).unwrap());
+        steps(&mut *solver, 10, 1e-6);
         let (snapshot, strain) = (solver.snapshot(), -1e-3 * 1e-5);
         let water = 2.15e9 / 0.4 * 2.0 * strain;
         for (pressure, total) in
@@ -243,7 +243,7 @@ fn a_plate_presses_on_both_phases_as_a_wall_does() {
         );
         let mut solvers = [begin(&plate), begin(&closed(scheme, "point"))];
         for solver in &mut solvers {
-            (0..10).for_each(|_| solver.step(1e-6).unwrap());
+            steps(&mut **solver, 10, 1e-6);
         }
         let pressures = solvers.each_ref().map(|solver| scalars(&solver.snapshot(), "pore_pressure")[0]);
         assert!((pressures[0] / pressures[1] - 1.0).abs() < 1e-6, "{scheme}: {pressures:?}");
@@ -328,9 +328,9 @@ fn a_restored_solver_continues_to_the_last_bit() {
     let case = crash("ugimp", "point");
     let mut whole = begin(&case);
     advance(&mut *whole, 137);
-    let saved = whole.save();
+    let saved = whole.saved().unwrap();
     let mut again = begin(&case);
-    again.restore(&saved).unwrap();
+    again.restore(&mut saved.as_slice()).unwrap();
     again.begin_stage(0, 0.0).unwrap();
     advance(&mut *again, 50);
     advance(&mut *whole, 50);
@@ -366,7 +366,7 @@ fn the_courant_number_without_an_entry_is_that_of_the_criterion() {
     let options = json!({ "mpm": { "cell_size": 0.1, "points_per_cell": 1, "shape": "linear", "stress_update": "usl" } });
     let last = Mpm.plan(&case(json!({ "methods": options }))).unwrap().time_step.dt;
     assert!((fast / last - 1.8).abs() < 1e-12);
-    // Sheet §2.10, first row.
+    // sheet: mpm §2.10, first row.
     assert!((fast / (0.9 * 5.095711e-5) - 1.0).abs() < 2e-7, "{fast}");
 }
 
@@ -381,13 +381,13 @@ fn the_simple_criterion_takes_the_step_of_the_undrained_wave_or_of_the_drag() {
         let case = case(json!({ "bodies": body, "methods": { "mpm": with(options, &more) } }));
         Mpm.plan(&case).unwrap()
     };
-    // Sheet §2.10, first two rows; k of 10⁻³ and 10⁻⁵ m/s. Inertia β slows waves by its root and drag by itself.
+    // sheet: mpm §2.10, first two rows; k of 10⁻³ and 10⁻⁵ m/s. Inertia β slows waves by its root and drag by itself.
     let (wave, drag) = (6.0790e-5, 5.0765e-6);
     for (k, more, exact, limit) in [
-        (1e-3, json!({}), 0.5 * wave, StepLimit::ElasticWave),
-        (1e-3, json!({ "courant": 0.8, "mass_scaling": 4 }), 1.6 * wave, StepLimit::ElasticWave),
-        (1e-5, json!({}), drag, StepLimit::SeepageDrag),
-        (1e-5, json!({ "courant": 0.8, "mass_scaling": 4 }), 4.0 * drag, StepLimit::SeepageDrag),
+        (1e-3, json!({}), 0.5 * wave, StepLimit::ELASTIC_WAVE),
+        (1e-3, json!({ "courant": 0.8, "mass_scaling": 4 }), 1.6 * wave, StepLimit::ELASTIC_WAVE),
+        (1e-5, json!({}), drag, StepLimit::SEEPAGE_DRAG),
+        (1e-5, json!({ "courant": 0.8, "mass_scaling": 4 }), 4.0 * drag, StepLimit::SEEPAGE_DRAG),
     ] {
         let plan = plan(k * 1e-3 / 9.81e3, more);
         assert!((plan.time_step.dt / exact - 1.0).abs() < 1e-4, "{} for {exact}", plan.time_step.dt);

@@ -1,4 +1,4 @@
-//! What the options allow (SPH sheet §7), and what they allow with a word.
+//! What the options allow (sheet: sph §7), and what they allow with a word.
 
 use super::{
     Confining, Continuity, DensityReset, Formulation, Kernel, Momentum, Regularisation, SmoothingLength,
@@ -7,7 +7,7 @@ use super::{
 };
 
 impl SphOptions {
-    /// Checks the ranges (sheet §7); the error names the option and the rule.
+    /// Checks the ranges (sheet: sph §7); the error names the option and the rule.
     ///
     /// # Errors
     /// The first option out of range, as (name, problem).

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Form of the momentum equation (sheet §2.6).
+/// Form of the momentum equation (sheet: sph §2.6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Momentum {
@@ -19,7 +19,7 @@ pub enum Momentum {
     Difference,
 }
 
-/// Form of the continuity equation (sheet §2.6).
+/// Form of the continuity equation (sheet: sph §2.6).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Continuity {
@@ -35,7 +35,7 @@ pub enum Continuity {
     Summation,
 }
 
-/// Operator of the velocity gradient (sheet §2.3).
+/// Operator of the velocity gradient (sheet: sph §2.3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum VelocityGradient {
@@ -51,7 +51,7 @@ pub enum VelocityGradient {
     Corrected,
 }
 
-/// Speed of sound (sheet §2.8).
+/// Speed of sound (sheet: sph §2.8).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SoundSpeed {
@@ -62,7 +62,7 @@ pub enum SoundSpeed {
     YoungsModulus,
 }
 
-/// Against tensile instability (sheet §2.11). The ratio of kernels is that of the kernel between two particles to its
+/// Against tensile instability (sheet: sph §2.11). The ratio of kernels is that of the kernel between two particles to its
 /// value at their spacing: the initial one, times how far the smoothing length has grown where it varies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
@@ -98,7 +98,7 @@ impl Tensile {
     }
 }
 
-/// Smoothing of stress (sheet §2.10).
+/// Smoothing of stress (sheet: sph §2.10).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Regularisation {
@@ -111,7 +111,7 @@ pub enum Regularisation {
     Mls,
 }
 
-/// What rough walls answer with (sheet §2.13).
+/// What rough walls answer with (sheet: sph §2.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallStress {
@@ -124,7 +124,7 @@ pub enum WallStress {
     Extrapolated,
 }
 
-/// How the smoothing length follows the density (sheet §2.5).
+/// How the smoothing length follows the density (sheet: sph §2.5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SmoothingLength {
@@ -137,7 +137,7 @@ pub enum SmoothingLength {
     Rate,
 }
 
-/// The kernel between particles of different smoothing lengths (sheet §2.5).
+/// The kernel between particles of different smoothing lengths (sheet: sph §2.5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Symmetrisation {
@@ -159,7 +159,7 @@ pub enum Symmetrisation {
     GradH,
 }
 
-/// Time integration (sheet §3.3).
+/// Time integration (sheet: sph §3.3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeIntegration {
@@ -180,7 +180,7 @@ pub enum TimeIntegration {
     RungeKutta4,
 }
 
-/// Renewal of density (sheet §2.10).
+/// Renewal of density (sheet: sph §2.10).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DensityReset {
@@ -193,7 +193,7 @@ pub enum DensityReset {
     Mls,
 }
 
-/// What rough walls oppose to the velocity of a particle, for walls that answer pairwise (sheet §2.13).
+/// What rough walls oppose to the velocity of a particle, for walls that answer pairwise (sheet: sph §2.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallVelocity {
@@ -204,7 +204,7 @@ pub enum WallVelocity {
     Linear,
 }
 
-/// What rough walls are made of (sheet §2.13).
+/// What rough walls are made of (sheet: sph §2.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum RoughWall {
@@ -217,7 +217,7 @@ pub enum RoughWall {
     Mirror,
 }
 
-/// What smooth walls are made of (sheet §2.13).
+/// What smooth walls are made of (sheet: sph §2.13).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SmoothWall {
@@ -228,7 +228,7 @@ pub enum SmoothWall {
     Particles,
 }
 
-/// The configuration that the sums are taken over (sheet §2.14).
+/// The configuration that the sums are taken over (sheet: sph §2.14).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[schemars(rename = "SphFormulation")]
@@ -240,7 +240,7 @@ pub enum Formulation {
     TotalLagrangian,
 }
 
-/// Confining pressure of a flexible membrane (sheet §2.13 g).
+/// Confining pressure of a flexible membrane (sheet: sph §2.13 g).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Confining {

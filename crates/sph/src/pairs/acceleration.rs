@@ -1,12 +1,12 @@
 //! Acceleration of a particle by its neighbours.
 
-use super::{Pairs, SOFTENING};
+use super::{SOFTENING, Sums};
 use crate::config::Momentum;
 use crate::lanes::{self, Lanes, Motions, Rest};
 
 /// What the momentum equation multiplies the stresses of a pair with.
 #[derive(Clone, Copy)]
-pub(super) struct Form {
+pub struct Form {
     /// Of the particle's own stress: -1 in the form of the difference.
     pub own: f64,
     /// Whether the sum is divided by both densities.
@@ -14,18 +14,19 @@ pub(super) struct Form {
 }
 
 impl Form {
+    /// That of a momentum equation.
     pub fn of(momentum: Momentum) -> Self {
         let own = if momentum == Momentum::Difference { -1.0 } else { 1.0 };
         Self { own, by_both: momentum != Momentum::Rho2 }
     }
 }
 
-impl<const D: usize> Pairs<'_, D> {
-    /// Acceleration of particle `i` by its neighbours (m/s²): steps 3 and 4 of the sheet's §3.3. Keeps the weights
+impl<const D: usize> Sums<'_, D> {
+    /// Acceleration of particle `i` by its neighbours (m/s²): steps 3 and 4 of `sheet: sph §3.3`. Keeps the weights
     /// of the pairs.
     #[inline]
     pub fn acceleration(&self, i: usize, row: &[u32], weights: &mut [f64]) -> [f64; D] {
-        let records = &self.particles.records;
+        let records = &self.shown.records;
         let regular = self.regular(row);
         let own_record = [&records[i]; 4];
         let (own, mine) = (lanes::motions::<D>(own_record), lanes::rest::<D>(own_record));
@@ -76,7 +77,7 @@ impl<const D: usize> Pairs<'_, D> {
         if self.options.momentum == Momentum::Corrected {
             self.add_corrected(i, &row[..regular], weights, &mut sum);
         }
-        if !self.smooth.is_empty() {
+        if !self.walls.smooth.is_empty() {
             self.push_off_smooth(i, row, form, &mut sum);
         }
         if regular < row.len() {

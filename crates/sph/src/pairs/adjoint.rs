@@ -1,9 +1,10 @@
-//! The momentum equation that is the partner of the corrected velocity gradient (SPH sheet §2.3; Bonet & Lok 1999).
+//! The momentum equation that is the partner of the corrected velocity gradient (sheet: sph §2.3; Bonet & Lok 1999).
 //!
 //! With `L^v_i = Σ V_j (v_j - v_i) ⊗ L_i ∇W` the stress power `-Σ V_i σ_i : L^v_i` is the power of the pair forces
 //! `V_i V_j (σ_i L_i + σ_j L_j) ∇W`: they conserve energy with it, and linear momentum too, for they are antisymmetric.
 
-use super::{Pairs, apart};
+use super::{Pairs, Sums};
+use crate::algebra::apart;
 use crate::operators::product;
 use crate::particles::Matrix;
 
@@ -13,10 +14,12 @@ impl<const D: usize> Pairs<'_, D> {
         let unit = std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
         self.moment(i, row).correction().unwrap_or(unit)
     }
+}
 
+impl<const D: usize> Sums<'_, D> {
     /// `σ_i L_i x`.
     fn corrected_traction(&self, i: usize, x: &[f64; D]) -> [f64; D] {
-        let turned = product(&self.particles.correction[i], x);
+        let turned = product(&self.shown.correction[i], x);
         let stress = &self.particles.stress[i];
         std::array::from_fn(|a| (0..D).map(|b| stress.at(a, b) * turned[b]).sum())
     }
@@ -26,7 +29,7 @@ impl<const D: usize> Pairs<'_, D> {
         let p = self.particles;
         for (&j, &weight) in row.iter().zip(weights) {
             let j = j as usize;
-            if weight == 0.0 || self.smooth.contain(j) {
+            if weight == 0.0 || self.walls.smooth.contain(j) {
                 continue;
             }
             let (apart, _) = apart(&p.position[i], &p.position[j]);

@@ -1,16 +1,17 @@
-//! What is smoothed and diffused beside the equations of motion (SPH sheet §2.10, §2.12). Options, off by default:
+//! What is smoothed and diffused beside the equations of motion (sheet: sph §2.10, §2.12). Options, off by default:
 //! plain loops.
 
 use std::ops::Range;
 
 use colluvium_constitutive::SymTensor;
 
-use super::{Pairs, apart};
+use super::Pairs;
+use crate::algebra::{apart, geostatic};
 use crate::config::LONGEST_SHIFT;
 use crate::operators::{Moment, product};
 use crate::particles::Matrix;
 
-/// Keeps the diffusion of stress finite for particles that meet (sheet §2.10).
+/// Keeps the diffusion of stress finite for particles that meet (sheet: sph §2.10).
 const SOFTENING: f64 = 1e-4;
 /// Strength and exponent of the part of shifting that keeps particles from meeting.
 const CLOSE: (f64, i32) = (0.2, 4);
@@ -34,7 +35,7 @@ impl<const D: usize> Pairs<'_, D> {
         let mut sum = [0.0; D];
         for &j in &row[..self.before(row, self.first_wall)] {
             let j = j as usize;
-            if self.smooth.contain(j) {
+            if self.walls.smooth.contain(j) {
                 continue;
             }
             let (_, square) = apart(&p.position[i], &p.position[j]);
@@ -50,23 +51,23 @@ impl<const D: usize> Pairs<'_, D> {
     /// velocity of a pair, what is left of it beyond the mean of both velocity gradients; of pairs that approach and
     /// of pairs that part. After the hourglass viscosity of Flanagan & Belytschko (1981), in the pairwise form of
     /// Ganzenmüller (2015). Conserves both momenta.
-    pub fn hourglass(&self, i: usize, (row, weights): (&[u32], &[f64])) -> [f64; D] {
+    pub fn hourglass(&self, i: usize, (row, weights): (&[u32], &[f64]), gradients: &[Matrix<D>]) -> [f64; D] {
         let p = self.particles;
         let mut sum = [0.0; D];
         for (&j, weight) in row[..self.before(row, self.first_wall)].iter().zip(weights) {
             let j = j as usize;
-            if self.smooth.contain(j) {
+            if self.walls.smooth.contain(j) {
                 continue;
             }
-            let gradient = if j < p.len {
-                p.gradient[j]
+            let gradient = if j < p.len() {
+                gradients[j]
             } else {
-                let image = &self.images[j - p.len];
-                image.gradient(&p.gradient[image.source as usize])
+                let image = &self.walls.images[j - p.len()];
+                image.gradient(&gradients[image.source as usize])
             };
             let (apart, square) = apart(&p.position[i], &p.position[j]);
             let unseen = |c: usize| {
-                let seen: f64 = (0..D).map(|b| (p.gradient[i][c][b] + gradient[c][b]) * apart[b]).sum();
+                let seen: f64 = (0..D).map(|b| (gradients[i][c][b] + gradient[c][b]) * apart[b]).sum();
                 p.velocity[j][c] - p.velocity[i][c] - 0.5 * seen
             };
             let along: f64 = (0..D).map(|c| unseen(c) * apart[c]).sum();
@@ -142,7 +143,7 @@ impl<const D: usize> Pairs<'_, D> {
         geostatic(density * size * rise, k0, &up)
     }
 
-    /// The move of particle `i` of `body`, which went `length` (m) in the step, towards even spacing (sheet §2.12);
+    /// The move of particle `i` of `body`, which went `length` (m) in the step, towards even spacing (sheet: sph §2.12);
     /// `None` near free surfaces. Density and stress jump between bodies: their gradients are those within the body.
     pub fn shift(
         &self,
@@ -158,7 +159,7 @@ impl<const D: usize> Pairs<'_, D> {
         let (mut velocity, mut fields) = ([[0.0; D]; D], [[0.0; D]; 7]);
         for &j in row {
             let j = j as usize;
-            if j < p.len && surface[j] {
+            if j < p.len() && surface[j] {
                 return None;
             }
             let k = self.counts_as(i, j);
@@ -168,7 +169,7 @@ impl<const D: usize> Pairs<'_, D> {
             let weight = volume * self.between_weight(i, k, r);
             let close = 1.0 + CLOSE.0 * (self.rescaled(i, k, r) / reference).powi(CLOSE.1);
             (0..D).for_each(|c| crowding[c] += weight * close * apart[c]);
-            if j >= self.first_wall || self.smooth.contain(j) {
+            if j >= self.first_wall || self.walls.smooth.contain(j) {
                 continue;
             }
             all.add(weight, &apart);
@@ -207,7 +208,7 @@ impl<const D: usize> Pairs<'_, D> {
         if self.options.is_variable() { self.between(i, j, r)[0] } else { self.smoothing.weight(r) }
     }
 
-    /// `M = Σ V F x ⊗ x`, whose trace falls at free surfaces (sheet §2.13 h).
+    /// `M = Σ V F x ⊗ x`, whose trace falls at free surfaces (sheet: sph §2.13 h).
     pub fn moment(&self, i: usize, row: &[u32]) -> Moment<D> {
         let mut moment = Moment::default();
         self.weigh(i, row, |weight, apart| moment.add(weight, apart));
@@ -241,7 +242,7 @@ impl<const D: usize> Pairs<'_, D> {
         let (mut rate, mut slope) = (0.0, p.mass[i] * kernel.length_derivative(0.0));
         for (&j, &weight) in row[..self.regular(row)].iter().zip(weights) {
             let j = j as usize;
-            if self.smooth.contain(j) {
+            if self.walls.smooth.contain(j) {
                 continue;
             }
             let (apart, square) = apart(&p.position[i], &p.position[j]);
@@ -260,11 +261,4 @@ impl<const D: usize> Pairs<'_, D> {
         let divergence: f64 = (0..D).map(|a| product(&l, &gradient[a])[a]).sum();
         if slope == 0.0 { 0.0 } else { (-p.density[i] * divergence - rate) / slope }
     }
-}
-
-/// `diag(K₀, K₀, 1)` times `vertical`, turned to the direction `up`.
-pub fn geostatic<const D: usize>(vertical: f64, k0: f64, up: &[f64; D]) -> SymTensor {
-    let along = |a: usize, b: usize| if a < D && b < D { up[a] * up[b] } else { 0.0 };
-    let value = |a: usize, b: usize| vertical * (if a == b { k0 } else { 0.0 } + (1.0 - k0) * along(a, b));
-    SymTensor([value(0, 0), value(1, 1), value(2, 2), value(0, 1), value(1, 2), value(2, 0)])
 }

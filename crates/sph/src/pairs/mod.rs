@@ -1,4 +1,4 @@
-//! Sums over the neighbours: acceleration, velocity gradient and what else is diffused (SPH sheet §2.6–2.13).
+//! Sums over the neighbours: acceleration, velocity gradient and what else is diffused (sheet: sph §2.6–2.13).
 //!
 //! Every particle gathers from its own neighbours, four at a time, in an order that the data fix, so that the
 //! result does not depend on the number of threads. Geometry and kernel are computed once per pair and step, with
@@ -6,27 +6,47 @@
 
 mod acceleration;
 mod adjoint;
+mod answer;
 mod extras;
 mod rates;
 mod smooth;
-mod wall;
+
+use std::ops::Deref;
 
 use colluvium_constitutive::SymTensor;
+use colluvium_points::{NeighbourList, ROWS};
+use rayon::prelude::*;
 
-pub use extras::{Shift, geostatic};
-pub use smooth::SmoothBodies;
-pub(crate) use wall::sheared;
+pub use acceleration::Form;
+pub use extras::Shift;
 
+use crate::algebra::apart;
 use crate::config::{Momentum, SphOptions, Symmetrisation};
 use crate::kernel::Smoothing;
 use crate::lanes::{self, Lanes};
-use crate::particles::{Matrix, Particles};
-use crate::walls::{Image, Walls};
+use crate::particles::{Bodies, Matrix, Particles, Shown};
+use crate::setting::Setting;
+use crate::walls::Walls;
 
-/// Keeps the viscosity finite for particles that meet (sheet §2.8).
-const SOFTENING: f64 = 0.01;
+/// Keeps the viscosity finite for particles that meet (sheet: sph §2.8).
+pub const SOFTENING: f64 = 0.01;
 
-/// What the sums need.
+/// Calls `visit(particle, neighbours, weights, entry of out)` for every entry of `out`.
+pub fn over_rows<const D: usize, T: Send>(
+    neighbours: &NeighbourList<D>,
+    weights: &mut [Vec<f64>],
+    out: &mut [T],
+    visit: impl Fn(usize, &[u32], &mut [f64], &mut T) + Sync,
+) {
+    let blocks = out.par_chunks_mut(ROWS).zip(weights).zip(neighbours.blocks()).enumerate();
+    blocks.for_each(|(number, ((out, weights), rows))| {
+        for (k, slot) in out.iter_mut().enumerate() {
+            visit(number * ROWS + k, rows.of(k), &mut weights[rows.range(k)], slot);
+        }
+    });
+}
+
+/// What sums over places, masses, densities and stresses need.
 pub struct Pairs<'a, const D: usize> {
     /// The particles.
     pub particles: &'a Particles<D>,
@@ -34,20 +54,31 @@ pub struct Pairs<'a, const D: usize> {
     pub smoothing: &'a Smoothing<D>,
     /// The options.
     pub options: &'a SphOptions,
-    /// The walls.
+    /// What stands around the particles.
     pub walls: &'a Walls<D>,
-    /// The images.
-    pub images: &'a [Image<D>],
     /// The first particle of a wall.
     pub first_wall: usize,
     /// From this number on a neighbour is a wall that answers to the particle itself.
     pub answering: usize,
-    /// Bodies along which everything else slips.
-    pub smooth: &'a SmoothBodies,
+}
+
+/// The same with what the particles show each other: the sums of the equations of motion.
+pub struct Sums<'a, const D: usize> {
+    pairs: Pairs<'a, D>,
+    shown: &'a Shown<D>,
+}
+
+impl<'a, const D: usize> Deref for Sums<'a, D> {
+    type Target = Pairs<'a, D>;
+
+    #[inline(always)]
+    fn deref(&self) -> &Self::Target {
+        &self.pairs
+    }
 }
 
 /// The velocity gradient of a particle and its trace after the continuity equation.
-pub struct Rates<const D: usize> {
+pub struct Rate<const D: usize> {
     /// `∂v_a/∂x_b` (1/s).
     pub gradient: Matrix<D>,
     /// `-ρ̇/ρ` (1/s).
@@ -56,21 +87,27 @@ pub struct Rates<const D: usize> {
 
 /// Artificial repulsion.
 #[derive(Clone, Copy)]
-struct Repulsion {
-    exponent: f64,
+pub struct Repulsion {
+    /// The power of the ratio of kernels.
+    pub exponent: f64,
     /// `1 / W(Δx)` at the initial smoothing length.
-    scale: f64,
+    pub scale: f64,
 }
 
-/// `x_j - x_i` and its square.
-#[inline(always)]
-pub(crate) fn apart<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; D], f64) {
-    let apart: [f64; D] = std::array::from_fn(|c| to[c] - from[c]);
-    let square = apart.iter().map(|c| c * c).sum();
-    (apart, square)
-}
+impl<'a, const D: usize> Pairs<'a, D> {
+    /// Of `particles` between `walls`.
+    pub fn new(setting: &'a Setting<D>, particles: &'a Particles<D>, walls: &'a Walls<D>) -> Self {
+        let len = particles.len();
+        Self {
+            particles,
+            smoothing: &setting.smoothing,
+            options: &setting.options,
+            walls,
+            first_wall: walls.first(len),
+            answering: walls.answering(setting, len),
+        }
+    }
 
-impl<const D: usize> Pairs<'_, D> {
     /// What the momentum equation makes of the stress of a particle before it enters the pairs.
     #[inline]
     pub fn flux_scale(momentum: Momentum, density: f64, spread: f64) -> f64 {
@@ -85,7 +122,7 @@ impl<const D: usize> Pairs<'_, D> {
 
     /// How many of the neighbours come before `number`.
     #[inline(always)]
-    fn before(&self, row: &[u32], number: usize) -> usize {
+    pub(crate) fn before(&self, row: &[u32], number: usize) -> usize {
         match row.last() {
             Some(&last) if last as usize >= number => row.partition_point(|&j| (j as usize) < number),
             _ => row.len(),
@@ -94,29 +131,29 @@ impl<const D: usize> Pairs<'_, D> {
 
     /// The particle that the neighbour `j`, which is none of a wall, is or is the image of.
     #[inline]
-    fn source(&self, j: usize) -> usize {
-        let len = self.particles.len;
-        if j < len { j } else { self.images[j - len].source as usize }
+    pub(crate) fn source(&self, j: usize) -> usize {
+        let len = self.particles.len();
+        if j < len { j } else { self.walls.images[j - len].source as usize }
     }
 
     /// What the neighbour `j` counts as for `i`: walls that answer to the particle, and smooth bodies, as itself.
     #[inline]
     pub(crate) fn counts_as(&self, i: usize, j: usize) -> usize {
-        if j >= self.answering || self.smooth.contain(j) { i } else { j }
+        if j >= self.answering || self.walls.smooth.contain(j) { i } else { j }
     }
 
-    fn grad_h(&self) -> bool {
+    pub(crate) fn grad_h(&self) -> bool {
         self.options.is_variable() && self.options.symmetrisation == Symmetrisation::GradH
     }
 
     /// The kernel of smoothing length `length` (m).
     #[inline]
-    fn kernel_of(&self, length: f64) -> Smoothing<D> {
+    pub(crate) fn kernel_of(&self, length: f64) -> Smoothing<D> {
         self.smoothing.with_length(length)
     }
 
     /// The smoothing length of a pair of particles with those lengths; `None` where each has its own kernel.
-    fn common_length(&self, own: f64, other: f64) -> Option<f64> {
+    pub(crate) fn common_length(&self, own: f64, other: f64) -> Option<f64> {
         match self.options.symmetrisation {
             Symmetrisation::Arithmetic => Some(0.5 * (own + other)),
             Symmetrisation::Harmonic => Some(2.0 * own * other / (own + other)),
@@ -128,7 +165,7 @@ impl<const D: usize> Pairs<'_, D> {
     }
 
     /// The kernel's weight and value between `i` and `j`, `r` (m) apart.
-    fn between(&self, i: usize, j: usize, r: f64) -> [f64; 2] {
+    pub(crate) fn between(&self, i: usize, j: usize, r: f64) -> [f64; 2] {
         let p = self.particles;
         let (own, other) = (p.length[i], p.length[j]);
         let one = |length: f64| {
@@ -149,7 +186,7 @@ impl<const D: usize> Pairs<'_, D> {
     /// own smoothing length. Over `W(Δx)` it is `W(r, h) / W(Δx h/h₀, h)`: one at the spacing that goes with `h`. The
     /// same for `i` and `j`, also where each has its own kernel.
     #[inline]
-    fn rescaled(&self, i: usize, j: usize, r: f64) -> f64 {
+    pub(crate) fn rescaled(&self, i: usize, j: usize, r: f64) -> f64 {
         if !self.options.is_variable() {
             return self.smoothing.value(r);
         }
@@ -160,35 +197,14 @@ impl<const D: usize> Pairs<'_, D> {
 
     /// The same for one smoothing length (m).
     #[inline]
-    fn rescaled_alone(&self, length: f64, r: f64) -> f64 {
+    pub(crate) fn rescaled_alone(&self, length: f64, r: f64) -> f64 {
         self.smoothing.value(r * (self.smoothing.length() / length))
     }
 
     /// `W` between `i` and `j`, `r` (m) apart.
     #[inline]
-    fn value(&self, i: usize, j: usize, r: f64) -> f64 {
+    pub(crate) fn value(&self, i: usize, j: usize, r: f64) -> f64 {
         if self.options.is_variable() { self.between(i, j, r)[1] } else { self.smoothing.value(r) }
-    }
-
-    /// Weights `F` of the neighbours of `i` that do not answer to it.
-    pub fn fill_weights(&self, i: usize, row: &[u32], weights: &mut [f64]) {
-        let regular = self.regular(row);
-        if self.options.is_variable() {
-            for (slot, &j) in weights.iter_mut().zip(&row[..regular]) {
-                let p = self.particles;
-                let (_, square) = apart(&p.position[i], &p.position[j as usize]);
-                *slot = self.between(i, j as usize, square.sqrt())[0];
-            }
-            return;
-        }
-        let records = &self.particles.records;
-        let own = lanes::motions::<D>([&records[i]; 4]);
-        lanes::fours(&row[..regular], i, |start, four, count| {
-            let other = lanes::motions::<D>(four.map(|j| &records[j]));
-            let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
-            let weight = self.smoothing.weights(lanes::dot(&apart, &apart));
-            lanes::store(weights, start, count, weight);
-        });
     }
 
     /// `1/ϑ` of the gradient of the smoothing length (BN 53), the particle itself included.
@@ -206,26 +222,59 @@ impl<const D: usize> Pairs<'_, D> {
         1.0 / (1.0 + p.length[i] / (D as f64 * p.density[i]) * sum)
     }
 
+    pub(crate) fn repulsion(&self) -> Option<Repulsion> {
+        let exponent = self.options.tensile.exponent()?;
+        Some(Repulsion { exponent, scale: 1.0 / self.smoothing.value(self.options.spacing) })
+    }
+}
+
+impl<'a, const D: usize> Sums<'a, D> {
+    /// Of `bodies` between `walls`.
+    pub fn new(setting: &'a Setting<D>, bodies: &'a Bodies<D>, walls: &'a Walls<D>) -> Self {
+        Self { pairs: Pairs::new(setting, &bodies.particles, walls), shown: &bodies.shown }
+    }
+
+    /// What the particles show each other.
+    pub(crate) fn shown(&self) -> &Shown<D> {
+        self.shown
+    }
+
+    /// Weights `F` of the neighbours of `i` that do not answer to it.
+    pub fn fill_weights(&self, i: usize, row: &[u32], weights: &mut [f64]) {
+        let regular = self.regular(row);
+        if self.options.is_variable() {
+            for (slot, &j) in weights.iter_mut().zip(&row[..regular]) {
+                let p = self.particles;
+                let (_, square) = apart(&p.position[i], &p.position[j as usize]);
+                *slot = self.between(i, j as usize, square.sqrt())[0];
+            }
+            return;
+        }
+        let records = &self.shown.records;
+        let own = lanes::motions::<D>([&records[i]; 4]);
+        lanes::fours(&row[..regular], i, |start, four, count| {
+            let other = lanes::motions::<D>(four.map(|j| &records[j]));
+            let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
+            let weight = self.smoothing.weights(lanes::dot(&apart, &apart));
+            lanes::store(weights, start, count, weight);
+        });
+    }
+
     /// `R_i + R_j` times the power of the ratio of kernels; `None` where nothing is in tension.
     fn repelled(&self, i: usize, four: [usize; 4], square: Lanes) -> Option<[Lanes; 6]> {
-        let p = self.particles;
-        if p.repulsion.is_empty() {
+        let repulsion = &self.shown.repulsion;
+        if repulsion.is_empty() {
             return None;
         }
         let Repulsion { exponent, scale } = self.repulsion()?;
         let (mut any, mut tensors) = (false, [SymTensor::ZERO; 4]);
         for ((tensor, j), square) in tensors.iter_mut().zip(four).zip(square.to_array()) {
-            let both = p.repulsion[i] + p.repulsion[j];
+            let both = repulsion[i] + repulsion[j];
             if both != SymTensor::ZERO && j != i {
                 any = true;
                 *tensor = both * (self.rescaled(i, j, square.sqrt()) * scale).powf(exponent);
             }
         }
         any.then(|| std::array::from_fn(|c| Lanes::new(tensors.map(|tensor| tensor.0[c]))))
-    }
-
-    fn repulsion(&self) -> Option<Repulsion> {
-        let exponent = self.options.tensile.exponent()?;
-        Some(Repulsion { exponent, scale: 1.0 / self.smoothing.value(self.options.spacing) })
     }
 }

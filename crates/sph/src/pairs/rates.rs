@@ -1,6 +1,6 @@
 //! Velocity gradient of a particle.
 
-use super::{Pairs, Rates};
+use super::{Rate, Sums};
 use crate::config::{Continuity, VelocityGradient};
 use crate::lanes::{self, Lanes};
 use crate::operators::{Moment, product};
@@ -10,11 +10,11 @@ fn total<const D: usize>(sums: &[[Lanes; D]; D]) -> Matrix<D> {
     sums.map(|row| row.map(lanes::sum))
 }
 
-impl<const D: usize> Pairs<'_, D> {
-    /// Velocity gradient of particle `i`: step 6 of the sheet's §3.3. The weights are those of its acceleration.
+impl<const D: usize> Sums<'_, D> {
+    /// Velocity gradient of particle `i`: step 6 of `sheet: sph §3.3`. The weights are those of its acceleration.
     #[inline]
-    pub fn rates(&self, i: usize, row: &[u32], weights: &[f64]) -> Rates<D> {
-        let records = &self.particles.records;
+    pub fn rates(&self, i: usize, row: &[u32], weights: &[f64]) -> Rate<D> {
+        let records = &self.shown.records;
         let regular = self.regular(row);
         let own = lanes::motions::<D>([&records[i]; 4]);
         let operator = self.options.gradient_operator();
@@ -63,13 +63,13 @@ impl<const D: usize> Pairs<'_, D> {
         let by_density = if continuity == Continuity::Mass { density } else { 1.0 };
         let mut trace = lanes::sum(trace) / by_density;
         let mut moment = Moment { matrix: total(&moment), neighbours: lanes::sum(neighbours) as u32 };
-        if !self.smooth.is_empty() {
+        if !self.walls.smooth.is_empty() {
             self.strain_at_smooth(i, row, (&mut gradient, &mut trace, &mut moment));
         }
         if regular < row.len() {
             self.strain_at_walls(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
         }
-        let spread = if self.grad_h() { self.particles.spread[i] } else { 1.0 };
+        let spread = if self.grad_h() { self.shown.spread[i] } else { 1.0 };
         // The corrected gradient is exact for the weights as they are: 1/ϑ belongs to the other sums.
         let correction = if corrected { moment.correction() } else { None };
         let gradient = match correction {
@@ -77,6 +77,6 @@ impl<const D: usize> Pairs<'_, D> {
             None => gradient.map(|row| row.map(|c| c * spread)),
         };
         let divergence = if apart_forms { trace * spread } else { (0..D).map(|c| gradient[c][c]).sum() };
-        Rates { gradient, divergence }
+        Rate { gradient, divergence }
     }
 }

@@ -1,4 +1,4 @@
-//! Bodies that are held and smooth: what is beside them slips freely along their surface (SPH sheet §2.13 b–c).
+//! Bodies that are held and smooth: what is beside them slips freely along their surface (sheet: sph §2.13 b–c).
 //!
 //! To a particle `i` each of their particles `a` answers as that of a smooth wall: with the particle's own stress and
 //! velocity mirrored in the plane across the direction `n` of `Σ F x_ia`, in which the particle sees the body. The forces
@@ -10,61 +10,11 @@ use std::ops::Range;
 
 use colluvium_constitutive::SymTensor;
 
-use super::acceleration::Form;
-use super::wall::Answer;
-use super::{Pairs, apart};
+use super::answer::Answer;
+use super::{Form, Pairs, Sums};
+use crate::algebra::apart;
 use crate::operators::Moment;
-use crate::particles::{Group, Matrix};
-use crate::walls::Image;
-
-/// Where the particles of a smooth body stand, and their images.
-#[derive(Clone, Debug)]
-struct Place {
-    own: Range<usize>,
-    images: Range<usize>,
-}
-
-/// The smooth bodies.
-#[derive(Clone, Debug, Default)]
-pub struct SmoothBodies {
-    places: Vec<Place>,
-}
-
-impl SmoothBodies {
-    /// Finds them among `len` particles, which are followed by their images in the same order.
-    pub fn find<const D: usize>(&mut self, groups: &[Group], len: usize, images: &[Image<D>]) {
-        let before = |end: usize| len + images.partition_point(|image| (image.source as usize) < end);
-        self.places.clear();
-        self.places.extend(
-            groups
-                .iter()
-                .filter(|group| group.smooth)
-                .map(|group| Place { own: group.range(), images: before(group.start)..before(group.end) }),
-        );
-    }
-
-    /// Whether there are none.
-    #[inline]
-    pub fn is_empty(&self) -> bool {
-        self.places.is_empty()
-    }
-
-    /// Whether particle `j`, or what it is the image of, belongs to one of them.
-    #[inline]
-    pub fn contain(&self, j: usize) -> bool {
-        self.places.iter().any(|place| place.own.contains(&j) || place.images.contains(&j))
-    }
-
-    /// Their particles and the images of these.
-    pub fn particles(&self) -> impl Iterator<Item = usize> {
-        self.places.iter().flat_map(|place| place.own.clone().chain(place.images.clone()))
-    }
-
-    /// Their particles without images, body by body.
-    pub fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
-        self.places.iter().map(|place| place.own.clone())
-    }
-}
+use crate::particles::Matrix;
 
 /// A smooth body as a particle sees it: the direction into it, and its particles among the neighbours.
 struct Face<'a, const D: usize> {
@@ -98,7 +48,7 @@ fn reflected<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> SymTensor {
 impl<const D: usize> Pairs<'_, D> {
     /// The smooth bodies that particle `i` touches, itself in none.
     fn faces<'r>(&'r self, i: usize, row: &'r [u32]) -> impl Iterator<Item = Face<'r, D>> {
-        let outside = self.smooth.places.iter().filter(move |place| !place.own.contains(&i));
+        let outside = self.walls.smooth.places.iter().filter(move |place| !place.own.contains(&i));
         outside.filter_map(move |place| {
             let part =
                 |range: &Range<usize>| &row[self.before(row, range.start)..self.before(row, range.end)];
@@ -115,7 +65,9 @@ impl<const D: usize> Pairs<'_, D> {
             (size > 0.0).then_some(face)
         })
     }
+}
 
+impl<const D: usize> Sums<'_, D> {
     /// The answer of particle `a` of a smooth body.
     fn smooth_answer(&self, i: usize, a: usize, normal: &[f64; D]) -> Answer<D> {
         let p = self.particles;
@@ -123,13 +75,13 @@ impl<const D: usize> Pairs<'_, D> {
         Answer {
             relative: normal.map(|n| -2.0 * closing * n),
             stress: reflected(&p.stress[i], normal),
-            repulsion: p.repulsion.get(i).map_or(SymTensor::ZERO, |own| reflected(own, normal)),
+            repulsion: self.shown().repulsion.get(i).map_or(SymTensor::ZERO, |own| reflected(own, normal)),
         }
     }
 
     /// Acceleration by the smooth bodies. Not inlined, for the sums without them.
     #[inline(never)]
-    pub(super) fn push_off_smooth(&self, i: usize, row: &[u32], form: Form, sum: &mut [f64; D]) {
+    pub(crate) fn push_off_smooth(&self, i: usize, row: &[u32], form: Form, sum: &mut [f64; D]) {
         for face in self.faces(i, row) {
             self.push_off(i, face.near(), form, |a| Some(self.smooth_answer(i, a, &face.normal)), sum);
         }
@@ -137,7 +89,7 @@ impl<const D: usize> Pairs<'_, D> {
 
     /// What smooth bodies add to the velocity gradient, the divergence and the moment.
     #[inline(never)]
-    pub(super) fn strain_at_smooth(
+    pub(crate) fn strain_at_smooth(
         &self,
         i: usize,
         row: &[u32],

@@ -1,4 +1,4 @@
-//! The solver in ranks, for memory that is not shared (SPH sheet §3.9; Bui & Nguyen 2021, §3.7).
+//! The solver in ranks, for memory that is not shared (sheet: sph §3.9; Bui & Nguyen 2021, §3.7).
 //!
 //! Orthogonal recursive bisection gives each rank the particles of a box. A rank is a solver of its own for them and
 //! for copies of the particles around: its halo, wide enough that one exchange per step will do. Beyond these copies
@@ -21,10 +21,12 @@ use rayon::prelude::*;
 use crate::config::{
     Continuity, DensityReset, Momentum, Regularisation, SphOptions, Symmetrisation, WallStress,
 };
-use crate::solver::{Audit, SphSolver};
+use crate::limit::{find_limit, time_step_of};
+use crate::regularise::is_regularisation_due;
+use crate::solver::{Audit, SphSolver, audits};
 use parcel::{Parcel, assemble};
 
-/// Largest weight of a rank over the mean beyond which cuts are made anew (sheet §3.9).
+/// Largest weight of a rank over the mean beyond which cuts are made anew (sheet: sph §3.9).
 const IMBALANCE: f64 = 1.1;
 
 /// How many times the reach of the sums the halo is wide: once for the accelerations, and once for the velocity
@@ -62,25 +64,25 @@ struct Rank<const D: usize> {
 
 impl<const D: usize> Rank<D> {
     fn new(domain: SphSolver<D>, ranks: usize) -> Self {
-        let sequence = (0..domain.particles.len as u32).collect();
+        let sequence = (0..domain.bodies.particles.len() as u32).collect();
         Self { domain, sequence, sends: vec![Vec::new(); ranks], gets: vec![Vec::new(); ranks] }
     }
 
     /// Its own particles.
     fn own(&self) -> impl Iterator<Item = u32> {
-        (0..self.domain.particles.len as u32).filter(|&i| !self.domain.is_guest(i as usize))
+        (0..self.domain.bodies.particles.len() as u32).filter(|&i| !self.domain.bodies.is_guest(i as usize))
     }
 
     /// Weight of its own particles: of each one more than its neighbours at the last time.
     fn weights(&self) -> impl Iterator<Item = u32> {
-        let listed = &self.domain.neighbours;
+        let listed = &self.domain.lists.neighbours;
         self.own()
             .map(|i| 1 + if (i as usize) < listed.len() { listed.of(i as usize).len() } else { 0 } as u32)
     }
 
     /// Of its own particles those that are in the halo of a box, themselves or one of their images.
     fn halo_of(&self, bounds: &Bounds<D>, width: f64, images: &[crate::walls::Image<D>]) -> Vec<u32> {
-        let x = &self.domain.listed.positions;
+        let x = &self.domain.lists.listed.positions;
         let mut near: Vec<u32> = self.own().filter(|&i| bounds.is_within(&x[i as usize], width)).collect();
         let image_near = |image: &&crate::walls::Image<D>| {
             let x = &x[image.source as usize];
@@ -151,67 +153,93 @@ impl<const D: usize> RankedSolver<D> {
         let parcels: Vec<Parcel<D>> = self.ranks.iter().map(of_rank).collect();
         let mut whole = self.first().hollow();
         assemble(&mut whole, &parcels.iter().collect::<Vec<_>>());
-        if self.first().listed.positions.is_empty() && !self.shared_out {
-            whole.listed.positions.clear();
+        if self.first().lists.listed.positions.is_empty() && !self.shared_out {
+            whole.lists.listed.positions.clear();
         }
         whole
     }
 
     /// The largest stable step: the least of all ranks.
     fn critical_step(&mut self) -> TimeStep {
-        if self.first().is_limit_due() {
-            // Of equal ones that of the first particle in the sequence.
-            let of_rank = |rank: &mut Rank<D>| {
-                let limit = rank.domain.find_limit();
-                (limit.0, limit.2.map(|i| rank.sequence[i]), rank.domain.time_step_of(limit))
-            };
-            let found: Vec<_> = self.ranks.par_iter_mut().map(of_rank).collect();
-            let least = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            let (.., least) = least.expect("at least one rank");
-            self.ranks.iter_mut().for_each(|rank| rank.domain.set_limit(least));
+        let clock = &self.first().clock;
+        if let Some(limit) = clock.limit.filter(|_| !clock.is_limit_due()) {
+            return limit;
         }
-        self.first().limit.expect("set above")
+        // Of equal ones that of the first particle in the sequence.
+        let of_rank = |rank: &mut Rank<D>| {
+            let SphSolver { setting, bodies, rates, .. } = &mut rank.domain;
+            let limit = find_limit(setting, bodies, rates);
+            (limit.0, limit.2.map(|i| rank.sequence[i]), time_step_of(limit, &bodies.particles))
+        };
+        let found: Vec<_> = self.ranks.par_iter_mut().map(of_rank).collect();
+        let least = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let (.., least) = least.expect("at least one rank");
+        let fixed = self.first().setting.options.time_step;
+        let all = self.ranks.iter_mut().map(|rank| rank.domain.clock.set_limit(least, fixed));
+        all.last().expect("at least one rank")
     }
 
     /// One step.
     fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
-        if self.first().limit.is_none() {
+        if self.first().clock.limit.is_none() {
             self.critical_step();
         }
         if self.shared_out {
             self.exchange();
         }
+        self.refresh()?;
+        on_all(&mut self.ranks, |rank| {
+            let SphSolver { clock, bodies, walls, lists, .. } = &mut rank.domain;
+            walls.place(clock.time, &mut bodies.particles);
+            lists.weighed = false;
+            rank.domain.advance_listed(dt)
+        })?;
+        let SphSolver { setting, clock, .. } = self.first();
+        if setting.is_audited(clock) {
+            self.audit(dt);
+        }
+        self.ranks.iter_mut().for_each(|rank| rank.domain.clock.end_step(dt));
+        Ok(())
+    }
+
+    /// Lists for all ranks where particles have moved too far for the last ones.
+    fn refresh(&mut self) -> Result<(), SolverError> {
         let of_rank = |rank: &mut Rank<D>| {
-            rank.domain.follow_density();
-            Ok((rank.domain.longest(), rank.domain.reached()))
+            let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
+            bodies.follow_density(setting);
+            Ok((bodies.longest(setting), lists.reached(setting, clock, &bodies.particles, walls)))
         };
         let found = on_all(&mut self.ranks, of_rank)?;
         let (longest, reached) =
             found.into_iter().fold((0.0f64, 0.0f64), |(a, b), (c, d)| (a.max(c), b.max(d)));
-        let support = self.first().smoothing.kernel().support() * longest;
-        if !self.shared_out || reached + support > self.first().listed.reach {
-            self.ranks.par_iter_mut().for_each(|rank| rank.domain.wrap());
-            if self.first().is_sort_due() {
-                self.sort()?;
-            }
-            self.ranks.par_iter_mut().for_each(|rank| rank.domain.list_from_here(support));
-            self.share_out()?;
+        let SphSolver { setting, clock, lists, .. } = self.first();
+        let support = setting.support(longest);
+        if self.shared_out && reached + support <= lists.listed.reach {
+            return Ok(());
         }
-        on_all(&mut self.ranks, |rank| {
-            rank.domain.place();
-            rank.domain.advance_listed(dt)
-        })?;
-        if self.first().is_audited() {
-            self.audit(dt);
+        let is_sort_due = lists.is_sort_due(clock);
+        self.ranks.par_iter_mut().for_each(|rank| {
+            let SphSolver { bodies, walls, .. } = &mut rank.domain;
+            let p = &mut bodies.particles;
+            walls.planes.wrap(&mut p.position[..p.id.len()], &mut p.origin);
+        });
+        if is_sort_due {
+            self.sort()?;
         }
-        self.ranks.iter_mut().for_each(|rank| rank.domain.end_step(dt));
-        Ok(())
+        self.ranks.par_iter_mut().for_each(|rank| {
+            let SphSolver { setting, clock, bodies, lists, rates, .. } = &mut rank.domain;
+            lists.list_from_here(setting, clock, &bodies.particles, support);
+            rates.current = false;
+        });
+        self.share_out()
     }
 
     /// Sums up over all particles in their sequence, for the first rank.
     fn audit(&mut self, dt: f64) {
         let of_rank = |rank: &'_ Rank<D>| -> Vec<(u32, Audit)> {
-            rank.domain.audits(dt).map(|(i, own)| (rank.sequence[i], own)).collect()
+            let SphSolver { setting, clock, bodies, rates, .. } = &rank.domain;
+            let own = audits(setting, clock, bodies, rates, dt);
+            own.map(|(i, own)| (rank.sequence[i], own)).collect()
         };
         let mut found: Vec<(u32, Audit)> = self.ranks.par_iter().flat_map_iter(of_rank).collect();
         found.sort_unstable_by_key(|(place, _)| *place);
@@ -222,7 +250,8 @@ impl<const D: usize> RankedSolver<D> {
     /// Renews the copies in the halos.
     fn exchange(&mut self) {
         // Smoothed stresses go back to yield, by the law and its state.
-        let whole = self.first().is_regularisation_due();
+        let SphSolver { setting, clock, .. } = self.first();
+        let whole = is_regularisation_due(setting, clock);
         self.ranks.par_iter().zip(&mut self.mail).for_each(|(rank, parcels)| {
             for (parcel, indices) in parcels.iter_mut().zip(&rank.sends) {
                 parcel.fill(&rank.domain, &rank.sequence, indices, whole);
@@ -242,21 +271,23 @@ impl<const D: usize> RankedSolver<D> {
         let mut positions = vec![[0.0; D]; total];
         for rank in &self.ranks {
             for i in rank.own() {
-                positions[rank.sequence[i as usize] as usize] = rank.domain.particles.position[i as usize];
+                positions[rank.sequence[i as usize] as usize] =
+                    rank.domain.bodies.particles.position[i as usize];
             }
         }
         let mut places = vec![0; total];
-        let (mut cells, radius) = (CellList::new(), self.first().smoothing.radius());
+        let SphSolver { setting, clock, bodies, .. } = self.first();
+        let (mut cells, radius) = (CellList::new(), setting.smoothing.radius());
         let mut start = 0;
-        for number in 0..self.first().groups.len() {
+        for number in 0..bodies.groups.len() {
             let own = |rank: &Rank<D>| {
-                let range = rank.domain.groups[number].range();
+                let range = rank.domain.bodies.groups[number].range();
                 rank.own().filter(|&i| range.contains(&(i as usize))).count()
             };
             let end = start + self.ranks.iter().map(own).sum::<usize>();
             cells
                 .build(&positions[start..end], radius)
-                .map_err(|error| self.first().failed(0, format!("neighbour search: {error}")))?;
+                .map_err(|error| bodies.particles.failed(clock, 0, format!("neighbour search: {error}")))?;
             for (place, &old) in cells.order().iter().enumerate() {
                 places[start + old as usize] = (start + place) as u32;
             }
@@ -268,7 +299,7 @@ impl<const D: usize> RankedSolver<D> {
                 let place = &mut rank.sequence[i as usize];
                 *place = places[*place as usize];
             });
-            rank.domain.sorted = Some(rank.domain.step);
+            rank.domain.lists.sorted = Some(rank.domain.clock.step);
         }
         Ok(())
     }
@@ -285,7 +316,10 @@ impl<const D: usize> RankedSolver<D> {
         self.migrate(&cuts);
         self.cuts = Some(cuts);
         self.fill_halos();
-        on_all(&mut self.ranks, |rank| rank.domain.make_lists())?;
+        on_all(&mut self.ranks, |rank| {
+            let SphSolver { setting, clock, bodies, walls, lists, .. } = &mut rank.domain;
+            lists.make(setting, clock, bodies, walls)
+        })?;
         self.shared_out = true;
         Ok(())
     }
@@ -294,7 +328,7 @@ impl<const D: usize> RankedSolver<D> {
     fn cut(&self) -> Bisection<D> {
         let (mut positions, mut weights) = (Vec::new(), Vec::new());
         for rank in &self.ranks {
-            positions.extend(rank.own().map(|i| rank.domain.listed.positions[i as usize]));
+            positions.extend(rank.own().map(|i| rank.domain.lists.listed.positions[i as usize]));
             weights.extend(rank.weights());
         }
         Bisection::new(&positions, &weights, self.ranks.len()).0
@@ -305,7 +339,7 @@ impl<const D: usize> RankedSolver<D> {
         let away = |(me, (rank, parcels)): (usize, (&Rank<D>, &mut Vec<Parcel<D>>))| -> u64 {
             let mut shares = vec![Vec::new(); parcels.len()];
             for i in rank.own() {
-                shares[cuts.owner(&rank.domain.listed.positions[i as usize]) as usize].push(i);
+                shares[cuts.owner(&rank.domain.lists.listed.positions[i as usize]) as usize].push(i);
             }
             for (parcel, share) in parcels.iter_mut().zip(&shares) {
                 parcel.fill(&rank.domain, &rank.sequence, share, true);
@@ -319,19 +353,19 @@ impl<const D: usize> RankedSolver<D> {
         self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
             let parcels: Vec<&Parcel<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
             (rank.sequence, _) = assemble(&mut rank.domain, &parcels);
-            rank.domain.guests.clear();
+            rank.domain.bodies.guests.clear();
         });
     }
 
     /// Every rank sends copies of what lies in the halos of the others.
     fn fill_halos(&mut self) {
         let boxes: Vec<Option<Bounds<D>>> =
-            self.ranks.iter().map(|rank| Bounds::around(&rank.domain.listed.positions)).collect();
-        let width = passes(&self.first().options) as f64 * self.first().listed.reach;
+            self.ranks.iter().map(|rank| Bounds::around(&rank.domain.lists.listed.positions)).collect();
+        let width = passes(&self.first().setting.options) as f64 * self.first().lists.listed.reach;
         let send = |(me, (rank, parcels)): (usize, (&mut Rank<D>, &mut Vec<Parcel<D>>))| {
-            let (listed, mut images) = (&rank.domain.listed, Vec::new());
-            rank.domain.walls.go_to(listed.time, &mut []);
-            rank.domain.walls.images(&listed.positions, width, &mut images);
+            let (listed, mut images) = (&rank.domain.lists.listed, Vec::new());
+            rank.domain.walls.planes.go_to(listed.time);
+            rank.domain.walls.planes.images(&listed.positions, width, &mut images);
             let wanted = |(to, bounds): (usize, &Option<Bounds<D>>)| match bounds {
                 _ if to == me => rank.own().collect(),
                 Some(bounds) => rank.halo_of(bounds, width, &images),
@@ -347,10 +381,10 @@ impl<const D: usize> RankedSolver<D> {
         self.ranks.par_iter_mut().enumerate().for_each(|(to, rank)| {
             let parcels: Vec<&Parcel<D>> = mail.iter().map(|parcels| &parcels[to]).collect();
             (rank.sequence, rank.gets) = assemble(&mut rank.domain, &parcels);
-            rank.domain.guests.clear();
-            rank.domain.guests.resize(rank.sequence.len(), true);
+            rank.domain.bodies.guests.clear();
+            rank.domain.bodies.guests.resize(rank.sequence.len(), true);
             let own = std::mem::take(&mut rank.gets[to]);
-            own.iter().for_each(|&i| rank.domain.guests[i as usize] = false);
+            own.iter().for_each(|&i| rank.domain.bodies.guests[i as usize] = false);
             rank.sends[to].clear();
             for indices in &mut rank.sends {
                 indices.iter_mut().for_each(|i| *i = own[*i as usize]);

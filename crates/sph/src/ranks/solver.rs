@@ -1,10 +1,15 @@
 //! The `Solver` face of the solver in ranks. What is not a step is done by a solver without ranks in the same state.
 
+use std::io::{Read, Write};
+
 use colluvium_case::description::Stage;
 use colluvium_case::measure::Reading;
-use colluvium_case::{Budget, Equilibrium, Field, FieldData, Snapshot, Solver, SolverError, TimeStep};
+use colluvium_case::{
+    Advance, Budget, Equilibrium, Field, FieldData, Snapshot, Solver, SolverError, TimeStep,
+};
 
 use super::{Rank, RankedSolver};
+use crate::confinement::is_confined;
 use crate::solver::SphSolver;
 
 impl<const D: usize> RankedSolver<D> {
@@ -15,15 +20,16 @@ impl<const D: usize> RankedSolver<D> {
     ) -> Result<(), SolverError> {
         let mut whole = self.gather();
         work(&mut whole)?;
-        let listed = !whole.listed.positions.is_empty();
+        let listed = !whole.lists.listed.positions.is_empty();
         self.give_to_first(whole);
         // After a restart neighbours are those that the checkpoint lists.
         if listed {
             let Rank { domain, .. } = &self.ranks[0];
-            let (time, reach) = (domain.listed.time, domain.listed.reach);
-            self.ranks
-                .iter_mut()
-                .for_each(|rank| (rank.domain.listed.time, rank.domain.listed.reach) = (time, reach));
+            let (time, reach) = (domain.lists.listed.time, domain.lists.listed.reach);
+            for rank in &mut self.ranks {
+                let listed = &mut rank.domain.lists.listed;
+                (listed.time, listed.reach) = (time, reach);
+            }
             self.share_out()?;
         }
         Ok(())
@@ -33,7 +39,7 @@ impl<const D: usize> RankedSolver<D> {
     fn owners(&self) -> FieldData {
         let mut owners: Vec<(u32, f64)> = Vec::new();
         for (number, rank) in self.ranks.iter().enumerate() {
-            owners.extend(rank.own().map(|i| (rank.domain.particles.id[i as usize], number as f64)));
+            owners.extend(rank.own().map(|i| (rank.domain.bodies.particles.id[i as usize], number as f64)));
         }
         owners.sort_unstable_by_key(|(id, _)| *id);
         FieldData::Scalar(owners.into_iter().map(|(_, rank)| rank).collect())
@@ -42,23 +48,26 @@ impl<const D: usize> RankedSolver<D> {
 
 impl<const D: usize> Solver for RankedSolver<D> {
     fn time(&self) -> f64 {
-        self.first().time
+        self.first().clock.time
     }
 
     fn step_count(&self) -> u64 {
-        self.first().step
+        self.first().clock.step
     }
 
     fn points(&self) -> usize {
         self.ranks.iter().map(|rank| rank.own().count()).sum()
     }
 
-    fn time_step(&mut self) -> TimeStep {
+    fn limit(&mut self) -> TimeStep {
         self.critical_step()
     }
 
-    fn step(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.advance(dt)
+    fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
+        let limit = self.critical_step();
+        let dt = limit.towards(at_most);
+        self.advance(dt)?;
+        Ok(Advance { dt, limit: limit.limit })
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
@@ -74,7 +83,7 @@ impl<const D: usize> Solver for RankedSolver<D> {
     }
 
     fn has_grown(&self) -> bool {
-        self.first().is_confined()
+        is_confined(&self.first().setting, &self.first().clock)
     }
 
     fn readings(&self) -> Vec<Reading> {
@@ -92,11 +101,11 @@ impl<const D: usize> Solver for RankedSolver<D> {
         self.gather().take_budget()
     }
 
-    fn save(&self) -> Vec<u8> {
-        self.gather().save()
+    fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
+        self.gather().save(out)
     }
 
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError> {
-        self.as_whole(|whole| whole.restore(bytes))
+    fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
+        self.as_whole(|whole| whole.restore(input))
     }
 }

@@ -6,9 +6,9 @@ use colluvium_case::{Case, CaseError, spatial};
 use colluvium_constitutive::{Kind, MaterialSpec};
 use colluvium_points::HalfList;
 
-use super::corner;
 use crate::config::{SoundSpeed, SphOptions};
 use crate::particles::{Group, Particles};
+use crate::setting::corner;
 
 /// Beyond this many particles the ids no longer fit.
 const MOST_PARTICLES: usize = u32::MAX as usize;
@@ -38,7 +38,7 @@ pub(super) fn add_body<const D: usize>(
         let problem = format!("holds no particle: it is smaller than the spacing of {} m", options.spacing);
         return Err(CaseError::new(format!("{path}.shape"), problem));
     }
-    let start = particles.len;
+    let start = particles.len();
     if start + samples.len() > MOST_PARTICLES {
         return Err(CaseError::new(
             "methods.sph.spacing",
@@ -78,7 +78,6 @@ pub(super) fn add_body<const D: usize>(
     particles.stress.extend(stress);
     particles.origin.extend_from_slice(&positions);
     particles.position.extend(positions);
-    particles.len += count;
     let held = options.held.contains(&body.name).then(|| body.velocity.clone());
     let fluid = spec.facts().kind == Kind::Fluid;
     let end = start + count;

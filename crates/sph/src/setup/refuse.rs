@@ -1,71 +1,72 @@
 //! What SPH refuses of a case, by its path, and what it allows with a word.
 
-use colluvium_case::description::{Space, Wall};
-use colluvium_case::{Case, CaseError};
+use colluvium_case::description::Wall;
+use colluvium_case::{Case, CaseError, Honours};
 use colluvium_constitutive::{Kind, MaterialSpec};
 
-use super::walls::mirrors;
 use crate::config::{
     Continuity, DensityReset, Formulation, Regularisation, RoughWall, SmoothWall, SphOptions, WallStress,
     WallVelocity,
 };
 use crate::particles::Group;
 use crate::total;
+use crate::walls::mirrors;
 
 /// Share by which the width of listed particles may differ from `spacing` without a word.
 const LISTED_SLACK: f64 = 0.1;
 
+/// What SPH says to the features of a case.
+pub(crate) fn honours(options: &SphOptions) -> Honours {
+    let total = options.formulation == Formulation::TotalLagrangian;
+    let in_total = |problem: &str| format!("{problem}, in the total-Lagrangian form");
+    Honours::of_points("sph")
+        .takes(&[
+            "domain.origin",
+            "domain.periodic*",
+            "boundaries",
+            "boundaries.name",
+            "boundaries.side=*",
+            "boundaries.position",
+            "boundaries.velocity",
+            "boundaries.wall=rough",
+            "boundaries.wall=smooth",
+            "boundaries.wall=frictional",
+            "stages.damping",
+        ])
+        .refuses("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
+        .refuses("bodies.rigid", "sph has no rigid bodies: see `held` of its options")
+        .refuses("bodies.drop_outside", "sph has no sides that points leave by")
+        .refuses("bodies.pore_fluid", "sph has one phase; where no fluid leaves use the material undrained")
+        .refuses("boundaries.group", "sph has no mesh with groups of nodes")
+        .refuses("boundaries.wall=absorbing", "sph has no absorbing boundaries")
+        .refuses("boundaries.separation", "material cannot lift off the rough and smooth walls of sph")
+        .refuses("boundaries.wall.bilateral", "material can always lift off the frictional walls of sph")
+        .refuses("loads", "sph cannot apply tractions")
+        .refuses("patches", "sph has no nodes to prescribe")
+        .refuses("stages.damping_axes", "sph damps all axes alike")
+        .refuses("stages.rayleigh_damping", "sph has no Rayleigh damping")
+        .refuses("stages.excavate", "sph removes whole bodies only: use remove_bodies")
+        .refuses("measures=dissipation", "sph does not count dissipation")
+        .refuses_if(total, "boundaries", in_total("walls do not act: hold a body as a clamp"))
+        .refuses_if(total, "stages.remove_bodies", in_total("bodies stay"))
+        .refuses_if(total, "domain.periodic", in_total("there are no periods"))
+}
+
 /// Refuses by name what SPH cannot do (yet).
 pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
-    if case.space == Space::Axisymmetric {
-        return Err(CaseError::new("space", "sph has no axisymmetric form: use plane-strain or 3d"));
-    }
-    case.refuse_driven("sph")?;
-    case.refuse_dissipation("sph")?;
-    case.refuse_dropping("sph")?;
-    if let Some(number) = case.stages.iter().position(|stage| !stage.excavate.is_empty()) {
-        let problem = "sph removes whole bodies only: use remove_bodies";
-        return Err(CaseError::new(format!("stages[{number}].excavate"), problem));
-    }
-    if !case.loads.is_empty() {
-        return Err(CaseError::new("loads[0]", "sph cannot apply tractions"));
-    }
-    if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
-        let path = format!("bodies[{number}].pore_fluid");
-        return Err(CaseError::new(
-            path,
-            "sph has one phase; where no fluid leaves use the material undrained",
-        ));
-    }
     refuse_walls(case, options)?;
     check_periods(case, options)?;
     check_names(case, options)?;
     if options.formulation == Formulation::TotalLagrangian {
-        total::refuse(case, options)?;
+        total::refuse(options)?;
     }
     check_density_forms(case, options)
 }
 
-/// Walls that SPH does not have, and motions of walls that are none.
+/// Walls that the options do not go with, and motions of walls that are none.
 fn refuse_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     for (number, boundary) in case.boundaries.iter().enumerate() {
         let path = |key: &str| format!("boundaries[{number}].{key}");
-        if boundary.group.is_some() {
-            return Err(CaseError::new(path("group"), "sph has no mesh with groups of nodes"));
-        }
-        if matches!(boundary.wall, Wall::Absorbing { .. }) {
-            return Err(CaseError::new(path("wall"), "sph has no absorbing boundaries"));
-        }
-        if boundary.separation {
-            return Err(CaseError::new(
-                path("separation"),
-                "material cannot lift off the rough and smooth walls of sph",
-            ));
-        }
-        if matches!(boundary.wall, Wall::Frictional { bilateral: true, .. }) {
-            let problem = "material can always lift off the frictional walls of sph";
-            return Err(CaseError::new(path("wall.bilateral"), problem));
-        }
         let frictional = matches!(boundary.wall, Wall::Frictional { .. });
         if frictional && options.wall_stress != WallStress::Pairwise {
             return Err(CaseError::new(

@@ -1,11 +1,20 @@
-//! Time integration (SPH sheet §3.3).
+//! Time integration (sheet: sph §3.3). Each scheme is listed once, with the sheet's numbers of the steps.
 
 use colluvium_case::SolverError;
 use colluvium_constitutive::{States, SymTensor};
 
-use super::{Over, SphSolver};
+use super::SphSolver;
+use super::motion::{drift, kick};
+use super::records::{show, show_velocities};
+use super::sums::{accelerate, diffuse_stress, find_rates};
+use crate::clock::Clock;
 use crate::config::TimeIntegration;
-use crate::particles::Matrix;
+use crate::lists::Lists;
+use crate::particles::{Bodies, Matrix};
+use crate::rates::Rates;
+use crate::setting::Setting;
+use crate::stress::{Over, update_stress};
+use crate::walls::Walls;
 
 /// Steps of the Verlet scheme between two plain ones, which keep odd and even steps together.
 const STEPS_PER_PLAIN: u64 = 40;
@@ -55,10 +64,89 @@ fn add_matrix<const D: usize>(to: &mut [Matrix<D>], factor: f64, what: &[Matrix<
     add(to.as_flattened_mut(), factor, what.as_flattened());
 }
 
+impl<const D: usize> Kept<D> {
+    /// Keeps the state of the bodies.
+    fn keep(&mut self, bodies: &Bodies<D>) {
+        let p = &bodies.particles;
+        let len = p.len();
+        copy(&mut self.position, &p.position[..len]);
+        copy(&mut self.velocity, &p.velocity[..len]);
+        copy(&mut self.density, &p.density[..len]);
+        copy(&mut self.stress, &p.stress[..len]);
+        self.states.resize_with(bodies.groups.len(), States::default);
+        self.states.iter_mut().zip(&bodies.groups).for_each(|(kept, group)| kept.clone_from(&group.states));
+    }
+
+    /// Back to the start: velocities, densities and stresses, and the states of the laws.
+    fn go_back(&self, bodies: &mut Bodies<D>) {
+        let p = &mut bodies.particles;
+        let len = p.len();
+        p.velocity[..len].copy_from_slice(&self.velocity);
+        p.density[..len].copy_from_slice(&self.density);
+        p.stress[..len].copy_from_slice(&self.stress);
+        for (group, states) in bodies.groups.iter_mut().zip(&self.states) {
+            group.states.clone_from(states);
+        }
+    }
+
+    /// No means yet, of so many particles.
+    fn clear_means(&mut self, len: usize) {
+        fill(&mut self.moved, [0.0; D], len);
+        fill(&mut self.kicked, [0.0; D], len);
+        fill(&mut self.gradient, [[0.0; D]; D], len);
+        fill(&mut self.divergence, 0.0, len);
+    }
+
+    /// Adds a share of the rates to their means.
+    fn add_rates(&mut self, share: f64, velocities: &[[f64; D]], rates: &Rates<D>) {
+        add(&mut self.moved, share, velocities);
+        add(&mut self.moved, share, &rates.drift);
+        add(&mut self.kicked, share, &rates.of.acceleration);
+        add_matrix(&mut self.gradient, share, &rates.of.gradient);
+        self.divergence.iter_mut().zip(&rates.of.divergence).for_each(|(sum, d)| *sum += share * d);
+    }
+}
+
+/// Records and accelerations where lists are made already: steps 3 and 4.
+pub fn derive<const D: usize>(
+    setting: &Setting<D>,
+    clock: &Clock,
+    bodies: &mut Bodies<D>,
+    walls: &Walls<D>,
+    lists: &mut Lists<D>,
+    rates: &mut Rates<D>,
+    dt: f64,
+) {
+    show(setting, clock, bodies, walls, lists);
+    accelerate(setting, clock, bodies, walls, lists, rates, dt);
+}
+
+/// Velocity gradients, densities and stresses: steps 6 to 8.
+fn strain<const D: usize>(
+    setting: &Setting<D>,
+    clock: &Clock,
+    bodies: &mut Bodies<D>,
+    walls: &Walls<D>,
+    lists: &mut Lists<D>,
+    rates: &mut Rates<D>,
+    dt: f64,
+) -> Result<(), SolverError> {
+    find_rates(setting, bodies, walls, lists, rates, dt);
+    diffuse_stress(setting, clock, bodies, walls, lists, rates, dt);
+    update_stress(setting, clock, bodies, &rates.of, dt, Over::Start)
+}
+
+impl<const D: usize> Setting<D> {
+    /// Whether the velocities stand half a step behind the positions.
+    pub(crate) fn lags(&self) -> bool {
+        matches!(self.options.integration, TimeIntegration::Leapfrog | TimeIntegration::LeapfrogRates)
+    }
+}
+
 impl<const D: usize> SphSolver<D> {
     /// Advances the state, not the time.
-    pub(crate) fn integrate(&mut self, dt: f64) -> Result<(), SolverError> {
-        match self.options.integration {
+    pub(super) fn integrate(&mut self, dt: f64) -> Result<(), SolverError> {
+        match self.setting.options.integration {
             _ if self.reference.is_some() => self.total_leapfrog(dt),
             TimeIntegration::Leapfrog => self.leapfrog(dt),
             TimeIntegration::LeapfrogRates => self.leapfrog_rates(dt),
@@ -70,204 +158,164 @@ impl<const D: usize> SphSolver<D> {
         }
     }
 
-    /// Whether the velocities stand half a step behind the positions.
-    pub(crate) fn lags(&self) -> bool {
-        matches!(self.options.integration, TimeIntegration::Leapfrog | TimeIntegration::LeapfrogRates)
-    }
-
     fn leapfrog(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.derive(dt); // 1–4
-        self.kick(0.5 * (self.last_step + dt), dt); // 5
-        self.strain(dt)?; // 6–8
-        self.drift(dt) // 9
+        let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
+        derive(setting, clock, bodies, walls, lists, rates, dt); // 3, 4
+        kick(setting, clock, bodies, &rates.of.acceleration, 0.5 * (clock.last_step + dt), dt); // 5
+        strain(setting, clock, bodies, walls, lists, rates, dt)?; // 6–8
+        drift(setting, clock, bodies, walls, lists, rates, dt) // 9
     }
 
-    /// Velocity gradients, densities and stresses.
-    fn strain(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.find_rates(dt);
-        self.diffuse_stress(dt);
-        self.update_stress(dt, Over::Start)
-    }
-
-    /// The state now; given back to `kept` where it is no longer needed.
-    fn start(&mut self) -> Kept<D> {
-        let mut start = std::mem::take(&mut self.kept);
-        let p = &self.particles;
-        copy(&mut start.position, &p.position[..p.len]);
-        copy(&mut start.velocity, &p.velocity[..p.len]);
-        copy(&mut start.density, &p.density[..p.len]);
-        copy(&mut start.stress, &p.stress[..p.len]);
-        start.states.resize_with(self.groups.len(), States::default);
-        start.states.iter_mut().zip(&self.groups).for_each(|(kept, group)| kept.clone_from(&group.states));
-        start
-    }
-
-    /// Back to the start: velocities, densities and stresses, and the states of the laws.
-    fn go_back(&mut self, start: &Kept<D>) {
-        let p = &mut self.particles;
-        let len = p.len;
-        p.velocity[..len].copy_from_slice(&start.velocity);
-        p.density[..len].copy_from_slice(&start.density);
-        p.stress[..len].copy_from_slice(&start.stress);
-        for (group, states) in self.groups.iter_mut().zip(&start.states) {
-            group.states.clone_from(states);
-        }
+    /// The leapfrog over the reference configuration.
+    fn total_leapfrog(&mut self, dt: f64) -> Result<(), SolverError> {
+        let Self { setting, clock, bodies, walls, lists, rates, reference, .. } = self;
+        let Some(reference) = reference else { return Ok(()) };
+        let gravity = setting.gravity_at(clock, dt);
+        reference.accelerate(&setting.options, &bodies.particles, &gravity, &mut rates.of.acceleration);
+        kick(setting, clock, bodies, &rates.of.acceleration, 0.5 * (clock.last_step + dt), dt);
+        reference.find_rates(&bodies.particles, &mut rates.of);
+        update_stress(setting, clock, bodies, &rates.of, dt, Over::Start)?;
+        drift(setting, clock, bodies, walls, lists, rates, dt)
     }
 
     /// The source's leapfrog: velocity, density and stress at half steps.
     fn leapfrog_rates(&mut self, dt: f64) -> Result<(), SolverError> {
-        let start = self.start();
-        if self.last_step > 0.0 {
+        let Self { setting, clock, bodies, walls, lists, rates, kept, .. } = self;
+        kept.keep(bodies);
+        if clock.last_step > 0.0 {
             // From n - 1/2 to n with the rates of the step before.
-            let half = 0.5 * self.last_step;
-            self.kick(half, half);
-            self.update_stress(half, Over::Start)?;
+            let half = 0.5 * clock.last_step;
+            kick(setting, clock, bodies, &rates.of.acceleration, half, half);
+            update_stress(setting, clock, bodies, &rates.of, half, Over::Start)?;
         }
-        self.derive(dt);
-        self.find_rates(dt);
-        self.go_back(&start);
-        self.kept = start;
-        let step = 0.5 * (self.last_step + dt);
-        self.diffuse_stress(step);
-        self.kick(step, step);
-        self.update_stress(step, Over::Middle)?;
-        self.drift(dt)
+        derive(setting, clock, bodies, walls, lists, rates, dt);
+        find_rates(setting, bodies, walls, lists, rates, dt);
+        kept.go_back(bodies);
+        let step = 0.5 * (clock.last_step + dt);
+        diffuse_stress(setting, clock, bodies, walls, lists, rates, step);
+        kick(setting, clock, bodies, &rates.of.acceleration, step, step);
+        update_stress(setting, clock, bodies, &rates.of, step, Over::Middle)?;
+        drift(setting, clock, bodies, walls, lists, rates, dt)
     }
 
     fn predictor_corrector(&mut self, dt: f64) -> Result<(), SolverError> {
-        let start = self.start();
-        self.derive(dt);
-        self.find_rates(dt);
-        self.drift(0.5 * dt)?;
-        self.kick(0.5 * dt, 0.5 * dt);
-        self.update_stress(0.5 * dt, Over::Start)?;
-        let time = self.time;
-        self.time += 0.5 * dt;
-        self.refresh_neighbours(false)?;
-        self.derive(0.5 * dt);
-        self.find_rates(dt);
-        self.time = time;
-        let len = self.particles.len;
-        self.particles.position[..len].copy_from_slice(&start.position);
+        let Self { setting, clock, bodies, walls, lists, rates, kept, .. } = self;
+        let half = 0.5 * dt;
+        kept.keep(bodies);
+        derive(setting, clock, bodies, walls, lists, rates, dt);
+        find_rates(setting, bodies, walls, lists, rates, dt);
+        drift(setting, clock, bodies, walls, lists, rates, half)?;
+        kick(setting, clock, bodies, &rates.of.acceleration, half, half);
+        update_stress(setting, clock, bodies, &rates.of, half, Over::Start)?;
+        let middle = Clock { time: clock.time + half, ..*clock };
+        lists.refresh(setting, &middle, bodies, walls, rates, false)?;
+        derive(setting, &middle, bodies, walls, lists, rates, half);
+        find_rates(setting, bodies, walls, lists, rates, dt);
+        let len = bodies.particles.len();
+        bodies.particles.position[..len].copy_from_slice(&kept.position);
         // The predicted velocities move the particles.
-        self.drift(dt)?;
-        self.go_back(&start);
-        self.kept = start;
-        self.diffuse_stress(dt);
-        self.kick(dt, dt);
-        self.update_stress(dt, Over::Middle)
+        drift(setting, clock, bodies, walls, lists, rates, dt)?;
+        kept.go_back(bodies);
+        diffuse_stress(setting, clock, bodies, walls, lists, rates, dt);
+        kick(setting, clock, bodies, &rates.of.acceleration, dt, dt);
+        update_stress(setting, clock, bodies, &rates.of, dt, Over::Middle)
     }
 
     fn position_verlet(&mut self, dt: f64) -> Result<(), SolverError> {
+        let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
         let half = 0.5 * dt;
-        self.load_records();
-        self.strain(half)?;
-        self.drift(half)?;
-        let time = self.time;
-        self.time += half;
-        self.refresh_neighbours(false)?;
-        self.derive(half);
-        self.kick(dt, dt);
-        self.strain(half)?;
-        self.time = time;
-        self.drift(half)
+        show(setting, clock, bodies, walls, lists);
+        strain(setting, clock, bodies, walls, lists, rates, half)?;
+        drift(setting, clock, bodies, walls, lists, rates, half)?;
+        let middle = Clock { time: clock.time + half, ..*clock };
+        lists.refresh(setting, &middle, bodies, walls, rates, false)?;
+        derive(setting, &middle, bodies, walls, lists, rates, half);
+        kick(setting, &middle, bodies, &rates.of.acceleration, dt, dt);
+        strain(setting, &middle, bodies, walls, lists, rates, half)?;
+        drift(setting, clock, bodies, walls, lists, rates, half)
     }
 
     fn velocity_verlet(&mut self, dt: f64) -> Result<(), SolverError> {
-        if !self.accelerated {
-            self.derive(0.0);
+        let Self { setting, clock, bodies, walls, lists, rates, .. } = self;
+        if rates.current {
+            show(setting, clock, bodies, walls, lists);
         } else {
-            self.load_records();
+            derive(setting, clock, bodies, walls, lists, rates, 0.0);
         }
         let half = 0.5 * dt;
-        self.kick(half, half);
-        self.strain(dt)?;
-        self.drift(dt)?;
-        let time = self.time;
-        self.time += dt;
-        self.refresh_neighbours(false)?;
-        self.derive(0.0);
-        self.time = time;
-        self.kick(half, half);
+        kick(setting, clock, bodies, &rates.of.acceleration, half, half);
+        strain(setting, clock, bodies, walls, lists, rates, dt)?;
+        drift(setting, clock, bodies, walls, lists, rates, dt)?;
+        let end = Clock { time: clock.time + dt, ..*clock };
+        lists.refresh(setting, &end, bodies, walls, rates, false)?;
+        derive(setting, &end, bodies, walls, lists, rates, 0.0);
+        kick(setting, clock, bodies, &rates.of.acceleration, half, half);
         Ok(())
     }
 
     fn verlet(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.derive(dt);
-        let len = self.particles.len;
-        let Kept { velocity: mut before, moved: mut after, .. } = std::mem::take(&mut self.kept);
-        copy(&mut before, &self.particles.velocity[..len]);
-        let plain = self.particles.previous.len() != len || self.step.is_multiple_of(STEPS_PER_PLAIN);
-        let mut previous = std::mem::take(&mut self.particles.previous);
-        if plain {
-            self.kick(dt, dt);
-        } else {
-            self.particles.velocity[..len].copy_from_slice(&previous);
-            self.kick(self.last_step + dt, self.last_step + dt);
+        let Self { setting, clock, bodies, walls, lists, rates, kept, .. } = self;
+        derive(setting, clock, bodies, walls, lists, rates, dt);
+        let len = bodies.particles.len();
+        let Kept { velocity: before, moved: after, .. } = kept;
+        copy(before, &bodies.particles.velocity[..len]);
+        let plain = bodies.particles.previous.len() != len || clock.step.is_multiple_of(STEPS_PER_PLAIN);
+        let step = if plain { dt } else { clock.last_step + dt };
+        if !plain {
+            let p = &mut bodies.particles;
+            p.velocity[..len].copy_from_slice(&p.previous);
         }
+        kick(setting, clock, bodies, &rates.of.acceleration, step, step);
         // Strain by the mean of the velocities at both ends of the step.
-        copy(&mut after, &self.particles.velocity[..len]);
-        add(&mut self.particles.velocity[..len], 1.0, &before);
-        self.particles.velocity[..len].as_flattened_mut().iter_mut().for_each(|v| *v *= 0.5);
-        self.show_velocities();
-        self.strain(dt)?;
+        copy(after, &bodies.particles.velocity[..len]);
+        add(&mut bodies.particles.velocity[..len], 1.0, before);
+        bodies.particles.velocity[..len].as_flattened_mut().iter_mut().for_each(|v| *v *= 0.5);
+        show_velocities(bodies);
+        strain(setting, clock, bodies, walls, lists, rates, dt)?;
         // x + dt v + dt² a / 2.
-        self.particles.velocity[..len].copy_from_slice(&before);
-        let accelerations = std::mem::take(&mut self.particles.acceleration);
-        add(&mut self.particles.velocity[..len], 0.5 * dt, &accelerations);
-        self.particles.acceleration = accelerations;
-        self.hold();
-        self.drift(dt)?;
-        self.particles.velocity[..len].copy_from_slice(&after);
-        copy(&mut previous, &before);
-        self.particles.previous = previous;
-        self.kept = Kept { velocity: before, moved: after, ..Kept::default() };
+        bodies.particles.velocity[..len].copy_from_slice(before);
+        add(&mut bodies.particles.velocity[..len], 0.5 * dt, &rates.of.acceleration);
+        bodies.hold();
+        drift(setting, clock, bodies, walls, lists, rates, dt)?;
+        bodies.particles.velocity[..len].copy_from_slice(after);
+        copy(&mut bodies.particles.previous, before);
         Ok(())
     }
 
     fn runge_kutta(&mut self, dt: f64) -> Result<(), SolverError> {
-        let mut start = self.start();
-        let (len, time) = (self.particles.len, self.time);
-        fill(&mut start.moved, [0.0; D], len);
-        fill(&mut start.kicked, [0.0; D], len);
-        fill(&mut start.gradient, [[0.0; D]; D], len);
-        fill(&mut start.divergence, 0.0, len);
+        let Self { setting, clock, bodies, walls, lists, rates, kept, .. } = self;
+        let len = bodies.particles.len();
+        kept.keep(bodies);
+        kept.clear_means(len);
         for (fraction, share) in [(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)] {
             if fraction > 0.0 {
                 let step = fraction * dt;
-                copy(&mut start.staged, &self.particles.velocity[..len]);
-                self.go_back(&start);
-                self.kick(step, step);
-                self.update_stress(step, Over::Start)?;
-                self.particles.position[..len].copy_from_slice(&start.position);
-                add(&mut self.particles.position[..len], step, &start.staged);
-                self.accelerated = false;
+                copy(&mut kept.staged, &bodies.particles.velocity[..len]);
+                kept.go_back(bodies);
+                kick(setting, clock, bodies, &rates.of.acceleration, step, step);
+                update_stress(setting, clock, bodies, &rates.of, step, Over::Start)?;
+                bodies.particles.position[..len].copy_from_slice(&kept.position);
+                add(&mut bodies.particles.position[..len], step, &kept.staged);
+                rates.current = false;
             }
-            self.time = time + fraction * dt;
-            self.refresh_neighbours(false)?;
-            self.derive(0.0);
-            self.find_rates(dt);
-            let p = &self.particles;
-            add(&mut start.moved, share, &p.velocity[..len]);
-            add(&mut start.moved, share, &p.drift);
-            add(&mut start.kicked, share, &p.acceleration);
-            add_matrix(&mut start.gradient, share, &p.gradient);
-            start.divergence.iter_mut().zip(&p.divergence).for_each(|(sum, d)| *sum += share * d);
+            let now = Clock { time: clock.time + fraction * dt, ..*clock };
+            lists.refresh(setting, &now, bodies, walls, rates, false)?;
+            derive(setting, &now, bodies, walls, lists, rates, 0.0);
+            find_rates(setting, bodies, walls, lists, rates, dt);
+            kept.add_rates(share, &bodies.particles.velocity[..len], rates);
         }
-        self.time = time;
-        self.go_back(&start);
-        self.diffuse_stress(dt);
-        let p = &mut self.particles;
-        p.position[..len].copy_from_slice(&start.position);
-        p.velocity[..len].copy_from_slice(&start.moved);
-        p.drift.clear();
-        std::mem::swap(&mut p.gradient, &mut start.gradient);
-        std::mem::swap(&mut p.divergence, &mut start.divergence);
-        self.drift(dt)?;
-        self.particles.velocity[..len].copy_from_slice(&start.velocity);
-        std::mem::swap(&mut self.particles.acceleration, &mut start.kicked);
-        self.kept = start;
-        self.kick(dt, dt);
-        self.update_stress(dt, Over::Middle)
+        kept.go_back(bodies);
+        diffuse_stress(setting, clock, bodies, walls, lists, rates, dt);
+        let p = &mut bodies.particles;
+        p.position[..len].copy_from_slice(&kept.position);
+        p.velocity[..len].copy_from_slice(&kept.moved);
+        rates.drift.clear();
+        rates.of.gradient.copy_from_slice(&kept.gradient);
+        rates.of.divergence.copy_from_slice(&kept.divergence);
+        drift(setting, clock, bodies, walls, lists, rates, dt)?;
+        bodies.particles.velocity[..len].copy_from_slice(&kept.velocity);
+        rates.of.acceleration.copy_from_slice(&kept.kicked);
+        kick(setting, clock, bodies, &rates.of.acceleration, dt, dt);
+        update_stress(setting, clock, bodies, &rates.of, dt, Over::Middle)
     }
 }

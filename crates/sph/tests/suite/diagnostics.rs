@@ -1,4 +1,4 @@
-//! How well the sums over neighbours hold, and what a confining pressure brings to rest (SPH sheet §2.2, §2.13 g).
+//! How well the sums over neighbours hold, and what a confining pressure brings to rest (sheet: sph §2.2, §2.13 g).
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_constitutive::SymTensor;

@@ -1,4 +1,4 @@
-//! Viscous flow between rough walls against closed forms (SPH sheet V-21).
+//! Viscous flow between rough walls against closed forms (sheet: sph V-21).
 
 use colluvium_case::Case;
 use serde_json::{Value, json};
@@ -37,7 +37,7 @@ fn poiseuille(count: u32, sph: &Value) -> f64 {
 }
 
 /// The force jumps where a wall mirrors it, and a jump holds alternating velocities, which no gradient of a sum over
-/// symmetric neighbours sees: they grow until something else resists (sheet §6.27).
+/// symmetric neighbours sees: they grow until something else resists (sheet: sph §6.27).
 #[test]
 fn v21_alternating_velocities_need_the_hourglass_viscosity() {
     let mirror = json!({ "rough_wall": "mirror", "hourglass_viscosity": 1 });

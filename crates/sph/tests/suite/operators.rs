@@ -1,4 +1,4 @@
-//! Operator studies V-01 to V-07 of the SPH sheet (§5.2). Bounds and reference values are the sheet's.
+//! Operator studies V-01 to V-07 of the `sheet: sph §5.2`. Bounds and reference values are the sheet's.
 
 use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;
@@ -272,7 +272,7 @@ fn the_harmonic_mean_conducts_as_two_layers_in_series() {
     assert!((rate(Mean::Arithmetic, 10) + excess).abs() < 1e-12);
 }
 
-/// Layer 1, layer 2 and the interior of a lattice (sheet §2.13 h).
+/// Layer 1, layer 2 and the interior of a lattice (sheet: sph §2.13 h).
 #[test]
 fn the_moments_of_layers_are_those_of_the_sheet() {
     fn traces<const D: usize>(kernel: Kernel) -> [f64; 3] {

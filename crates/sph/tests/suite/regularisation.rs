@@ -1,4 +1,4 @@
-//! What smooths stress and density against closed forms and symmetries (SPH sheet §2.10, §2.13).
+//! What smooths stress and density against closed forms and symmetries (sheet: sph §2.10, §2.13).
 
 use std::f64::consts::PI;
 
@@ -196,9 +196,9 @@ fn velocity_verlet_kicks_with_the_smoothed_state() {
         advance(&mut *whole, 10);
         // A stage that begins here takes the accelerations anew.
         let mut anew = begin(&case);
-        anew.restore(&whole.save()).unwrap();
+        anew.restore(&mut whole.saved().unwrap().as_slice()).unwrap();
         anew.begin_stage(0, whole.time()).unwrap();
-        let dt = whole.time_step().dt;
+        let dt = whole.limit().dt.min(anew.limit().dt);
         let velocities = [&mut whole, &mut anew].map(|solver| {
             solver.step(dt).unwrap();
             vectors(&solver.snapshot(), "velocity")

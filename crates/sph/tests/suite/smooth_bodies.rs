@@ -1,4 +1,4 @@
-//! Bodies that are held and along which others slip freely (SPH sheet §2.13).
+//! Bodies that are held and along which others slip freely (sheet: sph §2.13).
 
 use colluvium_case::{Case, Method, Snapshot, Solver};
 use colluvium_constitutive::SymTensor;
@@ -54,7 +54,7 @@ fn a_plate_moves_along_under_a_pressed_block_without_drag() {
         let steps = 400;
         let start = solver.time();
         (0..steps).for_each(|_| {
-            let dt = solver.time_step().dt;
+            let dt = solver.limit().dt;
             solver.step(dt).unwrap();
         });
         let (snapshot, passed) = (solver.snapshot(), solver.time() - start);
@@ -85,7 +85,9 @@ fn a_smooth_plate_carries_weight_as_a_smooth_wall_of_particles_does() {
         let shape = json!({ "kind": "box", "min": &plate[..2], "max": &plate[2..] });
         case.bodies[0].shape = serde_json::from_value(shape).unwrap();
         let mut solver = begin(&case);
-        (0..300).for_each(|_| solver.step(2e-4).unwrap());
+        (0..300).for_each(|_| {
+            solver.step(2e-4).unwrap();
+        });
         let snapshot = solver.snapshot();
         let all = snapshot.bodies.iter().zip(vectors(&snapshot, "displacement")).zip(stresses(&snapshot));
         all.filter(|((body, _), _)| **body == 1).map(|((_, u), s)| (u[1], s[1])).collect::<Vec<_>>()
@@ -122,7 +124,9 @@ fn blocks_on_turned_smooth_plates_slide_as_on_level_ones() {
             Given { shift: [place[0] - x[0], place[1] - x[1]], velocity, compression: 1.0, stress }
         };
         let mut solver = prepared::<2>(&case, given).unwrap();
-        (0..300).for_each(|_| solver.step(2e-4).unwrap());
+        (0..300).for_each(|_| {
+            solver.step(2e-4).unwrap();
+        });
         let back = |v: [f64; 3]| [cos * v[0] + sin * v[1], cos * v[1] - sin * v[0]];
         of_block(&solver.snapshot()).into_iter().map(back).collect::<Vec<_>>()
     };

@@ -96,13 +96,13 @@ fn the_total_form_restarts_to_the_last_bit() {
     let mut first = begin(&case);
     let advance = |solver: &mut Box<dyn Solver>, steps: usize| {
         for _ in 0..steps {
-            let dt = solver.time_step().dt;
+            let dt = solver.limit().dt;
             solver.step(dt).unwrap();
         }
     };
     advance(&mut first, 30);
     let mut second = Sph.build(&case).unwrap();
-    second.restore(&first.save()).unwrap();
+    second.restore(&mut first.saved().unwrap().as_slice()).unwrap();
     second.begin_stage(0, 0.0).unwrap();
     advance(&mut first, 30);
     advance(&mut second, 30);
@@ -129,11 +129,11 @@ fn confined(on: &str, stress: f64, ramp: f64, duration: f64) -> Case {
     }))
 }
 
-/// Largest acceleration in the first step, over `p_c / (ρ Δx)` (SPH sheet V-33).
+/// Largest acceleration in the first step, over `p_c / (ρ Δx)` (sheet: sph V-33).
 fn unrest(on: &str) -> f64 {
     let case = confined(on, -1e4, 0.0, 0.1);
     let mut solver = begin(&case);
-    let dt = solver.time_step().dt;
+    let dt = solver.limit().dt;
     solver.step(dt).unwrap();
     let snapshot = solver.snapshot();
     let scale = 1e4 / (1000.0 * 0.05) * 0.5 * dt;

@@ -1,4 +1,4 @@
-//! Artificial stress where smoothing lengths vary (SPH sheet §2.5, §2.11).
+//! Artificial stress where smoothing lengths vary (sheet: sph §2.5, §2.11).
 
 use colluvium_case::Case;
 use colluvium_constitutive::SymTensor;

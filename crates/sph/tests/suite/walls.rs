@@ -1,4 +1,4 @@
-//! Walls whose velocities vary in time, and rough mirrors (SPH sheet §2.13).
+//! Walls whose velocities vary in time, and rough mirrors (sheet: sph §2.13).
 
 use colluvium_case::{Case, Method, SolverError};
 use colluvium_sph::Sph;
@@ -97,7 +97,7 @@ fn histories_are_of_walls_that_move_and_functions_of_time() {
     }
 }
 
-/// Sheet, set S, at a spacing of 1 cm. What is close to a mirror hardly sees its own image, and nothing keeps its
+/// The column of `sheet: sph §5.4 set S` at a spacing of 1 cm. What is close to a mirror hardly sees its own image, and nothing keeps its
 /// velocity to that of the field: cohesionless material sinks onto the face, and there nothing holds it.
 #[test]
 fn a_collapsing_column_on_a_rough_mirror_needs_the_hourglass_viscosity() {
@@ -129,9 +129,9 @@ fn a_collapsing_column_on_a_rough_mirror_needs_the_hourglass_viscosity() {
 fn end_of(case: &Case) -> ([f64; 3], f64, String) {
     let mut solver = begin(case);
     loop {
-        let dt = solver.time_step().dt;
+        let dt = solver.limit().dt;
         match solver.step(dt) {
-            Ok(()) => {}
+            Ok(_) => {}
             Err(SolverError::Point { position, time, reason, .. }) => return (position, time + dt, reason),
             Err(error) => panic!("{error}"),
         }

@@ -1,3 +1,4 @@
+use std::io::{Read, Write};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -6,7 +7,11 @@ use schemars::{JsonSchema, schema_for};
 
 use super::*;
 use crate::run::Ending;
-use crate::{Budget, CaseError, Equilibrium, Field, Plan, SolverError, StepLimit, TimeStep, run_method};
+use crate::solver::{restore_value, save_value};
+use crate::{
+    Advance, Budget, CaseError, Equilibrium, Field, Honours, Plan, SolverError, StepLimit, TimeStep,
+    run_method,
+};
 
 /// Force per mass on the block of [`Slider`] (m/s²), and its cohesion per mass in the case.
 const PULL: f64 = 1.0;
@@ -48,10 +53,13 @@ impl Method for Sliding {
     fn options_schema(&self) -> schemars::Schema {
         schema_for!(Nothing)
     }
-    fn plan(&self, _: &Case) -> Result<Plan, CaseError> {
+    fn honours(&self, _: &Case) -> Result<Honours, CaseError> {
+        Ok(Honours::of_points("sliding").takes(&["boundaries*", "stages.damping"]))
+    }
+    fn plan_honoured(&self, _: &Case) -> Result<Plan, CaseError> {
         Err(CaseError::new("", "no plan"))
     }
-    fn build(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         let built = Some(self.built.fetch_add(1, Ordering::Relaxed));
         if built == self.refuses_at {
             return Err(CaseError::new("materials.clay", "refused"));
@@ -73,15 +81,17 @@ impl Solver for Slider {
     fn points(&self) -> usize {
         1
     }
-    fn time_step(&mut self) -> TimeStep {
-        TimeStep { dt: 0.01, limit: StepLimit::Fixed, point: None, position: [0.0; 3] }
+    fn limit(&mut self) -> TimeStep {
+        TimeStep { dt: 0.01, limit: StepLimit::FIXED, point: None, position: [0.0; 3] }
     }
-    fn step(&mut self, dt: f64) -> Result<(), SolverError> {
+    fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
+        let limit = self.limit();
+        let dt = limit.towards(at_most);
         self.v = (self.v + dt * (PULL - self.strength)).max(0.0);
         self.x += dt * self.v;
         self.time += dt;
         self.steps += 1;
-        Ok(())
+        Ok(Advance { dt, limit: limit.limit })
     }
     fn begin_stage(&mut self, _: usize, _: f64) -> Result<(), SolverError> {
         Ok(())
@@ -111,11 +121,11 @@ impl Solver for Slider {
     fn budget(&self) -> Budget {
         Budget { mass: 1.0, kinetic: 0.5 * self.v * self.v + KEPT, ..Budget::default() }
     }
-    fn save(&self) -> Vec<u8> {
-        postcard::to_stdvec(&(self.x, self.v, self.time, self.steps)).unwrap()
+    fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
+        save_value(&(self.x, self.v, self.time, self.steps), out)
     }
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), SolverError> {
-        (self.x, self.v, self.time, self.steps) = postcard::from_bytes(bytes).unwrap();
+    fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
+        (self.x, self.v, self.time, self.steps) = restore_value(input)?;
         Ok(())
     }
 }
@@ -281,4 +291,21 @@ fn bad_searches_are_refused_by_path() {
         let error = measure(change);
         assert!(error.contains(path), "{change}: {error}");
     }
+}
+
+#[test]
+fn displacement_is_of_the_points_that_are_there_both_times() {
+    let at = |ids: &[u64], places: &[f64]| Snapshot {
+        time: 0.0,
+        step: 0,
+        ids: ids.to_vec(),
+        bodies: vec![0; ids.len()],
+        positions: places.iter().map(|x| [*x, 0.0, 0.0]).collect(),
+        extents: vec![[0.1; 3]; ids.len()],
+        fields: Vec::new(),
+    };
+    let before = at(&[0, 1, 4, 7], &[0.0, 1.0, 4.0, 7.0]);
+    // Two have left, one has come, and what is left has moved by 0.5 and 0.25.
+    assert_eq!(moved(&at(&[1, 5, 7], &[1.5, 50.0, 7.25]), &before), 0.5);
+    assert_eq!(moved(&at(&[9], &[1.0]), &before), 0.0);
 }

@@ -1,5 +1,7 @@
 use super::*;
-use crate::driver::tests::{SHEAR, YOUNG, close, elastic};
+use colluvium_testkit::close;
+
+use crate::driver::tests::{SHEAR, YOUNG, elastic};
 use crate::laws::{LinearElasticSpec, StrainMeasure};
 
 const BULK: f64 = YOUNG / (3.0 * 0.4);
@@ -111,7 +113,7 @@ fn a_deformation_gradient_turns_and_stretches() {
     let read =
         IncrementalTest::read(&Input { parameters: None, initial, test: &test, material, stress_unit: 1e3 });
     let path = read.unwrap().test.run().unwrap();
-    // Sheet V-02; the straight way to a rotation strains and comes back.
+    // sheet: constitutive V-02; the straight way to a rotation strains and comes back.
     close(path.last("stress_xx"), -104_820.508_08, 1e-7);
     close(path.last("stress_xy"), -11_650.635_09, 1e-6);
 }

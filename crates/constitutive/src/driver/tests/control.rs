@@ -123,7 +123,7 @@ fn rotation_and_spin_turn_the_stress_alike() {
         spins: vec![[0.0, 0.0, 30.0]],
     };
     let spin = turned(direct([Controlled::Strain; 6], [0.0; 6]));
-    // Sheet V-02.
+    // sheet: constitutive V-02.
     for stress in [rotation, spin] {
         close(stress[0], -104_820.508_08, 1e-9);
         close(stress[3], -11_650.635_09, 1e-8);

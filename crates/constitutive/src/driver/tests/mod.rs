@@ -3,6 +3,8 @@ mod materials;
 mod output;
 mod refusal;
 
+use colluvium_testkit::close;
+
 use super::*;
 use crate::laws::{
     DruckerPragerSpec, LinearElasticSpec, Matching, MohrCoulombSpec, NeoHookeanSpec, NewtonianFluidSpec,
@@ -92,8 +94,4 @@ fn general(stress: [[f64; 6]; 6], strain: [[f64; 6]; 6], total: [f64; 6]) -> Pat
 /// The unit matrix times `value`.
 fn unit(value: f64) -> [[f64; 6]; 6] {
     std::array::from_fn(|i| std::array::from_fn(|j| if i == j { value } else { 0.0 }))
-}
-
-pub(super) fn close(found: f64, exact: f64, tolerance: f64) {
-    assert!((found - exact).abs() <= tolerance * exact.abs().max(1.0), "{found} for {exact}");
 }

@@ -107,7 +107,7 @@ fn the_table_reads_as_csv() {
 fn a_compressible_pore_fluid_adds_its_stiffness() {
     let undrained = BULK + FLUID;
     let poisson = (3.0 * undrained - 2.0 * SHEAR) / (2.0 * (3.0 * undrained + SHEAR));
-    // The figures of §5.3 of the constitutive sheet.
+    // The figures of `sheet: constitutive §5.3`.
     close(undrained, 5.391_667e9, 1e-7);
     close(poisson, 0.499_287, 1e-6);
     let path = Path::TriaxialUndrained { axial_compression: 0.01, fluid_stiffness: Some(FLUID) };

@@ -1,4 +1,4 @@
-//! Modified Cam-clay (constitutive sheet §2.6, §3.7.5; Roscoe & Burland 1968).
+//! Modified Cam-clay (sheet: constitutive §2.6, §3.7.5; Roscoe & Burland 1968).
 //!
 //! `f = q²/M² + p (p - p_c) ≤ 0`, associated; `ṗ_c = v/(λ-κ) p_c ε̇ᵖ_v`, `K = v p/κ`, with `p` and the
 //! plastic volume compression compression-positive and `v = 1 + e`. The shear modulus follows `K` at

@@ -1,4 +1,4 @@
-//! The implicit return of a step (sheet §3.7.5) and its tangent.
+//! The implicit return of a step (sheet: constitutive §3.7.5) and its tangent.
 
 use super::shared::CamClayTrial;
 use super::{CamClay, CamClayState, NAME};
@@ -117,7 +117,7 @@ impl CamClay {
         Ok(advance)
     }
 
-    /// The return of a step (sheet §3.7.5); `None` where the step is elastic.
+    /// The return of a step (sheet: constitutive §3.7.5); `None` where the step is elastic.
     ///
     /// # Errors
     /// When the local solve fails.

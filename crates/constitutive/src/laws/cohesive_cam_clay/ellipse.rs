@@ -56,7 +56,7 @@ impl Ellipse {
         )
     }
 
-    /// Associated return of a trial at fixed size (sheet §3.7.6); a trial inside stays.
+    /// Associated return of a trial at fixed size (sheet: constitutive §3.7.6); a trial inside stays.
     pub fn return_map(&self, elasticity: &Elasticity, pressure: f64, q: f64) -> Projection {
         // Also where the strength is beyond all numbers.
         if !(self.yield_value(pressure, q) > 0.0) {
@@ -80,8 +80,8 @@ impl Ellipse {
             let norm = x.hypot(y);
             let step = (norm - radius) * norm * norm / (radius * (a * x * x / u + b * y * y / v));
             gamma += step;
-            // Written so that NaN ends it.
-            if !(step.abs() > 2.0 * f64::EPSILON * gamma) {
+            // From below it only rises, but for round-off. Written so that NaN ends it.
+            if !(step > 2.0 * f64::EPSILON * gamma) {
                 break;
             }
         }

@@ -1,4 +1,4 @@
-//! Cohesive Cam Clay for porous brittle solids: snow slabs and weak layers (constitutive sheet §2.15,
+//! Cohesive Cam Clay for porous brittle solids: snow slabs and weak layers (sheet: constitutive §2.15,
 //! §3.7.6; Gaume et al. 2018; Gaume et al. 2020, eqs. 54–58).
 //!
 //! In Kirchhoff stress `τ` with `p = -tr τ / 3` and `q = √(3/2 s:s)`:
@@ -8,25 +8,31 @@
 //! until it reaches zero; there the layer has collapsed, cohesion and `p0` vanish, and from then on it
 //! packs like a cohesionless slab.
 //!
-//! The return is implicit in `p0`: one bracketed unknown, the plastic volumetric strain of the step,
-//! around the projection onto an ellipse of given size. A collapse within a step releases the stress;
+//! The return is implicit in `p0`, or explicit with the `p0` of the start of the step
+//! ([`CamClayIntegration`]): Newton's method for plastic volumetric strain and multiplier together, a bracketed solve
+//! where it does not settle. A collapse within a step releases the stress;
 //! what is left of the trial's compaction packs the debris, its deviator is lost. With
 //! invariants of the plane (`d = 2`) the same in two dimensions, see [`CamClayInvariants`]. Limits: softening has no length of its own; where
 //! `α ξ cosh(ξ x0) ≥ 1` the weak layer snaps, that is, loses its stress at once under controlled strain.
 
 mod ellipse;
+mod newton;
 mod parameters;
 mod planar;
+#[cfg(test)]
+mod tests;
 
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
+use crate::hencky::Few;
 use crate::{InitialCondition, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor};
 
 use ellipse::{Conditions, Surface};
+use newton::Returns;
 
 pub use ellipse::{Ellipse, Projection};
-pub use parameters::{CamClayHardening, CamClayInvariants, CohesiveCamClaySpec};
+pub use parameters::{CamClayHardening, CamClayIntegration, CamClayInvariants, CohesiveCamClaySpec};
 
 const NAME: &str = "cohesive-cam-clay";
 
@@ -71,7 +77,13 @@ impl CohesiveCamClay {
     fn strength(&self, strain: f64) -> (f64, f64) {
         if strain < 0.0 {
             let (k, xi) = (self.elasticity.bulk_modulus, self.spec.hardening_factor);
-            (k * (-xi * strain).sinh(), -k * xi * (xi * strain).cosh())
+            let argument = -xi * strain;
+            let (sinh, cosh) = if argument < newton::LARGEST {
+                newton::hyperbolic(argument)
+            } else {
+                (argument.sinh(), argument.cosh())
+            };
+            (k * sinh, -k * xi * cosh)
         } else {
             (0.0, 0.0)
         }
@@ -101,15 +113,52 @@ impl CohesiveCamClay {
 
     /// The return at a guess of the plastic volumetric strain.
     fn surface(&self, trial: (f64, f64), state: &CohesiveCamClayState, volumetric: f64) -> Surface {
+        let surface = self.surface_at(trial, state, volumetric);
+        let projection = surface.ellipse.return_map(&self.elasticity, trial.0, trial.1);
+        Surface { projection, ..surface }
+    }
+
+    /// The surface after the plastic volumetric strain `volumetric`, nothing returned to it yet.
+    fn surface_at(&self, trial: (f64, f64), state: &CohesiveCamClayState, volumetric: f64) -> Surface {
         let (strength, slope) = self.strength(self.hardened(state, volumetric));
         let rate = self.softening(state).map_or(1.0, |factor| factor * volumetric.signum());
         let ellipse = Ellipse { strength, ..self.ellipse(state) };
-        let projection = ellipse.return_map(&self.elasticity, trial.0, trial.1);
+        let projection = Projection { pressure: trial.0, q: trial.1, multiplier: 0.0, volumetric: 0.0 };
         Surface { ellipse, hardening: slope * rate, trial, projection }
     }
 
     /// Return of a trial `(p, q)` (Pa): where it ends, and the state there.
     fn land(
+        &self,
+        trial: (f64, f64),
+        state: &CohesiveCamClayState,
+    ) -> Result<(Landing, CohesiveCamClayState), MaterialError> {
+        let (mut returns, mut new) = (Returns::of([trial.0], [trial.1]), [*state]);
+        self.return_several(&mut returns, &mut new);
+        let Returns {
+            pressure: [pressure], q: [q], volumetric: [volumetric], multiplier: [multiplier], ..
+        } = returns;
+        if returns.left[0] != 0.0 {
+            return self.land_bracketed(trial, state);
+        }
+        if returns.yields[0] == 0.0 {
+            return Ok((Landing::Elastic, *state));
+        }
+        let projection = Projection { pressure, q, multiplier, volumetric };
+        let surface = match self.spec.integration {
+            CamClayIntegration::Implicit => {
+                Surface { projection, ..self.surface_at(trial, state, volumetric) }
+            }
+            CamClayIntegration::Explicit => {
+                Surface { ellipse: self.ellipse(state), hardening: 0.0, trial, projection }
+            }
+        };
+        Ok((Landing::Surface(surface), new[0]))
+    }
+
+    /// As [`CohesiveCamClay::land`], by one bracketed unknown: the plastic volumetric strain of the step, around the
+    /// projection onto an ellipse of given size. Also for trials that take all of the strength.
+    fn land_bracketed(
         &self,
         trial: (f64, f64),
         state: &CohesiveCamClayState,
@@ -125,6 +174,9 @@ impl CohesiveCamClay {
             return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
         }
         let offered = -trial.0 / self.elasticity.bulk_modulus;
+        if self.spec.integration == CamClayIntegration::Explicit {
+            return Ok(self.land_on_frozen(&frozen, trial, state, offered));
+        }
         let first = frozen.return_map(&self.elasticity, trial.0, trial.1).volumetric;
         // Plastic volumetric strain at which nothing of p0 is left.
         let end = match self.softening(state) {
@@ -147,14 +199,26 @@ impl CohesiveCamClay {
         let bound = end.unwrap_or_else(|| self.enough_packing(trial, state, first));
         let volumetric = self.solve(trial, state, first, bound)?;
         let surface = self.surface(trial, state, volumetric);
-        let Projection { q, .. } = surface.projection;
-        let new = CohesiveCamClayState {
-            hardening_strain: self.hardened(state, volumetric),
-            volumetric: state.volumetric + volumetric,
-            deviatoric: state.deviatoric + (trial.1 - q) / (3.0 * self.elasticity.shear_modulus),
-            ..*state
-        };
+        let mut new = *state;
+        self.advance(&mut new, volumetric, trial.1 - surface.projection.q);
         Ok((Landing::Surface(surface), new))
+    }
+
+    /// The return to the surface of the start of the step; without strength no stress is left.
+    fn land_on_frozen(
+        &self,
+        frozen: &Ellipse,
+        trial: (f64, f64),
+        state: &CohesiveCamClayState,
+        offered: f64,
+    ) -> (Landing, CohesiveCamClayState) {
+        if frozen.strength == 0.0 {
+            return self.freed(trial, state, offered);
+        }
+        let projection = frozen.return_map(&self.elasticity, trial.0, trial.1);
+        let mut new = *state;
+        self.advance(&mut new, projection.volumetric, trial.1 - projection.q);
+        (Landing::Surface(Surface { ellipse: *frozen, hardening: 0.0, trial, projection }), new)
     }
 
     /// All of the trial strain, `offered` of it volumetric, is plastic; no stress is left.
@@ -339,6 +403,31 @@ impl SmallStrain for CohesiveCamClay {
 impl PrincipalReturn for CohesiveCamClay {
     fn elasticity(&self) -> &Elasticity {
         &self.elasticity
+    }
+
+    fn takes_few(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn return_few<const N: usize>(&self, few: &mut Few<N>, states: &mut [CohesiveCamClayState; N]) {
+        let stresses: [SymTensor; N] = std::array::from_fn(|i| few.stress_of(i));
+        let mut returns = Returns::of(stresses.map(|s| s.pressure()), stresses.map(|s| s.q()));
+        let trial = returns.q;
+        self.return_several(&mut returns, states);
+        few.yields = returns.yields;
+        if returns.yields.iter().all(|&yields| yields == 0.0) {
+            return;
+        }
+        for i in 0..N {
+            let share = if trial[i] > 0.0 { returns.q[i] / trial[i] } else { 0.0 };
+            let returned = stresses[i].deviator() * share - SymTensor::isotropic(returns.pressure[i]);
+            let yields = returns.yields[i] != 0.0;
+            for c in 0..6 {
+                few.stress[c][i] = if yields { returned[c] } else { few.stress[c][i] };
+            }
+            few.left[i] = few.left[i].max(returns.left[i]);
+        }
     }
 
     fn return_principal(

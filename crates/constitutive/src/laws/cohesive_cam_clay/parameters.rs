@@ -37,6 +37,9 @@ pub struct CohesiveCamClaySpec {
     /// What the invariants are taken of.
     #[serde(default)]
     pub invariants: CamClayInvariants,
+    /// Whose `p0` a step returns to.
+    #[serde(default)]
+    pub integration: CamClayIntegration,
     /// Start on the yield surface where the initial stress lies outside it, at the point of the return; refused
     /// when false.
     #[serde(default)]
@@ -53,6 +56,19 @@ pub enum CamClayInvariants {
     /// The tensor in the plane, `d = 2`, as Gaume et al. print it: `p = -(τ_xx + τ_yy)/2`, `K = λ + μ`. For
     /// motions in the plane only; not the same material as in space.
     Plane,
+}
+
+/// Whose `p0` a step of `cohesive-cam-clay` returns to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CamClayIntegration {
+    /// That of the end of the step: the stress ends on the surface that it leaves behind.
+    #[default]
+    Implicit,
+    /// That of the start of the step, as Gaume et al. print it: the stress lags behind hardening and softening by one
+    /// step. Both agree as the steps shrink; in a weak layer that softens fast they differ at the steps of explicit
+    /// dynamics.
+    Explicit,
 }
 
 /// What changes the isotropic compressive strength of `cohesive-cam-clay`.
@@ -139,6 +155,7 @@ impl Model for CohesiveCamClaySpec {
             hardening_factor,
             hardening,
             invariants: CamClayInvariants::Space,
+            integration: CamClayIntegration::Implicit,
             project: false,
         };
         vec![

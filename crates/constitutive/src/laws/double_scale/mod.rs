@@ -1,4 +1,4 @@
-//! Double-scale localisation (constitutive sheet §2.16, §3.7.11; Bui & Nguyen 2021, eqs. 88–109): a
+//! Double-scale localisation (sheet: constitutive §2.16, §3.7.11; Bui & Nguyen 2021, eqs. 88–109): a
 //! point, elastic or yielding, that is cut by one cohesive band.
 //!
 //! Outside the band `σ̇ = D : (ε̇ - n ⊗ u̇ / H)` with the jump `u` and the effective size `H` of the point
@@ -33,7 +33,7 @@ const NAME: &str = "double-scale";
 /// Damage at which the intact-reset hypothesis drops a band.
 const BROKEN: f64 = 0.999;
 
-/// Newton iterations of the local solve (sheet §3.7.11).
+/// Newton iterations of the local solve (sheet: constitutive §3.7.11).
 const ITERATIONS: usize = 30;
 
 /// Laws that may surround a band.
@@ -243,7 +243,7 @@ impl<B: InterfaceLaw, M: Outside> DoubleScale<B, M> {
         tangent.unwrap_or_else(|| self.elasticity().tangent())
     }
 
-    /// Newton's method on the jump, with backtracking (sheet §3.7.11): jump increment, band and point outside.
+    /// Newton's method on the jump, with backtracking (sheet: constitutive §3.7.11): jump increment, band and point outside.
     fn newton(&self, step: &Step<'_, B, M>, start: [f64; 3]) -> Result<Solved<B, M>, MaterialError> {
         let at = |jump: [f64; 3]| -> Result<_, MaterialError> {
             let outside = self.outside.update(&step.reduced(jump), step.motion, &step.old)?;
@@ -413,7 +413,7 @@ impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
         self.elasticity().p_wave_modulus()
     }
 
-    /// `D - (D n)(K + n·D·n/H)⁻¹(n D)/H` (sheet §3.7.11); in the step that inserts the band its direction
+    /// `D - (D n)(K + n·D·n/H)⁻¹(n D)/H` (sheet: constitutive §3.7.11); in the step that inserts the band its direction
     /// moves too, which is left to differences.
     fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<Self::State>) -> Option<Tangent> {
         let before = Point { stress: old.stress, state: old.state.outside };

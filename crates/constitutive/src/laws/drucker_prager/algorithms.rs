@@ -1,4 +1,4 @@
-//! Algorithms 1 and 2 of Bui & Nguyen 2021 (sheet §3.6) and the correction of their drift (§2.4).
+//! Algorithms 1 and 2 of Bui & Nguyen 2021 (sheet: constitutive §3.6) and the correction of their drift (§2.4).
 //!
 //! Both take the slope of the cone's strength from one place, and divide by the elastic resistance to flow less that
 //! slope. Where softening takes half of the resistance or more, the strength at the end of the step has little to do
@@ -58,7 +58,7 @@ impl DruckerPrager {
         }
     }
 
-    /// Algorithm 2 of Bui & Nguyen 2021 (sheet §3.6) before its drift is taken back: the stress after one
+    /// Algorithm 2 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift is taken back: the stress after one
     /// corrector with the slopes at the trial, and the multiplier. It means nothing where softening takes half of the
     /// elastic resistance to flow or more; [`SmallStrain::update`](crate::SmallStrain::update) returns such a step.
     pub fn corrected(&self, trial: &SymTensor, kappa: f64) -> (SymTensor, f64) {
@@ -76,7 +76,7 @@ impl DruckerPrager {
         (deviator * keep + SymTensor::isotropic(mean), multiplier)
     }
 
-    /// Algorithm 1 of Bui & Nguyen 2021 (sheet §3.6) before its drift is taken back: from `stress` inside
+    /// Algorithm 1 of Bui & Nguyen 2021 (sheet: constitutive §3.6) before its drift is taken back: from `stress` inside
     /// or on the cone by the strain increment `strain`, elastic up to the cone, then with the continuum
     /// elastoplastic stiffness (eq. 2.4) there. Returns the stress and the multiplier. As for [`Self::corrected`]
     /// softening must leave most of the resistance.
@@ -125,7 +125,7 @@ impl DruckerPrager {
         Some((*trial - back - SymTensor::isotropic(3.0 * k * cone.dilatancy * multiplier), multiplier))
     }
 
-    /// Takes back drift out of the cone (sheet §2.4, Bui & Nguyen section 3.4): tension cracking moves the
+    /// Takes back drift out of the cone (sheet: constitutive §2.4, Bui & Nguyen section 3.4): tension cracking moves the
     /// mean stress to the apex at most, stress scaling the deviator onto the cone.
     pub fn without_drift(&self, stress: SymTensor, kappa: f64) -> SymTensor {
         let cone = self.cone_at(kappa);

@@ -1,4 +1,4 @@
-//! Drucker–Prager plasticity (constitutive sheet §2.4, §3.7.1; Bui & Nguyen 2021, eqs. 74–80).
+//! Drucker–Prager plasticity (sheet: constitutive §2.4, §3.7.1; Bui & Nguyen 2021, eqs. 74–80).
 //!
 //! `f = √J2 + α I1 - k ≤ 0`, `g = √J2 + α_ψ I1`; elastic law linear. Cohesion and friction angle
 //! may soften exponentially with the accumulated deviatoric plastic strain `κ`, the dilatancy angle
@@ -16,6 +16,7 @@ mod tangent;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
+use crate::hencky::Few;
 use crate::lanes::Lanes;
 use crate::{
     BLOCK, InitialCondition, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor, Tangent,
@@ -140,7 +141,7 @@ impl SmallStrain for DruckerPrager {
         self.elasticity.p_wave_modulus()
     }
 
-    /// Consistent tangent (sheet §3.10).
+    /// Consistent tangent (sheet: constitutive §3.10).
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
         if self.spec.integration != Integration::ClosestPoint {
             return None;
@@ -190,6 +191,22 @@ impl SmallStrain for DruckerPrager {
 impl PrincipalReturn for DruckerPrager {
     fn elasticity(&self) -> &Elasticity {
         &self.elasticity
+    }
+
+    fn takes_few(&self) -> bool {
+        self.constant && self.spec.integration == Integration::ClosestPoint
+    }
+
+    #[inline]
+    fn return_few<const N: usize>(&self, few: &mut Few<N>, states: &mut [PlasticStrain; N]) {
+        for i in 0..N {
+            let trial = few.stress_of(i);
+            let (stress, plastic) = self.peak_step(&SymTensor::ZERO, &trial);
+            few.set_stress(i, &stress);
+            // An isotropic trial beyond the apex yields without plastic shear.
+            few.yields[i] = if (plastic != 0.0) | (stress[0] != trial[0]) { 1.0 } else { 0.0 };
+            states[i].deviatoric += plastic;
+        }
     }
 
     fn return_principal(

@@ -1,4 +1,4 @@
-//! The closest-point return to the cone or its apex (sheet §3.7.1).
+//! The closest-point return to the cone or its apex (sheet: constitutive §3.7.1).
 
 use super::{Cone, DruckerPrager, NAME, PlasticStrain};
 use crate::{MaterialError, Point, SymTensor};
@@ -46,7 +46,7 @@ impl DruckerPrager {
         Ok(self.returned(trial, &invariants, &end, state))
     }
 
-    /// Return map in invariants (sheet §3.7.1) of a trial, from plastic strain `kappa`.
+    /// Return map in invariants (sheet: constitutive §3.7.1) of a trial, from plastic strain `kappa`.
     #[inline]
     pub(super) fn return_map(&self, trial: &Invariants, kappa: f64) -> Result<Return, MaterialError> {
         if self.constant { self.peak_return(trial) } else { self.softening_return(trial, kappa) }

@@ -74,7 +74,7 @@ impl Softening {
         1e-5 / fastest.max(dilatancy_decay).max(1e-3)
     }
 
-    /// Ranges of the strength of a frictional law and of its decay (angles in degrees), sheet §7.
+    /// Ranges of the strength of a frictional law and of its decay (angles in degrees), sheet: constitutive §7.
     pub(in crate::laws) fn check(
         softening: Option<Self>,
         friction_angle: f64,

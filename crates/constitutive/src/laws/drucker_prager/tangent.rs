@@ -1,4 +1,4 @@
-//! Consistent tangents of the return (sheet §3.10).
+//! Consistent tangents of the return (sheet: constitutive §3.10).
 
 use super::DruckerPrager;
 use crate::{SymTensor, Tangent};

@@ -1,4 +1,4 @@
-//! Modified Euler integration of the rate equation with local error control (constitutive sheet §3.7.10), and
+//! Modified Euler integration of the rate equation with local error control (sheet: constitutive §3.7.10), and
 //! its derivative.
 //!
 //! A step is divided into pieces by its size, a piece into equal substeps whose number is the least power of two
@@ -9,9 +9,9 @@ use super::super::substep::{self, Advance, substepped};
 use super::{Hypoplastic, NAME};
 use crate::{MaterialError, Point, SymTensor, Tangent};
 
-/// Largest strain increment that is integrated in one piece (sheet §3.8).
+/// Largest strain increment that is integrated in one piece (sheet: constitutive §3.8).
 const PIECE: f64 = 1e-2;
-/// Local error of a substep, relative to the stress (sheet §3.7.10).
+/// Local error of a substep, relative to the stress (sheet: constitutive §3.7.10).
 const TOLERANCE: f64 = 1e-4;
 /// Doublings of the number of substeps of a piece, to 1024 (1000 in the sheet).
 const DOUBLINGS: u32 = 10;

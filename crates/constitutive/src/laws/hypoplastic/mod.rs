@@ -1,4 +1,4 @@
-//! Hypoplasticity with critical state (constitutive sheet §2.12, §3.7.10; Wu, Wang & Alipour 2020,
+//! Hypoplasticity with critical state (sheet: constitutive §2.12, §3.7.10; Wu, Wang & Alipour 2020,
 //! eqs. 10–23).
 //!
 //! `T̊ = C1 tr(T) D + C2 tr(T D)/tr(T) T + f_d (C3 T² + C4 T*²)/tr(T) ‖D‖` with the Jaumann rate and the

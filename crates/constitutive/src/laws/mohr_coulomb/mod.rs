@@ -1,4 +1,4 @@
-//! Mohr–Coulomb plasticity (constitutive sheet §2.5, §3.7.2; region form of Clausen et al.).
+//! Mohr–Coulomb plasticity (sheet: constitutive §2.5, §3.7.2; region form of Clausen et al.).
 //!
 //! With `σ1 ≥ σ2 ≥ σ3`: `f = k σ1 - σ3 - 2 c √k ≤ 0`, `g = m σ1 - σ3`, with `k = (1 + sin φ)/(1 - sin φ)`
 //! and `m` alike from the dilatancy angle; elastic law linear. The return ends on the plane, on one
@@ -172,7 +172,7 @@ impl SmallStrain for MohrCoulomb {
         self.elasticity.p_wave_modulus()
     }
 
-    /// Consistent tangent (sheet §3.10).
+    /// Consistent tangent (sheet: constitutive §3.10).
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
         small_strain_tangent(self, &(old.stress + self.elasticity.stress(strain)), &old.state)
     }

@@ -84,7 +84,7 @@ impl Pyramid {
         ]
     }
 
-    /// Return map in principal stresses (sheet §3.7.2, steps 1–5).
+    /// Return map in principal stresses (sheet: constitutive §3.7.2, steps 1–5).
     pub fn return_map(&self, elasticity: &Elasticity, trial: [f64; 3]) -> ([f64; 3], Region) {
         self.returns(elasticity).map(trial)
     }
@@ -115,7 +115,7 @@ impl Pyramid {
         Returns { pyramid: *self, elasticity: *elasticity, direction, edges, apex: self.strength / (k - 1.0) }
     }
 
-    /// `∂σ_A/∂ε_B` of a return that ends in `region` (sheet §3.10), of constant strength.
+    /// `∂σ_A/∂ε_B` of a return that ends in `region` (sheet: constitutive §3.10), of constant strength.
     pub fn tangent(&self, elasticity: &Elasticity, region: Region) -> [[f64; 3]; 3] {
         let (k, m) = (self.friction, self.dilatancy);
         let d = elasticity.principal();

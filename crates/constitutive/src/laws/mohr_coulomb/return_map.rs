@@ -1,4 +1,4 @@
-//! The return in principal stresses, region by region (sheet §3.7.2; §3.7.3 with a cut-off).
+//! The return in principal stresses, region by region (sheet: constitutive §3.7.2; §3.7.3 with a cut-off).
 
 use super::pyramid::{Pyramid, Region, dot};
 use crate::laws::Elasticity;
@@ -52,7 +52,7 @@ impl Returns {
             return Region::Elastic;
         }
         if pyramid.friction == 1.0 {
-            // Without friction there is no apex: the prism of Tresca (sheet §3.7.4).
+            // Without friction there is no apex: the prism of Tresca (sheet: constitutive §3.7.4).
             let plane = self.to(Region::Plane, trial);
             return if trial[1] > plane[0] {
                 Region::CompressionEdge

@@ -1,4 +1,4 @@
-//! The return with strength at the end of the step (sheet §3.7.2, step 7) and its tangent.
+//! The return with strength at the end of the step (sheet: constitutive §3.7.2, step 7) and its tangent.
 
 use super::pyramid::dot;
 use super::return_map::elastic_strain;

@@ -1,4 +1,4 @@
-//! Critical-state sand, "SIMSAND" (constitutive sheet §2.7, §3.7.8; Bui & Nguyen 2021, section 3.2.4, after
+//! Critical-state sand, "SIMSAND" (sheet: constitutive §2.7, §3.7.8; Bui & Nguyen 2021, section 3.2.4, after
 //! Jin et al. 2017).
 //!
 //! Compression positive, `η = q/p`, void ratio `e`:

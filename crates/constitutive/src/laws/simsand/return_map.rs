@@ -1,4 +1,4 @@
-//! The implicit return of a substep (sheet §3.7.8) and its tangent.
+//! The implicit return of a substep (sheet: constitutive §3.7.8) and its tangent.
 
 use super::critical_state::{lode_cosine, lode_gradient};
 use super::{NAME, Simsand, SimsandState};

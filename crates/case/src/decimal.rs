@@ -1,0 +1,56 @@
+//! Sums of numbers as their decimals say.
+
+/// Decimal digits by which two numbers may differ in place and their difference be found exactly.
+const PLACES: u32 = 18;
+
+/// A number as whole digits and a power of ten: those that are least to tell it from all others.
+fn digits(x: f64) -> Option<(i128, i32)> {
+    let text = format!("{x:e}");
+    let (digits, power) = text.split_once('e')?;
+    let decimals = digits.split_once('.').map_or(0, |(_, decimals)| decimals.len() as i32);
+    Some((digits.replace('.', "").parse().ok()?, power.parse::<i32>().ok()? - decimals))
+}
+
+/// Sum or, with a `sign` of minus one, difference of two numbers as decimals; with round-off where they are too far apart.
+pub(crate) fn combined(x: f64, by: f64, sign: i128) -> f64 {
+    let rounded = x + sign as f64 * by;
+    if by == 0.0 || x == 0.0 || !rounded.is_finite() {
+        return rounded;
+    }
+    let exact = || {
+        let ((a, p), (b, q)) = (digits(x)?, digits(by)?);
+        let least = p.min(q);
+        let scaled = |m: i128, power: i32| {
+            let places = u32::try_from(power - least).ok().filter(|places| *places <= PLACES)?;
+            m.checked_mul(10i128.pow(places))
+        };
+        format!("{}e{least}", scaled(a, p)? + sign * scaled(b, q)?).parse::<f64>().ok()
+    };
+    exact().unwrap_or(rounded)
+}
+
+/// A coordinate from that of the map.
+pub(crate) fn taken_off(x: f64, origin: f64) -> f64 {
+    combined(x, origin, -1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_are_those_of_the_decimals() {
+        for (x, origin, exact) in [
+            (500_000.1, 500_000.0, 0.1),
+            (5_000_000.3, 5e6, 0.3),
+            (4_999_999.7, 5e6, -0.3),
+            (-0.1, 500_000.3, -500_000.4),
+            (500_000.0, 500_000.0, 0.0),
+            (0.25, 0.0, 0.25),
+        ] {
+            assert_eq!(taken_off(x, origin), exact, "{x} - {origin}");
+            assert_eq!(combined(exact, origin, 1), x, "{exact} + {origin}");
+        }
+        assert_eq!(taken_off(1e-30, 5e5), -5e5, "too far apart");
+    }
+}

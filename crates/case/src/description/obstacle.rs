@@ -1,0 +1,163 @@
+//! Rigid geometry that bodies meet.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Rigid geometry of any shape, at rest, that bodies meet. It may reach beyond the domain.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    /// Name.
+    pub name: String,
+    /// Its surface; the solid is behind it.
+    pub shape: ObstacleShape,
+    /// How it acts on what touches it.
+    pub wall: ObstacleWall,
+    /// Whether material may lift off (rough and smooth obstacles hold it otherwise; from frictional ones it always may).
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub separation: bool,
+}
+
+/// How an obstacle acts on what touches it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum ObstacleWall {
+    /// No slip.
+    Rough,
+    /// Free slip: only the velocity along the normal is held.
+    Smooth,
+    /// Coulomb friction; the material may lift off.
+    Frictional {
+        /// Coefficient of friction, tangent of the friction angle of the interface.
+        friction_coefficient: f64,
+        /// Shear stress that it bears beside friction where the material is pressed on it (Pa).
+        #[serde(default, skip_serializing_if = "is_zero")]
+        adhesion: f64,
+    },
+}
+
+/// The surface of an obstacle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum ObstacleShape {
+    /// A plane (in 2D a line) without end.
+    Plane {
+        /// A place on it (m).
+        point: Vec<f64>,
+        /// Normal out of the solid, of any length.
+        normal: Vec<f64>,
+    },
+    /// Axis-aligned box.
+    Box {
+        /// Lower corner (m).
+        min: Vec<f64>,
+        /// Upper corner (m).
+        max: Vec<f64>,
+    },
+    /// Ball (disk in 2D).
+    Ball {
+        /// Centre (m).
+        centre: Vec<f64>,
+        /// Radius (m).
+        radius: f64,
+        /// Whether the solid is what lies around the ball, so that its inside is a bowl.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        hollow: bool,
+    },
+    /// In 2D, ground below a line of straight pieces, from either end. Beyond its ends there is no ground. Either `points` or a
+    /// `file` is given.
+    GroundLine {
+        /// Its points (m).
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        points: Vec<[f64; 2]>,
+        /// A CSV file with two columns, x and y (m), under a line of names.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        file: Option<String>,
+    },
+    /// In 2D, ground below a line of straight pieces and arcs, from left to right.
+    Profile {
+        /// Where it begins (m).
+        start: [f64; 2],
+        /// Its pieces, one after another.
+        pieces: Vec<ProfilePiece>,
+    },
+    /// Polygon in 2D, without crossings, in either sense of rotation.
+    Polygon {
+        /// Corners (m).
+        vertices: Vec<[f64; 2]>,
+    },
+    /// In 3D, a polygon drawn along an axis.
+    Extruded {
+        /// Corners in the plane of the other two axes, in the order x, y, z (m).
+        vertices: Vec<[f64; 2]>,
+        /// Axis: 0 is x.
+        axis: usize,
+        /// Where it begins along the axis (m).
+        from: f64,
+        /// Where it ends (m).
+        to: f64,
+    },
+    /// In 3D, a polygon turned about a line along an axis.
+    Turned {
+        /// Corners: distance from the line, coordinate along it (m).
+        vertices: Vec<[f64; 2]>,
+        /// Axis of the line: 0 is x.
+        axis: usize,
+        /// A place on the line (m).
+        centre: [f64; 3],
+    },
+    /// In 3D, ground under the heights of a raster: an ESRI ASCII grid (`.asc`, `.grd`, `.txt`) or a GeoTIFF (`.tif`, `.tiff`),
+    /// in metres. Contact sees two triangles between four nodes. Beyond the raster, and where it has no data, there is no ground.
+    Raster {
+        /// The file, from the folder of the case.
+        file: String,
+        /// Distance of the nodes to resample it to, along x and y (m); that of the file when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        spacing: Option<f64>,
+    },
+    /// In 3D, a closed triangle mesh: STL (`.stl`) or Wavefront OBJ (`.obj`), in metres. STL has seven digits: a mesh far from
+    /// its origin must be an OBJ file.
+    Mesh {
+        /// The file, from the folder of the case.
+        file: String,
+    },
+}
+
+/// A piece of a profile.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProfilePiece {
+    /// Where it ends (m).
+    pub to: [f64; 2],
+    /// Centre of an arc, which goes the shorter way round (m); a straight line when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre: Option<[f64; 2]>,
+}
+
+impl ObstacleShape {
+    /// Whether it names a file.
+    pub fn has_file(&self) -> bool {
+        matches!(self, Self::GroundLine { file: Some(_), .. } | Self::Raster { .. } | Self::Mesh { .. })
+    }
+
+    /// The file that it names.
+    pub fn file_mut(&mut self) -> Option<&mut String> {
+        match self {
+            Self::GroundLine { file, .. } => file.as_mut(),
+            Self::Raster { file, .. } | Self::Mesh { file } => Some(file),
+            _ => None,
+        }
+    }
+}
+
+impl Obstacle {
+    /// Whether material lifts off it.
+    pub fn lets_go(&self) -> bool {
+        self.separation || matches!(self.wall, ObstacleWall::Frictional { .. })
+    }
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}

@@ -1,0 +1,335 @@
+//! The features of a case, from its JSON Schema.
+
+use std::collections::BTreeSet;
+use std::sync::LazyLock;
+
+use serde_json::{Map, Value};
+
+use crate::Case;
+
+/// Something that a case asks for.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Feature {
+    /// The keys from the top, without names and numbers of entries, and the variant: `bodies.velocity=sine`.
+    pub name: String,
+    /// JSON path of where it stands: `bodies[2].velocity`.
+    pub path: String,
+}
+
+/// What no method has to know: it says what the case is, not what is solved; options of methods are theirs; what a law makes
+/// of its parameters is its own affair.
+const OF_NO_METHOD: [&str; 4] = ["$schema", "title", "notes", "methods"];
+
+/// Keys that say which variant an object is.
+const TAGS: [&str; 2] = ["kind", "model"];
+
+/// Where the contents of an entry are not looked at: the law is the feature.
+const OPAQUE: &str = "materials";
+
+static SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Case).to_value());
+
+impl Case {
+    /// What the case asks for beyond what every case has, in the order of their paths in the file.
+    #[must_use]
+    pub fn features(&self) -> Vec<Feature> {
+        let value = serde_json::to_value(self).unwrap_or_default();
+        let mut found = Vec::new();
+        walk_value(&SCHEMA, &value, &Place::default(), &mut |place| found.push(place.feature()));
+        found
+    }
+
+    /// The names of all features that a case can ask for; shapes within shapes count once.
+    #[must_use]
+    pub fn known_features() -> BTreeSet<String> {
+        let mut names = BTreeSet::new();
+        walk_schema(&SCHEMA, &Place::default(), &mut Vec::new(), &mut names);
+        names
+    }
+}
+
+/// Where a walk is.
+#[derive(Clone, Default)]
+struct Place {
+    name: String,
+    path: String,
+}
+
+impl Place {
+    fn key(&self, key: &str) -> Self {
+        let join = |to: &str| if to.is_empty() { key.to_owned() } else { format!("{to}.{key}") };
+        Self { name: join(&self.name), path: join(&self.path) }
+    }
+
+    fn item(&self, number: usize) -> Self {
+        Self { name: self.name.clone(), path: format!("{}[{number}]", self.path) }
+    }
+
+    /// An entry of a table by name.
+    fn entry(&self, name: &str) -> Self {
+        Self { name: self.name.clone(), path: format!("{}.{name}", self.path) }
+    }
+
+    fn variant(&self, variant: &str) -> Self {
+        Self { name: format!("{}={variant}", self.name), path: self.path.clone() }
+    }
+
+    fn feature(&self) -> Feature {
+        Feature { name: self.name.clone(), path: self.path.clone() }
+    }
+}
+
+/// The schema that `schema` refers to, or itself.
+fn resolved(schema: &Value) -> &Value {
+    match schema["$ref"].as_str().and_then(|to| to.strip_prefix("#/$defs/")) {
+        Some(name) => &SCHEMA["$defs"][name],
+        None => schema,
+    }
+}
+
+/// The alternatives of a schema.
+fn alternatives(schema: &Value) -> &[Value] {
+    let list = ["oneOf", "anyOf"].iter().find_map(|key| schema[*key].as_array());
+    list.map_or(&[], Vec::as_slice)
+}
+
+/// What one of the alternatives of a schema is called: the text itself, or the tag of the object.
+fn variant_of(schema: &Value) -> Option<&str> {
+    let tag = || TAGS.iter().find_map(|tag| schema["properties"][*tag]["const"].as_str());
+    schema["const"].as_str().or_else(tag)
+}
+
+/// The names of a plain enumeration.
+fn names_of(schema: &Value) -> impl Iterator<Item = &str> {
+    schema["enum"].as_array().into_iter().flatten().filter_map(Value::as_str)
+}
+
+fn walk_value(schema: &Value, value: &Value, place: &Place, found: &mut dyn FnMut(&Place)) {
+    let schema = resolved(schema);
+    let alternatives = alternatives(schema);
+    if !alternatives.is_empty() {
+        return walk_alternative(alternatives, value, place, found);
+    }
+    match value {
+        Value::String(name) if names_of(schema).any(|known| known == name) => found(&place.variant(name)),
+        Value::Array(items) => {
+            for (number, item) in items.iter().enumerate() {
+                walk_value(&schema["items"], item, &place.item(number), found);
+            }
+        }
+        Value::Object(object) if schema["properties"].is_object() => {
+            walk_object(schema, object, place, found);
+        }
+        Value::Object(entries) => {
+            for (name, entry) in entries {
+                walk_value(&schema["additionalProperties"], entry, &place.entry(name), found);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// The alternative that `value` is, with its contents.
+fn walk_alternative(alternatives: &[Value], value: &Value, place: &Place, found: &mut dyn FnMut(&Place)) {
+    let object = value.as_object();
+    let tag = object.and_then(|object| TAGS.iter().find_map(|tag| object.get(*tag)?.as_str()));
+    let name = value.as_str().or(tag);
+    let named = alternatives.iter().find(|schema| name.is_some() && variant_of(schema) == name);
+    if let (Some(schema), Some(name)) = (named, name) {
+        found(&place.variant(name));
+        if let (Some(object), true) = (object, place.name != OPAQUE) {
+            walk_object(schema, object, place, found);
+        }
+        return;
+    }
+    if name.is_some_and(|name| alternatives.iter().any(|schema| names_of(schema).any(|known| known == name)))
+    {
+        found(&place.variant(name.unwrap_or_default()));
+        return;
+    }
+    if place.name == OPAQUE {
+        return found(&place.variant("other"));
+    }
+    // An optional value, or one without a name: whatever is not null.
+    if !value.is_null()
+        && let Some(schema) = alternatives.iter().find(|schema| schema["type"] != "null")
+    {
+        walk_value(schema, value, place, found);
+    }
+}
+
+fn walk_object(schema: &Value, object: &Map<String, Value>, place: &Place, found: &mut dyn FnMut(&Place)) {
+    let Some(properties) = schema["properties"].as_object() else { return };
+    for (key, value) in object {
+        let Some(property) = properties.get(key).filter(|_| is_looked_at(place, key)) else { continue };
+        let here = place.key(key);
+        if !is_required(schema, key) {
+            if is_default(property, value) {
+                continue;
+            }
+            // Of a list of objects the first is what asks.
+            let first = value.as_array().and_then(|items| items.first()).is_some_and(Value::is_object);
+            found(&if first { here.item(0) } else { here.clone() });
+        }
+        walk_value(property, value, &here, found);
+    }
+}
+
+fn is_looked_at(place: &Place, key: &str) -> bool {
+    !(TAGS.contains(&key) || place.name.is_empty() && OF_NO_METHOD.contains(&key))
+}
+
+fn is_required(schema: &Value, key: &str) -> bool {
+    schema["required"].as_array().is_some_and(|required| required.iter().any(|name| name == key))
+}
+
+/// Whether a value says nothing: it is the default, or nothing.
+fn is_default(property: &Value, value: &Value) -> bool {
+    let empty = match value {
+        Value::Null => true,
+        Value::Array(items) => items.is_empty(),
+        Value::Object(entries) => entries.is_empty(),
+        _ => false,
+    };
+    empty || property.get("default").is_some_and(|default| default == value)
+}
+
+fn walk_schema<'a>(schema: &'a Value, place: &Place, above: &mut Vec<&'a str>, names: &mut BTreeSet<String>) {
+    let name = schema["$ref"].as_str();
+    if name.is_some_and(|name| above.contains(&name)) {
+        return;
+    }
+    above.extend(name);
+    let within = if name.is_some() { resolved(schema) } else { schema };
+    for alternative in alternatives(within) {
+        match variant_of(alternative) {
+            Some(variant) => {
+                names.insert(place.variant(variant).name);
+                if place.name != OPAQUE {
+                    walk_properties(alternative, place, above, names);
+                }
+            }
+            None if place.name == OPAQUE => {
+                names.insert(place.variant("other").name);
+            }
+            None => walk_schema(alternative, place, above, names),
+        }
+    }
+    names.extend(names_of(within).map(|variant| place.variant(variant).name));
+    walk_properties(within, place, above, names);
+    for inner in ["items", "additionalProperties"] {
+        if within[inner].is_object() {
+            walk_schema(&within[inner], place, above, names);
+        }
+    }
+    if name.is_some() {
+        above.pop();
+    }
+}
+
+fn walk_properties<'a>(
+    schema: &'a Value,
+    place: &Place,
+    above: &mut Vec<&'a str>,
+    names: &mut BTreeSet<String>,
+) {
+    for (key, property) in schema["properties"].as_object().into_iter().flatten() {
+        if is_looked_at(place, key) {
+            let here = place.key(key);
+            if !is_required(schema, key) {
+                names.insert(here.name.clone());
+            }
+            walk_schema(property, &here, above, names);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn case(changes: &[(&str, Value)]) -> Case {
+        let mut value = serde_json::json!({
+            "title": "t", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, -9.81],
+            "materials": { "soil": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+            "bodies": [{ "name": "b", "shape": { "kind": "box", "min": [0, 0], "max": [0.5, 0.5] }, "material": "soil" }],
+            "stages": [{ "name": "s", "duration": 1 }]
+        });
+        for (pointer, change) in changes {
+            let (above, key) = pointer.rsplit_once('/').unwrap();
+            value.pointer_mut(above).unwrap()[key] = change.clone();
+        }
+        serde_json::from_value(value).unwrap()
+    }
+
+    fn asked(changes: &[(&str, Value)]) -> Vec<String> {
+        let plain = case(&[]).features();
+        let found = case(changes).features().into_iter().filter(|feature| !plain.contains(feature));
+        found.map(|feature| format!("{} at {}", feature.name, feature.path)).collect()
+    }
+
+    #[test]
+    fn a_plain_case_asks_for_its_space_its_shape_and_its_law() {
+        let names: Vec<String> = case(&[]).features().into_iter().map(|feature| feature.name).collect();
+        assert_eq!(
+            names,
+            [
+                "bodies",
+                "bodies.shape=box",
+                "gravity",
+                "materials",
+                "materials=linear-elastic",
+                "space=plane-strain"
+            ]
+        );
+    }
+
+    #[test]
+    fn keys_and_variants_are_asked_for_with_their_places() {
+        use serde_json::json;
+        assert_eq!(asked(&[("/bodies/0/rigid", json!(true))]), ["bodies.rigid at bodies[0].rigid"]);
+        let wall = json!([{ "side": "x-min", "wall": { "kind": "frictional", "friction_coefficient": 0.3, "bilateral": true } }]);
+        assert_eq!(
+            asked(&[("/boundaries", wall)]),
+            [
+                "boundaries at boundaries[0]",
+                "boundaries.side=x-min at boundaries[0].side",
+                "boundaries.wall=frictional at boundaries[0].wall",
+                "boundaries.wall.bilateral at boundaries[0].wall.bilateral",
+            ]
+        );
+        let shape =
+            json!({ "kind": "union", "shapes": [{ "kind": "ball", "centre": [0.2, 0.2], "radius": 0.1 }] });
+        let found = asked(&[("/bodies/0/shape", shape)]);
+        assert_eq!(found[0], "bodies.shape=union at bodies[0].shape", "{found:?}");
+        let measures = json!({ "work": { "kind": "dissipation" } });
+        assert_eq!(asked(&[("/measures", measures)])[1], "measures=dissipation at measures.work");
+    }
+
+    #[test]
+    fn what_says_no_more_than_the_default_is_not_asked_for() {
+        use serde_json::json;
+        let same = [
+            ("/bodies/0/rigid", json!(false)),
+            ("/bodies/0/velocity", json!({ "kind": "rest" })),
+            ("/boundaries", json!([])),
+            ("/stages/0/damping", json!(0)),
+            ("/output", json!({ "checkpoint": 60 })),
+            ("/methods", json!({ "sph": { "spacing": 0.1 } })),
+            ("/notes", json!(["a"])),
+        ];
+        assert_eq!(asked(&same), [""; 0]);
+    }
+
+    #[test]
+    fn whatever_a_template_asks_for_is_among_the_known_features() {
+        let known = Case::known_features();
+        assert!(known.len() > 130, "{}", known.len());
+        let templates = concat!(env!("CARGO_MANIFEST_DIR"), "/../colluvium/src/templates");
+        for file in std::fs::read_dir(templates).unwrap() {
+            let case = Case::load(&file.unwrap().path()).unwrap();
+            for Feature { name, .. } in case.features() {
+                assert!(known.contains(&name), "{name} is asked for and not known");
+            }
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! Surfaces from the shapes of obstacles.
+
+use std::any::Any;
+use std::path::Path;
+use std::sync::Arc;
+
+use colluvium_points::Surface;
+use colluvium_points::surface::{
+    BallSurface, Facetted, Frame, HalfSpace, HeightField, Placed, Profile, Revolved, SurfaceError,
+};
+
+use crate::CaseError;
+use crate::decimal::taken_off;
+use crate::description::{ObstacleShape, ProfilePiece};
+
+/// What is wrong with a shape: where below it, and what.
+type Problem = (String, String);
+
+/// The surface of a shape that stands at `path` in its case; `origin` (m) is taken off what its file holds.
+pub(super) fn surface<const D: usize>(
+    shape: &ObstacleShape,
+    path: &str,
+    origin: &[f64; 3],
+) -> Result<Arc<dyn Surface<D>>, CaseError> {
+    let made = match shape {
+        ObstacleShape::Plane { point, normal } => plane(point, normal),
+        ObstacleShape::Box { min, max } => around_box(min, max),
+        ObstacleShape::Ball { centre, radius, hollow } => ball(centre, *radius, *hollow),
+        ObstacleShape::GroundLine { points, file } => {
+            ground_line(points, file.as_deref(), origin).and_then(in_space::<2, D>)
+        }
+        ObstacleShape::Profile { start, pieces } => profile(*start, pieces).and_then(in_space::<2, D>),
+        ObstacleShape::Polygon { vertices } => {
+            Facetted::polygon(vertices).map_err(below).and_then(in_space::<2, D>)
+        }
+        ObstacleShape::Extruded { vertices, axis, from, to } => axis_of_space(*axis)
+            .and_then(|()| Facetted::extruded(vertices, *axis, *from, *to).map_err(below))
+            .and_then(in_space::<3, D>),
+        ObstacleShape::Turned { vertices, axis, centre } => {
+            turned(vertices, *axis, *centre).and_then(in_space::<3, D>)
+        }
+        ObstacleShape::Raster { file, spacing } => raster(file, *spacing, origin).and_then(in_space::<3, D>),
+        ObstacleShape::Mesh { file } => {
+            let mesh = colluvium_terrain::read_mesh(Path::new(file), &|axis, x| taken_off(x, origin[axis]));
+            mesh.map_err(|error| of_file(&error)).and_then(in_space::<3, D>)
+        }
+    };
+    made.map_err(|(key, problem)| match key.as_str() {
+        "" => CaseError::new(path, problem),
+        key => CaseError::new(format!("{path}.{key}"), problem),
+    })
+}
+
+fn below(error: SurfaceError) -> Problem {
+    (error.path, error.problem)
+}
+
+fn of_file(problem: &dyn std::fmt::Display) -> Problem {
+    ("file".to_owned(), problem.to_string())
+}
+
+/// A surface of `N` coordinates in a space of `D`, which must be as many.
+fn in_space<const N: usize, const D: usize>(
+    surface: impl Surface<N> + 'static,
+) -> Result<Arc<dyn Surface<D>>, Problem> {
+    let surface: Arc<dyn Surface<N>> = Arc::new(surface);
+    let same = (&surface as &dyn Any).downcast_ref::<Arc<dyn Surface<D>>>();
+    let problem = || (String::new(), format!("is a shape of {N} dimensions, the space has {D}"));
+    same.map(Arc::clone).ok_or_else(problem)
+}
+
+/// A vector as one of the space; its length is checked before.
+fn vector<const D: usize>(values: &[f64]) -> [f64; D] {
+    std::array::from_fn(|c| values.get(c).copied().unwrap_or(f64::NAN))
+}
+
+fn plane<const D: usize>(point: &[f64], normal: &[f64]) -> Result<Arc<dyn Surface<D>>, Problem> {
+    Ok(Arc::new(HalfSpace::new(vector::<D>(point), vector(normal)).map_err(below)?))
+}
+
+fn around_box<const D: usize>(min: &[f64], max: &[f64]) -> Result<Arc<dyn Surface<D>>, Problem> {
+    Ok(Arc::new(Facetted::around_box(vector::<D>(min), vector(max)).map_err(below)?))
+}
+
+fn ball<const D: usize>(centre: &[f64], radius: f64, hollow: bool) -> Result<Arc<dyn Surface<D>>, Problem> {
+    Ok(Arc::new(BallSurface::new(vector::<D>(centre), radius, hollow).map_err(below)?))
+}
+
+fn axis_of_space(axis: usize) -> Result<(), Problem> {
+    if axis < 3 { Ok(()) } else { Err(("axis".to_owned(), format!("{axis} is not in 0..=2"))) }
+}
+
+fn ground_line(points: &[[f64; 2]], file: Option<&str>, origin: &[f64; 3]) -> Result<Facetted<2>, Problem> {
+    let Some(file) = file else { return Facetted::ground_line(points).map_err(below) };
+    let points = read_line(file, origin).map_err(|problem| of_file(&format!("{file}: {problem}")))?;
+    let in_file = |error: SurfaceError| of_file(&format!("{file}: {}: {}", error.path, error.problem));
+    Facetted::ground_line(&points).map_err(in_file)
+}
+
+/// Two columns of numbers under a line of names.
+fn read_line(file: &str, origin: &[f64; 3]) -> Result<Vec<[f64; 2]>, String> {
+    let reader = csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_path(file);
+    let mut points = Vec::new();
+    for record in reader.map_err(|error| format!("cannot be read: {error}"))?.records() {
+        let record = record.map_err(|error| error.to_string())?;
+        let line = record.position().map_or(0, csv::Position::line);
+        if record.len() != 2 {
+            return Err(format!("line {line}: has {} columns, and x and y are two", record.len()));
+        }
+        let number = |c: usize| match record[c].parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(taken_off(value, origin[c])),
+            _ => Err(format!("line {line}: {:?} is not a finite number", &record[c])),
+        };
+        points.push([number(0)?, number(1)?]);
+    }
+    Ok(points)
+}
+
+fn profile(start: [f64; 2], pieces: &[ProfilePiece]) -> Result<Profile, Problem> {
+    let mut profile = Profile::from(start);
+    for (number, piece) in pieces.iter().enumerate() {
+        let added = match piece.centre {
+            Some(centre) => profile.arc(piece.to, centre),
+            None => profile.line(piece.to),
+        };
+        added.map_err(|error| (format!("pieces[{number}].{}", error.path), error.problem))?;
+    }
+    profile.finished().map_err(below)
+}
+
+fn turned(vertices: &[[f64; 2]], axis: usize, centre: [f64; 3]) -> Result<Placed<3>, Problem> {
+    axis_of_space(axis)?;
+    // Coordinates along the line are those of space.
+    let offset: [f64; 3] = std::array::from_fn(|c| if c == axis { 0.0 } else { centre[c] });
+    let shape = Revolved::new(vertices, axis).map_err(below)?;
+    Ok(Placed { surface: Arc::new(shape), frame: Frame::default().shifted(&offset) })
+}
+
+fn raster(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<HeightField, Problem> {
+    let mut raster = colluvium_terrain::read_raster(Path::new(file)).map_err(|error| of_file(&error))?;
+    (0..2).for_each(|c| raster.origin[c] = taken_off(raster.origin[c], origin[c]));
+    raster.values.iter_mut().filter(|z| z.is_finite()).for_each(|z| *z = taken_off(*z, origin[2]));
+    let raster = match spacing {
+        Some(spacing) => raster
+            .resampled([spacing; 2])
+            .map_err(|error| ("spacing".to_owned(), format!("{file}: {error}")))?,
+        None => raster,
+    };
+    HeightField::new(raster).map_err(|error| of_file(&format!("{file}: {error}")))
+}

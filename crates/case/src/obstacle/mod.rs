@@ -1,0 +1,96 @@
+//! Obstacles of a case as surfaces, for methods.
+
+mod build;
+
+use std::sync::Arc;
+
+use colluvium_points::Surface;
+
+use crate::description::{Obstacle, ObstacleShape};
+use crate::{Case, CaseError};
+
+/// An obstacle of a case with its surface.
+#[derive(Clone, Debug)]
+pub struct Standing<'a, const D: usize> {
+    /// Number among the obstacles of the case.
+    pub number: usize,
+    /// What the case says of it.
+    pub obstacle: &'a Obstacle,
+    /// Its surface.
+    pub surface: Arc<dyn Surface<D>>,
+}
+
+/// A place that an obstacle covers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Covering {
+    /// Number of the obstacle.
+    pub obstacle: usize,
+    /// Number of the place among those asked for.
+    pub place: usize,
+    /// How deep it lies under the surface (m).
+    pub depth: f64,
+}
+
+impl Case {
+    /// The obstacles with their surfaces; files are read.
+    ///
+    /// # Errors
+    /// A shape that is none in this space, or a file that cannot be read or holds none, with its path.
+    pub fn standing<const D: usize>(&self) -> Result<Vec<Standing<'_, D>>, CaseError> {
+        let mut standing = Vec::with_capacity(self.obstacles.len());
+        for (number, obstacle) in self.obstacles.iter().enumerate() {
+            let surface =
+                build::surface(&obstacle.shape, &format!("obstacles[{number}].shape"), &self.origin())?;
+            standing.push(Standing { number, obstacle, surface });
+        }
+        Ok(standing)
+    }
+
+    /// Refuses points of a body at `places` (m) that lie deeper than `slack` (m) in an obstacle.
+    ///
+    /// # Errors
+    /// The point that lies deepest.
+    pub fn refuse_covered<const D: usize>(
+        &self,
+        standing: &[Standing<'_, D>],
+        body: usize,
+        places: &[[f64; D]],
+        slack: f64,
+    ) -> Result<(), CaseError> {
+        let Some(deepest) = deepest(standing, places, slack) else { return Ok(()) };
+        let problem = format!(
+            "the point at {:.6?} m lies {:.3e} m in the obstacle {:?}: a body must not overlap one at the start",
+            places[deepest.place], deepest.depth, self.obstacles[deepest.obstacle].name
+        );
+        Err(CaseError::new(format!("bodies[{body}].shape"), problem))
+    }
+}
+
+/// The place that lies deepest in an obstacle, and by more than `slack` (m).
+fn deepest<const D: usize>(
+    standing: &[Standing<'_, D>],
+    places: &[[f64; D]],
+    slack: f64,
+) -> Option<Covering> {
+    let mut worst: Option<Covering> = None;
+    for Standing { number, surface, .. } in standing {
+        for (place, x) in places.iter().enumerate().filter(|(_, x)| surface.contains(x)) {
+            let depth = surface.gap(x, f64::INFINITY).map_or(0.0, |gap| -gap.distance);
+            if depth > slack && worst.is_none_or(|worst| depth > worst.depth) {
+                worst = Some(Covering { obstacle: *number, place, depth });
+            }
+        }
+    }
+    worst
+}
+
+impl ObstacleShape {
+    /// Checks that the shape, which has no file, makes a surface in a space of `dimension` coordinates; it stands at `path`.
+    pub(crate) fn check(&self, dimension: usize, path: &str) -> Result<(), CaseError> {
+        match dimension {
+            1 => build::surface::<1>(self, path, &[0.0; 3]).map(|_| ()),
+            2 => build::surface::<2>(self, path, &[0.0; 3]).map(|_| ()),
+            _ => build::surface::<3>(self, path, &[0.0; 3]).map(|_| ()),
+        }
+    }
+}

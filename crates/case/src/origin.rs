@@ -1,0 +1,224 @@
+//! Coordinates of a map: `domain.origin` is taken off as a case is read, and put back on what a run writes.
+//!
+//! Differences are those of the decimal numbers, so that a case whose numbers have the origin added gives the bits of the case
+//! without.
+
+use colluvium_points::Shape;
+
+use crate::decimal::combined;
+use crate::description::{
+    Body, InitialStress, Load, Measure, ObstacleShape, PorePressure, ProfilePiece, Velocity,
+};
+use crate::{Case, Snapshot};
+
+type Visit<'a> = dyn FnMut(usize, &mut f64) + 'a;
+
+fn place(values: &mut [f64], visit: &mut Visit<'_>) {
+    values.iter_mut().enumerate().for_each(|(axis, x)| visit(axis, x));
+}
+
+fn shape(of: &mut Shape, visit: &mut Visit<'_>) {
+    match of {
+        Shape::Box { min, max } => {
+            place(min, visit);
+            place(max, visit);
+        }
+        Shape::Ball { centre, .. } => place(centre, visit),
+        Shape::Polygon { vertices } => vertices.iter_mut().for_each(|corner| place(corner, visit)),
+        Shape::Cylinder { base, .. } => place(base, visit),
+        Shape::Union { shapes } | Shape::Intersection { shapes } => {
+            shapes.iter_mut().for_each(|inner| shape(inner, visit));
+        }
+        Shape::Difference { from, cut } => {
+            shape(from, visit);
+            shape(cut, visit);
+        }
+    }
+}
+
+/// Files hold coordinates of the map too: they are looked at where they are read.
+fn obstacle(of: &mut ObstacleShape, visit: &mut Visit<'_>) {
+    match of {
+        ObstacleShape::Plane { point, .. } => place(point, visit),
+        ObstacleShape::Box { min, max } => {
+            place(min, visit);
+            place(max, visit);
+        }
+        ObstacleShape::Ball { centre, .. } => place(centre, visit),
+        ObstacleShape::GroundLine { points, .. } => {
+            points.iter_mut().for_each(|point| place(point, visit));
+        }
+        ObstacleShape::Profile { start, pieces } => {
+            place(start, visit);
+            for ProfilePiece { to, centre } in pieces {
+                place(to, visit);
+                centre.iter_mut().for_each(|centre| place(centre, visit));
+            }
+        }
+        ObstacleShape::Polygon { vertices } => vertices.iter_mut().for_each(|corner| place(corner, visit)),
+        ObstacleShape::Extruded { vertices, axis, from, to } => {
+            let mut across = (0..3).filter(|other| other != axis);
+            let axes = [across.next().unwrap_or(0), across.next().unwrap_or(1)];
+            for corner in vertices {
+                (0..2).for_each(|c| visit(axes[c], &mut corner[c]));
+            }
+            visit(*axis, from);
+            visit(*axis, to);
+        }
+        ObstacleShape::Turned { vertices, axis, centre } => {
+            // Distances from the line stay.
+            vertices.iter_mut().for_each(|corner| visit(*axis, &mut corner[1]));
+            place(centre, visit);
+        }
+        ObstacleShape::Raster { .. } | ObstacleShape::Mesh { .. } => {}
+    }
+}
+
+fn velocity(of: &mut Velocity, visit: &mut Visit<'_>) {
+    match of {
+        Velocity::Linear { origin, .. } => place(origin, visit),
+        Velocity::Bending { along, clamp, .. } => visit(*along, clamp),
+        Velocity::Rest | Velocity::Uniform { .. } | Velocity::Sine { .. } => {}
+    }
+}
+
+fn body(of: &mut Body, vertical: Option<usize>, visit: &mut Visit<'_>) {
+    shape(&mut of.shape, visit);
+    velocity(&mut of.velocity, visit);
+    if let (InitialStress::K0 { surface, .. }, Some(axis)) = (&mut of.stress, vertical) {
+        visit(axis, surface);
+    }
+    let Some(fluid) = &mut of.pore_fluid else { return };
+    if let (PorePressure::Hydrostatic { surface }, Some(axis)) = (&mut fluid.pressure, vertical) {
+        visit(axis, surface);
+    }
+    fluid.velocity.iter_mut().for_each(|of| velocity(of, visit));
+}
+
+impl Case {
+    /// Calls `visit` with the axis of every coordinate in the case, and the coordinate (m). Options of methods have none.
+    fn each_coordinate(&mut self, visit: &mut Visit<'_>) {
+        let vertical = self.gravity.iter().position(|g| *g != 0.0);
+        place(&mut self.domain.min, visit);
+        place(&mut self.domain.max, visit);
+        self.bodies.iter_mut().for_each(|of| body(of, vertical, visit));
+        for boundary in &mut self.boundaries {
+            boundary.position.iter_mut().for_each(|x| visit(boundary.side.axis(), x));
+        }
+        self.obstacles.iter_mut().for_each(|of| obstacle(&mut of.shape, visit));
+        self.patches.iter_mut().for_each(|patch| shape(&mut patch.region, visit));
+        for load in &mut self.loads {
+            let (Load::Traction { profile, .. }
+            | Load::Pressure { profile, .. }
+            | Load::PorePressure { profile, .. }) = load;
+            for profile in profile.iter_mut() {
+                let axis = profile.axis.number();
+                profile.shares.iter_mut().for_each(|share| visit(axis, &mut share[0]));
+            }
+        }
+        for stage in &mut self.stages {
+            stage.excavate.iter_mut().for_each(|region| shape(region, visit));
+        }
+        for measure in self.measures.values_mut() {
+            match measure {
+                Measure::RunOut { side, origin, .. } => visit(side.axis(), origin),
+                Measure::Probe { position, .. } => place(position, visit),
+                _ => {}
+            }
+        }
+    }
+
+    /// The case with the coordinates of its file as those from `domain.origin`.
+    pub(crate) fn take_off_origin(&mut self) {
+        self.shift(-1);
+    }
+
+    /// The case with the coordinates that stood in its file.
+    pub(crate) fn put_back_origin(&mut self) {
+        self.shift(1);
+    }
+
+    fn shift(&mut self, sign: i128) {
+        if self.domain.origin.is_empty() {
+            return;
+        }
+        let origin = self.origin();
+        self.each_coordinate(&mut |axis, x| *x = combined(*x, origin[axis], sign));
+    }
+
+    /// What has been taken off coordinates (m): `domain.origin`, or zero.
+    pub fn origin(&self) -> [f64; 3] {
+        crate::spatial(&self.domain.origin)
+    }
+
+    /// A snapshot at the coordinates of the map.
+    #[must_use]
+    pub fn on_map(&self, mut snapshot: Snapshot) -> Snapshot {
+        if !self.domain.origin.is_empty() {
+            let origin = self.origin();
+            for x in &mut snapshot.positions {
+                (0..3).for_each(|c| x[c] += origin[c]);
+            }
+        }
+        snapshot
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// A case with a coordinate of every kind, moved by `by`.
+    fn moved(by: [f64; 2]) -> Value {
+        let at = |x: f64, y: f64| json!([combined(x, by[0], 1), combined(y, by[1], 1)]);
+        let (x, y) = (|x: f64| combined(x, by[0], 1), |y: f64| combined(y, by[1], 1));
+        let elastic =
+            json!({ "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 });
+        let mut case = json!({
+            "title": "t", "space": "plane-strain", "gravity": [0, -10], "materials": { "m": elastic },
+            "domain": { "min": at(0.1, -0.3), "max": at(9.7, 4.3) },
+            "bodies": [
+                { "name": "a", "material": "m", "shape": { "kind": "box", "min": at(0.3, 0.7), "max": at(1.1, 1.3) },
+                  "stress": { "kind": "k0", "surface": y(1.3), "coefficient": 0.5 } },
+                { "name": "b", "material": "m", "shape": { "kind": "polygon", "vertices": [at(3.1, 1.1), at(4.1, 1.1), at(4.1, 2.7)] },
+                  "velocity": { "kind": "linear", "value": [0, 1], "origin": at(3.3, 1.7), "gradient": [[0, 1], [1, 0]] } }
+            ],
+            "boundaries": [{ "side": "x-min", "position": x(0.2), "wall": { "kind": "smooth" } }],
+            "obstacles": [
+                { "name": "p", "shape": { "kind": "plane", "point": at(0.7, 0.1), "normal": [1, 2] }, "wall": { "kind": "rough" } },
+                { "name": "l", "shape": { "kind": "ground-line", "points": [at(0.1, 0.2), at(7.7, 0.6)] }, "wall": { "kind": "smooth" } },
+                { "name": "c", "shape": { "kind": "profile", "start": at(0.0, 1.0),
+                  "pieces": [{ "to": at(1.0, 0.0), "centre": at(1.0, 1.0) }] }, "wall": { "kind": "rough" } }
+            ],
+            "measures": { "run": { "kind": "run-out", "side": "x-max", "origin": x(0.2), "initial_length": 1 },
+                          "eye": { "kind": "probe", "position": at(0.7, 0.9), "radius": 1, "fields": ["stress"] } },
+            "stages": [{ "name": "s", "duration": 1, "excavate": [{ "kind": "ball", "centre": at(0.6, 0.9), "radius": 0.1 }] }]
+        });
+        if by != [0.0; 2] {
+            case["domain"]["origin"] = json!(by);
+        }
+        case
+    }
+
+    #[test]
+    fn a_case_on_a_map_is_the_case_at_zero_to_the_last_bit() {
+        let here = Case::from_json(&moved([0.0; 2]).to_string()).unwrap();
+        let mut there = Case::from_json(&moved([5e5, 5e6]).to_string()).unwrap();
+        assert_eq!(Case::from_json(&there.to_json()).unwrap(), there, "what a run keeps of it");
+        assert!(there.to_json().contains("500000.3"));
+        there.domain.origin.clear();
+        assert_eq!(there, here);
+    }
+
+    #[test]
+    fn a_case_on_a_map_without_an_origin_is_refused_with_the_cure() {
+        let mut case = moved([5e5, 5e6]);
+        case["domain"].as_object_mut().unwrap().remove("origin");
+        let problem = Case::from_json(&case.to_string()).unwrap_err().to_string();
+        assert!(problem.contains("domain.origin") && problem.contains("[500000.0, 5000000.0]"), "{problem}");
+        case["domain"]["origin"] = json!([5e5]);
+        assert!(Case::from_json(&case.to_string()).unwrap_err().to_string().contains("domain.origin"));
+    }
+}

@@ -1,0 +1,136 @@
+//! Charts with every method in them.
+
+use super::Ran;
+use super::figures::{Axes, Columns, Figures, short};
+use crate::case::Snapshot;
+use crate::case::output::heading;
+use crate::plots::{LineChart, Series, Style};
+
+/// Columns of the measures that say how a run went, not what came out.
+const HOUSEKEEPING: [&str; 4] = ["time", "step", "time_step", "mass"];
+/// Beginnings of the names of totals, in the order in which they are shown; measures of the case come before them.
+const TOTALS: [&str; 5] = ["kinetic_energy", "elastic_energy", "potential_energy", "liquid_", "momentum"];
+/// A change smaller than this share of the largest value is noise.
+const NOISE: f64 = 1e-9;
+
+/// Runs by the names of their methods.
+pub(super) type Runs<'a> = [(&'static str, &'a Ran)];
+
+/// The frames at a time, of each run that has one there.
+pub(super) fn at_time<'a>(runs: &Runs<'a>, time: f64) -> Vec<(&'static str, &'a Snapshot)> {
+    let near = |frame: &&&Snapshot| (frame.time - time).abs() <= 1e-6 * time.abs().max(1e-9);
+    let found = |(method, report): &(&'static str, &'a Ran)| {
+        let frames: Vec<&'a Snapshot> = report.frames.iter().collect();
+        Some((*method, *frames.iter().find(near)?))
+    };
+    runs.iter().filter_map(found).collect()
+}
+
+/// At most `wanted` times (s) of frames that every run has, the first and the last among them.
+pub(super) fn times(runs: &Runs<'_>, wanted: usize) -> Vec<f64> {
+    let Some((_, first)) = runs.first() else { return Vec::new() };
+    let common: Vec<f64> = first
+        .frames
+        .iter()
+        .map(|frame| frame.time)
+        .filter(|time| at_time(runs, *time).len() == runs.len())
+        .collect();
+    crate::report::chosen(common.len(), wanted).into_iter().map(|k| common[k]).collect()
+}
+
+/// Profiles at equal times, all methods in each chart.
+pub(super) fn profiles(runs: &Runs<'_>, axes: Axes, times: &[f64]) -> Vec<LineChart> {
+    let name = |axis: usize| ["x", "y", "z"][axis];
+    let chart = |time: f64| {
+        let states = at_time(runs, time);
+        let snapshots: Vec<&Snapshot> = states.iter().map(|(_, snapshot)| *snapshot).collect();
+        let columns = Columns::over(&snapshots, axes)?;
+        let line = |(method, snapshot): &(&'static str, &Snapshot)| {
+            Series::new(*method, columns.profile(snapshot, axes), Style::Line)
+        };
+        Some(LineChart {
+            title: format!("t = {} s", short(time)),
+            x_label: format!("{} (m)", name(axes.along)),
+            y_label: format!("height, {} (m)", name(axes.up)),
+            log: false,
+            series: states.iter().map(line).collect(),
+        })
+    };
+    times.iter().filter_map(|time| chart(*time)).collect()
+}
+
+/// One of the figures of a state.
+type Figure = fn(&Figures) -> f64;
+
+/// Front, top and speed in time, measured alike in all runs.
+pub(super) fn figures(runs: &Runs<'_>, axes: Axes) -> Vec<LineChart> {
+    let name = |axis: usize| ["x", "y", "z"][axis];
+    let kinds: [(String, Figure); 4] = [
+        (format!("front along {}, 99.9 % of the mass (m)", name(axes.along)), |f| f.front),
+        (format!("top along {}, 99.9 % of the mass (m)", name(axes.up)), |f| f.top),
+        (format!("centre of mass along {} (m)", name(axes.along)), |f| f.centre[0]),
+        ("speed, 99.9 % of the mass (m/s)".to_owned(), |f| f.speed),
+    ];
+    let chart = |(label, value): &(String, Figure)| {
+        let line = |(method, report): &(&'static str, &Ran)| {
+            let states = report.frames.iter();
+            let points = states.filter_map(|s| Some((s.time, value(&Figures::of(s, axes)?))));
+            Series::new(*method, points.collect(), Style::Line)
+        };
+        in_time(label, runs.iter().map(line).collect())
+    };
+    kinds.iter().filter_map(chart).collect()
+}
+
+/// What the case measures, and totals, in time; nothing that stays constant in all runs.
+pub(super) fn measures(runs: &Runs<'_>) -> Vec<LineChart> {
+    let mut columns: Vec<&(String, String)> = Vec::new();
+    for column in runs.iter().flat_map(|(_, report)| &report.table.columns) {
+        if !HOUSEKEEPING.contains(&column.0.as_str()) && !columns.contains(&column) {
+            columns.push(column);
+        }
+    }
+    let rank = |name: &str| TOTALS.iter().position(|total| name.starts_with(total)).map_or(0, |k| k + 1);
+    columns.sort_by_key(|(name, _)| rank(name));
+    let chart = |(name, unit): &(String, String)| {
+        let line = |(method, report): &(&'static str, &Ran)| {
+            Some(Series::new(*method, report.table.pairs("time", name)?, Style::Line))
+        };
+        in_time(&heading(name, unit).replace('_', " "), runs.iter().filter_map(line).collect())
+    };
+    columns.into_iter().filter_map(chart).collect()
+}
+
+/// A chart in time; `None` where nothing changes.
+fn in_time(label: &str, series: Vec<Series>) -> Option<LineChart> {
+    let changes = |series: &Series| {
+        let values = || series.points.iter().map(|p| p.1).filter(|value| value.is_finite());
+        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+        high - low > NOISE * high.abs().max(low.abs())
+    };
+    let series: Vec<Series> =
+        series.into_iter().filter(|series| series.points.iter().any(|p| p.1.is_finite())).collect();
+    series.iter().any(changes).then(|| LineChart {
+        x_label: "time (s)".to_owned(),
+        y_label: label.to_owned(),
+        series,
+        ..LineChart::default()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stays_as_it_is_makes_no_chart_and_neither_does_nothing() {
+        let line = |values: [f64; 3]| {
+            Series::new("a", values.iter().enumerate().map(|(k, v)| (k as f64, *v)).collect(), Style::Line)
+        };
+        assert!(in_time("m", vec![line([2.0; 3])]).is_none());
+        assert!(in_time("m", vec![line([2.0, 2.0 + 1e-15, 2.0])]).is_none());
+        assert!(in_time("m", vec![line([f64::NAN; 3])]).is_none());
+        let both = in_time("m", vec![line([2.0; 3]), line([2.0, 3.0, 2.0]), line([f64::NAN; 3])]).unwrap();
+        assert_eq!(both.series.len(), 2);
+    }
+}

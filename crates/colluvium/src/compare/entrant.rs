@@ -1,0 +1,134 @@
+//! What a method gets of a case that has no options for it.
+
+use serde_json::{Map, Value, json};
+
+use crate::case::{Case, Method};
+
+/// Points over the smallest extent of the smallest body, where no method of the case says how fine it is.
+const POINTS_ACROSS: f64 = 20.0;
+
+/// A case as one method takes it.
+#[derive(Clone, Debug)]
+pub struct Entrant {
+    /// The case, with options for the method alone.
+    pub case: Case,
+    /// What was chosen for it, in words; empty where the case has all.
+    pub took: String,
+}
+
+/// A distance between points (m), and where it comes from.
+struct Spacing {
+    value: f64,
+    origin: String,
+}
+
+impl Entrant {
+    /// The case for `method`. Where it has no entry for it, the keys that the method cannot do without follow from the spacing
+    /// of points that another method's entry asks for, or from the smallest body. A method that needs more than a spacing
+    /// is left without, and refuses the case in its own words.
+    pub fn of(method: &dyn Method, case: &Case) -> Self {
+        let name = method.name();
+        let mut own = case.clone();
+        own.methods.retain(|key, _| key == name);
+        if own.methods.contains_key(name) {
+            return Self { case: own, took: String::new() };
+        }
+        let schema = method.options_schema();
+        let Some(spacing) = spacing(case) else { return Self { case: own, took: String::new() } };
+        let mut options = Map::new();
+        for key in required(schema.as_value()) {
+            let value = match key {
+                "spacing" => spacing.value,
+                "cell_size" => spacing.value * default(schema.as_value(), "points_per_cell"),
+                _ => return Self { case: own, took: String::new() },
+            };
+            options.insert(key.to_owned(), json!(round(value)));
+        }
+        if options.is_empty() {
+            return Self { case: own, took: String::new() };
+        }
+        let took =
+            options.iter().map(|(key, value)| format!("{key} {value} m")).collect::<Vec<_>>().join(", ");
+        own.methods.insert(name.to_owned(), Value::Object(options));
+        Self { case: own, took: format!("{took} ({}); the rest by default", spacing.origin) }
+    }
+}
+
+fn required(schema: &Value) -> Vec<&str> {
+    schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
+}
+
+fn default(schema: &Value, key: &str) -> f64 {
+    schema["properties"][key]["default"].as_f64().unwrap_or(1.0)
+}
+
+/// Six digits: quotients of round numbers stay round.
+fn round(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// The spacing of points that the case asks for.
+fn spacing(case: &Case) -> Option<Spacing> {
+    let entries = || case.methods.iter();
+    let direct = entries().find_map(|(name, options)| Some((name, options["spacing"].as_f64()?)));
+    if let Some((name, value)) = direct {
+        return Some(Spacing { value, origin: format!("the spacing of methods.{name}") });
+    }
+    let cells = entries().find_map(|(name, options)| {
+        let schema = crate::method(name)?.options_schema();
+        let per_cell = options["points_per_cell"].as_f64();
+        let per_cell = per_cell.unwrap_or_else(|| default(schema.as_value(), "points_per_cell"));
+        Some((name, options["cell_size"].as_f64()? / per_cell))
+    });
+    if let Some((name, value)) = cells {
+        return Some(Spacing { value, origin: format!("the spacing of points of methods.{name}") });
+    }
+    let least = |(low, high): (Vec<f64>, Vec<f64>)| {
+        (0..case.dimension()).map(|c| high[c] - low[c]).fold(f64::INFINITY, f64::min)
+    };
+    let extents = case.bodies.iter().map(|body| least(body.shape.bounds(case.dimension())));
+    let smallest = extents.filter(|extent| extent.is_finite() && *extent > 0.0).fold(f64::INFINITY, f64::min);
+    smallest.is_finite().then(|| Spacing {
+        value: smallest / POINTS_ACROSS,
+        origin: format!("{POINTS_ACROSS} points across the smallest body"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Entrant;
+    use crate::case::Case;
+
+    fn column() -> Case {
+        Case::from_json(crate::template("column-collapse").expect("a template")).expect("a case")
+    }
+
+    #[test]
+    fn a_method_without_an_entry_gets_the_spacing_of_another_and_says_so() {
+        let sph = Entrant::of(crate::method("sph").unwrap(), &column());
+        assert_eq!(sph.case.methods.keys().collect::<Vec<_>>(), ["sph"]);
+        // Cells of 5 mm with three points along each axis.
+        assert!((sph.case.methods["sph"]["spacing"].as_f64().unwrap() - 0.005 / 3.0).abs() < 1e-8);
+        assert!(sph.took.contains("methods.mpm"), "{}", sph.took);
+    }
+
+    #[test]
+    fn without_any_entry_the_smallest_body_decides() {
+        let mut case = column();
+        case.methods.clear();
+        let mpm = Entrant::of(crate::method("mpm").unwrap(), &case);
+        let cell = mpm.case.methods["mpm"]["cell_size"].as_f64().unwrap();
+        let per_cell = cell / (0.1 / 20.0);
+        assert!((per_cell - per_cell.round()).abs() < 1e-9 && per_cell >= 1.0, "{per_cell}");
+        assert!(mpm.took.contains("20 points"), "{}", mpm.took);
+    }
+
+    #[test]
+    fn an_entry_of_its_own_is_left_alone_and_grains_are_not_guessed() {
+        let mpm = Entrant::of(crate::method("mpm").unwrap(), &column());
+        assert_eq!(mpm.case.methods["mpm"], column().methods["mpm"]);
+        assert!(mpm.took.is_empty());
+        let dem = Entrant::of(crate::method("dem").unwrap(), &column());
+        assert!(dem.case.methods.is_empty() && dem.took.is_empty());
+    }
+}

@@ -1,0 +1,222 @@
+//! What is measured of every method in the same way, whatever the case itself measures.
+
+use crate::case::{Case, FieldData, Snapshot};
+
+/// Share of the mass that lies behind a front, or below a top: single points that fly ahead do not count.
+const QUANTILE: f64 = 0.999;
+/// Columns of a profile over the longest of all deposits.
+const COLUMNS: usize = 100;
+
+/// The axes in which a case is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Axes {
+    /// Along which deposits spread.
+    pub along: usize,
+    /// Against gravity.
+    pub up: usize,
+}
+
+impl Axes {
+    /// Those of a case: up is the axis along which gravity is largest, y where there is none; along is the first other one.
+    pub fn of(case: &Case) -> Self {
+        let size = |axis: usize| case.gravity.get(axis).copied().unwrap_or(0.0).abs();
+        let dimension = case.dimension();
+        let largest = (0..dimension).max_by(|a, b| size(*a).total_cmp(&size(*b)));
+        let up =
+            largest.filter(|axis| size(*axis) > 0.0).unwrap_or_else(|| dimension.saturating_sub(1).min(1));
+        Self { along: if up == 0 { 1 } else { 0 }, up }
+    }
+}
+
+/// Figures of one state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figures {
+    /// Place of the front along the axis of spreading (m): 99.9 % of the mass lies behind.
+    pub front: f64,
+    /// Height of the top (m): 99.9 % of the mass lies below.
+    pub top: f64,
+    /// Centre of mass along the axis of spreading, and up (m).
+    pub centre: [f64; 2],
+    /// Largest speed of the 99.9 % of the mass that are slowest (m/s).
+    pub speed: f64,
+}
+
+impl Figures {
+    /// Those of a snapshot; `None` where it has no points.
+    pub fn of(snapshot: &Snapshot, axes: Axes) -> Option<Self> {
+        let count = snapshot.positions.len();
+        if count == 0 {
+            return None;
+        }
+        let ones = vec![1.0; count];
+        let mass = snapshot.scalars("mass").unwrap_or(&ones);
+        let edge = |axis: usize, i: usize| snapshot.positions[i][axis] + 0.5 * snapshot.extents[i][axis];
+        let whole: f64 = mass.iter().sum();
+        let mean =
+            |axis: usize| snapshot.positions.iter().zip(mass).map(|(x, m)| x[axis] * m).sum::<f64>() / whole;
+        let speeds: Vec<f64> = match snapshot.field("velocity").map(|field| &field.data) {
+            Some(FieldData::Vector(v)) => v.iter().map(length).collect(),
+            _ => vec![f64::NAN; count],
+        };
+        Some(Self {
+            front: quantile((0..count).map(|i| (edge(axes.along, i), mass[i]))),
+            top: quantile((0..count).map(|i| (edge(axes.up, i), mass[i]))),
+            centre: [mean(axes.along), mean(axes.up)],
+            speed: quantile(speeds.into_iter().zip(mass.iter().copied())),
+        })
+    }
+}
+
+fn length(v: &[f64; 3]) -> f64 {
+    v.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+/// The value at which [`QUANTILE`] of the weights are reached.
+fn quantile(values: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let mut values: Vec<(f64, f64)> = values.filter(|(value, _)| value.is_finite()).collect();
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let wanted = QUANTILE * values.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut sum = 0.0;
+    for (value, weight) in &values {
+        sum += weight;
+        if sum >= wanted {
+            return *value;
+        }
+    }
+    values.last().map_or(f64::NAN, |(value, _)| *value)
+}
+
+/// Columns in which profiles are measured, the same for all methods.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Columns {
+    start: f64,
+    width: f64,
+    count: usize,
+}
+
+impl Columns {
+    /// Columns over all that the snapshots cover, none narrower than their widest points.
+    pub fn over(snapshots: &[&Snapshot], axes: Axes) -> Option<Self> {
+        let ends = snapshots.iter().flat_map(|snapshot| {
+            let points = snapshot.positions.iter().zip(&snapshot.extents);
+            points.map(|(x, e)| (x[axes.along] - 0.5 * e[axes.along], x[axes.along] + 0.5 * e[axes.along]))
+        });
+        let (low, high, widest) = ends
+            .filter(|(low, high)| (high - low).is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY, 0.0_f64), |(low, high, widest), (a, b)| {
+                (low.min(a), high.max(b), widest.max(b - a))
+            });
+        if low >= high || !(high - low).is_finite() {
+            return None;
+        }
+        let count = COLUMNS.min(((high - low) / widest.max(f64::MIN_POSITIVE)) as usize).max(1);
+        Some(Self { start: low, width: (high - low) / count as f64, count })
+    }
+
+    /// Height of the highest point over each column (m), with the column's centre (m); zero where there is none.
+    pub fn profile(&self, snapshot: &Snapshot, axes: Axes) -> Vec<(f64, f64)> {
+        let mut heights = vec![0.0_f64; self.count];
+        for (x, e) in snapshot.positions.iter().zip(&snapshot.extents) {
+            let (centre, half) = (x[axes.along], 0.5 * e[axes.along]);
+            let column = |place: f64| ((place - self.start) / self.width).clamp(0.0, (self.count - 1) as f64);
+            let top = x[axes.up] + 0.5 * e[axes.up];
+            // The columns whose middle it covers, and its own.
+            let first = column(centre - half + 0.5 * self.width) as usize;
+            let last = column(centre + half - 0.5 * self.width) as usize;
+            let own = column(centre) as usize;
+            for k in (first..=last).chain([own]) {
+                heights[k] = heights[k].max(top);
+            }
+        }
+        let middle = |k: usize| self.start + (k as f64 + 0.5) * self.width;
+        heights.into_iter().enumerate().map(|(k, height)| (middle(k), height)).collect()
+    }
+}
+
+/// Distance of two profiles over the size of the first, root mean square.
+pub fn distance(first: &[(f64, f64)], other: &[(f64, f64)]) -> f64 {
+    let sum: f64 = first.iter().zip(other).map(|(a, b)| (a.1 - b.1).powi(2)).sum();
+    let size: f64 = first.iter().map(|a| a.1 * a.1).sum();
+    (sum / size).sqrt()
+}
+
+/// A number to five digits.
+pub(super) fn short(value: f64) -> String {
+    let size = value.abs();
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    if size != 0.0 && !(1e-3..1e6).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let digits = if size >= 1.0 { 4 - (size.log10() as usize).min(4) } else { 5 };
+    let plain = format!("{value:.digits$}");
+    if plain.contains('.') { plain.trim_end_matches('0').trim_end_matches('.').to_owned() } else { plain }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Field;
+
+    fn block(width: f64, height: f64, spacing: f64) -> Snapshot {
+        let (columns, rows) = ((width / spacing).round() as usize, (height / spacing).round() as usize);
+        let at = |k: usize| (k as f64 + 0.5) * spacing;
+        let positions: Vec<_> =
+            (0..columns * rows).map(|k| [at(k % columns), at(k / columns), 0.0]).collect();
+        let count = positions.len();
+        let scalar = |name: &str, value: f64| Field {
+            name: name.to_owned(),
+            unit: "",
+            data: FieldData::Scalar(vec![value; count]),
+        };
+        let velocity = Field {
+            name: "velocity".into(),
+            unit: "m/s",
+            data: FieldData::Vector(vec![[3.0, 4.0, 0.0]; count]),
+        };
+        Snapshot {
+            time: 0.0,
+            step: 0,
+            ids: (0..count as u64).collect(),
+            bodies: vec![0; count],
+            extents: vec![[spacing, spacing, 0.0]; count],
+            positions,
+            fields: vec![scalar("mass", spacing * spacing), velocity],
+        }
+    }
+
+    const AXES: Axes = Axes { along: 0, up: 1 };
+
+    #[test]
+    fn figures_of_a_block_are_its_edges_and_centre_at_any_spacing() {
+        for spacing in [0.1, 0.02] {
+            let figures = Figures::of(&block(2.0, 1.0, spacing), AXES).unwrap();
+            for (found, asked) in [
+                (figures.front, 2.0),
+                (figures.top, 1.0),
+                (figures.centre[0], 1.0),
+                (figures.centre[1], 0.5),
+                (figures.speed, 5.0),
+            ] {
+                assert!((found - asked).abs() < 1e-9, "{found} for {asked}");
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_of_unlike_spacing_have_one_profile_and_unlike_heights_their_difference() {
+        let (coarse, fine, low) = (block(2.0, 1.0, 0.1), block(2.0, 1.0, 0.025), block(2.0, 0.5, 0.05));
+        let columns = Columns::over(&[&coarse, &fine, &low], AXES).unwrap();
+        let profile = |snapshot| columns.profile(snapshot, AXES);
+        assert!(distance(&profile(&coarse), &profile(&fine)) < 1e-12);
+        assert!((distance(&profile(&coarse), &profile(&low)) - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn one_point_that_flies_ahead_is_no_front() {
+        let mut snapshot = block(2.0, 1.0, 0.02);
+        snapshot.positions[7][0] = 50.0;
+        assert!((Figures::of(&snapshot, AXES).unwrap().front - 2.0).abs() < 1e-9);
+    }
+}

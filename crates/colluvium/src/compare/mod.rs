@@ -1,0 +1,206 @@
+//! One case with several methods: runs, and one page that sets them side by side.
+
+mod charts;
+mod entrant;
+mod figures;
+mod page;
+mod ran;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use thiserror::Error;
+
+use crate::case::output::{OutputError, write_atomically};
+use crate::case::run::Ending;
+use crate::case::{Case, Method, RunError, RunOptions, run_method};
+
+pub use entrant::Entrant;
+pub use figures::{Axes, Figures};
+pub use ran::Ran;
+
+/// Name of the page in the folder of a comparison.
+pub const PAGE: &str = "index.html";
+
+/// How a comparison is made.
+#[derive(Clone, Debug, Default)]
+pub struct CompareOptions {
+    /// Folder of the page; each method runs in a folder of its own below it, by its name.
+    pub out: PathBuf,
+    /// Continue what was interrupted; what is complete stays.
+    pub resume: bool,
+    /// Replace earlier results.
+    pub overwrite: bool,
+    /// Show the progress of each run.
+    pub progress: bool,
+    /// Memory that a run may take (bytes).
+    pub free_memory: f64,
+    /// Set from elsewhere to stop at the next step.
+    pub stop: Option<Arc<AtomicBool>>,
+    /// Commit of the program, for the record.
+    pub commit: Option<String>,
+    /// Takes what is worth a word while a run goes on.
+    pub warn: Option<fn(&str)>,
+}
+
+/// What came of a method.
+#[derive(Debug)]
+pub enum Outcome {
+    /// It cannot honour the case; the text says why.
+    Refused(String),
+    /// It began and did not finish; the text says why.
+    Failed(String),
+    /// It was asked to stop.
+    Interrupted,
+    /// It ran to the end, now or before.
+    Done(Box<Ran>),
+}
+
+/// A method with what came of it.
+#[derive(Debug)]
+pub struct Contender {
+    /// Name of the method.
+    pub method: &'static str,
+    /// What the comparison chose for it, in words; empty where the case has all.
+    pub took: String,
+    /// What came of it.
+    pub outcome: Outcome,
+}
+
+/// Why there is no comparison.
+#[derive(Debug, Error)]
+pub enum CompareError {
+    /// A name is not that of a method.
+    #[error("{name:?} is not a method; there are: {known}")]
+    Unknown {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// No method takes the case.
+    #[error("no method can honour this case:\n{0}")]
+    None(String),
+    /// A file could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A picture could not be drawn.
+    #[error("picture: {0}")]
+    Picture(String),
+}
+
+/// The methods called `names`, all of them where there are no names.
+///
+/// # Errors
+/// When a name is not that of a method.
+pub fn methods(names: &[String]) -> Result<Vec<&'static dyn Method>, CompareError> {
+    if names.is_empty() {
+        return Ok(crate::methods().to_vec());
+    }
+    let known = || crate::methods().iter().map(|method| method.name()).collect::<Vec<_>>().join(", ");
+    let named = |name: &String| {
+        crate::method(name).ok_or_else(|| CompareError::Unknown { name: name.clone(), known: known() })
+    };
+    names.iter().map(named).collect()
+}
+
+/// Runs `case` with each of `methods`, one after the other, each on all threads. Whatever goes wrong with one, the others still
+/// run. `tell` hears of each when it is done.
+pub fn run(
+    case: &Case,
+    methods: &[&'static dyn Method],
+    options: &CompareOptions,
+    tell: &dyn Fn(&Contender),
+) -> Vec<Contender> {
+    let one = |method: &&'static dyn Method| {
+        let entrant = Entrant::of(*method, case);
+        let result = Contender {
+            method: method.name(),
+            took: entrant.took.clone(),
+            outcome: outcome(*method, &entrant.case, options),
+        };
+        tell(&result);
+        result
+    };
+    methods.iter().map(one).collect()
+}
+
+/// Runs one method.
+fn outcome(method: &dyn Method, case: &Case, options: &CompareOptions) -> Outcome {
+    let attempt = || {
+        let size = method.size(case).and_then(|size| size.fit(options.free_memory));
+        let plan = match size.and_then(|()| method.plan(case)) {
+            Ok(plan) => plan,
+            Err(refusal) => return Outcome::Refused(refusal.to_string()),
+        };
+        let folder = options.out.join(method.name());
+        let state = ran::State::of(&folder, case);
+        if state == ran::State::Complete && options.resume {
+            return read(&folder);
+        }
+        let run = RunOptions {
+            method: method.name().to_owned(),
+            out: Some(folder.clone()),
+            resume: options.resume && state == ran::State::Begun,
+            overwrite: options.overwrite,
+            progress: options.progress,
+            keep_frames: false,
+            stop: options.stop.clone(),
+            commit: options.commit.clone(),
+            warn: options.warn,
+            warnings: plan.all_warnings(case),
+        };
+        match run_method(method, case, &run) {
+            Ok(report) if report.ending == Ending::Interrupted => Outcome::Interrupted,
+            Ok(_) => read(&folder),
+            Err(RunError::Case(error)) => Outcome::Refused(error.to_string()),
+            Err(error) => Outcome::Failed(error.to_string()),
+        }
+    };
+    catch_unwind(AssertUnwindSafe(attempt)).unwrap_or_else(|_| Outcome::Failed("it panicked".to_owned()))
+}
+
+/// What a run that came to its end left in `folder`.
+fn read(folder: &Path) -> Outcome {
+    match Ran::read(folder) {
+        Ok(ran) => Outcome::Done(Box::new(ran)),
+        Err(error) => Outcome::Failed(error.to_string()),
+    }
+}
+
+/// Writes the page of a comparison into `folder`; its file.
+///
+/// # Errors
+/// When no method took the case, a picture cannot be drawn, or the disk refuses.
+pub fn write(
+    folder: &Path,
+    case: &Case,
+    results: &[Contender],
+    plane: [usize; 2],
+) -> Result<PathBuf, CompareError> {
+    if results.iter().all(|result| matches!(result.outcome, Outcome::Refused(_))) {
+        let why = |result: &Contender| match &result.outcome {
+            Outcome::Refused(why) => format!("{}: {why}", result.method),
+            _ => String::new(),
+        };
+        return Err(CompareError::None(results.iter().map(why).collect::<Vec<_>>().join("\n")));
+    }
+    let page = page::page(case, results, plane)?.into_string();
+    let file = folder.join(PAGE);
+    std::fs::create_dir_all(folder).map_err(|error| OutputError::new(folder, error.to_string()))?;
+    write_atomically(&file, page.as_bytes())?;
+    Ok(file)
+}
+
+/// The runs that came to their end, with their methods.
+fn runs(results: &[Contender]) -> Vec<(&'static str, &Ran)> {
+    results
+        .iter()
+        .filter_map(|result| match &result.outcome {
+            Outcome::Done(report) => Some((result.method, &**report)),
+            _ => None,
+        })
+        .collect()
+}

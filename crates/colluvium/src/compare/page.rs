@@ -1,0 +1,217 @@
+//! What stands on the page of a comparison.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::charts::{self, Runs, at_time};
+use super::figures::{Axes, Columns, Figures, distance, short};
+use super::{CompareError, Contender, Outcome, Ran, runs};
+use crate::case::{Case, Snapshot};
+use crate::plots::{LineChart, Picture, PointCloud, Shared};
+
+/// Times in the strip of pictures.
+const PICTURES: usize = 5;
+/// Times of profiles.
+const PROFILES: usize = 4;
+
+const STYLE: &str = "
+body { font: 15px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1400px; margin: 0 auto; padding: 28px 20px 60px; }
+h1 { margin: 0 0 6px; font-size: 27px; } h2 { margin: 34px 0 8px; font-size: 19px; } h3 { margin: 12px 0 4px; font-size: 15px; }
+.wide { overflow-x: auto; } table { border-collapse: collapse; font-size: 13.5px; }
+td, th { text-align: left; padding: 4px 18px 4px 0; vertical-align: top; border-bottom: 1px solid #dde3e9; }
+th { color: #5c6b7a; } td.number { font-variant-numeric: tabular-nums; white-space: nowrap; } .failed { color: #c0392b; }
+.soft { color: #5c6b7a; } .strip { display: grid; gap: 6px; } .strip img { width: 100%; height: auto; }
+.charts { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(420px, 100%), 1fr)); gap: 10px; }
+.charts svg { width: 100%; height: auto; }
+";
+
+pub(super) fn page(case: &Case, results: &[Contender], plane: [usize; 2]) -> Result<Markup, CompareError> {
+    let runs = runs(results);
+    let axes = Axes::of(case);
+    let strip = strip(&runs, plane)?;
+    let profiles = svg(&charts::profiles(&runs, axes, &charts::times(&runs, PROFILES)))?;
+    let figures = svg(&charts::figures(&runs, axes))?;
+    let measures = svg(&charts::measures(&runs))?;
+    Ok(html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width";
+                title { (case.title) ": methods compared" }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                h1 { (case.title) }
+                @if !case.notes.is_empty() { p class="soft" { @for note in &case.notes { (note) " " } } }
+                (strip)
+                @if !profiles.is_empty() {
+                    h2 { "Profiles at equal times" }
+                    p class="soft" { "Highest point over columns that are the same for all methods." }
+                    div class="charts" { @for chart in &profiles { div { (PreEscaped(chart)) } } }
+                }
+                @if !figures.is_empty() {
+                    h2 { "In time" }
+                    p class="soft" { "Measured of the frames, in the same way for all methods." }
+                    div class="charts" { @for chart in &figures { div { (PreEscaped(chart)) } } }
+                }
+                (differences(&runs, axes))
+                (methods(results))
+                (safety(case, &runs))
+                @if !measures.is_empty() {
+                    h2 { "What the case measures, and energies" }
+                    div class="charts" { @for chart in &measures { div { (PreEscaped(chart)) } } }
+                }
+            }
+        }
+    })
+}
+
+fn svg(charts: &[LineChart]) -> Result<Vec<String>, CompareError> {
+    charts.iter().map(|chart| chart.to_svg().map_err(CompareError::Picture)).collect()
+}
+
+/// The field that colours the points: one that every run has.
+fn field(states: &[(&'static str, &Snapshot)]) -> Option<&'static str> {
+    let all = |name: &&'static str| states.iter().all(|(_, snapshot)| snapshot.field(name).is_some());
+    ["displacement", "velocity"].into_iter().find(all)
+}
+
+/// Pictures at equal times, a row each, with one scale of colours and one set of axes.
+fn strip(runs: &Runs<'_>, plane: [usize; 2]) -> Result<Markup, CompareError> {
+    let times = charts::times(runs, PICTURES);
+    let rows: Vec<_> = times.iter().map(|time| at_time(runs, *time)).collect();
+    let Some(field) = rows.first().and_then(|states| field(states)) else { return Ok(html! {}) };
+    let cloud = |snapshot: &Snapshot| PointCloud::of(snapshot, field, plane);
+    let clouds: Vec<Vec<Option<PointCloud>>> =
+        rows.iter().map(|states| states.iter().map(|(_, snapshot)| cloud(snapshot)).collect()).collect();
+    let shared = Shared::of(clouds.iter().flatten().flatten());
+    let picture = |cloud: &PointCloud, method: &str| -> Result<Markup, CompareError> {
+        let cloud = PointCloud { shared: Some(shared.clone()), ..cloud.clone() };
+        let alt = format!("{method}, {}", cloud.title);
+        crate::report::png(&cloud, &alt)
+            .map(PreEscaped)
+            .map_err(|error| CompareError::Picture(error.to_string()))
+    };
+    let mut cells = Vec::new();
+    for (states, clouds) in rows.iter().zip(&clouds) {
+        for ((method, _), cloud) in states.iter().zip(clouds) {
+            cells.push(match cloud {
+                Some(cloud) => picture(cloud, method)?,
+                None => html! { p { "nothing left" } },
+            });
+        }
+    }
+    Ok(html! {
+        h2 { "At equal times" }
+        p class="soft" { "One scale of colours (" (field) ") and one set of axes." }
+        div class="wide" {
+            div class="strip" style=(format!("grid-template-columns: repeat({}, minmax(300px, 1fr))", runs.len())) {
+                @for (method, _) in runs { h3 { (method) } }
+                @for cell in &cells { div { (cell) } }
+            }
+        }
+    })
+}
+
+/// What differs at the end, in figures.
+fn differences(runs: &Runs<'_>, axes: Axes) -> Markup {
+    let mut last: Vec<(&'static str, &Ran, &Snapshot)> = Vec::new();
+    for (method, ran) in runs {
+        last.extend(ran.frames.last().map(|snapshot| (*method, *ran, snapshot)));
+    }
+    let snapshots: Vec<&Snapshot> = last.iter().map(|(.., snapshot)| *snapshot).collect();
+    let columns = Columns::over(&snapshots, axes);
+    let profile = |snapshot: &Snapshot| columns.map(|columns| columns.profile(snapshot, axes));
+    let first = snapshots.first().and_then(|snapshot| profile(snapshot));
+    let apart = |snapshot: &Snapshot| match (&first, profile(snapshot)) {
+        (Some(first), Some(other)) => distance(first, &other),
+        _ => f64::NAN,
+    };
+    let head = last.first().map_or("", |(method, ..)| *method);
+    let value =
+        |figures: &Option<Figures>, pick: fn(&Figures) -> f64| short(figures.as_ref().map_or(f64::NAN, pick));
+    html! {
+        @if !last.is_empty() {
+            h2 { "At the end" }
+            div class="wide" { table {
+                tr {
+                    th { "Method" } th { "Front (m)" } th { "Top (m)" } th { "Centre of mass (m)" } th { "Speed (m/s)" }
+                    th { "Profile, from that of " (head) } th { "Energy, kinetic (J)" } th { "Points" } th { "Steps" }
+                    th { "Time taken (s)" } th { "Updates per second" }
+                }
+                @for (method, ran, snapshot) in &last {
+                    @let figures = Figures::of(snapshot, axes);
+                    tr {
+                        td { (method) }
+                        td class="number" { (value(&figures, |f| f.front)) }
+                        td class="number" { (value(&figures, |f| f.top)) }
+                        td class="number" { (value(&figures, |f| f.centre[0])) ", " (value(&figures, |f| f.centre[1])) }
+                        td class="number" { (value(&figures, |f| f.speed)) }
+                        td class="number" { (format!("{:.2} %", 100.0 * apart(snapshot))) }
+                        td class="number" { (short(ran.kinetic)) }
+                        td class="number" { (ran.points) }
+                        td class="number" { (ran.steps) }
+                        td class="number" { (format!("{:.1}", ran.wall)) }
+                        td class="number" { (format!("{:.2} million", ran.updates_per_second() / 1e6)) }
+                    }
+                }
+            } }
+            p class="soft" {
+                "Front, top and speed: of 99.9 % of the mass. Profile: root mean square of the difference over that of the profile."
+            }
+        }
+    }
+}
+
+/// Every method, with what was chosen for it and what came of it.
+fn methods(results: &[Contender]) -> Markup {
+    html! {
+        h2 { "Methods" }
+        table {
+            tr { th { "Method" } th { "Result" } th { "Discretisation" } th { "What it said" } }
+            @for Contender { method, took, outcome } in results {
+                tr class=(if matches!(outcome, Outcome::Failed(_)) { "failed" } else { "" }) {
+                    td { (method) }
+                    td {
+                        @match outcome {
+                            Outcome::Refused(why) => { "not for this case: " (why) }
+                            Outcome::Failed(why) => { "failed: " (why) }
+                            Outcome::Interrupted => { "interrupted; continue with --resume" }
+                            Outcome::Done(_) => { "completed" }
+                        }
+                    }
+                    td { @if took.is_empty() { "as the case has it" } @else { (took) } }
+                    td {
+                        @if let Outcome::Done(report) = outcome {
+                            @for remark in &report.remarks { (remark) br; }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Factors of safety.
+fn safety(case: &Case, runs: &Runs<'_>) -> Markup {
+    let names: Vec<&str> = case.factors_of_safety().map(|(name, _)| name).collect();
+    let found = |ran: &Ran, name: &str| match ran.safety.iter().find(|(known, _)| known == name) {
+        None => "–".to_owned(),
+        Some((_, [stable, failed])) if *stable == 0.0 => format!("below {failed:.3}"),
+        Some((_, [stable, failed])) if failed.is_infinite() => format!("above {stable:.3}"),
+        Some((_, [stable, failed])) => {
+            format!("{:.3} ({stable:.3} to {failed:.3})", 0.5 * (stable + failed))
+        }
+    };
+    html! {
+        @if !names.is_empty() {
+            h2 { "Factors of safety" }
+            table {
+                tr { th { "Method" } @for name in &names { th { (name) } } }
+                @for (method, ran) in runs {
+                    tr { td { (method) } @for name in &names { td { (found(ran, name)) } } }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! One case with several methods.
+
+use std::path::Path;
+
+use colluvium::case::Case;
+use colluvium::compare::{self, CompareError, CompareOptions, Contender, Outcome};
+
+/// The column of the template, for a moment.
+fn column() -> Case {
+    let mut case = Case::from_json(colluvium::template("column-collapse").unwrap()).unwrap();
+    case.stages[0].duration = 0.002;
+    case.output.frames = Some(0.001);
+    case.output.measures = Some(0.001);
+    case
+}
+
+fn coarse() -> Case {
+    let mut case = column();
+    let options = serde_json::json!({ "cell_size": 0.02, "points_per_cell": 2, "shape": "ugimp" });
+    case.methods.insert("mpm".to_owned(), options);
+    case.domain.max[1] = 0.16;
+    case
+}
+
+fn options(folder: &Path) -> CompareOptions {
+    CompareOptions { out: folder.to_owned(), free_memory: f64::INFINITY, ..CompareOptions::default() }
+}
+
+#[test]
+fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = coarse();
+    let methods = compare::methods(&["mpm".to_owned(), "sph".to_owned(), "dem".to_owned()]).unwrap();
+    let results = compare::run(&case, &methods, &options(folder.path()), &|_| {});
+    let done = |result: &Contender| matches!(result.outcome, Outcome::Done(_));
+    assert!(done(&results[0]) && done(&results[1]), "{results:?}");
+    assert!(results[1].took.starts_with("spacing 0.01 m"), "{}", results[1].took);
+    assert!(matches!(&results[2].outcome, Outcome::Refused(why) if why.contains("dem")), "{:?}", results[2]);
+    let page = compare::write(folder.path(), &case, &results, [0, 1]).unwrap();
+    let html = std::fs::read_to_string(page).unwrap();
+    for words in
+        ["At equal times", "Profiles at equal times", "front along x", "not for this case", "spacing 0.01 m"]
+    {
+        assert!(html.contains(words), "{words}");
+    }
+    // Two methods at three times, and nothing that lies elsewhere.
+    assert_eq!(html.matches("src=\"data:image/png;base64,").count(), 6);
+    assert_eq!(html.matches("src=\"").count(), 6);
+    assert!(
+        folder.path().join("mpm/summary.json").exists() && folder.path().join("sph/summary.json").exists()
+    );
+    let resumed = CompareOptions { resume: true, ..options(folder.path()) };
+    let again = compare::run(&case, &methods[..2], &resumed, &|_| {});
+    let hash = |result: &Contender| match &result.outcome {
+        Outcome::Done(ran) => (ran.hash.clone(), ran.steps),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(hash(&results[0]), hash(&again[0]));
+    assert_eq!(hash(&results[1]), hash(&again[1]));
+}
+
+#[test]
+fn a_failed_run_stands_beside_the_others_and_its_words_are_safe() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = coarse();
+    let mut results = compare::run(
+        &case,
+        &compare::methods(&["mpm".to_owned()]).unwrap(),
+        &options(folder.path()),
+        &|_| {},
+    );
+    results.push(Contender {
+        method: "broken",
+        took: String::new(),
+        outcome: Outcome::Failed("step 3: <inside out>".to_owned()),
+    });
+    let page = compare::write(folder.path(), &case, &results, [0, 1]).unwrap();
+    let html = std::fs::read_to_string(page).unwrap();
+    assert!(html.contains("failed: step 3: &lt;inside out&gt;") && html.contains("completed"));
+}
+
+#[test]
+fn what_no_method_takes_leaves_no_page_and_unknown_names_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let case = column();
+    let results = [Contender {
+        method: "dem",
+        took: String::new(),
+        outcome: Outcome::Refused("methods.dem: is missing".to_owned()),
+    }];
+    let error = compare::write(folder.path(), &case, &results, [0, 1]).unwrap_err();
+    assert!(matches!(error, CompareError::None(_)) && error.to_string().contains("is missing"));
+    assert!(!folder.path().join(compare::PAGE).exists());
+    let error = compare::methods(&["lattice".to_owned()]).err().unwrap().to_string();
+    assert!(error.contains("\"lattice\"") && error.contains("mpm"), "{error}");
+}

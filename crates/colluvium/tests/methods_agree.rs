@@ -1,0 +1,59 @@
+//! Where the methods have a case in common, they agree.
+
+use colluvium::case::{Case, Method, Snapshot};
+use colluvium::mpm::Mpm;
+use colluvium::snow_mpm::SnowMpm;
+use serde_json::{Value, json};
+
+/// An object with the keys of another one.
+fn with(mut object: Value, more: &Value) -> Value {
+    object.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    object
+}
+
+/// A ball of snow that turns, stretches and flies, cubic functions, stress last; 120 steps.
+fn flown(method: &dyn Method, snow: &Value, mpm: &Value) -> Snapshot {
+    let common = json!({
+        "title": "flight", "space": "plane-strain", "domain": { "min": [0, 0], "max": [2, 2] }, "gravity": [0.5, -9.81],
+        "materials": { "snow": {
+            "model": "cohesive-cam-clay", "density": 400, "youngs_modulus": 3e6, "poissons_ratio": 0.3,
+            "critical_state_slope": 1.2, "cohesion_ratio": 1, "hardening_factor": 1, "compressive_strength": 8000 } },
+        "bodies": [{ "name": "ball", "material": "snow", "shape": { "kind": "ball", "centre": [1, 1], "radius": 0.3 },
+            "velocity": { "kind": "linear", "value": [0.3, 0.1], "origin": [1, 1], "gradient": [[-0.8, -4], [4, -0.5]] } }],
+        "stages": [{ "name": "fly", "duration": 1 }],
+        "methods": {
+            "snow-mpm": with(json!({ "cell_size": 0.1, "time_step": 2e-4 }), snow),
+            "mpm": with(json!({ "cell_size": 0.1, "time_step": 2e-4, "shape": "cubic", "stress_update": "usl",
+                "node_mass_cutoff": 1e-14, "volume_cap": 1e9 }), mpm)
+        }
+    });
+    let mut solver = method.build(&Case::from_json(&common.to_string()).unwrap()).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    for _ in 0..120 {
+        solver.step(2e-4).unwrap();
+    }
+    solver.snapshot()
+}
+
+#[test]
+fn mpm_and_snow_mpm_agree_to_round_off() {
+    for (snow, mpm) in [
+        (json!({ "transfer": "apic" }), json!({ "transfer": "apic" })),
+        (json!({ "transfer": "flip", "flip_ratio": 0.98 }), json!({ "transfer": "flip", "flip": 0.98 })),
+    ] {
+        let (ours, theirs) = (flown(&SnowMpm, &snow, &mpm), flown(&Mpm, &snow, &mpm));
+        assert_eq!(ours.ids, theirs.ids);
+        let gap = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let places = gap(ours.positions.as_flattened(), theirs.positions.as_flattened());
+        let (own, other) = (ours.vectors("velocity").unwrap(), theirs.vectors("velocity").unwrap());
+        let speeds = gap(own.as_flattened(), other.as_flattened());
+        let stresses = |snapshot: &Snapshot| -> Vec<[f64; 6]> {
+            snapshot.tensors("stress").unwrap().iter().map(|s| s.0).collect()
+        };
+        let (own, other) = (stresses(&ours), stresses(&theirs));
+        let most = other.as_flattened().iter().fold(0.0f64, |most, s| most.max(s.abs()));
+        let pulls = gap(own.as_flattened(), other.as_flattened()) / most;
+        assert!(most > 1000.0, "there is something to compare: {most} Pa");
+        assert!(places < 1e-12 && speeds < 1e-12 && pulls < 1e-12, "{snow}: {places} m {speeds} m/s {pulls}");
+    }
+}

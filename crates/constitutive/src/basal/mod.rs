@@ -1,0 +1,153 @@
+//! Basal shear stress of depth-averaged flow (sheet: depth-sph §2.6, §3.5; sheet: constitutive §2.11; Pastor et
+//! al. 2020, §4).
+//!
+//! A law is a strength and what speed adds to it. With flow depth `h`, depth-averaged speed `v̄`, the share `r_u`
+//! of the normal stress that water carries, and `σ' = ((1 - r_u) σ_b - p_b)₊`:
+//!
+//! - strength ([`Strength`]): `s = σ' tan φ + c`, or cohesion that vanishes with the normal stress;
+//! - [`Drag::Viscous`]: `τ_b = s + μ ((1 + 2m)/m · v̄/h)^m`;
+//! - [`Drag::Turbulent`]: `τ_b = s + ρ g v̄²/ξ` (Voellmy; Chézy with `ξ = C²`);
+//! - [`Drag::Manning`]: `τ_b = s + ρ g n² v̄²/h^⅓`;
+//! - [`Drag::Granular`]: `τ_b = s + σ' (μ_2 - μ_s)/(I_0/I + 1)`, `I = 5 v̄ d/(2h √(σ'/ρ_s))`;
+//! - [`Drag::Bingham`]: `v̄ = τ_b h/(6μ) (1 - ζ)² (2 + ζ)`, `ζ = s/τ_b`.
+//!
+//! All are positive numbers (Pa), to be applied against the velocity. Flow at rest is held by as much as drives it,
+//! up to its strength. Limits: profiles of steady uniform flow; the strength is taken constant over the depth in
+//! [`Drag::Bingham`], linear in the others.
+
+mod bingham;
+mod drag;
+mod material;
+mod skeleton;
+mod spec;
+mod strength;
+
+pub use bingham::{BinghamSolution, plug_ratio, plug_ratio_quadratic};
+pub use drag::Drag;
+pub use skeleton::{Confinement, SkeletonSpec};
+pub use spec::{
+    BasalSpec, BinghamBaseSpec, ChezySpec, CoulombSpec, GranularBaseSpec, ManningSpec, ViscousFrictionalSpec,
+    VoellmySpec,
+};
+pub use strength::{CohesionForm, Strength};
+
+use crate::MaterialError;
+
+/// What a column of flow tells the law at its base.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BasalFlow {
+    /// Depth `h` (m), normal to the base.
+    pub depth: f64,
+    /// Depth-averaged speed `v̄` (m/s), not negative.
+    pub speed: f64,
+    /// Total normal stress on the base (Pa), compression-positive: `ρgh cos θ`, where the bed is plane.
+    pub normal_stress: f64,
+    /// Pore pressure at the base (Pa), compression-positive, beside what a law's own `pore_pressure_ratio` takes.
+    pub pore_pressure: f64,
+    /// Tangent of the slope that drives the flow (that of the bed, or of the energy line), for flow at rest.
+    pub slope: f64,
+    /// Unit weight `ρg` of the flowing mass (N/m³).
+    pub unit_weight: f64,
+}
+
+/// Basal shear stress from depth-averaged flow: a strength, and what speed adds to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BasalRheology {
+    /// Name of the model as it stands in a case file.
+    pub name: &'static str,
+    /// What it bears without moving.
+    pub strength: Strength,
+    /// What speed adds.
+    pub drag: Drag,
+}
+
+impl BasalRheology {
+    /// A base that holds nothing.
+    pub const FRICTIONLESS: Self = Self { name: "none", strength: Strength::NONE, drag: Drag::None };
+
+    /// Largest basal shear stress (Pa) that flow at rest bears without moving; where it moves, the limit of
+    /// [`BasalRheology::moving`] as the speed vanishes.
+    #[inline]
+    pub fn max_static(&self, flow: &BasalFlow) -> f64 {
+        let strength = self.strength.at(flow);
+        match self.drag {
+            Drag::Bingham { solution, .. } => strength * solution.static_factor(),
+            _ => strength,
+        }
+    }
+
+    /// Basal shear stress (Pa) of flow whose speed is above zero; depth positive.
+    #[inline]
+    pub fn moving(&self, flow: &BasalFlow) -> f64 {
+        let strength = self.strength.at(flow);
+        match self.drag {
+            Drag::Bingham { viscosity, solution } => {
+                solution.shear_stress(strength, viscosity, flow.speed / flow.depth)
+            }
+            drag => strength + drag.shear_stress(self.strength.effective_stress(flow), flow),
+        }
+    }
+
+    /// Basal shear stress (Pa), not negative: zero where the bed is dry; at rest as much as drives the flow,
+    /// up to the strength.
+    ///
+    /// # Errors
+    /// [`MaterialError::Motion`] where the flow is not finite or its speed negative.
+    pub fn shear_stress(&self, flow: &BasalFlow) -> Result<f64, MaterialError> {
+        let invalid = |reason| MaterialError::Motion { model: self.name, reason };
+        let BasalFlow { depth, speed, normal_stress, pore_pressure, slope, unit_weight } = *flow;
+        // NaN and infinity make the sum NaN.
+        if (depth + speed + normal_stress + pore_pressure + slope + unit_weight) * 0.0 != 0.0 {
+            return Err(invalid("the flow is not finite"));
+        }
+        if speed < 0.0 {
+            return Err(invalid("the speed must not be negative"));
+        }
+        if depth <= 0.0 {
+            return Ok(0.0);
+        }
+        if speed > 0.0 {
+            return Ok(self.moving(flow));
+        }
+        let driving = normal_stress.max(0.0) * slope.abs();
+        Ok(driving.min(self.max_static(flow)))
+    }
+
+    /// Whether the strength and what speed adds to it are separate forces, `τ_b = s + D(v̄)`; a Bingham profile
+    /// couples them.
+    pub fn is_additive(&self) -> bool {
+        !matches!(self.drag, Drag::Bingham { .. })
+    }
+
+    /// Speed (m/s) after a step in which the base alone acts, implicitly (sheet: depth-sph §3.5): the root
+    /// `v₁` of `v₁ - v₀ + k τ_b(v₁) = 0` with `v₀` the speed of `flow` and `k = Δt/(ρh)` its `impulse`
+    /// (m²s/kg); zero where the strength stops it. In closed form but for powers `m` other than 1 and 2, which an
+    /// iteration solves to 1e-14 of `v₀`.
+    #[inline]
+    pub fn slowed(&self, flow: &BasalFlow, impulse: f64) -> f64 {
+        let left = flow.speed - impulse * self.max_static(flow);
+        if left <= 0.0 {
+            return 0.0;
+        }
+        match self.drag {
+            Drag::Bingham { viscosity, solution } => {
+                solution.slowed(self.strength.at(flow), viscosity, flow, impulse, left)
+            }
+            _ => self.dragged(&BasalFlow { speed: left, ..*flow }, impulse),
+        }
+    }
+
+    /// As [`BasalRheology::slowed`], by what speed adds to the strength alone. A Bingham profile has no such part:
+    /// the speed stays.
+    #[inline]
+    pub fn dragged(&self, flow: &BasalFlow, impulse: f64) -> f64 {
+        self.drag.slowed(self.strength.effective_stress(flow), flow, impulse)
+    }
+
+    /// The same law with a coefficient of friction of at most `friction`: a bed smoother than the material.
+    #[must_use]
+    pub fn with_friction_at_most(mut self, friction: f64) -> Self {
+        self.strength.friction = self.strength.friction.min(friction);
+        self
+    }
+}

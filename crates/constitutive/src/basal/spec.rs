@@ -1,0 +1,330 @@
+//! Basal laws as a case file gives them.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{BasalRheology, BinghamSolution, CohesionForm, Drag, Strength};
+use crate::model::{check, not_negative, positive};
+use crate::{MaterialError, OrNone};
+
+/// A basal law of a case file: the model's name and its parameters, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "model", deny_unknown_fields)]
+pub enum BasalSpec {
+    /// No shear stress.
+    #[serde(rename = "none")]
+    Frictionless {},
+    /// Bingham fluid.
+    #[serde(rename = "bingham")]
+    Bingham(BinghamBaseSpec),
+    /// Friction and a viscous power law.
+    #[serde(rename = "viscous-frictional")]
+    ViscousFrictional(ViscousFrictionalSpec),
+    /// Friction and turbulence.
+    #[serde(rename = "voellmy")]
+    Voellmy(VoellmySpec),
+    /// Friction alone.
+    #[serde(rename = "coulomb")]
+    Coulomb(CoulombSpec),
+    /// Dense granular flow, μ(I).
+    #[serde(rename = "mu-i")]
+    Granular(GranularBaseSpec),
+    /// Friction and turbulence by Manning's roughness.
+    #[serde(rename = "manning")]
+    Manning(ManningSpec),
+    /// Friction and turbulence by Chézy's coefficient.
+    #[serde(rename = "chezy")]
+    Chezy(ChezySpec),
+}
+
+impl BasalSpec {
+    /// The law, parameters checked and angles converted.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn build(&self) -> Result<BasalRheology, MaterialError> {
+        let (name, law) = match self {
+            Self::Frictionless {} => return Ok(BasalRheology::FRICTIONLESS),
+            Self::Bingham(spec) => ("bingham", spec.law()),
+            Self::ViscousFrictional(spec) => ("viscous-frictional", spec.law()),
+            Self::Voellmy(spec) => ("voellmy", spec.law()),
+            Self::Coulomb(spec) => ("coulomb", spec.law()),
+            Self::Granular(spec) => ("mu-i", spec.law()),
+            Self::Manning(spec) => ("manning", spec.law()),
+            Self::Chezy(spec) => ("chezy", spec.law()),
+        };
+        let (strength, drag) = law.map_err(|error| error.of_model(name))?;
+        Ok(BasalRheology { name, strength, drag })
+    }
+
+    /// What is allowed but deserves a warning, each starting with the parameter's name.
+    pub fn warnings(&self) -> Vec<String> {
+        let angle = match self {
+            Self::ViscousFrictional(ViscousFrictionalSpec { friction_angle, .. })
+            | Self::Voellmy(VoellmySpec { friction_angle, .. })
+            | Self::Coulomb(CoulombSpec { friction_angle, .. })
+            | Self::Bingham(BinghamBaseSpec { friction_angle, .. })
+            | Self::Manning(ManningSpec { friction_angle, .. })
+            | Self::Chezy(ChezySpec { friction_angle, .. }) => *friction_angle,
+            Self::Frictionless {} | Self::Granular(_) => 0.0,
+        };
+        let steep = angle > 50.0;
+        steep
+            .then(|| format!("friction_angle: {angle} degrees is more than any bed has"))
+            .into_iter()
+            .collect()
+    }
+
+    /// A sample of every law and every way to run it.
+    pub fn examples() -> Vec<Self> {
+        let bingham = |friction_angle, solution| {
+            Self::Bingham(BinghamBaseSpec {
+                yield_stress: 200.0,
+                friction_angle,
+                pore_pressure_ratio: 0.0,
+                viscosity: 50.0,
+                solution,
+            })
+        };
+        vec![
+            Self::Frictionless {},
+            bingham(0.0, BinghamSolution::Exact),
+            bingham(0.0, BinghamSolution::Quadratic),
+            bingham(5.0, BinghamSolution::Exact),
+            Self::ViscousFrictional(ViscousFrictionalSpec::new(15.0, 0.8, 2.0)),
+            Self::ViscousFrictional(ViscousFrictionalSpec::new(15.0, 300.0, 0.5)),
+            Self::Voellmy(VoellmySpec::new(15.0, 600.0.into())),
+            Self::Voellmy(VoellmySpec {
+                cohesion: 500.0,
+                cohesion_form: CohesionForm::Ramms,
+                pore_pressure_ratio: 0.3,
+                ..VoellmySpec::new(15.0, OrNone::NONE)
+            }),
+            Self::Coulomb(CoulombSpec { cohesion: 300.0, ..CoulombSpec::new(15.0) }),
+            Self::Granular(GranularBaseSpec::new(0.38, 0.64, 0.279, 0.01, 2450.0)),
+            Self::Manning(ManningSpec::new(15.0, 0.1)),
+            Self::Chezy(ChezySpec::new(15.0, 25.0)),
+        ]
+    }
+}
+
+type Parts = Result<(Strength, Drag), MaterialError>;
+
+/// `tan φ` of an angle in degrees.
+fn friction(angle: f64) -> Result<f64, MaterialError> {
+    let rule = "is not in 0..90 degrees (90 excluded)";
+    check("friction_angle", angle, (0.0..90.0).contains(&angle), rule)?;
+    Ok(angle.to_radians().tan())
+}
+
+fn pore_pressure_ratio(ratio: f64) -> Result<f64, MaterialError> {
+    check("pore_pressure_ratio", ratio, (0.0..=1.0).contains(&ratio), "is not between 0 and 1")?;
+    Ok(ratio)
+}
+
+/// Parameters of `bingham`, angles in degrees. The yield stress is `yield_stress + σ' tan φ`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BinghamBaseSpec {
+    /// Yield stress `τ_y` (Pa), not negative.
+    pub yield_stress: f64,
+    /// Friction angle at the base (degrees), 0 to 90 (excluded), for a yield stress that grows with the effective
+    /// normal stress.
+    #[serde(default)]
+    pub friction_angle: f64,
+    /// Constant pore-pressure ratio `r_u`: share of the normal stress that water carries, 0 to 1.
+    #[serde(default)]
+    pub pore_pressure_ratio: f64,
+    /// Plastic viscosity `μ` (Pa s), not negative; without it the yield stress alone acts.
+    pub viscosity: f64,
+    /// How the cubic equation is solved.
+    #[serde(default)]
+    pub solution: BinghamSolution,
+}
+
+impl BinghamBaseSpec {
+    /// A fluid with a constant yield stress, solved exactly.
+    pub fn new(yield_stress: f64, viscosity: f64) -> Self {
+        let solution = BinghamSolution::Exact;
+        Self { yield_stress, friction_angle: 0.0, pore_pressure_ratio: 0.0, viscosity, solution }
+    }
+
+    fn law(&self) -> Parts {
+        not_negative("yield_stress", self.yield_stress, "Pa")?;
+        not_negative("viscosity", self.viscosity, "Pa s")?;
+        let strength = Strength {
+            friction: friction(self.friction_angle)?,
+            cohesion: self.yield_stress,
+            form: CohesionForm::Constant,
+            pore_pressure_ratio: pore_pressure_ratio(self.pore_pressure_ratio)?,
+        };
+        Ok((strength, Drag::Bingham { viscosity: self.viscosity, solution: self.solution }))
+    }
+}
+
+/// A law whose strength is friction and cohesion: its own parameters, and those that all of them share.
+macro_rules! frictional {
+    ($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ty,)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            $($(#[$field_doc])* pub $field: $kind,)*
+            /// Cohesion `c` at the base (Pa), not negative.
+            #[serde(default)]
+            pub cohesion: f64,
+            /// How cohesion depends on the normal stress.
+            #[serde(default)]
+            pub cohesion_form: CohesionForm,
+            /// Constant pore-pressure ratio `r_u`: share of the normal stress that water carries, 0 to 1.
+            #[serde(default)]
+            pub pore_pressure_ratio: f64,
+        }
+
+        impl $name {
+            /// The law without cohesion or pore pressure.
+            pub fn new($($field: $kind),*) -> Self {
+                let cohesion_form = CohesionForm::Constant;
+                Self { $($field,)* cohesion: 0.0, cohesion_form, pore_pressure_ratio: 0.0 }
+            }
+
+            fn strength(&self, friction: f64) -> Result<Strength, MaterialError> {
+                not_negative("cohesion", self.cohesion, "Pa")?;
+                if self.cohesion_form == CohesionForm::Ramms && friction > 1.0 {
+                    let rule = "the form ramms is for friction angles up to 45 degrees";
+                    return Err(MaterialError::choice("cohesion_form", rule));
+                }
+                Ok(Strength {
+                    friction,
+                    cohesion: self.cohesion,
+                    form: self.cohesion_form,
+                    pore_pressure_ratio: pore_pressure_ratio(self.pore_pressure_ratio)?,
+                })
+            }
+        }
+    };
+}
+
+frictional! {
+    /// Parameters of `viscous-frictional`, angles in degrees.
+    ViscousFrictionalSpec {
+        /// Friction angle at the base (degrees), 0 to 90 (excluded).
+        friction_angle: f64,
+        /// Consistency `μ` (Pa sᵐ), not negative.
+        consistency: f64,
+        /// Power `m` of the shear rate, > 0: 1 for a viscous fluid, 2 for grain inertia.
+        exponent: f64,
+    }
+}
+
+impl ViscousFrictionalSpec {
+    fn law(&self) -> Parts {
+        let friction = friction(self.friction_angle)?;
+        not_negative("consistency", self.consistency, "Pa sᵐ")?;
+        positive("exponent", self.exponent, "")?;
+        let drag = Drag::Viscous { consistency: self.consistency, exponent: self.exponent };
+        Ok((self.strength(friction)?, drag))
+    }
+}
+
+frictional! {
+    /// Parameters of `voellmy`, angles in degrees.
+    VoellmySpec {
+        /// Friction angle at the base (degrees), 0 to 90 (excluded).
+        friction_angle: f64,
+        /// Turbulence coefficient `ξ` (m/s²), > 0, or `"none"` for no turbulence.
+        turbulence: OrNone,
+    }
+}
+
+impl VoellmySpec {
+    fn law(&self) -> Parts {
+        let friction = friction(self.friction_angle)?;
+        let coefficient = self.turbulence.check_positive("turbulence", "m/s²")?;
+        Ok((self.strength(friction)?, Drag::Turbulent { coefficient }))
+    }
+}
+
+frictional! {
+    /// Parameters of `coulomb`, angles in degrees.
+    CoulombSpec {
+        /// Friction angle at the base (degrees), 0 to 90 (excluded).
+        friction_angle: f64,
+    }
+}
+
+impl CoulombSpec {
+    fn law(&self) -> Parts {
+        Ok((self.strength(friction(self.friction_angle)?)?, Drag::None))
+    }
+}
+
+frictional! {
+    /// Parameters of `mu-i`: dense granular flow whose profile is Bagnold's (Pouliquen & Forterre 2002; Jop et al.
+    /// 2006).
+    GranularBaseSpec {
+        /// Friction coefficient at rest `μ_s`, between 0 and 2, both excluded.
+        static_friction: f64,
+        /// Friction coefficient `μ_2` that fast flow tends to: at least `static_friction`, below 2.
+        limit_friction: f64,
+        /// Inertial number `I_0` at which friction is halfway between the two, > 0.
+        reference_inertial_number: f64,
+        /// Diameter of the grains (m), > 0.
+        grain_diameter: f64,
+        /// Density of the grains (kg/m³), > 0.
+        grain_density: f64,
+    }
+}
+
+impl GranularBaseSpec {
+    fn law(&self) -> Parts {
+        let (low, high) = (self.static_friction, self.limit_friction);
+        crate::laws::mu_i::check_friction(low, high)?;
+        positive("reference_inertial_number", self.reference_inertial_number, "")?;
+        positive("grain_diameter", self.grain_diameter, "m")?;
+        positive("grain_density", self.grain_density, "kg/m³")?;
+        let drag = Drag::Granular {
+            rise: high - low,
+            reference: self.reference_inertial_number,
+            diameter: self.grain_diameter,
+            grain_density: self.grain_density,
+        };
+        Ok((self.strength(low)?, drag))
+    }
+}
+
+frictional! {
+    /// Parameters of `manning`, angles in degrees.
+    ManningSpec {
+        /// Friction angle at the base (degrees), 0 to 90 (excluded).
+        friction_angle: f64,
+        /// Manning's roughness `n` (s/m^⅓), not negative.
+        roughness: f64,
+    }
+}
+
+impl ManningSpec {
+    fn law(&self) -> Parts {
+        let friction = friction(self.friction_angle)?;
+        not_negative("roughness", self.roughness, "s/m^⅓")?;
+        Ok((self.strength(friction)?, Drag::Manning { roughness: self.roughness }))
+    }
+}
+
+frictional! {
+    /// Parameters of `chezy`, angles in degrees.
+    ChezySpec {
+        /// Friction angle at the base (degrees), 0 to 90 (excluded).
+        friction_angle: f64,
+        /// Chézy's coefficient `C` (m^½/s), > 0: `ξ = C²`.
+        coefficient: f64,
+    }
+}
+
+impl ChezySpec {
+    fn law(&self) -> Parts {
+        let friction = friction(self.friction_angle)?;
+        positive("coefficient", self.coefficient, "m^½/s")?;
+        Ok((self.strength(friction)?, Drag::Turbulent { coefficient: self.coefficient * self.coefficient }))
+    }
+}

@@ -1,0 +1,283 @@
+//! The finite-strain adapter: multiplicative plasticity in principal logarithmic strains.
+
+mod few;
+mod series;
+
+use serde::{Deserialize, Serialize};
+
+use crate::laws::Elasticity;
+use crate::laws::substep::{self, divided};
+use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent, shear_moduli};
+use crate::{
+    BatchError, InitialCondition, Mat3, MaterialError, Motion, Point, SmallStrain, Spectrum, StressUpdate,
+    SymTensor, Tangent,
+};
+
+pub use few::Few;
+
+/// A return map in principal stresses, of a law with linear elasticity. The same map serves the
+/// rate form and, through [`Hencky`], finite strain.
+pub trait PrincipalReturn: SmallStrain {
+    /// The elastic constants.
+    fn elasticity(&self) -> &Elasticity;
+
+    /// Principal stresses and state after the elastic trial `trial` (Pa, descending).
+    ///
+    /// # Errors
+    /// When the local solve fails.
+    fn return_principal(
+        &self,
+        trial: [f64; 3],
+        state: &Self::State,
+    ) -> Result<([f64; 3], Self::State), MaterialError>;
+
+    /// Whether [`PrincipalReturn::return_few`] does anything.
+    fn takes_few(&self) -> bool {
+        false
+    }
+
+    /// The same return of several trials as whole tensors, for laws that keep the directions of the trial's deviator:
+    /// stresses and states in place, with the same operations however many points there are.
+    #[inline]
+    fn return_few<const N: usize>(&self, few: &mut Few<N>, _states: &mut [Self::State; N]) {
+        few.left = [1.0; N];
+    }
+
+    /// `∂σ_A/∂ε_B` of that map with respect to the principal strains of the trial (Pa), where the law has
+    /// it in closed form.
+    fn principal_tangent(&self, _trial: [f64; 3], _state: &Self::State) -> Option<[[f64; 3]; 3]> {
+        None
+    }
+}
+
+/// Small-strain tangent (eq. 3.11) of a law that returns in principal stresses, at the elastic trial.
+pub(crate) fn small_strain_tangent<L: PrincipalReturn>(
+    law: &L,
+    trial: &SymTensor,
+    state: &L::State,
+) -> Option<Tangent> {
+    let spectrum = trial.spectrum();
+    let block = law.principal_tangent(spectrum.values, state)?;
+    let (stress, _) = law.return_principal(spectrum.values, state).ok()?;
+    let strains = spectrum.values.map(|s| s / (2.0 * law.elasticity().shear_modulus));
+    Some(Tangent::spectral(&spectrum, &block, shear_moduli(stress, strains, &block)))
+}
+
+/// Takes a law with linear elasticity to finite strain (sheet: constitutive §3.3): the elastic left
+/// Cauchy–Green tensor is carried by the step, its logarithm is the elastic strain, and the return
+/// map works on Kirchhoff stresses `τ = J σ`; strengths act on `τ`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hencky<L>(pub L);
+
+/// State of a [`Hencky`] law.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HenckyState<S> {
+    /// Elastic left Cauchy–Green tensor less the unit tensor, `b - 1`: small strains keep their digits.
+    pub elastic: SymTensor,
+    /// Volume over initial volume.
+    pub jacobian: f64,
+    /// Internal variables of the inner law.
+    pub inner: S,
+}
+
+/// Principal stresses of principal logarithmic strains.
+fn stresses(elasticity: &Elasticity, strains: [f64; 3]) -> [f64; 3] {
+    let volumetric = elasticity.lame() * strains.iter().sum::<f64>();
+    strains.map(|e| volumetric + 2.0 * elasticity.shear_modulus * e)
+}
+
+/// Principal logarithmic strains of principal stresses.
+fn strains(elasticity: &Elasticity, stresses: [f64; 3]) -> [f64; 3] {
+    let mean = stresses.iter().sum::<f64>() / 3.0;
+    stresses.map(|s| (s - mean) / (2.0 * elasticity.shear_modulus) + mean / (3.0 * elasticity.bulk_modulus))
+}
+
+/// `f (1 + b) fᵀ - 1` of a left Cauchy–Green tensor less the unit tensor.
+pub(crate) fn carried(b: &SymTensor, f: &Mat3) -> SymTensor {
+    let change = *f - Mat3::IDENTITY;
+    b.rotated(f) + change.sym() * 2.0 + SymTensor::IDENTITY.rotated(&change)
+}
+
+/// The elastic trial of a step.
+struct Trial {
+    elastic: SymTensor,
+    spectrum: Spectrum,
+    strains: [f64; 3],
+    stresses: [f64; 3],
+    jacobian: f64,
+}
+
+impl<L: PrincipalReturn> Hencky<L> {
+    fn trial(&self, motion: &Motion, old: &Point<HenckyState<L::State>>) -> Result<Trial, MaterialError> {
+        let invalid = |reason| MaterialError::Motion { model: self.0.name(), reason };
+        let stretch = motion.deformation.determinant();
+        // Written so that NaN is refused.
+        if !(stretch > 0.0 && stretch.is_finite() && motion.deformation.is_finite()) {
+            return Err(invalid("the step inverts the point"));
+        }
+        let elastic = carried(&old.state.elastic, &motion.deformation);
+        let spectrum = elastic.spectrum();
+        if !(spectrum.values[2] > -1.0) {
+            return Err(invalid("the elastic deformation is singular"));
+        }
+        let strains = spectrum.values.map(|b| 0.5 * b.ln_1p());
+        let stresses = stresses(self.0.elasticity(), strains);
+        Ok(Trial { elastic, spectrum, strains, stresses, jacobian: old.state.jacobian * stretch })
+    }
+
+    /// The step taken whole, whatever its size.
+    ///
+    /// # Errors
+    /// As [`StressUpdate::update`].
+    #[inline]
+    pub fn undivided(
+        &self,
+        motion: &Motion,
+        old: &Point<HenckyState<L::State>>,
+    ) -> Result<Point<HenckyState<L::State>>, MaterialError> {
+        if motion.deformation == Mat3::IDENTITY {
+            return Ok(old.clone());
+        }
+        if self.0.takes_few()
+            && let Some(new) = self.alone(motion, old)
+        {
+            return Ok(new);
+        }
+        let Trial { elastic, spectrum, stresses, jacobian, .. } = self.trial(motion, old)?;
+        let (stress, inner) = self.0.return_principal(stresses, &old.state.inner)?;
+        let elastic = if stress == stresses {
+            elastic
+        } else {
+            spectrum.compose(strains(self.0.elasticity(), stress).map(|e| (2.0 * e).exp_m1()))
+        };
+        let stress = spectrum.compose(stress) * (1.0 / jacobian);
+        if !stress.is_finite() {
+            return Err(MaterialError::Motion { model: self.0.name(), reason: "the stress is not finite" });
+        }
+        Ok(Point { stress, state: HenckyState { elastic, jacobian, inner } })
+    }
+
+    fn undivided_dissipation(
+        &self,
+        motion: &Motion,
+        old: &Point<HenckyState<L::State>>,
+        new: &Point<HenckyState<L::State>>,
+    ) -> Option<f64> {
+        let trial = self.trial(motion, old).ok()?;
+        let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner).ok()?;
+        let kept = strains(self.0.elasticity(), stress);
+        let work: f64 = (0..3).map(|a| stress[a] * (trial.strains[a] - kept[a])).sum();
+        Some(work / new.state.jacobian)
+    }
+
+    fn is_divided(&self, motion: &Motion) -> bool {
+        substep::count(&motion.strain_increment(), self.0.largest_step()) > 1
+    }
+}
+
+impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
+    type State = HenckyState<L::State>;
+
+    fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
+        let inner = self.0.initial(initial)?;
+        let spectrum = inner.stress.spectrum();
+        let elastic = strains(self.0.elasticity(), spectrum.values).map(|e| (2.0 * e).exp_m1());
+        let state = HenckyState { elastic: spectrum.compose(elastic), jacobian: 1.0, inner: inner.state };
+        Ok(Point { stress: inner.stress, state })
+    }
+
+    #[inline]
+    fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError> {
+        let (strain, largest) = (motion.strain_increment(), self.0.largest_step());
+        if strain.dot(&strain) <= largest * largest {
+            match self.undivided(motion, old) {
+                Err(MaterialError::NotConverged { .. }) => {}
+                result => return result,
+            }
+        }
+        divided(motion, largest, old, |part, from| self.undivided(part, from))
+    }
+
+    /// Several points at once where the law can, else one by one.
+    #[inline]
+    fn update_batch(
+        &self,
+        motions: &[Motion],
+        stresses: &mut [SymTensor],
+        states: &mut [Self::State],
+    ) -> Result<(), BatchError> {
+        let together = if self.0.takes_few() { motions.len() / few::WIDTH * few::WIDTH } else { 0 };
+        self.together(&motions[..together], &mut stresses[..together], &mut states[..together])?;
+        for index in together..motions.len() {
+            self.one(&motions[index], &mut stresses[index], &mut states[index])
+                .map_err(|source| BatchError { index, source })?;
+        }
+        Ok(())
+    }
+
+    fn tangent(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Tangent, MaterialError> {
+        let trial = self.trial(motion, old)?;
+        let analytic = || {
+            if self.is_divided(motion) {
+                return None;
+            }
+            let block = self.0.principal_tangent(trial.stresses, &old.state.inner)?;
+            let (stress, _) = self.0.return_principal(trial.stresses, &old.state.inner).ok()?;
+            let squares = trial.spectrum.values.map(|b| 1.0 + b);
+            let c = kirchhoff_tangent(&trial.spectrum, stress, squares, &block);
+            let cauchy = trial.spectrum.compose(stress) * (1.0 / trial.jacobian);
+            from_spatial(&c, motion, trial.jacobian, &cauchy)
+        };
+        match analytic() {
+            Some(tangent) => Ok(tangent),
+            None => numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress)),
+        }
+    }
+
+    fn dissipation(
+        &self,
+        motion: &Motion,
+        old: &Point<Self::State>,
+        new: &Point<Self::State>,
+    ) -> Option<f64> {
+        if self.is_divided(motion) {
+            let sum = |part: &Motion, (sum, from): &(f64, Point<Self::State>)| {
+                let next = self.undivided(part, from)?;
+                let dissipated = self.undivided_dissipation(part, from, &next).unwrap_or(0.0);
+                Ok((sum + dissipated, next))
+            };
+            let parts = divided(motion, self.0.largest_step(), &(0.0, old.clone()), sum);
+            return parts.ok().map(|(sum, _)| sum);
+        }
+        self.undivided_dissipation(motion, old, new)
+    }
+
+    fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
+        // max (c_AAAA + τ_A) / J of §3.9, from which the floor (λ + 2μ) / J follows.
+        let least = point.stress.principal_values()[2] * point.state.jacobian;
+        (self.0.elasticity().p_wave_modulus() - least.min(0.0)) / point.state.jacobian
+    }
+
+    fn yield_value(&self, point: &Point<Self::State>) -> Option<f64> {
+        let stress = point.stress * point.state.jacobian;
+        self.0.yield_value(&Point { stress, state: point.state.inner.clone() })
+    }
+
+    fn stored_energy(&self, point: &Point<Self::State>) -> Option<f64> {
+        let stress = point.stress * point.state.jacobian;
+        Some(self.0.elasticity().energy(&stress) / point.state.jacobian)
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        self.0.output_names()
+    }
+
+    fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
+        let stress = point.stress * point.state.jacobian;
+        self.0.outputs(&Point { stress, state: point.state.inner.clone() }, out);
+    }
+}

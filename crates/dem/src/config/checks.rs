@@ -1,0 +1,275 @@
+//! What the options allow (sheet: dem §7).
+
+use super::{Adhesion, BondSpec, DemOptions, Friction, NormalLaw, PairSpec, RollingSpec, TangentialSpec};
+
+/// A rule that does not hold: path from the options, problem.
+pub type Broken = (String, String);
+
+fn positive(value: f64) -> bool {
+    value.is_finite() && value > 0.0
+}
+
+fn not_negative(value: f64) -> bool {
+    value.is_finite() && value >= 0.0
+}
+
+/// Collects the first rule that does not hold.
+struct Rules {
+    first: Option<Broken>,
+}
+
+impl Rules {
+    fn rule(&mut self, holds: bool, path: impl Into<String>, problem: impl Into<String>) {
+        if !holds && self.first.is_none() {
+            self.first = Some((path.into(), problem.into()));
+        }
+    }
+
+    fn positive(&mut self, path: impl Into<String>, value: f64, unit: &str) {
+        self.rule(positive(value), path, format!("{value} must be finite and positive{unit}"));
+    }
+
+    fn not_negative(&mut self, path: impl Into<String>, value: f64, unit: &str) {
+        self.rule(not_negative(value), path, format!("{value} must be finite and not negative{unit}"));
+    }
+
+    fn within(&mut self, path: impl Into<String>, value: f64, low: f64, high: f64) {
+        self.rule((low..=high).contains(&value), path, format!("{value} is not in {low}..={high}"));
+    }
+
+    fn normal(&mut self, path: &str, law: &NormalLaw) {
+        let (restitution, ratio) = match law {
+            NormalLaw::Linear { stiffness, grain_modulus, restitution, damping_ratio, .. } => {
+                match (stiffness, grain_modulus) {
+                    (Some(value), None) => self.positive(format!("{path}.stiffness"), *value, " (N/m)"),
+                    (None, Some(value)) => self.positive(format!("{path}.grain_modulus"), *value, " (Pa)"),
+                    _ => self.rule(
+                        false,
+                        format!("{path}.stiffness"),
+                        "give either stiffness or grain_modulus",
+                    ),
+                }
+                (restitution, damping_ratio)
+            }
+            NormalLaw::Hertz {
+                youngs_modulus,
+                poissons_ratio,
+                other_youngs_modulus,
+                other_poissons_ratio,
+                restitution,
+                damping_ratio,
+                ..
+            } => {
+                self.positive(format!("{path}.youngs_modulus"), *youngs_modulus, " (Pa)");
+                if let Some(value) = other_youngs_modulus {
+                    self.positive(format!("{path}.other_youngs_modulus"), *value, " (Pa)");
+                }
+                for (key, value) in [
+                    ("poissons_ratio", Some(*poissons_ratio)),
+                    ("other_poissons_ratio", *other_poissons_ratio),
+                ] {
+                    let Some(value) = value else { continue };
+                    let holds = value > -1.0 && value <= 0.5;
+                    self.rule(
+                        holds,
+                        format!("{path}.{key}"),
+                        format!("{value} is not in -1..=0.5 (-1 excluded)"),
+                    );
+                }
+                (restitution, damping_ratio)
+            }
+        };
+        if let Some(value) = restitution {
+            let holds = *value > 0.0 && *value <= 1.0;
+            self.rule(holds, format!("{path}.restitution"), format!("{value} is not in 0..=1 (0 excluded)"));
+            let problem = "restitution is given too: one of both is enough";
+            self.rule(ratio.is_none(), format!("{path}.damping_ratio"), problem);
+        }
+        if let Some(value) = ratio {
+            self.not_negative(format!("{path}.damping_ratio"), *value, "");
+        }
+    }
+
+    fn friction(&mut self, path: &str, friction: &Friction) {
+        self.not_negative(format!("{path}.coefficient"), friction.coefficient, "");
+        if let Some(at_rest) = friction.at_rest {
+            let holds = at_rest.is_finite() && at_rest >= friction.coefficient;
+            let problem = format!("{at_rest} must not be below the coefficient, {}", friction.coefficient);
+            self.rule(holds, format!("{path}.at_rest"), problem);
+        }
+    }
+
+    fn tangential(&mut self, path: &str, spec: &TangentialSpec) {
+        self.within(format!("{path}.stiffness_ratio"), spec.stiffness_ratio, 0.0, 3.0);
+        self.not_negative(format!("{path}.damping_ratio"), spec.damping_ratio, "");
+    }
+
+    fn rolling(&mut self, path: &str, spec: &RollingSpec) {
+        self.not_negative(format!("{path}.friction"), spec.friction, "");
+        self.positive(format!("{path}.stiffness_ratio"), spec.stiffness_ratio, "");
+        self.not_negative(format!("{path}.damping_ratio"), spec.damping_ratio, "");
+    }
+
+    fn adhesion(&mut self, path: &str, adhesion: &Adhesion, normal: &NormalLaw) {
+        match adhesion {
+            Adhesion::Cohesive { tension, shear, .. } => {
+                self.not_negative(format!("{path}.tension"), *tension, "");
+                self.not_negative(format!("{path}.shear"), *shear, "");
+                let linear = matches!(normal, NormalLaw::Linear { .. });
+                self.rule(
+                    linear,
+                    format!("{path}.kind"),
+                    "cohesive goes with the linear law, whose spring bears tension",
+                );
+            }
+            Adhesion::Jkr { work_of_adhesion } => {
+                self.positive(format!("{path}.work_of_adhesion"), *work_of_adhesion, " (J/m²)");
+                let hertz = matches!(normal, NormalLaw::Hertz { .. });
+                self.rule(hertz, format!("{path}.kind"), "jkr goes with the hertz law");
+            }
+            Adhesion::Capillary { surface_tension, contact_angle, volume_ratio } => {
+                self.positive(format!("{path}.surface_tension"), *surface_tension, " (N/m)");
+                self.positive(format!("{path}.volume_ratio"), *volume_ratio, "");
+                let holds = (0.0..90.0).contains(contact_angle);
+                let problem = format!("{contact_angle} is not in 0..90 degrees (90 excluded)");
+                self.rule(holds, format!("{path}.contact_angle"), problem);
+            }
+        }
+    }
+
+    fn bond(&mut self, path: &str, bond: &BondSpec) {
+        self.positive(format!("{path}.normal_stiffness"), bond.normal_stiffness, " (Pa/m)");
+        self.positive(format!("{path}.shear_stiffness"), bond.shear_stiffness, " (Pa/m)");
+        self.positive(format!("{path}.radius_factor"), bond.radius_factor, "");
+        self.within(format!("{path}.moment_factor"), bond.moment_factor, 0.0, 1.0);
+        self.within(format!("{path}.scatter"), bond.scatter, 0.0, 1.0);
+        self.not_negative(format!("{path}.gap"), bond.gap, "");
+        for (key, value) in [("tensile_strength", bond.tensile_strength), ("cohesion", bond.cohesion)] {
+            if let Some(value) = value {
+                self.not_negative(format!("{path}.{key}"), value, " (Pa)");
+            }
+        }
+        let angle = bond.friction_angle;
+        let problem = format!("{angle} is not in 0..90 degrees (90 excluded)");
+        self.rule((0.0..90.0).contains(&angle), format!("{path}.friction_angle"), problem);
+    }
+
+    fn pair(&mut self, path: &str, pair: &PairSpec) {
+        self.normal(&format!("{path}.normal"), &pair.normal);
+        self.tangential(&format!("{path}.tangential"), &pair.tangential);
+        if let Some(friction) = &pair.friction {
+            self.friction(&format!("{path}.friction"), friction);
+        }
+        for (key, spec) in [("rolling", &pair.rolling), ("twisting", &pair.twisting)] {
+            if let Some(spec) = spec {
+                self.rolling(&format!("{path}.{key}"), spec);
+            }
+        }
+        if let Some(adhesion) = &pair.adhesion {
+            self.adhesion(&format!("{path}.adhesion"), adhesion, &pair.normal);
+        }
+        if let Some(bond) = &pair.bond {
+            self.bond(&format!("{path}.bond"), bond);
+        }
+    }
+
+    fn fill(&mut self, path: &str, fill: &super::Fill) {
+        match fill {
+            super::Fill::Single => {}
+            super::Fill::Lattice { pitch, jitter, .. } => {
+                if let Some(pitch) = pitch {
+                    self.positive(format!("{path}.pitch"), *pitch, " (m)");
+                }
+                self.within(format!("{path}.jitter"), *jitter, 0.0, 0.5);
+            }
+            super::Fill::Random { solid_fraction } => {
+                let holds = *solid_fraction > 0.0 && *solid_fraction < 1.0;
+                let problem = format!("{solid_fraction} is not in 0..1 (both excluded)");
+                self.rule(holds, format!("{path}.solid_fraction"), problem);
+            }
+        }
+    }
+
+    fn stage(&mut self, path: &str, stage: &super::GrainStage, dimension: usize) {
+        for (number, pair) in stage.pairs.iter().enumerate() {
+            let path = format!("{path}.pairs[{number}]");
+            if let Some(law) = &pair.normal {
+                self.normal(&format!("{path}.normal"), law);
+            }
+            if let Some(spec) = &pair.tangential {
+                self.tangential(&format!("{path}.tangential"), spec);
+            }
+            if let Some(friction) = &pair.friction {
+                self.friction(&format!("{path}.friction"), friction);
+            }
+            if let Some(rolling) = &pair.rolling {
+                self.rolling(&format!("{path}.rolling"), rolling);
+            }
+        }
+        if let Some(gravity) = &stage.gravity {
+            let fits = gravity.len() == dimension && gravity.iter().all(|g| g.is_finite());
+            let problem = format!("must be {dimension} finite numbers (m/s²)");
+            self.rule(fits, format!("{path}.gravity"), problem);
+        }
+        self.not_negative(format!("{path}.agitation"), stage.agitation, " (m/s)");
+        self.rule(stage.growth.is_finite(), format!("{path}.growth"), "must be finite (1/s)");
+    }
+}
+
+impl DemOptions {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// The first rule that does not hold.
+    pub fn validate(&self, dimension: usize) -> Result<(), Broken> {
+        let mut rules = Rules { first: None };
+        self.grain_rules(&mut rules, dimension);
+        for (number, pair) in self.pairs.iter().enumerate() {
+            rules.pair(&format!("pairs[{number}]"), pair);
+            let flat = dimension == 2 && pair.twisting.is_some();
+            let problem = "disks do not twist: leave it out, or use space 3d";
+            rules.rule(!flat, format!("pairs[{number}].twisting"), problem);
+        }
+        for (name, stage) in &self.stages {
+            rules.stage(&format!("stages.{name}"), stage, dimension);
+        }
+        rules.within("skin", self.skin, 0.01, 2.0);
+        rules.rule(
+            self.step_fraction > 0.0 && self.step_fraction <= 0.12,
+            "step_fraction",
+            format!("{} is not in 0..=0.12 (0 excluded)", self.step_fraction),
+        );
+        if let Some(step) = self.time_step {
+            rules.positive("time_step", step, " (s)");
+        }
+        rules.within("initial_overlap", self.initial_overlap, 0.0, 0.3);
+        rules.first.map_or(Ok(()), Err)
+    }
+
+    /// Kinds of grains and the bodies that they fill.
+    fn grain_rules(&self, rules: &mut Rules, dimension: usize) {
+        for (name, kind) in &self.grains {
+            let path = format!("grains.{name}");
+            rules.positive(format!("{path}.density"), kind.density, " (kg/m³)");
+            if let Some((key, problem)) = kind.diameter.as_ref().and_then(super::Diameters::problem) {
+                rules.rule(false, format!("{path}.diameter.{key}"), problem);
+            }
+            if let Some(fill) = &kind.fill {
+                rules.fill(&format!("{path}.fill"), fill);
+            }
+        }
+        rules.rule(!self.grains.is_empty(), "grains", "at least one kind is needed");
+        for (name, body) in &self.bodies {
+            let path = format!("bodies.{name}");
+            if let Some(fill) = &body.fill {
+                rules.fill(&format!("{path}.fill"), fill);
+            }
+            let count = if dimension == 2 { 1 } else { 3 };
+            let fits = body.spin.is_empty() || body.spin.len() == count;
+            let problem = format!("has {} entries, {count} needed", body.spin.len());
+            rules.rule(fits, format!("{path}.spin"), problem);
+            let finite = body.spin.iter().all(|spin| spin.is_finite());
+            rules.rule(finite, format!("{path}.spin"), "must be finite (rad/s)");
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! Grains: sizes, and how they fill bodies.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A kind of grains.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GrainKind {
+    /// Density of the grains themselves (kg/m³).
+    pub density: f64,
+    /// Their diameters; not needed where all bodies are single grains or have a file of points.
+    #[serde(default)]
+    pub diameter: Option<Diameters>,
+    /// How they fill a body.
+    #[serde(default)]
+    pub fill: Option<Fill>,
+}
+
+/// Distributions of diameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "distribution", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Diameters {
+    /// All the same.
+    Equal {
+        /// Diameter (m).
+        value: f64,
+    },
+    /// Uniform by number.
+    Uniform {
+        /// Smallest (m).
+        min: f64,
+        /// Largest (m).
+        max: f64,
+    },
+    /// The same mass in every interval of sizes (sheet: dem §3.8).
+    EqualMass {
+        /// Smallest (m).
+        min: f64,
+        /// Largest (m).
+        max: f64,
+    },
+    /// A grading curve by mass that is a cumulative beta distribution (Voivret et al. 2007; sheet: dem §3.8).
+    CumulativeBeta {
+        /// Smallest (m).
+        min: f64,
+        /// Largest (m).
+        max: f64,
+        /// First shape parameter.
+        a: f64,
+        /// Second shape parameter.
+        b: f64,
+        /// Number of classes of sizes for grains whose numbers are not drawn but follow the curve; drawn when absent.
+        #[serde(default)]
+        classes: Option<usize>,
+    },
+    /// A grading curve by points, linear between them.
+    Curve {
+        /// Diameters (m), ascending.
+        diameters: Vec<f64>,
+        /// Mass that passes, from 0 to 1.
+        passing: Vec<f64>,
+    },
+}
+
+/// How grains fill the shape of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Fill {
+    /// One grain that is the body, which must be a ball.
+    Single,
+    /// On a lattice, those that lie in the shape.
+    Lattice {
+        /// Which lattice.
+        packing: Packing,
+        /// Distance of next neighbours (m); the largest diameter when absent.
+        #[serde(default)]
+        pitch: Option<f64>,
+        /// Random displacement along each axis, at most this share of the pitch.
+        #[serde(default)]
+        jitter: f64,
+    },
+    /// At random, at a solid fraction: places drawn at random, radii that grow while overlaps are pushed apart. In the box
+    /// around the body, periodic where the domain is and the body spans it; of other shapes than boxes those grains that
+    /// lie in the shape.
+    Random {
+        /// Area or volume of the grains over that of the box.
+        solid_fraction: f64,
+    },
+}
+
+/// Lattices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Packing {
+    /// Square; simple cubic in space.
+    Square,
+    /// Hexagonal, rows along x; in space hexagonal layers one above the other in the hollows, face-centred cubic.
+    Hexagonal,
+    /// Body-centred cubic, in space.
+    BodyCentred,
+    /// Face-centred cubic with cubes along the axes, in space.
+    FaceCentred,
+}
+
+/// What differs for a body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct BodyGrains {
+    /// How it is filled; as its kind says when absent.
+    pub fill: Option<Fill>,
+    /// Whether its grains are held: they move with the body's `velocity` whatever acts on them, as a rough floor does.
+    pub held: bool,
+    /// Angular velocity at the start (rad/s): one number in the plane, three in space.
+    pub spin: Vec<f64>,
+}

@@ -1,0 +1,97 @@
+//! Options of `methods.dem`.
+
+mod checks;
+mod contact;
+mod grains;
+mod stages;
+
+use std::collections::BTreeMap;
+
+pub use contact::{
+    Adhesion, BondSpec, Friction, NormalLaw, PairOverride, PairSpec, RollingSpec, SpringReset, TangentialSpec,
+};
+pub use grains::{BodyGrains, Diameters, Fill, GrainKind, Packing};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+pub use stages::{CellControl, CellEntry, DampingForm, GrainStage};
+
+/// Options of the discrete element method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DemOptions {
+    /// Grains by kind. The grains of a body are of the kind that has the name of the body's `material`; of the material itself
+    /// nothing counts but that it is there, so that one case serves methods for continua as well.
+    pub grains: BTreeMap<String, GrainKind>,
+    /// How grains act on each other and on walls.
+    pub pairs: Vec<PairSpec>,
+    /// What differs for single bodies, by their names.
+    #[serde(default)]
+    pub bodies: BTreeMap<String, BodyGrains>,
+    /// What holds in single stages, by their names.
+    #[serde(default)]
+    pub stages: BTreeMap<String, GrainStage>,
+    /// Derives pairs of unlike kinds that are not given from those of like kinds: harmonic means of stiffness, the smaller
+    /// friction, geometric means of damping ratios. Without it a pair that is missing is refused.
+    #[serde(default)]
+    pub mix: bool,
+    /// Where the lever arms of contact forces end.
+    #[serde(default)]
+    pub lever_arm: LeverArm,
+    /// Velocities that contact forces are found with.
+    #[serde(default)]
+    pub velocity: ContactVelocity,
+    /// Thickness of the skin of the lists of neighbours, over the mean diameter, 0.01 to 2.
+    #[serde(default = "skin")]
+    pub skin: f64,
+    /// Time step over half the period of the stiffest contact, `π/ω₀` with its lightest grains, up to 0.12.
+    #[serde(default = "step_fraction")]
+    pub step_fraction: f64,
+    /// Fixed time step (s); chosen by the solver when absent. A step above 0.4/ω₀ of the stiffest contact is refused.
+    #[serde(default)]
+    pub time_step: Option<f64>,
+    /// Overlap over the smaller radius with which grains may start, 0 to 0.3.
+    #[serde(default = "initial_overlap")]
+    pub initial_overlap: f64,
+    /// Keeps how far each grain has turned: the angle in the plane, a quaternion in space, written as `orientation`.
+    #[serde(default)]
+    pub orientation: bool,
+    /// Seed of what is drawn at random: sizes, places, strengths of bonds.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+/// Where the lever arms of contact forces end (sheet: dem §2.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LeverArm {
+    /// At one point of the line of centres for both grains: conserves angular momentum exactly.
+    #[default]
+    ContactPoint,
+    /// At the undeformed surfaces: angular momentum is off by friction times overlap.
+    Radius,
+}
+
+/// Velocities that contact forces are found with (sheet: dem §3.4).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ContactVelocity {
+    /// Those half a step behind the positions. Stable up to `ω₀ Δt = 2 (√(1+ζ²) - ζ)`. The velocity Verlet scheme with the
+    /// half-kicked velocity is the same.
+    #[default]
+    Lagged,
+    /// Carried on by half a step with the last acceleration. Stable up to `ω₀ Δt = 2 (√(1+4ζ²) - 2ζ)` only.
+    Predicted,
+}
+
+/// Sheet: dem §3.2.
+fn skin() -> f64 {
+    0.3
+}
+/// Sheet: dem §3.5.
+fn step_fraction() -> f64 {
+    1.0 / 30.0
+}
+/// Sheet: dem §7.
+fn initial_overlap() -> f64 {
+    0.1
+}

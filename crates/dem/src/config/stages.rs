@@ -1,0 +1,70 @@
+//! What holds in single stages.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::PairOverride;
+
+/// What differs for grains in a stage.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct GrainStage {
+    /// Acceleration of gravity (m/s²) in place of that of the case.
+    pub gravity: Option<Vec<f64>>,
+    /// Pairs that differ, in this stage only.
+    pub pairs: Vec<PairOverride>,
+    /// Sets the springs across all contacts to zero when the stage begins.
+    pub reset_contacts: bool,
+    /// Velocity of grains that is added at random when the stage begins (m/s), each component at most so large.
+    pub agitation: f64,
+    /// Rate at which diameters grow (1/s), masses with them.
+    pub growth: f64,
+    /// Grains grow only while the mean pressure in the periodic cell is below this (Pa; N/m in the plane).
+    pub grow_until: Option<f64>,
+    /// Form of the local `damping`.
+    pub damping_form: DampingForm,
+    /// How the periodic cell deforms; it keeps its shape when absent.
+    pub cell: Option<CellControl>,
+}
+
+/// Form of local damping (sheet: dem §2.9).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DampingForm {
+    /// Each component of force against its component of velocity.
+    #[default]
+    Components,
+    /// The force against its power.
+    Vector,
+}
+
+/// How a periodic cell deforms: each entry of its velocity gradient by a rate or by a stress; what is not given is a rate of
+/// zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct CellControl {
+    /// `∂v_x/∂x`.
+    pub xx: Option<CellEntry>,
+    /// `∂v_y/∂y`.
+    pub yy: Option<CellEntry>,
+    /// `∂v_z/∂z`.
+    pub zz: Option<CellEntry>,
+    /// `∂v_x/∂y`: simple shear.
+    pub xy: Option<CellEntry>,
+    /// `∂v_y/∂z`.
+    pub yz: Option<CellEntry>,
+    /// `∂v_x/∂z`.
+    pub xz: Option<CellEntry>,
+    /// Damping of what follows a stress, over `√(P d^(D-2) / m)` of the mean grain (sheet: dem §3.7).
+    pub damping: Option<f64>,
+}
+
+/// One entry of the velocity gradient of a periodic cell.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CellEntry {
+    /// Rate (1/s).
+    Rate(f64),
+    /// Stress (Pa, tension-positive; N/m in the plane) that the cell follows.
+    Stress(f64),
+}

@@ -1,0 +1,170 @@
+//! Beams between grains that break (Potyondy and Cundall 2004; sheet: dem §2.7, parallel bond).
+
+use std::f64::consts::PI;
+
+use colluvium_points::columns::Raw;
+
+use super::{Push, Tally, Touch, rolls};
+use crate::vector::{dot, follow};
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beam {
+    /// Normal stiffness per area (Pa/m).
+    pub normal: f64,
+    /// Shear stiffness per area (Pa/m).
+    pub shear: f64,
+    /// Radius over that of the smaller grain.
+    pub radius: f64,
+    /// Share of moments in the stresses that break it.
+    pub moments: f64,
+    /// Tensile strength (Pa), infinite where it does not break.
+    pub tensile_strength: f64,
+    /// Shear strength without pressure (Pa), infinite where it does not break.
+    pub cohesion: f64,
+    /// Tangent of the angle by which it grows with pressure.
+    pub friction: f64,
+    /// Coefficient of variation of the strengths.
+    pub scatter: f64,
+    /// Largest gap over mean diameter of grains that are bonded at the start.
+    pub gap: f64,
+}
+
+/// What a bond carries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bond<const R: usize> {
+    /// Factor on its strengths; 0 where there is no bond, negative where it has broken.
+    pub strength: f64,
+    /// Tension (N).
+    pub tension: f64,
+    /// Shear force on `i`, tangent coordinates (N).
+    pub shear: [f64; R],
+    /// Bending moment on `i` (N m).
+    pub bending: [f64; R],
+    /// Twisting moment on `i` (N m).
+    pub twist: f64,
+}
+
+impl<const R: usize> Default for Bond<R> {
+    fn default() -> Self {
+        Self { strength: 0.0, tension: 0.0, shear: [0.0; R], bending: [0.0; R], twist: 0.0 }
+    }
+}
+
+impl<const R: usize> Bond<R> {
+    /// Whether it holds.
+    #[inline]
+    pub fn holds(&self) -> bool {
+        self.strength > 0.0
+    }
+}
+
+impl<const R: usize> Raw for Bond<R> {
+    const BYTES: usize = (3 + 2 * R) * size_of::<f64>();
+
+    fn put(self, out: &mut Vec<u8>) {
+        [self.strength, self.tension, self.twist].put(out);
+        self.shear.put(out);
+        self.bending.put(out);
+    }
+
+    fn get(bytes: &[u8]) -> Self {
+        let number = |k: usize| f64::get(&bytes[8 * k..8 * (k + 1)]);
+        Self {
+            strength: number(0),
+            tension: number(1),
+            twist: number(2),
+            shear: std::array::from_fn(|c| number(3 + c)),
+            bending: std::array::from_fn(|c| number(3 + R + c)),
+        }
+    }
+}
+
+/// Area (m²), second moment of it about an axis across and about its own (m⁴), radius (m).
+struct Section {
+    area: f64,
+    bending: f64,
+    torsion: f64,
+    radius: f64,
+}
+
+impl Beam {
+    fn section<const D: usize>(&self, small: f64) -> Section {
+        let radius = self.radius * small;
+        if D == 2 {
+            return Section { area: 2.0 * radius, bending: 2.0 / 3.0 * radius.powi(3), torsion: 0.0, radius };
+        }
+        let fourth = radius.powi(4);
+        Section {
+            area: PI * radius * radius,
+            bending: 0.25 * PI * fourth,
+            torsion: 0.5 * PI * fourth,
+            radius,
+        }
+    }
+
+    /// Stiffness along and across (N/m) of a bond of a grain of radius `small` (m).
+    pub fn stiffness<const D: usize>(&self, small: f64) -> f64 {
+        self.normal.max(self.shear) * self.section::<D>(small).area
+    }
+
+    /// Adds what the bond does over a step of `dt` (s), and breaks it.
+    #[inline]
+    pub fn act<const D: usize, const R: usize>(
+        &self,
+        touch: &Touch<D, R>,
+        bond: &mut Bond<R>,
+        push: &mut Push<R>,
+        dt: f64,
+        tally: &mut Tally,
+    ) {
+        if !bond.holds() {
+            return;
+        }
+        let section = self.section::<D>(touch.small);
+        let (along, across) = (self.normal * section.area, self.shear * section.area);
+        let (bending, torsion) = (self.normal * section.bending, self.shear * section.torsion);
+        let (roll, twist) = rolls(&touch.turning, &touch.normal);
+        bond.tension += along * touch.separation * dt;
+        bond.shear = follow(&bond.shear, &touch.normal, touch.spin * dt);
+        bond.bending = follow(&bond.bending, &touch.normal, touch.spin * dt);
+        for c in 0..R {
+            bond.shear[c] -= across * touch.sliding[c] * dt;
+            bond.bending[c] -= bending * roll[c] * dt;
+        }
+        bond.twist -= torsion * twist * dt;
+        let (shear, bent) = (dot(&bond.shear, &bond.shear), dot(&bond.bending, &bond.bending));
+        let mut energy = 0.5 * (bond.tension * bond.tension / along + shear / across + bent / bending);
+        if torsion > 0.0 {
+            energy += 0.5 * bond.twist * bond.twist / torsion;
+        }
+        if self.breaks(&section, bond, shear.sqrt(), bent.sqrt()) {
+            *bond = Bond { strength: -bond.strength, ..Bond::default() };
+            tally.broken += energy;
+            tally.bonds_broken += 1;
+            return;
+        }
+        tally.elastic_bonds += energy;
+        push.normal -= bond.tension;
+        for c in 0..R {
+            push.across[c] += bond.shear[c];
+            push.moment[c] += bond.bending[c];
+        }
+        if D == 3 {
+            for c in 0..D {
+                push.moment[c] += bond.twist * touch.normal[c];
+            }
+        }
+    }
+
+    fn breaks<const R: usize>(&self, section: &Section, bond: &Bond<R>, shear: f64, bent: f64) -> bool {
+        let tension = bond.tension / section.area;
+        let outer = tension + self.moments * bent * section.radius / section.bending;
+        let mut sheared = shear / section.area;
+        if section.torsion > 0.0 {
+            sheared += self.moments * bond.twist.abs() * section.radius / section.torsion;
+        }
+        let borne = self.cohesion * bond.strength + (-tension).max(0.0) * self.friction;
+        outer > self.tensile_strength * bond.strength || sheared > borne
+    }
+}

@@ -1,0 +1,52 @@
+//! Bridges of liquid between spheres (Rabinovich et al. 2005, with Lian et al. 1993 for their rupture):
+//! `F = 2 π R_c γ cos θ / (1 + S / 2 d)`, with the depth of immersion `d` from the volume of the bridge and `R_c` twice the
+//! effective radius. The bridge forms on contact and breaks at a gap `S = (1 + θ/2) V^(1/3)`.
+
+use std::f64::consts::PI;
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Capillary {
+    /// Surface tension times the cosine of the contact angle (N/m).
+    pub tension: f64,
+    /// `1 + θ/2`, in radians.
+    pub rupture: f64,
+    /// Volume over the cube of the effective radius.
+    pub volume: f64,
+}
+
+impl Capillary {
+    /// Gap (m) at which the bridge breaks, of spheres of effective radius `radius` (m).
+    pub fn bridge(&self, radius: f64) -> f64 {
+        self.rupture * self.volume.cbrt() * radius
+    }
+
+    /// Attraction (N) across a gap (m); that of the contact where they overlap.
+    pub fn force(&self, radius: f64, gap: f64) -> f64 {
+        let curvature = 2.0 * radius;
+        let most = 2.0 * PI * curvature * self.tension;
+        if gap <= 0.0 {
+            return most;
+        }
+        let volume = self.volume * radius.powi(3);
+        let depth = 0.5 * gap * ((1.0 + 2.0 * volume / (PI * curvature * gap * gap)).sqrt() - 1.0);
+        most / (1.0 + gap / (2.0 * depth))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn attraction_falls_with_the_gap_and_is_that_of_the_contact_at_none() {
+        let law = Capillary { tension: 0.072, rupture: 1.0, volume: 0.01 };
+        let radius = 5e-4;
+        let touching = 4.0 * PI * radius * 0.072;
+        assert!((law.force(radius, 0.0) / touching - 1.0).abs() < 1e-12);
+        assert!((law.force(radius, 1e-12) / touching - 1.0).abs() < 1e-3);
+        let end = law.bridge(radius);
+        let falls = (0..50).map(|k| law.force(radius, end * f64::from(k) / 49.0)).collect::<Vec<_>>();
+        assert!(falls.windows(2).all(|pair| pair[1] < pair[0]) && falls[49] > 0.0);
+    }
+}

@@ -1,0 +1,59 @@
+//! Contacts that bear tension and shear until they break (sheet: dem §2.7, adhesive-frictional contact).
+
+use super::{Attraction, Law, Memory, STUCK, TOUCHING, Tally, Touch};
+use crate::vector::dot;
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cohesion {
+    /// Tensile force over the smaller radius to the power `D - 1`.
+    pub tension: f64,
+    /// Shear force over the same.
+    pub shear: f64,
+    /// Whether shear beyond the cap breaks it.
+    pub fragile: bool,
+    /// Whether later contacts have it too.
+    pub new_contacts: bool,
+    /// Gap (m) that no contact outlasts: tension over stiffness, of the largest grains.
+    pub bridge: f64,
+}
+
+impl Cohesion {
+    /// Bounds tension, breaks what is beyond, and gives the shear force that is borne without pressure (N).
+    #[inline]
+    pub fn act<const D: usize, const R: usize>(
+        &self,
+        touch: &Touch<D, R>,
+        memory: &mut Memory<R>,
+        normal: &mut f64,
+        energy: &mut f64,
+        tally: &mut Tally,
+    ) -> f64 {
+        let size = touch.small.powi(D as i32 - 1);
+        if memory.state == STUCK && *normal < -self.tension * size {
+            memory.state = TOUCHING;
+            if touch.overlap < 0.0 {
+                tally.broken += *energy;
+            }
+        }
+        if memory.state == STUCK {
+            return self.shear * size;
+        }
+        if touch.overlap < 0.0 {
+            // It has broken in this step, and ends with the next.
+            (*normal, *energy) = (0.0, 0.0);
+        }
+        0.0
+    }
+}
+
+/// Breaks a fragile contact that slips.
+#[inline]
+pub fn break_by_shear<const R: usize>(law: &Law, across: &[f64; R], cap: (f64, f64), memory: &mut Memory<R>) {
+    let Some(Attraction::Cohesion(cohesion)) = &law.attraction else { return };
+    let limit = law.friction.coefficient * cap.0 + cap.1;
+    let slips = dot(across, across).sqrt() >= limit * (1.0 - 1e-12);
+    if cohesion.fragile && memory.state == STUCK && slips {
+        memory.state = TOUCHING;
+    }
+}

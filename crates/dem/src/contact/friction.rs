@@ -1,0 +1,112 @@
+//! A spring across the line of centres with a dashpot and Coulomb friction (sheet: dem §2.4; Cundall and Strack 1979).
+
+use super::{Elastic, Memory, Tally, Touch};
+use crate::config::SpringReset;
+use crate::vector::{dot, follow, times};
+
+/// Coefficient of friction of walls on which nothing slips.
+pub const ROUGH: f64 = 1e12;
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coulomb {
+    /// Coefficient of friction.
+    pub coefficient: f64,
+    /// Coefficient that must be overcome before a contact slips.
+    pub at_rest: f64,
+    /// What is left of the spring.
+    pub reset: SpringReset,
+}
+
+impl Coulomb {
+    /// Force across, in tangent coordinates; `before` is the overlap a step ago (m) and whether stiffness depends on it;
+    /// `cap` what times friction, and what without it, is the largest force (N).
+    #[inline]
+    #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
+    pub fn act<const D: usize, const R: usize>(
+        &self,
+        touch: &Touch<D, R>,
+        base: &Elastic,
+        before: (f64, bool),
+        cap: (f64, f64),
+        memory: &mut Memory<R>,
+        dt: f64,
+        tally: &mut Tally,
+    ) -> [f64; R] {
+        let (stiffness, dashpot) = (base.across, base.damping_across);
+        let mut old = follow(&memory.slide, &touch.normal, touch.spin * dt);
+        if before.1 {
+            old = rescaled(old, touch.overlap, before.0, stiffness, tally);
+        }
+        let mut slide = old;
+        for c in 0..R {
+            slide[c] += touch.sliding[c] * dt;
+        }
+        let mut force: [f64; R] = std::array::from_fn(|c| -stiffness * slide[c] - dashpot * touch.sliding[c]);
+        let square = dot(&force, &force);
+        let mut limit = self.at_rest * cap.0 + cap.1;
+        if square > limit * limit {
+            limit = self.coefficient * cap.0 + cap.1;
+            let size = square.sqrt();
+            force = times(limit / size, &force);
+            slide = self.left(&force, &touch.sliding, (stiffness, dashpot), limit);
+            tally.sliding += 1;
+            // What moved less what the spring took up has slipped.
+            for c in 0..R {
+                tally.friction -= force[c] * (touch.sliding[c] * dt - (slide[c] - old[c]));
+            }
+        } else if dashpot > 0.0 {
+            tally.dashpots += dashpot * dot(&touch.sliding, &touch.sliding) * dt;
+        }
+        tally.elastic_across += 0.5 * stiffness * dot(&slide, &slide);
+        memory.slide = slide;
+        force
+    }
+
+    /// Elongation that is left of a spring whose contact slips under `force`, at most `limit` (N).
+    #[inline]
+    fn left<const R: usize>(
+        &self,
+        force: &[f64; R],
+        sliding: &[f64; R],
+        of: (f64, f64),
+        limit: f64,
+    ) -> [f64; R] {
+        let (stiffness, dashpot) = of;
+        if stiffness <= 0.0 {
+            return [0.0; R];
+        }
+        if self.reset == SpringReset::Spring || dashpot == 0.0 {
+            return times(-1.0 / stiffness, force);
+        }
+        let slide: [f64; R] = std::array::from_fn(|c| -(force[c] + dashpot * sliding[c]) / stiffness);
+        let size = dot(&slide, &slide).sqrt();
+        let most = limit / stiffness;
+        if size > most { times(most / size, &slide) } else { slide }
+    }
+}
+
+/// A spring whose stiffness follows the overlap: its force stays where the contact is pressed together, its elongation where
+/// it opens, so that no energy comes of it.
+#[inline]
+fn rescaled<const R: usize>(
+    old: [f64; R],
+    overlap: f64,
+    before: f64,
+    stiffness: f64,
+    tally: &mut Tally,
+) -> [f64; R] {
+    let square = dot(&old, &old);
+    if square == 0.0 || before <= 0.0 {
+        return old;
+    }
+    // Stiffness goes with the root of the overlap.
+    let ratio = (before / overlap.max(f64::MIN_POSITIVE)).sqrt();
+    if ratio < 1.0 {
+        tally.rescaled += 0.5 * stiffness * square * ratio * (1.0 - ratio);
+        times(ratio, &old)
+    } else {
+        tally.rescaled += 0.5 * stiffness * square * (ratio - 1.0);
+        old
+    }
+}

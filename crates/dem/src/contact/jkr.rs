@@ -1,0 +1,83 @@
+//! Adhesion of elastic spheres (Johnson, Kendall and Roberts 1971): with the radius `a` of the contact,
+//! `F = 4 E* a³ / 3R - √(8 π w E* a³)` and `δ = a²/R - √(2 π w a / E*)`.
+
+use std::f64::consts::PI;
+
+use super::hertz::Hertz;
+
+/// Steps of Newton's method, more than it takes.
+const STEPS: usize = 60;
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jkr {
+    /// Work of adhesion `w` (J/m²).
+    pub work: f64,
+    /// `E*` (Pa).
+    pub modulus: f64,
+}
+
+impl Jkr {
+    /// Force at which spheres of effective radius `radius` (m) separate under a dead load, `3/2 π w R` (N).
+    pub fn pull_off(&self, radius: f64) -> f64 {
+        1.5 * PI * self.work * radius
+    }
+
+    /// Gap (m) at which they separate where the gap is prescribed.
+    pub fn bridge(&self, radius: f64) -> f64 {
+        // There dδ/da = 0: a³ = π w R² / 8 E*.
+        let a = self.tear(radius);
+        (2.0 * PI * self.work * a / self.modulus).sqrt() - a * a / radius
+    }
+
+    /// Radius (m) of the contact as it tears.
+    fn tear(&self, radius: f64) -> f64 {
+        (PI * self.work * radius * radius / (8.0 * self.modulus)).cbrt()
+    }
+
+    /// Repulsive force (N) at an overlap (m), and the pull-off force (N).
+    pub fn force(&self, hertz: &Hertz, radius: f64, overlap: f64) -> (f64, f64) {
+        let modulus = hertz.modulus;
+        let least = self.tear(radius);
+        let overlap = overlap.max(-self.bridge(radius));
+        // From above: the function is convex there, and steps stay on its side.
+        let mut a = (radius * overlap.max(0.0)).sqrt() + 4.0 * least;
+        for _ in 0..STEPS {
+            let root = (2.0 * PI * self.work * a / modulus).sqrt();
+            let (value, slope) = (a * a / radius - root - overlap, 2.0 * a / radius - 0.5 * root / a);
+            if slope <= 0.0 {
+                break;
+            }
+            let next = (a - value / slope).max(least);
+            if (next - a).abs() <= 1e-15 * a {
+                a = next;
+                break;
+            }
+            a = next;
+        }
+        let cube = a * a * a;
+        let force = 4.0 * modulus * cube / (3.0 * radius) - (8.0 * PI * self.work * modulus * cube).sqrt();
+        (force, self.pull_off(radius))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_force_is_the_pull_off_and_without_adhesion_it_is_that_of_hertz() {
+        let hertz = Hertz::new([1e7; 2], [0.3; 2], 0.0, 0.0);
+        let (radius, law) = (1e-3, Jkr { work: 0.05, modulus: hertz.modulus });
+        let bridge = law.bridge(radius);
+        let sweep = (0..20_000).map(|k| -bridge + 3.0 * bridge * f64::from(k) / 20_000.0);
+        let least = sweep.map(|overlap| law.force(&hertz, radius, overlap).0).fold(f64::INFINITY, f64::min);
+        assert!((least / -law.pull_off(radius) - 1.0).abs() < 1e-6, "{least}");
+        // Where it tears the force is 5/9 of that.
+        let torn = law.force(&hertz, radius, -bridge).0;
+        assert!((torn / -law.pull_off(radius) - 5.0 / 9.0).abs() < 1e-6, "{torn}");
+        let weak = Jkr { work: 1e-14, ..law };
+        let plain = 4.0 / 3.0 * hertz.modulus * radius.sqrt() * 1e-5f64.powf(1.5);
+        assert!((weak.force(&hertz, radius, 1e-5).0 / plain - 1.0).abs() < 1e-4);
+    }
+}

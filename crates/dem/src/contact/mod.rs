@@ -1,0 +1,350 @@
+//! What two grains, or a grain and a wall, do to each other: one file per interaction, put together per pair of kinds.
+//!
+//! The normal points from `j` to `i`; an overlap is positive; forces and moments are those on `i`, repulsive ones positive
+//! along the normal (sheet: dem §1.2).
+
+pub mod bond;
+pub mod capillary;
+pub mod cohesion;
+pub mod friction;
+pub mod hertz;
+pub mod jkr;
+pub mod linear;
+pub mod restitution;
+pub mod rolling;
+
+use crate::vector::{along, dot};
+use bond::{Beam, Bond};
+use capillary::Capillary;
+use cohesion::Cohesion;
+use friction::Coulomb;
+use hertz::Hertz;
+use jkr::Jkr;
+use linear::Linear;
+use rolling::Resistance;
+
+/// Along the line of centres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Normal {
+    /// Spring and dashpot.
+    Linear(Linear),
+    /// Elastic spheres.
+    Hertz(Hertz),
+}
+
+/// Attraction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Attraction {
+    /// Tension and shear until it breaks.
+    Cohesion(Cohesion),
+    /// Johnson, Kendall and Roberts.
+    Jkr(Jkr),
+    /// Bridges of liquid.
+    Capillary(Capillary),
+}
+
+/// All that a pair of kinds does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law {
+    /// Along the line of centres.
+    pub normal: Normal,
+    /// Whether elasticity and damping together never pull.
+    pub clamp: bool,
+    /// Across it.
+    pub friction: Coulomb,
+    /// Against rolling.
+    pub rolling: Option<Resistance>,
+    /// Against twisting.
+    pub twisting: Option<Resistance>,
+    /// Attraction.
+    pub attraction: Option<Attraction>,
+    /// Bonds.
+    pub bond: Option<Beam>,
+}
+
+/// Two bodies in contact, as they see each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch<const D: usize, const R: usize> {
+    /// Overlap (m); negative for a gap that attraction bridges.
+    pub overlap: f64,
+    /// From `j` to `i`.
+    pub normal: [f64; D],
+    /// Rate at which they separate (m/s).
+    pub separation: f64,
+    /// Velocity of the surface of `i` against that of `j`, in tangent coordinates (m/s).
+    pub sliding: [f64; R],
+    /// Angular velocity of `i` less that of `j` (rad/s).
+    pub turning: [f64; R],
+    /// Mean angular velocity about the normal (rad/s).
+    pub spin: f64,
+    /// Effective mass (kg).
+    pub mass: f64,
+    /// Effective radius (m).
+    pub radius: f64,
+    /// The smaller radius (m).
+    pub small: f64,
+}
+
+/// What a contact remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Memory<const R: usize> {
+    /// See [`APART`], [`TOUCHING`], [`STUCK`].
+    pub state: u8,
+    /// Elongation of the spring across, tangent coordinates (m).
+    pub slide: [f64; R],
+    /// Dissipative part of the normal force in the last step (N).
+    pub dash: f64,
+    /// Elongation of the spring against rolling (rad).
+    pub roll: [f64; R],
+    /// Elongation of the spring against twisting (rad).
+    pub twist: f64,
+}
+
+/// No contact.
+pub const APART: u8 = 0;
+/// Contact.
+pub const TOUCHING: u8 = 1;
+/// Contact whose cohesion holds.
+pub const STUCK: u8 = 2;
+
+impl<const R: usize> Default for Memory<R> {
+    fn default() -> Self {
+        Self { state: APART, slide: [0.0; R], dash: 0.0, roll: [0.0; R], twist: 0.0 }
+    }
+}
+
+/// Force and moment on `i`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push<const R: usize> {
+    /// Force along the normal (N).
+    pub normal: f64,
+    /// Force across, tangent coordinates (N).
+    pub across: [f64; R],
+    /// Moment of rolling, twisting and bonds; the opposite one on `j` (N m).
+    pub moment: [f64; R],
+}
+
+/// Sums over contacts (sheet: dem §2.14). Energies are those at the time of the forces; the others grow.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Energy of overlaps (J).
+    pub elastic: f64,
+    /// Energy of the springs across (J).
+    pub elastic_across: f64,
+    /// Energy of the springs against rolling and twisting (J).
+    pub elastic_rolling: f64,
+    /// Energy of bonds (J).
+    pub elastic_bonds: f64,
+    /// Work of friction, taken out in this step (J).
+    pub friction: f64,
+    /// Work of dashpots (J).
+    pub dashpots: f64,
+    /// Work of resistance against rolling and twisting beyond its cap (J).
+    pub rolling: f64,
+    /// Energy lost where springs across are rescaled or vanish with their contact (J).
+    pub rescaled: f64,
+    /// Work against attraction (J); negative where attraction gives it.
+    pub attraction: f64,
+    /// Energy of bonds that broke (J).
+    pub broken: f64,
+    /// Work of the images of a moving cell, and of walls, on the grains (J).
+    pub boundary: f64,
+    /// Contacts with a force.
+    pub contacts: u64,
+    /// Contacts that slip.
+    pub sliding: u64,
+    /// Bonds that broke in this step.
+    pub bonds_broken: u64,
+    /// Sum of the squares of contact forces (N²).
+    pub squares: f64,
+    /// Largest overlap over the smaller radius.
+    pub overlap: f64,
+    /// The grain that has it.
+    pub deepest: u32,
+}
+
+impl Tally {
+    /// Adds the sums of other contacts.
+    pub fn join(&mut self, other: &Self) {
+        self.elastic += other.elastic;
+        self.elastic_across += other.elastic_across;
+        self.elastic_rolling += other.elastic_rolling;
+        self.elastic_bonds += other.elastic_bonds;
+        self.friction += other.friction;
+        self.dashpots += other.dashpots;
+        self.rolling += other.rolling;
+        self.rescaled += other.rescaled;
+        self.attraction += other.attraction;
+        self.broken += other.broken;
+        self.boundary += other.boundary;
+        self.contacts += other.contacts;
+        self.sliding += other.sliding;
+        self.bonds_broken += other.bonds_broken;
+        self.squares += other.squares;
+        if other.overlap > self.overlap {
+            (self.overlap, self.deepest) = (other.overlap, other.deepest);
+        }
+    }
+}
+
+/// What the normal law says of an overlap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Elastic {
+    /// Force (N).
+    pub force: f64,
+    /// Energy (J).
+    pub energy: f64,
+    /// Dashpot along the normal (N s/m).
+    pub damping: f64,
+    /// Stiffness across (N/m).
+    pub across: f64,
+    /// Dashpot across (N s/m).
+    pub damping_across: f64,
+}
+
+impl Law {
+    /// What the normal law says.
+    #[inline]
+    pub fn elastic<const D: usize, const R: usize>(&self, touch: &Touch<D, R>) -> Elastic {
+        match &self.normal {
+            Normal::Linear(law) => law.at(touch),
+            Normal::Hertz(law) => law.at(touch),
+        }
+    }
+
+    /// Gap that a contact in that state bridges (m), for grains of effective radius `radius` (m).
+    #[inline]
+    pub fn bridge(&self, state: u8, radius: f64) -> f64 {
+        match &self.attraction {
+            None => 0.0,
+            Some(_) if state == APART => 0.0,
+            Some(Attraction::Cohesion(law)) if state == STUCK => law.bridge,
+            Some(Attraction::Cohesion(_)) => 0.0,
+            Some(Attraction::Jkr(law)) => law.bridge(radius),
+            Some(Attraction::Capillary(law)) => law.bridge(radius),
+        }
+    }
+
+    /// Whether some contact may reach beyond touching.
+    pub fn bridges(&self) -> bool {
+        self.attraction.is_some() || self.bond.is_some()
+    }
+}
+
+/// Force and moment of a contact over a step of `dt` (s), which it remembers.
+#[inline]
+pub fn act<const D: usize, const R: usize>(
+    law: &Law,
+    touch: &Touch<D, R>,
+    memory: &mut Memory<R>,
+    dt: f64,
+    tally: &mut Tally,
+) -> Push<R> {
+    let mut base = law.elastic(touch);
+    if touch.overlap < 0.0 && !matches!(law.attraction, Some(Attraction::Cohesion(_))) {
+        // Across a gap only attraction acts.
+        base = Elastic { force: 0.0, energy: 0.0, damping: 0.0, across: 0.0, damping_across: 0.0 };
+    }
+    let viscous = base.force - base.damping * touch.separation;
+    let pulls = law.clamp && touch.overlap >= 0.0 && viscous < 0.0;
+    let mut normal = if pulls { 0.0 } else { viscous };
+    if memory.state == APART {
+        memory.state = law.first_state();
+    }
+    let dissipative = normal - base.force;
+    tally.dashpots -= 0.5 * (memory.dash + dissipative) * touch.separation * dt;
+    memory.dash = dissipative;
+    let mut energy = base.energy;
+    let mut cap = normal.max(0.0);
+    let mut shear = 0.0;
+    match &law.attraction {
+        None => {}
+        Some(Attraction::Cohesion(cohesion)) => {
+            shear = cohesion.act::<D, R>(touch, memory, &mut normal, &mut energy, tally);
+            cap = normal.max(0.0);
+        }
+        Some(Attraction::Jkr(jkr)) => {
+            let Normal::Hertz(hertz) = &law.normal else { unreachable!("checked by the setup") };
+            let (force, pull_off) = jkr.force(hertz, touch.radius, touch.overlap);
+            // Hertz is part of it: what is left is attraction.
+            let attraction = base.force - force;
+            normal -= attraction;
+            tally.attraction += attraction * touch.separation * dt;
+            cap = (normal + 2.0 * pull_off).max(0.0);
+        }
+        Some(Attraction::Capillary(bridge)) => {
+            let attraction = bridge.force(touch.radius, -touch.overlap);
+            normal -= attraction;
+            tally.attraction += attraction * touch.separation * dt;
+        }
+    }
+    tally.elastic += energy;
+    let before = (touch.overlap + touch.separation * dt, matches!(law.normal, Normal::Hertz(_)));
+    let across = law.friction.act(touch, &base, before, (cap, shear), memory, dt, tally);
+    if law.attraction.is_some() {
+        cohesion::break_by_shear(law, &across, (cap, shear), memory);
+    }
+    let mut moment = [0.0; R];
+    if law.rolling.is_some() || law.twisting.is_some() {
+        rolling::act(law, touch, &base, cap, memory, &mut moment, dt, tally);
+    }
+    Push { normal, across, moment }
+}
+
+/// A contact ends: what its springs still hold is lost.
+#[inline]
+pub fn end<const D: usize, const R: usize>(
+    law: &Law,
+    touch: &Touch<D, R>,
+    memory: &mut Memory<R>,
+    dt: f64,
+    tally: &mut Tally,
+) {
+    tally.dashpots -= 0.5 * memory.dash * touch.separation * dt;
+    let held = dot(&memory.slide, &memory.slide);
+    if held > 0.0 {
+        // As stiff as it was a step ago.
+        let last = Touch { overlap: (touch.overlap + touch.separation * dt).max(0.0), ..*touch };
+        tally.rescaled += 0.5 * law.elastic(&last).across * held;
+    }
+    *memory = Memory::default();
+}
+
+impl Law {
+    /// State of a contact that begins.
+    fn first_state(&self) -> u8 {
+        match &self.attraction {
+            Some(Attraction::Cohesion(law)) if law.new_contacts => STUCK,
+            _ => TOUCHING,
+        }
+    }
+
+    /// Adds the bond of a contact to what it does.
+    #[inline]
+    pub fn bonded<const D: usize, const R: usize>(
+        &self,
+        touch: &Touch<D, R>,
+        bond: &mut Bond<R>,
+        push: &mut Push<R>,
+        dt: f64,
+        tally: &mut Tally,
+    ) {
+        if let Some(beam) = &self.bond {
+            beam.act(touch, bond, push, dt, tally);
+        }
+    }
+}
+
+/// Splits a rotation into what rolls, across the normal, and what twists, about it.
+#[inline]
+pub fn rolls<const D: usize, const R: usize>(turning: &[f64; R], n: &[f64; D]) -> ([f64; R], f64) {
+    if D == 2 {
+        return (*turning, 0.0);
+    }
+    let twist = along(turning, n);
+    let mut roll = *turning;
+    for c in 0..D {
+        roll[c] -= twist * n[c];
+    }
+    (roll, twist)
+}

@@ -1,0 +1,86 @@
+//! Resistance against rolling and twisting: spring, dashpot and cap (Iwashita and Oda 1998, Luding 2008, type C of Ai et al.
+//! 2011; sheet: dem §2.6).
+
+use super::{Elastic, Law, Memory, Tally, Touch, rolls};
+use crate::vector::{dot, follow, times};
+
+/// Parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resistance {
+    /// Largest moment over effective radius and normal force.
+    pub friction: f64,
+    /// Stiffness over `k_t R²`.
+    pub stiffness: f64,
+    /// Damping ratio: the dashpot is `2 ζ √(k m_eff) R²` of that stiffness over `R²`.
+    pub damping_ratio: f64,
+}
+
+/// Adds the moments on `i`.
+#[inline]
+#[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
+pub fn act<const D: usize, const R: usize>(
+    law: &Law,
+    touch: &Touch<D, R>,
+    base: &Elastic,
+    normal: f64,
+    memory: &mut Memory<R>,
+    moment: &mut [f64; R],
+    dt: f64,
+    tally: &mut Tally,
+) {
+    let (roll, twist) = rolls(&touch.turning, &touch.normal);
+    if let Some(resistance) = &law.rolling {
+        let spring = follow(&memory.roll, &touch.normal, touch.spin * dt);
+        let (force, left) = resistance.act(touch, base, normal, &spring, &roll, dt, tally);
+        memory.roll = left;
+        for c in 0..R {
+            moment[c] += force[c];
+        }
+    }
+    if let (3, Some(resistance)) = (D, &law.twisting) {
+        let (force, left) = resistance.act(touch, base, normal, &[memory.twist], &[twist], dt, tally);
+        memory.twist = left[0];
+        for c in 0..D {
+            moment[c] += force[0] * touch.normal[c];
+        }
+    }
+}
+
+impl Resistance {
+    /// Moment, and elongation of the spring (rad).
+    #[inline]
+    #[allow(clippy::too_many_arguments, reason = "what a contact is and what it changes")]
+    fn act<const D: usize, const R: usize, const N: usize>(
+        &self,
+        touch: &Touch<D, R>,
+        base: &Elastic,
+        normal: f64,
+        spring: &[f64; N],
+        rate: &[f64; N],
+        dt: f64,
+        tally: &mut Tally,
+    ) -> ([f64; N], [f64; N]) {
+        let square = touch.radius * touch.radius;
+        let stiffness = self.stiffness * base.across * square;
+        let dashpot = 2.0 * self.damping_ratio * (self.stiffness * base.across * touch.mass).sqrt() * square;
+        let mut left: [f64; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
+        let mut moment: [f64; N] = std::array::from_fn(|c| -stiffness * left[c] - dashpot * rate[c]);
+        let size = dot(&moment, &moment).sqrt();
+        let limit = self.friction * touch.radius * normal;
+        if size > limit {
+            moment = times(limit / size, &moment);
+            left = std::array::from_fn(|c| -(moment[c] + dashpot * rate[c]) / stiffness);
+            let length = dot(&left, &left).sqrt();
+            if length * stiffness > limit {
+                left = times(limit / (stiffness * length), &left);
+            }
+            for c in 0..N {
+                tally.rolling -= moment[c] * (rate[c] * dt - (left[c] - spring[c]));
+            }
+        } else {
+            tally.dashpots += dashpot * dot(rate, rate) * dt;
+        }
+        tally.elastic_rolling += 0.5 * stiffness * dot(&left, &left);
+        (moment, left)
+    }
+}

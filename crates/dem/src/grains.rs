@@ -1,0 +1,81 @@
+//! Grains: one column per quantity.
+
+use colluvium_points::columns;
+
+/// Grains that a task takes at least.
+pub const TASK: usize = 1024;
+
+columns! {
+    /// Grains in `D` dimensions with rotations of `R` components.
+    pub struct Grains<const D: usize, const R: usize> {
+        /// Numbers, for life.
+        pub id: u32,
+        /// Index into the bodies of the case.
+        pub body: u32,
+        /// Index into the kinds.
+        pub kind: u32,
+        /// Whether nothing moves it but its body.
+        pub held: bool,
+        /// Radius (m).
+        pub radius: f64,
+        /// Mass (kg; per metre in the plane).
+        pub mass: f64,
+        /// Position of the centre (m).
+        pub position: [f64; D],
+        /// Position less displacement (m).
+        pub origin: [f64; D],
+        /// Position when the lists were made (m).
+        pub listed: [f64; D],
+        /// Velocity, half a step ahead (m/s).
+        pub velocity: [f64; D],
+        /// Angular velocity, half a step ahead (rad/s).
+        pub spin: [f64; R],
+        /// Contact force of the last step (N).
+        pub force: [f64; D],
+        /// Contact moment of the last step (N m).
+        pub torque: [f64; R],
+        /// How far it has turned: an angle, or a quaternion; empty where nobody asks.
+        pub orientation: [f64; 4],
+    }
+}
+
+/// Moment of inertia over mass and square of the radius.
+pub const fn inertia(dimension: usize) -> f64 {
+    if dimension == 2 { 0.5 } else { 0.4 }
+}
+
+/// Area of a disk or volume of a sphere (m², m³).
+pub fn volume(dimension: usize, radius: f64) -> f64 {
+    let square = std::f64::consts::PI * radius * radius;
+    if dimension == 2 { square } else { 4.0 / 3.0 * square * radius }
+}
+
+impl<const D: usize, const R: usize> Grains<D, R> {
+    /// Adds a grain at rest that has not turned.
+    pub fn push(&mut self, body: u32, kind: u32, position: [f64; D], radius: f64, density: f64) {
+        self.id.push(self.id.len() as u32);
+        self.body.push(body);
+        self.kind.push(kind);
+        self.held.push(false);
+        self.radius.push(radius);
+        self.mass.push(density * volume(D, radius));
+        for column in [&mut self.position, &mut self.origin, &mut self.listed] {
+            column.push(position);
+        }
+        self.velocity.push([0.0; D]);
+        self.spin.push([0.0; R]);
+        self.force.push([0.0; D]);
+        self.torque.push([0.0; R]);
+    }
+
+    /// Moment of inertia (kg m²).
+    #[inline]
+    pub fn inertia(&self, i: usize) -> f64 {
+        inertia(D) * self.mass[i] * self.radius[i] * self.radius[i]
+    }
+
+    /// Smallest and largest radius (m).
+    pub fn radii(&self) -> (f64, f64) {
+        self.radius.iter().fold((f64::INFINITY, 0.0f64), |(low, high), r| (low.min(*r), high.max(*r)))
+    }
+}

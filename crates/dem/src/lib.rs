@@ -1,0 +1,92 @@
+//! Discrete element method: disks in the plane and spheres in space, by the same code.
+//!
+//! Grains are rigid bodies that overlap a little where they touch. Each pair of kinds has its laws ([`contact`]): along the
+//! line of centres, across it with friction, against rolling, attraction, bonds. Grains move by leap-frog steps, velocities
+//! half a step ahead (sheet: dem §3.4); the step reads in [`DemSolver`].
+//!
+//! In the plane masses, forces and stiffnesses are per metre of thickness. Stress is tension-positive. A normal points from
+//! the second grain to the first, and an overlap is positive.
+//!
+//! [`Dem`] is the way in: it turns a [`Case`] into a [`Solver`].
+
+pub mod cell;
+mod checkpoint;
+mod config;
+pub mod contact;
+mod facets;
+mod grains;
+mod ledger;
+mod lists;
+mod motion;
+mod pairs;
+mod report;
+mod setup;
+pub mod sizes;
+mod solver;
+pub mod specimen;
+mod surfaces;
+mod sweep;
+mod vector;
+mod walls;
+
+use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
+use schemars::Schema;
+
+pub use config::{
+    Adhesion, BodyGrains, BondSpec, CellControl, CellEntry, ContactVelocity, DampingForm, DemOptions,
+    Diameters, Fill, Friction, GrainKind, GrainStage, LeverArm, NormalLaw, Packing, PairOverride, PairSpec,
+    RollingSpec, SpringReset, TangentialSpec,
+};
+pub use report::Contact;
+pub use solver::DemSolver;
+
+/// The discrete element method.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dem;
+
+impl Method for Dem {
+    fn name(&self) -> &'static str {
+        "dem"
+    }
+
+    fn summary(&self) -> &'static str {
+        "discrete element method: disks and spheres with friction, rolling resistance, adhesion and bonds"
+    }
+
+    fn options_schema(&self) -> Schema {
+        schemars::schema_for!(DemOptions)
+    }
+
+    fn size(&self, case: &Case) -> Result<Size, CaseError> {
+        setup::size(case)
+    }
+
+    fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
+        setup::options(case)?;
+        Ok(setup::honours())
+    }
+
+    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
+        setup::plan(case)
+    }
+
+    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+        setup::build(case)
+    }
+}
+
+/// The solver of a case in the plane with its own type, for what asks for contacts.
+///
+/// # Errors
+/// As [`Dem::build`].
+pub fn disks(case: &Case) -> Result<DemSolver<2, 1>, CaseError> {
+    setup::solver(case)
+}
+
+/// The same in space.
+///
+/// # Errors
+/// As [`Dem::build`].
+pub fn spheres(case: &Case) -> Result<DemSolver<3, 3>, CaseError> {
+    setup::solver(case)
+}

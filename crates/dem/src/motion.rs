@@ -1,0 +1,276 @@
+//! Grains move: leap-frog, velocities half a step ahead of positions (sheet: dem §3.4).
+
+use rayon::prelude::*;
+
+use crate::cell::apply;
+use crate::config::DampingForm;
+use crate::grains::{Grains, TASK, inertia};
+use crate::vector::{dot, minus, norm};
+
+/// What moves grains beside contacts.
+#[derive(Clone, Copy, Debug)]
+pub struct Drive<const D: usize> {
+    /// Step (s).
+    pub dt: f64,
+    /// The step before, zero at the start (s).
+    pub last: f64,
+    /// Gravity (m/s²).
+    pub gravity: [f64; D],
+    /// Local damping of each axis.
+    pub damping: [f64; 3],
+    /// Its form.
+    pub form: DampingForm,
+    /// Damping by mass (1/s).
+    pub viscous: f64,
+    /// Velocity gradient of the cell (1/s), where velocities are damped against it.
+    pub rate: Option<[[f64; D]; D]>,
+    /// What takes places in the cell for which the lists were made to those now, less the corner they share (m).
+    pub carried: Option<([[f64; D]; D], [f64; D])>,
+    /// Change of the velocity gradient with this step (1/s), and the corner of the cell (m).
+    pub change: Option<([[f64; D]; D], [f64; D])>,
+}
+
+/// Sums over grains at the time of the forces.
+#[derive(Clone, Copy, Debug)]
+pub struct Sums<const D: usize> {
+    /// Kinetic energy of centres (J).
+    pub kinetic: f64,
+    /// Kinetic energy of rotations (J).
+    pub rotation: f64,
+    /// Mass times velocity against the deformation of the cell, twice (J).
+    pub stream: [[f64; D]; D],
+    /// Work of gravity in this step (J).
+    pub gravity: f64,
+    /// Energy taken out by damping (J).
+    pub damping: f64,
+    /// Work of held grains (J).
+    pub held: f64,
+    /// Square of the largest velocity (m²/s²).
+    pub fastest: f64,
+    /// Square of the largest way since the lists were made (m²).
+    pub moved: f64,
+    /// Sum of the squares of forces (N²).
+    pub squares: f64,
+    /// First grain with a velocity that is not finite.
+    pub lost: Option<u32>,
+}
+
+impl<const D: usize> Default for Sums<D> {
+    fn default() -> Self {
+        Self {
+            kinetic: 0.0,
+            rotation: 0.0,
+            stream: [[0.0; D]; D],
+            gravity: 0.0,
+            damping: 0.0,
+            held: 0.0,
+            fastest: 0.0,
+            moved: 0.0,
+            squares: 0.0,
+            lost: None,
+        }
+    }
+}
+
+impl<const D: usize> Sums<D> {
+    fn join(mut self, other: &Self) -> Self {
+        self.kinetic += other.kinetic;
+        self.rotation += other.rotation;
+        for (row, more) in self.stream.iter_mut().zip(&other.stream) {
+            row.iter_mut().zip(more).for_each(|(sum, value)| *sum += value);
+        }
+        self.gravity += other.gravity;
+        self.damping += other.damping;
+        self.held += other.held;
+        self.fastest = self.fastest.max(other.fastest);
+        self.moved = self.moved.max(other.moved);
+        self.squares += other.squares;
+        self.lost = self.lost.or(other.lost);
+        self
+    }
+}
+
+/// Moves all grains by a step. `buffer` takes the sums of each block.
+pub fn advance<const D: usize, const R: usize>(
+    grains: &mut Grains<D, R>,
+    drive: &Drive<D>,
+    buffer: &mut Vec<Sums<D>>,
+) -> Sums<D> {
+    buffer.clear();
+    buffer.resize(grains.len().div_ceil(TASK), Sums::default());
+    let Grains { id: _, held, radius, mass, position, listed, velocity, spin, force, torque, .. } = grains;
+    let moving = position
+        .par_chunks_mut(TASK)
+        .zip(velocity.par_chunks_mut(TASK))
+        .zip(spin.par_chunks_mut(TASK))
+        .zip(buffer.par_iter_mut())
+        .enumerate();
+    moving.for_each(|(block, (((position, velocity), spin), sums))| {
+        for k in 0..position.len() {
+            let i = block * TASK + k;
+            let grain =
+                One { held: held[i], radius: radius[i], mass: mass[i], force: &force[i], torque: &torque[i] };
+            grain.advance(drive, &mut position[k], &mut velocity[k], &mut spin[k], sums);
+            let reference = match &drive.carried {
+                None => listed[i],
+                Some((map, corner)) => {
+                    let carried = apply(map, &minus(&listed[i], corner));
+                    std::array::from_fn(|c| carried[c] + corner[c])
+                }
+            };
+            let way = minus(&position[k], &reference);
+            sums.moved = sums.moved.max(dot(&way, &way));
+            if !(sums.kinetic + dot(&position[k], &position[k])).is_finite() && sums.lost.is_none() {
+                sums.lost = Some(i as u32);
+            }
+        }
+    });
+    buffer.iter().fold(Sums::default(), Sums::join)
+}
+
+/// One grain.
+struct One<'a, const D: usize, const R: usize> {
+    held: bool,
+    radius: f64,
+    mass: f64,
+    force: &'a [f64; D],
+    torque: &'a [f64; R],
+}
+
+/// Force of local damping against one component.
+#[inline]
+fn against(damping: f64, force: f64, velocity: f64) -> f64 {
+    if velocity == 0.0 { 0.0 } else { -damping * force.abs() * velocity.signum() }
+}
+
+impl<const D: usize, const R: usize> One<'_, D, R> {
+    #[inline]
+    fn advance(
+        &self,
+        drive: &Drive<D>,
+        x: &mut [f64; D],
+        v: &mut [f64; D],
+        w: &mut [f64; R],
+        sums: &mut Sums<D>,
+    ) {
+        let dt = drive.dt;
+        let kick = 0.5 * (drive.last + dt);
+        sums.fastest = sums.fastest.max(dot(v, v));
+        if self.held {
+            sums.held -= dot(self.force, v) * kick;
+            for c in 0..D {
+                x[c] += v[c] * dt;
+            }
+            return;
+        }
+        let gravity = drive.gravity.map(|g| self.mass * g);
+        let mut force: [f64; D] = std::array::from_fn(|c| self.force[c] + gravity[c]);
+        let mut torque = *self.torque;
+        let inertia = inertia(D) * self.mass * self.radius * self.radius;
+        sums.squares += dot(&force, &force);
+        let mut lost = self.damp(drive, x, v, &mut force);
+        for c in 0..R {
+            let middle = w[c] + 0.5 * dt * torque[c] / inertia;
+            let damped = against(drive.damping[0], torque[c], middle);
+            torque[c] += damped;
+            lost -= damped * middle * kick;
+        }
+        let slow = 1.0 / (1.0 + 0.5 * drive.viscous * kick);
+        let keep = (1.0 - 0.5 * drive.viscous * kick) * slow;
+        // At the time of the forces, half a step after the old velocity.
+        let share = if kick > 0.0 { 0.5 * drive.last / kick } else { 0.0 };
+        let (mut now, mut turning) = ([0.0; D], [0.0; R]);
+        for c in 0..D {
+            let new = keep * v[c] + slow * kick * force[c] / self.mass;
+            now[c] = v[c] + share * (new - v[c]);
+            lost += drive.viscous * self.mass * 0.5 * (v[c] + new) * now[c] * kick;
+            v[c] = new;
+        }
+        for c in 0..R {
+            let new = keep * w[c] + slow * kick * torque[c] / inertia;
+            turning[c] = w[c] + share * (new - w[c]);
+            lost += drive.viscous * inertia * 0.5 * (w[c] + new) * turning[c] * kick;
+            w[c] = new;
+        }
+        sums.damping += lost;
+        sums.gravity += dot(&gravity, &now) * kick;
+        sums.kinetic += 0.5 * self.mass * dot(&now, &now);
+        sums.rotation += 0.5 * inertia * dot(&turning, &turning);
+        self.carry(drive, &now, x, v, sums);
+        for c in 0..D {
+            x[c] += v[c] * dt;
+        }
+    }
+
+    /// What a cell that deforms does: the momentum that its grains carry, and the velocity that it gives them.
+    #[inline]
+    fn carry(&self, drive: &Drive<D>, now: &[f64; D], x: &[f64; D], v: &mut [f64; D], sums: &mut Sums<D>) {
+        let Some((change, corner)) = &drive.change else { return };
+        let place = minus(x, corner);
+        if let Some(rate) = &drive.rate {
+            let own = minus(now, &apply(rate, &place));
+            for a in 0..D {
+                for b in 0..D {
+                    sums.stream[a][b] += self.mass * own[a] * own[b];
+                }
+            }
+        }
+        let more = apply(change, &place);
+        for c in 0..D {
+            // What the cell does to the grains with it is its work.
+            sums.held += self.mass * (v[c] + 0.5 * more[c]) * more[c];
+            v[c] += more[c];
+        }
+    }
+
+    /// Adds local damping to the force; the energy that it takes out (J).
+    #[inline]
+    fn damp(&self, drive: &Drive<D>, x: &[f64; D], v: &[f64; D], force: &mut [f64; D]) -> f64 {
+        if drive.damping == [0.0; 3] {
+            return 0.0;
+        }
+        let kick = 0.5 * (drive.last + drive.dt);
+        let mut middle: [f64; D] = std::array::from_fn(|c| v[c] + 0.5 * drive.dt * force[c] / self.mass);
+        if let (Some(rate), Some((_, corner))) = (&drive.rate, &drive.change) {
+            middle = minus(&middle, &apply(rate, &minus(x, corner)));
+        }
+        let damped: [f64; D] = match drive.form {
+            DampingForm::Components => {
+                std::array::from_fn(|c| against(drive.damping[c], force[c], middle[c]))
+            }
+            DampingForm::Vector => {
+                let power = dot(force, &middle);
+                let sign = if power == 0.0 { 0.0 } else { power.signum() };
+                force.map(|f| -drive.damping[0] * f * sign)
+            }
+        };
+        for c in 0..D {
+            force[c] += damped[c];
+        }
+        -dot(&damped, &middle) * kick
+    }
+}
+
+/// Turns a quaternion by an angular velocity over a step, or an angle in the plane (sheet: dem §3.4).
+pub fn turn<const R: usize>(orientation: &mut [f64; 4], spin: &[f64; R], dt: f64) {
+    if R == 1 {
+        orientation[0] += spin[0] * dt;
+        return;
+    }
+    let rate = norm(spin);
+    let half = 0.5 * rate * dt;
+    if half < 5e-15 {
+        return;
+    }
+    let (sin, cos) = half.sin_cos();
+    let axis = [spin[0] / rate * sin, spin[1] / rate * sin, spin[2] / rate * sin];
+    let [a, b, c, d] = *orientation;
+    let new = [
+        cos * a - axis[0] * b - axis[1] * c - axis[2] * d,
+        cos * b + axis[0] * a + axis[1] * d - axis[2] * c,
+        cos * c + axis[1] * a + axis[2] * b - axis[0] * d,
+        cos * d + axis[2] * a + axis[0] * c - axis[1] * b,
+    ];
+    let size = norm(&new);
+    *orientation = new.map(|q| q / size);
+}

@@ -1,0 +1,302 @@
+//! What the solver tells: contacts, fields, totals.
+
+use colluvium_case::measure::Reading;
+use colluvium_case::{Budget, Field, FieldData, Reaction, Snapshot, spatial};
+use colluvium_constitutive::SymTensor;
+use colluvium_points::surface::Contacts;
+
+use crate::config::LeverArm;
+use crate::contact::bond::Bond;
+use crate::contact::{Push, Tally};
+use crate::grains::volume;
+use crate::pairs::Pairs;
+use crate::solver::DemSolver;
+use crate::sweep::{Scene, look};
+use crate::vector::{add, dot, minus, spread, times};
+
+/// A contact at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact<const D: usize> {
+    /// One grain.
+    pub grain: usize,
+    /// The other; `None` for a wall.
+    pub other: Option<usize>,
+    /// From the centre of the other, or the place on the wall, to that of the first (m).
+    pub branch: [f64; D],
+    /// Force on the first (N).
+    pub force: [f64; D],
+    /// Part of it along the normal, repulsive ones positive (N).
+    pub normal: f64,
+    /// Overlap (m).
+    pub overlap: f64,
+}
+
+impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// Calls `visit` for every contact as it is now, with what it does and holds.
+    pub(crate) fn visit(&self, mut visit: impl FnMut(Contact<D>, &Push<R>, &Tally)) {
+        let mut shifts = Vec::new();
+        self.cell.shifts(&mut shifts);
+        let mut scene = Scene::new(&self.grains, &self.laws.pairs, self.kinds.len());
+        scene.shifts = &shifts;
+        scene.radii = self.options.lever_arm == LeverArm::Radius;
+        for pairs in [&self.lists.inner, &self.lists.seam] {
+            self.visit_pairs(&scene, pairs, &mut visit);
+        }
+        let mut facets = Contacts::default();
+        for k in 0..self.near.grain.len() {
+            let (i, wall) = (self.near.grain[k] as usize, &self.walls[self.near.wall[k] as usize]);
+            let seen = match &wall.surface {
+                None => wall.distance(&self.grains.position[i]),
+                Some(surface) => {
+                    facets.clear();
+                    surface.touch(
+                        &self.grains.position[i],
+                        self.grains.radius[i] + self.laws.bridge,
+                        &mut facets,
+                    );
+                    let own = facets.all().iter().find(|place| place.key == self.near.key[k]);
+                    let Some(place) = own else { continue };
+                    (place.distance, place.normal)
+                }
+            };
+            let (touch, _) = scene.touch_wall(i, wall, seen);
+            let law = &wall.laws[self.grains.kind[i] as usize];
+            let Some((push, tally)) = look(law, &touch, self.near.memory.get(k), None) else { continue };
+            let mut force = spread(&push.across, &touch.normal);
+            add(&mut force, push.normal, &touch.normal);
+            let branch = times(self.grains.radius[i] - touch.overlap, &touch.normal);
+            let (normal, overlap) = (push.normal, touch.overlap);
+            visit(Contact { grain: i, other: None, branch, force, normal, overlap }, &push, &tally);
+        }
+    }
+
+    fn visit_pairs(
+        &self,
+        scene: &Scene<'_, D, R>,
+        pairs: &Pairs<R>,
+        visit: &mut impl FnMut(Contact<D>, &Push<R>, &Tally),
+    ) {
+        for (i, k) in pairs.firsts() {
+            let j = pairs.other[k] as usize;
+            let code = pairs.image.get(k).map_or(0, |code| *code as usize);
+            let mut apart = minus(&self.grains.position[i], &self.grains.position[j]);
+            apart = minus(&apart, &scene.shifts[code].0);
+            let distance = dot(&apart, &apart).sqrt();
+            let (touch, _) = scene.touch(i, j, &apart, distance, code);
+            let bond: Option<&Bond<R>> = pairs.memory.bond.get(k);
+            let Some((push, tally)) = look(scene.law(i, j), &touch, pairs.memory.get(k), bond) else {
+                continue;
+            };
+            let mut force = spread(&push.across, &touch.normal);
+            add(&mut force, push.normal, &touch.normal);
+            let (normal, overlap) = (push.normal, touch.overlap);
+            visit(Contact { grain: i, other: Some(j), branch: apart, force, normal, overlap }, &push, &tally);
+        }
+    }
+
+    /// All contacts as they are now.
+    pub fn contacts(&self) -> Vec<Contact<D>> {
+        let mut all = Vec::new();
+        self.visit(|contact, _, _| all.push(contact));
+        all
+    }
+
+    /// Velocity at the time of the positions (m/s): the one half a step behind carried on.
+    fn velocity(&self, i: usize, gravity: &[f64; D], ahead: f64) -> [f64; D] {
+        let g = &self.grains;
+        if g.held[i] {
+            return g.velocity[i];
+        }
+        std::array::from_fn(|c| g.velocity[i][c] + ahead * (g.force[i][c] / g.mass[i] + gravity[c]))
+    }
+
+    fn spin(&self, i: usize, ahead: f64) -> [f64; R] {
+        let g = &self.grains;
+        if g.held[i] {
+            return g.spin[i];
+        }
+        std::array::from_fn(|c| g.spin[i][c] + ahead * g.torque[i][c] / g.inertia(i))
+    }
+
+    /// Stress of each grain from its contacts, over its own volume (Pa), and its contacts.
+    fn grain_stresses(&self) -> (Vec<SymTensor>, Vec<f64>) {
+        let g = &self.grains;
+        let (mut sums, mut counts) = (vec![[[0.0; 3]; 3]; g.len()], vec![0.0; g.len()]);
+        self.visit(|contact, _, _| {
+            let (force, branch) = (spatial(&contact.force), spatial(&contact.branch));
+            let i = contact.grain;
+            let mut take = |grain: usize, share: f64| {
+                counts[grain] += 1.0;
+                for a in 0..3 {
+                    for b in 0..3 {
+                        // The arm points from the centre against the branch of the first grain.
+                        sums[grain][a][b] -= share * force[a] * branch[b];
+                    }
+                }
+            };
+            match contact.other {
+                None => take(i, 1.0),
+                Some(j) => {
+                    let share = g.radius[i] / (g.radius[i] + g.radius[j]);
+                    take(i, share);
+                    take(j, 1.0 - share);
+                }
+            }
+        });
+        let stress = sums.iter().zip(&g.radius).map(|(sum, radius)| {
+            let v = volume(D, *radius);
+            let mean = |a: usize, b: usize| 0.5 * (sum[a][b] + sum[b][a]) / v;
+            SymTensor([mean(0, 0), mean(1, 1), mean(2, 2), mean(0, 1), mean(1, 2), mean(2, 0)])
+        });
+        (stress.collect(), counts)
+    }
+
+    /// Everything on the grains, in the order of ids.
+    pub(crate) fn take_snapshot(&self) -> Snapshot {
+        let g = &self.grains;
+        let mut order: Vec<usize> = (0..g.len()).collect();
+        order.sort_unstable_by_key(|&i| g.id[i]);
+        let scalar =
+            |value: &dyn Fn(usize) -> f64| FieldData::Scalar(order.iter().map(|&i| value(i)).collect());
+        let vector = |value: &dyn Fn(usize) -> [f64; D]| -> Vec<[f64; 3]> {
+            order.iter().map(|&i| spatial(&value(i))).collect()
+        };
+        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
+        let (ahead, gravity) = (0.5 * self.last, self.gravity_at(0.0));
+        let (stresses, counts) = self.grain_stresses();
+        let spin = match R {
+            1 => scalar(&|i| self.spin(i, ahead)[0]),
+            _ => FieldData::Vector(order.iter().map(|&i| spatial(&self.spin(i, ahead))).collect()),
+        };
+        let mut fields = vec![
+            field("velocity", "m/s", FieldData::Vector(vector(&|i| self.velocity(i, &gravity, ahead)))),
+            field("displacement", "m", FieldData::Vector(vector(&|i| minus(&g.position[i], &g.origin[i])))),
+            field("stress", "Pa", FieldData::Tensor(order.iter().map(|&i| stresses[i]).collect())),
+            field("pressure", "Pa", scalar(&|i| -stresses[i].0[..D].iter().sum::<f64>() / D as f64)),
+            field("mass", "kg", scalar(&|i| g.mass[i])),
+            field("volume", "m3", scalar(&|i| volume(D, g.radius[i]))),
+            field("density", "kg/m3", scalar(&|i| g.mass[i] / volume(D, g.radius[i]))),
+            field("radius", "m", scalar(&|i| g.radius[i])),
+            field("spin", "rad/s", spin),
+            field("force", "N", FieldData::Vector(vector(&|i| g.force[i]))),
+            field("contacts", "", scalar(&|i| counts[i])),
+            field("kind", "", scalar(&|i| f64::from(g.kind[i]))),
+        ];
+        if !g.orientation.is_empty() {
+            let turned = |c: usize| scalar(&|i| g.orientation[i][c]);
+            match R {
+                1 => fields.push(field("orientation", "rad", turned(0))),
+                _ => fields.extend(
+                    (0..4).map(|c| field(&format!("orientation_{}", ["w", "x", "y", "z"][c]), "", turned(c))),
+                ),
+            }
+        }
+        Snapshot {
+            time: self.time,
+            step: self.step,
+            ids: order.iter().map(|&i| u64::from(g.id[i])).collect(),
+            bodies: order.iter().map(|&i| g.body[i]).collect(),
+            positions: vector(&|i| g.position[i]),
+            extents: vector(&|i| [2.0 * g.radius[i]; D]),
+            fields,
+        }
+    }
+
+    /// Totals at the time of the last forces, a step before the positions.
+    pub(crate) fn take_budget(&self) -> Budget {
+        let g = &self.grains;
+        let mut budget = Budget::default();
+        let gravity = self.gravity_at(0.0);
+        let (behind, reach) = (-0.5 * self.last, spatial(&self.case.gravity));
+        for i in 0..g.len() {
+            let m = g.mass[i];
+            budget.mass += m;
+            let then: [f64; D] = std::array::from_fn(|c| g.position[i][c] - self.last * g.velocity[i][c]);
+            let (x, v) = (spatial(&then), spatial(&self.velocity(i, &gravity, behind)));
+            let mut turn = [x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]];
+            turn.iter_mut().for_each(|component| *component *= m);
+            let (spin, inertia) = (self.spin(i, behind), g.inertia(i));
+            for c in 0..R {
+                turn[3 - R + c] += inertia * spin[c];
+            }
+            for c in 0..3 {
+                budget.momentum[c] += m * v[c];
+                budget.angular_momentum[c] += turn[c];
+                budget.potential -= m * reach[c] * x[c];
+            }
+        }
+        if self.step == 0 {
+            let (kinetic, elastic) = self.energies();
+            (budget.kinetic, budget.elastic) = (kinetic, elastic);
+        } else {
+            budget.kinetic = self.ledger.kinetic + self.ledger.rotation;
+            budget.elastic = self.ledger.recoverable();
+        }
+        budget
+    }
+
+    /// Force of the grains on a body that is held (N); impulses of bodies are not kept.
+    pub(crate) fn reaction_of_body(&self, name: &str) -> Option<Reaction> {
+        let body = self.case.bodies.iter().position(|body| body.name == name)? as u32;
+        let mut force = [0.0; D];
+        for i in (0..self.grains.len()).filter(|&i| self.grains.body[i] == body && self.grains.held[i]) {
+            add(&mut force, 1.0, &self.grains.force[i]);
+        }
+        Some(Reaction { force: spatial(&force), impulse: [f64::NAN; 3] })
+    }
+
+    /// Kinetic and elastic energy of what there is (J).
+    fn energies(&self) -> (f64, f64) {
+        let g = &self.grains;
+        let free = (0..g.len()).filter(|&i| !g.held[i]);
+        let of = |i: usize| {
+            0.5 * g.mass[i] * dot(&g.velocity[i], &g.velocity[i])
+                + 0.5 * g.inertia(i) * dot(&g.spin[i], &g.spin[i])
+        };
+        let mut elastic = 0.0;
+        self.visit(|_, _, tally| {
+            elastic += tally.elastic + tally.elastic_across + tally.elastic_rolling + tally.elastic_bonds;
+        });
+        (free.map(of).sum(), elastic)
+    }
+
+    /// What goes into the rows beside the totals.
+    pub(crate) fn take_readings(&self) -> Vec<Reading> {
+        let mut readings = self.ledger.readings();
+        let mut read = |name: &str, unit: &str, value: f64| {
+            readings.push((name.to_owned(), unit.to_owned(), value));
+        };
+        let count = self.grains.held.iter().filter(|held| !**held).count() as f64;
+        read("coordination", "", 2.0 * self.ledger.contacts[0] as f64 / count);
+        read("unbalanced_force", "", self.unbalanced());
+        if self.cell.is_periodic() {
+            let grains: f64 = self.grains.radius.iter().map(|r| volume(D, *r)).sum();
+            let stress = self.stress();
+            read("solid_fraction", "", grains / self.cell.volume());
+            let axes = ["x", "y", "z"];
+            for i in 0..D {
+                for j in i..D {
+                    let name = format!("cell_stress.{}{}", axes[i], axes[j]);
+                    read(&name, "Pa", 0.5 * (stress[i][j] + stress[j][i]));
+                }
+            }
+            for i in 0..D {
+                read(&format!("cell.{}", axes[i]), "m", self.cell.h[i][i]);
+            }
+        }
+        readings
+    }
+
+    /// Mean unbalanced force over the mean contact force (Ng 2006; sheet: dem §3.1).
+    pub(crate) fn unbalanced(&self) -> f64 {
+        let free = self.grains.held.iter().filter(|held| !**held).count() as f64;
+        let [grains, contacts] = self.ledger.squares;
+        if grains == 0.0 {
+            return 0.0;
+        }
+        if contacts == 0.0 {
+            return f64::INFINITY;
+        }
+        (grains / free).sqrt() / (contacts / self.ledger.contacts[0] as f64).sqrt()
+    }
+}

@@ -1,0 +1,251 @@
+//! Bodies as grains.
+
+use colluvium_case::description::Body;
+use colluvium_case::{Case, CaseError, spatial};
+use colluvium_points::Shape;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::config::{BodyGrains, DemOptions, Diameters, Fill, GrainKind, Packing};
+use crate::grains::{Grains, volume};
+use crate::specimen::{Container, pack};
+
+/// More grains than this do not fit in numbers.
+const MOST: usize = u32::MAX as usize / 2;
+
+/// A grain that is placed.
+type Placed<const D: usize> = ([f64; D], f64);
+
+/// How a body is filled.
+pub(super) fn of_body(options: &DemOptions, body: &Body) -> Option<Fill> {
+    let own = options.bodies.get(&body.name).and_then(|own| own.fill);
+    own.or_else(|| options.grains.get(&body.material).and_then(|kind| kind.fill))
+}
+
+/// Fills all bodies.
+pub(super) fn fill<const D: usize, const R: usize>(
+    case: &Case,
+    options: &DemOptions,
+    grains: &mut Grains<D, R>,
+) -> Result<(), CaseError> {
+    for (number, body) in case.bodies.iter().enumerate() {
+        let path = format!("bodies[{number}]");
+        let kind = &options.grains[&body.material];
+        let index = options.grains.keys().position(|name| *name == body.material).unwrap_or(0) as u32;
+        let mut random = ChaCha8Rng::seed_from_u64(options.seed.wrapping_add(number as u64));
+        let placed = match case.point_list(number)? {
+            Some(list) => {
+                let of =
+                    |sample: &colluvium_points::Sample<D>| (sample.position, radius_of::<D>(sample.volume));
+                list.samples::<D>().iter().map(of).collect()
+            }
+            None => place::<D>(case, options, (body, &path), kind, &mut random)?,
+        };
+        if placed.is_empty() {
+            let problem = "holds no grain: it is smaller than the grains, or than the pitch of their lattice";
+            return Err(CaseError::new(format!("{path}.shape"), problem));
+        }
+        if grains.len() + placed.len() > MOST {
+            return Err(CaseError::new(format!("{path}.shape"), format!("more than {MOST} grains")));
+        }
+        let start = grains.len();
+        for (position, radius) in &placed {
+            grains.push(number as u32, index, *position, *radius, kind.density);
+        }
+        let own = options.bodies.get(&body.name).cloned().unwrap_or_default();
+        begin(case, number, body, &own, start, grains)?;
+    }
+    if options.orientation {
+        let start = if D == 2 { [0.0; 4] } else { [1.0, 0.0, 0.0, 0.0] };
+        grains.orientation.resize(grains.len(), start);
+    }
+    Ok(())
+}
+
+/// Radius of a grain of this area or volume.
+fn radius_of<const D: usize>(amount: f64) -> f64 {
+    let unit = amount / volume(D, 1.0);
+    if D == 2 { unit.sqrt() } else { unit.cbrt() }
+}
+
+/// Velocities and spins at the start.
+fn begin<const D: usize, const R: usize>(
+    case: &Case,
+    number: usize,
+    body: &Body,
+    own: &BodyGrains,
+    start: usize,
+    grains: &mut Grains<D, R>,
+) -> Result<(), CaseError> {
+    let listed = case.point_list(number)?.and_then(|list| list.velocities);
+    for i in start..grains.len() {
+        let velocity = match &listed {
+            Some(velocities) => velocities[i - start],
+            None => body.velocity.at(spatial(&grains.position[i])),
+        };
+        grains.velocity[i] = std::array::from_fn(|c| velocity[c]);
+        grains.held[i] = own.held || body.rigid;
+        for (c, spin) in own.spin.iter().enumerate().take(R) {
+            grains.spin[i][c] = *spin;
+        }
+    }
+    if body.rigid && own.held {
+        let path = format!("methods.dem.bodies.{}.held", body.name);
+        return Err(CaseError::new(path, "a rigid body moves as the motions say: leave held out"));
+    }
+    Ok(())
+}
+
+fn place<const D: usize>(
+    case: &Case,
+    options: &DemOptions,
+    (body, path): (&Body, &str),
+    kind: &GrainKind,
+    random: &mut ChaCha8Rng,
+) -> Result<Vec<Placed<D>>, CaseError> {
+    let Some(fill) = of_body(options, body) else {
+        let problem = format!("say how grains fill the body {:?}", body.name);
+        return Err(CaseError::new(format!("methods.dem.grains.{}.fill", body.material), problem));
+    };
+    if let Fill::Single = fill {
+        let Shape::Ball { centre, radius } = &body.shape else {
+            return Err(CaseError::new(format!("{path}.shape"), "a single grain must be a ball"));
+        };
+        return Ok(vec![(std::array::from_fn(|c| centre[c]), *radius)]);
+    }
+    let Some(sizes) = &kind.diameter else {
+        let path = format!("methods.dem.grains.{}.diameter", body.material);
+        return Err(CaseError::new(
+            path,
+            format!("is missing: the body {:?} is filled with grains", body.name),
+        ));
+    };
+    match fill {
+        Fill::Lattice { packing, pitch, jitter } => {
+            let pitch = pitch.unwrap_or(sizes.range().1);
+            lattice(&body.shape, sizes, (packing, pitch, jitter), random)
+                .map_err(|problem| CaseError::new(format!("{path}.shape"), problem))
+        }
+        Fill::Random { solid_fraction } => random_packing(case, body, sizes, solid_fraction, random)
+            .map_err(|problem| CaseError::new(format!("{path}.shape"), problem)),
+        Fill::Single => Ok(Vec::new()),
+    }
+}
+
+/// Whether a ball lies in a shape: its centre and its ends along the axes do.
+fn holds<const D: usize>(shape: &Shape, x: &[f64; D], radius: f64) -> bool {
+    let inner = radius * (1.0 - 1e-9);
+    shape.contains(x)
+        && (0..2 * D).all(|end| {
+            let mut y = *x;
+            y[end / 2] += if end % 2 == 0 { inner } else { -inner };
+            shape.contains(&y)
+        })
+}
+
+/// Places of a lattice that begins half a pitch within a corner.
+fn sites<const D: usize>(
+    low: &[f64],
+    high: &[f64],
+    packing: Packing,
+    pitch: f64,
+) -> Result<Vec<[f64; D]>, String> {
+    let (root3, root2) = (3f64.sqrt(), 2f64.sqrt());
+    // Distances of rows along the axes, and shifts of odd rows and layers.
+    let steps: [f64; 3] = match (packing, D) {
+        (Packing::Hexagonal, 2) => [pitch, 0.5 * root3 * pitch, 1.0],
+        (Packing::Hexagonal, _) => [pitch, 0.5 * root3 * pitch, root2 / root3 * pitch],
+        (Packing::BodyCentred, 3) => [2.0 / root3 * pitch, 2.0 / root3 * pitch, 1.0 / root3 * pitch],
+        (Packing::FaceCentred, 3) => [root2 * pitch, pitch / root2, pitch / root2],
+        (Packing::Square, _) => [pitch; 3],
+        _ => return Err("this lattice is one in space: use square or hexagonal in the plane".to_owned()),
+    };
+    let counts: Vec<usize> = (0..D)
+        .map(|c| (((high[c] - low[c] - pitch) / steps[c] + 1e-9).floor() + 1.0).max(0.0) as usize)
+        .collect();
+    let total = counts.iter().map(|count| *count as f64).product::<f64>();
+    if total > MOST as f64 {
+        return Err(format!("its lattice would have {total:.1e} grains"));
+    }
+    let mut all = Vec::with_capacity(total as usize);
+    for number in 0..total as usize {
+        let mut rest = number;
+        // The first axis runs fastest.
+        let index: [usize; D] = std::array::from_fn(|c| {
+            let own = rest % counts[c];
+            rest /= counts[c];
+            own
+        });
+        let mut x: [f64; D] = std::array::from_fn(|c| low[c] + 0.5 * pitch + steps[c] * index[c] as f64);
+        match packing {
+            Packing::Square => {}
+            Packing::Hexagonal => {
+                let layer = if D == 3 { index[2] % 3 } else { 0 };
+                x[0] += 0.5 * pitch * (((index[1] + layer) % 2) as f64);
+                x[1] += pitch * root3 / 6.0 * layer as f64;
+            }
+            Packing::BodyCentred => {
+                let odd = (index[D - 1] % 2) as f64;
+                x[0] += 0.5 * steps[0] * odd;
+                x[1] += 0.5 * steps[1] * odd;
+            }
+            Packing::FaceCentred => x[0] += 0.5 * steps[0] * (((index[1] + index[D - 1]) % 2) as f64),
+        }
+        all.push(x);
+    }
+    Ok(all)
+}
+
+fn lattice<const D: usize>(
+    shape: &Shape,
+    sizes: &Diameters,
+    (packing, pitch, jitter): (Packing, f64, f64),
+    random: &mut ChaCha8Rng,
+) -> Result<Vec<Placed<D>>, String> {
+    let (low, high) = shape.bounds(D);
+    let mut all = sites::<D>(&low, &high, packing, pitch)?;
+    for x in &mut all {
+        for c in x.iter_mut() {
+            *c += jitter * pitch * (2.0 * random.random::<f64>() - 1.0);
+        }
+    }
+    let diameters = sizes.sample(all.len(), D, random)?;
+    let placed = all.into_iter().zip(diameters.into_iter().map(|d| 0.5 * d));
+    // Half a pitch holds a grain, or what of it jitter lets stick out.
+    let slack = jitter * pitch;
+    Ok(placed.filter(|(x, radius)| holds(shape, x, (radius - slack).max(0.0))).collect())
+}
+
+/// Grains at random in the box around the body, cut to its shape.
+fn random_packing<const D: usize>(
+    case: &Case,
+    body: &Body,
+    sizes: &Diameters,
+    solid_fraction: f64,
+    random: &mut ChaCha8Rng,
+) -> Result<Vec<Placed<D>>, String> {
+    let (low, high) = body.shape.bounds(D);
+    let periodic: [bool; D] = std::array::from_fn(|axis| {
+        let (from, to) = (case.domain.min[axis], case.domain.max[axis]);
+        case.domain.is_periodic(axis)
+            && low[axis] <= from + 1e-9 * (to - from)
+            && high[axis] >= to - 1e-9 * (to - from)
+    });
+    let container =
+        Container { low: std::array::from_fn(|c| low[c]), high: std::array::from_fn(|c| high[c]), periodic };
+    let space: f64 = (0..D).map(|c| high[c] - low[c]).product();
+    let mean = sizes.mean_power(D, D as i32) * volume(D, 0.5);
+    let count = (solid_fraction * space / mean).round().max(1.0);
+    if count > MOST as f64 {
+        return Err(format!("it would have {count:.1e} grains"));
+    }
+    let mut radii: Vec<f64> = sizes.sample(count as usize, D, random)?.iter().map(|d| 0.5 * d).collect();
+    // Exactly that fraction, sizes all alike a little larger or smaller.
+    let filled: f64 = radii.iter().map(|r| volume(D, *r)).sum();
+    let factor = (solid_fraction * space / filled).powf(1.0 / D as f64);
+    radii.iter_mut().for_each(|r| *r *= factor);
+    let positions = pack(&container, &radii, random)?;
+    let whole = matches!(body.shape, Shape::Box { .. });
+    let placed = positions.into_iter().zip(radii);
+    Ok(placed.filter(|(x, radius)| whole || holds(&body.shape, x, *radius)).collect())
+}

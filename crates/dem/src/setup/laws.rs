@@ -1,0 +1,312 @@
+//! From the pairs of a case to the laws of a stage.
+
+use std::f64::consts::PI;
+
+use colluvium_case::description::{ObstacleWall, Wall as WallKind};
+use colluvium_case::{Case, CaseError};
+
+use crate::config::{Adhesion, DemOptions, NormalLaw, PairOverride, PairSpec, RollingSpec, TangentialSpec};
+use crate::contact::bond::Beam;
+use crate::contact::capillary::Capillary;
+use crate::contact::cohesion::Cohesion;
+use crate::contact::friction::{Coulomb, ROUGH};
+use crate::contact::hertz::Hertz;
+use crate::contact::jkr::Jkr;
+use crate::contact::linear::Linear;
+use crate::contact::restitution::{clamped_ratio, unclamped_ratio};
+use crate::contact::rolling::Resistance;
+use crate::contact::{Attraction, Law, Normal};
+use crate::grains::Grains;
+use crate::solver::{Kind, Laws};
+
+/// Share of the stable step of a lone undamped contact that no step exceeds (sheet: dem §3.5).
+const LONGEST: f64 = 0.2;
+
+/// Damping ratio of a law.
+fn damping(restitution: Option<f64>, ratio: Option<f64>, clamp: bool) -> f64 {
+    match (restitution, ratio) {
+        (Some(e), _) if e >= 1.0 => 0.0,
+        (Some(e), _) if clamp => clamped_ratio(e),
+        (Some(e), _) => unclamped_ratio(e),
+        (None, ratio) => ratio.unwrap_or(0.0),
+    }
+}
+
+fn resistance(spec: &RollingSpec) -> Resistance {
+    Resistance { friction: spec.friction, stiffness: spec.stiffness_ratio, damping_ratio: spec.damping_ratio }
+}
+
+fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (Normal, bool) {
+    match law {
+        NormalLaw::Linear { stiffness, grain_modulus, restitution, damping_ratio, clamp } => {
+            let linear = Linear {
+                stiffness: stiffness.unwrap_or(0.0),
+                modulus: 2.0 * grain_modulus.unwrap_or(0.0),
+                damping_ratio: damping(*restitution, *damping_ratio, *clamp),
+                across: tangential.stiffness_ratio,
+                damping_ratio_across: tangential.damping_ratio,
+            };
+            (Normal::Linear(linear), *clamp)
+        }
+        NormalLaw::Hertz {
+            youngs_modulus,
+            poissons_ratio,
+            other_youngs_modulus,
+            other_poissons_ratio,
+            restitution,
+            damping_ratio,
+            clamp,
+        } => {
+            let youngs = [*youngs_modulus, other_youngs_modulus.unwrap_or(*youngs_modulus)];
+            let poisson = [*poissons_ratio, other_poissons_ratio.unwrap_or(*poissons_ratio)];
+            let ratio = damping(*restitution, *damping_ratio, false);
+            // Friction is damped as the normal direction is (sheet: dem §2.8).
+            (Normal::Hertz(Hertz::new(youngs, poisson, ratio, ratio)), *clamp)
+        }
+    }
+}
+
+/// The law of a pair for grains up to `largest` (m).
+fn law(pair: &PairSpec, largest: f64, dimension: usize) -> Law {
+    let (normal, clamp) = normal(&pair.normal, &pair.tangential);
+    let friction =
+        pair.friction.map_or(Coulomb { coefficient: 0.0, at_rest: 0.0, reset: pair.tangential.reset }, |f| {
+            Coulomb {
+                coefficient: f.coefficient,
+                at_rest: f.at_rest.unwrap_or(f.coefficient),
+                reset: pair.tangential.reset,
+            }
+        });
+    let attraction = pair.adhesion.as_ref().map(|adhesion| match *adhesion {
+        Adhesion::Cohesive { tension, shear, fragile, new_contacts } => {
+            let stiffness = match &normal {
+                Normal::Linear(linear) => linear.stiffness(0.5 * largest),
+                Normal::Hertz(_) => f64::INFINITY,
+            };
+            let bridge = 2.0 * tension * largest.powi(dimension as i32 - 1) / stiffness;
+            Attraction::Cohesion(Cohesion { tension, shear, fragile, new_contacts, bridge })
+        }
+        Adhesion::Jkr { work_of_adhesion } => {
+            let modulus = match &normal {
+                Normal::Hertz(hertz) => hertz.modulus,
+                Normal::Linear(_) => f64::NAN,
+            };
+            Attraction::Jkr(Jkr { work: work_of_adhesion, modulus })
+        }
+        Adhesion::Capillary { surface_tension, contact_angle, volume_ratio } => {
+            let angle = contact_angle.to_radians();
+            Attraction::Capillary(Capillary {
+                tension: surface_tension * angle.cos(),
+                rupture: 1.0 + 0.5 * angle,
+                volume: volume_ratio,
+            })
+        }
+    });
+    let bond = pair.bond.as_ref().map(|bond| Beam {
+        normal: bond.normal_stiffness,
+        shear: bond.shear_stiffness,
+        radius: bond.radius_factor,
+        moments: bond.moment_factor,
+        tensile_strength: bond.tensile_strength.unwrap_or(f64::INFINITY),
+        cohesion: bond.cohesion.unwrap_or(f64::INFINITY),
+        friction: bond.friction_angle.to_radians().tan(),
+        scatter: bond.scatter,
+        gap: bond.gap,
+    });
+    Law {
+        normal,
+        clamp,
+        friction,
+        rolling: pair.rolling.as_ref().map(resistance),
+        twisting: pair.twisting.as_ref().map(resistance),
+        attraction,
+        bond,
+    }
+}
+
+fn is_between(pair: &[String; 2], a: &str, b: &str) -> bool {
+    (pair[0] == a && pair[1] == b) || (pair[0] == b && pair[1] == a)
+}
+
+/// What a stage changes of a pair.
+fn overridden(pair: &PairSpec, overrides: &[PairOverride]) -> PairSpec {
+    let mut pair = pair.clone();
+    let own =
+        overrides.iter().filter(|change| is_between(&change.between, &pair.between[0], &pair.between[1]));
+    for change in own.cloned().collect::<Vec<_>>() {
+        pair.normal = change.normal.unwrap_or(pair.normal);
+        pair.tangential = change.tangential.unwrap_or(pair.tangential);
+        pair.friction = change.friction.or(pair.friction);
+        pair.rolling = change.rolling.or(pair.rolling);
+    }
+    pair
+}
+
+/// The pair of two unlike kinds that follows from those of like ones (sheet: dem §0).
+fn mixed(a: &Law, b: &Law) -> Option<Law> {
+    let harmonic = |x: f64, y: f64| if x + y > 0.0 { 2.0 * x * y / (x + y) } else { 0.0 };
+    let root = |x: f64, y: f64| (x * y).sqrt();
+    let normal = match (&a.normal, &b.normal) {
+        (Normal::Linear(a), Normal::Linear(b)) if (a.modulus > 0.0) == (b.modulus > 0.0) => {
+            Normal::Linear(Linear {
+                stiffness: harmonic(a.stiffness, b.stiffness),
+                modulus: harmonic(a.modulus, b.modulus),
+                damping_ratio: root(a.damping_ratio, b.damping_ratio),
+                across: 0.5 * (a.across + b.across),
+                damping_ratio_across: root(a.damping_ratio_across, b.damping_ratio_across),
+            })
+        }
+        (Normal::Hertz(a), Normal::Hertz(b)) => Normal::Hertz(Hertz {
+            modulus: harmonic(a.modulus, b.modulus),
+            shear_modulus: harmonic(a.shear_modulus, b.shear_modulus),
+            damping: root(a.damping, b.damping),
+            damping_across: root(a.damping_across, b.damping_across),
+        }),
+        _ => return None,
+    };
+    let smaller = if a.friction.coefficient < b.friction.coefficient { a } else { b };
+    Some(Law { normal, attraction: None, bond: None, rolling: None, twisting: None, ..*smaller })
+}
+
+/// The laws of stage number `stage`.
+pub(super) fn laws<const D: usize, const R: usize>(
+    case: &Case,
+    options: &DemOptions,
+    kinds: &[Kind],
+    grains: &Grains<D, R>,
+    stage: usize,
+) -> Result<Laws, CaseError> {
+    let largest = grains.radii().1;
+    let overrides = case.stages.get(stage).and_then(|stage| options.stages.get(&stage.name));
+    let overrides = overrides.map_or(&[][..], |stage| &stage.pairs);
+    let find = |a: &str, b: &str| options.pairs.iter().find(|pair| is_between(&pair.between, a, b));
+    let own = |a: &str, b: &str| find(a, b).map(|pair| law(&overridden(pair, overrides), largest, D));
+    let mut pairs = Vec::new();
+    for a in kinds {
+        for b in kinds {
+            let found = match own(&a.name, &b.name) {
+                None if options.mix && a.name != b.name => own(&a.name, &a.name)
+                    .zip(own(&b.name, &b.name))
+                    .and_then(|(first, second)| mixed(&first, &second)),
+                found => found,
+            };
+            pairs.push(found.ok_or_else(|| {
+                let mix = if options.mix { "" } else { "; give it, or set mix" };
+                let problem = format!("has no pair between {:?} and {:?}{mix}", a.name, b.name);
+                CaseError::new("methods.dem.pairs", problem)
+            })?);
+        }
+    }
+    let mut walls = Vec::new();
+    for (name, coefficient) in frictions(case) {
+        let mut of_kinds = Vec::new();
+        for (number, kind) in kinds.iter().enumerate() {
+            let like = pairs[number * kinds.len() + number];
+            let mut law = own(&kind.name, name).unwrap_or(Law { attraction: None, bond: None, ..like });
+            let changed = overrides.iter().find(|change| is_between(&change.between, &kind.name, name));
+            let friction = changed.and_then(|change| change.friction);
+            law.friction.coefficient = friction.map_or(coefficient, |friction| friction.coefficient);
+            law.friction.at_rest = friction.and_then(|f| f.at_rest).unwrap_or(law.friction.coefficient);
+            of_kinds.push(law);
+        }
+        walls.push(of_kinds);
+    }
+    let step = steps(&pairs, &walls, grains, kinds.len(), options.step_fraction);
+    let bridge = pairs
+        .iter()
+        .chain(walls.iter().flatten())
+        .map(|law| longest_bridge(law, largest))
+        .fold(0.0, f64::max);
+    Ok(Laws { pairs, walls, step, bridge })
+}
+
+/// Names of boundaries and then obstacles, with their coefficients of friction.
+fn frictions(case: &Case) -> Vec<(&str, f64)> {
+    let walls = case.boundaries.iter().map(|boundary| {
+        let coefficient = match boundary.wall {
+            WallKind::Smooth => 0.0,
+            WallKind::Frictional { friction_coefficient, .. } => friction_coefficient,
+            WallKind::Rough | WallKind::Absorbing { .. } => ROUGH,
+        };
+        (boundary.name(), coefficient)
+    });
+    let obstacles = case.obstacles.iter().map(|obstacle| {
+        let coefficient = match obstacle.wall {
+            ObstacleWall::Smooth => 0.0,
+            ObstacleWall::Frictional { friction_coefficient, .. } => friction_coefficient,
+            ObstacleWall::Rough => ROUGH,
+        };
+        (obstacle.name.as_str(), coefficient)
+    });
+    walls.chain(obstacles).collect()
+}
+
+/// Largest gap (m) that a law bridges, between grains up to radius `largest` (m).
+fn longest_bridge(law: &Law, largest: f64) -> f64 {
+    // At a wall the effective radius is that of the grain.
+    let bridged = law.bridge(crate::contact::STUCK, largest);
+    bridged.max(law.bond.map_or(0.0, |bond| 2.0 * bond.gap * largest))
+}
+
+/// Stable step of the stiffest contact (s), and the one above which none is (sheet: dem §3.5).
+fn steps<const D: usize, const R: usize>(
+    pairs: &[Law],
+    walls: &[Vec<Law>],
+    grains: &Grains<D, R>,
+    kinds: usize,
+    fraction: f64,
+) -> [f64; 2] {
+    // The smallest grain of each kind, as radius and mass.
+    let mut least = vec![(f64::INFINITY, f64::INFINITY); kinds];
+    for i in 0..grains.len() {
+        let kind = grains.kind[i] as usize;
+        if grains.radius[i] < least[kind].0 {
+            least[kind] = (grains.radius[i], grains.mass[i]);
+        }
+    }
+    let held = grains.held.iter().any(|held| *held);
+    let mut limits = [f64::INFINITY; 2];
+    let mut take = |law: &Law, radius: f64, mass: f64, small: f64| {
+        let own = limits_of::<D>(law, radius, mass, small, fraction);
+        limits = [limits[0].min(own[0]), limits[1].min(own[1])];
+    };
+    for a in 0..kinds {
+        if !least[a].0.is_finite() {
+            continue;
+        }
+        for b in 0..kinds {
+            if !least[b].0.is_finite() {
+                continue;
+            }
+            let law = &pairs[a * kinds + b];
+            let ((r, m), (s, n)) = (least[a], least[b]);
+            take(law, r * s / (r + s), if held { m.min(n) } else { m * n / (m + n) }, r.min(s));
+            if held {
+                take(law, r * s / (r + s), m * n / (m + n), r.min(s));
+            }
+        }
+        walls.iter().for_each(|laws| take(&laws[a], least[a].0, least[a].1, least[a].0));
+    }
+    limits
+}
+
+fn limits_of<const D: usize>(law: &Law, radius: f64, mass: f64, small: f64, fraction: f64) -> [f64; 2] {
+    let bond = law.bond.map_or(0.0, |bond| bond.stiffness::<D>(small));
+    match &law.normal {
+        Normal::Linear(linear) => {
+            let frequency = ((linear.stiffness(radius) + bond) / mass).sqrt();
+            [fraction * PI / frequency, LONGEST * 2.0 / frequency]
+        }
+        Normal::Hertz(hertz) => {
+            // Of the Rayleigh wave over the smaller grain, whose moduli follow from both of the contact.
+            let ratio = hertz.modulus / hertz.shear_modulus;
+            let poisson = ((ratio - 4.0) / (ratio - 2.0)).clamp(-0.99, 0.5);
+            let shear = hertz.shear_modulus * 2.0 * (2.0 - poisson);
+            // Two alike have half the mass of one, at a wall it has all of it.
+            let density = mass / (4.0 / 3.0 * PI * small.powi(3)) * if radius < small { 2.0 } else { 1.0 };
+            let rayleigh = PI * small * (density / shear).sqrt() / (0.1631 * poisson + 0.8766);
+            let bonded = if bond > 0.0 { fraction * PI / (bond / mass).sqrt() } else { f64::INFINITY };
+            [(6.0 * fraction * rayleigh).min(bonded), (0.8 * rayleigh).min(12.0 * bonded)]
+        }
+    }
+}

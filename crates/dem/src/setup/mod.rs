@@ -1,0 +1,359 @@
+//! From a case to a solver: refuses what the method cannot honour, by JSON path.
+
+mod fill;
+mod laws;
+mod refuse;
+
+use std::sync::Arc;
+
+use colluvium_case::{Case, CaseError, Plan, Size, Solver, SolverError, spatial};
+use colluvium_points::Surface;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+pub(crate) use refuse::honours;
+
+use crate::cell::PeriodicCell;
+use crate::config::{DemOptions, Fill};
+use crate::contact::{Attraction, STUCK};
+use crate::grains::{Grains, volume};
+use crate::ledger::Ledger;
+use crate::lists::Lists;
+use crate::pairs::Columns;
+use crate::solver::{DemSolver, Kind, Scratch, Since};
+use crate::vector::{dot, minus};
+use crate::walls::{Wall, WallList};
+
+/// Bytes of a grain with its buffers, and of a pair, in space.
+const BYTES_OF_GRAIN: usize = 450;
+const BYTES_OF_PAIR: usize = 60;
+/// Pairs per grain that lists hold, at most about.
+const PAIRS: usize = 10;
+
+/// The options of the case, checked.
+pub(crate) fn options(case: &Case) -> Result<DemOptions, CaseError> {
+    if !case.methods.contains_key("dem") {
+        let problem = "is missing: the discrete element method needs at least its `grains` and `pairs`";
+        return Err(CaseError::new("methods.dem", problem));
+    }
+    let options: DemOptions = case.method_options("dem")?;
+    options
+        .validate(case.dimension())
+        .map_err(|(path, problem)| CaseError::new(format!("methods.dem.{path}"), problem))?;
+    refuse::refuse(case, &options)?;
+    Ok(options)
+}
+
+pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    Ok(match case.dimension() {
+        3 => Box::new(solver::<3, 3>(case)?),
+        _ => Box::new(solver::<2, 1>(case)?),
+    })
+}
+
+pub fn plan(case: &Case) -> Result<Plan, CaseError> {
+    match case.dimension() {
+        3 => measure::<3, 3>(case),
+        _ => measure::<2, 1>(case),
+    }
+}
+
+/// About how large the problem is.
+pub fn size(case: &Case) -> Result<Size, CaseError> {
+    let options = options(case)?;
+    let dimension = case.dimension();
+    let mut points = 0.0;
+    for (number, body) in case.bodies.iter().enumerate() {
+        let kind = &options.grains[&body.material];
+        let fill = fill::of_body(&options, body);
+        points += match (fill, &kind.diameter) {
+            _ if body.points.is_some() => case.points_at(1.0)[number],
+            (Some(Fill::Single) | None, _) | (_, None) => 1.0,
+            (Some(_), Some(sizes)) => {
+                let mean = sizes.mean_power(dimension, dimension as i32);
+                let unit = volume(dimension, 0.5);
+                body.shape.volume(dimension, false) / (unit * mean)
+            }
+        };
+    }
+    let bytes = (BYTES_OF_GRAIN + PAIRS * BYTES_OF_PAIR) as f64;
+    Ok(Size { points, nodes: 0.0, memory: points * bytes, key: "methods.dem.grains" })
+}
+
+fn measure<const D: usize, const R: usize>(case: &Case) -> Result<Plan, CaseError> {
+    let solver = solver::<D, R>(case)?;
+    let time_step = solver.critical_step();
+    let points = solver.grains.len();
+    let mut volumes = vec![0.0; case.bodies.len()];
+    for (body, radius) in solver.grains.body.iter().zip(&solver.grains.radius) {
+        volumes[*body as usize] += volume(D, *radius);
+    }
+    Ok(Plan {
+        points,
+        nodes: 0,
+        steps: (case.end_time() / time_step.dt).ceil() as u64,
+        time_step,
+        memory: (points * (BYTES_OF_GRAIN + PAIRS * BYTES_OF_PAIR)) as u64,
+        volumes,
+        updates_per_second: if D == 3 { 5e6 } else { 1e7 },
+        warnings: refuse::warnings(case, &solver.options),
+    })
+}
+
+/// A solver with its concrete type, at time zero.
+pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D, R>, CaseError> {
+    let options = options(case)?;
+    let kinds: Vec<Kind> = options
+        .grains
+        .iter()
+        .map(|(name, kind)| Kind { name: name.clone(), density: kind.density })
+        .collect();
+    let mut grains = Grains::default();
+    fill::fill(case, &options, &mut grains)?;
+    let standing = case.standing::<D>()?;
+    for body in 0..case.bodies.len() {
+        let of_body = (0..grains.len()).filter(|&i| grains.body[i] as usize == body && !grains.held[i]);
+        let places: Vec<[f64; D]> = of_body.map(|i| grains.position[i]).collect();
+        case.refuse_covered(&standing, body, &places, 0.0)?;
+    }
+    let laws = laws::laws(case, &options, &kinds, &grains, 0)?;
+    let columns =
+        Columns::of(&laws.pairs.iter().chain(laws.walls.iter().flatten()).copied().collect::<Vec<_>>());
+    let mean = 2.0 * grains.radius.iter().sum::<f64>() / grains.len() as f64;
+    let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
+    let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
+    let fastest = grains.velocity.iter().map(|v| dot(v, v)).fold(0.0, f64::max).sqrt();
+    let mut solver = DemSolver {
+        case: Arc::new(case.clone()),
+        skin: options.skin * mean,
+        kinds,
+        laws,
+        columns,
+        grains,
+        cell: PeriodicCell::new(corner(&case.domain.min), corner(&case.domain.max), periodic),
+        lists: Lists::default(),
+        near: WallList::default(),
+        walls: Vec::new(),
+        obstacles: standing.into_iter().map(|obstacle| obstacle.surface).collect(),
+        scratch: Scratch::default(),
+        since: Since::default(),
+        stage: 0,
+        stage_start: 0.0,
+        time: 0.0,
+        step: 0,
+        last: 0.0,
+        fastest,
+        ledger: Ledger::default(),
+        virial: [[[0.0; D]; D]; 2],
+        broken: Vec::new(),
+        options,
+    };
+    solver.walls = walls(&solver, 0);
+    check_step(&solver)?;
+    solver.relist().map_err(|error| CaseError::new("methods.dem", error.to_string()))?;
+    check_overlaps(&solver)?;
+    bond(&mut solver)?;
+    Ok(solver)
+}
+
+/// A step that the case fixes must be one that contacts allow.
+fn check_step<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
+    let Some(step) = solver.options.time_step.filter(|step| *step > solver.laws.step[1]) else {
+        return Ok(());
+    };
+    let problem = format!(
+        "{step} s is larger than {:.4e} s, the longest step of the stiffest contact with its lightest grains; {:.4e} s is taken \
+         where it is left out",
+        solver.laws.step[1], solver.laws.step[0]
+    );
+    Err(CaseError::new("methods.dem.time_step", problem))
+}
+
+/// Grains must not begin deep in each other or in walls.
+fn check_overlaps<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
+    let (g, most) = (&solver.grains, solver.options.initial_overlap);
+    let mut worst: Option<(f64, usize, Option<usize>)> = None;
+    solver.visit(|contact, _, _| {
+        let small =
+            contact.other.map_or(g.radius[contact.grain], |j| g.radius[contact.grain].min(g.radius[j]));
+        let share = contact.overlap / small;
+        if share > most * (1.0 + 1e-9) && worst.is_none_or(|(before, ..)| share > before) {
+            worst = Some((share, contact.grain, contact.other));
+        }
+    });
+    let Some((share, i, other)) = worst else { return Ok(()) };
+    let body = |grain: usize| &solver.case.bodies[g.body[grain] as usize].name;
+    let with = match other {
+        Some(j) => format!("grain {} of body {:?} at {:.4?} m", g.id[j], body(j), g.position[j]),
+        None => "a wall".to_owned(),
+    };
+    let problem = format!(
+        "grain {} at {:.4?} m and {with} overlap by {share:.3} of the smaller radius at the start, more than {most}: fill more \
+         loosely, or raise initial_overlap",
+        g.id[i], g.position[i]
+    );
+    Err(CaseError::new(format!("bodies[{}].shape", g.body[i]), problem))
+}
+
+/// Bonds grains that touch at the start, and sets the cohesion of their contacts.
+fn bond<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) -> Result<(), CaseError> {
+    let wanted = solver.laws.pairs.iter().any(|law| law.bond.is_some());
+    let mut random = ChaCha8Rng::seed_from_u64(solver.options.seed ^ 0xb0d5);
+    let mut shifts = Vec::new();
+    solver.cell.shifts(&mut shifts);
+    let (g, laws, kinds) = (&solver.grains, &solver.laws.pairs, solver.kinds.len());
+    let (mut bonds, mut pairs_of_ids) = (0usize, Vec::new());
+    for (list, pairs) in [&solver.lists.inner, &solver.lists.seam].into_iter().enumerate() {
+        for (i, k) in pairs.firsts() {
+            let j = pairs.other[k] as usize;
+            let law = &laws[g.kind[i] as usize * kinds + g.kind[j] as usize];
+            let code = pairs.image.get(k).map_or(0, |code| *code as usize);
+            let apart = minus(&minus(&g.position[i], &g.position[j]), &shifts[code].0);
+            let gap = dot(&apart, &apart).sqrt() - g.radius[i] - g.radius[j];
+            pairs_of_ids.push((
+                g.id[i].min(g.id[j]),
+                g.id[i].max(g.id[j]),
+                list,
+                k,
+                gap,
+                *law,
+                g.radius[i] + g.radius[j],
+            ));
+        }
+    }
+    // Strengths are drawn in the order of ids.
+    pairs_of_ids.sort_by_key(|pair| (pair.0, pair.1));
+    for (_, _, list, k, gap, law, mean) in pairs_of_ids {
+        let memory = if list == 0 { &mut solver.lists.inner.memory } else { &mut solver.lists.seam.memory };
+        if let Some(beam) = law.bond
+            && gap <= beam.gap * mean
+        {
+            memory.bond[k].strength = strength(beam.scatter, &mut random);
+            bonds += 1;
+        }
+        if let Some(Attraction::Cohesion(_)) = law.attraction
+            && gap < 0.0
+        {
+            memory.state[k] = STUCK;
+        }
+    }
+    if wanted && bonds == 0 {
+        let problem =
+            "no two grains are near enough at the start to be bonded: fill more densely, or raise bond.gap";
+        return Err(CaseError::new("methods.dem.pairs", problem));
+    }
+    Ok(())
+}
+
+/// A factor on strengths of mean 1 and coefficient of variation `scatter`, of a Weibull distribution.
+fn strength(scatter: f64, random: &mut ChaCha8Rng) -> f64 {
+    if scatter == 0.0 {
+        return 1.0;
+    }
+    // The modulus from the coefficient of variation (Justus and Mikhail 1976, within 1 % from 0.1 to 1).
+    let modulus = scatter.powf(-1.086);
+    let draw: f64 = 1.0 - random.random::<f64>();
+    (-draw.ln()).powf(1.0 / modulus) / crate::sizes::gamma(1.0 + 1.0 / modulus)
+}
+
+/// The walls that stand in a stage.
+fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize) -> Vec<Wall<D>> {
+    let case = &solver.case;
+    let wall = |(number, boundary): (usize, &colluvium_case::description::Boundary)| Wall {
+        surface: None,
+        boundary: number,
+        name: boundary.name().to_owned(),
+        axis: boundary.side.axis(),
+        upper: boundary.side.is_max(),
+        position: boundary.position(&case.domain),
+        velocity: boundary.velocity.as_ref().map_or([0.0; D], |v| {
+            let v = spatial(v);
+            std::array::from_fn(|c| v[c])
+        }),
+        laws: solver.laws.walls[number].clone(),
+        reaction: [[0.0; D]; 2],
+    };
+    let obstacle = |(number, surface): (usize, &Arc<dyn Surface<D>>)| Wall {
+        surface: Some(Arc::clone(surface)),
+        boundary: case.boundaries.len() + number,
+        name: case.obstacles[number].name.clone(),
+        axis: 0,
+        upper: false,
+        position: 0.0,
+        velocity: [0.0; D],
+        laws: solver.laws.walls[case.boundaries.len() + number].clone(),
+        reaction: [[0.0; D]; 2],
+    };
+    let obstacles = solver.obstacles.iter().enumerate().map(obstacle);
+    case.active_boundaries(stage).into_iter().map(wall).chain(obstacles).collect()
+}
+
+/// Prepares the solver for its stage, which is `fresh` where it begins with this.
+pub fn enter_stage<const D: usize, const R: usize>(
+    solver: &mut DemSolver<D, R>,
+    fresh: bool,
+) -> Result<(), SolverError> {
+    let (step, time, stage) = (solver.step, solver.time, solver.stage);
+    let failed = |reason: String| SolverError::Step { step, time, reason };
+    let laws = laws::laws(&solver.case, &solver.options, &solver.kinds, &solver.grains, stage);
+    solver.laws = laws.map_err(|error| failed(error.to_string()))?;
+    // Walls keep where they have moved to.
+    let standing = walls(solver, stage);
+    let stands = |wall: &Wall<D>| standing.iter().any(|other| other.boundary == wall.boundary);
+    let mut next = 0;
+    let of_wall = |wall: &Wall<D>| {
+        next += u32::from(stands(wall));
+        if stands(wall) { next - 1 } else { u32::MAX }
+    };
+    let numbers: Vec<u32> = solver.walls.iter().map(of_wall).collect();
+    if numbers.contains(&u32::MAX) {
+        let grains: Vec<u32> = (0..solver.grains.len() as u32).collect();
+        solver.near.forget(&grains, &numbers, solver.columns);
+        solver.walls.retain(stands);
+        solver.since.cell = None;
+    }
+    for wall in &mut solver.walls {
+        wall.laws.clone_from(&solver.laws.walls[wall.boundary]);
+    }
+    check_step(solver).map_err(|error| failed(error.to_string()))?;
+    if !fresh {
+        return Ok(());
+    }
+    remove_bodies(solver);
+    let options = solver.stage_options();
+    if options.reset_contacts {
+        solver.reset_contacts();
+    }
+    if options.agitation > 0.0 {
+        agitate(solver, options.agitation);
+    }
+    solver.ledger.begin_stage();
+    // Walls may be gone, and gaps that contacts bridge may be others.
+    solver.relist()
+}
+
+/// Takes away the grains of bodies that a stage removes.
+fn remove_bodies<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>) {
+    let case = Arc::clone(&solver.case);
+    let gone: Vec<bool> = case.bodies.iter().map(|body| case.is_removed(&body.name, solver.stage)).collect();
+    if solver.grains.body.iter().any(|body| gone[*body as usize]) {
+        solver.keep_grains(|body| !gone[body as usize]);
+    }
+}
+
+/// Adds a random velocity to all grains, drawn in the order of their ids.
+fn agitate<const D: usize, const R: usize>(solver: &mut DemSolver<D, R>, speed: f64) {
+    let mut random = ChaCha8Rng::seed_from_u64(solver.options.seed ^ (solver.stage as u64 + 1) << 32);
+    let g = &mut solver.grains;
+    let mut order: Vec<usize> = (0..g.len()).collect();
+    order.sort_unstable_by_key(|&i| g.id[i]);
+    for i in order {
+        for c in 0..D {
+            let draw = speed * (2.0 * random.random::<f64>() - 1.0);
+            if !g.held[i] {
+                g.velocity[i][c] += draw;
+            }
+        }
+    }
+    solver.fastest = solver.fastest.max(speed * (D as f64).sqrt());
+}

@@ -1,0 +1,219 @@
+//! What DEM refuses of a case, by its path.
+
+use colluvium_case::description::Wall;
+use colluvium_case::json::closest;
+use colluvium_case::{Case, CaseError, Honours, Needs};
+
+use crate::config::{CellControl, DemOptions, Fill, PairSpec};
+
+const SPACES: &str = "dem has disks and spheres: use plane-strain or 3d";
+
+/// What DEM says to the features of a case.
+pub fn honours() -> Honours {
+    Honours::of_points("dem")
+        .takes(&[
+            "domain.origin",
+            "domain.periodic*",
+            "boundaries",
+            "boundaries.name",
+            "boundaries.side=*",
+            "boundaries.position",
+            "boundaries.separation",
+            "boundaries.velocity",
+            "boundaries.wall=rough",
+            "boundaries.wall=smooth",
+            "boundaries.wall=frictional",
+            "obstacles",
+            "obstacles.shape=*",
+            "obstacles.shape.*",
+            "obstacles.wall=rough",
+            "obstacles.wall=smooth",
+            "obstacles.wall=frictional",
+            "obstacles.separation",
+            "measures=reaction",
+            "stages.damping",
+            "measures=dissipation",
+        ])
+        .needs(Needs { materials: false, ..Needs::default() })
+        .refuses("space=1d", SPACES)
+        .refuses("space=axisymmetric", SPACES)
+        .refuses("bodies.rigid", "dem has no rigid bodies: see `held` of its options")
+        .refuses("bodies.drop_outside", "dem has no sides that grains leave by")
+        .refuses("bodies.pore_fluid", "dem has dry grains only")
+        .refuses(
+            "bodies.stress*",
+            "grains begin without forces: let a stage bring the body to rest under its weight",
+        )
+        .takes(&["bodies.stress=none"])
+        .refuses("boundaries.group", "dem has no mesh with groups of nodes")
+        .refuses("boundaries.wall=absorbing", "dem has no absorbing boundaries")
+        .refuses("boundaries.wall.bilateral", "grains can always lift off the walls of dem")
+        .refuses(
+            "obstacles.wall.adhesion",
+            "adhesion of grains is in the pair of their kind and the obstacle: leave it out",
+        )
+        .refuses("loads", "dem cannot apply tractions: use a wall, or a periodic cell that follows a stress")
+        .refuses("patches", "dem has no nodes to prescribe")
+        .refuses("stages.excavate", "dem removes whole bodies only: use remove_bodies")
+        .refuses("stages.weakening*", "grains have no material to weaken: change the pairs of the stage")
+        .refuses("measures=factor-of-safety", "grains have no material whose strength could be reduced")
+}
+
+/// Refuses by name what its options do not go with.
+pub(super) fn refuse(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    names(case, options)?;
+    cells(case, options)
+}
+
+/// The error of a name that is not there.
+fn missing(path: String, name: &str, known: &[&str], what: &str) -> Result<(), CaseError> {
+    let hint = closest(name, known).map_or(String::new(), |k| format!("; did you mean {k:?}?"));
+    Err(CaseError::new(path, format!("{name:?} is not {what}{hint}")))
+}
+
+/// What a pair may be between.
+struct Names<'a> {
+    /// Kinds of grains, and walls.
+    all: &'a [&'a str],
+    walls: &'a [&'a str],
+}
+
+impl Names<'_> {
+    /// The two names of a pair.
+    fn pair(&self, path: &str, between: &[String; 2]) -> Result<(), CaseError> {
+        for (side, name) in between.iter().enumerate() {
+            if !self.all.contains(&name.as_str()) {
+                let path = format!("{path}.between[{side}]");
+                return missing(path, name, self.all, "a kind of grains or a wall");
+            }
+        }
+        if between.iter().all(|name| self.walls.contains(&name.as_str())) {
+            return Err(CaseError::new(format!("{path}.between"), "names two walls"));
+        }
+        Ok(())
+    }
+
+    /// An entry of the options' pairs, which none before repeats.
+    fn options(&self, pairs: &[PairSpec], number: usize) -> Result<(), CaseError> {
+        let (path, pair) = (format!("methods.dem.pairs[{number}]"), &pairs[number]);
+        self.pair(&path, &pair.between)?;
+        let wall = pair.between.iter().any(|name| self.walls.contains(&name.as_str()));
+        if wall && pair.friction.is_some() {
+            let problem = "a wall says its friction in boundaries: leave it out";
+            return Err(CaseError::new(format!("{path}.friction"), problem));
+        }
+        if wall && pair.bond.is_some() {
+            let problem = "grains are not bonded to walls: bond them to held grains";
+            return Err(CaseError::new(format!("{path}.bond"), problem));
+        }
+        let [a, b] = &pair.between;
+        let alike = |other: &[String; 2]| other == &pair.between || (&other[0] == b && &other[1] == a);
+        if pairs[..number].iter().any(|other| alike(&other.between)) {
+            return Err(CaseError::new(format!("{path}.between"), "is given twice"));
+        }
+        Ok(())
+    }
+}
+
+/// Names that must be there.
+fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    let kinds: Vec<&str> = options.grains.keys().map(String::as_str).collect();
+    let mut walls: Vec<&str> =
+        case.boundaries.iter().map(colluvium_case::description::Boundary::name).collect();
+    walls.extend(case.obstacles.iter().map(|obstacle| obstacle.name.as_str()));
+    for (number, body) in case.bodies.iter().enumerate() {
+        if !kinds.contains(&body.material.as_str()) {
+            let path = format!("bodies[{number}].material");
+            return missing(path, &body.material, &kinds, "a kind of methods.dem.grains");
+        }
+    }
+    if let Some(name) = walls.iter().find(|name| kinds.contains(name)) {
+        let problem = format!("{name:?} is the name of a wall too");
+        return Err(CaseError::new(format!("methods.dem.grains.{name}"), problem));
+    }
+    let all: Vec<&str> = kinds.iter().chain(&walls).copied().collect();
+    let all: Names<'_> = Names { all: &all, walls: &walls };
+    for number in 0..options.pairs.len() {
+        all.options(&options.pairs, number)?;
+    }
+    let stages: Vec<&str> = case.stages.iter().map(|stage| stage.name.as_str()).collect();
+    for (name, stage) in &options.stages {
+        if !stages.contains(&name.as_str()) {
+            return missing(format!("methods.dem.stages.{name}"), name, &stages, "the name of a stage");
+        }
+        for (number, pair) in stage.pairs.iter().enumerate() {
+            all.pair(&format!("methods.dem.stages.{name}.pairs[{number}]"), &pair.between)?;
+        }
+    }
+    let bodies: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
+    for name in options.bodies.keys() {
+        if !bodies.contains(&name.as_str()) {
+            return missing(format!("methods.dem.bodies.{name}"), name, &bodies, "the name of a body");
+        }
+    }
+    Ok(())
+}
+
+/// Cells that deform must repeat themselves where they do.
+fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    for (name, stage) in &options.stages {
+        let path = format!("methods.dem.stages.{name}");
+        if stage.grow_until.is_some() && case.domain.periodic.len() < case.dimension() {
+            let problem = "the pressure is that of a cell that is periodic along all axes";
+            return Err(CaseError::new(format!("{path}.grow_until"), problem));
+        }
+        let Some(CellControl { xx, yy, zz, xy, yz, xz, damping }) = stage.cell else { continue };
+        let flat = case.dimension() == 2;
+        for (key, on, axes) in [
+            ("xx", xx.is_some(), [0, 0]),
+            ("yy", yy.is_some(), [1, 1]),
+            ("zz", zz.is_some(), [2, 2]),
+            ("xy", xy.is_some(), [0, 1]),
+            ("yz", yz.is_some(), [1, 2]),
+            ("xz", xz.is_some(), [0, 2]),
+        ] {
+            if !on {
+                continue;
+            }
+            if flat && axes.contains(&2) {
+                return Err(CaseError::new(format!("{path}.cell.{key}"), "the plane has no z"));
+            }
+            if axes.iter().any(|axis| !case.domain.is_periodic(*axis)) {
+                let problem = "the domain is not periodic along its axes, and does not deform";
+                return Err(CaseError::new(format!("{path}.cell.{key}"), problem));
+            }
+        }
+        if let Some(damping) = damping
+            && !(damping.is_finite() && damping >= 0.0)
+        {
+            let problem = format!("{damping} must be finite and not negative");
+            return Err(CaseError::new(format!("{path}.cell.damping"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// What is allowed but worth a word.
+pub(super) fn warnings(case: &Case, options: &DemOptions) -> Vec<String> {
+    let mut warnings = case.warnings();
+    let flat = |wall: &Wall| matches!(wall, Wall::Rough | Wall::Frictional { .. });
+    let resists = options.pairs.iter().any(|pair| pair.rolling.is_some());
+    let falls = case.gravity.iter().any(|g| *g != 0.0);
+    if falls && case.boundaries.iter().any(|boundary| flat(&boundary.wall)) && !resists {
+        warnings.push(
+            "boundaries: single grains roll on a flat wall without end; use a floor of held grains, or rolling resistance"
+                .to_owned(),
+        );
+    }
+    for (name, kind) in &options.grains {
+        let mono = kind.diameter.as_ref().is_some_and(|sizes| sizes.range().1 < 1.2 * sizes.range().0);
+        let lattice = matches!(kind.fill, Some(Fill::Lattice { .. }));
+        if mono && case.dimension() == 2 && !lattice {
+            warnings.push(format!(
+                "methods.dem.grains.{name}.diameter: disks of nearly one size order themselves in crystals; let sizes differ by \
+                 20 % or more"
+            ));
+        }
+    }
+    warnings
+}

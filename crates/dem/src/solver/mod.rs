@@ -1,0 +1,384 @@
+//! The solver: its data and one step (sheet: dem §3.1).
+
+mod control;
+mod relist;
+
+use std::sync::Arc;
+
+use colluvium_case::{Case, SolverError, StepLimit, TimeStep, spatial};
+use colluvium_points::Surface;
+use colluvium_points::surface::Contacts;
+
+use crate::cell::{PeriodicCell, inverse, product};
+use crate::config::{ContactVelocity, DemOptions, GrainStage, LeverArm};
+use crate::contact::{Law, Tally};
+use crate::grains::Grains;
+use crate::ledger::Ledger;
+use crate::lists::Lists;
+use crate::motion::{Drive, Sums, advance, turn};
+use crate::pairs::Columns;
+use crate::sweep::{Scene, Virial};
+use crate::vector::add;
+use crate::walls::{Wall, WallList, WallListView};
+
+/// Overlap over the smaller radius beyond which a run stops (sheet: dem §3.5).
+const DEEPEST: f64 = 0.3;
+
+/// Share of the smallest radius that the fastest grain moves in a step, at most (sheet: dem §3.5).
+const LONGEST_WAY: f64 = 0.1;
+
+/// Limit of a step by the duration of contacts.
+const CONTACT: StepLimit = StepLimit::new("contact");
+
+/// Limit of a step by the way that the fastest grain moves in it.
+const TRAVEL: StepLimit = StepLimit::new("travel");
+
+/// A kind of grains.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kind {
+    /// Name.
+    pub name: String,
+    /// Density of the grains (kg/m³).
+    pub density: f64,
+}
+
+/// The laws of a stage.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Laws {
+    /// Of each pair of kinds, row by row.
+    pub pairs: Vec<Law>,
+    /// Of each kind with each boundary of the case.
+    pub walls: Vec<Vec<Law>>,
+    /// Stable step of contacts (s), and the one above which none is.
+    pub step: [f64; 2],
+    /// Gap that contacts may bridge (m).
+    pub bridge: f64,
+}
+
+/// Buffers of a step.
+#[derive(Default)]
+pub struct Scratch<const D: usize, const R: usize> {
+    pub tallies: Vec<(Tally, Virial<D>)>,
+    pub reactions: Vec<[f64; D]>,
+    pub shifts: Vec<([f64; D], [f64; D])>,
+    pub sums: Vec<Sums<D>>,
+    /// Velocities carried on by half a step.
+    pub velocity: Vec<[f64; D]>,
+    pub spin: Vec<[f64; R]>,
+    /// Facets that a grain touches.
+    pub facets: Contacts<D>,
+}
+
+/// Since the lists were made.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Since<const D: usize> {
+    /// Vectors of the cell then (m).
+    pub cell: Option<[[f64; D]; D]>,
+    /// Largest way of a grain (m).
+    pub moved: f64,
+    /// Way of the fastest wall, and growth of the largest radius (m).
+    pub others: f64,
+}
+
+/// Grains in `D` dimensions with rotations of `R` components.
+pub struct DemSolver<const D: usize, const R: usize> {
+    pub(crate) case: Arc<Case>,
+    pub(crate) options: DemOptions,
+    pub(crate) kinds: Vec<Kind>,
+    pub(crate) laws: Laws,
+    pub(crate) columns: Columns,
+    pub(crate) grains: Grains<D, R>,
+    pub(crate) cell: PeriodicCell<D>,
+    pub(crate) lists: Lists<D, R>,
+    pub(crate) near: WallList<R>,
+    pub(crate) walls: Vec<Wall<D>>,
+    /// Surfaces of the obstacles of the case.
+    pub(crate) obstacles: Vec<Arc<dyn Surface<D>>>,
+    pub(crate) scratch: Scratch<D, R>,
+    pub(crate) since: Since<D>,
+    pub(crate) stage: usize,
+    pub(crate) stage_start: f64,
+    pub(crate) time: f64,
+    pub(crate) step: u64,
+    /// Length of the step before, zero at the start (s).
+    pub(crate) last: f64,
+    /// Speed of the fastest grain (m/s).
+    pub(crate) fastest: f64,
+    pub(crate) ledger: Ledger,
+    /// Stress times volume of the last step (J): contacts, and motion.
+    pub(crate) virial: [Virial<D>; 2],
+    /// Thickness of the skin (m).
+    pub(crate) skin: f64,
+    /// Bonds that broke: time (s) and ids of the grains.
+    pub(crate) broken: Vec<(f64, u32, u32)>,
+}
+
+impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// What the stage says of grains.
+    pub(crate) fn stage_options(&self) -> GrainStage {
+        self.options.stages.get(&self.case.stages[self.stage].name).cloned().unwrap_or_default()
+    }
+
+    /// One step.
+    pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        if self.is_stale() {
+            self.relist()?;
+        }
+        self.follow_motions(dt);
+        self.find_forces();
+        self.check_overlap()?;
+        let change = self.control(dt);
+        self.move_grains(dt, change)?;
+        self.move_boundaries(dt);
+        self.time += dt;
+        self.step += 1;
+        self.last = dt;
+        Ok(())
+    }
+
+    /// Grains of rigid bodies take the velocities that the stage prescribes.
+    fn follow_motions(&mut self, dt: f64) {
+        let case = Arc::clone(&self.case);
+        if !case.bodies.iter().any(|body| body.rigid) {
+            return;
+        }
+        let elapsed = self.time + 0.5 * dt - self.stage_start;
+        let motions = &case.stages[self.stage].motions;
+        for (velocity, body) in self.grains.velocity.iter_mut().zip(&self.grains.body) {
+            let body = &case.bodies[*body as usize];
+            if body.rigid {
+                let motion = motions.iter().find(|motion| motion.of == body.name);
+                let prescribed = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
+                *velocity = std::array::from_fn(|c| prescribed[c].unwrap_or(0.0));
+            }
+        }
+    }
+
+    /// Forces of all contacts, from positions and the velocities half a step behind.
+    pub(crate) fn find_forces(&mut self) {
+        let rate = self.stage_growth();
+        self.place_facets();
+        self.carry_velocities_on();
+        self.cell.shifts(&mut self.scratch.shifts);
+        let slabs = self.lists.slab_count();
+        let Scratch { tallies, reactions, shifts, velocity, spin, .. } = &mut self.scratch;
+        tallies.clear();
+        tallies.resize(slabs + 1, (Tally::default(), [[0.0; D]; D]));
+        reactions.clear();
+        reactions.resize(slabs * self.walls.len(), [0.0; D]);
+        let mut force = std::mem::take(&mut self.grains.force);
+        let mut torque = std::mem::take(&mut self.grains.torque);
+        force.fill([0.0; D]);
+        torque.fill([0.0; R]);
+        let mut inner = std::mem::take(&mut self.lists.inner.memory);
+        let mut seam = std::mem::take(&mut self.lists.seam.memory);
+        let mut scene = Scene::new(&self.grains, &self.laws.pairs, self.kinds.len());
+        (scene.shifts, scene.dt, scene.growth) = (shifts, self.last, rate);
+        scene.radii = self.options.lever_arm == LeverArm::Radius;
+        if self.options.velocity == ContactVelocity::Predicted {
+            (scene.velocity, scene.spin) = (velocity, spin);
+        }
+        scene.contacts(&self.lists, [inner.view(), seam.view()], (&mut force, &mut torque), tallies);
+        let WallList { grain, wall, slabs: of_slabs, memory, facet, .. } = &mut self.near;
+        if !grain.is_empty() {
+            let view = WallListView { grain, wall, slabs: of_slabs, facet };
+            let list = (&view, self.lists.slabs.as_slice());
+            scene.walls(
+                &self.walls,
+                list,
+                memory.view(),
+                (&mut force, &mut torque),
+                &mut tallies[..slabs],
+                reactions,
+            );
+        }
+        self.grains.force = force;
+        self.grains.torque = torque;
+        self.lists.inner.memory = inner;
+        self.lists.seam.memory = seam;
+        self.sum_up();
+    }
+
+    /// Sums of all slabs, in their order.
+    fn sum_up(&mut self) {
+        let (mut tally, mut virial) = (Tally::default(), [[0.0; D]; D]);
+        for (own, part) in &self.scratch.tallies {
+            tally.join(own);
+            for (row, more) in virial.iter_mut().zip(part) {
+                add(row, 1.0, more);
+            }
+        }
+        self.virial[0] = virial;
+        let count = self.walls.len();
+        for (number, wall) in self.walls.iter_mut().enumerate() {
+            let mut force = [0.0; D];
+            self.scratch
+                .reactions
+                .iter()
+                .skip(number)
+                .step_by(count)
+                .for_each(|part| add(&mut force, 1.0, part));
+            wall.reaction[0] = force;
+            add(&mut wall.reaction[1], self.last, &force);
+        }
+        self.ledger.contacts(&tally);
+        if tally.bonds_broken > 0 {
+            self.list_broken();
+        }
+    }
+
+    /// Notes which bonds broke.
+    fn list_broken(&mut self) {
+        for pairs in [&mut self.lists.inner, &mut self.lists.seam] {
+            for i in 0..self.grains.len() {
+                for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
+                    let bond = &mut pairs.memory.bond[k];
+                    if bond.strength < 0.0 {
+                        bond.strength = 0.0;
+                        self.broken.push((
+                            self.time,
+                            self.grains.id[i],
+                            self.grains.id[pairs.other[k] as usize],
+                        ));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Velocities carried on by half a step with the forces of the last one.
+    fn carry_velocities_on(&mut self) {
+        if self.options.velocity != ContactVelocity::Predicted {
+            return;
+        }
+        let gravity = self.gravity_at(0.0);
+        let (half, grains) = (0.5 * self.last, &self.grains);
+        self.scratch.velocity.clone_from(&grains.velocity);
+        self.scratch.spin.clone_from(&grains.spin);
+        for i in (0..grains.len()).filter(|&i| !grains.held[i]) {
+            add(&mut self.scratch.velocity[i], half / grains.mass[i], &grains.force[i]);
+            add(&mut self.scratch.velocity[i], half, &gravity);
+            add(&mut self.scratch.spin[i], half / grains.inertia(i), &grains.torque[i]);
+        }
+    }
+
+    fn check_overlap(&self) -> Result<(), SolverError> {
+        if self.ledger.overlap <= DEEPEST {
+            return Ok(());
+        }
+        let deepest = self.scratch.tallies.iter().find(|(tally, _)| tally.overlap == self.ledger.overlap);
+        let grain = deepest.map_or(0, |(tally, _)| tally.deepest as usize);
+        let reason = format!(
+            "overlaps another grain or a wall by {:.2} of the smaller radius, more than {DEEPEST}: make contacts stiffer or \
+             speeds smaller",
+            self.ledger.overlap
+        );
+        Err(self.failed(grain, reason))
+    }
+
+    /// Gravity `ahead` of now (m/s²).
+    pub(crate) fn gravity_at(&self, ahead: f64) -> [f64; D] {
+        let stage = &self.case.stages[self.stage];
+        let own = self.options.stages.get(&stage.name).and_then(|options| options.gravity.as_ref());
+        let gravity = spatial(own.unwrap_or(&self.case.gravity));
+        let factor = stage.gravity_factor(self.time + ahead - self.stage_start);
+        std::array::from_fn(|c| factor * gravity[c])
+    }
+
+    fn move_grains(&mut self, dt: f64, change: [[f64; D]; D]) -> Result<(), SolverError> {
+        let stage = &self.case.stages[self.stage];
+        let options = self.options.stages.get(&stage.name);
+        let moves = self.cell.is_periodic() && (self.cell.moves() || change != [[0.0; D]; D]);
+        let mut next = self.cell;
+        for (row, more) in next.rate.iter_mut().zip(&change) {
+            add(row, 1.0, more);
+        }
+        let rate = self.cell.rate;
+        next.advance(dt);
+        let carried = self
+            .since
+            .cell
+            .filter(|_| moves)
+            .map(|then| (product(&next.h, &inverse(&then).0), self.cell.origin));
+        let drive = Drive {
+            dt,
+            last: self.last,
+            gravity: self.gravity_at(0.0),
+            damping: stage.damping_of_axes(),
+            form: options.map_or_else(Default::default, |options| options.damping_form),
+            viscous: stage.rayleigh_damping,
+            rate: moves.then_some(rate),
+            carried,
+            change: moves.then_some((change, self.cell.origin)),
+        };
+        let sums = advance(&mut self.grains, &drive, &mut self.scratch.sums);
+        if let Some(grain) = sums.lost {
+            return Err(self.failed(grain as usize, "its place or velocity is not finite".to_owned()));
+        }
+        for (orientation, spin) in self.grains.orientation.iter_mut().zip(&self.grains.spin) {
+            turn(orientation, spin, dt);
+        }
+        let kick = 0.5 * (self.last + dt);
+        self.ledger.grains(&sums, 0.5 * self.last / kick);
+        self.virial[1] = sums.stream.map(|row| row.map(|value| -value));
+        self.fastest = sums.fastest.sqrt();
+        self.since.moved = sums.moved.sqrt();
+        self.cell = next;
+        self.grow(dt);
+        Ok(())
+    }
+
+    fn move_boundaries(&mut self, dt: f64) {
+        let mut fastest = 0.0f64;
+        for wall in &mut self.walls {
+            let speed = wall.velocity[wall.axis];
+            wall.position += speed * dt;
+            fastest = fastest.max(speed.abs());
+        }
+        self.since.others += fastest * dt;
+    }
+
+    fn stage_growth(&self) -> f64 {
+        let Some(options) = self.options.stages.get(&self.case.stages[self.stage].name) else { return 0.0 };
+        let stops = options.growth != 0.0 && options.grow_until.is_some_and(|most| self.pressure() >= most);
+        if stops { 0.0 } else { options.growth }
+    }
+
+    /// Radii grow, masses with them.
+    fn grow(&mut self, dt: f64) {
+        let rate = self.stage_growth();
+        if rate == 0.0 {
+            return;
+        }
+        let factor = 1.0 + rate * dt;
+        let Grains { radius, mass, held, .. } = &mut self.grains;
+        for ((radius, mass), _) in radius.iter_mut().zip(mass).zip(held).filter(|(_, held)| !**held) {
+            *radius *= factor;
+            *mass *= factor.powi(D as i32);
+        }
+        self.since.others += 2.0 * rate.abs() * dt * self.grains.radii().1;
+    }
+
+    pub(crate) fn failed(&self, grain: usize, reason: String) -> SolverError {
+        SolverError::Point {
+            step: self.step,
+            time: self.time,
+            point: u64::from(self.grains.id.get(grain).copied().unwrap_or(0)),
+            position: self.grains.position.get(grain).map_or([0.0; 3], |x| spatial(x)),
+            reason,
+        }
+    }
+
+    /// The largest step from here (sheet: dem §3.5).
+    pub(crate) fn critical_step(&self) -> TimeStep {
+        let least = self.grains.radii().0;
+        let way = if self.fastest > 0.0 { LONGEST_WAY * least / self.fastest } else { f64::INFINITY };
+        let of_contacts = self.options.time_step.unwrap_or(self.laws.step[0]);
+        let (dt, limit) = match (way < of_contacts, self.options.time_step) {
+            (true, _) => (way, TRAVEL),
+            (false, Some(_)) => (of_contacts, StepLimit::FIXED),
+            (false, None) => (of_contacts, CONTACT),
+        };
+        TimeStep { dt, limit, point: None, position: [0.0; 3] }
+    }
+}

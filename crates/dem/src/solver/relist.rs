@@ -1,0 +1,137 @@
+//! When lists are made anew, and how.
+
+use colluvium_case::SolverError;
+
+use super::DemSolver;
+use crate::cell::{apply, inverse, product};
+use crate::lists::{ListError, Reach};
+use crate::sweep::Scene;
+use crate::vector::minus;
+
+impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// Gap up to which pairs are listed (m).
+    pub(crate) fn gap(&self) -> f64 {
+        self.skin + self.laws.bridge
+    }
+
+    /// Whether a pair may have come near that is not listed (sheet: dem §3.2).
+    pub(crate) fn is_stale(&self) -> bool {
+        let Some(then) = self.since.cell else { return true };
+        let mut strain = 0.0;
+        if self.cell.is_periodic() && then != self.cell.h {
+            let map = product(&self.cell.h, &inverse(&then).0);
+            for (i, row) in map.iter().enumerate() {
+                for (j, value) in row.iter().enumerate() {
+                    strain += (value - f64::from(u8::from(i == j))).powi(2);
+                }
+            }
+        }
+        let reach = 2.0 * self.grains.radii().1 + self.gap();
+        2.0 * self.since.moved + strain.sqrt() * reach + self.since.others > self.skin
+    }
+
+    /// Sorts grains and lists pairs and grains near walls.
+    pub(crate) fn relist(&mut self) -> Result<(), SolverError> {
+        self.cell.reduce();
+        self.wrap()?;
+        let reach = Reach { gap: self.gap(), radius: self.grains.radii().1 };
+        self.near.carry(&self.grains.id, self.columns);
+        let built = self.lists.build(&mut self.grains, &self.cell, reach, self.columns);
+        built.map_err(|error| self.unlisted(&error))?;
+        let scene = Scene::new(&self.grains, &self.laws.pairs, self.kinds.len());
+        let (gap, slabs) = (self.gap(), &self.lists.slabs);
+        self.near.build(&scene, &self.grains.id, &self.walls, gap, slabs, self.columns);
+        self.place_facets();
+        self.since = super::Since { cell: Some(self.cell.h), moved: 0.0, others: 0.0 };
+        Ok(())
+    }
+
+    /// Finds the facets of obstacles that grains touch where they are.
+    pub(crate) fn place_facets(&mut self) {
+        if !self.near.key.is_empty() {
+            let (grains, bridge) = (&self.grains, self.laws.bridge);
+            let found = &mut self.scratch.facets;
+            self.near.place(&self.walls, &grains.position, &grains.radius, bridge, found);
+        }
+    }
+
+    /// Brings grains back into a periodic cell; stops at those that have left it elsewhere.
+    fn wrap(&mut self) -> Result<(), SolverError> {
+        let (unit, _) = inverse(&self.cell.h);
+        let cell = self.cell;
+        for i in 0..self.grains.len() {
+            let s = cell.reduced(&unit, &self.grains.position[i]);
+            let mut steps = [0; D];
+            for axis in 0..D {
+                let place = s[axis].floor();
+                if place == 0.0 {
+                    continue;
+                }
+                if !cell.periodic[axis] {
+                    if !self.grains.held[i] && !(-1e-9..=1.0 + 1e-9).contains(&s[axis]) {
+                        let reason = "has left the domain: make it larger, or put a wall there".to_owned();
+                        return Err(self.failed(i, reason));
+                    }
+                    continue;
+                }
+                steps[axis] = place as i32;
+            }
+            if steps == [0; D] {
+                continue;
+            }
+            let shift = cell.shift(&steps);
+            let jump = apply(&cell.rate, &shift);
+            let g = &mut self.grains;
+            let before = crate::vector::dot(&g.velocity[i], &g.velocity[i]);
+            g.position[i] = minus(&g.position[i], &shift);
+            g.origin[i] = minus(&g.origin[i], &shift);
+            g.velocity[i] = minus(&g.velocity[i], &jump);
+            if !g.held[i] {
+                let after = crate::vector::dot(&g.velocity[i], &g.velocity[i]);
+                self.ledger.boundary += 0.5 * g.mass[i] * (after - before);
+            }
+        }
+        Ok(())
+    }
+
+    fn unlisted(&self, error: &ListError) -> SolverError {
+        let reason = match error {
+            ListError::Search(error) => error.to_string(),
+            ListError::Narrow(axis, width, reach) => format!(
+                "the periodic cell is {width:.4e} m wide along axis {axis}, less than twice {reach:.4e} m, the reach of a \
+                 grain: two grains would meet twice"
+            ),
+            ListError::Stretched(grain) => {
+                format!(
+                    "a bond of grain {grain} is longer than the skin: give it a tensile_strength that it can reach"
+                )
+            }
+        };
+        SolverError::Step { step: self.step, time: self.time, reason }
+    }
+}
+
+impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// Sets the springs across all contacts to zero.
+    pub(crate) fn reset_contacts(&mut self) {
+        for memory in [&mut self.lists.inner.memory, &mut self.lists.seam.memory, &mut self.near.memory] {
+            memory.slide.fill([0.0; R]);
+            memory.roll.fill([0.0; R]);
+            memory.twist.fill(0.0);
+        }
+    }
+
+    /// Keeps the grains of some bodies; contacts of the others are forgotten.
+    pub(crate) fn keep_grains(&mut self, keep: impl Fn(u32) -> bool) {
+        let kept: Vec<bool> = self.grains.body.iter().map(|body| keep(*body)).collect();
+        let mut place = vec![u32::MAX; kept.len()];
+        for (next, (old, _)) in (0u32..).zip(kept.iter().enumerate().filter(|(_, kept)| **kept)) {
+            place[old] = next;
+        }
+        self.lists.forget(&place, self.columns);
+        let walls: Vec<u32> = (0..self.walls.len() as u32).collect();
+        self.near.forget(&place, &walls, self.columns);
+        self.grains.retain(|i| kept[i]);
+        self.since.cell = None;
+    }
+}

@@ -1,0 +1,234 @@
+//! Random packings: grains at random places grow to their sizes while overlaps are pushed apart (radius expansion; sheet:
+//! dem §3.8.6).
+
+use colluvium_points::NeighbourList;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use crate::vector::{dot, minus};
+
+/// Share of the final radii with which grains begin.
+const FIRST: f64 = 0.6;
+/// Steps of growth.
+const GROWTH: usize = 40;
+/// Pushes apart in each of them, and in the last.
+const PUSHES: usize = 60;
+const LAST_PUSHES: usize = 20_000;
+/// Overlap over the smaller radius that is let be.
+const SLACK: f64 = 0.01;
+/// Solid fractions that no packing exceeds (sheet: dem §0; disks of several sizes may be denser).
+const DENSEST: [f64; 2] = [0.9069, 0.7405];
+
+/// A box that grains are packed in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Container<const D: usize> {
+    /// Lower corner (m).
+    pub low: [f64; D],
+    /// Upper corner (m).
+    pub high: [f64; D],
+    /// Axes along which it repeats itself.
+    pub periodic: [bool; D],
+}
+
+impl<const D: usize> Container<D> {
+    fn width(&self, axis: usize) -> f64 {
+        self.high[axis] - self.low[axis]
+    }
+
+    /// The shortest way from one place to another, over the periods (m).
+    fn apart(&self, a: &[f64; D], b: &[f64; D]) -> [f64; D] {
+        let mut apart = minus(a, b);
+        for c in 0..D {
+            if self.periodic[c] {
+                apart[c] -= self.width(c) * (apart[c] / self.width(c)).round();
+            }
+        }
+        apart
+    }
+
+    /// Brings a place back into the box, a ball of that radius within its walls.
+    fn keep(&self, x: &mut [f64; D], radius: f64) {
+        for c in 0..D {
+            if self.periodic[c] {
+                x[c] -= self.width(c) * ((x[c] - self.low[c]) / self.width(c)).floor();
+            } else {
+                x[c] = x[c].max(self.low[c] + radius).min(self.high[c] - radius);
+            }
+        }
+    }
+}
+
+/// Places for balls of these radii (m), overlaps at most 1 % of the smaller radius.
+///
+/// # Errors
+/// When they do not fit, with what is left of overlaps.
+pub fn pack<const D: usize>(
+    container: &Container<D>,
+    radii: &[f64],
+    random: &mut ChaCha8Rng,
+) -> Result<Vec<[f64; D]>, String> {
+    let largest = radii.iter().copied().fold(0.0, f64::max);
+    if let Some(axis) = (0..D).find(|&axis| container.width(axis) < 4.0 * largest) {
+        return Err(format!(
+            "is {} m wide along axis {axis}, less than two of the largest grains",
+            container.width(axis)
+        ));
+    }
+    let space: f64 = (0..D).map(|axis| container.width(axis)).product();
+    let fraction = radii.iter().map(|r| crate::grains::volume(D, *r)).sum::<f64>() / space;
+    let spread = largest / radii.iter().copied().fold(f64::INFINITY, f64::min);
+    if fraction >= 1.0 || (spread < 1.01 && fraction > DENSEST[D - 2]) {
+        return Err(format!("a solid fraction of {fraction:.4} is more than any packing has"));
+    }
+    let mut positions: Vec<[f64; D]> = radii
+        .iter()
+        .map(|radius| {
+            let mut x =
+                std::array::from_fn(|c| container.low[c] + container.width(c) * random.random::<f64>());
+            container.keep(&mut x, *radius);
+            x
+        })
+        .collect();
+    let mut deepest = 0.0;
+    for step in 0..=GROWTH {
+        let scale = FIRST + (1.0 - FIRST) * step as f64 / GROWTH as f64;
+        let pushes = if step == GROWTH { LAST_PUSHES } else { PUSHES };
+        deepest = push_apart(container, &mut positions, radii, scale, pushes)?;
+    }
+    if deepest > SLACK {
+        return Err(format!(
+            "a solid fraction of {fraction:.4} leaves overlaps of {deepest:.3} of the smaller radius: ask for less, and compact \
+             the body in a stage"
+        ));
+    }
+    Ok(positions)
+}
+
+/// Pushes overlaps apart, half by each grain, up to `pushes` times; the largest that is left over the smaller radius.
+fn push_apart<const D: usize>(
+    container: &Container<D>,
+    positions: &mut [[f64; D]],
+    radii: &[f64],
+    scale: f64,
+    pushes: usize,
+) -> Result<f64, String> {
+    let largest = radii.iter().copied().fold(0.0, f64::max);
+    let skin = 0.4 * largest;
+    let mut pairs: Vec<(u32, u32)> = Vec::new();
+    let mut listed: Vec<[f64; D]> = Vec::new();
+    let (mut shifts, mut deepest) = (vec![[0.0; D]; positions.len()], f64::INFINITY);
+    for _ in 0..pushes {
+        let moved = |listed: &[[f64; D]]| {
+            let way = |(x, y): (&[f64; D], &[f64; D])| {
+                let way = container.apart(x, y);
+                dot(&way, &way)
+            };
+            positions.iter().zip(listed).map(way).fold(0.0, f64::max).sqrt()
+        };
+        if listed.is_empty() || 2.0 * moved(&listed) > skin {
+            list(container, positions, 2.0 * largest * scale + skin, &mut pairs)?;
+            listed = positions.to_vec();
+        }
+        shifts.fill([0.0; D]);
+        deepest = 0.0f64;
+        for &(i, j) in &pairs {
+            let (i, j) = (i as usize, j as usize);
+            let apart = container.apart(&positions[i], &positions[j]);
+            let distance = dot(&apart, &apart).sqrt();
+            let overlap = scale * (radii[i] + radii[j]) - distance;
+            if overlap <= 0.0 {
+                continue;
+            }
+            deepest = deepest.max(overlap / (scale * radii[i].min(radii[j])));
+            // A little more than half each, so that few pushes are needed.
+            let share = 0.55 * overlap / distance.max(1e-9 * largest);
+            for c in 0..D {
+                shifts[i][c] += share * apart[c];
+                shifts[j][c] -= share * apart[c];
+            }
+        }
+        if deepest <= 0.9 * SLACK {
+            break;
+        }
+        for ((x, shift), radius) in positions.iter_mut().zip(&shifts).zip(radii) {
+            for c in 0..D {
+                x[c] += shift[c];
+            }
+            container.keep(x, scale * radius);
+        }
+    }
+    Ok(deepest)
+}
+
+/// Lists pairs within `reach` (m), over the periods.
+fn list<const D: usize>(
+    container: &Container<D>,
+    positions: &[[f64; D]],
+    reach: f64,
+    pairs: &mut Vec<(u32, u32)>,
+) -> Result<(), String> {
+    // Images beside the sides stand for what is beyond.
+    let (mut all, mut source) = (positions.to_vec(), (0..positions.len() as u32).collect::<Vec<u32>>());
+    for axis in (0..D).filter(|&axis| container.periodic[axis]) {
+        for k in 0..all.len() {
+            for (near, shift) in [
+                (all[k][axis] < container.low[axis] + reach, container.width(axis)),
+                (all[k][axis] > container.high[axis] - reach, -container.width(axis)),
+            ] {
+                if near {
+                    let mut image = all[k];
+                    image[axis] += shift;
+                    all.push(image);
+                    source.push(source[k]);
+                }
+            }
+        }
+    }
+    let mut near = NeighbourList::new();
+    near.build_first(&all, positions.len(), reach).map_err(|error| error.to_string())?;
+    pairs.clear();
+    for i in 0..positions.len() {
+        let others = near.of(i).iter().map(|&j| source[j as usize]).filter(|&j| j > i as u32);
+        pairs.extend(others.map(|j| (i as u32, j)));
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    #[test]
+    fn a_packing_has_its_fraction_without_overlaps() {
+        let container = Container { low: [0.0; 2], high: [20.0, 20.0], periodic: [true, false] };
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let radii: Vec<f64> = (0..360).map(|_| 0.4 + 0.2 * random.random::<f64>()).collect();
+        let fraction: f64 = radii.iter().map(|r| std::f64::consts::PI * r * r).sum::<f64>() / 400.0;
+        assert!(fraction > 0.68);
+        let positions = pack(&container, &radii, &mut random).unwrap();
+        for i in 0..positions.len() {
+            assert!(positions[i][1] > radii[i] - 1e-9 && positions[i][1] < 20.0 - radii[i] + 1e-9);
+            for j in 0..i {
+                let apart = container.apart(&positions[i], &positions[j]);
+                let overlap = radii[i] + radii[j] - dot(&apart, &apart).sqrt();
+                assert!(overlap <= 0.011 * radii[i].min(radii[j]), "{i} {j} {overlap}");
+            }
+        }
+        let again = ChaCha8Rng::seed_from_u64(5);
+        let mut again = again;
+        let radii: Vec<f64> = (0..360).map(|_| 0.4 + 0.2 * again.random::<f64>()).collect();
+        assert_eq!(pack(&container, &radii, &mut again).unwrap(), positions);
+    }
+
+    #[test]
+    fn too_dense_a_packing_is_refused() {
+        let container = Container { low: [0.0; 3], high: [10.0; 3], periodic: [true; 3] };
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let error = pack(&container, &[0.5; 1430], &mut random).unwrap_err();
+        assert!(error.contains("0.7487"), "{error}");
+    }
+}

@@ -1,0 +1,333 @@
+//! Forces of all contacts: slabs of one parity side by side, then those of the other, then the seam. Every grain receives
+//! its forces in an order that the lists fix.
+
+use std::ops::Range;
+
+use crate::contact::{APART, Law, Memory, Push, Tally, Touch, act, end};
+use crate::grains::Grains;
+use crate::lists::Lists;
+use crate::pairs::{MemoriesMut, Pairs};
+use crate::vector::{across, add, dot, minus, moment, spread, times, turned};
+
+/// What contacts see.
+pub struct Scene<'a, const D: usize, const R: usize> {
+    /// Positions (m).
+    pub position: &'a [[f64; D]],
+    /// Velocities to find forces with (m/s).
+    pub velocity: &'a [[f64; D]],
+    /// Angular velocities (rad/s).
+    pub spin: &'a [[f64; R]],
+    /// Radii (m).
+    pub radius: &'a [f64],
+    /// Masses (kg).
+    pub mass: &'a [f64],
+    /// Whether a grain is held.
+    pub held: &'a [bool],
+    /// Kinds.
+    pub kind: &'a [u32],
+    /// Laws of each pair of kinds, row by row.
+    pub laws: &'a [Law],
+    /// Number of kinds.
+    pub kinds: usize,
+    /// Shift and velocity of each image.
+    pub shifts: &'a [([f64; D], [f64; D])],
+    /// Time since the last forces (s).
+    pub dt: f64,
+    /// Whether lever arms are radii.
+    pub radii: bool,
+    /// Rate at which radii grow (1/s).
+    pub growth: f64,
+}
+
+/// A stress times volume, row by row (J).
+pub type Virial<const D: usize> = [[f64; D]; D];
+
+/// What contacts change.
+pub struct Shares<'a, const D: usize, const R: usize> {
+    /// First grain of what follows.
+    pub first: usize,
+    /// Forces (N).
+    pub force: &'a mut [[f64; D]],
+    /// Moments (N m).
+    pub torque: &'a mut [[f64; R]],
+    /// First pair of the memories.
+    pub pair: usize,
+    /// What contacts remember.
+    pub memory: MemoriesMut<'a, R>,
+    /// First slab of the sums.
+    pub slab: usize,
+    /// Sums of each slab.
+    pub tallies: &'a mut [(Tally, Virial<D>)],
+}
+
+impl<'a, const D: usize, const R: usize> Shares<'a, D, R> {
+    /// Parts before and from these grains, pairs and slabs on.
+    fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
+        let (force, more_force) = self.force.split_at_mut(grain - self.first);
+        let (torque, more_torque) = self.torque.split_at_mut(grain - self.first);
+        let (memory, more_memory) = self.memory.split_at(pair - self.pair);
+        let (tallies, more_tallies) = self.tallies.split_at_mut(slab - self.slab);
+        (
+            Self { force, torque, memory, tallies, ..self },
+            Self {
+                first: grain,
+                force: more_force,
+                torque: more_torque,
+                pair,
+                memory: more_memory,
+                slab,
+                tallies: more_tallies,
+            },
+        )
+    }
+}
+
+impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
+    /// Of these grains, without laws yet.
+    pub fn new(grains: &'a Grains<D, R>, laws: &'a [Law], kinds: usize) -> Self {
+        Self {
+            position: &grains.position,
+            velocity: &grains.velocity,
+            spin: &grains.spin,
+            radius: &grains.radius,
+            mass: &grains.mass,
+            held: &grains.held,
+            kind: &grains.kind,
+            laws,
+            kinds,
+            shifts: &[],
+            dt: 0.0,
+            radii: false,
+            growth: 0.0,
+        }
+    }
+
+    /// The law between two grains.
+    #[inline]
+    pub fn law(&self, i: usize, j: usize) -> &'a Law {
+        &self.laws[self.kind[i] as usize * self.kinds + self.kind[j] as usize]
+    }
+
+    /// Effective mass of two grains (kg); what is held moves like a wall.
+    #[inline]
+    fn mass_of(&self, i: usize, j: usize) -> f64 {
+        match (self.held[i], self.held[j]) {
+            (false, false) => self.mass[i] * self.mass[j] / (self.mass[i] + self.mass[j]),
+            (true, _) => self.mass[j],
+            (_, true) => self.mass[i],
+        }
+    }
+
+    /// What grain `i` and image `code` of grain `j` see of each other, at a distance, and their lever arms (m).
+    #[inline]
+    pub fn touch(
+        &self,
+        i: usize,
+        j: usize,
+        apart: &[f64; D],
+        distance: f64,
+        code: usize,
+    ) -> (Touch<D, R>, [f64; 2]) {
+        let (a, b) = (self.radius[i], self.radius[j]);
+        let sum = a + b;
+        let normal = times(1.0 / distance, apart);
+        let arms = if self.radii {
+            [a, b]
+        } else {
+            let arm = a / sum * distance;
+            [arm, distance - arm]
+        };
+        let mut relative = minus(&self.velocity[i], &self.velocity[j]);
+        if code > 0 {
+            relative = minus(&relative, &self.shifts[code].1);
+        }
+        let (one, two) = (&self.spin[i], &self.spin[j]);
+        let both: [f64; R] = std::array::from_fn(|c| arms[0] * one[c] + arms[1] * two[c]);
+        let rolling = turned(&both, &normal);
+        let mut sliding: [f64; R] = across(&relative, &normal);
+        for c in 0..R {
+            sliding[c] -= rolling[c];
+        }
+        let mean: [f64; R] = std::array::from_fn(|c| 0.5 * (one[c] + two[c]));
+        let touch = Touch {
+            overlap: sum - distance,
+            normal,
+            separation: dot(&relative, &normal),
+            sliding,
+            turning: minus(one, two),
+            spin: crate::vector::along(&mean, &normal),
+            mass: self.mass_of(i, j),
+            radius: a * b / sum,
+            small: a.min(b),
+        };
+        (touch, arms)
+    }
+
+    /// Forces of the pairs of some grains. What other grains get is in `shares` too.
+    fn rows(&self, pairs: &Pairs<R>, rows: Range<usize>, shares: &mut Shares<'_, D, R>, slab: usize) {
+        let (mut tally, mut virial) = shares.tallies[slab - shares.slab];
+        let periodic = !pairs.image.is_empty();
+        for i in rows {
+            let ends = pairs.starts[i] as usize..pairs.starts[i + 1] as usize;
+            if ends.is_empty() {
+                continue;
+            }
+            let (x, r) = (self.position[i], self.radius[i]);
+            let (mut force, mut torque) = ([0.0; D], [0.0; R]);
+            for k in ends {
+                let j = pairs.other[k] as usize;
+                let code = if periodic { pairs.image[k] as usize } else { 0 };
+                let mut apart = minus(&x, &self.position[j]);
+                if code > 0 {
+                    apart = minus(&apart, &self.shifts[code].0);
+                }
+                let (square, sum) = (dot(&apart, &apart), r + self.radius[j]);
+                let slot = k - shares.pair;
+                let bonded = !shares.memory.bond.is_empty() && shares.memory.bond[slot].holds();
+                if square >= sum * sum && shares.memory.state[slot] == APART && !bonded {
+                    continue;
+                }
+                let (touch, arms) = self.touch(i, j, &apart, square.sqrt(), code);
+                let Some(push) = self.push(self.law(i, j), &touch, slot, bonded, shares, &mut tally) else {
+                    continue;
+                };
+                let mut on = spread(&push.across, &touch.normal);
+                add(&mut on, push.normal, &touch.normal);
+                let twisted = moment(&touch.normal, &push.across);
+                add(&mut force, 1.0, &on);
+                add(&mut torque, -arms[0], &twisted);
+                add(&mut torque, 1.0, &push.moment);
+                add(&mut shares.force[j - shares.first], -1.0, &on);
+                add(&mut shares.torque[j - shares.first], -arms[1], &twisted);
+                add(&mut shares.torque[j - shares.first], -1.0, &push.moment);
+                for a in 0..D {
+                    for b in 0..D {
+                        virial[a][b] -= on[a] * apart[b];
+                    }
+                }
+                tally.boundary += push.normal * self.growth * sum * self.dt;
+                if code > 0 {
+                    tally.boundary += dot(&on, &self.shifts[code].1) * self.dt;
+                }
+                count(&mut tally, &touch, &on, i);
+            }
+            add(&mut shares.force[i - shares.first], 1.0, &force);
+            add(&mut shares.torque[i - shares.first], 1.0, &torque);
+        }
+        shares.tallies[slab - shares.slab] = (tally, virial);
+    }
+
+    /// What two grains that touch, or are bonded, do to each other; `None` where they do neither.
+    #[inline]
+    fn push(
+        &self,
+        law: &Law,
+        touch: &Touch<D, R>,
+        slot: usize,
+        bonded: bool,
+        shares: &mut Shares<'_, D, R>,
+        tally: &mut Tally,
+    ) -> Option<Push<R>> {
+        let state = shares.memory.state[slot];
+        let mut memory = shares.memory.get(slot);
+        let meets = touch.overlap > 0.0 || touch.overlap > -law.bridge(state, touch.radius);
+        let mut push = Push { normal: 0.0, across: [0.0; R], moment: [0.0; R] };
+        if meets {
+            push = act(law, touch, &mut memory, self.dt, tally);
+            shares.memory.set(slot, &memory);
+        } else if state != APART {
+            end(law, touch, &mut memory, self.dt, tally);
+            shares.memory.set(slot, &memory);
+        }
+        if bonded {
+            law.bonded(touch, &mut shares.memory.bond[slot], &mut push, self.dt, tally);
+        }
+        (meets || bonded).then_some(push)
+    }
+
+    /// Slabs of one parity, those of `groups`: group `g` is slab `2 g + parity` with the one after.
+    fn colour(&self, lists: &Lists<D, R>, groups: Range<usize>, parity: usize, mut shares: Shares<'_, D, R>) {
+        if groups.len() > 1 {
+            let middle = groups.start + groups.len() / 2;
+            let slab = 2 * middle + parity;
+            let grain = lists.slabs[slab] as usize;
+            let (left, right) = shares.split_at(grain, lists.inner.starts[grain] as usize, slab);
+            rayon::join(
+                || self.colour(lists, groups.start..middle, parity, left),
+                || self.colour(lists, middle..groups.end, parity, right),
+            );
+        } else if let Some(group) = groups.into_iter().next() {
+            let slab = 2 * group + parity;
+            let rows = lists.slabs[slab] as usize..lists.slabs[slab + 1] as usize;
+            self.rows(&lists.inner, rows, &mut shares, slab);
+        }
+    }
+
+    /// Forces of all pairs. `memories` are those of the inner list and of the seam; `tallies` one per slab and one for the
+    /// seam, to which sums are added.
+    pub fn contacts(
+        &self,
+        lists: &Lists<D, R>,
+        memories: [MemoriesMut<'_, R>; 2],
+        (force, torque): (&mut [[f64; D]], &mut [[f64; R]]),
+        tallies: &mut [(Tally, Virial<D>)],
+    ) {
+        let [mut inner, seam] = memories;
+        let slabs = lists.slab_count();
+        let (of_slabs, of_seam) = tallies.split_at_mut(slabs);
+        for parity in 0..2 {
+            let groups = 0..(slabs + 1 - parity) / 2;
+            let shares = Shares {
+                first: 0,
+                force: &mut *force,
+                torque: &mut *torque,
+                pair: 0,
+                memory: inner.again(),
+                slab: 0,
+                tallies: &mut *of_slabs,
+            };
+            self.colour(lists, groups, parity, shares);
+        }
+        if !lists.seam.other.is_empty() {
+            let mut shares =
+                Shares { first: 0, force, torque, pair: 0, memory: seam, slab: 0, tallies: of_seam };
+            self.rows(&lists.seam, 0..self.position.len(), &mut shares, 0);
+        }
+    }
+}
+
+/// Counts a contact and its force.
+#[inline]
+pub fn count<const D: usize, const R: usize>(
+    tally: &mut Tally,
+    touch: &Touch<D, R>,
+    force: &[f64; D],
+    grain: usize,
+) {
+    tally.contacts += 1;
+    tally.squares += dot(force, force);
+    let ratio = touch.overlap / touch.small;
+    if ratio > tally.overlap {
+        (tally.overlap, tally.deepest) = (ratio, grain as u32);
+    }
+}
+
+/// A contact as it is, without going on.
+pub fn look<const D: usize, const R: usize>(
+    law: &Law,
+    touch: &Touch<D, R>,
+    mut memory: Memory<R>,
+    bond: Option<&crate::contact::bond::Bond<R>>,
+) -> Option<(Push<R>, Tally)> {
+    let mut tally = Tally::default();
+    let mut push = Push { normal: 0.0, across: [0.0; R], moment: [0.0; R] };
+    let meets = touch.overlap > 0.0 || touch.overlap > -law.bridge(memory.state, touch.radius);
+    let bonded = bond.is_some_and(crate::contact::bond::Bond::holds);
+    if meets {
+        push = act(law, touch, &mut memory, 0.0, &mut tally);
+    }
+    if let (true, Some(bond)) = (bonded, bond) {
+        law.bonded(touch, &mut { *bond }, &mut push, 0.0, &mut tally);
+    }
+    (meets || bonded).then_some((push, tally))
+}

@@ -1,0 +1,326 @@
+//! Walls, and grains near them (sheet: dem §2.10).
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use colluvium_points::Surface;
+
+use crate::contact::{APART, Law, Tally, Touch, act, end};
+use crate::pairs::{Columns, Memories, MemoriesMut};
+use crate::surfaces::{FREE, Facet, SLOTS};
+use crate::sweep::{Scene, Virial, count};
+use crate::vector::{across, add, along, dot, minus, moment, spread, turned};
+
+/// A plane beyond which no grain goes, or an obstacle.
+#[derive(Clone, Debug)]
+pub struct Wall<const D: usize> {
+    /// The surface of an obstacle, at rest; `None` for a plane across an axis.
+    pub surface: Option<Arc<dyn Surface<D>>>,
+    /// Index into the boundaries of the case; obstacles follow them.
+    pub boundary: usize,
+    /// Name.
+    pub name: String,
+    /// Axis across it.
+    pub axis: usize,
+    /// Whether grains are below it.
+    pub upper: bool,
+    /// Where it stands (m).
+    pub position: f64,
+    /// Its velocity (m/s).
+    pub velocity: [f64; D],
+    /// Law for each kind.
+    pub laws: Vec<Law>,
+    /// Force on it in the last step (N), and impulse since the start (N s).
+    pub reaction: [[f64; D]; 2],
+}
+
+impl<const D: usize> Wall<D> {
+    /// Distance of a place (m) from a plane, and the normal from it.
+    #[inline]
+    pub fn distance(&self, x: &[f64; D]) -> (f64, [f64; D]) {
+        let mut normal = [0.0; D];
+        let sign = if self.upper { -1.0 } else { 1.0 };
+        normal[self.axis] = sign;
+        (sign * (x[self.axis] - self.position), normal)
+    }
+
+    /// Whether a place is nearer than `reach` (m).
+    fn is_near(&self, x: &[f64; D], reach: f64) -> bool {
+        match &self.surface {
+            None => self.distance(x).0 < reach,
+            Some(surface) => surface.gap(x, reach).is_some(),
+        }
+    }
+}
+
+/// Grains near walls.
+#[derive(Clone, Debug, Default)]
+pub struct WallList<const R: usize> {
+    /// Grain of each entry, ascending.
+    pub grain: Vec<u32>,
+    /// Wall of each entry.
+    pub wall: Vec<u32>,
+    /// First entry of each slab, and their number.
+    pub slabs: Vec<u32>,
+    /// What contacts remember.
+    pub memory: Memories<R>,
+    /// Facet of each entry at an obstacle, which has several in a row; empty without obstacles.
+    pub key: Vec<u64>,
+    /// Where each entry at an obstacle sees its facet.
+    pub facet: Vec<Facet>,
+    kept: Vec<(u32, u32, u64)>,
+    /// Normals of the contacts that are kept.
+    normals: Vec<Facet>,
+    carried: Memories<R>,
+}
+
+impl<const R: usize> WallList<R> {
+    /// Keeps what contacts remember before grains are sorted, by the ids of their grains.
+    pub fn carry(&mut self, ids: &[u32], columns: Columns) {
+        self.kept.clear();
+        self.normals.clear();
+        self.carried.clear(0, columns);
+        for k in 0..self.grain.len() {
+            if self.memory.is_kept(k) {
+                let key = self.key.get(k).copied().unwrap_or(FREE);
+                self.kept.push((ids[self.grain[k] as usize], self.wall[k], key));
+                self.normals.extend(self.facet.get(k));
+                self.carried.push(&self.memory, k);
+            }
+        }
+    }
+
+    /// Forgets grains and walls that go, whose new number is `u32::MAX`; the list is to be made anew.
+    pub fn forget(&mut self, grains: &[u32], walls: &[u32], columns: Columns) {
+        let mut left = Self::default();
+        left.memory.clear(0, columns);
+        for k in 0..self.grain.len() {
+            let (grain, wall) = (grains[self.grain[k] as usize], walls[self.wall[k] as usize]);
+            if grain != u32::MAX && wall != u32::MAX {
+                left.grain.push(grain);
+                left.wall.push(wall);
+                left.key.extend(self.key.get(k));
+                left.facet.extend(self.facet.get(k));
+                left.memory.push(&self.memory, k);
+            }
+        }
+        *self = left;
+    }
+
+    /// Lists grains within `gap` (m) of walls, slab by slab.
+    pub fn build<const D: usize>(
+        &mut self,
+        scene: &Scene<'_, D, R>,
+        ids: &[u32],
+        walls: &[Wall<D>],
+        gap: f64,
+        slabs: &[u32],
+        columns: Columns,
+    ) {
+        self.grain.clear();
+        self.wall.clear();
+        self.slabs.clear();
+        for ends in slabs.windows(2) {
+            self.slabs.push(self.grain.len() as u32);
+            for i in ends[0] as usize..ends[1] as usize {
+                for (number, wall) in walls.iter().enumerate() {
+                    if scene.held[i] || !wall.is_near(&scene.position[i], scene.radius[i] + gap) {
+                        continue;
+                    }
+                    for _ in 0..if wall.surface.is_some() { SLOTS } else { 1 } {
+                        self.grain.push(i as u32);
+                        self.wall.push(number as u32);
+                    }
+                }
+            }
+        }
+        self.slabs.push(self.grain.len() as u32);
+        self.memory.clear(self.grain.len(), columns);
+        let facetted = walls.iter().any(|wall| wall.surface.is_some());
+        let entries = if facetted { self.grain.len() } else { 0 };
+        self.key.clear();
+        self.key.resize(entries, FREE);
+        self.facet.clear();
+        self.facet.resize(entries, Facet::NONE);
+        if self.kept.is_empty() {
+            return;
+        }
+        let mut order: Vec<usize> = (0..self.kept.len()).collect();
+        order.sort_unstable_by_key(|&entry| self.kept[entry]);
+        let mut slot = 0;
+        for k in 0..self.grain.len() {
+            let (id, wall) = (ids[self.grain[k] as usize], self.wall[k]);
+            // The slots of a grain at an obstacle take its contacts one after another.
+            let again = k > 0 && self.grain[k - 1] == self.grain[k] && self.wall[k - 1] == wall;
+            slot = if again { slot + 1 } else { 0 };
+            let first = order.partition_point(|&entry| (self.kept[entry].0, self.kept[entry].1) < (id, wall));
+            let Some(&entry) = order.get(first + slot) else { continue };
+            if (self.kept[entry].0, self.kept[entry].1) == (id, wall) {
+                self.memory.take(k, &self.carried, entry, false);
+                if let (Some(key), Some(facet)) = (self.key.get_mut(k), self.facet.get_mut(k)) {
+                    *key = self.kept[entry].2;
+                    self.normals.get(entry).inspect(|known| *facet = **known);
+                }
+            }
+        }
+    }
+}
+
+/// What wall contacts change, slab by slab.
+struct Shares<'a, const D: usize, const R: usize> {
+    first: usize,
+    force: &'a mut [[f64; D]],
+    torque: &'a mut [[f64; R]],
+    entry: usize,
+    memory: MemoriesMut<'a, R>,
+    slab: usize,
+    tallies: &'a mut [(Tally, Virial<D>)],
+    /// Forces on the walls, wall after wall for each slab.
+    reactions: &'a mut [[f64; D]],
+}
+
+impl<'a, const D: usize, const R: usize> Shares<'a, D, R> {
+    fn split_at(self, grain: usize, entry: usize, slab: usize, walls: usize) -> (Self, Self) {
+        let (force, more_force) = self.force.split_at_mut(grain - self.first);
+        let (torque, more_torque) = self.torque.split_at_mut(grain - self.first);
+        let (memory, more_memory) = self.memory.split_at(entry - self.entry);
+        let (tallies, more_tallies) = self.tallies.split_at_mut(slab - self.slab);
+        let (reactions, more_reactions) = self.reactions.split_at_mut((slab - self.slab) * walls);
+        (
+            Self { force, torque, memory, tallies, reactions, ..self },
+            Self {
+                first: grain,
+                force: more_force,
+                torque: more_torque,
+                entry,
+                memory: more_memory,
+                slab,
+                tallies: more_tallies,
+                reactions: more_reactions,
+            },
+        )
+    }
+}
+
+impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
+    /// What a grain and a wall see of each other, and the lever arm (m).
+    pub fn touch_wall(
+        &self,
+        i: usize,
+        wall: &Wall<D>,
+        (distance, normal): (f64, [f64; D]),
+    ) -> (Touch<D, R>, f64) {
+        let radius = self.radius[i];
+        let arm = if self.radii { radius } else { distance };
+        let relative = minus(&self.velocity[i], &wall.velocity);
+        let spin = &self.spin[i];
+        let rolling = turned(&spin.map(|c| arm * c), &normal);
+        let mut sliding: [f64; R] = across(&relative, &normal);
+        for c in 0..R {
+            sliding[c] -= rolling[c];
+        }
+        let touch = Touch {
+            overlap: radius - distance,
+            normal,
+            separation: dot(&relative, &normal),
+            sliding,
+            turning: *spin,
+            spin: 0.5 * along(spin, &normal),
+            mass: self.mass[i],
+            radius,
+            small: radius,
+        };
+        (touch, arm)
+    }
+
+    /// Forces of all walls; `reactions` are those on each wall, slab after slab.
+    pub fn walls(
+        &self,
+        walls: &[Wall<D>],
+        list: (&WallListView<'_>, &[u32]),
+        memory: MemoriesMut<'_, R>,
+        (force, torque): (&mut [[f64; D]], &mut [[f64; R]]),
+        tallies: &mut [(Tally, Virial<D>)],
+        reactions: &mut [[f64; D]],
+    ) {
+        let slabs = list.1.len() - 1;
+        let shares = Shares { first: 0, force, torque, entry: 0, memory, slab: 0, tallies, reactions };
+        self.wall_slabs(walls, list, 0..slabs, shares);
+    }
+
+    fn wall_slabs(
+        &self,
+        walls: &[Wall<D>],
+        list: (&WallListView<'_>, &[u32]),
+        slabs: Range<usize>,
+        mut shares: Shares<'_, D, R>,
+    ) {
+        if slabs.len() > 1 {
+            let middle = slabs.start + slabs.len() / 2;
+            let entry = list.0.slabs[middle] as usize;
+            let (left, right) = shares.split_at(list.1[middle] as usize, entry, middle, walls.len());
+            rayon::join(
+                || self.wall_slabs(walls, list, slabs.start..middle, left),
+                || self.wall_slabs(walls, list, middle..slabs.end, right),
+            );
+            return;
+        }
+        let slab = slabs.start;
+        for k in list.0.slabs[slab] as usize..list.0.slabs[slab + 1] as usize {
+            self.wall_contact(walls, list.0, k, slab, &mut shares);
+        }
+    }
+
+    fn wall_contact(
+        &self,
+        walls: &[Wall<D>],
+        list: &WallListView<'_>,
+        k: usize,
+        slab: usize,
+        shares: &mut Shares<'_, D, R>,
+    ) {
+        let (i, number) = (list.grain[k] as usize, list.wall[k] as usize);
+        let wall = &walls[number];
+        let slot = k - shares.entry;
+        let state = shares.memory.state[slot];
+        let seen = match &wall.surface {
+            None => wall.distance(&self.position[i]),
+            Some(_) => list.facet[k].seen(),
+        };
+        if seen.0 - self.radius[i] >= 0.0 && state == APART {
+            return;
+        }
+        let (touch, arm) = self.touch_wall(i, wall, seen);
+        let law = &wall.laws[self.kind[i] as usize];
+        let tally = &mut shares.tallies[slab - shares.slab].0;
+        let mut memory = shares.memory.get(slot);
+        if touch.overlap > 0.0 || touch.overlap > -law.bridge(state, touch.radius) {
+            let push = act(law, &touch, &mut memory, self.dt, tally);
+            let mut on = spread(&push.across, &touch.normal);
+            add(&mut on, push.normal, &touch.normal);
+            let at = i - shares.first;
+            add(&mut shares.force[at], 1.0, &on);
+            add(&mut shares.torque[at], -arm, &moment(&touch.normal, &push.across));
+            add(&mut shares.torque[at], 1.0, &push.moment);
+            add(&mut shares.reactions[(slab - shares.slab) * walls.len() + number], -1.0, &on);
+            tally.boundary += dot(&on, &wall.velocity) * self.dt;
+            count(tally, &touch, &on, i);
+        } else {
+            end(law, &touch, &mut memory, self.dt, tally);
+        }
+        shares.memory.set(slot, &memory);
+    }
+}
+
+/// The entries of a wall list.
+#[derive(Clone, Copy)]
+pub struct WallListView<'a> {
+    /// Grains.
+    pub grain: &'a [u32],
+    /// Walls.
+    pub wall: &'a [u32],
+    /// First entry of each slab, and their number.
+    pub slabs: &'a [u32],
+    /// Where entries at obstacles see their facets.
+    pub facet: &'a [Facet],
+}

@@ -1,0 +1,98 @@
+//! Kinematics and invariants (sheet: dem §5, B17).
+
+use colluvium_case::Solver;
+use colluvium_testkit::near;
+use serde_json::json;
+
+use crate::common::{Scene, linear};
+
+#[test]
+fn grains_that_roll_on_each_other_or_turn_together_do_not_slip() {
+    let along = |a: [f64; 2], b: [f64; 2], spins: [f64; 2]| {
+        let mut scene = Scene::new(linear(1e6, 0.0, 0.5, 0.5)).disk([-1.0, 0.0], 1.0, a, spins[0]).disk(
+            [0.5, 0.0],
+            0.5,
+            b,
+            spins[1],
+        );
+        scene.options = json!({ "lever_arm": "radius" });
+        let mut solver = scene.solver();
+        for _ in 0..20 {
+            solver.step(1e-6).unwrap();
+        }
+        let contact = solver.contacts()[0];
+        contact.force[1] / contact.force[0]
+    };
+    // Gears.
+    near(along([0.01, 0.0], [0.0; 2], [1.0, -2.0]), 0.0, 1e-4);
+    // Rigid rotation about the contact.
+    near(along([0.01, -1.0], [0.0, 0.5], [1.0, 1.0]), 0.0, 1e-4);
+    assert!(along([0.01, 0.0], [0.0; 2], [1.0, 1.0]).abs() > 1e-3);
+}
+
+#[test]
+fn a_colliding_pair_keeps_its_angular_momentum() {
+    let scene = Scene::new(linear(1e6, 0.2, 0.5, 0.5)).disk([-0.52, 0.1], 0.5, [1.0, 0.3], 3.0).disk(
+        [0.32, -0.1],
+        0.3,
+        [-0.5, 0.0],
+        -7.0,
+    );
+    let mut solver = scene.solver();
+    let start = solver.budget().angular_momentum[2];
+    let mut touched = false;
+    for _ in 0..2000 {
+        let dt = solver.limit().dt;
+        solver.step(dt).unwrap();
+        touched |= !solver.contacts().is_empty();
+        near(solver.budget().angular_momentum[2] / start, 1.0, 1e-12);
+    }
+    assert!(touched);
+}
+
+#[test]
+fn a_uniform_velocity_changes_no_force() {
+    let after = |drift: [f64; 2]| {
+        let scene = Scene::new(linear(1e6, 0.2, 0.5, 0.5))
+            .disk([-0.5, 0.1], 0.5, [1.0 + drift[0], 0.3 + drift[1]], 3.0)
+            .disk([0.31, -0.1], 0.3, [-0.5 + drift[0], drift[1]], -7.0);
+        let mut solver = scene.solver();
+        for _ in 0..400 {
+            solver.step(1e-5).unwrap();
+        }
+        let snapshot = solver.snapshot();
+        let v = snapshot.vectors("velocity").unwrap().to_vec();
+        [v[0][0] - drift[0], v[0][1] - drift[1], snapshot.scalars("spin").unwrap()[1]]
+    };
+    let (still, moving) = (after([0.0; 2]), after([20.0, -8.0]));
+    for c in 0..3 {
+        near(moving[c] - still[c], 0.0, 1e-8);
+    }
+}
+
+#[test]
+fn a_pair_across_a_period_is_the_same_as_within() {
+    let after = |shift: f64| {
+        let at = |x: f64| {
+            let x = x + shift;
+            if x > 5.0 { x - 10.0 } else { x }
+        };
+        let mut scene = Scene::new(linear(1e4, 0.1, 0.5, 0.4))
+            .disk([at(-0.52), 0.1], 0.5, [1.0, 0.3], 3.0)
+            .disk([at(0.32), -0.1], 0.3, [-0.5, 0.0], -7.0);
+        scene.periodic = json!(["x"]);
+        scene.half = 5.0;
+        let mut solver = scene.solver();
+        for _ in 0..600 {
+            solver.step(1e-4).unwrap();
+        }
+        let snapshot = solver.snapshot();
+        let v = snapshot.vectors("velocity").unwrap().to_vec();
+        [v[0][0], v[0][1], v[1][0], snapshot.scalars("spin").unwrap()[0]]
+    };
+    let (within, across) = (after(0.0), after(5.0));
+    assert!((within[0] - 1.0).abs() > 0.1);
+    for c in 0..4 {
+        near(across[c], within[c], 1e-9);
+    }
+}

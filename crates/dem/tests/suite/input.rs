@@ -1,0 +1,69 @@
+//! Bad input is refused with its path (sheet: dem §7).
+
+use colluvium_case::{Case, Method};
+use colluvium_dem::Dem;
+use serde_json::{Value, json};
+
+use crate::common::{Scene, floor, linear};
+
+fn refusal(change: impl Fn(&mut Value)) -> String {
+    let mut scene = Scene::new(linear(1e6, 0.1, 0.5, 0.5)).disk([0.0, 0.6], 0.5, [0.0; 2], 0.0).disk(
+        [1.2, 0.6],
+        0.5,
+        [0.0; 2],
+        0.0,
+    );
+    scene.boundaries = floor(&json!({ "kind": "rough" }));
+    let mut value = scene.json();
+    assert!(Dem.build(&Case::from_json(&value.to_string()).unwrap()).is_ok());
+    change(&mut value);
+    let built = Case::from_json(&value.to_string()).map_err(|errors| errors.to_string());
+    match built.and_then(|case| Dem.build(&case).map(|_| ()).map_err(|error| error.to_string())) {
+        Err(problem) => problem,
+        Ok(()) => panic!("is not refused"),
+    }
+}
+
+#[test]
+fn what_is_wrong_is_refused_with_its_path() {
+    let dem = "/methods/dem";
+    let cases: Vec<(&str, Value, &str)> = vec![
+        ("/grains/grain/density", json!(-1), "methods.dem.grains.grain.density"),
+        ("/pairs/0/normal/stiffness", json!(0), "methods.dem.pairs[0].normal.stiffness"),
+        ("/pairs/0/normal/restitution", json!(0.5), "methods.dem.pairs[0].normal.damping_ratio"),
+        ("/pairs/0/normal/damping_ratio", json!(-0.1), "methods.dem.pairs[0].normal.damping_ratio"),
+        ("/pairs/0/tangential/stiffness_ratio", json!(4), "methods.dem.pairs[0].tangential.stiffness_ratio"),
+        ("/pairs/0/friction/coefficient", json!(-0.2), "methods.dem.pairs[0].friction.coefficient"),
+        ("/pairs/0/friction/at_rest", json!(0.2), "methods.dem.pairs[0].friction.at_rest"),
+        ("/pairs/0/rolling", json!({ "friction": -1 }), "methods.dem.pairs[0].rolling.friction"),
+        ("/pairs/0/twisting", json!({ "friction": 1 }), "methods.dem.pairs[0].twisting"),
+        (
+            "/pairs/0/adhesion",
+            json!({ "kind": "jkr", "work_of_adhesion": 1 }),
+            "methods.dem.pairs[0].adhesion.kind",
+        ),
+        ("/pairs/0/between", json!(["grain", "flor"]), "methods.dem.pairs[0].between[1]"),
+        ("/pairs", json!([]), "methods.dem.pairs"),
+        ("/skin", json!(0), "methods.dem.skin"),
+        ("/time_step", json!(1.0), "methods.dem.time_step"),
+        ("/stages", json!({ "al": {} }), "methods.dem.stages.al"),
+        ("/bodies/nobody", json!({}), "methods.dem.bodies.nobody"),
+        ("/clumps", json!([]), "methods.dem.clumps"),
+    ];
+    for (pointer, value, path) in cases {
+        let problem = refusal(|case| {
+            let (parent, key) = pointer.rsplit_once('/').unwrap();
+            case.pointer_mut(&format!("{dem}{parent}")).unwrap()[key] = value.clone();
+        });
+        assert!(problem.contains(&format!("{path}:")), "{pointer}: {problem}");
+    }
+}
+
+#[test]
+fn a_grain_that_starts_in_a_wall_is_named() {
+    let problem = refusal(|case| {
+        case["methods"]["dem"]["initial_overlap"] = json!(0.01);
+        case["bodies"][0]["shape"]["centre"] = json!([0.0, 0.48]);
+    });
+    assert!(problem.starts_with("bodies[0].shape: grain 0 ") && problem.contains("a wall"), "{problem}");
+}

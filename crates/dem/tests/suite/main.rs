@@ -1,0 +1,9 @@
+//! Verification of the discrete element method with whole solvers.
+
+mod bookkeeping;
+mod collisions;
+mod common;
+mod input;
+mod obstacles;
+mod piles;
+mod same;

@@ -1,0 +1,149 @@
+//! Grains on obstacles (sheet: dem §2.10).
+
+use colluvium_case::{Case, Method, Solver};
+use colluvium_dem::{Dem, DemSolver, disks, spheres};
+use serde_json::{Value, json};
+
+use crate::common::{Scene, begun, linear};
+
+const ANGLE: f64 = 30.0;
+const STIFFNESS: f64 = 1e6;
+
+/// A grain of radius 0.5 m at rest on a plane through the origin that falls along x, pressed in by its weight.
+fn resting(dimension: usize, shape: &Value, friction: f64) -> Value {
+    let (sine, cosine) = ANGLE.to_radians().sin_cos();
+    let mut scene = Scene::new(linear(STIFFNESS, 0.2, 0.5, 0.5));
+    let volume = if dimension == 2 { 0.25 } else { 0.5 / 3.0 } * std::f64::consts::PI;
+    let distance = 0.5 - scene.density * volume * 9.81 * cosine / STIFFNESS;
+    let up = dimension - 1;
+    let mut centre = vec![0.0; dimension];
+    (centre[0], centre[up]) = (distance * sine, distance * cosine);
+    scene.gravity = vec![0.0; dimension];
+    scene.gravity[up] = -9.81;
+    let none = vec![0.0; dimension];
+    scene.grains.push((centre, 0.5, none, vec![0.0; if dimension == 2 { 1 } else { 3 }]));
+    let mut value = scene.json();
+    let wall = json!({ "kind": "frictional", "friction_coefficient": friction });
+    value["obstacles"] = json!([{ "name": "slope", "shape": shape, "wall": wall }]);
+    value
+}
+
+/// How far the grain has gone down the plane after `time` (s).
+fn way<const D: usize, const R: usize>(solver: DemSolver<D, R>, time: f64) -> f64
+where
+    DemSolver<D, R>: Solver,
+{
+    let mut solver = begun(solver);
+    let (sine, cosine) = ANGLE.to_radians().sin_cos();
+    let along = |x: [f64; 3]| cosine * x[0] - sine * x[D - 1];
+    let start = along(solver.snapshot().positions[0]);
+    while solver.time() < time - 1e-9 {
+        solver.step(time - solver.time()).unwrap();
+    }
+    along(solver.snapshot().positions[0]) - start
+}
+
+fn case(value: &Value) -> Case {
+    Case::from_value(value, std::path::Path::new("")).unwrap()
+}
+
+/// Way in a second of a grain of moment of inertia `share m r²`, that rolls or slides.
+fn exact(share: f64, friction: f64) -> f64 {
+    let (sine, cosine) = ANGLE.to_radians().sin_cos();
+    let rolls = friction >= ANGLE.to_radians().tan() * share / (1.0 + share);
+    0.5 * 9.81 * if rolls { sine / (1.0 + share) } else { sine - friction * cosine }
+}
+
+fn at(x: f64) -> [f64; 2] {
+    [x, -x * ANGLE.to_radians().tan()]
+}
+
+#[test]
+fn disks_roll_and_slide_on_a_plane_and_on_a_line_of_many_pieces() {
+    let (sine, cosine) = ANGLE.to_radians().sin_cos();
+    let plane = json!({ "kind": "plane", "point": [0, 0], "normal": [sine, cosine] });
+    let pieces: Vec<[f64; 2]> = (-8..40).map(|k| at(0.173 * f64::from(k))).collect();
+    let line = json!({ "kind": "ground-line", "points": pieces });
+    let polygon = json!({ "kind": "polygon", "vertices": [at(-3.0), at(9.0), [9.0, -20.0], [-3.0, -20.0]] });
+    for friction in [0.0, 0.1, 0.5] {
+        for (name, shape) in [("plane", &plane), ("line", &line), ("polygon", &polygon)] {
+            let found = way(disks(&case(&resting(2, shape, friction))).unwrap(), 1.0);
+            let exact = exact(0.5, friction);
+            assert!((found / exact - 1.0).abs() < 2e-3, "{name}, {friction}: {found} is not {exact}");
+        }
+    }
+}
+
+#[test]
+fn spheres_roll_and_slide_on_a_wedge_and_on_a_raster() {
+    let wedge = json!({
+        "kind": "extruded", "axis": 1, "from": -3, "to": 3,
+        "vertices": [at(-3.0), at(9.0), [9.0, -20.0], [-3.0, -20.0]]
+    });
+    let folder = std::env::temp_dir().join(format!("colluvium-dem-obstacles-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let mut text = "ncols 41\nnrows 21\nxllcenter -2\nyllcenter -2\ncellsize 0.2\n".to_owned();
+    for _ in 0..21 {
+        let row: Vec<String> = (0..41).map(|k| at(0.2 * f64::from(k) - 2.0)[1].to_string()).collect();
+        text += &(row.join(" ") + "\n");
+    }
+    let file = folder.join("slope.asc");
+    std::fs::write(&file, text).unwrap();
+    let raster = json!({ "kind": "raster", "file": file.display().to_string() });
+    for friction in [0.1, 0.5] {
+        for (name, shape) in [("wedge", &wedge), ("raster", &raster)] {
+            let found = way(spheres(&case(&resting(3, shape, friction))).unwrap(), 1.0);
+            let exact = exact(0.4, friction);
+            assert!((found / exact - 1.0).abs() < 2e-3, "{name}, {friction}: {found} is not {exact}");
+        }
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_grain_in_a_bowl_comes_to_rest_at_its_bottom_and_the_bowl_bears_it() {
+    let mut value =
+        resting(2, &json!({ "kind": "ball", "centre": [0, 5], "radius": 5, "hollow": true }), 0.5);
+    value["bodies"][0]["shape"]["centre"] = json!([2.0, 1.2]);
+    value["methods"]["dem"]["pairs"][0]["rolling"] = json!({ "friction": 0.2 });
+    value["stages"][0]["damping"] = json!(0.3);
+    let case = case(&value);
+    let mut solver = begun(disks(&case).unwrap());
+    while solver.time() < 20.0 - 1e-9 {
+        solver.step(20.0 - solver.time()).unwrap();
+    }
+    let snapshot = solver.snapshot();
+    let height = snapshot.positions[0][1];
+    assert!((0.49..0.55).contains(&height), "{:?}", snapshot.positions);
+    let force = solver.reaction("slope").unwrap().force;
+    assert!((force[1] + 9.81).abs() < 0.01 && force[0].abs() < 0.02, "{force:?}");
+}
+
+#[test]
+fn a_run_on_an_obstacle_goes_on_from_where_it_was_saved() {
+    let pieces: Vec<[f64; 2]> = (-8..40).map(|k| at(0.173 * f64::from(k))).collect();
+    let case = case(&resting(2, &json!({ "kind": "ground-line", "points": pieces }), 0.5));
+    let walk = |solver: &mut dyn Solver, count: usize| {
+        for _ in 0..count {
+            let dt = solver.limit().dt;
+            solver.step(dt).unwrap();
+        }
+    };
+    let mut whole = begun(disks(&case).unwrap());
+    walk(&mut whole, 3000);
+    let saved = whole.saved().unwrap();
+    walk(&mut whole, 3000);
+    let mut again = Dem.build(&case).unwrap();
+    again.restore(&mut saved.as_slice()).unwrap();
+    again.begin_stage(0, 0.0).unwrap();
+    walk(&mut *again, 3000);
+    assert_eq!(whole.saved().unwrap(), again.saved().unwrap());
+}
+
+#[test]
+fn a_grain_in_an_obstacle_is_refused_with_its_place() {
+    let value = resting(2, &json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] }), 0.5);
+    let problem = disks(&case(&value)).map(|_| ()).unwrap_err().to_string();
+    assert!(problem.starts_with("bodies[0].shape: the point at [0.2"), "{problem}");
+    assert!(problem.contains("in the obstacle \"slope\""), "{problem}");
+}

@@ -1,0 +1,166 @@
+//! The same results on any number of threads, and after a restart; lists against all pairs; energy of a gas.
+
+use colluvium_case::{Case, Method, Solver};
+use colluvium_dem::Dem;
+use colluvium_testkit::near;
+use serde_json::{Value, json};
+
+fn reading(solver: &dyn Solver, name: &str) -> f64 {
+    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+}
+
+/// A heap of polydisperse grains that falls on a floor.
+fn heap(dimension: usize) -> Value {
+    let (low, high) = (vec![0.0; dimension], vec![if dimension == 2 { 3.0 } else { 1.1 }; dimension]);
+    let mut domain = (low.clone(), high.clone());
+    domain.1[1] = 4.0;
+    let mut gravity = vec![0.0; dimension];
+    gravity[1] = -9.81;
+    let side = |side: &str, kind: Value| json!({ "side": side, "wall": kind });
+    let mut walls = vec![
+        side("y-min", json!({ "kind": "rough" })),
+        side("x-min", json!({ "kind": "frictional", "friction_coefficient": 0.3 })),
+        side("x-max", json!({ "kind": "smooth" })),
+    ];
+    if dimension == 3 {
+        walls
+            .extend([side("z-min", json!({ "kind": "smooth" })), side("z-max", json!({ "kind": "smooth" }))]);
+    }
+    json!({
+        "title": "heap", "space": if dimension == 2 { "plane-strain" } else { "3d" },
+        "domain": { "min": domain.0, "max": domain.1 }, "gravity": gravity,
+        "materials": { "sand": { "model": "linear-elastic", "density": 1600, "youngs_modulus": 1e7, "poissons_ratio": 0.3 } },
+        "bodies": [{ "name": "heap", "material": "sand", "shape": { "kind": "box", "min": low, "max": high } }],
+        "boundaries": walls,
+        "stages": [{ "name": "fall", "duration": 1.0 }],
+        "methods": { "dem": {
+            "grains": { "sand": {
+                "density": 2600,
+                "diameter": { "distribution": "uniform", "min": 0.04, "max": 0.12 },
+                "fill": { "kind": "random", "solid_fraction": if dimension == 2 { 0.6 } else { 0.4 } }
+            } },
+            "pairs": [{
+                "between": ["sand", "sand"], "normal": { "law": "linear", "stiffness": 2e6, "restitution": 0.6 },
+                "friction": { "coefficient": 0.5 }, "rolling": { "friction": 0.1 }
+            }],
+            "seed": 7
+        } }
+    })
+}
+
+fn begin(value: &Value) -> Box<dyn Solver> {
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let mut solver = Dem.build(&case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    solver
+}
+
+fn steps(solver: &mut dyn Solver, count: usize) {
+    for _ in 0..count {
+        let dt = solver.limit().dt;
+        solver.step(dt).unwrap();
+    }
+}
+
+#[test]
+fn threads_change_no_bit() {
+    for dimension in [2, 3] {
+        let value = heap(dimension);
+        let hashes = [1, 2, 3].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut solver = begin(&value);
+                steps(&mut *solver, 500);
+                solver.snapshot().hash()
+            })
+        });
+        assert!(hashes[0] == hashes[1] && hashes[0] == hashes[2], "{dimension}: {hashes:?}");
+    }
+}
+
+#[test]
+fn a_restart_goes_on_bit_for_bit() {
+    for dimension in [2, 3] {
+        let value = heap(dimension);
+        let mut solver = begin(&value);
+        steps(&mut *solver, 300);
+        let saved = solver.saved().unwrap();
+        steps(&mut *solver, 300);
+        let mut again = begin(&value);
+        again.restore(&mut &saved[..]).unwrap();
+        again.begin_stage(0, 0.0).unwrap();
+        steps(&mut *again, 300);
+        assert_eq!(solver.snapshot().hash(), again.snapshot().hash());
+        assert_eq!(solver.saved().unwrap(), again.saved().unwrap());
+        assert!(again.restore(&mut &saved[..saved.len() / 2]).is_err());
+    }
+}
+
+#[test]
+fn energy_is_accounted_for_in_a_heap_that_falls() {
+    for dimension in [2, 3] {
+        let mut solver = begin(&heap(dimension));
+        while solver.time() < 0.25 {
+            steps(&mut *solver, 1);
+        }
+        assert!(reading(&*solver, "contacts") > 100.0);
+        assert!(reading(&*solver, "dissipated.friction") > 0.0);
+        near(reading(&*solver, "energy_error"), 0.0, 0.01);
+    }
+}
+
+/// A gas of elastic disks in a box that repeats itself.
+fn gas(spread: f64) -> Value {
+    json!({
+        "title": "gas", "space": "plane-strain",
+        "domain": { "min": [0, 0], "max": [20, 20], "periodic": ["x", "y"] }, "gravity": [0, 0],
+        "materials": { "disk": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+        "bodies": [{ "name": "gas", "material": "disk", "shape": { "kind": "box", "min": [0, 0], "max": [20, 20] } }],
+        "stages": [{ "name": "all", "duration": 1000 }],
+        "methods": { "dem": {
+            "grains": { "disk": {
+                "density": 4.0 / std::f64::consts::PI,
+                "diameter": { "distribution": "uniform", "min": 1.0 / spread, "max": 1.0 * spread },
+                "fill": { "kind": "random", "solid_fraction": 0.4 }
+            } },
+            "pairs": [{ "between": ["disk", "disk"], "normal": { "law": "linear", "stiffness": 1e4 } }],
+            "stages": { "all": { "agitation": 1.0 } }
+        } }
+    })
+}
+
+#[test]
+fn the_energy_of_an_elastic_gas_swings_and_does_not_drift() {
+    let mut solver = begin(&gas(1.2));
+    let dt = 0.1 / (2.0e4f64).sqrt();
+    let mut start = None;
+    let mut worst = 0.0f64;
+    for _ in 0..40_000 {
+        solver.step(dt).unwrap();
+        let budget = solver.budget();
+        let energy = budget.kinetic + budget.elastic;
+        worst = worst.max((energy / *start.get_or_insert(energy) - 1.0).abs());
+    }
+    assert!(worst < 2.5e-3, "{worst}");
+}
+
+#[test]
+fn lists_find_the_forces_that_all_pairs_give() {
+    // A wide range of sizes; forces from a skin that is renewed often and one that is renewed at every turn.
+    let run = |skin: f64| {
+        let mut value = gas(2.45);
+        value["methods"]["dem"]["skin"] = json!(skin);
+        let mut solver = begin(&value);
+        for _ in 0..1000 {
+            solver.step(5e-4).unwrap();
+        }
+        solver.snapshot()
+    };
+    let (thin, thick) = (run(0.02), run(0.8));
+    for (a, b) in thin.positions.iter().zip(&thick.positions) {
+        for c in 0..2 {
+            let apart = a[c] - b[c];
+            near(apart - 20.0 * (apart / 20.0).round(), 0.0, 1e-9);
+        }
+    }
+}

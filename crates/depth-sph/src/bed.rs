@@ -1,0 +1,197 @@
+//! The surface that the flow moves over: level, slope and curvature in plan (sheet: depth-sph §2.9).
+
+use std::fmt;
+use std::sync::Arc;
+
+use colluvium_points::Terrain;
+
+use crate::nodes::{Plan, dot};
+
+/// The bed at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BedPoint<const D: usize> {
+    /// Level `Z` (m).
+    pub level: f64,
+    /// Slope `∇Z`.
+    pub slope: Plan<D>,
+    /// Second derivatives of `Z` (1/m).
+    pub curvature: [Plan<D>; D],
+}
+
+impl<const D: usize> BedPoint<D> {
+    /// A plane at `level` (m).
+    pub const fn flat(level: f64) -> Self {
+        Self { level, slope: [0.0; D], curvature: [[0.0; D]; D] }
+    }
+
+    /// `1 + |∇Z|²`, one over the square of the cosine of the slope angle.
+    #[inline]
+    pub fn steepness(&self) -> f64 {
+        1.0 + dot(&self.slope, &self.slope)
+    }
+
+    /// `vᵀ H v` (m/s²): the vertical acceleration that the bed asks of what moves along it.
+    #[inline]
+    pub fn turning(&self, velocity: &Plan<D>) -> f64 {
+        (0..D).map(|c| velocity[c] * dot(&self.curvature[c], velocity)).sum()
+    }
+
+    /// Speed along the bed of a velocity in plan (m/s).
+    #[inline]
+    pub fn speed(&self, velocity: &Plan<D>) -> f64 {
+        let rise = dot(velocity, &self.slope);
+        (dot(velocity, velocity) + rise * rise).sqrt()
+    }
+}
+
+/// A surface that can be asked at any place in plan; `None` where it ends.
+pub trait Surface<const D: usize>: Send + Sync {
+    /// The bed at `x` (m).
+    fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>>;
+}
+
+impl<const D: usize, F: Fn(&Plan<D>) -> BedPoint<D> + Send + Sync> Surface<D> for F {
+    fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>> {
+        Some(self(x))
+    }
+}
+
+impl Surface<2> for Terrain {
+    fn at(&self, x: &Plan<2>) -> Option<BedPoint<2>> {
+        let bed = self.bed(x[0], x[1])?;
+        let [xx, xy, yy] = bed.hessian;
+        Some(BedPoint { level: bed.height, slope: bed.gradient, curvature: [[xx, xy], [xy, yy]] })
+    }
+}
+
+/// The bed of a flow.
+#[derive(Clone)]
+pub enum Bed<const D: usize> {
+    /// A horizontal plane, or the plane of a frame that is tilted with it, at this level (m).
+    Flat(f64),
+    /// Any other.
+    Surface(Arc<dyn Surface<D>>),
+}
+
+impl<const D: usize> fmt::Debug for Bed<D> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Flat(level) => write!(f, "Flat({level})"),
+            Self::Surface(_) => f.write_str("Surface"),
+        }
+    }
+}
+
+impl<const D: usize> Bed<D> {
+    /// A bed from a formula.
+    pub fn formula(formula: impl Fn(&Plan<D>) -> BedPoint<D> + Send + Sync + 'static) -> Self {
+        Self::Surface(Arc::new(formula))
+    }
+
+    /// The bed at `x`; `None` beyond its end.
+    #[inline]
+    pub fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>> {
+        match self {
+            Self::Flat(level) => Some(BedPoint::flat(*level)),
+            Self::Surface(surface) => surface.at(x),
+        }
+    }
+
+    /// Whether it is a plane without slope, so that it needs not be asked.
+    pub fn is_flat(&self) -> bool {
+        matches!(self, Self::Flat(_))
+    }
+}
+
+/// `Z = a |x - centre|²`: parabola in one dimension, bowl in two.
+pub fn paraboloid<const D: usize>(a: f64, centre: Plan<D>) -> Bed<D> {
+    Bed::formula(move |x: &Plan<D>| {
+        let from: Plan<D> = std::array::from_fn(|c| x[c] - centre[c]);
+        let mut point = BedPoint::flat(a * dot(&from, &from));
+        for c in 0..D {
+            point.slope[c] = 2.0 * a * from[c];
+            point.curvature[c][c] = 2.0 * a;
+        }
+        point
+    })
+}
+
+/// `Z = slope · x`: a plane.
+pub fn incline<const D: usize>(slope: Plan<D>) -> Bed<D> {
+    Bed::formula(move |x: &Plan<D>| BedPoint { slope, ..BedPoint::flat(dot(&slope, x)) })
+}
+
+/// `Z = height exp(-|x|²/width²)`: a hump at the origin.
+pub fn hump<const D: usize>(height: f64, width: f64) -> Bed<D> {
+    Bed::formula(move |x: &Plan<D>| {
+        let square = width * width;
+        let level = height * (-dot(x, x) / square).exp();
+        let mut point = BedPoint::flat(level);
+        for c in 0..D {
+            point.slope[c] = -2.0 * x[c] / square * level;
+            for k in 0..D {
+                let own = if c == k { -2.0 / square } else { 0.0 };
+                point.curvature[c][k] = (own + 4.0 * x[c] * x[k] / (square * square)) * level;
+            }
+        }
+        point
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use colluvium_points::Raster;
+
+    use super::*;
+
+    /// Slope and curvature are the derivatives of the level.
+    fn is_consistent(bed: &Bed<2>, x: [f64; 2]) {
+        let step = 1e-5;
+        let point = bed.at(&x).unwrap();
+        for c in 0..2 {
+            let beside = |sign: f64| {
+                let mut y = x;
+                y[c] += sign * step;
+                bed.at(&y).unwrap()
+            };
+            let (after, before) = (beside(1.0), beside(-1.0));
+            let slope = (after.level - before.level) / (2.0 * step);
+            assert!((slope - point.slope[c]).abs() < 1e-7, "slope {c}: {slope} for {:?}", point.slope);
+            for k in 0..2 {
+                let bend = (after.slope[k] - before.slope[k]) / (2.0 * step);
+                assert!((bend - point.curvature[c][k]).abs() < 1e-7, "curvature {c} {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn formulas_have_their_own_derivatives() {
+        for bed in [paraboloid(0.3, [1.0, -2.0]), incline([0.4, -0.2]), hump(0.7, 1.5)] {
+            is_consistent(&bed, [0.4, 0.9]);
+        }
+    }
+
+    #[test]
+    fn a_raster_of_a_parabola_is_one_and_ends() {
+        let raster = Raster::from_function([21, 11], [-10.0, -5.0], [1.0, 1.0], |x, y| {
+            0.3 * ((x - 1.0).powi(2) + (y + 2.0).powi(2))
+        });
+        let bed = Bed::Surface(Arc::new(Terrain::new(raster, 0).unwrap()));
+        let (found, exact) =
+            (bed.at(&[3.0, 1.0]).unwrap(), paraboloid(0.3, [1.0, -2.0]).at(&[3.0, 1.0]).unwrap());
+        assert!((found.level - exact.level).abs() < 1e-12);
+        for c in 0..2 {
+            assert!((found.slope[c] - exact.slope[c]).abs() < 1e-12);
+            assert!((0..2).all(|k| (found.curvature[c][k] - exact.curvature[c][k]).abs() < 1e-11));
+        }
+        assert_eq!(bed.at(&[10.1, 0.0]), None);
+    }
+
+    #[test]
+    fn speed_is_that_along_the_bed() {
+        let point = incline([3.0f64.sqrt(), 0.0]).at(&[0.0; 2]).unwrap();
+        assert!((point.speed(&[1.0, 0.0]) - 2.0).abs() < 1e-14);
+        assert!((point.speed(&[0.0, 1.0]) - 1.0).abs() < 1e-14);
+        assert!((point.steepness() - 4.0).abs() < 1e-14);
+    }
+}

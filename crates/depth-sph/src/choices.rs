@@ -1,0 +1,96 @@
+//! Choices of the method, as a case file names them.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How many phases move on sets of nodes of their own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Phases {
+    /// One set: a dry material, a fluid, or a mixture whose phases move together.
+    #[default]
+    One,
+    /// Grains and pore fluid, each with its own height and velocity.
+    Two,
+    /// Two layers: an avalanche below water.
+    Layers,
+}
+
+/// The axes that depth is measured in (sheet: depth-sph §2.9).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Frame {
+    /// Horizontal axes and vertical depth over steep terrain: effective gravity follows slope and curvature.
+    #[default]
+    Horizontal,
+    /// Horizontal axes over gentle slopes: gravity acts on depth in full.
+    SmallSlope,
+    /// Axes along the bed, which is a plane, and depth normal to it.
+    BedFitted,
+}
+
+/// How depth gradients act over steep terrain (sheet: depth-sph §2.9).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Metric {
+    /// As they are: a level surface stays level.
+    #[default]
+    Vertical,
+    /// Projected along the bed normal, for thin sheets on steep slopes.
+    Normal,
+}
+
+/// The form of the pressure force (sheet: depth-sph §2.10).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(rename = "DepthMomentum")]
+pub enum Momentum {
+    /// `Σ m (P_I/h_I² + P_J/h_J²) ∇W`; of two phases, corrected differences at nodes whose drag is weak.
+    #[default]
+    Automatic,
+    /// `Σ m (P_I/h_I² + P_J/h_J²) ∇W`, which conserves momentum.
+    Symmetric,
+    /// `Σ m (P_I + P_J)/(h_I h_J) ∇W`, which does too.
+    Product,
+    /// Gradients of heights by corrected differences: for phases that move apart.
+    Node,
+}
+
+/// How heights follow the nodes (sheet: depth-sph §2.10).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(rename = "DepthContinuity")]
+pub enum Continuity {
+    /// `h = Σ m W`: mass exact, fronts free.
+    #[default]
+    Summation,
+    /// `h = Σ m W / Σ (m/h) W`: level up to an edge, which a free front is then as well.
+    Normalised,
+    /// `dh/dt = -h Σ (m/h) v_J · ∇W`.
+    RateBasic,
+    /// `dh/dt = Σ m v_IJ · ∇W`.
+    RateDifference,
+    /// `dh/dt = h Σ (m/h) v_IJ · ∇W`.
+    RateVolume,
+}
+
+impl Continuity {
+    /// Whether heights are integrated in time.
+    pub fn is_rate(self) -> bool {
+        matches!(self, Self::RateBasic | Self::RateDifference | Self::RateVolume)
+    }
+}
+
+/// Time integration of positions and velocities (sheet: depth-sph §3.4).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+#[schemars(rename = "DepthIntegration")]
+pub enum Integration {
+    /// Half a drift, a kick, half a drift: second order, one evaluation of forces.
+    #[default]
+    Leapfrog,
+    /// Midpoint rule: second order, two evaluations.
+    RungeKutta2,
+    /// Classical fourth order, four evaluations.
+    RungeKutta4,
+}

@@ -1,0 +1,323 @@
+//! Excess pore pressure along the depth of a column (sheet: depth-sph §2.7, §3.6).
+//!
+//! The unknown is the head `ψ = Δp/(ρ' g_*)` (m) at `ζ_k = k/N` from the base (`k` = 0) to the surface (`k` = N). The mesh
+//! strains with the column, so that `ζ` is material. `ψ = h` at the base is full liquefaction.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What the base lets through.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Drainage {
+    /// Nothing.
+    #[default]
+    Sealed,
+    /// All excess pressure: the pore pressure at the base is hydrostatic.
+    Hydrostatic,
+    /// All pressure: the pore pressure at the base is that of the air, as over a rack.
+    Atmospheric,
+    /// A flow in proportion to the excess pressure, `k_w ∂p/∂x₃ = χ Δp`.
+    Partly {
+        /// Hydraulic conductance of the base, `χ ρ_w g` (1/s): flow through it (m/s) under a metre of head; > 0.
+        conductance: f64,
+    },
+}
+
+/// How a column carries its pressure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Profile {
+    /// Finite differences over the depth.
+    #[default]
+    FiniteDifference,
+    /// One amplitude of a quarter of a cosine. A drained base empties the whole column, and nothing comes back.
+    ShapeFunction,
+}
+
+/// How low the pressure may fall.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum LowerBound {
+    /// Pore pressure in total is not below zero, less what the fluid bears in tension.
+    Total {
+        /// Tension that the fluid bears (Pa), not negative; up to 1e5.
+        #[serde(default)]
+        cavitation: f64,
+    },
+    /// Excess pressure is not below zero.
+    NoSuction,
+}
+
+impl Default for LowerBound {
+    fn default() -> Self {
+        Self::Total { cavitation: 0.0 }
+    }
+}
+
+/// The base as the difference scheme sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Base {
+    /// No flow.
+    Sealed,
+    /// A given head (m).
+    Head(f64),
+    /// `∂ψ/∂ζ = B ψ`.
+    Partly(f64),
+}
+
+/// One step of `∂ψ/∂T = ∂²ψ/∂ζ²` over the time factor `step` = `c_v Δt / h²`, by the θ-scheme: `weight` 1 is backward
+/// Euler, ½ Crank–Nicolson. `scratch` is as long as the column.
+pub fn diffuse(head: &mut [f64], step: f64, weight: f64, base: Base, scratch: &mut [f64]) {
+    let last = head.len() - 1;
+    let r = step * (last * last) as f64;
+    let (implicit, explicit) = (weight * r, (1.0 - weight) * r);
+    let width = 1.0 / last as f64;
+    // The row of the base: ψ₋₁ = ψ₁ - 2 Δζ B ψ₀.
+    let leak = if let Base::Partly(leak) = base { 2.0 * width * leak } else { 0.0 };
+    head[last] = 0.0;
+    let mut below = head[0];
+    if let Base::Head(value) = base {
+        head[0] = value;
+        scratch[0] = 0.0;
+        below = value;
+    } else {
+        let right = head[0] + explicit * (2.0 * head[1] - (2.0 + leak) * head[0]);
+        let pivot = 1.0 + implicit * (2.0 + leak);
+        head[0] = right / pivot;
+        scratch[0] = -2.0 * implicit / pivot;
+    }
+    for k in 1..last {
+        let own = head[k];
+        let right = own + explicit * (below - 2.0 * own + head[k + 1]);
+        let pivot = 1.0 / (1.0 + implicit * (2.0 + scratch[k - 1]));
+        head[k] = (right + implicit * head[k - 1]) * pivot;
+        scratch[k] = -implicit * pivot;
+        below = own;
+    }
+    for k in (0..last).rev() {
+        head[k] -= scratch[k] * head[k + 1];
+    }
+}
+
+/// One step of the amplitude of the shape function `ψ_b cos(πζ/2)`, over the time factor `step` = `c_v Δt / h²`.
+pub fn relax(head: &mut [f64], step: f64, base: Base) {
+    use std::f64::consts::FRAC_PI_2;
+    let amplitude = match base {
+        Base::Head(_) => 0.0,
+        Base::Sealed | Base::Partly(_) => head[0] * (-FRAC_PI_2 * FRAC_PI_2 * step).exp(),
+    };
+    let last = (head.len() - 1) as f64;
+    for (k, value) in head.iter_mut().enumerate() {
+        *value = amplitude * (FRAC_PI_2 * k as f64 / last).cos();
+    }
+    if let Some(top) = head.last_mut() {
+        *top = 0.0;
+    }
+}
+
+/// Loading without drainage: the column grows by `growth` (m).
+pub fn load(head: &mut [f64], growth: f64) {
+    let last = (head.len() - 1) as f64;
+    for (k, value) in head.iter_mut().enumerate() {
+        *value += growth * (1.0 - k as f64 / last);
+    }
+}
+
+/// Holds the column of depth `depth` (m) between liquefaction and `lowest(1 - ζ)` (m); tells whether anything was changed.
+pub fn bound(head: &mut [f64], depth: f64, lowest: impl Fn(f64) -> f64) -> bool {
+    let last = (head.len() - 1) as f64;
+    let mut changed = false;
+    for (k, value) in head.iter_mut().enumerate() {
+        let rest = 1.0 - k as f64 / last;
+        let held = value.min(depth * rest).max(lowest(rest));
+        // Round-off of a liquefied column is no clipping.
+        changed |= (held - *value).abs() > 1e-9 * depth;
+        *value = held;
+    }
+    changed
+}
+
+/// Mean over the depth, by the trapezoid rule (m).
+pub fn mean(head: &[f64]) -> f64 {
+    let last = head.len() - 1;
+    let inner: f64 = head[1..last].iter().sum();
+    (inner + 0.5 * (head[0] + head[last])) / last as f64
+}
+
+/// A linear profile with `base` (m) at the base and nothing at the surface.
+pub fn triangle(head: &mut [f64], base: f64) {
+    head.fill(0.0);
+    load(head, base);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    /// Series of the sheet for a unit pressure: uniform, triangular, triangular drained at both ends.
+    fn uniform(zeta: f64, t: f64) -> f64 {
+        let term = |k: i32| {
+            let l = f64::from(2 * k + 1) * PI / 2.0;
+            2.0 * (-1f64).powi(k) / l * (l * zeta).cos() * (-l * l * t).exp()
+        };
+        (0..200).map(term).sum()
+    }
+    fn triangular(zeta: f64, t: f64) -> f64 {
+        let term = |k: i32| {
+            let l = f64::from(2 * k + 1) * PI / 2.0;
+            2.0 / (l * l) * (l * zeta).cos() * (-l * l * t).exp()
+        };
+        (0..200).map(term).sum()
+    }
+    fn drained(zeta: f64, t: f64) -> f64 {
+        let term = |k: i32| {
+            let l = f64::from(k) * PI;
+            2.0 / l * (l * zeta).sin() * (-l * l * t).exp()
+        };
+        (1..200).map(term).sum()
+    }
+
+    /// Largest error over times of 0.05 and more.
+    fn worst(
+        cells: usize,
+        weight: f64,
+        step: f64,
+        base: Base,
+        start: fn(f64) -> f64,
+        exact: fn(f64, f64) -> f64,
+    ) -> f64 {
+        let zeta = |k: usize| k as f64 / cells as f64;
+        let mut head: Vec<f64> = (0..=cells).map(|k| start(zeta(k))).collect();
+        let mut scratch = vec![0.0; cells + 1];
+        let (mut worst, mut time) = (0.0f64, 0.0);
+        for number in 1..=(0.5 / step).round() as usize {
+            diffuse(&mut head, step, weight, base, &mut scratch);
+            time += step;
+            if number % (0.05 / step).round() as usize == 0 {
+                let errors = head.iter().enumerate().map(|(k, p)| (p - exact(zeta(k), time)).abs());
+                worst = errors.fold(worst, f64::max);
+            }
+        }
+        worst
+    }
+
+    /// V13b and V13c with the tolerances of the sheet, and their orders.
+    #[test]
+    fn consolidation_is_that_of_the_series() {
+        let start = |z: f64| 1.0 - z;
+        let sealed = |cells, weight, step| worst(cells, weight, step, Base::Sealed, start, triangular);
+        let (fine, coarse) = (sealed(40, 0.5, 1e-3), sealed(20, 0.5, 1e-3));
+        assert!(coarse < 1e-3 && fine < 2.5e-4, "{coarse} {fine}");
+        assert!((coarse / fine).log2() > 1.8, "second order in depth: {coarse} {fine}");
+        let (long, short) = (sealed(20, 1.0, 1e-3), sealed(80, 1.0, 5e-4));
+        assert!(long < 3.5e-3, "{long}");
+        assert!(short < 0.6 * long, "first order in time: {long} {short}");
+        let open = worst(40, 0.5, 1e-3, Base::Head(0.0), start, drained);
+        assert!(open < 1e-3, "{open}");
+    }
+
+    /// V13a: a uniform pressure, whose jump at the surface Crank–Nicolson does not forget within the first steps.
+    #[test]
+    fn a_uniform_pressure_drains_as_the_series() {
+        let found = worst(20, 1.0, 1e-3, Base::Sealed, |_| 1.0, uniform);
+        assert!(found < 7e-3, "{found}");
+    }
+
+    /// V13d: sealed, drained, sealed again: pressure comes back to the base.
+    #[test]
+    fn pressure_comes_back_behind_a_rack() {
+        let cells = 40;
+        let mut head = vec![0.0; cells + 1];
+        let mut scratch = head.clone();
+        triangle(&mut head, 1.0);
+        let step = 1e-4;
+        let mut shape = head.clone();
+        relax(&mut shape, 0.0, Base::Sealed);
+        let table = [
+            (500, [0.747_695, 0.484_632, 0.450_022]),
+            (600, [0.0, 0.476_617, 0.357_542]),
+            (700, [0.0, 0.459_297, 0.315_878]),
+            (750, [0.190_228, 0.445_440, 0.310_965]),
+            (1000, [0.331_802, 0.368_323, 0.287_016]),
+            (2000, [0.325_922, 0.242_470, 0.214_684]),
+        ];
+        for number in 1..=2000 {
+            let base = if (501..=700).contains(&number) { Base::Head(0.0) } else { Base::Sealed };
+            diffuse(&mut head, step, 1.0, base, &mut scratch);
+            relax(&mut shape, step, base);
+            if let Some((_, exact)) = table.iter().find(|(at, _)| *at == number) {
+                let found = [head[0], head[cells / 2], mean(&head)];
+                for (found, exact) in found.iter().zip(exact) {
+                    assert!((found - exact).abs() < 0.01, "{number}: {found} for {exact}");
+                }
+            }
+            if number > 500 {
+                assert_eq!((shape[0], mean(&shape)), (0.0, 0.0));
+            }
+        }
+    }
+
+    /// V14: without drainage a liquefied column stays so, whatever its height, and pressures follow the height.
+    #[test]
+    fn an_undrained_column_keeps_its_liquefaction() {
+        let mut head = vec![0.0; 21];
+        triangle(&mut head, 2.0);
+        let mut depth = 2.0;
+        for growth in [-0.5, 0.7, -1.9, 4.0] {
+            load(&mut head, growth);
+            depth += growth;
+            assert!(!bound(&mut head, depth, |_| 0.0));
+            assert!((head[0] / depth - 1.0).abs() < 1e-12);
+        }
+        triangle(&mut head, 0.3);
+        load(&mut head, 1.25);
+        assert!((head[0] - 1.55).abs() < 1e-12);
+    }
+
+    /// V14b: a column that thins as `h = 2 exp(-t/5)` while it drains; heads in metres.
+    #[test]
+    fn a_thinning_column_converges_to_the_sheet() {
+        let run = |steps: usize, cells: usize| {
+            let mut head = vec![0.0; cells + 1];
+            let mut scratch = head.clone();
+            triangle(&mut head, 2.0);
+            let (dt, depth) = (5.0 / steps as f64, |t: f64| 2.0 * (-t / 5.0f64).exp());
+            let mut found = Vec::new();
+            for number in 0..steps {
+                let t = number as f64 * dt;
+                load(&mut head, depth(t + dt) - depth(t));
+                diffuse(&mut head, 0.5 * dt / depth(t + 0.5 * dt).powi(2), 1.0, Base::Sealed, &mut scratch);
+                if [1, 2, 5].iter().any(|second| number + 1 == second * steps / 5) {
+                    found.push([head[0], mean(&head)]);
+                }
+            }
+            found
+        };
+        let exact = [[0.866_05, 0.553_88], [0.310_10, 0.201_52], [-0.068_06, -0.042_70]];
+        let error = |steps: usize, cells: usize| {
+            let pairs = run(steps, cells).into_iter().zip(exact);
+            pairs.flat_map(|(a, b)| [(a[0] - b[0]).abs(), (a[1] - b[1]).abs()]).fold(0.0, f64::max)
+        };
+        let (long, short) = (error(500, 80), error(1000, 80));
+        assert!(short < 0.6 * long && short < 5e-3, "{long} {short}");
+    }
+
+    #[test]
+    fn a_leaking_base_lies_between_sealed_and_open() {
+        let base = |base: Base| {
+            let mut head = vec![0.0; 21];
+            let mut scratch = head.clone();
+            triangle(&mut head, 1.0);
+            for _ in 0..100 {
+                diffuse(&mut head, 1e-3, 1.0, base, &mut scratch);
+            }
+            head[0]
+        };
+        let (sealed, weak, strong) = (base(Base::Sealed), base(Base::Partly(1.0)), base(Base::Partly(1e6)));
+        assert!(sealed > weak && weak > 0.1 && strong.abs() < 1e-4, "{sealed} {weak} {strong}");
+        assert!((base(Base::Partly(0.0)) - sealed).abs() < 1e-15);
+    }
+}

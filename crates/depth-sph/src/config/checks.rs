@@ -1,0 +1,267 @@
+//! Ranges of the options (sheet: depth-sph §7).
+
+use super::{
+    ColumnOptions, Confinement, DepthOptions, FluidResistanceOptions, MixtureOptions, SkeletonOptions,
+};
+use crate::choices::Phases;
+use crate::column::{Drainage, LowerBound};
+use crate::drag::Drag;
+use crate::erosion::Erosion;
+use crate::flow::MOST_CELLS;
+
+/// A value out of range: its key and what is wrong.
+pub type Wrong = (String, String);
+
+fn check(holds: bool, name: &str, problem: impl FnOnce() -> String) -> Result<(), Wrong> {
+    if holds { Ok(()) } else { Err((name.to_owned(), problem())) }
+}
+
+fn positive(name: &str, value: f64, unit: &str) -> Result<(), Wrong> {
+    check(value > 0.0 && value.is_finite(), name, || format!("{value} must be positive{unit}"))
+}
+
+fn not_negative(name: &str, value: f64, unit: &str) -> Result<(), Wrong> {
+    check(value >= 0.0 && value.is_finite(), name, || format!("{value} must not be negative{unit}"))
+}
+
+fn within(name: &str, value: f64, low: f64, high: f64) -> Result<(), Wrong> {
+    check((low..=high).contains(&value), name, || format!("{value} is not in {low}..={high}"))
+}
+
+/// What a law says of its parameters, under a key.
+fn under(key: &str, found: Result<(), (&'static str, String)>) -> Result<(), Wrong> {
+    found.map_err(|(name, problem)| (format!("{key}.{name}"), problem))
+}
+
+impl DepthOptions {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// The key of the first value that is out of range, and why.
+    pub fn validate(&self) -> Result<(), Wrong> {
+        positive("spacing", self.spacing, " (m)")?;
+        if let Some(smoothing) = self.smoothing {
+            within("smoothing", smoothing, 1.0, 3.0)?;
+        }
+        check((1..=10).contains(&self.passes), "passes", || format!("{} is not in 1..=10", self.passes))?;
+        not_negative("viscosity_linear", self.viscosity_linear, "")?;
+        not_negative("viscosity_quadratic", self.viscosity_quadratic, "")?;
+        within("xsph", self.xsph, 0.0, 1.0)?;
+        positive("courant", self.courant, "")?;
+        within("courant", self.courant, 0.0, 0.5)?;
+        if let Some(step) = self.max_time_step {
+            positive("max_time_step", step, " (s)")?;
+        }
+        drainage("drainage", self.drainage)?;
+        erosion("erosion", self.erosion)?;
+        for (number, region) in self.regions.iter().enumerate() {
+            drainage(&format!("regions[{number}].drainage"), region.drainage.unwrap_or_default())?;
+            erosion(&format!("regions[{number}].erosion"), region.erosion)?;
+        }
+        if let Some(mixture) = &self.mixture {
+            mixture.validate(self.phases, self.column.is_some())?;
+        }
+        if let Some(column) = &self.column {
+            column.validate(self.mixture.as_ref())?;
+        }
+        self.check_earth_pressure()?;
+        positive("stop.speed", self.stop.speed, " (m/s)")?;
+        within("stop.share", self.stop.share, 0.0, 1.0)?;
+        within("stop.kinetic_ratio", self.stop.kinetic_ratio, 0.0, 1.0)?;
+        not_negative("stop.hold", self.stop.hold, " (s)")
+    }
+
+    fn check_earth_pressure(&self) -> Result<(), Wrong> {
+        let Some(earth) = &self.earth_pressure else { return Ok(()) };
+        let internal = earth.internal_friction_angle;
+        within("earth_pressure.internal_friction_angle", internal, 0.0, 89.9)?;
+        let basal = earth.basal_friction_angle;
+        check((0.0..=internal).contains(&basal), "earth_pressure.basal_friction_angle", || {
+            format!("{basal} is not between 0 and the internal friction angle, {internal} degrees")
+        })
+    }
+
+    /// What is allowed but needs a look (sheet: depth-sph §7, units).
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        let drag = self.mixture.as_ref().map(|mixture| mixture.drag);
+        if let Some(Drag::Anderson { settling_velocity, .. }) = drag
+            && settling_velocity > 10.0
+        {
+            warnings.push(format!(
+                "methods.depth-sph.mixture.drag.settling_velocity: {settling_velocity} m/s is faster than grains settle"
+            ));
+        }
+        let consolidation = self.column.as_ref().and_then(|column| column.consolidation);
+        if let Some(value) = consolidation.filter(|value| *value > 100.0) {
+            warnings.push(format!(
+                "methods.depth-sph.column.consolidation: {value} m²/s is more than soils have: is the unit right?"
+            ));
+        }
+        warnings
+    }
+}
+
+fn drainage(key: &str, drainage: Drainage) -> Result<(), Wrong> {
+    match drainage {
+        Drainage::Partly { conductance } => positive(&format!("{key}.conductance"), conductance, " (1/s)"),
+        Drainage::Sealed | Drainage::Hydrostatic | Drainage::Atmospheric => Ok(()),
+    }
+}
+
+fn erosion(key: &str, erosion: Option<Erosion>) -> Result<(), Wrong> {
+    erosion.map_or(Ok(()), |erosion| under(key, erosion.validate()))
+}
+
+impl MixtureOptions {
+    fn validate(&self, phases: Phases, column: bool) -> Result<(), Wrong> {
+        let key = |name: &str| format!("mixture.{name}");
+        positive(&key("grain_density"), self.grain_density, " (kg/m³)")?;
+        positive(&key("fluid_density"), self.fluid_density, " (kg/m³)")?;
+        let (grain, fluid) = (self.grain_density, self.fluid_density);
+        let buoyant = column || !matches!(self.drag, Drag::None);
+        check(!buoyant || grain > fluid, &key("grain_density"), || {
+            format!("{grain} kg/m³ is not above that of the fluid, {fluid} kg/m³: grains would float")
+        })?;
+        let layers = phases == Phases::Layers;
+        let porosity = self.porosity;
+        check(layers || (porosity > 0.0 && porosity < 1.0), &key("porosity"), || {
+            format!("{porosity} is not between 0 and 1 (both excluded)")
+        })?;
+        under("mixture.drag", self.drag.validate())?;
+        check(layers != self.upper.is_empty(), &key("upper"), || {
+            "names the bodies of the upper of two layers: for phases that are `layers`, and for these only"
+                .to_owned()
+        })?;
+        within(&key("interface_friction"), self.interface_friction, 0.0, 1.0)?;
+        let key = |name: &str| format!("mixture.fluid_resistance.{name}");
+        match self.fluid_resistance {
+            FluidResistanceOptions::None => Ok(()),
+            FluidResistanceOptions::Laminar { viscosity } => {
+                not_negative(&key("viscosity"), viscosity, " (Pa s)")
+            }
+            FluidResistanceOptions::Manning { coefficient } => {
+                not_negative(&key("coefficient"), coefficient, " (s/m^⅓)")
+            }
+            FluidResistanceOptions::Turbulent { turbulence } => {
+                positive(&key("turbulence"), turbulence, " (m/s²)")
+            }
+        }
+    }
+}
+
+impl ColumnOptions {
+    fn validate(&self, mixture: Option<&MixtureOptions>) -> Result<(), Wrong> {
+        let key = |name: &str| format!("column.{name}");
+        check(mixture.is_some(), "column", || "needs a `mixture` of grains and fluid".to_owned())?;
+        check((4..=MOST_CELLS).contains(&self.cells), &key("cells"), || {
+            format!("{} is not in 4..={MOST_CELLS}", self.cells)
+        })?;
+        within(&key("weight"), self.weight, 0.5, 1.0)?;
+        within(&key("excess_ratio"), self.excess_ratio, 0.0, 1.0)?;
+        match (self.consolidation, &self.skeleton) {
+            (Some(value), None) => not_negative(&key("consolidation"), value, " (m²/s)")?,
+            (None, Some(skeleton)) => {
+                skeleton.validate()?;
+                let permeable = mixture.is_some_and(|mixture| mixture.drag != Drag::None);
+                check(permeable, &key("skeleton"), || {
+                    "needs a law of `mixture.drag`, from which the permeability follows".to_owned()
+                })?;
+            }
+            _ => return Err((key("consolidation"), "give it, or the `skeleton`; not both".to_owned())),
+        }
+        if let LowerBound::Total { cavitation } = self.lower_bound {
+            within(&key("lower_bound.cavitation"), cavitation, 0.0, 1e5)?;
+        }
+        let Some(dilatancy) = &self.dilatancy else { return Ok(()) };
+        not_negative(&key("dilatancy.slope"), dilatancy.slope, "")?;
+        within(&key("dilatancy.critical_porosity"), dilatancy.critical_porosity, 0.0, 1.0)?;
+        check(self.skeleton.is_some(), &key("dilatancy"), || {
+            "needs the stiffness of the `skeleton`".to_owned()
+        })
+    }
+}
+
+impl SkeletonOptions {
+    fn validate(&self) -> Result<(), Wrong> {
+        let key = |name: &str| format!("column.skeleton.{name}");
+        positive(&key("youngs_modulus"), self.youngs_modulus, " (Pa)")?;
+        let nu = self.poissons_ratio;
+        check((0.0..0.5).contains(&nu), &key("poissons_ratio"), || {
+            format!("{nu} is not in 0..0.5 (0.5 excluded)")
+        })?;
+        match self.confinement {
+            Confinement::OneDimensional | Confinement::Isotropic => Ok(()),
+            Confinement::Lateral { k0 } => not_negative(&key("confinement.k0"), k0, ""),
+            Confinement::Source { k0 } => positive(&key("confinement.k0"), k0, ""),
+            Confinement::Value { alpha } => positive(&key("confinement.alpha"), alpha, ""),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wrong(text: &str) -> String {
+        let options: DepthOptions = serde_json::from_str(text).unwrap();
+        options.validate().unwrap_err().0
+    }
+
+    /// The sheet's table of bad input, by the key that is named.
+    #[test]
+    fn bad_options_are_named() {
+        let table = [
+            (r#"{ "spacing": 0 }"#, "spacing"),
+            (r#"{ "spacing": 1, "courant": 0.6 }"#, "courant"),
+            (r#"{ "spacing": 1, "smoothing": 0.9 }"#, "smoothing"),
+            (r#"{ "spacing": 1, "max_time_step": 0 }"#, "max_time_step"),
+            (r#"{ "spacing": 1, "erosion": { "law": "hungr", "rate": 1.1 } }"#, "erosion.rate"),
+            (
+                r#"{ "spacing": 1, "mixture": { "grain_density": 900, "drag": { "law": "darcy", "permeability": 1 } } }"#,
+                "mixture.grain_density",
+            ),
+            (r#"{ "spacing": 1, "mixture": { "grain_density": 2600, "porosity": 1 } }"#, "mixture.porosity"),
+            (
+                r#"{ "spacing": 1, "mixture": { "grain_density": 2600, "drag": { "law": "anderson", "settling_velocity": 0 } } }"#,
+                "mixture.drag.settling_velocity",
+            ),
+            (r#"{ "spacing": 1, "column": { "consolidation": 1 } }"#, "column"),
+            (
+                r#"{ "spacing": 1, "mixture": { "grain_density": 2600 }, "column": { "cells": 3, "consolidation": 1 } }"#,
+                "column.cells",
+            ),
+            (
+                r#"{ "spacing": 1, "mixture": { "grain_density": 2600 }, "column": { "weight": 0.4, "consolidation": 1 } }"#,
+                "column.weight",
+            ),
+            (
+                r#"{ "spacing": 1, "mixture": { "grain_density": 2600 }, "column": { "excess_ratio": 1.2, "consolidation": 1 } }"#,
+                "column.excess_ratio",
+            ),
+            (
+                r#"{ "spacing": 1, "mixture": { "grain_density": 2600 }, "column": {} }"#,
+                "column.consolidation",
+            ),
+            (
+                r#"{ "spacing": 1, "mixture": { "grain_density": 2600 }, "column": { "skeleton": { "youngs_modulus": 1e7, "poissons_ratio": 0.2 } } }"#,
+                "column.skeleton",
+            ),
+            (
+                r#"{ "spacing": 1, "earth_pressure": { "internal_friction_angle": 20, "basal_friction_angle": 30 } }"#,
+                "earth_pressure.basal_friction_angle",
+            ),
+        ];
+        for (text, key) in table {
+            assert_eq!(wrong(text), key, "{text}");
+        }
+    }
+
+    #[test]
+    fn doubtful_units_are_remarked() {
+        let text = r#"{ "spacing": 1, "mixture": { "grain_density": 2600, "drag": { "law": "anderson", "settling_velocity": 20 } },
+            "column": { "consolidation": 500 } }"#;
+        let options: DepthOptions = serde_json::from_str(text).unwrap();
+        assert_eq!(options.warnings().len(), 2);
+    }
+}

@@ -1,0 +1,348 @@
+//! Options of `methods.depth-sph` in a case file.
+
+mod checks;
+
+use colluvium_constitutive::basal::BasalSpec;
+use colluvium_points::Shape;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::choices::{Continuity, Frame, Integration, Metric, Momentum, Phases};
+use crate::column::{Drainage, LowerBound, Profile};
+use crate::drag::Drag;
+use crate::erosion::Erosion;
+use crate::kernel::Kernel;
+
+/// Options of depth-integrated SPH.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DepthOptions {
+    /// Initial distance of the nodes (m).
+    pub spacing: f64,
+    /// Kernel.
+    #[serde(default)]
+    pub kernel: Kernel,
+    /// Smoothing length over `spacing`, 1 to 3; 1.5 along a line and 1.3 in plan when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smoothing: Option<f64>,
+    /// Whether smoothing lengths follow the heights, `ℓ^d h / m` constant, within half of the first one and three times it
+    /// (fifty times along a line).
+    #[serde(default = "yes")]
+    pub variable_smoothing: bool,
+    /// Sums of height per step, each with the smoothing lengths that follow from the one before; 1 to 10.
+    #[serde(default = "two")]
+    pub passes: usize,
+    /// How heights follow the nodes.
+    #[serde(default)]
+    pub continuity: Continuity,
+    /// Form of the pressure force.
+    #[serde(default)]
+    pub momentum: Momentum,
+    /// Whether gradients are those of the free surface, by corrected differences: lakes stay at rest, momentum is not
+    /// conserved to round-off.
+    #[serde(default)]
+    pub surface_gradient: bool,
+    /// Time integration.
+    #[serde(default)]
+    pub integration: Integration,
+    /// Linear artificial viscosity, at least 0.
+    #[serde(default = "one")]
+    pub viscosity_linear: f64,
+    /// Quadratic artificial viscosity, at least 0.
+    #[serde(default)]
+    pub viscosity_quadratic: f64,
+    /// Share of the neighbours' velocity with which nodes drift (XSPH), 0 to 1. Of two phases it parts the sets of nodes.
+    #[serde(default)]
+    pub xsph: f64,
+    /// Courant number, up to 0.5.
+    #[serde(default = "courant")]
+    pub courant: f64,
+    /// Longest time step (s); none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_time_step: Option<f64>,
+    /// Axes that depth is measured in. Gravity that is tilted over a flat bed is always `bed-fitted`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<Frame>,
+    /// How depth gradients act over steep terrain.
+    #[serde(default)]
+    pub metric: Metric,
+    /// Whether curvature of the bed acts on friction and pressure. It turns the velocity along the bed in any case.
+    #[serde(default = "yes")]
+    pub curvature_in_friction: bool,
+    /// Resistance of the bed; from the wall below and the material when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub basal: Option<BasalSpec>,
+    /// Parts of the bed that differ; the first that holds a place rules there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub regions: Vec<Region>,
+    /// What the bed lets through of the pore fluid.
+    #[serde(default)]
+    pub drainage: Drainage,
+    /// What is taken up from the bed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub erosion: Option<Erosion>,
+    /// How many phases move on sets of nodes of their own.
+    #[serde(default)]
+    pub phases: Phases,
+    /// What the flowing material is made of, where there is pore fluid or a second layer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mixture: Option<MixtureOptions>,
+    /// Excess pore pressure along the depth; none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<ColumnOptions>,
+    /// Earth-pressure coefficients; isotropic stress when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub earth_pressure: Option<EarthPressureOptions>,
+    /// When the flow has come to rest, in the reading `stopped`.
+    #[serde(default)]
+    pub stop: StopOptions,
+    /// Whether nodes that leave the terrain end the run; they are removed and counted otherwise.
+    #[serde(default)]
+    pub leaving_is_an_error: bool,
+}
+
+/// A part of the bed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    /// Where, in plan: a box of one coordinate in plane strain, any shape of two dimensions in three.
+    pub shape: Shape,
+    /// Resistance; that of the rest of the bed when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub basal: Option<BasalSpec>,
+    /// What it lets through of the pore fluid; as the rest of the bed when absent. A rack is `atmospheric`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drainage: Option<Drainage>,
+    /// What is taken up from it; nothing when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub erosion: Option<Erosion>,
+}
+
+/// Grains and fluid, or two layers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MixtureOptions {
+    /// Density of the grains, or of the lower layer (kg/m³).
+    pub grain_density: f64,
+    /// Density of the fluid, or of the upper layer (kg/m³).
+    #[serde(default = "water")]
+    pub fluid_density: f64,
+    /// Porosity at the start, between 0 and 1; of no meaning for two layers.
+    #[serde(default = "half")]
+    pub porosity: f64,
+    /// Drag between grains and fluid that move apart, or the permeability of columns.
+    #[serde(default)]
+    pub drag: Drag,
+    /// Resistance of the bed to the fluid.
+    #[serde(default)]
+    pub fluid_resistance: FluidResistanceOptions,
+    /// Names of the bodies that are the upper of two layers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub upper: Vec<String>,
+    /// Coefficient of friction between two layers, 0 to 1.
+    #[serde(default)]
+    pub interface_friction: f64,
+}
+
+/// Resistance of the bed to the pore fluid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "law", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum FluidResistanceOptions {
+    /// None.
+    #[default]
+    None,
+    /// `3 μ v / h`.
+    Laminar {
+        /// Viscosity (Pa s), not negative.
+        viscosity: f64,
+    },
+    /// `ρ g n² v² / h^⅓`.
+    Manning {
+        /// Manning's coefficient (s/m^⅓), not negative.
+        coefficient: f64,
+    },
+    /// `ρ g v² / ξ`.
+    Turbulent {
+        /// Coefficient `ξ` (m/s²), > 0.
+        turbulence: f64,
+    },
+}
+
+/// Columns of excess pore pressure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ColumnOptions {
+    /// Intervals over the depth, 4 to 1000.
+    #[serde(default = "twenty")]
+    pub cells: usize,
+    /// Weight of the new time level: 1 is backward Euler, 0.5 Crank–Nicolson.
+    #[serde(default = "one")]
+    pub weight: f64,
+    /// How a column carries its pressure.
+    #[serde(default)]
+    pub profile: Profile,
+    /// Coefficient of consolidation (m²/s), not negative; 0 without drainage. Give this or `skeleton`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub consolidation: Option<f64>,
+    /// Stiffness of the skeleton, which with the permeability of the drag law gives the coefficient of consolidation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub skeleton: Option<SkeletonOptions>,
+    /// How low the pressure may fall.
+    #[serde(default)]
+    pub lower_bound: LowerBound,
+    /// Excess pressure at the base over that of full liquefaction, at the start; 0 to 1, linear over the depth.
+    #[serde(default)]
+    pub excess_ratio: f64,
+    /// Dilatancy under shear; none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dilatancy: Option<DilatancyOptions>,
+}
+
+/// Stiffness of the skeleton, `K_v/α` with `K_v = E/(3(1 - 2ν))`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SkeletonOptions {
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, 0 to 0.5 (excluded).
+    pub poissons_ratio: f64,
+    /// State of stress.
+    #[serde(default)]
+    pub confinement: Confinement,
+}
+
+/// The factor `α` of the state of stress.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[schemars(rename = "DepthConfinement")]
+pub enum Confinement {
+    /// No lateral strain: `α = (1 + 2 k₀)/3`, `k₀ = ν/(1 - ν)`.
+    #[default]
+    OneDimensional,
+    /// No lateral strain with a coefficient of its own: `α = (1 + 2 k₀)/3`.
+    Lateral {
+        /// Coefficient of lateral stress `k₀`, not negative.
+        k0: f64,
+    },
+    /// Equal stress: `α = 1`.
+    Isotropic,
+    /// As the source prints it: `α = k₀`.
+    Source {
+        /// Coefficient of lateral stress `k₀`, > 0.
+        k0: f64,
+    },
+    /// A value.
+    Value {
+        /// `α`, > 0.
+        alpha: f64,
+    },
+}
+
+impl SkeletonOptions {
+    /// `K_v/α` (Pa).
+    pub fn stiffness(&self) -> f64 {
+        let nu = self.poissons_ratio;
+        let alpha = match self.confinement {
+            Confinement::OneDimensional => (1.0 + 2.0 * nu / (1.0 - nu)) / 3.0,
+            Confinement::Lateral { k0 } => (1.0 + 2.0 * k0) / 3.0,
+            Confinement::Isotropic => 1.0,
+            Confinement::Source { k0 } => k0,
+            Confinement::Value { alpha } => alpha,
+        };
+        self.youngs_modulus / (3.0 * (1.0 - 2.0 * nu)) / alpha
+    }
+}
+
+/// Dilatancy of Iverson and George: `tan ψ = slope (critical_porosity - n)`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DilatancyOptions {
+    /// Slope, not negative.
+    pub slope: f64,
+    /// Porosity at which shear changes no volume, between 0 and 1.
+    pub critical_porosity: f64,
+}
+
+/// Savage–Hutter's earth pressure.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EarthPressureOptions {
+    /// Internal friction angle (degrees), 0 to 90 (excluded), not below the basal one.
+    pub internal_friction_angle: f64,
+    /// Friction angle at the bed (degrees).
+    pub basal_friction_angle: f64,
+}
+
+/// When a flow counts as stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct StopOptions {
+    /// Speed below which a node rests (m/s).
+    pub speed: f64,
+    /// Share of the volume that must rest.
+    pub share: f64,
+    /// Kinetic energy over its largest value that must be fallen below.
+    pub kinetic_ratio: f64,
+    /// Time for which all of it must hold (s).
+    pub hold: f64,
+}
+
+impl Default for StopOptions {
+    fn default() -> Self {
+        Self { speed: 0.05, share: 0.99, kinetic_ratio: 0.01, hold: 1.0 }
+    }
+}
+
+const fn yes() -> bool {
+    true
+}
+const fn two() -> usize {
+    2
+}
+const fn twenty() -> usize {
+    20
+}
+const fn one() -> f64 {
+    1.0
+}
+const fn half() -> f64 {
+    0.4
+}
+const fn water() -> f64 {
+    1000.0
+}
+const fn courant() -> f64 {
+    0.3
+}
+
+impl DepthOptions {
+    /// Smoothing length over spacing in a plan of `dimension` axes (sheet: depth-sph §0, defaults).
+    pub fn smoothing_ratio(&self, dimension: usize) -> f64 {
+        self.smoothing.unwrap_or(if dimension == 1 { 1.5 } else { 1.3 })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn confined_stiffness_is_that_of_the_oedometer() {
+        let (e, nu) = (2e7, 0.3);
+        let skeleton = SkeletonOptions {
+            youngs_modulus: e,
+            poissons_ratio: nu,
+            confinement: Confinement::OneDimensional,
+        };
+        let oedometer = e * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu));
+        assert!((skeleton.stiffness() / oedometer - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn options_need_a_spacing_and_refuse_strangers() {
+        let options: DepthOptions = serde_json::from_str(r#"{ "spacing": 0.5 }"#).unwrap();
+        assert_eq!((options.smoothing_ratio(1), options.smoothing_ratio(2)), (1.5, 1.3));
+        assert!(options.validate().is_ok());
+        assert!(serde_json::from_str::<DepthOptions>(r#"{ "spacing": 0.5, "courants": 1 }"#).is_err());
+    }
+}

@@ -1,0 +1,322 @@
+//! What acts on velocities beside the kick: drag between phases and the resistance of the bed (sheet: depth-sph §3.4, steps 5
+//! and 6, as amended).
+
+use colluvium_constitutive::basal::BasalFlow;
+use rayon::prelude::*;
+
+use super::Flow;
+use super::heights::{average, own_average};
+use super::set::{Set, TASK};
+use crate::choices::Phases;
+use crate::drag::shares;
+use crate::friction::implicit_speed;
+use crate::nodes::{Plan, norm};
+use crate::settings::{FluidResistance, Settings, Zone};
+
+/// Masses per area of the phases at a node, and how much of a slip they lose in a step.
+#[derive(Clone, Copy, Debug)]
+struct Bond {
+    /// Mass per plan area of the grains and of the fluid (kg/m²).
+    masses: [f64; 2],
+    /// Share of the old slip that is lost, and of what the forces of the step add.
+    shares: (f64, f64),
+}
+
+impl Bond {
+    /// Velocity per impulse on the grains (m² / kg).
+    fn mobility(&self) -> f64 {
+        let [solid, fluid] = self.masses;
+        (1.0 - self.shares.1 * fluid / (solid + fluid)) / solid
+    }
+
+    /// What the other phase takes of an impulse on the grains, per its area (m²/kg).
+    fn passed(&self) -> f64 {
+        self.shares.1 / (self.masses[0] + self.masses[1])
+    }
+
+    /// Share by which slip moves the nodes of a phase: towards the other one.
+    fn part(&self, role: usize) -> f64 {
+        let [solid, fluid] = self.masses;
+        if role == 0 { fluid / (solid + fluid) } else { -solid / (solid + fluid) }
+    }
+}
+
+/// Flow of a column of total density `density` as the law of the bed sees it, at the speed along the bed.
+fn basal_flow<const D: usize>(
+    flow: &Flow<D>,
+    set: &Set<D>,
+    i: usize,
+    velocity: &Plan<D>,
+    porosity: f64,
+) -> BasalFlow {
+    // A layer bears its own weight on its base; water above it stands in its pores as well.
+    let depth = if flow.settings.phases == Phases::Layers { set.nodes.height[i] } else { set.nodes.depth[i] };
+    let material = &flow.settings.material;
+    let densities = &material.densities;
+    let bed = &set.bed[i];
+    let pull = set.nodes.pull[i];
+    let density = densities.mixture(porosity);
+    let pore_pressure = if material.saturated {
+        let excess = densities.submerged(porosity) * flow.heads.base(i);
+        pull * (densities.fluid * depth + excess)
+    } else {
+        0.0
+    };
+    BasalFlow {
+        depth: depth / bed.steepness().sqrt(),
+        speed: bed.speed(velocity),
+        normal_stress: density * pull * depth,
+        pore_pressure,
+        slope: 0.0,
+        unit_weight: density * flow.settings.whole_gravity(),
+    }
+}
+
+/// Scales a velocity so that its speed along the bed changes from `before` to `after` (m/s).
+fn scale<const D: usize>(velocity: &mut Plan<D>, before: f64, after: f64) {
+    if before > 0.0 {
+        let factor = after / before;
+        velocity.iter_mut().for_each(|v| *v *= factor);
+    }
+}
+
+impl<const D: usize> Flow<D> {
+    /// Step 6 of a single phase: the whole resistance, implicit.
+    pub(super) fn resist_single(&mut self, dt: f64) {
+        let mut velocity = std::mem::take(&mut self.sets[0].nodes.velocity);
+        let (flow, set) = (&*self, &self.sets[0]);
+        let porosity = self.settings.material.porosity;
+        let along = self.settings.numerics.friction_along_x;
+        velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
+            let zone = self.settings.zone(&set.nodes.position[i]);
+            let Some(law) = &zone.law else { return };
+            let basal = basal_flow(flow, set, i, v, porosity);
+            let per_stress = dt / (self.settings.material.density() * basal.depth);
+            if along {
+                v[0] -= per_stress * law.max_static(&basal);
+                return;
+            }
+            let after = law.slowed(&basal, per_stress);
+            scale(v, basal.speed, after);
+        });
+        self.sets[0].nodes.velocity = velocity;
+    }
+
+    /// Steps 5 and 6 of two phases.
+    pub(super) fn couple(&mut self, dt: f64) {
+        let bonds: Vec<Vec<Option<Bond>>> = (0..2).map(|role| self.bonds(role, dt)).collect();
+        self.relax(&bonds, Slip::Whole);
+        let impulses = self.hold_solid(&bonds[0], dt);
+        self.pass_impulses(&bonds[1], &impulses);
+        // The part of the resistance that grows with the speed, each phase by itself; what it adds to the slip relaxes.
+        for set in &mut self.sets {
+            set.before.clone_from(&set.nodes.velocity);
+        }
+        self.slow(0, dt);
+        self.slow(1, dt);
+        self.relax(&bonds, Slip::Added);
+    }
+
+    /// Masses and shares at the nodes of a phase; `None` where the other phase is not there.
+    fn bonds(&self, role: usize, dt: f64) -> Vec<Option<Bond>> {
+        let set = &self.sets[role];
+        let densities = &self.settings.material.densities;
+        let bond = |i: usize| {
+            let (own, partner) = (set.nodes.height[i], set.seen.partner[i]);
+            if own < self.thin || partner < self.thin {
+                return None;
+            }
+            let [solid, fluid] = if role == 0 { [own, partner] } else { [partner, own] };
+            let porosity = fluid / (solid + fluid);
+            let slip = self.slip(role, i).map_or(0.0, |slip| norm(&slip[0]));
+            let beta = self.settings.drag.relaxation(porosity, slip, densities);
+            let masses = [densities.grain * solid, densities.fluid * fluid];
+            Some(Bond { masses, shares: shares(beta * dt) })
+        };
+        (0..set.len()).into_par_iter().with_min_len(TASK).map(bond).collect()
+    }
+
+    /// Slip at a node of a phase, by averages of both phases at the same place with the same kernel: that of the velocities
+    /// before the step, and what the step has added.
+    fn slip(&self, role: usize, i: usize) -> Option<[Plan<D>; 2]> {
+        let kernel = self.settings.numerics.kernel;
+        let (own, other) = (&self.sets[role], &self.sets[1 - role]);
+        let length = own.nodes.length[i];
+        let both = |set: &Set<D>, j: usize| {
+            let (image, number) = match j.checked_sub(set.len()) {
+                Some(k) => (Some(&set.images[k]), set.images[k].source as usize),
+                None => (None, j),
+            };
+            let (old, new) = (set.before[number], set.nodes.velocity[number]);
+            let added: Plan<D> = std::array::from_fn(|c| new[c] - old[c]);
+            let turned = |v: Plan<D>| image.map_or(v, |image| image.turn(&v));
+            let (old, added) = (turned(old), turned(added));
+            // In the plane of the problem; the second axis of one dimension stays zero.
+            std::array::from_fn::<f64, 4, _>(|c| {
+                let axis = c % 2;
+                if axis >= D {
+                    0.0
+                } else if c < 2 {
+                    old[axis]
+                } else {
+                    added[axis]
+                }
+            })
+        };
+        let mine = own_average(kernel, i, length, &own.seen, &own.near, |j| both(own, j))?;
+        let across = own.across.of(i).iter().map(|&j| j as usize);
+        let theirs =
+            average(kernel, &own.nodes.position[i], length, &other.seen, across, |j| both(other, j))?;
+        let sign = if role == 0 { 1.0 } else { -1.0 };
+        Some([0, 2].map(|first| std::array::from_fn(|c| sign * (theirs[first + c] - mine[first + c]))))
+    }
+
+    /// Step 5: slip relaxes, all of it or what the velocities have gained since `before`.
+    fn relax(&mut self, bonds: &[Vec<Option<Bond>>], which: Slip) {
+        let changes: Vec<Vec<Plan<D>>> = (0..2)
+            .map(|role| {
+                let change = |i: usize| {
+                    let Some(bond) = &bonds[role][i] else { return [0.0; D] };
+                    let (old, new) = bond.shares;
+                    let Some([before, added]) = self.slip(role, i) else { return [0.0; D] };
+                    let part = bond.part(role);
+                    let old = if which == Slip::Whole { old } else { 0.0 };
+                    std::array::from_fn(|c| part * (old * before[c] + new * added[c]))
+                };
+                (0..self.sets[role].len()).into_par_iter().with_min_len(TASK).map(change).collect()
+            })
+            .collect();
+        for (set, changes) in self.sets.iter_mut().zip(&changes) {
+            for (v, change) in set.nodes.velocity.iter_mut().zip(changes) {
+                for c in 0..D {
+                    v[c] += change[c];
+                }
+            }
+        }
+    }
+
+    /// Step 6: the yield part of the resistance on the grains, with a mobility that knows the drag; impulses per plan area.
+    fn hold_solid(&mut self, bonds: &[Option<Bond>], dt: f64) -> Vec<Plan<D>> {
+        let set = &self.sets[0];
+        let densities = &self.settings.material.densities;
+        let impulse = |i: usize| {
+            let v = set.nodes.velocity[i];
+            let Some(law) = &self.settings.zone(&set.nodes.position[i]).law else { return ([0.0; D], v) };
+            let porosity = set.seen.porosity[i];
+            let basal = basal_flow(self, set, i, &v, porosity);
+            let speed = norm(&v);
+            if speed == 0.0 {
+                return ([0.0; D], v);
+            }
+            let mobility =
+                bonds[i].map_or(1.0 / (densities.grain * set.nodes.height[i]), |bond| bond.mobility());
+            let cosine = 1.0 / set.bed[i].steepness().sqrt();
+            let share = if basal.speed > 0.0 { speed / basal.speed } else { 1.0 };
+            let yields = dt * law.max_static(&basal) / cosine * share;
+            let size = yields.min(speed / mobility);
+            let impulse: Plan<D> = std::array::from_fn(|c| size * v[c] / speed);
+            // At the limit the node stops exactly.
+            let left =
+                if size < yields { [0.0; D] } else { std::array::from_fn(|c| v[c] - mobility * impulse[c]) };
+            (impulse, left)
+        };
+        let found: Vec<(Plan<D>, Plan<D>)> =
+            (0..set.len()).into_par_iter().with_min_len(TASK).map(impulse).collect();
+        for (v, (_, left)) in self.sets[0].nodes.velocity.iter_mut().zip(&found) {
+            *v = *left;
+        }
+        found.into_iter().map(|(impulse, _)| impulse).collect()
+    }
+
+    /// What the fluid takes of the impulses on the grains.
+    fn pass_impulses(&mut self, bonds: &[Option<Bond>], impulses: &[Plan<D>]) {
+        let kernel = self.settings.numerics.kernel;
+        let (solid, fluid) = (&self.sets[0], &self.sets[1]);
+        let taken = |i: usize| {
+            let Some(bond) = &bonds[i] else { return [0.0; D] };
+            let across = fluid.across.of(i).iter().map(|&j| j as usize);
+            let of_solid = |j: usize| {
+                let (sign, number) = match j.checked_sub(solid.len()) {
+                    Some(k) => (solid.images[k].sign, solid.images[k].source as usize),
+                    None => ([1.0; D], j),
+                };
+                std::array::from_fn::<f64, 2, _>(|c| if c < D { sign[c] * impulses[number][c] } else { 0.0 })
+            };
+            let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
+            let mean = average(kernel, x, length, &solid.seen, across, of_solid).unwrap_or([0.0; 2]);
+            std::array::from_fn(|c| bond.passed() * mean[c])
+        };
+        let taken: Vec<Plan<D>> = (0..fluid.len()).into_par_iter().with_min_len(TASK).map(taken).collect();
+        for (v, taken) in self.sets[1].nodes.velocity.iter_mut().zip(&taken) {
+            for c in 0..D {
+                v[c] -= taken[c];
+            }
+        }
+    }
+
+    /// The part of the resistance that grows with the speed, on one phase.
+    fn slow(&mut self, role: usize, dt: f64) {
+        let mut velocity = std::mem::take(&mut self.sets[role].nodes.velocity);
+        let (set, flow) = (&self.sets[role], &*self);
+        velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
+            let zone = flow.settings.zone(&set.nodes.position[i]);
+            let speed = set.bed[i].speed(v);
+            if speed == 0.0 {
+                return;
+            }
+            let after = if role == 0 {
+                slow_solid(flow, set, zone, i, speed, dt)
+            } else {
+                slow_fluid(&flow.settings, set, i, speed, dt)
+            };
+            scale(v, speed, after);
+        });
+        self.sets[role].nodes.velocity = velocity;
+    }
+}
+
+/// Which slip relaxes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Slip {
+    /// That of before the step, and what the step has added.
+    Whole,
+    /// What has been added since the velocities were last kept.
+    Added,
+}
+
+/// Speed of the grains after the part of their resistance that grows with it (m/s).
+fn slow_solid<const D: usize>(
+    flow: &Flow<D>,
+    set: &Set<D>,
+    zone: &Zone,
+    i: usize,
+    speed: f64,
+    dt: f64,
+) -> f64 {
+    let Some(law) = &zone.law else { return speed };
+    let densities = &flow.settings.material.densities;
+    let porosity = set.seen.porosity[i];
+    let (depth, steepness) = (set.nodes.depth[i], set.bed[i].steepness());
+    let density = (1.0 - porosity) * densities.grain;
+    let basal = BasalFlow {
+        depth: depth / steepness.sqrt(),
+        speed,
+        normal_stress: density * set.nodes.pull[i] * depth,
+        pore_pressure: 0.0,
+        slope: 0.0,
+        unit_weight: density * flow.settings.whole_gravity(),
+    };
+    law.dragged(&basal, dt / (density * basal.depth))
+}
+
+/// Speed of the fluid after its resistance (m/s).
+fn slow_fluid<const D: usize>(settings: &Settings<D>, set: &Set<D>, i: usize, speed: f64, dt: f64) -> f64 {
+    if settings.fluid_resistance == FluidResistance::None {
+        return speed;
+    }
+    let depth = set.nodes.depth[i] / set.bed[i].steepness().sqrt();
+    let law = settings.fluid_resistance;
+    let density = settings.material.densities.fluid;
+    // The area fraction n of the resistance and of the mass cancel.
+    implicit_speed(speed, |v| dt / depth * law.over_density(depth, v, density, settings.whole_gravity()))
+}

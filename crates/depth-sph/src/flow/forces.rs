@@ -1,0 +1,251 @@
+//! Pressure, artificial viscosity, gradients of porosity and the reaction of the bed (sheet: depth-sph §2.5, §2.9, §2.10).
+
+use rayon::prelude::*;
+
+use super::set::{Set, TASK};
+use crate::choices::{Metric, Momentum, Phases};
+use crate::nodes::{Plan, Seen, dot};
+use crate::settings::Settings;
+
+/// Below this determinant the correction of gradients is left out (sheet: depth-sph §2.10).
+const ILL_CONDITIONED: f64 = 1e-3;
+/// Fields whose gradients are taken: height, that of the other phase, porosity, excess pressure, level of the bed.
+const FIELDS: usize = 5;
+/// Keeps the viscosity finite for nodes that meet, in squares of the smoothing length.
+const SOFTENING: f64 = 0.01;
+
+/// Which phase a set is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// The only one.
+    Single,
+    /// Grains of a mixture.
+    Solid,
+    /// Pore fluid of a mixture.
+    Fluid,
+    /// Avalanche below water.
+    Lower,
+    /// Water above an avalanche.
+    Upper,
+}
+
+/// Sums over the neighbours of a node.
+struct Sums<const D: usize> {
+    /// `Σ m (p_I + p_J) ∇W`, the pressure force over `-g_*`.
+    push: Plan<D>,
+    /// `-Σ m Π ∇W` (m/s²).
+    viscous: Plan<D>,
+    /// `Σ (m/h) (f_J - f_I) ∇W` of the fields.
+    slopes: [Plan<D>; FIELDS],
+    /// `Σ (m/h) (x_J - x_I) ⊗ ∇W`.
+    moment: [Plan<D>; D],
+}
+
+/// `A⁻¹ b` in one or two dimensions; `b` where `A` is ill-conditioned.
+pub fn corrected<const D: usize>(matrix: &[Plan<D>; D], vector: &Plan<D>) -> Plan<D> {
+    let mut result = *vector;
+    if D == 1 {
+        if matrix[0][0] > ILL_CONDITIONED {
+            result[0] = vector[0] / matrix[0][0];
+        }
+        return result;
+    }
+    let determinant = matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0];
+    if determinant > ILL_CONDITIONED {
+        result[0] = (matrix[1][1] * vector[0] - matrix[0][1] * vector[1]) / determinant;
+        result[1] = (matrix[0][0] * vector[1] - matrix[1][0] * vector[0]) / determinant;
+    }
+    result
+}
+
+/// The sums of the forces between the nodes of one set.
+struct Pairs<'a, const D: usize> {
+    settings: &'a Settings<D>,
+    set: &'a Set<D>,
+}
+
+impl<const D: usize> Pairs<'_, D> {
+    /// Sums over the neighbours of node `i`; gradients only where they are asked for.
+    #[inline]
+    fn sums<const GRADIENTS: bool>(&self, i: usize) -> Sums<D> {
+        let numerics = &self.settings.numerics;
+        let (kernel, seen) = (numerics.kernel, &self.set.seen);
+        let (linear, quadratic) = numerics.viscosity;
+        let product = numerics.momentum == Momentum::Product;
+        let half_support = 0.5 * kernel.support();
+        let (x, v, length, height) = (&seen.position[i], &seen.velocity[i], seen.length[i], seen.height[i]);
+        let (pressure, pull, depth) = (seen.pressure[i], self.set.nodes.pull[i], seen.depth[i]);
+        let fields = fields(seen, i);
+        let mut sums =
+            Sums { push: [0.0; D], viscous: [0.0; D], slopes: [[0.0; D]; FIELDS], moment: [[0.0; D]; D] };
+        let factor = kernel.factor::<D>();
+        for &j in self.set.near.of(i) {
+            let j = j as usize;
+            let apart: Plan<D> = std::array::from_fn(|c| x[c] - seen.position[j][c]);
+            let square = dot(&apart, &apart);
+            let both = length + seen.length[j];
+            let reach = half_support * both;
+            if square >= reach * reach {
+                continue;
+            }
+            let mean = 0.5 * both;
+            let inverse = 1.0 / mean;
+            let weight = factor
+                * inverse.powi(D as i32 + 2)
+                * kernel.slope::<D>(square.sqrt() * inverse)
+                * seen.volume[j];
+            let pair = if product {
+                // (P_I + P_J)/(h_I h_J) of what is given as P/h².
+                pressure * height / seen.height[j] + seen.pressure[j] * seen.height[j] / height
+            } else {
+                pressure + seen.pressure[j]
+            };
+            for c in 0..D {
+                sums.push[c] += pair * weight * apart[c];
+            }
+            let closing: f64 = (0..D).map(|c| (v[c] - seen.velocity[j][c]) * apart[c]).sum();
+            if closing < 0.0 {
+                let mu = mean * closing / (square + SOFTENING * mean * mean);
+                let celerity = (pull * 0.5 * (depth + seen.depth[j])).sqrt();
+                let strength = (quadratic * mu - linear * celerity) * mu * 2.0 / (height + seen.height[j]);
+                for c in 0..D {
+                    sums.viscous[c] -= strength * weight * apart[c];
+                }
+            }
+            if GRADIENTS {
+                let share = weight / seen.height[j];
+                let there = self::fields(seen, j);
+                for c in 0..D {
+                    for (slope, (there, here)) in sums.slopes.iter_mut().zip(there.iter().zip(&fields)) {
+                        slope[c] += share * (there - here) * apart[c];
+                    }
+                    for k in 0..D {
+                        sums.moment[c][k] -= share * apart[c] * apart[k];
+                    }
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// The fields of which gradients are taken; those that a problem does not have are zero.
+#[inline]
+fn fields<const D: usize>(seen: &Seen<D>, i: usize) -> [f64; FIELDS] {
+    let of = |column: &[f64]| column.get(i).copied().unwrap_or(0.0);
+    [seen.height[i], of(&seen.partner), of(&seen.porosity), of(&seen.excess), of(&seen.level)]
+}
+
+impl<const D: usize> Set<D> {
+    /// Step 4: accelerations of the nodes but for drag and the resistance of the bed. `weak(i)` tells whether drag is weak
+    /// at a node, `other` is the other set of two layers.
+    pub fn accelerate(
+        &mut self,
+        settings: &Settings<D>,
+        role: Role,
+        weak: impl Fn(usize) -> bool + Sync,
+        other: Option<&Seen<D>>,
+    ) {
+        let mut acceleration = std::mem::take(&mut self.acceleration);
+        acceleration.resize(self.len(), [0.0; D]);
+        let pairs = Pairs { settings, set: self };
+        let form = settings.numerics.momentum;
+        let plain =
+            settings.phases != Phases::Two && form != Momentum::Node && !settings.numerics.surface_gradient;
+        acceleration.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, a)| {
+            let own = if plain {
+                let sums = pairs.sums::<false>(i);
+                std::array::from_fn(|c| sums.viscous[c] - pairs.set.nodes.pull[i] * sums.push[c])
+            } else {
+                let sums = pairs.sums::<true>(i);
+                let by_differences = match form {
+                    Momentum::Node => true,
+                    Momentum::Automatic => settings.phases == Phases::Two && weak(i),
+                    Momentum::Symmetric | Momentum::Product => false,
+                };
+                pairs.push(role, i, &sums, by_differences || settings.numerics.surface_gradient)
+            };
+            *a = pairs.with_bed(i, own);
+            if let Some(other) = other {
+                pairs.add_layer(role, i, other, a);
+            }
+        });
+        self.acceleration = acceleration;
+    }
+}
+
+impl<const D: usize> Pairs<'_, D> {
+    /// Pressure force and viscosity of node `i` of two phases, or by differences (m/s²).
+    fn push(&self, role: Role, i: usize, sums: &Sums<D>, by_differences: bool) -> Plan<D> {
+        let (seen, settings) = (&self.set.seen, self.settings);
+        let pull = self.set.nodes.pull[i];
+        let [height, partner, porosity, excess, _] = fields(seen, i);
+        let slopes = sums.slopes.map(|slope| corrected(&sums.moment, &slope));
+        let [height_slope, partner_slope, porosity_slope, excess_slope, level_slope] = slopes;
+        let densities = &settings.material.densities;
+        let ratio = densities.fluid / densities.grain;
+        let depth = seen.depth[i];
+        std::array::from_fn(|c| {
+            let own = match (role, by_differences) {
+                (Role::Solid, true) => {
+                    let buoyant = 0.5 * (1.0 - ratio) * partner / height * height_slope[c];
+                    let weight = height_slope[c] + 0.5 * (1.0 + ratio) * partner_slope[c] + buoyant;
+                    porosity / (densities.grain * height) * excess_slope[c] - weight
+                }
+                (Role::Fluid, true) => {
+                    -(height_slope[c] + partner_slope[c]) - excess_slope[c] / (densities.fluid * depth)
+                }
+                (_, true) => -height_slope[c],
+                (Role::Solid, false) => {
+                    let force = 0.5 * ratio * depth * depth + excess / densities.grain;
+                    -sums.push[c] - force / height * porosity_slope[c]
+                }
+                (Role::Fluid, false) => {
+                    let force = 0.5 * depth * depth + excess / densities.fluid;
+                    force / height * porosity_slope[c] - sums.push[c]
+                }
+                (_, false) => -sums.push[c],
+            };
+            // Of the free surface: the slope of the bed by the same differences, in place of its own.
+            let level = if settings.numerics.surface_gradient { level_slope[c] } else { 0.0 };
+            pull * (own - level) + sums.viscous[c]
+        })
+    }
+
+    /// Adds the reaction of the bed and gravity along the frame to the force of node `i` (m/s²).
+    #[inline]
+    fn with_bed(&self, i: usize, force: Plan<D>) -> Plan<D> {
+        let settings = self.settings;
+        let bed = &self.set.bed[i];
+        let slope = &bed.slope;
+        let along = match settings.metric {
+            Metric::Vertical => 0.0,
+            Metric::Normal => dot(slope, &force) / bed.steepness(),
+        };
+        // What the free surface has counted of the bed is left out here.
+        let counted = if settings.numerics.surface_gradient { self.set.nodes.pull[i] } else { 0.0 };
+        let reaction = self.set.reaction[i] - counted;
+        std::array::from_fn(|c| force[c] - along * slope[c] - reaction * slope[c] + settings.drive[c])
+    }
+
+    /// The weight of the other layer (sheet: depth-sph §2.11).
+    fn add_layer(&self, role: Role, i: usize, other: &Seen<D>, a: &mut Plan<D>) {
+        let densities = &self.settings.material.densities;
+        let factor = if role == Role::Lower { densities.fluid / densities.grain } else { 1.0 };
+        let kernel = self.settings.numerics.kernel;
+        let seen = &self.set.seen;
+        let (x, length) = (&seen.position[i], seen.length[i]);
+        for &j in self.set.across.of(i) {
+            let j = j as usize;
+            let apart: Plan<D> = std::array::from_fn(|c| x[c] - other.position[j][c]);
+            let distance = dot(&apart, &apart).sqrt();
+            if distance >= kernel.support() * length {
+                continue;
+            }
+            let weight = other.volume[j] * kernel.gradient::<D>(distance, length);
+            for c in 0..D {
+                a[c] -= factor * self.set.nodes.pull[i] * weight * apart[c];
+            }
+        }
+    }
+}

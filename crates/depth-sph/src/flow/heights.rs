@@ -1,0 +1,157 @@
+//! Heights by summation over the nodes around, and smoothing lengths that follow them (sheet: depth-sph §2.10).
+
+use colluvium_points::NeighbourList;
+use rayon::prelude::*;
+
+use super::set::{Set, TASK, copy};
+use crate::choices::Continuity;
+use crate::kernel::Kernel;
+use crate::nodes::{Plan, Seen};
+use crate::settings::Numerics;
+
+/// Below this denominator an average over the nodes of a phase is none (sheet: depth-sph §2.10).
+const NO_PARTNER: f64 = 1e-6;
+
+/// Square of the distance of two places (m²).
+#[inline]
+fn square<const D: usize>(a: &Plan<D>, b: &Plan<D>) -> f64 {
+    (0..D).map(|c| (a[c] - b[c]).powi(2)).sum()
+}
+
+/// `Σ m W` over neighbours, with the smoothing length of the place.
+#[inline]
+pub fn sum<const D: usize>(
+    kernel: Kernel,
+    x: &Plan<D>,
+    length: f64,
+    seen: &Seen<D>,
+    neighbours: &[u32],
+) -> f64 {
+    let inverse = 1.0 / length;
+    let within = (kernel.support() * length).powi(2);
+    let mut total = 0.0;
+    for &j in neighbours {
+        let j = j as usize;
+        let r = square(x, &seen.position[j]);
+        if r < within {
+            total += seen.volume[j] * kernel.shape::<D>(r.sqrt() * inverse);
+        }
+    }
+    total * kernel.factor::<D>() * inverse.powi(D as i32)
+}
+
+impl<const D: usize> Set<D> {
+    /// Step 2: heights of the phase, with smoothing lengths that keep `h ℓ^d / m`.
+    pub fn sum_heights(&mut self, numerics: &Numerics) {
+        let kernel = numerics.kernel;
+        let (seen, near) = (&self.seen, &self.near);
+        let (position, volume, first, scale) =
+            (&self.nodes.position, &self.nodes.volume, &self.nodes.first_length, &self.nodes.scale);
+        let columns = self.nodes.height.par_iter_mut().zip(self.nodes.length.par_iter_mut()).enumerate();
+        columns.with_min_len(TASK).for_each(|(i, (height, length))| {
+            for _ in 0..numerics.passes {
+                *height = sum(kernel, &position[i], *length, seen, near.of(i))
+                    + volume[i] * kernel.value::<D>(0.0, *length);
+                if numerics.variable_length {
+                    *length = following::<D>(scale[i], volume[i], *height, first[i], numerics.length_range);
+                }
+            }
+        });
+        if numerics.continuity == Continuity::Normalised {
+            self.normalise(kernel);
+        }
+    }
+
+    /// Divides heights by `Σ (m/h) W`, with the heights of before.
+    fn normalise(&mut self, kernel: Kernel) {
+        if self.seen.height.len() != self.seen.position.len() {
+            // There is nothing before the first sum.
+            self.raise_images();
+        }
+        let (seen, near, nodes) = (&self.seen, &self.near, &self.nodes);
+        let share = |i: usize| {
+            let own = kernel.value::<D>(0.0, nodes.length[i]) * nodes.volume[i] / seen.height[i];
+            near.of(i).iter().fold(own, |sum, &j| {
+                let j = j as usize;
+                let r = square(&nodes.position[i], &seen.position[j]).sqrt();
+                sum + seen.volume[j] / seen.height[j] * kernel.value::<D>(r, nodes.length[i])
+            })
+        };
+        (0..nodes.len()).into_par_iter().with_min_len(TASK).map(share).collect_into_vec(&mut self.scalars);
+        for (height, share) in self.nodes.height.iter_mut().zip(&self.scalars) {
+            *height /= share;
+        }
+    }
+
+    /// Smoothing lengths where heights are integrated in time.
+    pub fn follow_heights(&mut self, numerics: &Numerics) {
+        if !numerics.variable_length {
+            return;
+        }
+        let nodes = &mut self.nodes;
+        for i in 0..nodes.len() {
+            let (scale, first) = (nodes.scale[i], nodes.first_length[i]);
+            nodes.length[i] =
+                following::<D>(scale, nodes.volume[i], nodes.height[i], first, numerics.length_range);
+        }
+    }
+
+    /// Height of the other phase at each node (m), by summation.
+    pub fn sum_partners(&mut self, kernel: Kernel, other: &Seen<D>) {
+        let (nodes, across) = (&self.nodes, &self.across);
+        let partner = |i: usize| sum(kernel, &nodes.position[i], nodes.length[i], other, across.of(i));
+        (0..nodes.len()).into_par_iter().with_min_len(TASK).map(partner).collect_into_vec(&mut self.scalars);
+        copy(&self.images, &self.scalars, &mut self.seen.partner);
+    }
+}
+
+/// `ℓ = (scale m / h)^(1/d)` within its bounds.
+#[inline]
+fn following<const D: usize>(scale: f64, volume: f64, height: f64, first: f64, range: (f64, f64)) -> f64 {
+    let power = scale * volume / height;
+    let length = if D == 1 { power } else { power.sqrt() };
+    // A height of zero has an infinite length: the upper bound holds.
+    length.clamp(range.0 * first, range.1 * first)
+}
+
+/// `Σ (m/h) f W / Σ (m/h) W` of a field at a place; `None` where there are no such nodes.
+#[inline]
+pub fn average<const D: usize, const N: usize>(
+    kernel: Kernel,
+    x: &Plan<D>,
+    length: f64,
+    seen: &Seen<D>,
+    neighbours: impl Iterator<Item = usize>,
+    field: impl Fn(usize) -> [f64; N],
+) -> Option<[f64; N]> {
+    let inverse = 1.0 / length;
+    let support = kernel.support();
+    let (mut weights, mut total) = (0.0, [0.0; N]);
+    for j in neighbours {
+        let q = square(x, &seen.position[j]).sqrt() * inverse;
+        if q < support {
+            let weight = seen.volume[j] / seen.height[j] * kernel.shape::<D>(q);
+            weights += weight;
+            let value = field(j);
+            for c in 0..N {
+                total[c] += weight * value[c];
+            }
+        }
+    }
+    let whole = weights * kernel.factor::<D>() * inverse.powi(D as i32);
+    (whole > NO_PARTNER).then(|| total.map(|sum| sum / weights))
+}
+
+/// `average` over a node itself and its neighbours of the same phase.
+#[inline]
+pub fn own_average<const D: usize, const N: usize>(
+    kernel: Kernel,
+    i: usize,
+    length: f64,
+    seen: &Seen<D>,
+    near: &NeighbourList<D>,
+    field: impl Fn(usize) -> [f64; N],
+) -> Option<[f64; N]> {
+    let neighbours = std::iter::once(i).chain(near.of(i).iter().map(|&j| j as usize));
+    average(kernel, &seen.position[i], length, seen, neighbours, field)
+}

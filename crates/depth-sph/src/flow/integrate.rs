@@ -1,0 +1,248 @@
+//! Time integration: leapfrog, midpoint rule, classical fourth order (sheet: depth-sph §3.4).
+
+use rayon::prelude::*;
+
+use super::set::{Set, TASK};
+use super::{Failure, Flow};
+use crate::choices::{Continuity, Integration, Phases};
+use crate::kernel::Kernel;
+use crate::nodes::{Plan, dot};
+
+/// State of a set at the beginning of a step, and what the stages have summed up.
+#[derive(Clone, Debug, Default)]
+struct Stages<const D: usize> {
+    position: Vec<Plan<D>>,
+    velocity: Vec<Plan<D>>,
+    height: Vec<f64>,
+    rates: [Vec<Plan<D>>; 2],
+    height_rate: Vec<f64>,
+}
+
+impl<const D: usize> Flow<D> {
+    /// Positions and velocities over a step, with drag and the resistance of the bed.
+    pub(super) fn integrate(&mut self, dt: f64) -> Result<(), Failure> {
+        match self.settings.numerics.integration {
+            Integration::Leapfrog => self.leap(dt),
+            Integration::RungeKutta2 => self.run(dt, &[(0.0, 0.0), (0.5, 1.0)]),
+            Integration::RungeKutta4 => {
+                self.run(dt, &[(0.0, 1.0 / 6.0), (0.5, 1.0 / 3.0), (0.5, 1.0 / 3.0), (1.0, 1.0 / 6.0)])
+            }
+        }
+    }
+
+    /// Half a drift, a kick, half a drift.
+    fn leap(&mut self, dt: f64) -> Result<(), Failure> {
+        self.drift(0.5 * dt)?;
+        self.evaluate(dt, Some(self.time + 0.5 * dt))?;
+        for set in &mut self.sets {
+            let kicks = set.nodes.velocity.par_iter_mut().zip(&set.acceleration);
+            kicks.with_min_len(TASK).for_each(|(v, a)| {
+                for c in 0..D {
+                    v[c] += dt * a[c];
+                }
+            });
+        }
+        self.resist(dt);
+        if self.settings.numerics.continuity.is_rate() {
+            self.find_rates();
+            for set in &mut self.sets {
+                for (height, rate) in set.nodes.height.iter_mut().zip(&set.rate) {
+                    *height += dt * rate;
+                }
+            }
+        }
+        self.drift(0.5 * dt)
+    }
+
+    /// Drag and the resistance of the bed.
+    fn resist(&mut self, dt: f64) {
+        match self.settings.phases {
+            Phases::One => self.resist_single(dt),
+            Phases::Two => {
+                self.sets.iter_mut().for_each(Set::turn_images);
+                self.couple(dt);
+            }
+            Phases::Layers => {
+                self.resist_single(dt);
+                self.rub_layers(dt);
+            }
+        }
+    }
+
+    /// Step 7: nodes move, before walls.
+    fn drift(&mut self, dt: f64) -> Result<(), Failure> {
+        if self.settings.numerics.xsph > 0.0 {
+            self.smooth_velocities()?;
+        }
+        let Self { ends, sets, settings, .. } = self;
+        let open = ends.are_open();
+        let smoothed = settings.numerics.xsph > 0.0;
+        for set in sets {
+            let nodes = &mut set.nodes;
+            let spare = &set.spare;
+            let moves = nodes.position.par_iter_mut().zip(&mut nodes.velocity).enumerate();
+            moves.with_min_len(TASK).for_each(|(i, (x, v))| {
+                let along = if smoothed { spare[i] } else { *v };
+                for c in 0..D {
+                    x[c] += dt * along[c];
+                }
+                if !open {
+                    ends.reflect(x, v);
+                }
+            });
+        }
+        Ok(())
+    }
+
+    /// Velocities that nodes drift with: their own and a share of the mean around (XSPH).
+    fn smooth_velocities(&mut self) -> Result<(), Failure> {
+        self.find_neighbours()?;
+        let (kernel, share) = (self.settings.numerics.kernel, self.settings.numerics.xsph);
+        for set in &mut self.sets {
+            set.raise_images();
+            let (seen, near) = (&set.seen, &set.near);
+            let smooth = |i: usize| -> Plan<D> {
+                let mut v = seen.velocity[i];
+                for &j in near.of(i) {
+                    let j = j as usize;
+                    let apart: Plan<D> = std::array::from_fn(|c| seen.position[i][c] - seen.position[j][c]);
+                    let mean = 0.5 * (seen.length[i] + seen.length[j]);
+                    let weight = 2.0 * seen.volume[j] / (seen.height[i] + seen.height[j])
+                        * kernel.value::<D>(dot(&apart, &apart).sqrt(), mean);
+                    for c in 0..D {
+                        v[c] += share * weight * (seen.velocity[j][c] - seen.velocity[i][c]);
+                    }
+                }
+                v
+            };
+            let count = set.nodes.len();
+            (0..count).into_par_iter().with_min_len(TASK).map(smooth).collect_into_vec(&mut set.spare);
+        }
+        Ok(())
+    }
+
+    /// An explicit Runge–Kutta step: of each stage where it stands and what it weighs.
+    fn run(&mut self, dt: f64, stages: &[(f64, f64)]) -> Result<(), Failure> {
+        let mut kept: Vec<Stages<D>> = self.sets.iter().map(Stages::of).collect();
+        for (number, (place, weight)) in stages.iter().enumerate() {
+            if number > 0 {
+                for (set, kept) in self.sets.iter_mut().zip(&kept) {
+                    kept.put(set, place * dt);
+                }
+                self.reflect();
+            }
+            // Pore pressure is that of the beginning of the step.
+            self.evaluate(dt, (number == 0).then_some(self.time))?;
+            let rates = self.settings.numerics.continuity.is_rate();
+            if rates {
+                self.find_rates();
+            }
+            for (set, kept) in self.sets.iter_mut().zip(&mut kept) {
+                kept.add(set, weight * dt, rates);
+            }
+        }
+        for (set, kept) in self.sets.iter_mut().zip(kept) {
+            kept.finish(set);
+        }
+        self.reflect();
+        self.resist(dt);
+        Ok(())
+    }
+
+    fn reflect(&mut self) {
+        let Self { ends, sets, .. } = self;
+        if ends.are_open() {
+            return;
+        }
+        for set in sets {
+            for (x, v) in set.nodes.position.iter_mut().zip(&mut set.nodes.velocity) {
+                ends.reflect(x, v);
+            }
+        }
+    }
+
+    /// Rates of height by one of the forms of the sheet (m/s).
+    fn find_rates(&mut self) {
+        let (kernel, form) = (self.settings.numerics.kernel, self.settings.numerics.continuity);
+        for set in &mut self.sets {
+            set.turn_images();
+            set.find_rates(kernel, form);
+        }
+    }
+}
+
+impl<const D: usize> Set<D> {
+    fn find_rates(&mut self, kernel: Kernel, form: Continuity) {
+        let (seen, near) = (&self.seen, &self.near);
+        let rate = |i: usize| -> f64 {
+            let (x, v, height) = (&seen.position[i], &seen.velocity[i], seen.height[i]);
+            let pair = |&j: &u32| {
+                let j = j as usize;
+                let apart: Plan<D> = std::array::from_fn(|c| x[c] - seen.position[j][c]);
+                let relative: Plan<D> = std::array::from_fn(|c| v[c] - seen.velocity[j][c]);
+                let mean = 0.5 * (seen.length[i] + seen.length[j]);
+                let gradient = kernel.gradient::<D>(dot(&apart, &apart).sqrt(), mean);
+                let volume = seen.volume[j];
+                gradient
+                    * match form {
+                        Continuity::RateDifference => volume * dot(&relative, &apart),
+                        Continuity::RateVolume => height * volume / seen.height[j] * dot(&relative, &apart),
+                        _ => -height * volume / seen.height[j] * dot(&seen.velocity[j], &apart),
+                    }
+            };
+            near.of(i).iter().map(pair).sum()
+        };
+        let count = self.nodes.len();
+        (0..count).into_par_iter().with_min_len(TASK).map(rate).collect_into_vec(&mut self.rate);
+    }
+}
+
+impl<const D: usize> Stages<D> {
+    fn of(set: &Set<D>) -> Self {
+        let zero = vec![[0.0; D]; set.nodes.len()];
+        Self {
+            position: set.nodes.position.clone(),
+            velocity: set.nodes.velocity.clone(),
+            height: set.nodes.height.clone(),
+            height_rate: vec![0.0; zero.len()],
+            rates: [zero.clone(), zero],
+        }
+    }
+
+    /// The state after `dt` (s) under the rates of the stage before.
+    fn put(&self, set: &mut Set<D>, dt: f64) {
+        let nodes = &mut set.nodes;
+        for i in 0..nodes.len() {
+            for c in 0..D {
+                nodes.position[i][c] = self.position[i][c] + dt * nodes.velocity[i][c];
+                nodes.velocity[i][c] = self.velocity[i][c] + dt * set.acceleration[i][c];
+            }
+            nodes.height[i] = self.height[i] + dt * set.rate.get(i).copied().unwrap_or(0.0);
+        }
+    }
+
+    /// Adds a stage.
+    fn add(&mut self, set: &Set<D>, dt: f64, with_heights: bool) {
+        for i in 0..set.nodes.len() {
+            for c in 0..D {
+                self.rates[0][i][c] += dt * set.nodes.velocity[i][c];
+                self.rates[1][i][c] += dt * set.acceleration[i][c];
+            }
+            if with_heights {
+                self.height_rate[i] += dt * set.rate[i];
+            }
+        }
+    }
+
+    /// The end of the step.
+    fn finish(self, set: &mut Set<D>) {
+        let nodes = &mut set.nodes;
+        for i in 0..nodes.len() {
+            for c in 0..D {
+                nodes.position[i][c] = self.position[i][c] + self.rates[0][i][c];
+                nodes.velocity[i][c] = self.velocity[i][c] + self.rates[1][i][c];
+            }
+            nodes.height[i] = self.height[i] + self.height_rate[i];
+        }
+    }
+}

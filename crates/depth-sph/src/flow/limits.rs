@@ -1,0 +1,101 @@
+//! The largest step, and totals (sheet: depth-sph §3.3).
+
+use rayon::prelude::*;
+
+use super::Flow;
+use super::set::TASK;
+use crate::bed::BedPoint;
+use crate::nodes::{Plan, norm};
+
+/// Share of its smoothing length that a node may move in a step.
+const LONGEST_MOVE: f64 = 0.5;
+
+/// A limit of the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// The step (s); infinite where nothing limits it.
+    pub dt: f64,
+    /// Set and number of the node that asks for it.
+    pub node: Option<(usize, usize)>,
+}
+
+/// Totals of one set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Totals<const D: usize> {
+    /// Mass (kg).
+    pub mass: f64,
+    /// Momentum in plan (kg m/s).
+    pub momentum: [f64; D],
+    /// Kinetic energy, with the motion along the bed (J).
+    pub kinetic: f64,
+    /// Potential energy of gravity (J).
+    pub potential: f64,
+}
+
+impl<const D: usize> Flow<D> {
+    /// The largest stable step (s): waves and motion across smoothing lengths.
+    pub fn limit(&self) -> Limit {
+        let numerics = &self.settings.numerics;
+        let passive = self.settings.earth_pressure.map_or(1.0, |k| k.passive.max(1.0));
+        let mut least = Limit { dt: f64::INFINITY, node: None };
+        for (number, set) in self.sets.iter().enumerate() {
+            let of_node = |i: usize| {
+                let nodes = &set.nodes;
+                let (length, speed) = (nodes.length[i], norm(&nodes.velocity[i]));
+                let wave = (passive * nodes.pull[i] * nodes.depth[i]).sqrt() + speed;
+                let dt = (numerics.courant * length / wave).min(LONGEST_MOVE * length / speed);
+                // Of equal ones the first, on any number of threads.
+                (dt, i)
+            };
+            let found = (0..set.nodes.len())
+                .into_par_iter()
+                .with_min_len(TASK)
+                .map(of_node)
+                .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            if let Some((dt, i)) = found
+                && dt < least.dt
+            {
+                least = Limit { dt, node: Some((number, i)) };
+            }
+        }
+        least
+    }
+
+    /// The bed below a node; level zero beyond its end, where nodes are only until the step is over.
+    pub fn bed_below(&self, x: &Plan<D>) -> BedPoint<D> {
+        self.bed.at(x).unwrap_or(BedPoint::flat(0.0))
+    }
+
+    /// Density of a set (kg/m³).
+    pub fn density(&self, set: usize) -> f64 {
+        let material = &self.settings.material;
+        match (self.sets.len(), set) {
+            (1, _) => material.density(),
+            (_, 0) => material.densities.grain,
+            _ => material.densities.fluid,
+        }
+    }
+
+    /// Totals of a set, summed in the order of the nodes' numbers.
+    pub fn totals(&self, set: usize) -> Totals<D> {
+        let nodes = &self.sets[set].nodes;
+        let density = self.density(set);
+        let mut order: Vec<usize> = (0..nodes.len()).collect();
+        order.sort_by_key(|&i| nodes.id[i]);
+        let mut totals = Totals { mass: 0.0, momentum: [0.0; D], kinetic: 0.0, potential: 0.0 };
+        for i in order {
+            let mass = density * nodes.volume[i];
+            let (x, v) = (&nodes.position[i], &nodes.velocity[i]);
+            totals.mass += mass;
+            let bed = self.bed_below(x);
+            totals.kinetic += 0.5 * mass * bed.speed(v).powi(2);
+            let level = bed.level + 0.5 * nodes.depth[i];
+            let along: f64 = (0..D).map(|c| self.settings.drive[c] * x[c]).sum();
+            totals.potential += mass * (self.settings.gravity * level - along);
+            for c in 0..D {
+                totals.momentum[c] += mass * v[c];
+            }
+        }
+        totals
+    }
+}

@@ -1,0 +1,456 @@
+//! A flow: its nodes, and one step (sheet: depth-sph §3.4).
+
+mod coupling;
+mod forces;
+mod grow;
+mod heights;
+mod images;
+mod integrate;
+mod limits;
+mod pore;
+mod pressures;
+mod set;
+
+use colluvium_points::{CellList, SearchError, Spare};
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::bed::{Bed, BedPoint};
+use crate::choices::{Continuity, Frame, Momentum, Phases};
+use crate::nodes::{Node, Plan, norm};
+use crate::settings::Settings;
+use heights::average;
+use set::{TASK, copy};
+
+pub use forces::{Role, corrected};
+pub use images::{Ends, Image};
+pub use limits::{Limit, Totals};
+pub use pore::{Heads, MOST_CELLS};
+pub use set::Set;
+
+/// Depths below this share of the largest first one, and below a millimetre, have no partner phase.
+const THIN: f64 = 1e-3;
+/// Steps between two sorts by cell.
+const STEPS_PER_SORT: u64 = 100;
+
+/// Why a flow cannot go on.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("node {node} at {position:?} m: {reason}")]
+pub struct Failure {
+    /// Number of the node.
+    pub node: u64,
+    /// Where it is (m).
+    pub position: Vec<f64>,
+    /// What happened.
+    pub reason: String,
+}
+
+/// What happens to nodes that leave the bed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Outside {
+    /// They are taken away and counted.
+    #[default]
+    Remove,
+    /// They end the run.
+    Fail,
+}
+
+/// A flow over a bed.
+pub struct Flow<const D: usize> {
+    /// What stays.
+    pub settings: Settings<D>,
+    /// The bed.
+    pub bed: Bed<D>,
+    /// Walls and periods.
+    pub ends: Ends<D>,
+    /// The sets of nodes: one, or grains and fluid, or the lower and the upper layer.
+    pub sets: Vec<Set<D>>,
+    /// Pore pressure on the nodes of the first set.
+    pub heads: Heads,
+    /// What happens to nodes that leave the bed.
+    pub outside: Outside,
+    /// Time (s).
+    pub time: f64,
+    /// Steps done.
+    pub step: u64,
+    /// Number of the next node.
+    pub next_id: u64,
+    /// Volume of each set that has left (m³; m² in one dimension).
+    pub left: [f64; 2],
+    /// Number of nodes that have left.
+    pub gone: u64,
+    /// Volume of each set that has been taken up from the bed.
+    pub entrained: [f64; 2],
+    /// Depth below which a phase has no partner (m).
+    pub thin: f64,
+    /// Highest level that anything began at, bed and depth (m).
+    pub top: f64,
+    /// Largest speed that anything began with (m/s).
+    pub fastest_start: f64,
+    cells: CellList<D>,
+    spare: Spare,
+}
+
+impl<const D: usize> Flow<D> {
+    /// A flow of nodes for each set, at rest in its first heights.
+    ///
+    /// # Errors
+    /// When a node lies beyond the bed, or positions are not finite.
+    pub fn new(
+        settings: Settings<D>,
+        bed: Bed<D>,
+        ends: Ends<D>,
+        nodes: &[Vec<Node<D>>],
+    ) -> Result<Self, Failure> {
+        let mut sets: Vec<Set<D>> = Vec::new();
+        let mut next_id = 0;
+        for nodes in nodes {
+            let mut set = Set::default();
+            for node in nodes {
+                set.nodes.push(next_id, node);
+                next_id += 1;
+            }
+            sets.push(set);
+        }
+        let first = sets.first().map_or(0, Set::len);
+        let heads =
+            settings.column.as_ref().map_or_else(Heads::default, |pore| Heads::new(pore.cells, first));
+        let mut flow = Self {
+            settings,
+            bed,
+            ends,
+            sets,
+            heads,
+            outside: Outside::Fail,
+            time: 0.0,
+            step: 0,
+            next_id,
+            left: [0.0; 2],
+            gone: 0,
+            entrained: [0.0; 2],
+            thin: THIN,
+            top: f64::NEG_INFINITY,
+            fastest_start: 0.0,
+            cells: CellList::new(),
+            spare: Spare::default(),
+        };
+        flow.settle()?;
+        flow.outside = Outside::Remove;
+        Ok(flow)
+    }
+
+    /// First heights and smoothing lengths of all nodes (sheet: depth-sph §3.2).
+    fn settle(&mut self) -> Result<(), Failure> {
+        let chosen = self.settings.numerics.continuity;
+        // Heights that are integrated begin with their sums.
+        if chosen.is_rate() {
+            self.settings.numerics.continuity = Continuity::Summation;
+        }
+        self.find_heights()?;
+        for _ in 0..2 {
+            self.sum_again();
+        }
+        self.settings.numerics.continuity = chosen;
+        self.find_depths();
+        self.sample_bed()?;
+        let depths = || self.sets.iter().flat_map(|set| set.nodes.depth.iter().zip(&set.bed));
+        let deepest = depths().map(|(depth, _)| *depth).fold(0.0, f64::max);
+        self.top = depths().map(|(depth, bed)| depth + bed.level).fold(f64::NEG_INFINITY, f64::max);
+        self.thin = THIN * deepest.min(1.0);
+        let speeds = self.sets.iter().flat_map(|set| &set.nodes.velocity).map(norm);
+        self.fastest_start = speeds.fold(0.0, f64::max);
+        self.find_depths();
+        if !self.heads.is_empty() {
+            let Self { settings, heads, sets, time, .. } = self;
+            heads.advance(settings, &sets[0], *time);
+        }
+        Ok(())
+    }
+
+    /// Which phase a set is.
+    pub fn role(&self, set: usize) -> Role {
+        match (self.settings.phases, set) {
+            (Phases::One, _) => Role::Single,
+            (Phases::Two, 0) => Role::Solid,
+            (Phases::Two, _) => Role::Fluid,
+            (Phases::Layers, 0) => Role::Lower,
+            (Phases::Layers, _) => Role::Upper,
+        }
+    }
+
+    /// One step of `dt` (s).
+    ///
+    /// # Errors
+    /// The first node that can no longer be followed.
+    pub fn advance(&mut self, dt: f64) -> Result<(), Failure> {
+        if self.step.is_multiple_of(STEPS_PER_SORT) {
+            self.sort()?;
+        }
+        for set in &mut self.sets {
+            set.before.clone_from(&set.nodes.velocity);
+        }
+        self.integrate(dt)?;
+        self.grow(dt);
+        self.time += dt;
+        self.step += 1;
+        self.check()?;
+        self.remove_outside()
+    }
+
+    /// Puts nodes that are close to each other close in memory.
+    fn sort(&mut self) -> Result<(), Failure> {
+        let support = self.settings.numerics.kernel.support();
+        let Self { sets, heads, cells, spare, .. } = self;
+        for (number, set) in sets.iter_mut().enumerate() {
+            if set.nodes.is_empty() {
+                continue;
+            }
+            let mean = set.nodes.length.iter().sum::<f64>() / set.len() as f64;
+            set.sort(support * mean, cells, spare).map_err(|error| lost(set, &error))?;
+            if number == 0 {
+                heads.reorder(cells.order());
+            }
+        }
+        Ok(())
+    }
+
+    /// Steps 1 to 4: everything that accelerates the nodes, at their places and velocities. Pore pressure is brought to
+    /// `time` (s) where that is given.
+    fn evaluate(&mut self, dt: f64, time: Option<f64>) -> Result<(), Failure> {
+        self.find_heights()?;
+        self.find_depths();
+        self.sample_bed()?;
+        let Self { settings, heads, sets, .. } = self;
+        if let (Some(time), false) = (time, heads.is_empty()) {
+            heads.advance(settings, &sets[0], time);
+        }
+        self.find_pressures();
+        self.accelerate(dt);
+        Ok(())
+    }
+
+    /// Step 1 and the heights of step 2.
+    fn find_heights(&mut self) -> Result<(), Failure> {
+        self.find_neighbours()?;
+        self.sum_again();
+        Ok(())
+    }
+
+    /// Step 1: neighbours and images, where the nodes are.
+    fn find_neighbours(&mut self) -> Result<(), Failure> {
+        let support = self.settings.numerics.kernel.support();
+        if self.sets.iter().all(|set| set.is_listed(support)) {
+            self.sets.iter_mut().for_each(Set::place_images);
+        } else {
+            for set in &mut self.sets {
+                set.list_near(&self.ends, support).map_err(|error| lost(set, &error))?;
+            }
+            if let [first, second] = &mut self.sets[..] {
+                first.list_across(&second.seen, support).map_err(|error| lost(first, &error))?;
+                second.list_across(&first.seen, support).map_err(|error| lost(second, &error))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Heights by one more sum.
+    fn sum_again(&mut self) {
+        let numerics = &self.settings.numerics;
+        for set in &mut self.sets {
+            if numerics.continuity.is_rate() {
+                set.follow_heights(numerics);
+            } else {
+                set.sum_heights(numerics);
+            }
+            set.raise_images();
+        }
+    }
+
+    /// Heights of the other phase, total depths, porosities.
+    fn find_depths(&mut self) {
+        let Self { sets, settings, thin, .. } = self;
+        let (thin, phases) = (*thin, settings.phases);
+        let kernel = settings.numerics.kernel;
+        let [first, second] = &mut sets[..] else {
+            let set = &mut sets[0];
+            set.nodes.depth.clone_from(&set.nodes.height);
+            copy(&set.images, &set.nodes.depth, &mut set.seen.depth);
+            return;
+        };
+        first.sum_partners(kernel, &second.seen);
+        second.sum_partners(kernel, &first.seen);
+        for (role, set) in [first, second].into_iter().enumerate() {
+            set.scalars.clear();
+            for i in 0..set.nodes.len() {
+                let own = set.nodes.height[i];
+                let mut partner = set.seen.partner[i];
+                if own < thin || partner < thin {
+                    partner = 0.0;
+                }
+                let depth = own + partner;
+                set.nodes.depth[i] = depth;
+                let fluid = if role == 0 { partner } else { own };
+                set.scalars.push(if phases == Phases::Two { fluid / depth } else { 0.0 });
+            }
+            copy(&set.images, &set.scalars, &mut set.seen.porosity);
+            copy(&set.images, &set.nodes.depth, &mut set.seen.depth);
+        }
+    }
+
+    /// Step 3: the bed below each node, and gravity as it acts there.
+    fn sample_bed(&mut self) -> Result<(), Failure> {
+        for number in 0..self.sets.len() {
+            self.sample_bed_below(number);
+        }
+        if self.settings.phases == Phases::Two && !self.bed.is_flat() {
+            self.share_pull();
+        }
+        if self.settings.numerics.surface_gradient {
+            for set in &mut self.sets {
+                set.scalars.clear();
+                set.scalars.extend(set.bed.iter().map(|bed| bed.level));
+                copy(&set.images, &set.scalars, &mut set.seen.level);
+            }
+        }
+        Ok(())
+    }
+
+    fn sample_bed_below(&mut self, number: usize) {
+        let Self { bed, sets, settings, .. } = self;
+        let set = &mut sets[number];
+        let count = set.nodes.len();
+        set.bed.resize(count, BedPoint::flat(0.0));
+        set.reaction.resize(count, 0.0);
+        let (position, velocity) = (&set.nodes.position, &set.nodes.velocity);
+        let columns = set.bed.par_iter_mut().zip(&mut set.nodes.pull).zip(&mut set.reaction).enumerate();
+        columns.with_min_len(TASK).for_each(|(i, ((point, pull), reaction))| {
+            // Nodes beyond the bed keep what was below them until they are removed at the end of the step.
+            if let Some(found) = bed.at(&position[i]) {
+                *point = found;
+            }
+            (*pull, *reaction) = gravity(settings, point, &velocity[i]);
+        });
+    }
+
+    /// The fluid has the effective gravity of the grains, where there are any.
+    fn share_pull(&mut self) {
+        let kernel = self.settings.numerics.kernel;
+        let [solid, fluid] = &mut self.sets[..] else { return };
+        let mean = |i: usize| {
+            let across = fluid.across.of(i).iter().map(|&j| j as usize);
+            let of_solid = |j: usize| [solid.nodes.pull[solid.number(j)]];
+            average(kernel, &fluid.nodes.position[i], fluid.nodes.length[i], &solid.seen, across, of_solid)
+        };
+        let found: Vec<Option<[f64; 1]>> =
+            (0..fluid.nodes.len()).into_par_iter().with_min_len(TASK).map(mean).collect();
+        for (pull, found) in fluid.nodes.pull.iter_mut().zip(found) {
+            if let Some([value]) = found {
+                *pull = value;
+            }
+        }
+    }
+
+    /// `P/(g_* h²)` of every node, and excess pressures.
+    fn find_pressures(&mut self) {
+        self.find_earth_pressure();
+        match self.settings.phases {
+            Phases::Two => self.find_phase_pressures(),
+            Phases::One | Phases::Layers => self.find_single_pressures(),
+        }
+    }
+
+    /// Accelerations of all nodes.
+    fn accelerate(&mut self, dt: f64) {
+        let roles = [self.role(0), self.role(1)];
+        let Self { sets, settings, .. } = self;
+        let settings = &*settings;
+        let densities = &settings.material.densities;
+        let automatic = settings.phases == Phases::Two && settings.numerics.momentum == Momentum::Automatic;
+        let weak_at = |porosity: f64| settings.drag.relaxation(porosity, 0.0, densities) * dt < 1.0;
+        let [first, second] = &mut sets[..] else {
+            sets[0].accelerate(settings, roles[0], |_| false, None);
+            return;
+        };
+        let layers = settings.phases == Phases::Layers;
+        for role in 0..2 {
+            let (set, other) = if role == 0 { (&mut *first, &*second) } else { (&mut *second, &*first) };
+            let porosity = set.seen.porosity.clone();
+            let weak = |i: usize| automatic && weak_at(porosity[i]);
+            set.accelerate(settings, roles[role], weak, layers.then_some(&other.seen));
+        }
+    }
+
+    fn check(&self) -> Result<(), Failure> {
+        for set in &self.sets {
+            let fails = |i: &usize| self.failure_of(set, *i).is_some();
+            let found = (0..set.nodes.len()).into_par_iter().with_min_len(TASK).find_first(fails);
+            if let Some(i) = found {
+                return Err(failure(set, i, self.failure_of(set, i).unwrap_or_default()));
+            }
+        }
+        Ok(())
+    }
+
+    /// What is wrong with a node (sheet: depth-sph §7): no number, or faster than ten times what gravity can give it.
+    fn failure_of(&self, set: &Set<D>, i: usize) -> Option<String> {
+        let nodes = &set.nodes;
+        let speed = norm(&nodes.velocity[i]);
+        let place = nodes.position[i];
+        if !(speed.is_finite() && place.iter().all(|x| x.is_finite()) && nodes.height[i].is_finite()) {
+            return Some(format!(
+                "its velocity is {:?} m/s and its height {} m",
+                nodes.velocity[i], nodes.height[i]
+            ));
+        }
+        if nodes.height[i] < 0.0 {
+            return Some(format!("its height is {} m", nodes.height[i]));
+        }
+        let fall = (self.top - set.bed[i].level).max(0.0) + nodes.depth[i];
+        let push = norm(&self.settings.drive);
+        // Along a tilted frame the bed does not fall, gravity does its work there.
+        let run = (0..D).map(|c| (place[c] - nodes.origin[i][c]).abs()).fold(0.0, f64::max);
+        let most =
+            10.0 * (2.0 * (self.settings.gravity * fall + push * run)).sqrt() + 10.0 * self.fastest_start;
+        (speed > most)
+            .then(|| format!("its speed is {speed:.3e} m/s, more than ten times what gravity can give it"))
+    }
+}
+
+/// Effective gravity on friction and pressure, and that of the reaction of the bed (m/s²; sheet: depth-sph §2.9).
+fn gravity<const D: usize>(settings: &Settings<D>, bed: &BedPoint<D>, velocity: &Plan<D>) -> (f64, f64) {
+    match settings.frame {
+        Frame::SmallSlope | Frame::BedFitted => (settings.gravity, settings.gravity),
+        Frame::Horizontal => {
+            let steepness = bed.steepness();
+            let reaction = (settings.gravity + bed.turning(velocity)).max(0.0) / steepness;
+            let pull = if settings.curvature_in_friction { reaction } else { settings.gravity / steepness };
+            (pull, reaction)
+        }
+    }
+}
+
+/// A node that ends the run.
+fn failure<const D: usize>(set: &Set<D>, i: usize, reason: String) -> Failure {
+    Failure { node: set.nodes.id[i], position: set.nodes.position[i].to_vec(), reason }
+}
+
+/// The node that a search names.
+fn lost<const D: usize>(set: &Set<D>, error: &SearchError) -> Failure {
+    match error {
+        SearchError::NotFinite(number) if *number < set.nodes.len() => {
+            failure(set, *number, "its position is not finite".to_owned())
+        }
+        _ => Failure { node: 0, position: Vec::new(), reason: error.to_string() },
+    }
+}
+
+impl<const D: usize> Set<D> {
+    /// The node that entry `j` of what neighbours read belongs to.
+    #[inline]
+    pub fn number(&self, j: usize) -> usize {
+        match j.checked_sub(self.nodes.len()) {
+            Some(image) => self.images[image].source as usize,
+            None => j,
+        }
+    }
+}

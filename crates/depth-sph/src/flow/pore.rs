@@ -1,0 +1,186 @@
+//! Excess pore pressure on the columns of the solid nodes (sheet: depth-sph §2.7, §3.6).
+
+use rayon::prelude::*;
+
+use super::set::{Set, TASK};
+use crate::column::{self, Base, Drainage, LowerBound, Profile};
+use crate::settings::{Consolidation, PoreColumn, Settings};
+
+/// Longest column, whose elimination needs no memory of its own.
+pub const MOST_CELLS: usize = 1000;
+
+/// Heads on the columns of all solid nodes.
+#[derive(Clone, Debug, Default)]
+pub struct Heads {
+    /// `cells + 1` heads of each node, from the base to the surface (m); empty without pore pressure.
+    pub values: Vec<f64>,
+    /// Values per node.
+    pub width: usize,
+    /// Depth that the pressure has seen (m); NaN before the first.
+    pub depth: Vec<f64>,
+    /// Time that the pressure has drained up to (s).
+    pub time: f64,
+    /// Nodes at a bound in the last step.
+    pub clipped: usize,
+}
+
+impl Heads {
+    /// Columns of `cells` intervals, for `nodes` nodes, that begin with the first depth they see.
+    pub fn new(cells: usize, nodes: usize) -> Self {
+        let width = cells + 1;
+        Self { values: vec![0.0; width * nodes], width, depth: vec![f64::NAN; nodes], ..Self::default() }
+    }
+
+    /// Whether there are columns.
+    pub fn is_empty(&self) -> bool {
+        self.width == 0
+    }
+
+    /// Heads of node `i` (m).
+    pub fn of(&self, i: usize) -> &[f64] {
+        &self.values[i * self.width..(i + 1) * self.width]
+    }
+
+    /// Head at the base of node `i` (m); zero without pore pressure.
+    #[inline]
+    pub fn base(&self, i: usize) -> f64 {
+        self.values.get(i * self.width).copied().unwrap_or(0.0)
+    }
+
+    /// Mean head of node `i` (m); zero without pore pressure.
+    pub fn mean(&self, i: usize) -> f64 {
+        if self.is_empty() { 0.0 } else { column::mean(self.of(i)) }
+    }
+
+    /// Puts the columns into another order; those that `order` does not name vanish.
+    pub fn reorder(&mut self, order: &[u32]) {
+        if self.is_empty() {
+            return;
+        }
+        let width = self.width;
+        self.values =
+            order.iter().flat_map(|&k| self.values[k as usize * width..][..width].iter().copied()).collect();
+        self.depth = order.iter().map(|&k| self.depth[k as usize]).collect();
+    }
+
+    /// Adds a node with a column that begins with the first depth it sees.
+    pub fn push(&mut self) {
+        if !self.is_empty() {
+            self.values.resize(self.values.len() + self.width, 0.0);
+            self.depth.push(f64::NAN);
+        }
+    }
+
+    /// Loads the columns by the change of depth, and drains them up to `time` (s).
+    pub fn advance<const D: usize>(&mut self, settings: &Settings<D>, set: &Set<D>, time: f64) {
+        let Some(pore) = &settings.column else { return };
+        let dt = time - self.time;
+        self.time = time;
+        let columns = self.values.par_chunks_mut(self.width).zip(&mut self.depth).enumerate();
+        self.clipped = columns
+            .with_min_len(TASK / 4)
+            .map(|(i, (head, seen))| usize::from(step(settings, pore, set, i, head, seen, dt)))
+            .sum();
+    }
+}
+
+/// One column: loading, drainage, bounds; whether a bound was met.
+fn step<const D: usize>(
+    settings: &Settings<D>,
+    pore: &PoreColumn,
+    set: &Set<D>,
+    i: usize,
+    head: &mut [f64],
+    seen: &mut f64,
+    dt: f64,
+) -> bool {
+    let depth = set.nodes.depth[i];
+    let porosity = set.seen.porosity.get(i).copied().unwrap_or(settings.material.porosity);
+    let densities = &settings.material.densities;
+    let submerged = densities.submerged(porosity);
+    if submerged <= 0.0 || depth <= 0.0 {
+        head.fill(0.0);
+        *seen = depth;
+        return false;
+    }
+    if seen.is_nan() {
+        column::triangle(head, pore.excess_ratio * depth);
+    } else {
+        column::load(head, depth - *seen);
+    }
+    *seen = depth;
+    let coefficient = match pore.consolidation {
+        Consolidation::Coefficient(value) => value,
+        Consolidation::OfDrag => pore.stiffness * settings.drag.permeability(porosity, densities),
+    };
+    let air = -densities.fluid / submerged;
+    dilate(settings, pore, set, i, porosity, submerged, head, dt);
+    drain(settings, pore, set, i, coefficient, air, head, dt);
+    let (drainage, pull) = (settings.zone(&set.nodes.position[i]).drainage, set.nodes.pull[i]);
+    column::bound(head, depth, |rest| match (drainage, pore.lower_bound) {
+        // Over a drained base the whole column may fall to the air.
+        (Drainage::Atmospheric, _) => air * depth,
+        (_, LowerBound::NoSuction) => 0.0,
+        (_, LowerBound::Total { cavitation }) if pull > 0.0 => {
+            air * depth * rest - cavitation / (submerged * pull)
+        }
+        (_, LowerBound::Total { .. }) => air * depth * rest,
+    })
+}
+
+/// Consolidates a column over its kind of base. `air` is the head of the air over the depth.
+#[allow(clippy::too_many_arguments, reason = "all that a column knows")]
+fn drain<const D: usize>(
+    settings: &Settings<D>,
+    pore: &PoreColumn,
+    set: &Set<D>,
+    i: usize,
+    coefficient: f64,
+    air: f64,
+    head: &mut [f64],
+    dt: f64,
+) {
+    let depth = set.nodes.depth[i];
+    let normal = depth * depth / set.bed[i].steepness();
+    let densities = &settings.material.densities;
+    let base = match settings.zone(&set.nodes.position[i]).drainage {
+        Drainage::Sealed => Base::Sealed,
+        Drainage::Hydrostatic => Base::Head(0.0),
+        Drainage::Atmospheric => Base::Head(air * depth),
+        Drainage::Partly { conductance } => {
+            let weight = densities.fluid * densities.gravity;
+            let permeability = coefficient / pore.stiffness * weight;
+            Base::Partly(conductance * normal.sqrt() / permeability)
+        }
+    };
+    let factor = coefficient * dt / normal;
+    match pore.profile {
+        Profile::FiniteDifference => {
+            let mut scratch = [0.0; MOST_CELLS + 1];
+            column::diffuse(head, factor, pore.weight, base, &mut scratch[..head.len()]);
+        }
+        Profile::ShapeFunction => column::relax(head, factor, base),
+    }
+}
+
+/// Shear dilates dense skeletons and packs loose ones: `-(K_v/α) γ' K_ψ (n_crit - n)`.
+#[allow(clippy::too_many_arguments, reason = "all that a column knows")]
+fn dilate<const D: usize>(
+    settings: &Settings<D>,
+    pore: &PoreColumn,
+    set: &Set<D>,
+    i: usize,
+    porosity: f64,
+    submerged: f64,
+    head: &mut [f64],
+    dt: f64,
+) {
+    let Some((slope, critical)) = pore.dilatancy else { return };
+    let depth = set.nodes.depth[i];
+    let rate = 2.0 * set.bed[i].speed(&set.nodes.velocity[i]) / depth;
+    let strain = rate * slope * (critical - porosity) * dt;
+    let change = -pore.stiffness * strain / (submerged * set.nodes.pull[i].max(1e-3 * settings.gravity));
+    // The surface stays without excess pressure.
+    let last = head.len() - 1;
+    head[..last].iter_mut().for_each(|value| *value += change);
+}

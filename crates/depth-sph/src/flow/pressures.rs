@@ -1,0 +1,120 @@
+//! Pressures over the depth as the sums of the momentum equation take them (sheet: depth-sph §2.5).
+
+use rayon::prelude::*;
+
+use super::Flow;
+use super::heights::average;
+use super::set::{TASK, copy};
+use crate::nodes::dot;
+
+/// Width of the switch of earth pressure over `√(g/h)` (sheet: depth-sph §2.5).
+const SWITCH: f64 = 1e-2;
+
+impl<const D: usize> Flow<D> {
+    /// Rates of divergence of the first set, where earth pressure depends on them (1/s).
+    pub(super) fn find_earth_pressure(&mut self) {
+        if self.settings.earth_pressure.is_none() {
+            return;
+        }
+        let kernel = self.settings.numerics.kernel;
+        let set = &mut self.sets[0];
+        let (seen, near) = (&set.seen, &set.near);
+        let divergence = |i: usize| -> f64 {
+            let pair = |&j: &u32| {
+                let j = j as usize;
+                let apart: [f64; D] = std::array::from_fn(|c| seen.position[i][c] - seen.position[j][c]);
+                let relative: [f64; D] = std::array::from_fn(|c| seen.velocity[i][c] - seen.velocity[j][c]);
+                let gradient = kernel.gradient::<D>(dot(&apart, &apart).sqrt(), seen.length[i]);
+                -seen.volume[j] / seen.height[j] * gradient * dot(&relative, &apart)
+            };
+            near.of(i).iter().map(pair).sum()
+        };
+        let count = set.nodes.len();
+        (0..count).into_par_iter().with_min_len(TASK).map(divergence).collect_into_vec(&mut set.divergence);
+    }
+
+    /// Coefficient of earth pressure at node `i` of the first set.
+    pub(super) fn earth_pressure(&self, i: usize) -> f64 {
+        let Some(coefficients) = &self.settings.earth_pressure else { return 1.0 };
+        let set = &self.sets[0];
+        let width = SWITCH * (self.settings.gravity / set.nodes.depth[i]).sqrt();
+        coefficients.at(set.divergence[i], width)
+    }
+
+    /// Of a single phase, or of layers.
+    pub(super) fn find_single_pressures(&mut self) {
+        let material = &self.settings.material;
+        let submerged = material.densities.submerged(material.porosity);
+        for number in 0..self.sets.len() {
+            let mut values = std::mem::take(&mut self.sets[number].scalars);
+            values.clear();
+            if number > 0 || self.settings.earth_pressure.is_none() {
+                values.resize(self.sets[number].nodes.len(), 0.5);
+            } else {
+                let of_node = |i: usize| {
+                    let excess = self.earth_pressure(i) - 1.0;
+                    if !material.saturated {
+                        return 0.5 * (1.0 + excess);
+                    }
+                    // Only the effective part of the stress has another horizontal than vertical share.
+                    let depth = self.sets[0].nodes.depth[i];
+                    let effective = (0.5 - self.heads.mean(i) / depth) * submerged / material.density();
+                    0.5 + excess * effective
+                };
+                values.extend((0..self.sets[0].nodes.len()).map(of_node));
+            }
+            let set = &mut self.sets[number];
+            copy(&set.images, &values, &mut set.seen.pressure);
+            set.scalars = values;
+        }
+    }
+
+    /// Of grains and pore fluid: `P_s` and `P_w` over `g_* h_α²`, and `h ρ' ψ̄`.
+    pub(super) fn find_phase_pressures(&mut self) {
+        let densities = self.settings.material.densities;
+        // Mean heads of the grains; the fluid has those around it.
+        let count = self.sets[0].nodes.len();
+        let heads: Vec<f64> = (0..count).into_par_iter().map(|i| self.heads.mean(i)).collect();
+        let of_fluid = self.heads_at_fluid(&heads);
+        for role in 0..2 {
+            let set = &self.sets[role];
+            let of_node = |i: usize| {
+                let (height, depth) = (set.nodes.height[i], set.nodes.depth[i]);
+                let porosity = set.seen.porosity[i];
+                let submerged = densities.submerged(porosity);
+                let head = if role == 0 { heads[i] } else { of_fluid[i] };
+                let excess = depth * submerged * head;
+                let pressure = if role == 0 {
+                    let lateral = self.earth_pressure(i) - 1.0;
+                    let effective = lateral * (0.5 * submerged * depth * depth - excess);
+                    0.5 * height * depth + (effective - porosity * excess) / densities.grain
+                } else {
+                    0.5 * height * depth + porosity * excess / densities.fluid
+                };
+                (pressure / (height * height), excess)
+            };
+            let found: Vec<(f64, f64)> =
+                (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(of_node).collect();
+            let set = &mut self.sets[role];
+            let (pressures, excesses): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
+            copy(&set.images, &pressures, &mut set.seen.pressure);
+            copy(&set.images, &excesses, &mut set.seen.excess);
+        }
+    }
+
+    /// Mean heads of the grains around each node of the fluid (m).
+    fn heads_at_fluid(&self, heads: &[f64]) -> Vec<f64> {
+        let (solid, fluid) = (&self.sets[0], &self.sets[1]);
+        if self.heads.is_empty() {
+            return vec![0.0; fluid.nodes.len()];
+        }
+        let kernel = self.settings.numerics.kernel;
+        let mean = |i: usize| {
+            let across = fluid.across.of(i).iter().map(|&j| j as usize);
+            let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
+            let found = average(kernel, x, length, &solid.seen, across, |j| [heads[solid.number(j)]]);
+            found.map_or(0.0, |[value]| value)
+        };
+        (0..fluid.nodes.len()).into_par_iter().with_min_len(TASK).map(mean).collect()
+    }
+}

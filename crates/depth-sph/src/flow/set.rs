@@ -1,0 +1,200 @@
+//! A set of nodes with what is found around them.
+
+use colluvium_points::{CellList, NeighbourList, SearchError, Spare};
+use rayon::prelude::*;
+
+use super::images::{Ends, Image, images};
+use crate::bed::BedPoint;
+use crate::nodes::{Nodes, Plan, Seen};
+
+/// Share by which lists reach beyond the supports: they hold until a node has moved by a quarter of it, or its smoothing
+/// length has grown by half of it.
+const SKIN: f64 = 0.4;
+/// Least number of nodes per task.
+pub const TASK: usize = 256;
+
+/// A set of nodes of one phase.
+#[derive(Debug, Default)]
+pub struct Set<const D: usize> {
+    /// The nodes.
+    pub nodes: Nodes<D>,
+    /// What neighbours read of them and of their images.
+    pub seen: Seen<D>,
+    /// Images in walls and periods.
+    pub images: Vec<Image<D>>,
+    /// Neighbours of the same phase.
+    pub near: NeighbourList<D>,
+    /// Neighbours of the other phase.
+    pub across: NeighbourList<D>,
+    /// Bed below each node.
+    pub bed: Vec<BedPoint<D>>,
+    /// Effective gravity of the reaction of the bed (m/s²).
+    pub reaction: Vec<f64>,
+    /// Accelerations (m/s²).
+    pub acceleration: Vec<Plan<D>>,
+    /// Rates of height (m/s), where heights are integrated.
+    pub rate: Vec<f64>,
+    /// Rates of divergence (1/s), where the stress asks for them.
+    pub divergence: Vec<f64>,
+    /// Velocity at the beginning of the step (m/s).
+    pub before: Vec<Plan<D>>,
+    /// Vectors of use within one sub-step.
+    pub spare: Vec<Plan<D>>,
+    /// Scalars of use within one sub-step.
+    pub scalars: Vec<f64>,
+    listed: Vec<(Plan<D>, f64)>,
+}
+
+impl<const D: usize> Set<D> {
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether there is no node.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// Whether the lists still hold every pair within the supports.
+    pub fn is_listed(&self, support: f64) -> bool {
+        if self.listed.len() != self.len() {
+            return false;
+        }
+        // Where there are no images all may move together.
+        let mean: Plan<D> = if self.images.is_empty() && !self.listed.is_empty() {
+            let count = self.len() as f64;
+            std::array::from_fn(|c| {
+                let moved = self.nodes.position.iter().zip(&self.listed).map(|(x, (old, _))| x[c] - old[c]);
+                moved.sum::<f64>() / count
+            })
+        } else {
+            [0.0; D]
+        };
+        let nodes = self.nodes.position.par_iter().zip(&self.nodes.length).zip(&self.listed);
+        nodes.with_min_len(8 * TASK).all(|((x, length), (old, listed))| {
+            let square: f64 = (0..D).map(|c| (x[c] - old[c] - mean[c]).powi(2)).sum();
+            square.sqrt() <= 0.25 * SKIN * support * listed && *length <= (1.0 + 0.5 * SKIN) * listed
+        })
+    }
+
+    /// Makes images and the list of neighbours of the same phase.
+    pub fn list_near(&mut self, ends: &Ends<D>, support: f64) -> Result<(), SearchError> {
+        let nodes = &mut self.nodes;
+        for (position, origin) in nodes.position.iter_mut().zip(&mut nodes.origin) {
+            ends.wrap(position, origin);
+        }
+        self.listed.clear();
+        self.listed.extend(nodes.position.iter().copied().zip(nodes.length.iter().copied()));
+        let longest = nodes.length.iter().copied().fold(0.0, f64::max);
+        let reach = (1.0 + SKIN) * support * longest;
+        if ends.are_open() {
+            self.images.clear();
+        } else {
+            images(ends, &self.nodes.position, reach, &mut self.images);
+        }
+        self.place_images();
+        let (seen, own) = (&self.seen, &self.nodes);
+        let search = Search { support, longest, edge: edge(support, &own.length) };
+        self.near.build_between(
+            &own.position,
+            |i| search.radius(own.length[i]),
+            &seen.position,
+            search.edge,
+            |i, j| i != j && search.is_near(own, i, seen, j),
+        )
+    }
+
+    /// Makes the list of neighbours of the other phase, which has its images.
+    pub fn list_across(&mut self, other: &Seen<D>, support: f64) -> Result<(), SearchError> {
+        let own = &self.nodes;
+        let longest = other.length.iter().copied().fold(0.0, f64::max);
+        let search = Search { support, longest, edge: edge(support, &own.length) };
+        self.across.build_between(
+            &own.position,
+            |i| search.radius(own.length[i]),
+            &other.position,
+            search.edge,
+            |i, j| search.is_near(own, i, other, j),
+        )
+    }
+
+    /// Forgets the lists: nodes have come or gone.
+    pub fn unlist(&mut self) {
+        self.listed.clear();
+    }
+
+    /// What neighbours read of position, velocity, volume and smoothing length.
+    pub fn place_images(&mut self) {
+        let (nodes, seen) = (&self.nodes, &mut self.seen);
+        seen.position.clear();
+        seen.position.extend_from_slice(&nodes.position);
+        seen.position
+            .extend(self.images.iter().map(|image| image.place(&nodes.position[image.source as usize])));
+        copy(&self.images, &nodes.volume, &mut seen.volume);
+        copy(&self.images, &nodes.length, &mut seen.length);
+        self.turn_images();
+    }
+
+    /// What neighbours read of the velocity.
+    pub fn turn_images(&mut self) {
+        let (nodes, seen) = (&self.nodes, &mut self.seen);
+        seen.velocity.clear();
+        seen.velocity.extend_from_slice(&nodes.velocity);
+        seen.velocity
+            .extend(self.images.iter().map(|image| image.turn(&nodes.velocity[image.source as usize])));
+    }
+
+    /// Heights, depths and smoothing lengths as neighbours read them.
+    pub fn raise_images(&mut self) {
+        copy(&self.images, &self.nodes.height, &mut self.seen.height);
+        copy(&self.images, &self.nodes.length, &mut self.seen.length);
+    }
+
+    /// Puts the nodes in the order of cells of edge `edge` (m), for neighbours that lie close in memory; the order, for what
+    /// else there is one of per node.
+    ///
+    /// # Errors
+    /// When a position is not finite.
+    pub fn sort(&mut self, edge: f64, cells: &mut CellList<D>, spare: &mut Spare) -> Result<(), SearchError> {
+        cells.build(&self.nodes.position, edge)?;
+        self.nodes.reorder(cells.order(), spare);
+        self.unlist();
+        Ok(())
+    }
+}
+
+/// Copies a value of each node, and of the node of each image behind them.
+pub fn copy<const D: usize, T: Copy>(images: &[Image<D>], own: &[T], seen: &mut Vec<T>) {
+    seen.clear();
+    seen.extend_from_slice(own);
+    seen.extend(images.iter().map(|image| own[image.source as usize]));
+}
+
+/// Edge of the cells of a search: that of the usual radius.
+fn edge(support: f64, lengths: &[f64]) -> f64 {
+    let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
+    let edge = (1.0 + SKIN) * support * mean;
+    if edge > 0.0 { edge } else { 1.0 }
+}
+
+/// Which neighbours are listed: all within the support of the node, or of the mean of both lengths, and the skin.
+struct Search {
+    support: f64,
+    longest: f64,
+    edge: f64,
+}
+
+impl Search {
+    fn radius(&self, length: f64) -> f64 {
+        (1.0 + SKIN) * 0.5 * self.support * (length + self.longest.max(length))
+    }
+
+    fn is_near<const D: usize>(&self, own: &Nodes<D>, i: u32, other: &Seen<D>, j: u32) -> bool {
+        let (i, j) = (i as usize, j as usize);
+        let length = own.length[i];
+        let reach = (1.0 + SKIN) * 0.5 * self.support * (length + other.length[j].max(length));
+        let square: f64 = (0..D).map(|c| (own.position[i][c] - other.position[j][c]).powi(2)).sum();
+        square <= reach * reach
+    }
+}

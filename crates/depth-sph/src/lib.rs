@@ -1,0 +1,69 @@
+//! Depth-integrated smoothed particle hydrodynamics: flows over terrain.
+//!
+//! A column of flowing material is a node that moves in plan. Its depth is a sum over the nodes around it ([`kernel`]), and
+//! depth gradients, the slope of the bed ([`bed`]) and the resistance of the bed ([`friction`]) accelerate it. Grains and pore
+//! fluid may be two sets of nodes that [`drag`] couples; excess pore pressure lives on a [`column`](mod@column) of finite differences at
+//! every node of the grains. [`flow::Flow`] holds nodes and step, without a case; [`DepthSph`] is the way in from one.
+
+pub mod bed;
+pub mod choices;
+pub mod column;
+mod config;
+pub mod drag;
+pub mod erosion;
+pub mod exact;
+pub mod flow;
+pub mod friction;
+pub mod kernel;
+pub mod nodes;
+pub mod settings;
+mod setup;
+mod solver;
+mod stages;
+
+use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
+use schemars::Schema;
+
+pub use config::{
+    ColumnOptions, Confinement, DepthOptions, DilatancyOptions, EarthPressureOptions, FluidResistanceOptions,
+    MixtureOptions, Region, SkeletonOptions, StopOptions,
+};
+pub use solver::DepthSolver;
+
+/// Name of the method.
+const NAME: &str = "depth-sph";
+
+/// Depth-integrated smoothed particle hydrodynamics.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DepthSph;
+
+impl Method for DepthSph {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn summary(&self) -> &'static str {
+        "depth-integrated SPH of flows over terrain: one phase, grains and pore fluid, or two layers; pore-pressure columns"
+    }
+
+    fn options_schema(&self) -> Schema {
+        schemars::schema_for!(DepthOptions)
+    }
+
+    fn size(&self, case: &Case) -> Result<Size, CaseError> {
+        setup::size(case)
+    }
+
+    fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
+        setup::options(case)?;
+        Ok(setup::honours())
+    }
+
+    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
+        setup::plan(case)
+    }
+
+    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+        setup::build(case)
+    }
+}

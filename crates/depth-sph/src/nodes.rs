@@ -1,0 +1,120 @@
+//! Nodes of one phase: columns of material that move over the bed (sheet: depth-sph §3.1).
+
+use colluvium_points::columns;
+
+/// A vector in plan.
+pub type Plan<const D: usize> = [f64; D];
+
+/// `Σ a_c b_c`.
+#[inline]
+pub fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    (0..D).map(|c| a[c] * b[c]).sum()
+}
+
+/// Length of a vector.
+#[inline]
+pub fn norm<const D: usize>(a: &[f64; D]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+columns! {
+    /// The nodes of one phase.
+    pub struct Nodes<const D: usize> {
+        /// Number of a node for its whole life.
+        pub id: u64,
+        /// Body it came from.
+        pub body: u32,
+        /// Where it began (m).
+        pub origin: [f64; D],
+        /// Place in plan (m).
+        pub position: [f64; D],
+        /// Velocity in plan, depth-averaged (m/s).
+        pub velocity: [f64; D],
+        /// Volume that it carries (m³; m² per metre of width in one dimension).
+        pub volume: f64,
+        /// Height of its phase (m): `(1 - n) h` of a solid, `n h` of a fluid, `h` where there is one phase.
+        pub height: f64,
+        /// Total depth, of all phases (m).
+        pub depth: f64,
+        /// Smoothing length (m).
+        pub length: f64,
+        /// Smoothing length at the start (m), which bounds those that follow.
+        pub first_length: f64,
+        /// `ℓ^d h / m`, which smoothing lengths keep: `η^d` of smoothing lengths of η spacings.
+        pub scale: f64,
+        /// Effective gravity `g_*` on friction and pressure where the step last looked (m/s²).
+        pub pull: f64,
+        /// Path travelled over the bed (m).
+        pub path: f64,
+        /// Volume taken up from the bed (m³; m² in one dimension).
+        pub eroded: f64,
+    }
+}
+
+/// A node as it is set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Node<const D: usize> {
+    /// Body.
+    pub body: u32,
+    /// Place (m).
+    pub position: Plan<D>,
+    /// Velocity (m/s).
+    pub velocity: Plan<D>,
+    /// Volume of the phase (m³; m² in one dimension).
+    pub volume: f64,
+    /// Smoothing length (m).
+    pub length: f64,
+    /// `ℓ^d h / m`, which smoothing lengths keep.
+    pub scale: f64,
+}
+
+impl<const D: usize> Nodes<D> {
+    /// Adds a node with this number; its height is found with the next sum.
+    pub fn push(&mut self, id: u64, node: &Node<D>) {
+        self.id.push(id);
+        self.body.push(node.body);
+        self.origin.push(node.position);
+        self.position.push(node.position);
+        self.velocity.push(node.velocity);
+        self.volume.push(node.volume);
+        self.length.push(node.length);
+        self.first_length.push(node.length);
+        self.scale.push(node.scale);
+        for column in [&mut self.height, &mut self.depth, &mut self.pull, &mut self.path, &mut self.eroded] {
+            column.push(0.0);
+        }
+    }
+
+    /// Volume of all nodes (m³; m² in one dimension), summed in their order.
+    pub fn total_volume(&self) -> f64 {
+        self.volume.iter().sum()
+    }
+}
+
+columns! {
+    /// What neighbours read of the nodes: these first, then their images in walls and periods.
+    pub struct Seen<const D: usize> {
+        /// Place (m).
+        pub position: [f64; D],
+        /// Velocity (m/s).
+        pub velocity: [f64; D],
+        /// Volume (m³).
+        pub volume: f64,
+        /// Height of the phase (m).
+        pub height: f64,
+        /// Smoothing length (m).
+        pub length: f64,
+        /// Total depth (m).
+        pub depth: f64,
+        /// Height of the other phase (m); empty where there is one phase.
+        pub partner: f64,
+        /// `P / (g_* h²)` of the phase, half of it where stress is isotropic and there is no other phase.
+        pub pressure: f64,
+        /// Porosity; empty where there is one phase.
+        pub porosity: f64,
+        /// Depth times mean excess pore pressure over `g_*`, `h ρ' ψ̄` (kg/m); empty where there is one phase.
+        pub excess: f64,
+        /// Level of the bed (m); empty unless gradients are those of the free surface.
+        pub level: f64,
+    }
+}

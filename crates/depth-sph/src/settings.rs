@@ -1,0 +1,301 @@
+//! What a flow is made of and how it is computed, as plain numbers.
+
+use std::fmt;
+
+use colluvium_constitutive::basal::BasalRheology;
+use colluvium_points::Shape;
+
+use crate::choices::{Continuity, Frame, Integration, Metric, Momentum, Phases};
+use crate::column::{Drainage, LowerBound, Profile};
+use crate::drag::{Densities, Drag};
+use crate::erosion::Erosion;
+use crate::kernel::Kernel;
+
+/// Everything that stays while a flow moves.
+#[derive(Clone, Debug)]
+pub struct Settings<const D: usize> {
+    /// Sets of nodes.
+    pub phases: Phases,
+    /// Gravity normal to the plan (m/s²).
+    pub gravity: f64,
+    /// Gravity along the plan (m/s²), in the frame of a tilted bed.
+    pub drive: [f64; D],
+    /// Axes.
+    pub frame: Frame,
+    /// How depth gradients act over steep terrain.
+    pub metric: Metric,
+    /// Whether curvature of the bed acts on friction and pressure. It always turns the velocity along the bed.
+    pub curvature_in_friction: bool,
+    /// What the material is made of.
+    pub material: Mixture,
+    /// Drag between two phases.
+    pub drag: Drag,
+    /// Excess pore pressure; none when absent.
+    pub column: Option<PoreColumn>,
+    /// The bed: the first zone that holds a place rules there, the last one everywhere else.
+    pub zones: Vec<Zone>,
+    /// Resistance of the bed to the pore fluid.
+    pub fluid_resistance: FluidResistance,
+    /// Earth-pressure coefficients; isotropic stress when absent.
+    pub earth_pressure: Option<EarthPressure>,
+    /// Friction between two layers, `C_f`.
+    pub interface_friction: f64,
+    /// Numerics.
+    pub numerics: Numerics,
+}
+
+/// The flowing material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mixture {
+    /// Densities of grains and fluid (kg/m³); of two layers those of the lower and the upper one. A single phase without
+    /// pore fluid has its own as that of grains, and no porosity.
+    pub densities: Densities,
+    /// Porosity at the start.
+    pub porosity: f64,
+    /// Whether pore fluid bears a part of the weight.
+    pub saturated: bool,
+}
+
+impl Mixture {
+    /// A single phase without pore fluid, of this density (kg/m³).
+    pub fn plain(density: f64, gravity: f64) -> Self {
+        let densities = Densities { grain: density, fluid: 0.0, gravity };
+        Self { densities, porosity: 0.0, saturated: false }
+    }
+
+    /// Density of the whole at the start (kg/m³).
+    pub fn density(&self) -> f64 {
+        self.densities.mixture(self.porosity)
+    }
+}
+
+/// Columns of excess pore pressure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoreColumn {
+    /// Intervals over the depth.
+    pub cells: usize,
+    /// Weight of the new time level, ½ to 1.
+    pub weight: f64,
+    /// How a column carries its pressure.
+    pub profile: Profile,
+    /// How fast it drains.
+    pub consolidation: Consolidation,
+    /// How low it may fall.
+    pub lower_bound: LowerBound,
+    /// Liquefaction ratio at the base at the start.
+    pub excess_ratio: f64,
+    /// Stiffness of the skeleton `K_v/α` (Pa), for the terms that need it.
+    pub stiffness: f64,
+    /// Dilatancy under shear: slope `K_ψ` and critical porosity.
+    pub dilatancy: Option<(f64, f64)>,
+}
+
+/// How fast a column drains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Consolidation {
+    /// By a coefficient `c_v` (m²/s).
+    Coefficient(f64),
+    /// By the permeability of the drag law and the stiffness of the skeleton.
+    OfDrag,
+}
+
+/// Savage–Hutter's earth pressure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EarthPressure {
+    /// Coefficient where the flow stretches.
+    pub active: f64,
+    /// Coefficient where it shortens.
+    pub passive: f64,
+}
+
+impl EarthPressure {
+    /// Coefficients of an internal and a basal friction angle (rad), the latter not larger.
+    pub fn savage_hutter(internal: f64, basal: f64) -> Self {
+        let square = internal.cos().powi(2);
+        // Round-off of equal angles must not make a root of a negative number.
+        let root = (1.0 - square * (1.0 + basal.tan().powi(2))).max(0.0).sqrt();
+        let coefficient = |sign: f64| 2.0 / square * (1.0 + sign * root) - 1.0;
+        Self { active: coefficient(-1.0), passive: coefficient(1.0) }
+    }
+
+    /// The coefficient at a rate of divergence (1/s), smooth over `width` (1/s).
+    #[inline]
+    pub fn at(&self, divergence: f64, width: f64) -> f64 {
+        self.active + 0.5 * (self.passive - self.active) * (1.0 - (divergence / width).tanh())
+    }
+}
+
+/// Resistance of the bed to pore fluid, times the porosity (sheet: depth-sph §2.6).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FluidResistance {
+    /// None.
+    #[default]
+    None,
+    /// `3 μ v/h` (Pa s).
+    Laminar(f64),
+    /// `ρ g n² v²/h^⅓` (s/m^⅓).
+    Manning(f64),
+    /// `ρ g v²/ξ` (m/s²), as the turbulent part of Voellmy's law.
+    Turbulent(f64),
+}
+
+impl FluidResistance {
+    /// Shear stress over density (m²/s²) at depth `h` and speed `v`.
+    #[inline]
+    pub fn over_density(&self, depth: f64, speed: f64, density: f64, gravity: f64) -> f64 {
+        match *self {
+            Self::None => 0.0,
+            Self::Laminar(viscosity) => 3.0 * viscosity * speed / (depth * density),
+            Self::Manning(n) => gravity * n * n * speed * speed / depth.cbrt(),
+            Self::Turbulent(xi) => gravity * speed * speed / xi,
+        }
+    }
+}
+
+/// A part of the bed.
+#[derive(Clone)]
+pub struct Zone {
+    /// Where; everywhere when absent.
+    pub region: Option<Shape>,
+    /// Resistance; none when absent.
+    pub law: Option<BasalRheology>,
+    /// What the base lets through.
+    pub drainage: Drainage,
+    /// What is taken up from it.
+    pub erosion: Option<Erosion>,
+}
+
+impl fmt::Debug for Zone {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let law = self.law.as_ref().map(|law| law.name);
+        write!(f, "Zone {{ {:?}, {law:?}, {:?}, {:?} }}", self.region, self.drainage, self.erosion)
+    }
+}
+
+impl Zone {
+    /// A sealed bed of one law everywhere, which nothing is taken from.
+    pub fn everywhere(law: Option<BasalRheology>) -> Self {
+        Self { region: None, law, drainage: Drainage::Sealed, erosion: None }
+    }
+
+    /// Whether it holds a place.
+    #[inline]
+    pub fn holds(&self, x: &[f64]) -> bool {
+        self.region.as_ref().is_none_or(|region| region.contains(x))
+    }
+}
+
+/// How a flow is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numerics {
+    /// Kernel.
+    pub kernel: Kernel,
+    /// Whether smoothing lengths follow the heights.
+    pub variable_length: bool,
+    /// Sums of height per step.
+    pub passes: usize,
+    /// Bounds of the smoothing length over its first value.
+    pub length_range: (f64, f64),
+    /// Heights.
+    pub continuity: Continuity,
+    /// Pressure force.
+    pub momentum: Momentum,
+    /// Whether gradients are those of the free surface, level by construction.
+    pub surface_gradient: bool,
+    /// Integration in time.
+    pub integration: Integration,
+    /// Linear and quadratic artificial viscosity.
+    pub viscosity: (f64, f64),
+    /// Share of the neighbours' velocity with which nodes drift.
+    pub xsph: f64,
+    /// Courant number.
+    pub courant: f64,
+    /// Friction acts along -x whatever the motion: for similarity solutions that assume it.
+    pub friction_along_x: bool,
+}
+
+impl Numerics {
+    /// The defaults in `D` dimensions of the plan (sheet: depth-sph §0, §2.10, §3.3).
+    pub fn defaults<const D: usize>() -> Self {
+        Self {
+            kernel: Kernel::CubicSpline,
+            variable_length: true,
+            passes: 2,
+            length_range: (0.5, if D == 1 { 50.0 } else { 3.0 }),
+            continuity: Continuity::Summation,
+            momentum: Momentum::Automatic,
+            surface_gradient: false,
+            integration: Integration::Leapfrog,
+            viscosity: (1.0, 0.0),
+            xsph: 0.0,
+            courant: 0.3,
+            friction_along_x: false,
+        }
+    }
+}
+
+impl<const D: usize> Settings<D> {
+    /// One phase of this material on a horizontal bed without resistance, gravity 9.81 m/s².
+    pub fn plain(density: f64) -> Self {
+        let gravity = 9.81;
+        Self {
+            phases: Phases::One,
+            gravity,
+            drive: [0.0; D],
+            frame: Frame::Horizontal,
+            metric: Metric::Vertical,
+            curvature_in_friction: true,
+            material: Mixture::plain(density, gravity),
+            drag: Drag::None,
+            column: None,
+            zones: vec![Zone::everywhere(None)],
+            fluid_resistance: FluidResistance::None,
+            earth_pressure: None,
+            interface_friction: 0.0,
+            numerics: Numerics::defaults::<D>(),
+        }
+    }
+
+    /// Size of gravity, that along a tilted frame included (m/s²).
+    #[inline]
+    pub fn whole_gravity(&self) -> f64 {
+        (self.gravity * self.gravity + self.drive.iter().map(|g| g * g).sum::<f64>()).sqrt()
+    }
+
+    /// The zone at a place.
+    #[inline]
+    pub fn zone(&self, x: &[f64; D]) -> &Zone {
+        let last = self.zones.len() - 1;
+        self.zones[..last].iter().find(|zone| zone.holds(x)).unwrap_or(&self.zones[last])
+    }
+
+    /// Number of sets of nodes.
+    pub fn sets(&self) -> usize {
+        if self.phases == Phases::One { 1 } else { 2 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn earth_pressure_has_the_values_of_the_sheet() {
+        let table = [
+            (30, 0, 0.333_333, 3.0),
+            (30, 20, 0.631_656, 2.701_678),
+            (30, 30, 1.666_667, 1.666_667),
+            (38, 25, 0.629_799, 3.811_830),
+            (40, 30, 0.818_461, 3.997_892),
+        ];
+        for (internal, basal, active, passive) in table {
+            let angle = |degrees: i32| f64::from(degrees).to_radians();
+            let found = EarthPressure::savage_hutter(angle(internal), angle(basal));
+            assert!((found.active - active).abs() < 1e-6, "{internal} {basal}: {found:?}");
+            assert!((found.passive - passive).abs() < 1e-6, "{internal} {basal}: {found:?}");
+            assert!(
+                (found.at(1e3, 0.1) - active).abs() < 1e-6 && (found.at(-1e3, 0.1) - passive).abs() < 1e-6
+            );
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Nodes of the bodies: thickness in plan is the vertical length of what stands above (sheet: depth-sph §3.2).
+
+use colluvium_case::description::Body;
+use colluvium_case::{Case, CaseError};
+
+use crate::choices::Phases;
+use crate::config::DepthOptions;
+use crate::nodes::Node;
+
+/// Share of the domain's height by which a body may stand above the bed, or bodies apart, by round-off.
+const SLACK: f64 = 1e-6;
+
+/// The nodes of each set.
+pub fn nodes<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    bed: f64,
+) -> Result<Vec<Vec<Node<D>>>, CaseError> {
+    let mut sets = vec![Vec::new(); if options.phases == Phases::One { 1 } else { 2 }];
+    let upper =
+        |body: &Body| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(&body.name));
+    let lattice = Lattice::<D>::of(case, options.spacing);
+    for (number, body) in case.bodies.iter().enumerate() {
+        let mut own = Vec::new();
+        let mut volume = 0.0;
+        for x in lattice.within(body, case.dimension()) {
+            let height = thickness::<D>(case, number, &x, bed)?;
+            if height <= 0.0 {
+                continue;
+            }
+            let cell = height * options.spacing.powi(D as i32);
+            volume += cell;
+            own.push(node(body, number, x, cell, options));
+        }
+        if let Some(exact) = body.shape.measure(case.dimension()).filter(|_| volume > 0.0) {
+            // What the lattice cuts off at edges.
+            own.iter_mut().for_each(|node: &mut Node<D>| node.volume *= exact / volume);
+        }
+        share(options, &mut sets, own, upper(body));
+    }
+    if sets.iter().all(Vec::is_empty) {
+        let problem = "none stands on a point of the lattice: make methods.depth-sph.spacing smaller";
+        return Err(CaseError::new("bodies", problem));
+    }
+    Ok(sets)
+}
+
+fn node<const D: usize>(
+    body: &Body,
+    number: usize,
+    x: [f64; D],
+    volume: f64,
+    options: &DepthOptions,
+) -> Node<D> {
+    let spatial: [f64; 3] = std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0));
+    let velocity = body.velocity.at(spatial);
+    let ratio = options.smoothing_ratio(D);
+    Node {
+        body: number as u32,
+        position: x,
+        velocity: std::array::from_fn(|c| velocity[c]),
+        volume,
+        length: ratio * options.spacing,
+        scale: ratio.powi(D as i32),
+    }
+}
+
+/// Puts nodes of a body into the sets of their phases.
+fn share<const D: usize>(
+    options: &DepthOptions,
+    sets: &mut [Vec<Node<D>>],
+    nodes: Vec<Node<D>>,
+    upper: bool,
+) {
+    match options.phases {
+        Phases::One => sets[0].extend(nodes),
+        Phases::Layers => sets[usize::from(upper)].extend(nodes),
+        Phases::Two => {
+            let porosity = options.mixture.as_ref().map_or(0.0, |mixture| mixture.porosity);
+            for (set, part) in sets.iter_mut().zip([1.0 - porosity, porosity]) {
+                set.extend(nodes.iter().map(|node| Node { volume: part * node.volume, ..*node }));
+            }
+        }
+    }
+}
+
+/// Squares of the plan, aligned with the lower corner of the domain.
+struct Lattice<const D: usize> {
+    low: [f64; D],
+    spacing: f64,
+}
+
+impl<const D: usize> Lattice<D> {
+    fn of(case: &Case, spacing: f64) -> Self {
+        Self { low: std::array::from_fn(|c| case.domain.min[c]), spacing }
+    }
+
+    /// Centres of the squares within the bounds of a body, row by row.
+    fn within(&self, body: &Body, dimension: usize) -> Vec<[f64; D]> {
+        let (low, high) = body.shape.bounds(dimension);
+        let first = |c: usize| ((low[c] - self.low[c]) / self.spacing - 0.5).ceil() as i64;
+        let last = |c: usize| ((high[c] - self.low[c]) / self.spacing - 0.5).floor() as i64;
+        let place = |c: usize, k: i64| self.low[c] + self.spacing * (k as f64 + 0.5);
+        let mut points = vec![[0.0; D]];
+        for c in 0..D {
+            let extended = |point: &[f64; D]| {
+                let point = *point;
+                (first(c)..=last(c)).map(move |k| {
+                    let mut point = point;
+                    point[c] = place(c, k);
+                    point
+                })
+            };
+            points = points.iter().flat_map(extended).collect();
+        }
+        points
+    }
+}
+
+/// Stretches of a body along the vertical through `x` (m).
+fn stretches<const D: usize>(body: &Body, x: &[f64; D], middle: f64) -> Vec<(f64, f64)> {
+    let mut point = x.to_vec();
+    point.push(middle);
+    let mut cuts = body.shape.crossings(&point, D);
+    cuts.sort_by(f64::total_cmp);
+    let inside = |pair: &&[f64]| {
+        let mut point = x.to_vec();
+        point.push(0.5 * (pair[0] + pair[1]));
+        pair[1] > pair[0] && body.shape.contains(&point)
+    };
+    cuts.windows(2).filter(inside).map(|pair| (pair[0], pair[1])).collect()
+}
+
+/// Thickness of body `number` above `x` (m); refuses gaps below and within it.
+fn thickness<const D: usize>(case: &Case, number: usize, x: &[f64; D], bed: f64) -> Result<f64, CaseError> {
+    let (low, high) = (case.domain.min[D], case.domain.max[D]);
+    let slack = SLACK * (high - low);
+    let all = |other: &Body| stretches(other, x, 0.5 * (low + high));
+    let own = all(&case.bodies[number]);
+    let Some(base) = own.first().map(|stretch| stretch.0) else { return Ok(0.0) };
+    let mut all: Vec<(f64, f64)> = case.bodies.iter().flat_map(all).collect();
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let refuse = |from: f64, to: f64| {
+        let problem = format!(
+            "there is a gap from {from} m to {to} m below it at {x:?} m: depth-integrated flow has none; fill it, or take another method"
+        );
+        Err(CaseError::new(format!("bodies[{number}].shape"), problem))
+    };
+    let mut top = bed;
+    for (from, to) in all {
+        if from > top + slack && from <= own.last().map_or(base, |stretch| stretch.0) + slack {
+            return refuse(top, from);
+        }
+        top = top.max(to);
+    }
+    Ok(own.iter().map(|(from, to)| (to - from.max(bed)).max(0.0)).sum())
+}

@@ -1,0 +1,76 @@
+//! What flows, and how the bed holds it.
+
+use colluvium_case::description::Wall;
+use colluvium_case::{Case, CaseError};
+use colluvium_constitutive::basal::BasalRheology;
+
+use super::{bed_wall, own};
+use crate::choices::Phases;
+use crate::config::DepthOptions;
+use crate::drag::Densities;
+use crate::settings::Mixture;
+
+/// Largest difference of the density of a material from that of the mixture, in shares.
+const SAME_DENSITY: f64 = 0.01;
+
+/// Densities and porosity: of the options, or of the material.
+pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixture, CaseError> {
+    let Some(mixture) = &options.mixture else {
+        if options.phases != Phases::One {
+            return Err(own("mixture", "is missing: more than one phase needs its densities"));
+        }
+        if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
+            let problem =
+                "describe grains and fluid in methods.depth-sph.mixture: densities, porosity and drag";
+            return Err(CaseError::new(format!("bodies[{number}].pore_fluid"), problem));
+        }
+        return Ok(Mixture::plain(case.materials[&case.bodies[0].material].density(), gravity));
+    };
+    let densities = Densities { grain: mixture.grain_density, fluid: mixture.fluid_density, gravity };
+    let layers = options.phases == Phases::Layers;
+    let porosity = if layers { 0.0 } else { mixture.porosity };
+    let whole = Mixture { densities, porosity, saturated: !layers };
+    for body in case.bodies.iter().filter(|_| !layers) {
+        let density = case.materials[&body.material].density();
+        if (density / whole.density() - 1.0).abs() > SAME_DENSITY {
+            let problem = format!(
+                "{density} kg/m³ is not that of the mixture of methods.depth-sph.mixture, (1 - porosity) grain_density + \
+                 porosity fluid_density = {:.1} kg/m³",
+                whole.density()
+            );
+            return Err(CaseError::new(format!("materials.{}.density", body.material), problem));
+        }
+    }
+    Ok(whole)
+}
+
+/// The law of the bed: that of the options, or what wall and material give.
+pub fn basal_law(case: &Case, options: &DepthOptions) -> Result<Option<BasalRheology>, CaseError> {
+    let law = given_law(case, options)?;
+    if options.phases == Phases::Two && law.is_some_and(|law| !law.is_additive()) {
+        let problem = "is a Bingham profile, which is for one phase: give another law for grains and fluid that move apart";
+        return Err(own("basal", problem));
+    }
+    Ok(law)
+}
+
+fn given_law(case: &Case, options: &DepthOptions) -> Result<Option<BasalRheology>, CaseError> {
+    if let Some(spec) = &options.basal {
+        return Ok(Some(spec.build().map_err(|error| own("basal", error.to_string()))?));
+    }
+    let Some(wall) = bed_wall(case) else { return Ok(None) };
+    if *wall == Wall::Smooth {
+        return Ok(None);
+    }
+    let name = &case.bodies[0].material;
+    let law = case.materials[name].basal().map_err(|error| {
+        CaseError::new(
+            format!("materials.{name}.model"),
+            format!("{error}: give methods.depth-sph.basal, or make the wall below smooth"),
+        )
+    })?;
+    Ok(Some(match wall {
+        Wall::Frictional { friction_coefficient, .. } => law.with_friction_at_most(*friction_coefficient),
+        _ => law,
+    }))
+}

@@ -1,0 +1,255 @@
+//! From a case to a solver: refuses what the method cannot honour, by JSON path.
+
+mod bodies;
+mod material;
+mod refuse;
+
+use std::sync::Arc;
+
+use colluvium_case::description::{Boundary, Side, Space, Wall};
+use colluvium_case::{Case, CaseError, Plan, Size, Solver};
+
+pub(crate) use refuse::honours;
+
+use crate::NAME;
+use crate::bed::Bed;
+use crate::choices::{Frame, Phases};
+use crate::config::{DepthOptions, FluidResistanceOptions};
+use crate::flow::{Failure, Flow, Outside};
+use crate::settings::{
+    Consolidation, EarthPressure, FluidResistance, Mixture, Numerics, PoreColumn, Settings, Zone,
+};
+use crate::solver::DepthSolver;
+use crate::stages::ends;
+
+/// Node-updates per second and thread, from the benchmark of one phase without columns.
+const UPDATES_PER_SECOND: f64 = 2e6;
+/// The same with two phases or columns.
+const COUPLED_UPDATES_PER_SECOND: f64 = 5e5;
+
+/// An error under a key of the options.
+fn own(key: &str, problem: impl Into<String>) -> CaseError {
+    CaseError::new(format!("methods.{NAME}.{key}"), problem)
+}
+
+/// The options of the case, checked.
+pub(crate) fn options(case: &Case) -> Result<DepthOptions, CaseError> {
+    if !case.methods.contains_key(NAME) {
+        let problem = "is missing: depth-integrated SPH needs at least its `spacing` (m)";
+        return Err(CaseError::new(format!("methods.{NAME}"), problem));
+    }
+    let options: DepthOptions = case.method_options(NAME)?;
+    options.validate().map_err(|(key, problem)| own(&key, problem))?;
+    Ok(options)
+}
+
+/// The solver of `case`.
+pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+    let options = options(case)?;
+    refuse::refuse(case, &options)?;
+    Ok(match case.space {
+        Space::PlaneStrain => Box::new(solver::<1>(case, &options)?),
+        _ => Box::new(solver::<2>(case, &options)?),
+    })
+}
+
+/// The plan of `case`.
+pub fn plan(case: &Case) -> Result<Plan, CaseError> {
+    let options = options(case)?;
+    refuse::refuse(case, &options)?;
+    match case.space {
+        Space::PlaneStrain => planned::<1>(case, &options),
+        _ => planned::<2>(case, &options),
+    }
+}
+
+/// Memory of a node with its neighbours (bytes).
+fn bytes_per_node(case: &Case, options: &DepthOptions) -> f64 {
+    let neighbours = if case.space == Space::PlaneStrain { 20.0 } else { 60.0 };
+    let heads = options.column.as_ref().map_or(0.0, |column| 8.0 * (column.cells + 1) as f64);
+    600.0 + 4.0 * neighbours + heads
+}
+
+/// The size of `case`, without making its nodes.
+pub fn size(case: &Case) -> Result<Size, CaseError> {
+    let options = options(case)?;
+    refuse::refuse(case, &options)?;
+    let sets = if options.phases == Phases::Two { 2.0 } else { 1.0 };
+    let area: f64 = case
+        .bodies
+        .iter()
+        .map(|body| {
+            let (low, high) = body.shape.bounds(case.dimension());
+            (0..case.dimension() - 1).map(|c| (high[c] - low[c]).max(0.0)).product::<f64>()
+        })
+        .sum();
+    let points = sets * area / options.spacing.powi(case.dimension() as i32 - 1);
+    let key = "methods.depth-sph.spacing";
+    Ok(Size { points, nodes: 0.0, memory: points * bytes_per_node(case, &options), key })
+}
+
+fn planned<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, CaseError> {
+    let mut solver = solver::<D>(case, options)?;
+    let time_step = solver.limit();
+    let points = solver.points();
+    let mut warnings = options.warnings();
+    warnings.extend(refuse::warnings(case, points));
+    let coupled = options.phases != Phases::One || options.column.is_some();
+    Ok(Plan {
+        points,
+        nodes: 0,
+        steps: (case.end_time() / time_step.dt).ceil() as u64,
+        time_step,
+        memory: (points as f64 * bytes_per_node(case, options)) as u64,
+        volumes: solver.volumes(),
+        updates_per_second: if coupled { COUPLED_UPDATES_PER_SECOND } else { UPDATES_PER_SECOND },
+        warnings,
+    })
+}
+
+/// A solver with its concrete type, at time zero.
+pub(crate) fn solver<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+) -> Result<DepthSolver<D>, CaseError> {
+    let bed = bed_level(case)?;
+    let settings = settings::<D>(case, options)?;
+    let nodes = bodies::nodes::<D>(case, options, bed)?;
+    let ends = ends::<D>(case, 0);
+    let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
+    let mut flow = Flow::new(settings, Bed::Flat(bed), ends, &nodes).map_err(failed)?;
+    flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
+    Ok(DepthSolver::new(Arc::new(case.clone()), options.clone(), flow))
+}
+
+/// Level of the bed (m): that of the highest wall that faces upward.
+fn bed_level(case: &Case) -> Result<f64, CaseError> {
+    let side = lowest(case);
+    let walls = case.boundaries.iter().filter(|boundary| boundary.side == side);
+    let level = walls.map(|boundary| boundary.position(&case.domain)).fold(f64::NEG_INFINITY, f64::max);
+    if level.is_finite() {
+        return Ok(level);
+    }
+    let problem = format!("there is no bed to flow over: add a wall on the side {side}");
+    Err(CaseError::new("boundaries", problem))
+}
+
+/// The side that the bed is on.
+fn lowest(case: &Case) -> Side {
+    if case.space == Space::PlaneStrain { Side::YMin } else { Side::ZMin }
+}
+
+/// The wall that is the bed.
+fn bed_wall(case: &Case) -> Option<&Wall> {
+    let side = lowest(case);
+    let walls = case.boundaries.iter().filter(|boundary| boundary.side == side);
+    let level = |boundary: &&Boundary| boundary.position(&case.domain);
+    walls.max_by(|a, b| level(a).total_cmp(&level(b))).map(|boundary| &boundary.wall)
+}
+
+/// Everything that stays.
+fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Settings<D>, CaseError> {
+    let gravity = -case.gravity[D];
+    let drive: [f64; D] = std::array::from_fn(|c| case.gravity[c]);
+    let tilted = drive.iter().any(|g| *g != 0.0);
+    let frame = match options.frame {
+        Some(frame) if tilted && frame != Frame::BedFitted => {
+            return Err(own("frame", "gravity is tilted over a flat bed: the frame is bed-fitted"));
+        }
+        Some(frame) => frame,
+        None if tilted => Frame::BedFitted,
+        None => Frame::Horizontal,
+    };
+    let whole = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let material = material::mixture(case, options, whole)?;
+    let drag = options.mixture.as_ref().map(|mixture| mixture.drag).unwrap_or_default();
+    Ok(Settings {
+        phases: options.phases,
+        gravity,
+        drive,
+        frame,
+        metric: options.metric,
+        curvature_in_friction: options.curvature_in_friction,
+        material,
+        drag,
+        column: column(options, &material),
+        zones: zones(case, options)?,
+        fluid_resistance: fluid_resistance(options),
+        earth_pressure: options.earth_pressure.map(|earth| {
+            let (internal, basal) = (earth.internal_friction_angle, earth.basal_friction_angle);
+            EarthPressure::savage_hutter(internal.to_radians(), basal.to_radians())
+        }),
+        interface_friction: options.mixture.as_ref().map_or(0.0, |mixture| mixture.interface_friction),
+        numerics: numerics::<D>(options),
+    })
+}
+
+fn numerics<const D: usize>(options: &DepthOptions) -> Numerics {
+    Numerics {
+        kernel: options.kernel,
+        variable_length: options.variable_smoothing,
+        passes: options.passes,
+        continuity: options.continuity,
+        momentum: options.momentum,
+        surface_gradient: options.surface_gradient,
+        integration: options.integration,
+        viscosity: (options.viscosity_linear, options.viscosity_quadratic),
+        xsph: options.xsph,
+        courant: options.courant,
+        ..Numerics::defaults::<D>()
+    }
+}
+
+fn column(options: &DepthOptions, material: &Mixture) -> Option<PoreColumn> {
+    let column = options.column.as_ref()?;
+    let mixture = options.mixture.as_ref()?;
+    let permeability = mixture.drag.permeability(material.porosity, &material.densities);
+    // A coefficient c_v = k_w K_v/α also gives the stiffness, where there is a permeability.
+    let (consolidation, stiffness) = match (&column.skeleton, column.consolidation) {
+        (Some(skeleton), _) => (Consolidation::OfDrag, skeleton.stiffness()),
+        (None, Some(value)) => (Consolidation::Coefficient(value), value / permeability),
+        (None, None) => return None,
+    };
+    Some(PoreColumn {
+        cells: column.cells,
+        weight: column.weight,
+        profile: column.profile,
+        consolidation,
+        lower_bound: column.lower_bound,
+        excess_ratio: column.excess_ratio,
+        stiffness,
+        dilatancy: column.dilatancy.map(|dilatancy| (dilatancy.slope, dilatancy.critical_porosity)),
+    })
+}
+
+fn fluid_resistance(options: &DepthOptions) -> FluidResistance {
+    match options.mixture.as_ref().map(|mixture| mixture.fluid_resistance).unwrap_or_default() {
+        FluidResistanceOptions::None => FluidResistance::None,
+        FluidResistanceOptions::Laminar { viscosity } => FluidResistance::Laminar(viscosity),
+        FluidResistanceOptions::Manning { coefficient } => FluidResistance::Manning(coefficient),
+        FluidResistanceOptions::Turbulent { turbulence } => FluidResistance::Turbulent(turbulence),
+    }
+}
+
+/// The parts of the bed, the rest of it last.
+fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError> {
+    let law = material::basal_law(case, options)?;
+    let mut zones = Vec::new();
+    for (number, region) in options.regions.iter().enumerate() {
+        let key = |name: &str| format!("regions[{number}].{name}");
+        let shape = region.shape.validate(case.dimension() - 1);
+        shape.map_err(|error| own(&key(&format!("shape.{}", error.path)), error.problem))?;
+        let law = match &region.basal {
+            Some(spec) => Some(spec.build().map_err(|error| own(&key("basal"), error.to_string()))?),
+            None => law,
+        };
+        zones.push(Zone {
+            region: Some(region.shape.clone()),
+            law,
+            drainage: region.drainage.unwrap_or(options.drainage),
+            erosion: region.erosion,
+        });
+    }
+    zones.push(Zone { region: None, law, drainage: options.drainage, erosion: options.erosion });
+    Ok(zones)
+}

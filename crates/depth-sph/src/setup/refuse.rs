@@ -1,0 +1,136 @@
+//! What depth-integrated SPH refuses of a case, by its path, and what it allows with a warning.
+
+use colluvium_case::description::{Boundary, Velocity, Wall};
+use colluvium_case::{Case, CaseError, Honours, Needs};
+
+use super::{NAME, lowest};
+use crate::config::DepthOptions;
+use crate::stages::is_passed_over;
+
+/// Fewer nodes than these are worth a warning (sheet: depth-sph §0).
+const FEW_NODES: usize = 10;
+
+const SPACES: &str =
+    "depth-sph flows over a profile (plane-strain, gravity along y) or over terrain (3d, gravity along z)";
+
+/// What the method says to the features of a case.
+pub(crate) fn honours() -> Honours {
+    Honours::of_points(NAME)
+        .takes(&[
+            "domain.periodic*",
+            "boundaries",
+            "boundaries.name",
+            "boundaries.side=*",
+            "boundaries.position",
+            "boundaries.separation",
+            "boundaries.velocity",
+            "boundaries.wall=rough",
+            "boundaries.wall=smooth",
+            "boundaries.wall=frictional",
+            "stages.damping",
+        ])
+        .needs(Needs { gravity: true, ..Needs::default() })
+        .refuses("space=1d", SPACES)
+        .refuses("space=axisymmetric", SPACES)
+        .refuses("bodies.rigid", "depth-sph has no rigid bodies")
+        .refuses("bodies.points", "depth-sph sets its nodes from the shape of the body")
+        .refuses(
+            "bodies.drop_outside",
+            "nodes of depth-sph that leave the terrain are removed and counted: see its options",
+        )
+        .refuses("boundaries.group", "depth-sph has no mesh with groups of nodes")
+        .refuses("boundaries.wall=absorbing", "depth-sph has no dashpots")
+        .refuses("boundaries.drained", "say what the bed lets through in methods.depth-sph.drainage")
+        .refuses("loads", "depth-sph cannot apply tractions")
+        .refuses("patches", "depth-sph has no nodes to prescribe")
+        .refuses("stages.excavate", "depth-sph removes whole bodies only: use remove_bodies")
+        .refuses("stages.weakening*", "the bed of depth-sph keeps its strength")
+        .refuses("measures=factor-of-safety", "depth-sph has no slope whose strength could be reduced")
+        .refuses("measures=dissipation", "depth-sph does not count dissipation")
+}
+
+/// Refuses by name what the method cannot do.
+pub(super) fn refuse(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+    let last = case.dimension() - 1;
+    if !(case.gravity[last] < 0.0) {
+        let problem = format!("{} must be negative: depth is measured against it", case.gravity[last]);
+        return Err(CaseError::new(format!("gravity[{last}]"), problem));
+    }
+    refuse_walls(case)?;
+    refuse_bodies(case, options)
+}
+
+fn refuse_walls(case: &Case) -> Result<(), CaseError> {
+    let up = case.dimension() - 1;
+    for (number, boundary) in case.boundaries.iter().enumerate() {
+        let path = |key: &str| format!("boundaries[{number}].{key}");
+        if boundary.side.axis() == up && boundary.side != lowest(case) {
+            return Err(CaseError::new(
+                path("side"),
+                "a flow of depth-sph has a free surface: no lid above it",
+            ));
+        }
+        if boundary.velocity.as_ref().is_some_and(|velocity| velocity.iter().any(|v| *v != 0.0)) {
+            return Err(CaseError::new(path("velocity"), "the walls of depth-sph are at rest"));
+        }
+    }
+    Ok(())
+}
+
+fn refuse_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+    let up = case.dimension() - 1;
+    for (number, body) in case.bodies.iter().enumerate() {
+        let path = |key: &str| format!("bodies[{number}].{key}");
+        if let Velocity::Uniform { value } = &body.velocity
+            && value[up] != 0.0
+        {
+            let problem = "flows of depth-sph begin along the bed: the last component must be 0";
+            return Err(CaseError::new(path(&format!("velocity.value[{up}]")), problem));
+        }
+        let upper =
+            |name: &String| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(name));
+        let other = case.bodies[..number]
+            .iter()
+            .find(|other| other.material != body.material && upper(&other.name) == upper(&body.name));
+        if let Some(other) = other {
+            let problem = format!(
+                "{:?} is not the material of the body {:?}, {:?}: a flow of depth-sph has one",
+                body.material, other.name, other.material
+            );
+            return Err(CaseError::new(path("material"), problem));
+        }
+    }
+    for name in options.mixture.iter().flat_map(|mixture| &mixture.upper) {
+        if !case.bodies.iter().any(|body| body.name == *name) {
+            return Err(super::own("mixture.upper", format!("{name:?} is not the name of a body")));
+        }
+    }
+    Ok(())
+}
+
+/// What is allowed but deserves a warning.
+pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if nodes < FEW_NODES {
+        warnings.push(format!("methods.{NAME}.spacing: {nodes} nodes are too few to resolve a flow"));
+    }
+    for (number, stage) in case.stages.iter().enumerate() {
+        if is_passed_over(stage) {
+            warnings.push(format!(
+                "stages[{number}]: it brings stress into balance, which depth-integrated flow has no need of: it is passed over"
+            ));
+        }
+    }
+    let sticks =
+        |boundary: &&Boundary| boundary.side.axis() + 1 < case.dimension() && boundary.wall != Wall::Smooth;
+    if let Some(boundary) = case.boundaries.iter().find(sticks) {
+        warnings.push(format!(
+            "boundaries: the side wall {:?} acts as a smooth mirror; its friction is left out",
+            boundary.name()
+        ));
+    }
+    if case.bodies.iter().any(|body| body.stress != colluvium_case::description::InitialStress::None) {
+        warnings.push("bodies: initial stress is that of the weight over the depth".to_owned());
+    }
+    warnings
+}

@@ -1,0 +1,288 @@
+//! The solver of a case: a flow with what a run asks of it.
+
+mod report;
+
+use std::io::{Read, Write};
+use std::sync::Arc;
+
+use colluvium_case::description::{Reset, Stage};
+use colluvium_case::measure::Reading;
+use colluvium_case::solver::{restore_value, save_value};
+use colluvium_case::{
+    Advance, Budget, Case, Equilibrium, Snapshot, Solver, SolverError, StepLimit, TimeStep, spatial,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::config::DepthOptions;
+use crate::flow::{Failure, Flow};
+use crate::nodes::norm;
+use crate::stages;
+
+/// Version of the layout of a checkpoint.
+const FORMAT: u32 = 1;
+
+/// When the flow came to rest (sheet: depth-sph §0, stopping).
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct Rest {
+    /// Largest kinetic energy so far (J).
+    peak: f64,
+    /// Time since when everything has held (s); NaN while it does not.
+    since: f64,
+    /// Time at which the flow had stopped (s); NaN before.
+    stopped: f64,
+}
+
+impl Default for Rest {
+    fn default() -> Self {
+        Self { peak: 0.0, since: f64::NAN, stopped: f64::NAN }
+    }
+}
+
+/// Depth-integrated SPH over a profile (`D` = 1) or over terrain (`D` = 2).
+pub struct DepthSolver<const D: usize> {
+    case: Arc<Case>,
+    options: DepthOptions,
+    flow: Flow<D>,
+    stage: usize,
+    time: f64,
+    steps: u64,
+    rest: Rest,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    format: u32,
+    dimension: usize,
+    time: f64,
+    steps: u64,
+    flow_time: f64,
+    flow_step: u64,
+    next_id: u64,
+    left: [f64; 2],
+    gone: u64,
+    entrained: [f64; 2],
+    heads: Vec<f64>,
+    heads_depth: Vec<f64>,
+    heads_time: f64,
+    rest: Rest,
+    nodes: Vec<Vec<u8>>,
+}
+
+impl<const D: usize> DepthSolver<D> {
+    pub(crate) fn new(case: Arc<Case>, options: DepthOptions, flow: Flow<D>) -> Self {
+        Self { case, options, flow, stage: 0, time: 0.0, steps: 0, rest: Rest::default() }
+    }
+
+    /// The flow.
+    pub fn flow(&self) -> &Flow<D> {
+        &self.flow
+    }
+
+    /// Volume of the nodes of each body (m³).
+    pub(crate) fn volumes(&self) -> Vec<f64> {
+        let mut volumes = vec![0.0; self.case.bodies.len()];
+        for set in &self.flow.sets {
+            for (body, volume) in set.nodes.body.iter().zip(&set.nodes.volume) {
+                volumes[*body as usize] += volume;
+            }
+        }
+        volumes
+    }
+
+    fn is_passed_over(&self) -> bool {
+        stages::is_passed_over(&self.case.stages[self.stage])
+    }
+
+    fn failed(&self, failure: Failure) -> SolverError {
+        let Failure { node, position, reason } = failure;
+        SolverError::Point {
+            step: self.steps,
+            time: self.time,
+            point: node,
+            position: std::array::from_fn(|c| position.get(c).copied().unwrap_or(0.0)),
+            reason,
+        }
+    }
+
+    /// Follows when the flow comes to rest.
+    fn watch(&mut self) {
+        let stop = &self.options.stop;
+        let (mut kinetic, mut slow, mut whole) = (0.0, 0.0, 0.0);
+        for (number, set) in self.flow.sets.iter().enumerate() {
+            let density = self.flow.density(number);
+            for (velocity, volume) in set.nodes.velocity.iter().zip(&set.nodes.volume) {
+                let speed = norm(velocity);
+                kinetic += 0.5 * density * volume * speed * speed;
+                if number == 0 {
+                    whole += volume;
+                    slow += if speed < stop.speed { *volume } else { 0.0 };
+                }
+            }
+        }
+        let rest = &mut self.rest;
+        rest.peak = rest.peak.max(kinetic);
+        let holds =
+            rest.peak > 0.0 && kinetic <= stop.kinetic_ratio * rest.peak && slow >= stop.share * whole;
+        if !holds {
+            (rest.since, rest.stopped) = (f64::NAN, f64::NAN);
+        } else if rest.since.is_nan() {
+            rest.since = self.time;
+        }
+        if holds && rest.stopped.is_nan() && self.time - rest.since >= stop.hold {
+            rest.stopped = rest.since;
+        }
+    }
+
+    fn to_saved(&self) -> Saved {
+        let flow = &self.flow;
+        let bytes = |set: &crate::flow::Set<D>| {
+            let mut bytes = Vec::new();
+            set.nodes.write(&mut bytes).expect("memory takes all bytes");
+            bytes
+        };
+        Saved {
+            format: FORMAT,
+            dimension: D,
+            time: self.time,
+            steps: self.steps,
+            flow_time: flow.time,
+            flow_step: flow.step,
+            next_id: flow.next_id,
+            left: flow.left,
+            gone: flow.gone,
+            entrained: flow.entrained,
+            heads: flow.heads.values.clone(),
+            heads_depth: flow.heads.depth.clone(),
+            heads_time: flow.heads.time,
+            rest: self.rest,
+            nodes: flow.sets.iter().map(bytes).collect(),
+        }
+    }
+
+    /// Takes a saved state; `None` where it does not fit together.
+    fn take_saved(&mut self, saved: Saved) -> Option<()> {
+        let flow = &mut self.flow;
+        if saved.nodes.len() != flow.sets.len() {
+            return None;
+        }
+        for (set, bytes) in flow.sets.iter_mut().zip(&saved.nodes) {
+            set.nodes.read(&mut bytes.as_slice()).ok()?;
+            set.unlist();
+        }
+        let count = if flow.heads.is_empty() { 0 } else { flow.sets[0].len() };
+        if saved.heads.len() != count * flow.heads.width || saved.heads_depth.len() != count {
+            return None;
+        }
+        (flow.heads.values, flow.heads.depth) = (saved.heads, saved.heads_depth);
+        flow.heads.time = saved.heads_time;
+        (flow.time, flow.step, flow.next_id) = (saved.flow_time, saved.flow_step, saved.next_id);
+        (flow.left, flow.gone, flow.entrained) = (saved.left, saved.gone, saved.entrained);
+        (self.time, self.steps, self.rest) = (saved.time, saved.steps, saved.rest);
+        Some(())
+    }
+}
+
+impl<const D: usize> Solver for DepthSolver<D> {
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn step_count(&self) -> u64 {
+        self.steps
+    }
+
+    fn points(&self) -> usize {
+        self.flow.sets.iter().map(crate::flow::Set::len).sum()
+    }
+
+    fn limit(&mut self) -> TimeStep {
+        let limit = self.flow.limit();
+        let node = limit.node.map(|(set, i)| (&self.flow.sets[set].nodes, i));
+        let step = TimeStep {
+            dt: limit.dt,
+            limit: StepLimit::new("surface wave"),
+            point: node.map(|(nodes, i)| nodes.id[i]),
+            position: node.map_or([0.0; 3], |(nodes, i)| spatial(&nodes.position[i])),
+        };
+        match self.options.max_time_step {
+            Some(longest) if longest < step.dt => {
+                TimeStep { dt: longest, limit: StepLimit::FIXED, point: None, position: [0.0; 3] }
+            }
+            _ => step,
+        }
+    }
+
+    fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
+        let limit = self.limit();
+        let dt = limit.towards(at_most);
+        if !self.is_passed_over() {
+            self.flow.advance(dt).map_err(|failure| self.failed(failure))?;
+        }
+        self.time += dt;
+        self.steps += 1;
+        if !self.is_passed_over() {
+            self.watch();
+        }
+        Ok(Advance { dt, limit: limit.limit })
+    }
+
+    fn begin_stage(&mut self, stage: usize, _start: f64) -> Result<(), SolverError> {
+        self.stage = stage;
+        self.flow.ends = stages::ends(&self.case, stage);
+        let case = Arc::clone(&self.case);
+        let gone = |body: u32| case.is_removed(&case.bodies[body as usize].name, stage);
+        self.flow.remove_where(|nodes, i| gone(nodes.body[i]));
+        self.flow.sets.iter_mut().for_each(crate::flow::Set::unlist);
+        Ok(())
+    }
+
+    fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
+        for reset in &stage.reset {
+            for set in &mut self.flow.sets {
+                match reset {
+                    Reset::Velocity => set.nodes.velocity.fill([0.0; D]),
+                    Reset::Displacement => set.nodes.origin.clone_from(&set.nodes.position),
+                    // Nodes have no state of a law.
+                    Reset::State => {}
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn equilibrium(&self) -> Option<Equilibrium> {
+        // A stage that only balances stress is over at once.
+        self.case.stages[self.stage].equilibrium?;
+        Some(Equilibrium { unbalanced_force: 0.0, kinetic_ratio: 0.0, kinetic: 0.0 })
+    }
+
+    fn readings(&self) -> Vec<Reading> {
+        self.take_readings()
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.take_remarks()
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        self.take_snapshot()
+    }
+
+    fn budget(&self) -> Budget {
+        self.take_budget()
+    }
+
+    fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
+        save_value(&self.to_saved(), out)
+    }
+
+    fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
+        let saved: Saved = restore_value(input)?;
+        if saved.format != FORMAT || saved.dimension != D {
+            let problem = "was written by another version or for another case";
+            return Err(SolverError::Checkpoint(problem.to_owned()));
+        }
+        self.take_saved(saved)
+            .ok_or_else(|| SolverError::Checkpoint("its arrays do not fit together or the case".to_owned()))
+    }
+}

@@ -1,0 +1,195 @@
+//! What the solver tells: snapshot, budget, readings.
+
+use colluvium_case::measure::Reading;
+use colluvium_case::{Budget, Field, FieldData, PhaseBudget, Snapshot};
+use colluvium_constitutive::SymTensor;
+
+use super::DepthSolver;
+use crate::bed::BedPoint;
+use crate::choices::Phases;
+use crate::flow::Totals;
+use crate::nodes::{dot, norm};
+
+fn scalar(name: &str, unit: &'static str, values: Vec<f64>) -> Field {
+    Field { name: name.to_owned(), unit, data: FieldData::Scalar(values) }
+}
+
+/// A vector along the bed: its plan components and the rise over a slope.
+fn along<const D: usize>(v: &[f64; D], slope: &[f64; D]) -> [f64; 3] {
+    std::array::from_fn(|c| match c.cmp(&D) {
+        std::cmp::Ordering::Less => v[c],
+        std::cmp::Ordering::Equal => dot(v, slope),
+        std::cmp::Ordering::Greater => 0.0,
+    })
+}
+
+impl<const D: usize> DepthSolver<D> {
+    /// Every node: its set and number, in the order of ids.
+    fn in_order(&self) -> Vec<(usize, usize)> {
+        let sets = self.flow.sets.iter().enumerate();
+        let mut order: Vec<(usize, usize)> =
+            sets.flat_map(|(set, nodes)| (0..nodes.len()).map(move |i| (set, i))).collect();
+        order.sort_by_key(|&(set, i)| self.flow.sets[set].nodes.id[i]);
+        order
+    }
+
+    /// Everything on the nodes, in the order of ids.
+    pub(super) fn take_snapshot(&self) -> Snapshot {
+        let flow = &self.flow;
+        let order = self.in_order();
+        let nodes = |set: usize| &flow.sets[set].nodes;
+        let beds: Vec<_> = order.iter().map(|&(set, i)| flow.bed_below(&nodes(set).position[i])).collect();
+        let place = |(&(set, i), level): (&(usize, usize), f64)| {
+            let x = &nodes(set).position[i];
+            std::array::from_fn(|c| match c.cmp(&D) {
+                std::cmp::Ordering::Less => x[c],
+                std::cmp::Ordering::Equal => level + 0.5 * nodes(set).depth[i],
+                std::cmp::Ordering::Greater => 0.0,
+            })
+        };
+        let extent = |&(set, i): &(usize, usize)| -> [f64; 3] {
+            let width = (nodes(set).volume[i] / nodes(set).height[i]).powf(1.0 / D as f64);
+            std::array::from_fn(|c| match c.cmp(&D) {
+                std::cmp::Ordering::Less => width,
+                std::cmp::Ordering::Equal => nodes(set).depth[i],
+                std::cmp::Ordering::Greater => 0.0,
+            })
+        };
+        Snapshot {
+            time: self.time,
+            step: self.steps,
+            ids: order.iter().map(|&(set, i)| nodes(set).id[i]).collect(),
+            bodies: order.iter().map(|&(set, i)| nodes(set).body[i]).collect(),
+            positions: order.iter().zip(beds.iter().map(|bed| bed.level)).map(place).collect(),
+            extents: order.iter().map(extent).collect(),
+            fields: self.fields(&order, &beds),
+        }
+    }
+
+    /// The fields of the nodes in `order`, over the `beds` below them.
+    fn fields(&self, order: &[(usize, usize)], beds: &[BedPoint<D>]) -> Vec<Field> {
+        let flow = &self.flow;
+        let nodes = |set: usize| &flow.sets[set].nodes;
+        let each =
+            |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
+        let stress = |&(set, i): &(usize, usize)| {
+            // Half of that at the base: the mean over the depth, taken isotropic.
+            let mean = -0.5 * flow.density(set) * nodes(set).pull[i] * nodes(set).depth[i];
+            SymTensor([mean, mean, mean, 0.0, 0.0, 0.0])
+        };
+        let velocity = order
+            .iter()
+            .zip(beds)
+            .map(|(&(set, i), bed)| along(&nodes(set).velocity[i], &bed.slope))
+            .collect();
+        let displacement = order
+            .iter()
+            .map(|&(set, i)| {
+                let (x, origin) = (&nodes(set).position[i], &nodes(set).origin[i]);
+                let moved: [f64; D] = std::array::from_fn(|c| x[c] - origin[c]);
+                along(&moved, &[0.0; D])
+            })
+            .collect();
+        let stresses = order.iter().map(stress).collect();
+        let mut fields = vec![
+            scalar("depth", "m", each(&|set, i| nodes(set).depth[i])),
+            Field { name: "velocity".into(), unit: "m/s", data: FieldData::Vector(velocity) },
+            Field { name: "displacement".into(), unit: "m", data: FieldData::Vector(displacement) },
+            Field { name: "stress".into(), unit: "Pa", data: FieldData::Tensor(stresses) },
+            scalar("mass", "kg", each(&|set, i| flow.density(set) * nodes(set).volume[i])),
+            scalar("volume", "m3", each(&|set, i| nodes(set).volume[i])),
+            scalar("bed", "m", beds.iter().map(|bed| bed.level).collect()),
+            scalar("smoothing_length", "m", each(&|set, i| nodes(set).length[i])),
+        ];
+        if flow.sets.len() > 1 {
+            fields.push(scalar("phase", "", each(&|set, _| set as f64)));
+            fields.push(scalar("height", "m", each(&|set, i| nodes(set).height[i])));
+        }
+        if !flow.heads.is_empty() {
+            let head = |set: usize, i: usize| if set == 0 { flow.heads.base(i) } else { f64::NAN };
+            fields.push(scalar("liquefaction", "", each(&|set, i| head(set, i) / nodes(set).depth[i])));
+            let porosity = flow.settings.material.porosity;
+            let submerged = flow.settings.material.densities.submerged(porosity);
+            let excess = |set: usize, i: usize| submerged * nodes(set).pull[i] * head(set, i);
+            fields.push(scalar("excess_pore_pressure", "Pa", each(&excess)));
+        }
+        if flow.settings.zones.iter().any(|zone| zone.erosion.is_some()) {
+            fields.push(scalar("eroded", "m3", each(&|set, i| nodes(set).eroded[i])));
+        }
+        fields
+    }
+
+    /// Totals.
+    pub(super) fn take_budget(&self) -> Budget {
+        let spatial = |v: &[f64; D]| along(v, &[0.0; D]);
+        let all: Vec<Totals<D>> = (0..self.flow.sets.len()).map(|set| self.flow.totals(set)).collect();
+        let sum = |value: &dyn Fn(&Totals<D>) -> f64| all.iter().map(value).sum();
+        let momentum = std::array::from_fn(|c| all.iter().map(|t| spatial(&t.momentum)[c]).sum());
+        let liquid = all.get(1).filter(|_| self.flow.settings.phases == Phases::Two).map(|t| PhaseBudget {
+            mass: t.mass,
+            momentum: spatial(&t.momentum),
+            kinetic: t.kinetic,
+            elastic: 0.0,
+            potential: t.potential,
+        });
+        Budget {
+            mass: sum(&|t| t.mass),
+            momentum,
+            angular_momentum: [f64::NAN; 3],
+            kinetic: sum(&|t| t.kinetic),
+            elastic: 0.0,
+            potential: sum(&|t| t.potential),
+            liquid,
+        }
+    }
+
+    /// What the method tells in each row of the measures.
+    pub(super) fn take_readings(&self) -> Vec<Reading> {
+        let flow = &self.flow;
+        let nodes = || flow.sets.iter().flat_map(|set| (0..set.len()).map(move |i| (&set.nodes, i)));
+        let most = |value: &dyn Fn(&crate::nodes::Nodes<D>, usize) -> f64| {
+            nodes().map(|(nodes, i)| value(nodes, i)).fold(0.0, f64::max)
+        };
+        let reading = |name: &str, unit: &str, value: f64| (name.to_owned(), unit.to_owned(), value);
+        let mut readings = vec![
+            reading("flow_volume", "m3", flow.sets.iter().map(|set| set.nodes.total_volume()).sum()),
+            reading("volume_left", "m3", flow.left.iter().sum()),
+            reading("largest_depth", "m", most(&|nodes, i| nodes.depth[i])),
+            reading("largest_speed", "m/s", most(&|nodes, i| norm(&nodes.velocity[i]))),
+            reading("stopped", "s", self.rest.stopped),
+        ];
+        if flow.settings.zones.iter().any(|zone| zone.erosion.is_some()) {
+            readings.push(reading("volume_eroded", "m3", flow.entrained.iter().sum()));
+        }
+        if !flow.heads.is_empty() {
+            let (mut weighted, mut whole) = (0.0, 0.0);
+            let solid = &flow.sets[0].nodes;
+            for i in 0..solid.len() {
+                weighted += solid.volume[i] * flow.heads.base(i) / solid.depth[i];
+                whole += solid.volume[i];
+            }
+            readings.push(reading("mean_liquefaction", "", weighted / whole));
+        }
+        readings
+    }
+
+    /// What of the state deserves a remark when the run ends.
+    pub(super) fn take_remarks(&self) -> Vec<String> {
+        let flow = &self.flow;
+        let mut remarks = Vec::new();
+        if flow.gone > 0 {
+            remarks.push(format!(
+                "{} nodes, {:.4e} m³, have left the terrain: make it larger where that matters",
+                flow.gone,
+                flow.left.iter().sum::<f64>()
+            ));
+        }
+        if self.rest.stopped.is_nan() {
+            remarks.push(
+                "the flow still moves at the end of the run, by the criterion of methods.depth-sph.stop"
+                    .to_owned(),
+            );
+        }
+        remarks
+    }
+}

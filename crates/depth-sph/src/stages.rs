@@ -1,0 +1,36 @@
+//! What the stages of a case are to this method.
+
+use colluvium_case::Case;
+use colluvium_case::description::Stage;
+
+use crate::flow::Ends;
+
+/// Whether a stage only brings stress into balance.
+pub(crate) fn is_passed_over(stage: &Stage) -> bool {
+    stage.equilibrium.is_some() || stage.damping > 0.0 || stage.gravity_ramp > 0.0
+}
+
+/// Side walls of a stage, and periods.
+pub(crate) fn ends<const D: usize>(case: &Case, stage: usize) -> Ends<D> {
+    let mut ends = Ends::default();
+    for (_, boundary) in case.active_boundaries(stage) {
+        let axis = boundary.side.axis();
+        if axis >= D {
+            continue;
+        }
+        let position = boundary.position(&case.domain);
+        let slot = &mut ends.walls[axis][usize::from(boundary.side.is_max())];
+        // The innermost wall of a side rules.
+        *slot = Some(match *slot {
+            Some(other) if boundary.side.is_max() => other.min(position),
+            Some(other) => other.max(position),
+            None => position,
+        });
+    }
+    for axis in 0..D {
+        if case.domain.is_periodic(axis) {
+            ends.periods[axis] = Some((case.domain.min[axis], case.domain.max[axis]));
+        }
+    }
+    ends
+}

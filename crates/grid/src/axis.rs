@@ -1,0 +1,113 @@
+//! The shape functions of one axis as a value, for what is not worth a compiled copy each.
+
+use crate::Basis;
+
+/// Most nodes of an axis that a point has.
+const MOST: usize = 4;
+
+/// What a [`Basis`] says, at run time.
+#[derive(Clone, Copy, Debug)]
+pub struct Axis {
+    /// Name of the family.
+    pub name: &'static str,
+    /// Layers of nodes outside the domain, at each end.
+    pub ghosts: usize,
+    /// How many nodes below the lower node of its cell a point may touch.
+    pub below: usize,
+    /// How many nodes above the lower node of its cell a point may touch.
+    pub above: usize,
+    /// Whether holding the nodes on a grid line within the domain holds the material there.
+    pub walls_inside: bool,
+    nodes: fn(usize) -> usize,
+    coordinate: fn(usize, usize) -> f64,
+    evaluate: fn(f64, f64, usize) -> OnAxis,
+}
+
+/// The nodes of a point along an axis, with weights and gradients.
+#[derive(Clone, Copy, Debug)]
+pub struct OnAxis {
+    /// First node.
+    pub first: usize,
+    /// Number of nodes.
+    pub count: usize,
+    weights: [f64; MOST],
+    gradients: [f64; MOST],
+}
+
+impl OnAxis {
+    /// Weights of the nodes.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights[..self.count]
+    }
+
+    /// Gradients of the nodes (per cell).
+    pub fn gradients(&self) -> &[f64] {
+        &self.gradients[..self.count]
+    }
+
+    /// Weight of a node, zero where the point does not touch it.
+    pub fn weight_of(&self, node: usize) -> f64 {
+        node.checked_sub(self.first).and_then(|k| self.weights().get(k)).copied().unwrap_or(0.0)
+    }
+}
+
+impl Axis {
+    /// The facts of a basis.
+    pub fn of<const S: usize, B: Basis<S>>() -> Self {
+        Self {
+            name: B::NAME,
+            ghosts: B::GHOSTS,
+            below: B::BELOW,
+            above: B::ABOVE,
+            walls_inside: B::WALLS_INSIDE,
+            nodes: B::nodes,
+            coordinate: B::coordinate,
+            evaluate: |x, width, cells| {
+                let (first, w, g) = B::evaluate(x, width, cells);
+                let four = |values: [f64; S]| std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0));
+                // What has more of them in all, at the corners of its domain, has two along an axis.
+                OnAxis { first, count: S.min(MOST), weights: four(w), gradients: four(g) }
+            },
+        }
+    }
+
+    /// Number of nodes with `cells` cells, ghosts included.
+    pub fn nodes(&self, cells: usize) -> usize {
+        (self.nodes)(cells)
+    }
+
+    /// Where node `index` lies (cells from the lower end); for splines the Greville abscissa.
+    pub fn coordinate(&self, index: usize, cells: usize) -> f64 {
+        (self.coordinate)(index, cells)
+    }
+
+    /// The nodes at `x`, for a point of full width `width` (both in cells).
+    pub fn evaluate(&self, x: f64, width: f64, cells: usize) -> OnAxis {
+        (self.evaluate)(x, width, cells)
+    }
+
+    /// Index of the nodes on the face between cells `face - 1` and `face` of so many.
+    pub fn node_on(&self, face: usize, cells: usize) -> usize {
+        if face == cells { self.nodes(cells) - 1 - self.ghosts } else { face + self.ghosts }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CubicSpline, Linear};
+
+    #[test]
+    fn the_value_says_what_the_type_says() {
+        let axis = Axis::of::<4, CubicSpline>();
+        let (first, w, g) = CubicSpline::evaluate(3.3, 0.1, 9);
+        let on = axis.evaluate(3.3, 0.1, 9);
+        assert_eq!((on.first, on.weights(), on.gradients()), (first, &w[..], &g[..]));
+        assert_eq!((on.weight_of(first + 3), on.weight_of(first + 4), on.weight_of(0)), (w[3], 0.0, 0.0));
+        assert_eq!(
+            (axis.nodes(9), axis.coordinate(5, 9)),
+            (CubicSpline::nodes(9), CubicSpline::coordinate(5, 9))
+        );
+        assert_eq!(Axis::of::<2, Linear>().evaluate(0.25, 1.0, 2).weights(), [0.75, 0.25]);
+    }
+}

@@ -1,0 +1,229 @@
+//! Nodes in and on rigid geometry of any shape.
+
+use super::WallKind;
+
+/// How a surface of any shape acts on a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// Unit normal out of the solid.
+    pub normal: [f64; 3],
+    /// How it acts; friction is that of impulses.
+    pub kind: WallKind,
+    /// Whether material may lift off.
+    pub separation: bool,
+}
+
+/// The faces of all nodes that have some.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Faces {
+    /// Distance between neighbouring entries of a node's index.
+    strides: [usize; 3],
+    /// By node: number of the node among those with faces plus one, zero for none; empty without any.
+    lookup: Vec<u32>,
+    /// By index along the first axis: whether any node has faces.
+    rows: Vec<bool>,
+    /// First face of each node that has some, and their number.
+    starts: Vec<u32>,
+    faces: Vec<Face>,
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn length(a: &[f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// What round-off leaves of the normal part of a velocity, over the velocity.
+const ROUND: f64 = 1e-12;
+
+impl Faces {
+    /// The faces of `count` nodes (of a layout with `strides`), each with its node, in the order of nodes.
+    pub fn new<const D: usize>(strides: [usize; D], count: usize, of_nodes: &[(u32, Face)]) -> Self {
+        if of_nodes.is_empty() {
+            return Self::default();
+        }
+        let mut faces = Self {
+            strides: std::array::from_fn(|axis| strides.get(axis).copied().unwrap_or(0)),
+            lookup: vec![0; count],
+            rows: vec![false; count / strides[0].max(1)],
+            starts: Vec::new(),
+            faces: of_nodes.iter().map(|(_, face)| *face).collect(),
+        };
+        for (number, (node, _)) in of_nodes.iter().enumerate() {
+            let node = *node as usize;
+            if faces.lookup[node] == 0 {
+                faces.starts.push(number as u32);
+                faces.lookup[node] = faces.starts.len() as u32;
+                faces.rows[node / strides[0].max(1)] = true;
+            }
+        }
+        faces.starts.push(of_nodes.len() as u32);
+        faces
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.faces.is_empty()
+    }
+
+    /// Whether a node with this index along the first axis has faces.
+    #[inline]
+    pub(super) fn in_row(&self, row: usize) -> bool {
+        !self.faces.is_empty() && self.rows[row]
+    }
+
+    /// The faces of a node.
+    #[inline]
+    pub(super) fn at(&self, index: &[usize; 3]) -> &[Face] {
+        if self.faces.is_empty() {
+            return &[];
+        }
+        match self.lookup[(0..3).map(|a| index[a] * self.strides[a]).sum::<usize>()] {
+            0 => &[],
+            number => {
+                let number = number as usize;
+                &self.faces[self.starts[number - 1] as usize..self.starts[number] as usize]
+            }
+        }
+    }
+}
+
+impl Face {
+    /// Whether it fixes all components whatever the material does.
+    pub(super) fn holds_all(&self) -> bool {
+        self.kind == WallKind::Rough && !self.separation
+    }
+
+    fn stop(&self, velocity: &mut [f64; 3]) {
+        let out = dot(velocity, &self.normal);
+        (0..3).for_each(|c| velocity[c] -= out * self.normal[c]);
+    }
+
+    fn coefficient(&self) -> f64 {
+        match self.kind {
+            WallKind::Smooth => 0.0,
+            WallKind::Rough => f64::INFINITY,
+            WallKind::Frictional { coefficient } | WallKind::Plane { sliding: coefficient, .. } => {
+                coefficient
+            }
+        }
+    }
+
+    /// Acts on a node as a wall does: see [`Walls::constrain_skeleton`](super::Walls::constrain_skeleton).
+    pub(super) fn constrain(
+        &self,
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        keep_start: bool,
+        lift: &[f64; 3],
+    ) {
+        if self.holds_all() {
+            *end = [0.0; 3];
+            if !keep_start {
+                *start = [0.0; 3];
+            }
+            return;
+        }
+        if self.separation && dot(end, &self.normal) >= 0.0 {
+            return;
+        }
+        let push = -dot(&std::array::from_fn(|c| end[c] + lift[c]), &self.normal);
+        self.stop(end);
+        if !self.separation && !keep_start {
+            self.stop(start);
+        }
+        if self.kind == WallKind::Smooth {
+            return;
+        }
+        let (speed, bound) = (length(end), self.coefficient() * push.max(0.0));
+        let keep = if self.kind == WallKind::Rough || speed <= bound { 0.0 } else { 1.0 - bound / speed };
+        end.iter_mut().for_each(|c| *c *= keep);
+    }
+
+    /// Lets nothing of a velocity into the solid, without friction, by changes of the components that walls do not hold.
+    pub(super) fn keep_out(&self, velocity: &mut [f64; 3], held: [bool; 3]) {
+        let out = dot(velocity, &self.normal);
+        if out >= 0.0 {
+            return;
+        }
+        let free: [f64; 3] = std::array::from_fn(|c| if held[c] { 0.0 } else { self.normal[c] });
+        let share = dot(&free, &free);
+        if share > ROUND {
+            (0..3).for_each(|c| velocity[c] -= out / share * free[c]);
+        }
+    }
+
+    /// Whether it holds a node that it has left with `end`.
+    pub(super) fn has_stopped(&self, end: &[f64; 3]) -> bool {
+        self.holds_all() || dot(end, &self.normal).abs() <= ROUND * length(end)
+    }
+
+    /// Acts on the re-mapped velocity (MUSL) of a node that it has left with `solved`.
+    pub(super) fn constrain_again(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
+        if self.has_stopped(solved) || !self.separation || dot(velocity, &self.normal) < 0.0 {
+            self.stop(velocity);
+        }
+        if self.holds_all() || (*solved == [0.0; 3] && self.kind != WallKind::Smooth) {
+            *velocity = [0.0; 3];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Wall, Walls};
+    use super::*;
+    use std::sync::Arc;
+
+    const TILTED: [f64; 3] = [0.6, 0.8, 0.0];
+
+    fn walls(faces: &[(u32, Face)], walls: Vec<Wall>) -> Walls {
+        Walls::new(&[2, 2, 2], walls).with_faces(Arc::new(Faces::new([4, 2, 1], 8, faces)))
+    }
+
+    fn left(walls: &Walls, index: [usize; 3], free: [f64; 3]) -> [f64; 3] {
+        let (mut start, mut end) = ([0.0; 3], free);
+        walls.constrain(&index, &mut start, &mut end, true);
+        end
+    }
+
+    fn near(a: [f64; 3], b: [f64; 3]) -> bool {
+        (0..3).all(|c| (a[c] - b[c]).abs() < 1e-14)
+    }
+
+    #[test]
+    fn a_tilted_face_rubs_by_what_it_stops_and_lets_go_of_what_leaves() {
+        let face = |kind, separation| Face { normal: TILTED, kind, separation };
+        let act = |kind, free| left(&walls(&[(5, face(kind, true))], Vec::new()), [1, 0, 1], free);
+        // Into the face by 1, along it by 2 and across by 1.
+        let free = [-0.6 + 2.0 * 0.8, -0.8 - 2.0 * 0.6, 1.0];
+        let along = [1.6, -1.2, 1.0];
+        assert!(near(act(WallKind::Smooth, free), along));
+        let keep = 1.0 - 0.3 / 5f64.sqrt();
+        assert!(near(act(WallKind::Frictional { coefficient: 0.3 }, free), along.map(|c| keep * c)));
+        assert_eq!(act(WallKind::Frictional { coefficient: 3.0 }, free), [0.0; 3]);
+        assert_eq!(act(WallKind::Rough, free), [0.0; 3]);
+        assert_eq!(act(WallKind::Rough, [0.6, 0.8, 0.1]), [0.6, 0.8, 0.1], "it leaves");
+        let held = walls(&[(5, face(WallKind::Rough, false))], Vec::new());
+        assert_eq!(left(&held, [1, 0, 1], [0.6, 0.8, 0.1]), [0.0; 3]);
+        assert_eq!(left(&held, [1, 1, 1], free), free, "another node");
+        assert!(!held.is_free(0, 1) && held.is_free(0, 0) && held.is_free(1, 0));
+    }
+
+    #[test]
+    fn beside_a_wall_nothing_goes_into_either() {
+        let face = Face { normal: TILTED, kind: WallKind::Smooth, separation: true };
+        let floor = Wall {
+            axis: 1,
+            upper: false,
+            node: 0,
+            kind: WallKind::Smooth,
+            separation: false,
+            velocity: [0.0; 3],
+        };
+        let end = left(&walls(&[(4, face)], vec![floor]), [1, 0, 0], [-1.0, -1.0, 0.0]);
+        assert!(end[1] == 0.0 && 0.6 * end[0] > -1e-14, "{end:?}");
+    }
+}

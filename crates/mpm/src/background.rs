@@ -1,0 +1,103 @@
+//! Where points and nodes are: the grid or mesh, the order of the nodes, the shape functions. In a step it is only read.
+
+use std::sync::Arc;
+
+use colluvium_case::Case;
+use colluvium_case::description::Space;
+use colluvium_grid::{Axis, Gathered, Grid, Ground, Layout, Mesh, Sweeps};
+
+use crate::cells::{GridCells, MeshCells};
+use crate::dispatch::Chosen;
+
+/// The background of all points.
+pub struct Background<const D: usize> {
+    /// The grid; with a mesh the box of cells around it.
+    pub grid: Grid<D>,
+    /// The mesh; empty on a structured grid.
+    pub mesh: Arc<Mesh<D>>,
+    /// The nodes, and which of them are active since the last sort.
+    pub layout: Layout<D>,
+    /// The elements of the mesh; `None` on a structured grid, whose cells are named by their lowest nodes.
+    pub elements: Option<Layout<D>>,
+    /// The transfers.
+    pub sweeps: &'static dyn Sweeps<D>,
+    /// Those of linear functions, whatever the shape; on a grid.
+    pub linear: &'static dyn Sweeps<D>,
+    /// The shape functions along an axis.
+    pub axis: Axis,
+    /// Upper corner of the grid (m).
+    pub upper: [f64; D],
+    /// Axes along which the domain repeats itself.
+    pub periodic: [bool; D],
+    /// Whether the first axis is a radius.
+    pub axisymmetric: bool,
+}
+
+impl<const D: usize> Background<D> {
+    /// The background of a case.
+    pub fn new(
+        case: &Case,
+        Chosen { sweeps, linear }: Chosen<D>,
+        (grid, mesh, layout): (Grid<D>, Arc<Mesh<D>>, Layout<D>),
+    ) -> Self {
+        Self {
+            elements: (!mesh.is_empty()).then(|| Layout::of_elements(&mesh, &grid)),
+            axis: sweeps.axis(),
+            upper: grid.upper(),
+            periodic: std::array::from_fn(|axis| case.domain.is_periodic(axis)),
+            axisymmetric: case.space == Space::Axisymmetric,
+            sweeps,
+            linear,
+            grid,
+            mesh,
+            layout,
+        }
+    }
+
+    /// Where points find their nodes.
+    #[inline(always)]
+    pub fn ground(&self) -> Ground<'_, D> {
+        Ground::new(&self.grid, &self.mesh, &self.layout)
+    }
+
+    /// Whether points stand in elements of a mesh.
+    #[inline(always)]
+    pub fn is_meshed(&self) -> bool {
+        self.elements.is_some()
+    }
+
+    /// The layout of arrays with an entry a cell.
+    #[inline(always)]
+    pub fn cell_layout(&self) -> &Layout<D> {
+        self.elements.as_ref().unwrap_or(&self.layout)
+    }
+
+    /// The cells of the grid.
+    pub fn grid_cells(&self) -> GridCells<'_, D> {
+        let (strides, ghosts) = (self.layout.strides(), self.axis.ghosts);
+        GridCells { grid: &self.grid, strides, ghosts, axisymmetric: self.axisymmetric }
+    }
+
+    /// The elements of the mesh.
+    pub fn mesh_cells(&self) -> MeshCells<'_, D> {
+        MeshCells { mesh: &self.mesh, axisymmetric: self.axisymmetric }
+    }
+
+    /// How many normal strains there are.
+    #[inline(always)]
+    pub fn normal_strains(&self) -> usize {
+        if self.axisymmetric { 3 } else { D }
+    }
+
+    /// Rate of volumetric strain (1/s) from what a point at a radius (m; of use in axisymmetry) reads.
+    #[inline(always)]
+    pub fn dilation(&self, read: &Gathered<D>, radius: f64) -> f64 {
+        let trace: f64 = (0..D).map(|j| read.gradient[j].as_array()[j]).sum();
+        trace + if self.axisymmetric { read.velocity.as_array()[0] / radius } else { 0.0 }
+    }
+
+    /// Least distance between nodes (m).
+    pub fn spacing(&self) -> f64 {
+        if self.is_meshed() { self.mesh.height() } else { self.grid.cell }
+    }
+}

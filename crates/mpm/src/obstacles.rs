@@ -1,0 +1,80 @@
+//! Obstacles on the nodes: those in the solid or on its surface have the velocity that it allows (sheet: mpm §2.11).
+
+use colluvium_case::description::{Measure, Obstacle, ObstacleWall};
+use colluvium_case::{Case, CaseError, Standing};
+use colluvium_grid::{Face, Faces, WallKind};
+
+use crate::background::Background;
+use crate::{MpmOptions, Transfer, WallFriction};
+
+/// How deep points may lie in an obstacle at the start, and nodes above its surface that count as on it, over the cell.
+pub const SLACK: f64 = 1e-9;
+
+/// How deep under the surface nodes are held, over the cell: points do not get below that.
+const DEPTH: f64 = 6.0;
+
+/// Refuses options that do not go with obstacles.
+pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    if case.obstacles.is_empty() {
+        return Ok(());
+    }
+    for (name, measure) in &case.measures {
+        if let Measure::Reaction { of } = measure
+            && case.obstacles.iter().any(|obstacle| obstacle.name == *of)
+        {
+            let problem = "mpm does not sum up the reaction of an obstacle";
+            return Err(CaseError::new(format!("measures.{name}.of"), problem));
+        }
+    }
+    let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
+    if options.mesh.is_some() {
+        return refuse("mesh", "nodes of a mesh are held by walls on its groups, not by obstacles");
+    }
+    if options.transfer == Transfer::Xpic {
+        return refuse(
+            "transfer",
+            "xpic filters velocities axis by axis, and obstacles hold them along any direction",
+        );
+    }
+    if options.wall_friction == WallFriction::Acceleration {
+        return refuse("wall_friction", "acceleration is of walls: obstacles rub by impulses");
+    }
+    Ok(())
+}
+
+/// The faces of the nodes of a grid.
+pub fn faces<const D: usize>(standing: &[Standing<'_, D>], background: &Background<D>) -> Faces {
+    let Background { grid, layout, axis, .. } = background;
+    if standing.is_empty() {
+        return Faces::default();
+    }
+    let strides = layout.strides();
+    let mut of_nodes = Vec::new();
+    for row in 0..layout.nodes()[0] {
+        for number in 0..strides[0] {
+            let index = layout.index(row, number);
+            let place: [f64; D] = std::array::from_fn(|a| {
+                grid.origin[a] + grid.cell * axis.coordinate(index[a], grid.cells[a])
+            });
+            for Standing { obstacle, surface, .. } in standing {
+                let gap = surface.gap(&place, DEPTH * grid.cell);
+                if let Some(gap) = gap.filter(|gap| gap.distance <= SLACK * grid.cell) {
+                    let normal = std::array::from_fn(|c| gap.normal.get(c).copied().unwrap_or(0.0));
+                    of_nodes.push(((row * strides[0] + number) as u32, face(obstacle, normal)));
+                }
+            }
+        }
+    }
+    Faces::new(strides, layout.len(), &of_nodes)
+}
+
+fn face(obstacle: &Obstacle, normal: [f64; 3]) -> Face {
+    let kind = match obstacle.wall {
+        ObstacleWall::Rough => WallKind::Rough,
+        ObstacleWall::Smooth => WallKind::Smooth,
+        ObstacleWall::Frictional { friction_coefficient: coefficient, .. } => {
+            WallKind::Frictional { coefficient }
+        }
+    };
+    Face { normal, kind, separation: obstacle.lets_go() }
+}

@@ -1,0 +1,107 @@
+//! What MPM says to the features of a case.
+
+use colluvium_case::{Case, CaseError, Honours};
+
+use crate::{Formulation, Mass, ShapeFunctions};
+
+/// What MPM takes of a case beyond what all methods with points do.
+const TAKEN: [&str; 41] = [
+    "space=axisymmetric",
+    "domain.origin",
+    "domain.periodic*",
+    "bodies.drop_outside",
+    "bodies.rigid",
+    "bodies.pore_fluid*",
+    "boundaries",
+    "boundaries.name",
+    "boundaries.side=*",
+    "boundaries.group",
+    "boundaries.position",
+    "boundaries.separation",
+    "boundaries.velocity",
+    "boundaries.drained",
+    "boundaries.wall=rough",
+    "boundaries.wall=smooth",
+    "boundaries.wall=frictional",
+    "boundaries.wall.bilateral",
+    "boundaries.wall=absorbing",
+    "boundaries.wall.normal",
+    "boundaries.wall.tangential",
+    "boundaries.wall.spring_length",
+    "obstacles",
+    "obstacles.shape=*",
+    "obstacles.shape.*",
+    "obstacles.wall=rough",
+    "obstacles.wall=smooth",
+    "obstacles.wall=frictional",
+    "obstacles.separation",
+    "loads*",
+    "patches",
+    "patches.moves",
+    "patches.drained",
+    "patches.region*",
+    "stages.damping",
+    "stages.damping_axes",
+    "stages.rayleigh_damping",
+    "stages.motions*",
+    "stages.excavate*",
+    "measures=reaction",
+    "measures=dissipation",
+];
+
+/// What MPM with the options of the case says to its features.
+pub fn honours(case: &Case) -> Result<Honours, CaseError> {
+    let options = super::options(case)?;
+    let mut honours = Honours::of_points("mpm").takes(&TAKEN).refuses(
+        "obstacles.wall.adhesion",
+        "mpm knows no area of the nodes that an obstacle holds: leave it out",
+    );
+    if case.bodies.iter().any(|body| body.pore_fluid.is_some()) {
+        honours = without_rigid(honours, "mpm with a pore_fluid")
+            .refuses("stages.rayleigh_damping", "mpm with a pore_fluid has no Rayleigh damping")
+            .refuses("measures=dissipation", "mpm with a pore_fluid does not count dissipation")
+            .refuses("obstacles", "mpm with a pore_fluid has walls and no obstacles");
+    }
+    if options.formulation == Formulation::TotalLagrangian {
+        let name = "the total-Lagrangian formulation of mpm";
+        honours = without_driven(honours, name)
+            .refuses("bodies.drop_outside", format!("{name} has no sides that points leave by"))
+            .refuses("obstacles", format!("{name} has no places in space that an obstacle could hold"));
+    }
+    if options.mesh.is_some() {
+        let problem =
+            "mpm does not move the mesh of a file: give mesh and case the same coordinates near zero";
+        honours = honours.refuses("domain.origin", problem);
+    }
+    if options.shape == ShapeFunctions::DualDomain {
+        let problem = "is not available with shape dual-domain";
+        honours = honours.refuses("domain.periodic", problem).refuses("bodies.pore_fluid", problem);
+        honours = honours.refuses("obstacles", problem);
+    }
+    if options.mass == Mass::Consistent {
+        honours = consistent(honours);
+    }
+    Ok(honours)
+}
+
+/// The consistent mass matrix couples all nodes.
+fn consistent(honours: Honours) -> Honours {
+    without_driven(honours, "mpm with mass consistent")
+        .refuses("domain.periodic", "with mass consistent a periodic domain is not available")
+        .refuses("obstacles", "with mass consistent obstacles are not available")
+        .refuses("bodies.pore_fluid", "with mass consistent a pore fluid is not available")
+        .refuses(
+            "stages.equilibrium",
+            "with mass consistent equilibrium is not measured: use mass lumped for what comes to rest",
+        )
+}
+
+fn without_rigid(honours: Honours, name: &str) -> Honours {
+    honours
+        .refuses("bodies.rigid", format!("{name} has no rigid bodies"))
+        .refuses("stages.damping_axes", format!("{name} damps all axes alike"))
+}
+
+fn without_driven(honours: Honours, name: &str) -> Honours {
+    without_rigid(honours, name).refuses("patches", format!("{name} has no nodes to prescribe"))
+}

@@ -1,0 +1,95 @@
+//! Obstacles on the nodes, and cases at the coordinates of a map.
+
+use colluvium_case::{Case, Method, RunOptions, run};
+use colluvium_mpm::Mpm;
+use colluvium_testkit::cases::{advance, begin, changed};
+use serde_json::{Value, json};
+
+/// A block above a slope of straight pieces, in the coordinates of a map with a zero at `at` (m), which are whole.
+fn slope(at: [f64; 2]) -> Value {
+    let p = |x: f64, y: f64| json!([decimal(x, at[0]), decimal(y, at[1])]);
+    let elastic =
+        json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.3 });
+    json!({
+        "title": "slope", "space": "plane-strain", "gravity": [0, -9.81], "materials": { "m": elastic },
+        "domain": { "min": p(0.0, 0.0), "max": p(3.0, 2.0) },
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": p(0.3, 1.3), "max": p(0.9, 1.7) } }],
+        "obstacles": [{
+            "name": "ground", "wall": { "kind": "frictional", "friction_coefficient": 0.4 },
+            "shape": { "kind": "ground-line", "points": [p(-0.1, 1.2), p(1.1, 1.1), p(2.3, 0.3), p(3.7, 0.2)] }
+        }],
+        "stages": [{ "name": "slide", "duration": 0.5 }],
+        "methods": { "mpm": { "cell_size": 0.1 } }
+    })
+}
+
+/// The number whose decimals are those of the sum.
+fn decimal(x: f64, by: f64) -> f64 {
+    format!("{:.1}", x + by).parse().unwrap()
+}
+
+#[test]
+fn a_run_on_a_map_has_the_bits_of_the_run_at_zero() {
+    let here = changed(slope([0.0; 2]), &json!({}));
+    let mut on_map = slope([5e5, 5e6]);
+    on_map["domain"]["origin"] = json!([5e5, 5e6]);
+    let there = changed(on_map, &json!({}));
+    let state = |case: &Case| {
+        let mut solver = begin(&Mpm, case);
+        advance(&mut *solver, 400);
+        (solver.snapshot(), solver.budget())
+    };
+    assert_eq!(state(&here), state(&there));
+    let [shown, plain] = [&there, &here]
+        .map(|case| run(case, Mpm.build(case).unwrap(), &RunOptions::default()).unwrap().snapshot.positions);
+    for (a, b) in shown.iter().zip(&plain) {
+        assert!(*a == [b[0] + 5e5, b[1] + 5e6, b[2]], "{a:?}, {b:?}");
+    }
+}
+
+#[test]
+fn no_point_goes_under_the_ground() {
+    let case = changed(slope([0.0; 2]), &json!({}));
+    let standing = case.standing::<2>().unwrap();
+    let mut solver = begin(&Mpm, &case);
+    let mut deepest = 0.0f64;
+    while solver.time() < 1.0 {
+        advance(&mut *solver, 20);
+        for x in solver.snapshot().positions {
+            let gap = standing[0].surface.gap(&[x[0], x[1]], 1.0).unwrap();
+            deepest = deepest.min(gap.distance);
+        }
+    }
+    assert!(deepest > -0.01, "a tenth of a cell: {deepest}");
+}
+
+#[test]
+fn what_lies_in_an_obstacle_or_does_not_go_with_one_is_refused_where_it_stands() {
+    let problem = |pointer: &str, value: Value| {
+        let mut case = slope([0.0; 2]);
+        let (above, key) = pointer.rsplit_once('/').unwrap();
+        case.pointer_mut(above).unwrap()[key] = value;
+        Mpm.build(&changed(case, &json!({}))).map(|_| ()).unwrap_err().to_string()
+    };
+    let deep = json!({ "kind": "box", "min": [0.3, 1.0], "max": [0.9, 1.4] });
+    let found = problem("/bodies/0/shape", deep);
+    assert!(
+        found.starts_with("bodies[0].shape: the point at [0.3") && found.contains("\"ground\""),
+        "{found}"
+    );
+    let raster = json!({ "kind": "raster", "file": "no.asc" });
+    assert!(
+        problem("/obstacles/0/shape", raster).starts_with("obstacles[0].shape.file: no.asc: cannot be read")
+    );
+    let ball =
+        json!({ "kind": "extruded", "vertices": [[0, 0], [1, 0], [0, 1]], "axis": 0, "from": 0, "to": 1 });
+    let mut case = slope([0.0; 2]);
+    case["obstacles"][0]["shape"] = ball;
+    let found = Case::from_json(&case.to_string()).unwrap_err().to_string();
+    assert!(found.starts_with("obstacles[0].shape: is a shape of 3 dimensions, the space has 2"), "{found}");
+    assert!(
+        problem("/methods/mpm", json!({ "cell_size": 0.1, "transfer": "xpic" }))
+            .starts_with("methods.mpm.transfer")
+    );
+    assert!(problem("/obstacles/0/wall/adhesion", json!(10)).starts_with("obstacles[0].wall.adhesion: mpm"));
+}

@@ -1,0 +1,258 @@
+//! Clouds of points coloured by a number.
+
+use std::ops::Range;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::{FONT, Picture, label, range};
+use colluvium_case::{FieldData, Snapshot};
+
+/// Points at their places, as squares of their own size, coloured by a value.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointCloud {
+    /// Title above the picture.
+    pub title: String,
+    /// Position, full widths (m) and value of each point; values that are not finite are grey.
+    pub points: Vec<([f64; 2], [f64; 2], f64)>,
+    /// What the colour means, with unit.
+    pub label: String,
+    /// Labels of the two axes.
+    pub axes: [String; 2],
+    /// Scales that it has in common with other pictures; its own where there are none.
+    pub shared: Option<Shared>,
+}
+
+/// Scales of pictures that are to be compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shared {
+    /// Values of the first and of the last colour; values beyond have these.
+    pub values: Range<f64>,
+    /// What is seen along the two axes (m).
+    pub window: [Range<f64>; 2],
+}
+
+impl Shared {
+    /// Share of the points whose values the colours tell apart; single points that fly do not stretch the scale.
+    const SHOWN: f64 = 0.998;
+
+    /// Scales that hold all of some clouds.
+    pub fn of<'a>(clouds: impl Iterator<Item = &'a PointCloud> + Clone) -> Self {
+        let mut values: Vec<f64> = clouds.clone().flat_map(|cloud| &cloud.points).map(|p| p.2).collect();
+        values.retain(|value| value.is_finite());
+        values.sort_by(f64::total_cmp);
+        let shown = (Self::SHOWN * values.len() as f64).ceil() as usize;
+        let ends = clouds.map(PointCloud::bounds);
+        let nothing = [f64::INFINITY..f64::NEG_INFINITY, f64::INFINITY..f64::NEG_INFINITY];
+        let join = |a: Range<f64>, b: &Range<f64>| a.start.min(b.start)..a.end.max(b.end);
+        let window = ends.fold(nothing, |[x, y], [a, b]| [join(x, &a), join(y, &b)]);
+        Self {
+            values: range(values.into_iter().take(shown), 0.0),
+            window: window.map(|r| if r.start < r.end { r } else { 0.0..1.0 }),
+        }
+    }
+}
+
+const WIDTH: u32 = 900;
+
+impl PointCloud {
+    /// The points of a snapshot, seen along the axis that is not in `plane`, coloured by field `name`:
+    /// scalars as they are, vectors by their length, tensors by their pressure. `None` where there is
+    /// no such field.
+    pub fn of(snapshot: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
+        let field = snapshot.field(name)?;
+        let values: Vec<f64> = match &field.data {
+            FieldData::Scalar(values) => values.clone(),
+            FieldData::Vector(values) => {
+                values.iter().map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect()
+            }
+            FieldData::Tensor(values) => {
+                values.iter().map(colluvium_constitutive::SymTensor::pressure).collect()
+            }
+        };
+        let at = |v: &[f64; 3]| [v[plane[0]], v[plane[1]]];
+        let points = snapshot.positions.iter().zip(&snapshot.extents).zip(values);
+        let unit = if field.unit.is_empty() { String::new() } else { format!(" ({})", field.unit) };
+        let axis = |c: usize| format!("{} (m)", ["x", "y", "z"][c]);
+        Some(Self {
+            title: format!("t = {} s", label(&snapshot.time)),
+            points: points.map(|((x, e), v)| (at(x), at(e), v)).collect(),
+            label: format!("{}{unit}", name.replace('_', " ")),
+            axes: [axis(plane[0]), axis(plane[1])],
+            shared: None,
+        })
+    }
+
+    /// What is seen along the two axes (m).
+    fn bounds(&self) -> [Range<f64>; 2] {
+        if let Some(shared) = &self.shared {
+            return shared.window.clone();
+        }
+        let along = |c: usize| {
+            let ends = |p: &([f64; 2], [f64; 2], f64)| [p.0[c] - 0.5 * p.1[c], p.0[c] + 0.5 * p.1[c]];
+            range(self.points.iter().flat_map(ends), 0.04)
+        };
+        [along(0), along(1)]
+    }
+}
+
+/// Perceptually even colours from dark blue over green to yellow.
+fn colour(share: f64) -> RGBColor {
+    const STOPS: [[f64; 3]; 6] = [
+        [68.0, 1.0, 84.0],
+        [65.0, 68.0, 135.0],
+        [42.0, 120.0, 142.0],
+        [34.0, 168.0, 132.0],
+        [122.0, 209.0, 81.0],
+        [253.0, 231.0, 37.0],
+    ];
+    if !share.is_finite() {
+        return RGBColor(170, 170, 170);
+    }
+    let place = share.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
+    let stop = (place as usize).min(STOPS.len() - 2);
+    let mix = |c: usize| {
+        let t = place - stop as f64;
+        (STOPS[stop][c] * (1.0 - t) + STOPS[stop + 1][c] * t).round() as u8
+    };
+    RGBColor(mix(0), mix(1), mix(2))
+}
+
+impl Picture for PointCloud {
+    fn size(&self) -> (u32, u32) {
+        // Equal scales on both axes, within reason.
+        let [x, y] = self.bounds();
+        let ratio = ((y.end - y.start) / (x.end - x.start)).clamp(0.15, 1.2);
+        (WIDTH, (f64::from(WIDTH - 190) * ratio) as u32 + 100)
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String> {
+        let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
+        area.fill(&WHITE).map_err(text)?;
+        let (main, bar) = area.split_horizontally(WIDTH - 100);
+        let own = || range(self.points.iter().map(|p| p.2), 0.0);
+        let values = self.shared.as_ref().map_or_else(own, |shared| shared.values.clone());
+        let [mut x, mut y] = self.bounds();
+        // Widen the shorter side where the aspect ratio was clamped.
+        let (_, height) = self.size();
+        let pixel =
+            ((x.end - x.start) / f64::from(WIDTH - 190)).max((y.end - y.start) / f64::from(height - 100));
+        let widen = |r: &mut Range<f64>, pixels: u32| {
+            let extra = 0.5 * (pixel * f64::from(pixels) - (r.end - r.start)).max(0.0);
+            r.start -= extra;
+            r.end += extra;
+        };
+        widen(&mut x, WIDTH - 190);
+        widen(&mut y, height - 100);
+        let mut chart = ChartBuilder::on(&main)
+            .caption(&self.title, (FONT, 20))
+            .margin(10)
+            .x_label_area_size(40)
+            .y_label_area_size(66)
+            .build_cartesian_2d(x, y)
+            .map_err(text)?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .x_desc(&self.axes[0])
+            .y_desc(&self.axes[1])
+            .x_label_formatter(&label)
+            .y_label_formatter(&label)
+            .y_labels(5)
+            .label_style((FONT, 14))
+            .axis_desc_style((FONT, 16))
+            .draw()
+            .map_err(text)?;
+        let share = |v: f64| (v - values.start) / (values.end - values.start);
+        let squares = self.points.iter().map(|(p, e, v)| {
+            let corner = |s: f64| (p[0] + s * 0.5 * e[0], p[1] + s * 0.5 * e[1]);
+            Rectangle::new([corner(-1.0), corner(1.0)], colour(share(*v)).filled())
+        });
+        chart.draw_series(squares).map_err(text)?;
+        self.draw_bar(&bar, values)?;
+        // Above the bar and to its left: turned along the bar, a long label would not fit a flat picture.
+        let style = TextStyle::from((FONT, 15)).pos(Pos::new(HPos::Right, VPos::Top));
+        let corner = (WIDTH as i32 - 8, 12);
+        area.draw(&Text::new(self.label.as_str(), corner, style)).map_err(text)
+    }
+}
+
+impl PointCloud {
+    fn draw_bar<B: DrawingBackend>(
+        &self,
+        area: &DrawingArea<B, Shift>,
+        values: Range<f64>,
+    ) -> Result<(), String> {
+        let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
+        let mut chart = ChartBuilder::on(area)
+            .margin_top(36)
+            .margin_bottom(50)
+            .margin_right(4)
+            .y_label_area_size(74)
+            .build_cartesian_2d(0.0..1.0, values.clone())
+            .map_err(text)?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .disable_x_axis()
+            .y_label_formatter(&label)
+            .y_labels(6)
+            .label_style((FONT, 13))
+            .draw()
+            .map_err(text)?;
+        const STEPS: usize = 64;
+        let step = (values.end - values.start) / STEPS as f64;
+        let band = |k: usize| {
+            let low = values.start + k as f64 * step;
+            let fill = colour((k as f64 + 0.5) / STEPS as f64).filled();
+            Rectangle::new([(0.0, low), (1.0, low + step)], fill)
+        };
+        chart.draw_series((0..STEPS).map(band)).map_err(text)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_label_stays_within_a_flat_picture() {
+        let flat = PointCloud {
+            title: "t = 0.25 s".into(),
+            points: (0..40).map(|i| ([f64::from(i), 0.5], [1.0; 2], f64::from(i))).collect(),
+            label: "equivalent plastic strain rate (1/s)".into(),
+            axes: ["x (m)".into(), "y (m)".into()],
+            shared: None,
+        };
+        let svg = flat.to_svg().unwrap();
+        let element = svg.split("<text").find(|part| part.contains(&flat.label)).unwrap();
+        let number = |name: &str| -> f64 {
+            let start = element.find(&format!(" {name}=\"")).unwrap() + name.len() + 3;
+            element[start..].split('"').next().unwrap().parse().unwrap()
+        };
+        // Anchored at its right end, and level: it runs to the left from there, about half its height per letter.
+        assert!(element.contains("text-anchor=\"end\"") && !element.contains("transform"), "{element}");
+        let width = 0.6 * 15.0 * flat.label.len() as f64;
+        assert!(number("x") <= f64::from(WIDTH) && number("x") - width > 0.5 * f64::from(WIDTH));
+        // The place is that of the upper edge; the bar begins at 36.
+        assert!(number("y") > 0.0 && number("y") + 15.0 < 36.0, "between the edge and the bar");
+    }
+
+    #[test]
+    fn shared_scales_hold_all_clouds_and_one_flying_point_does_not_stretch_the_colours() {
+        let cloud = |offset: f64| PointCloud {
+            points: (0..1000).map(|i| ([offset + f64::from(i), 1.0], [2.0; 2], f64::from(i % 10))).collect(),
+            ..PointCloud::default()
+        };
+        let (left, mut right) = (cloud(-500.0), cloud(500.0));
+        right.points[3].2 = 1e6;
+        let shared = Shared::of([&left, &right].into_iter());
+        assert_eq!(shared.values, 0.0..9.0);
+        let [x, y] = &shared.window;
+        assert!(x.start <= -501.0 && x.end >= 1500.0 && y.start <= 0.0 && y.end >= 2.0, "{shared:?}");
+        let seen = PointCloud { shared: Some(shared.clone()), ..left };
+        assert_eq!(seen.size(), PointCloud { shared: Some(shared), ..right }.size());
+    }
+}

@@ -1,0 +1,208 @@
+//! Pictures, as PNG or SVG: line charts and clouds of points. The font is built in, so that
+//! pictures come out the same on any machine.
+
+mod chart;
+mod cloud;
+
+use std::path::Path;
+use std::sync::Once;
+
+use plotters::prelude::*;
+use plotters::style::register_font;
+
+use colluvium_case::output::{OutputError, write_atomically};
+
+pub use chart::{LineChart, Series, Style};
+pub use cloud::{PointCloud, Shared};
+
+/// Name under which the built-in font is registered.
+const FONT: &str = "sans-serif";
+
+/// Colours that stay apart for colour-blind readers (Okabe and Ito).
+const PALETTE: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(70, 70, 70),
+];
+
+fn load_font() {
+    static LOADED: Once = Once::new();
+    LOADED.call_once(|| {
+        // A built-in font cannot be invalid.
+        let _ = register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT);
+    });
+}
+
+/// Something that can be drawn.
+pub trait Picture {
+    /// Width and height (pixels).
+    fn size(&self) -> (u32, u32);
+
+    /// Draws on the given area.
+    ///
+    /// # Errors
+    /// When the back end fails.
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, plotters::coord::Shift>) -> Result<(), String>;
+
+    /// The picture as SVG text.
+    ///
+    /// # Errors
+    /// When the back end fails.
+    fn to_svg(&self) -> Result<String, String> {
+        load_font();
+        let mut text = String::new();
+        {
+            let area = SVGBackend::with_string(&mut text, self.size()).into_drawing_area();
+            self.draw(&area)?;
+            area.present().map_err(|error| error.to_string())?;
+        }
+        Ok(text)
+    }
+
+    /// The picture as the bytes of a PNG file.
+    ///
+    /// # Errors
+    /// When the back end fails.
+    fn to_png(&self) -> Result<Vec<u8>, String> {
+        load_font();
+        let (width, height) = self.size();
+        let mut pixels = vec![0; 3 * width as usize * height as usize];
+        {
+            let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+            self.draw(&area)?;
+            area.present().map_err(|error| error.to_string())?;
+        }
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(png::ColorType::Rgb);
+        let written = encoder.write_header().and_then(|mut writer| {
+            writer.write_image_data(&pixels)?;
+            writer.finish()
+        });
+        written.map(|()| bytes).map_err(|error| error.to_string())
+    }
+
+    /// Writes the picture; the file's extension, `png` or `svg`, decides how.
+    ///
+    /// # Errors
+    /// For other extensions, or when the disk refuses.
+    fn write(&self, path: &Path) -> Result<(), OutputError> {
+        let fail = |problem: String| OutputError::new(path, problem);
+        let bytes = match path.extension().and_then(|extension| extension.to_str()) {
+            Some("svg") => self.to_svg().map(String::into_bytes),
+            Some("png") => self.to_png(),
+            _ => Err("pictures are written as png or svg".to_owned()),
+        };
+        write_atomically(path, &bytes.map_err(fail)?)
+    }
+}
+
+/// Range of finite values with a margin; a unit range around constants, 0 to 1 for nothing.
+fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64> {
+    let (low, high) = values
+        .filter(|v| v.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    if low > high {
+        return 0.0..1.0;
+    }
+    let width = high - low;
+    if width <= 1e-12 * high.abs().max(1e-300) {
+        let half = 0.5 * high.abs().max(1.0);
+        return low - half..high + half;
+    }
+    low - margin * width..high + margin * width
+}
+
+/// Short labels for axes: plain where that is short, with an exponent otherwise.
+fn label(value: &f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-3..1e5).contains(&size) {
+        return format!("{value:.1e}");
+    }
+    let text = format!("{value:.4}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn charts_survive_odd_data() {
+        let odd = [
+            vec![],
+            vec![(f64::NAN, 1.0)],
+            vec![(1.0, 1.0)],
+            vec![(0.0, f64::INFINITY), (1.0, 2.0)],
+            vec![(-1.0, 0.0), (1.0, -1e300)],
+        ];
+        for points in odd {
+            for log in [false, true] {
+                let chart = LineChart {
+                    title: "odd".into(),
+                    log,
+                    series: vec![Series::new("s", points.clone(), Style::Line)],
+                    ..LineChart::default()
+                };
+                assert!(chart.to_svg().unwrap().contains("</svg>"));
+            }
+        }
+    }
+
+    #[test]
+    fn pictures_are_written_by_extension() {
+        let dir = tempfile::tempdir().unwrap();
+        let cloud = PointCloud {
+            title: "cloud".into(),
+            points: vec![([0.0, 0.0], [0.1, 0.1], 1.0), ([1.0, 0.5], [0.1, 0.1], f64::NAN)],
+            label: "speed (m/s)".into(),
+            ..PointCloud::default()
+        };
+        for name in ["a.png", "a.svg"] {
+            cloud.write(&dir.path().join(name)).unwrap();
+            assert!(std::fs::metadata(dir.path().join(name)).unwrap().len() > 500);
+        }
+        assert!(cloud.write(&dir.path().join("a.gif")).is_err());
+    }
+
+    /// Draws a little, and then fails.
+    struct Broken;
+
+    impl Picture for Broken {
+        fn size(&self) -> (u32, u32) {
+            (40, 30)
+        }
+        fn draw<B: DrawingBackend>(
+            &self,
+            area: &DrawingArea<B, plotters::coord::Shift>,
+        ) -> Result<(), String> {
+            area.fill(&WHITE).map_err(|error| error.to_string())?;
+            Err("out of ink".to_owned())
+        }
+    }
+
+    #[test]
+    fn a_picture_is_replaced_as_a_whole_or_not_at_all() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in ["a.png", "a.svg"] {
+            let path = dir.path().join(name);
+            std::fs::write(&path, "old").unwrap();
+            // A reader that has the old file open keeps it, whole.
+            let reader = dir.path().join("reader");
+            std::fs::hard_link(&path, &reader).unwrap();
+            assert!(Broken.write(&path).unwrap_err().to_string().contains("out of ink"));
+            assert_eq!(std::fs::read(&path).unwrap(), b"old");
+            LineChart::default().write(&path).unwrap();
+            assert!(std::fs::metadata(&path).unwrap().len() > 500);
+            assert_eq!(std::fs::read(&reader).unwrap(), b"old");
+            std::fs::remove_file(&reader).unwrap();
+        }
+        let left = std::fs::read_dir(dir.path()).unwrap().count();
+        assert_eq!(left, 2, "nothing but the pictures");
+    }
+}

@@ -1,0 +1,269 @@
+//! Numbers on a rectangular grid in plan, with the reference to where on Earth it lies.
+
+use thiserror::Error;
+
+/// What a raster's file says of where it lies.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Georeference {
+    /// Number of the coordinate reference system in the EPSG registry.
+    pub epsg: Option<u32>,
+    /// Name or text of the coordinate reference system, as the file has it.
+    pub crs: Option<String>,
+    /// Whether the corner that the file names is that of the first cell rather than its centre.
+    pub corner: bool,
+    /// The number that stands for no data in the file; in memory it is not-a-number.
+    pub no_data: Option<f64>,
+}
+
+/// Numbers on a grid of nodes in plan: of a terrain their heights (m). A cell-registered file has its nodes at the centres of
+/// its cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Raster {
+    /// Nodes along x.
+    pub columns: usize,
+    /// Nodes along y.
+    pub rows: usize,
+    /// The node with the least x and y (m).
+    pub origin: [f64; 2],
+    /// Distance of the nodes along x and y (m).
+    pub spacing: [f64; 2],
+    /// One number a node, row by row from south to north (from the least y), each from west to east; not-a-number where there
+    /// is none.
+    pub values: Vec<f64>,
+    /// Where it lies on Earth.
+    pub reference: Georeference,
+}
+
+/// What is wrong with a raster.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum RasterError {
+    /// Sizes do not fit.
+    #[error("{columns} columns and {rows} rows do not make {values} values")]
+    Count {
+        /// Columns.
+        columns: usize,
+        /// Rows.
+        rows: usize,
+        /// Values.
+        values: usize,
+    },
+    /// Too few nodes.
+    #[error("{columns} columns and {rows} rows are too few: a surface needs two of each")]
+    Small {
+        /// Columns.
+        columns: usize,
+        /// Rows.
+        rows: usize,
+    },
+    /// The spacing is no length, or the origin not finite.
+    #[error("a spacing of {spacing:?} m at {origin:?} m must be finite and positive")]
+    Spacing {
+        /// Spacing (m).
+        spacing: [f64; 2],
+        /// Origin (m).
+        origin: [f64; 2],
+    },
+    /// There is not one number.
+    #[error("holds no data: every value is that for no data")]
+    Empty,
+    /// A window that does not meet the raster.
+    #[error("the window from {low:?} to {high:?} m does not hold two nodes along each axis of the raster")]
+    Window {
+        /// Lower corner (m).
+        low: [f64; 2],
+        /// Upper corner (m).
+        high: [f64; 2],
+    },
+}
+
+impl Raster {
+    /// A raster of `function` at nodes `spacing` (m) apart, from `origin` (m).
+    pub fn from_function(
+        [columns, rows]: [usize; 2],
+        origin: [f64; 2],
+        spacing: [f64; 2],
+        function: impl Fn(f64, f64) -> f64,
+    ) -> Self {
+        let at = |number: usize| {
+            let (i, j) = (number % columns, number / columns);
+            function(origin[0] + i as f64 * spacing[0], origin[1] + j as f64 * spacing[1])
+        };
+        let values = (0..columns * rows).map(at).collect();
+        Self { columns, rows, origin, spacing, values, reference: Georeference::default() }
+    }
+
+    /// Checks sizes and spacing, and that there is any number.
+    ///
+    /// # Errors
+    /// What is wrong first.
+    pub fn validate(&self) -> Result<(), RasterError> {
+        let Self { columns, rows, origin, spacing, values, .. } = self;
+        if *columns < 2 || *rows < 2 {
+            return Err(RasterError::Small { columns: *columns, rows: *rows });
+        }
+        if columns.checked_mul(*rows) != Some(values.len()) {
+            return Err(RasterError::Count { columns: *columns, rows: *rows, values: values.len() });
+        }
+        let good = spacing.iter().all(|s| s.is_finite() && *s > 0.0) && origin.iter().all(|o| o.is_finite());
+        if !good {
+            return Err(RasterError::Spacing { spacing: *spacing, origin: *origin });
+        }
+        if values.iter().all(|v| !v.is_finite()) { Err(RasterError::Empty) } else { Ok(()) }
+    }
+
+    /// The value of a node.
+    pub fn at(&self, column: usize, row: usize) -> f64 {
+        self.values[row * self.columns + column]
+    }
+
+    /// Place of a node in plan (m).
+    pub fn place(&self, column: usize, row: usize) -> [f64; 2] {
+        [self.origin[0] + column as f64 * self.spacing[0], self.origin[1] + row as f64 * self.spacing[1]]
+    }
+
+    /// The last node's place (m): that with the greatest x and y.
+    pub fn end(&self) -> [f64; 2] {
+        self.place(self.columns - 1, self.rows - 1)
+    }
+
+    /// The cell between four nodes in which a place in plan lies, by its node with the least x and y, and the place's shares of
+    /// the spacing from that node; `None` beyond the outermost nodes.
+    pub fn cell(&self, x: f64, y: f64) -> Option<([usize; 2], [f64; 2])> {
+        let (mut cell, mut share) = ([0; 2], [0.0; 2]);
+        for (axis, (at, count)) in [(x, self.columns), (y, self.rows)].into_iter().enumerate() {
+            let steps = (at - self.origin[axis]) / self.spacing[axis];
+            if !(steps >= 0.0 && steps <= (count - 1) as f64) {
+                return None;
+            }
+            cell[axis] = (steps as usize).min(count - 2);
+            share[axis] = steps - cell[axis] as f64;
+        }
+        Some((cell, share))
+    }
+
+    /// Value at a place in plan, bilinear between the four nodes around it; `None` beyond the outermost nodes or where one of the
+    /// four that count has no data.
+    pub fn interpolate(&self, x: f64, y: f64) -> Option<f64> {
+        let ([i, j], [s, t]) = self.cell(x, y)?;
+        let terms = [
+            (i, j, (1.0 - s) * (1.0 - t)),
+            (i + 1, j, s * (1.0 - t)),
+            (i, j + 1, (1.0 - s) * t),
+            (i + 1, j + 1, s * t),
+        ];
+        let sum: f64 = terms.iter().filter(|(_, _, w)| *w > 0.0).map(|(i, j, w)| w * self.at(*i, *j)).sum();
+        sum.is_finite().then_some(sum)
+    }
+
+    /// The part of the raster whose nodes lie in a window of the plan (m).
+    ///
+    /// # Errors
+    /// When the window holds fewer than two nodes along an axis.
+    pub fn cropped(&self, low: [f64; 2], high: [f64; 2]) -> Result<Self, RasterError> {
+        let counts = [self.columns, self.rows];
+        let mut first = [0; 2];
+        let mut size = [0; 2];
+        for c in 0..2 {
+            // A node on the rim of the window, but for round-off, belongs to it.
+            let from = ((low[c] - self.origin[c]) / self.spacing[c] - 1e-9).ceil().max(0.0);
+            let to =
+                ((high[c] - self.origin[c]) / self.spacing[c] + 1e-9).floor().min((counts[c] - 1) as f64);
+            if !(to >= from + 1.0) {
+                return Err(RasterError::Window { low, high });
+            }
+            (first[c], size[c]) = (from as usize, (to - from) as usize + 1);
+        }
+        let row = |j: usize| {
+            let start = (first[1] + j) * self.columns + first[0];
+            &self.values[start..start + size[0]]
+        };
+        let values = (0..size[1]).flat_map(row).copied().collect();
+        let (columns, rows, origin) = (size[0], size[1], self.place(first[0], first[1]));
+        Ok(Self { columns, rows, origin, spacing: self.spacing, values, reference: self.reference.clone() })
+    }
+
+    /// The raster on nodes of another `spacing` (m) over the same window: bilinear where they are closer, and means over the new
+    /// cells where they are wider, so that no ridge is skipped. Where no data is near there is none.
+    ///
+    /// # Errors
+    /// When the spacing is no length or leaves fewer than two nodes along an axis.
+    pub fn resampled(&self, spacing: [f64; 2]) -> Result<Self, RasterError> {
+        if !spacing.iter().all(|s| s.is_finite() && *s > 0.0) {
+            return Err(RasterError::Spacing { spacing, origin: self.origin });
+        }
+        let end = self.end();
+        let count = |c: usize| ((end[c] - self.origin[c]) / spacing[c] + 1e-9).floor() as usize + 1;
+        let (columns, rows) = (count(0), count(1));
+        if columns < 2 || rows < 2 {
+            return Err(RasterError::Small { columns, rows });
+        }
+        let parts: [usize; 2] =
+            std::array::from_fn(|c| (spacing[c] / self.spacing[c]).ceil().max(1.0) as usize);
+        let mean = |x: f64, y: f64| {
+            let (mut sum, mut number) = (0.0, 0);
+            for k in 0..parts[0] * parts[1] {
+                let offset = |c: usize, k: usize| ((k as f64 + 0.5) / parts[c] as f64 - 0.5) * spacing[c];
+                // Half cells beyond the rim are those of the rim itself.
+                let px = (x + offset(0, k % parts[0])).clamp(self.origin[0], end[0]);
+                let py = (y + offset(1, k / parts[0])).clamp(self.origin[1], end[1]);
+                if let Some(value) = self.interpolate(px, py) {
+                    (sum, number) = (sum + value, number + 1);
+                }
+            }
+            if number * 2 > parts[0] * parts[1] { sum / f64::from(number as u32) } else { f64::NAN }
+        };
+        let mut fresh = Self::from_function([columns, rows], self.origin, spacing, mean);
+        fresh.reference = self.reference.clone();
+        Ok(fresh)
+    }
+
+    /// The same raster with its origin shifted by `offset` (m).
+    pub fn shifted(mut self, offset: [f64; 2]) -> Self {
+        (0..2).for_each(|c| self.origin[c] += offset[c]);
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plane() -> Raster {
+        Raster::from_function([11, 6], [100.0, 200.0], [2.0, 3.0], |x, y| 5.0 + 0.5 * x - 0.25 * y)
+    }
+
+    #[test]
+    fn a_plane_stays_one_between_nodes_in_crops_and_at_other_spacings() {
+        let exact = |x: f64, y: f64| 5.0 + 0.5 * x - 0.25 * y;
+        let raster = plane();
+        let near = |raster: &Raster, x: f64, y: f64| {
+            let value = raster.interpolate(x, y).unwrap();
+            assert!((value - exact(x, y)).abs() < 1e-9, "{value} at {x}, {y}");
+        };
+        near(&raster, 107.3, 211.9);
+        near(&raster, 120.0, 215.0);
+        assert_eq!(raster.interpolate(99.9, 205.0), None);
+        let crop = raster.cropped([103.0, 200.0], [111.0, 209.0]).unwrap();
+        assert_eq!((crop.columns, crop.rows, crop.origin), (4, 4, [104.0, 200.0]));
+        near(&crop, 108.1, 204.0);
+        let fine = raster.resampled([0.5, 0.75]).unwrap();
+        assert_eq!((fine.columns, fine.rows), (41, 21));
+        near(&fine, 101.7, 213.3);
+        let coarse = raster.resampled([4.0, 6.0]).unwrap();
+        // Away from the rim, where half of a cell lies outside.
+        assert!((coarse.at(2, 1) - exact(108.0, 206.0)).abs() < 1e-9);
+        assert!(raster.cropped([500.0, 0.0], [600.0, 1.0]).is_err());
+    }
+
+    #[test]
+    fn no_data_is_told_and_not_interpolated() {
+        let mut raster = plane();
+        raster.values[14] = f64::NAN;
+        assert_eq!(raster.interpolate(107.0, 204.0), None);
+        assert!(raster.interpolate(104.0, 203.0).is_some(), "on a node its own value counts alone");
+        raster.values.fill(f64::NAN);
+        assert_eq!(raster.validate(), Err(RasterError::Empty));
+        raster.values.pop();
+        assert!(matches!(raster.validate(), Err(RasterError::Count { .. })));
+    }
+}

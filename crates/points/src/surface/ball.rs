@@ -1,0 +1,57 @@
+//! A ball, or the hollow inside one.
+
+use super::vector::{along, dot, minus, unit};
+use super::{Contacts, Nearest, Surface, SurfaceError};
+
+/// A ball (disk in 2D) as a solid, or everything around it: then its inside is a bowl.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BallSurface<const D: usize> {
+    centre: [f64; D],
+    radius: f64,
+    hollow: bool,
+}
+
+impl<const D: usize> BallSurface<D> {
+    /// The ball around `centre` of this `radius` (m); with `hollow` the solid is what lies outside.
+    ///
+    /// # Errors
+    /// When the radius is no length or the centre is not finite.
+    pub fn new(centre: [f64; D], radius: f64, hollow: bool) -> Result<Self, SurfaceError> {
+        if !centre.iter().all(|c| c.is_finite()) {
+            return Err(SurfaceError::new("centre", "must be finite (m)"));
+        }
+        if !(radius.is_finite() && radius > 0.0) {
+            return Err(SurfaceError::new("radius", format!("{radius} must be finite and positive (m)")));
+        }
+        Ok(Self { centre, radius, hollow })
+    }
+}
+
+impl<const D: usize> Surface<D> for BallSurface<D> {
+    fn contains(&self, x: &[f64; D]) -> bool {
+        let from = minus(x, &self.centre);
+        (dot(&from, &from) <= self.radius * self.radius) != self.hollow
+    }
+
+    fn gap(&self, x: &[f64; D], reach: f64) -> Option<Nearest<D>> {
+        let from = minus(x, &self.centre);
+        // The centre is as far from all of the surface: any direction will do.
+        let out = unit(&from).unwrap_or_else(|| std::array::from_fn(|c| f64::from(u8::from(c + 1 == D))));
+        let (sign, height) = (if self.hollow { -1.0 } else { 1.0 }, dot(&from, &from).sqrt() - self.radius);
+        let nearest = || Nearest {
+            distance: sign * height,
+            normal: out.map(|c| sign * c),
+            place: along(&self.centre, self.radius, &out),
+            key: 0,
+        };
+        (height.abs() <= reach).then(nearest)
+    }
+
+    fn touch(&self, x: &[f64; D], radius: f64, found: &mut Contacts<D>) {
+        found.add_if_outside(self.gap(x, radius));
+    }
+
+    fn bounds(&self) -> ([f64; D], [f64; D]) {
+        (self.centre.map(|c| c - self.radius), self.centre.map(|c| c + self.radius))
+    }
+}

@@ -1,0 +1,53 @@
+//! A half-space.
+
+use super::vector::{along, dot, minus, unit};
+use super::{Contacts, Nearest, Surface, SurfaceError};
+
+/// Everything behind a plane (3D) or a line (2D).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfSpace<const D: usize> {
+    point: [f64; D],
+    normal: [f64; D],
+}
+
+impl<const D: usize> HalfSpace<D> {
+    /// The solid behind the plane through `point` (m), whose `normal` points out of it and need not have length one.
+    ///
+    /// # Errors
+    /// When the normal has no length or something is not finite.
+    pub fn new(point: [f64; D], normal: [f64; D]) -> Result<Self, SurfaceError> {
+        if !point.iter().all(|c| c.is_finite()) {
+            return Err(SurfaceError::new("point", "must be finite (m)"));
+        }
+        match unit(&normal) {
+            Some(normal) => Ok(Self { point, normal }),
+            None => Err(SurfaceError::new("normal", "must have a finite length above zero")),
+        }
+    }
+
+    /// Unit normal out of the solid.
+    pub fn normal(&self) -> [f64; D] {
+        self.normal
+    }
+}
+
+impl<const D: usize> Surface<D> for HalfSpace<D> {
+    fn contains(&self, x: &[f64; D]) -> bool {
+        dot(&minus(x, &self.point), &self.normal) <= 0.0
+    }
+
+    fn gap(&self, x: &[f64; D], reach: f64) -> Option<Nearest<D>> {
+        let distance = dot(&minus(x, &self.point), &self.normal);
+        let nearest =
+            || Nearest { distance, normal: self.normal, place: along(x, -distance, &self.normal), key: 0 };
+        (distance.abs() <= reach).then(nearest)
+    }
+
+    fn touch(&self, x: &[f64; D], radius: f64, found: &mut Contacts<D>) {
+        found.add_if_outside(self.gap(x, radius));
+    }
+
+    fn bounds(&self) -> ([f64; D], [f64; D]) {
+        ([f64::NEG_INFINITY; D], [f64::INFINITY; D])
+    }
+}

@@ -1,0 +1,285 @@
+//! A raster of heights as triangles.
+
+use super::contacts::Candidate;
+use super::simplex::{Feature, nearest, normal};
+use super::vector::{dot, minus, unit};
+use super::{Contacts, Nearest, Surface};
+use crate::{Raster, RasterError};
+
+/// The ground under a raster of heights (z along the third axis), with two triangles to each cell between four nodes, cut from
+/// its node with the least x and y to the opposite one. Beyond the raster and where a node has no data there is no ground.
+///
+/// Contact sees these triangles. Depth-integrated flow sees the bilinear form of the same raster, with its gradient and
+/// curvature recovered at the nodes: [`Terrain`](crate::Terrain). Both pass through the same nodes; between them they differ
+/// by a quarter of the cell's twist at most.
+#[derive(Clone, Debug)]
+pub struct HeightField {
+    raster: Raster,
+    lowest: f64,
+    highest: f64,
+}
+
+/// The nearest place of a triangle.
+struct Found {
+    triangle: u64,
+    corners: [[f64; 3]; 3],
+    place: [f64; 3],
+    feature: Feature,
+}
+
+const FACE: u64 = 0;
+const EDGE: u64 = 1;
+const CORNER: u64 = 2;
+
+impl HeightField {
+    /// The ground under these heights (m).
+    ///
+    /// # Errors
+    /// As [`Raster::validate`].
+    pub fn new(raster: Raster) -> Result<Self, RasterError> {
+        raster.validate()?;
+        let known = || raster.values.iter().copied().filter(|v| v.is_finite());
+        let (lowest, highest) =
+            (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
+        Ok(Self { raster, lowest, highest })
+    }
+
+    /// The heights.
+    pub fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
+    /// Height of the triangles over a place in plan (m); `None` beyond the raster or without data.
+    pub fn height(&self, x: f64, y: f64) -> Option<f64> {
+        let ([i, j], [s, t]) = self.raster.cell(x, y)?;
+        let [a, c] = [self.raster.at(i, j), self.raster.at(i + 1, j + 1)];
+        let z = if s >= t {
+            let b = self.raster.at(i + 1, j);
+            a + s * (b - a) + t * (c - b)
+        } else {
+            let d = self.raster.at(i, j + 1);
+            a + t * (d - a) + s * (c - d)
+        };
+        // As for contact, a cell with a node without data has no ground.
+        self.whole(i, j).then_some(z)
+    }
+
+    fn whole(&self, i: usize, j: usize) -> bool {
+        [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)]
+            .iter()
+            .all(|(i, j)| self.raster.at(*i, *j).is_finite())
+    }
+
+    fn node(&self, i: usize, j: usize) -> [f64; 3] {
+        let [x, y] = self.raster.place(i, j);
+        [x, y, self.raster.at(i, j)]
+    }
+
+    /// Columns or rows of cells that a window around a coordinate meets.
+    fn window(&self, axis: usize, x: f64, reach: f64) -> std::ops::Range<usize> {
+        let cells = [self.raster.columns, self.raster.rows][axis] - 1;
+        let step = |at: f64| (at - self.raster.origin[axis]) / self.raster.spacing[axis];
+        let (from, to) = (step(x - reach).floor().max(0.0), step(x + reach).floor().min(cells as f64 - 1.0));
+        if to >= from { from as usize..to as usize + 1 } else { 0..0 }
+    }
+
+    /// Calls `visit` with the two triangles of each cell that a window of this half width around `x` meets.
+    fn visit(&self, x: &[f64; 3], reach: f64, mut visit: impl FnMut(u64, &[[f64; 3]; 3])) {
+        for j in self.window(1, x[1], reach) {
+            for i in self.window(0, x[0], reach) {
+                if !self.whole(i, j) {
+                    continue;
+                }
+                let (a, c) = (self.node(i, j), self.node(i + 1, j + 1));
+                let cell = (j * self.raster.columns + i) as u64;
+                visit(2 * cell, &[a, self.node(i + 1, j), c]);
+                visit(2 * cell + 1, &[a, c, self.node(i, j + 1)]);
+            }
+        }
+    }
+
+    /// Key of a part of a triangle. Edges go by the node at which they begin and their direction: along x, along y, across.
+    fn key(&self, triangle: u64, feature: Feature) -> u64 {
+        let (node, columns) = (triangle / 2, self.raster.columns as u64);
+        let upper = triangle % 2 == 1;
+        let (number, kind) = match feature {
+            Feature::Face => (triangle, FACE),
+            Feature::Corner(k) => {
+                let corners = if upper { [0, columns + 1, columns] } else { [0, 1, columns + 1] };
+                (node + corners[k], CORNER)
+            }
+            Feature::Edge(k) => {
+                let lower = [(0, 0), (1, 1), (0, 2)];
+                let higher = [(0, 2), (columns, 0), (0, 1)];
+                let (offset, direction) = if upper { higher[k] } else { lower[k] };
+                (3 * (node + offset) + direction, EDGE)
+            }
+        };
+        number << 2 | kind
+    }
+}
+
+impl Surface<3> for HeightField {
+    fn contains(&self, x: &[f64; 3]) -> bool {
+        self.height(x[0], x[1]).is_some_and(|z| x[2] <= z)
+    }
+
+    fn gap(&self, x: &[f64; 3], reach: f64) -> Option<Nearest<3>> {
+        if x[2] - self.highest > reach || self.lowest - x[2] > reach {
+            return None;
+        }
+        // Nothing is farther away than the ground straight below or above.
+        let vertical = self.height(x[0], x[1]).map(|z| (x[2] - z).abs());
+        let window = reach.min(vertical.unwrap_or(reach));
+        let mut square = reach * reach;
+        // Of places equally near that of the triangle with the least number counts, which comes first.
+        let mut best: Option<Found> = None;
+        self.visit(x, window, |triangle, corners| {
+            let (place, feature) = nearest(corners, x);
+            let from = minus(x, &place);
+            let away = dot(&from, &from);
+            if away < square || best.is_none() && away == square {
+                square = away;
+                best = Some(Found { triangle, corners: *corners, place, feature });
+            }
+        });
+        let Found { triangle, corners, place, feature } = best?;
+        let from = minus(x, &place);
+        let sign = if self.contains(x) { -1.0 } else { 1.0 };
+        let away = if feature == Feature::Face { None } else { unit(&from) };
+        let own = || normal(&corners).unwrap_or([0.0, 0.0, 1.0]);
+        let normal = away.map_or_else(own, |away| away.map(|c| sign * c));
+        let distance = sign * dot(&from, &from).sqrt();
+        Some(Nearest { distance, normal, place, key: self.key(triangle, feature) })
+    }
+
+    fn touch(&self, x: &[f64; 3], radius: f64, found: &mut Contacts<3>) {
+        if x[2] - self.highest > radius || self.contains(x) {
+            return;
+        }
+        let candidates = found.candidates();
+        candidates.clear();
+        self.visit(x, radius, |triangle, corners| {
+            let (place, feature) = nearest(corners, x);
+            let from = minus(x, &place);
+            let away = dot(&from, &from);
+            let own = normal(corners).unwrap_or([0.0, 0.0, 1.0]);
+            if away > radius * radius || dot(&from, &own) < 0.0 {
+                return;
+            }
+            let outward = if feature == Feature::Face { None } else { unit(&from) };
+            let key = self.key(triangle, feature);
+            let place = Nearest { distance: away.sqrt(), normal: outward.unwrap_or(own), place, key };
+            candidates.push(Candidate { corners: *corners, place });
+        });
+        found.resolve(radius);
+    }
+
+    fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        let ([x, y], [far_x, far_y]) = (self.raster.origin, self.raster.end());
+        ([x, y, f64::NEG_INFINITY], [far_x, far_y, self.highest])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::surface::{HalfSpace, Placed};
+
+    fn waves() -> HeightField {
+        let height = |x: f64, y: f64| (1.3 * x).sin() * (0.9 * y).cos() + 0.2 * x;
+        HeightField::new(Raster::from_function([21, 17], [-5.0, -4.0], [0.5, 0.5], height)).unwrap()
+    }
+
+    proptest! {
+        #[test]
+        fn over_a_plane_the_gap_is_that_of_the_half_space(
+            x in -3.0..3.0f64, y in -3.0..3.0f64, z in -1.0..1.0f64, a in -0.8..0.8f64, b in -0.8..0.8f64,
+        ) {
+            let raster = Raster::from_function([41, 41], [-10.0, -10.0], [0.5, 0.5], |x, y| a * x + b * y);
+            let field = HeightField::new(raster).unwrap();
+            let plane = HalfSpace::new([0.0; 3], [-a, -b, 1.0]).unwrap();
+            let at = [x, y, a * x + b * y + z];
+            let (got, exact) = (field.gap(&at, 2.0).unwrap(), plane.gap(&at, 2.0).unwrap());
+            prop_assert!((got.distance - exact.distance).abs() < 1e-12, "{got:?} {exact:?}");
+            prop_assert!((0..3).all(|c| (got.place[c] - exact.place[c]).abs() < 1e-12));
+            // On a seam of two triangles, but for round-off, the normal is only as good as the distance's digits.
+            prop_assert!(z.abs() < 1e-3 || (0..3).all(|c| (got.normal[c] - exact.normal[c]).abs() < 1e-9));
+            let mut found = Contacts::default();
+            field.touch(&at, 2.0, &mut found);
+            prop_assert_eq!(found.len(), usize::from(z > 0.0));
+        }
+
+        #[test]
+        fn no_triangle_is_nearer_than_the_gap(
+            x in -4.0..4.0f64, y in -3.0..3.0f64, z in -2.0..2.0f64,
+        ) {
+            let field = waves();
+            let at = [x, y, z];
+            let mut least = f64::INFINITY;
+            field.visit(&at, 10.0, |_, corners| {
+                let from = minus(&at, &nearest(corners, &at).0);
+                least = least.min(dot(&from, &from).sqrt());
+            });
+            let gap = field.gap(&at, 3.0).unwrap();
+            prop_assert!((gap.distance.abs() - least).abs() < 1e-12);
+            prop_assert_eq!(gap.distance < 0.0, field.contains(&at));
+            prop_assert!(field.gap(&at, 0.99 * least).is_none());
+        }
+    }
+
+    #[test]
+    fn a_contact_keeps_its_key_on_its_triangle_and_along_an_edge() {
+        let field = waves();
+        let key = |x: f64, y: f64| field.gap(&[x, y, field.height(x, y).unwrap()], 0.1).unwrap().key;
+        assert_eq!(key(0.3, 0.1), key(0.4, 0.05));
+        assert_ne!(key(0.3, 0.1), key(0.1, 0.3), "the other triangle of the cell");
+        // The edge between two cells has one key, from whichever triangle it is seen.
+        let cell = |i: u64, j: u64| j * 21 + i;
+        assert_eq!(
+            field.key(2 * cell(3, 4), Feature::Edge(1)),
+            field.key(2 * cell(4, 4) + 1, Feature::Edge(2))
+        );
+        assert_eq!(
+            field.key(2 * cell(3, 5), Feature::Edge(0)),
+            field.key(2 * cell(3, 4) + 1, Feature::Edge(1))
+        );
+        assert_eq!(
+            field.key(2 * cell(3, 4), Feature::Edge(2)),
+            field.key(2 * cell(3, 4) + 1, Feature::Edge(0))
+        );
+        assert_eq!(
+            field.key(2 * cell(3, 4), Feature::Corner(2)),
+            field.key(2 * cell(4, 5), Feature::Corner(0))
+        );
+    }
+
+    #[test]
+    fn without_data_there_is_no_ground() {
+        let mut raster = Raster::from_function([5, 5], [0.0; 2], [1.0; 2], |_, _| 0.0);
+        raster.values[12] = f64::NAN;
+        let field = HeightField::new(raster).unwrap();
+        assert_eq!(field.height(2.5, 2.5), None);
+        assert!(field.gap(&[2.5, 2.5, 0.1], 0.2).is_none());
+        assert!(field.gap(&[0.5, 0.5, 0.1], 0.2).is_some());
+        assert!(!field.contains(&[2.5, 2.5, -1.0]) && !field.contains(&[7.0, 7.0, -1.0]));
+    }
+
+    #[test]
+    fn a_turned_and_shifted_surface_is_where_it_was_put() {
+        let surface = std::sync::Arc::new(waves());
+        let frame =
+            crate::surface::Frame::about([1.0, 2.0, 0.0], [0.3, -0.2, 1.0], 0.7).shifted(&[10.0, 0.0, 5.0]);
+        let placed = Placed { surface: surface.clone(), frame };
+        let local = [0.3, -0.4, 0.8];
+        let (own, out) =
+            (surface.gap(&local, 5.0).unwrap(), placed.gap(&frame.outward(&local), 5.0).unwrap());
+        assert!((own.distance - out.distance).abs() < 1e-12 && own.key == out.key);
+        let back = frame.inward(&out.place);
+        assert!((0..3).all(|c| (back[c] - own.place[c]).abs() < 1e-12));
+        let centre = crate::surface::Frame::about([1.0, 2.0], [0.0; 3], 1.0).outward(&[1.0, 2.0]);
+        assert!((centre[0] - 1.0).abs() < 1e-15 && (centre[1] - 2.0).abs() < 1e-15, "{centre:?}");
+    }
+}

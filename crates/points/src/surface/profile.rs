@@ -1,0 +1,311 @@
+//! A ground profile of straight pieces and arcs.
+
+use super::vector::{along, dot, minus, unit};
+use super::{Contacts, Nearest, Surface, SurfaceError};
+
+/// Share of an arc's radius by which its ends may differ in their distance from the centre.
+const ROUND: f64 = 1e-6;
+
+#[derive(Clone, Copy, Debug)]
+enum Piece {
+    Line {
+        from: [f64; 2],
+        to: [f64; 2],
+    },
+    /// `start` is the angle of the beginning, `sweep` the angle to the end, anticlockwise positive (radians).
+    Arc {
+        centre: [f64; 2],
+        radius: f64,
+        start: f64,
+        sweep: f64,
+    },
+}
+
+/// The part of a piece on which its nearest place lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Part {
+    Beginning,
+    Within,
+    End,
+}
+
+impl Piece {
+    fn length(&self) -> f64 {
+        match self {
+            Self::Line { from, to } => dot(&minus(to, from), &minus(to, from)).sqrt(),
+            Self::Arc { radius, sweep, .. } => radius * sweep.abs(),
+        }
+    }
+
+    /// Place at a share of the way, and the normal on the left of the way there.
+    fn at(&self, share: f64) -> ([f64; 2], [f64; 2]) {
+        match self {
+            Self::Line { from, to } => {
+                let way = minus(to, from);
+                (along(from, share, &way), unit(&[-way[1], way[0]]).unwrap_or([0.0, 1.0]))
+            }
+            Self::Arc { centre, radius, start, sweep } => {
+                let (sine, cosine) = (start + share * sweep).sin_cos();
+                let inward = -sweep.signum();
+                (along(centre, *radius, &[cosine, sine]), [inward * cosine, inward * sine])
+            }
+        }
+    }
+
+    /// Share of the way at which the piece is nearest to `x`.
+    fn nearest(&self, x: &[f64; 2]) -> (f64, Part) {
+        let share = match self {
+            Self::Line { from, to } => {
+                let way = minus(to, from);
+                dot(&minus(x, from), &way) / dot(&way, &way)
+            }
+            Self::Arc { centre, start, sweep, .. } => {
+                let out = minus(x, centre);
+                let mut turn = (out[1].atan2(out[0]) - start) * sweep.signum();
+                // From half the rest of the circle before the beginning to half of it beyond the end.
+                let full = std::f64::consts::TAU;
+                let rest = 0.5 * (full - sweep.abs());
+                turn -= full * ((turn + rest) / full).floor();
+                turn / sweep.abs()
+            }
+        };
+        if !(share > 0.0) {
+            (0.0, Part::Beginning)
+        } else if share >= 1.0 {
+            (1.0, Part::End)
+        } else {
+            (share, Part::Within)
+        }
+    }
+
+    fn place(&self, x: &[f64; 2]) -> [f64; 2] {
+        self.at(self.nearest(x).0).0
+    }
+}
+
+/// The ground below a line of straight pieces and arcs, from one end to the other; beyond its ends there is none. Made from its
+/// beginning, piece by piece.
+#[derive(Clone, Debug)]
+pub struct Profile {
+    pieces: Vec<Piece>,
+    end: [f64; 2],
+    start: [f64; 2],
+}
+
+impl Profile {
+    /// A profile that begins at `start` (m), as yet without pieces.
+    pub fn from(start: [f64; 2]) -> Self {
+        Self { pieces: Vec::new(), end: start, start }
+    }
+
+    /// Goes straight to `to` (m).
+    ///
+    /// # Errors
+    /// When that is where it is, or not finite.
+    pub fn line(&mut self, to: [f64; 2]) -> Result<(), SurfaceError> {
+        let length = minus(&to, &self.end);
+        if !(dot(&length, &length) > 0.0 && to.iter().all(|c| c.is_finite())) {
+            return Err(SurfaceError::new("to", format!("{to:?} m makes no piece from {:?} m", self.end)));
+        }
+        self.pieces.push(Piece::Line { from: self.end, to });
+        self.end = to;
+        Ok(())
+    }
+
+    /// Goes round `centre` (m), the shorter way, to `to` (m).
+    ///
+    /// # Errors
+    /// When the two ends are not equally far from the centre, or are one place.
+    pub fn arc(&mut self, to: [f64; 2], centre: [f64; 2]) -> Result<(), SurfaceError> {
+        let (a, b) = (minus(&self.end, &centre), minus(&to, &centre));
+        let [radius, other] = [a, b].map(|v| dot(&v, &v).sqrt());
+        if !(radius > 0.0 && (radius - other).abs() <= ROUND * radius) {
+            let problem =
+                format!("its ends are {radius} and {other} m from the centre, which must be the same");
+            return Err(SurfaceError::new("centre", problem));
+        }
+        let sweep = (a[0] * b[1] - a[1] * b[0]).atan2(dot(&a, &b));
+        if sweep == 0.0 {
+            return Err(SurfaceError::new("to", "begins and ends at one place"));
+        }
+        self.pieces.push(Piece::Arc { centre, radius, start: a[1].atan2(a[0]), sweep });
+        self.end = to;
+        Ok(())
+    }
+
+    /// The profile with its solid below.
+    ///
+    /// # Errors
+    /// When it has no pieces, or does not go from left to right in all.
+    pub fn finished(self) -> Result<Self, SurfaceError> {
+        if self.pieces.is_empty() {
+            return Err(SurfaceError::new("pieces", "there are none"));
+        }
+        if !(self.end[0] > self.start[0]) {
+            let problem = format!(
+                "ends at x = {} m, and must end right of its start, {} m",
+                self.end[0], self.start[0]
+            );
+            return Err(SurfaceError::new("pieces", problem));
+        }
+        Ok(self)
+    }
+
+    /// Nearest piece with the place on it.
+    fn nearest(&self, x: &[f64; 2]) -> (usize, f64, Part, f64) {
+        let mut best = (0, 0.0, Part::Within, f64::INFINITY);
+        for (number, piece) in self.pieces.iter().enumerate() {
+            let (share, part) = piece.nearest(x);
+            let from = minus(x, &piece.at(share).0);
+            let square = dot(&from, &from);
+            if square < best.3 {
+                best = (number, share, part, square);
+            }
+        }
+        best
+    }
+
+    /// Key and normal of a part of a piece: at a joint the mean of both sides.
+    fn part(&self, number: usize, share: f64, part: Part) -> (u64, [f64; 2]) {
+        let joint = match part {
+            Part::Within => return ((number as u64) << 2, self.pieces[number].at(share).1),
+            Part::Beginning => number,
+            Part::End => number + 1,
+        };
+        let before = joint.checked_sub(1).map(|n| self.pieces[n].at(1.0).1);
+        let after = self.pieces.get(joint).map(|piece| piece.at(0.0).1);
+        let sum = [before, after].into_iter().flatten().fold([0.0; 2], |s, n| [s[0] + n[0], s[1] + n[1]]);
+        ((joint as u64) << 2 | 2, unit(&sum).unwrap_or([0.0, 1.0]))
+    }
+
+    fn seen(&self, x: &[f64; 2], number: usize, share: f64, part: Part) -> Nearest<2> {
+        let (key, normal) = self.part(number, share, part);
+        let (place, _) = self.pieces[number].at(share);
+        let from = minus(x, &place);
+        let sign = if dot(&from, &normal) < 0.0 { -1.0 } else { 1.0 };
+        let away = if part == Part::Within { None } else { unit(&from) };
+        let distance = sign * dot(&from, &from).sqrt();
+        Nearest { distance, normal: away.map_or(normal, |away| away.map(|c| sign * c)), place, key }
+    }
+}
+
+impl Surface<2> for Profile {
+    fn contains(&self, x: &[f64; 2]) -> bool {
+        self.gap(x, f64::INFINITY).is_some_and(|gap| gap.distance <= 0.0)
+    }
+
+    fn gap(&self, x: &[f64; 2], reach: f64) -> Option<Nearest<2>> {
+        let (number, share, part, square) = self.nearest(x);
+        (square <= reach * reach).then(|| self.seen(x, number, share, part))
+    }
+
+    fn touch(&self, x: &[f64; 2], radius: f64, found: &mut Contacts<2>) {
+        if self.gap(x, radius).is_none_or(|gap| gap.distance < 0.0) {
+            return;
+        }
+        let before = found.len();
+        let square = |place: &[f64; 2]| dot(&minus(x, place), &minus(x, place));
+        for (number, piece) in self.pieces.iter().enumerate() {
+            let (share, part) = piece.nearest(x);
+            let (place, normal) = piece.at(share);
+            let own = square(&place);
+            if own > radius * radius || dot(&minus(x, &place), &normal) < 0.0 {
+                continue;
+            }
+            // As of facets: a place at which a nearer piece ends belongs to that piece.
+            let shadowed = self.pieces.iter().enumerate().any(|(other, nearer)| {
+                let theirs = square(&nearer.place(x));
+                let beside = minus(&place, &nearer.place(&place));
+                (theirs, other) < (own, number) && dot(&beside, &beside) <= (1e-7 * radius).powi(2)
+            });
+            if !shadowed {
+                found.add_if_outside(Some(self.seen(x, number, share, part)));
+            }
+        }
+        found
+            .since(before)
+            .sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.key.cmp(&b.key)));
+    }
+
+    fn bounds(&self) -> ([f64; 2], [f64; 2]) {
+        let mut around = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let mut add = |x: [f64; 2]| {
+            for c in 0..2 {
+                around.0[c] = around.0[c].min(x[c]);
+                around.1[c] = around.1[c].max(x[c]);
+            }
+        };
+        for piece in &self.pieces {
+            match piece {
+                Piece::Line { from, to } => [*from, *to].into_iter().for_each(&mut add),
+                Piece::Arc { centre, radius, .. } => {
+                    add(centre.map(|c| c - radius));
+                    add(centre.map(|c| c + radius));
+                }
+            }
+        }
+        around
+    }
+
+    fn arc_length(&self, x: &[f64; 2]) -> Option<f64> {
+        let (number, share, ..) = self.nearest(x);
+        let before: f64 = self.pieces[..number].iter().map(Piece::length).sum();
+        Some(before + share * self.pieces[number].length())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A slope of 45°, a quarter of a half circle that turns it level, and a level piece.
+    fn slope() -> Profile {
+        let mut profile = Profile::from([-1.0, 2.0]);
+        let half = 0.5f64.sqrt();
+        let foot = [1.0 - half, 1.0 - half];
+        profile.line([foot[0] - 1.0, foot[1] + 1.0]).unwrap();
+        profile.line(foot).unwrap();
+        profile.arc([1.0, 0.0], [1.0, 2.0]).unwrap_err();
+        // Round the centre that lies a radius above the foot of the slope along its normal.
+        let radius = 2.0;
+        let centre = [foot[0] + radius * half, foot[1] + radius * half];
+        profile.arc([centre[0], centre[1] - radius], centre).unwrap();
+        profile.line([9.0, centre[1] - radius]).unwrap();
+        profile.finished().unwrap()
+    }
+
+    #[test]
+    fn gaps_over_slope_arc_and_floor_are_those_of_line_and_circle() {
+        let (profile, half) = (slope(), 0.5f64.sqrt());
+        let foot = 1.0 - half;
+        let centre = [foot + 2.0 * half, foot + 2.0 * half];
+        let gap = |x: [f64; 2]| profile.gap(&x, 9.0).unwrap();
+        let on_slope = gap([foot - 0.5 + 0.3 * half, foot + 0.5 + 0.3 * half]);
+        assert!((on_slope.distance - 0.3).abs() < 1e-12 && (on_slope.normal[0] - half).abs() < 1e-12);
+        let x = [centre[0] - 0.5, centre[1] - 1.6];
+        let away = (0.5f64.powi(2) + 1.6f64.powi(2)).sqrt();
+        assert!((gap(x).distance - (2.0 - away)).abs() < 1e-12);
+        assert!((gap(x).normal[0] - 0.5 / away).abs() < 1e-12, "towards the centre");
+        let below = gap([5.0, centre[1] - 2.4]);
+        assert!((below.distance + 0.4).abs() < 1e-12 && (below.normal[1] - 1.0).abs() < 1e-12);
+        assert!(profile.contains(&[5.0, -5.0]) && !profile.contains(&[5.0, 5.0]));
+        let whole = 2f64.sqrt() + 2.0 * std::f64::consts::FRAC_PI_4;
+        let on = profile.arc_length(&[centre[0] + 1.0, 0.0]).unwrap();
+        assert!(on > whole, "{on}");
+    }
+
+    #[test]
+    fn a_ball_on_a_smooth_joint_touches_once_and_at_a_kink_twice() {
+        let mut found = Contacts::default();
+        let (profile, half) = (slope(), 0.5f64.sqrt());
+        let foot = [1.0 - half, 1.0 - half];
+        profile.touch(&[foot[0] + 0.2 * half, foot[1] + 0.2 * half], 0.3, &mut found);
+        assert_eq!(found.len(), 1);
+        let mut kink = Profile::from([-1.0, 1.0]);
+        kink.line([0.0, 0.0]).unwrap();
+        kink.line([1.0, 1.0]).unwrap();
+        found.clear();
+        kink.finished().unwrap().touch(&[0.0, 0.3], 0.25, &mut found);
+        assert_eq!(found.len(), 2);
+    }
+}

@@ -1,0 +1,125 @@
+//! A polygon turned about an axis.
+
+use super::vector::{along, unit};
+use super::{Contacts, Facetted, Nearest, Surface, SurfaceError};
+
+/// The solid that a polygon makes when it is turned about an axis through the origin.
+#[derive(Clone, Debug)]
+pub struct Revolved {
+    /// In distance from the axis and place along it; a polygon that reaches the axis goes on as its mirror image beyond.
+    section: Facetted<2>,
+    axis: usize,
+}
+
+impl Revolved {
+    /// The polygon of these corners (m: distance from the axis, place along it) turned about `axis` (0 is x).
+    ///
+    /// # Errors
+    /// When a corner lies beyond the axis, when the polygon crosses itself or touches the axis in several pieces.
+    pub fn new(corners: &[[f64; 2]], axis: usize) -> Result<Self, SurfaceError> {
+        if let Some(number) = corners.iter().position(|corner| !(corner[0] >= 0.0)) {
+            let problem = format!("{} is no distance from the axis", corners[number][0]);
+            return Err(SurfaceError::new(format!("points[{number}]"), problem));
+        }
+        // What lies wrong with the polygon itself is said in its own words.
+        Facetted::polygon(corners)?;
+        let count = corners.len();
+        let on_axis = |number: usize| corners[number % count][0] == 0.0;
+        // Where the polygon leaves the axis.
+        let leaves: Vec<usize> = (0..count).filter(|k| on_axis(*k) && !on_axis(k + 1)).collect();
+        let section = match leaves[..] {
+            [] => corners.to_vec(),
+            [first] => {
+                let off = (first + 1..first + count).take_while(|k| !on_axis(*k));
+                let mut half: Vec<[f64; 2]> = off.map(|k| corners[k % count]).collect();
+                let last = corners[(first + 1 + half.len()) % count];
+                let mirrored: Vec<[f64; 2]> = half.iter().rev().map(|[r, z]| [-r, *z]).collect();
+                half.insert(0, corners[first]);
+                if last != corners[first] {
+                    half.push(last);
+                }
+                half.extend(mirrored);
+                half
+            }
+            _ => return Err(SurfaceError::new("points", "touch the axis in several pieces")),
+        };
+        Ok(Self { section: Facetted::polygon(&section)?, axis })
+    }
+
+    /// Distance from the axis and place along it, and the direction away from the axis.
+    fn flat(&self, x: &[f64; 3]) -> ([f64; 2], [f64; 3]) {
+        let mut across = *x;
+        across[self.axis] = 0.0;
+        let radius = across.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let any = std::array::from_fn(|c| f64::from(u8::from(c == (self.axis + 1) % 3)));
+        ([radius, x[self.axis]], unit(&across).unwrap_or(any))
+    }
+
+    fn out(&self, flat: &Nearest<2>, outward: &[f64; 3]) -> Nearest<3> {
+        let full = |[r, z]: [f64; 2]| {
+            let mut x = along(&[0.0; 3], r, outward);
+            x[self.axis] = z;
+            x
+        };
+        Nearest { distance: flat.distance, normal: full(flat.normal), place: full(flat.place), key: flat.key }
+    }
+}
+
+impl Surface<3> for Revolved {
+    fn contains(&self, x: &[f64; 3]) -> bool {
+        self.section.contains(&self.flat(x).0)
+    }
+
+    fn gap(&self, x: &[f64; 3], reach: f64) -> Option<Nearest<3>> {
+        let (flat, outward) = self.flat(x);
+        self.section.gap(&flat, reach).map(|gap| self.out(&gap, &outward))
+    }
+
+    fn touch(&self, x: &[f64; 3], radius: f64, found: &mut Contacts<3>) {
+        let (flat, outward) = self.flat(x);
+        found.touch_flat(&self.section, &flat, radius, |place| self.out(place, &outward));
+    }
+
+    fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        let (low, high) = self.section.bounds();
+        let far = high[0].max(-low[0]);
+        let corner =
+            |side: f64, along: f64| std::array::from_fn(|c| if c == self.axis { along } else { side * far });
+        (corner(-1.0, low[1]), corner(1.0, high[1]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turned_rectangle_is_a_cylinder() {
+        for corners in [
+            [[0.0, -1.0], [2.0, -1.0], [2.0, 1.0], [0.0, 1.0]],
+            [[2.0, 1.0], [2.0, -1.0], [0.0, -1.0], [0.0, 1.0]],
+        ] {
+            let cylinder = Revolved::new(&corners, 1).unwrap();
+            let gap = |x: [f64; 3]| cylinder.gap(&x, 9.0).unwrap();
+            let side = gap([3.0, 0.2, 4.0]);
+            assert!((side.distance - 3.0).abs() < 1e-12 && (side.normal[0] - 0.6).abs() < 1e-12);
+            assert!((side.place[2] - 1.6).abs() < 1e-12);
+            assert!((gap([0.0, 0.4, 0.0]).distance + 0.6).abs() < 1e-12, "the axis is no surface");
+            assert!(cylinder.contains(&[1.0, 0.0, -1.0]) && !cylinder.contains(&[2.0, 0.0, -1.0]));
+            let mut found = Contacts::default();
+            cylinder.touch(&[0.5, 1.2, 0.0], 0.3, &mut found);
+            assert_eq!(found.len(), 1);
+            assert_eq!(found.all()[0].normal, [0.0, 1.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn rings_and_cones_turn_and_what_lies_beyond_the_axis_does_not() {
+        let ring = Revolved::new(&[[2.0, 0.0], [3.0, 0.0], [3.0, 1.0], [2.0, 1.0]], 2).unwrap();
+        assert!(!ring.contains(&[0.0, 0.0, 0.5]) && ring.contains(&[0.0, 2.5, 0.5]));
+        let cone = Revolved::new(&[[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]], 2).unwrap();
+        assert!(cone.contains(&[0.0, 0.0, 0.9]) && !cone.contains(&[0.2, 0.0, 0.9]));
+        assert_eq!(cone.bounds(), ([-1.0, -1.0, 0.0], [1.0, 1.0, 1.0]));
+        assert!(Revolved::new(&[[-0.1, 0.0], [1.0, 0.0], [0.0, 1.0]], 2).is_err());
+    }
+}

@@ -1,0 +1,119 @@
+//! The place of a segment (2D) or a triangle (3D) that is nearest to a point.
+
+use super::vector::{along, cross, dot, minus, unit};
+
+/// The part of a facet on which its nearest place lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Feature {
+    /// Its interior.
+    Face,
+    /// The edge of a triangle between this corner and the next.
+    Edge(usize),
+    /// This corner.
+    Corner(usize),
+}
+
+/// Nearest place (m) of the facet with these corners to `x`, and the part of the facet on which it lies: a segment in two
+/// dimensions, a triangle in three (Ericson 2005, Real-Time Collision Detection, §5.1.5).
+pub(crate) fn nearest<const D: usize>(corners: &[[f64; D]; D], x: &[f64; D]) -> ([f64; D], Feature) {
+    match D {
+        2 => nearest_of_segment(corners, x),
+        3 => nearest_of_triangle(corners, x),
+        _ => (corners[0], Feature::Corner(0)),
+    }
+}
+
+fn nearest_of_segment<const D: usize>(corners: &[[f64; D]; D], x: &[f64; D]) -> ([f64; D], Feature) {
+    let edge = minus(&corners[1], &corners[0]);
+    let t = dot(&minus(x, &corners[0]), &edge) / dot(&edge, &edge);
+    if !(t > 0.0) {
+        (corners[0], Feature::Corner(0))
+    } else if t >= 1.0 {
+        (corners[1], Feature::Corner(1))
+    } else {
+        (along(&corners[0], t, &edge), Feature::Face)
+    }
+}
+
+fn nearest_of_triangle<const D: usize>(corners: &[[f64; D]; D], x: &[f64; D]) -> ([f64; D], Feature) {
+    let [a, b, c] = [&corners[0], &corners[1], &corners[2]];
+    let (ab, ac) = (minus(b, a), minus(c, a));
+    let from_a = minus(x, a);
+    let (d1, d2) = (dot(&ab, &from_a), dot(&ac, &from_a));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return (*a, Feature::Corner(0));
+    }
+    let from_b = minus(x, b);
+    let (d3, d4) = (dot(&ab, &from_b), dot(&ac, &from_b));
+    if d3 >= 0.0 && d4 <= d3 {
+        return (*b, Feature::Corner(1));
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return (along(a, d1 / (d1 - d3), &ab), Feature::Edge(0));
+    }
+    let from_c = minus(x, c);
+    let (d5, d6) = (dot(&ab, &from_c), dot(&ac, &from_c));
+    if d6 >= 0.0 && d5 <= d6 {
+        return (*c, Feature::Corner(2));
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return (along(a, d2 / (d2 - d6), &ac), Feature::Edge(2));
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return (along(b, t, &minus(c, b)), Feature::Edge(1));
+    }
+    let share = 1.0 / (va + vb + vc);
+    (along(&along(a, vb * share, &ab), vc * share, &ac), Feature::Face)
+}
+
+/// Unit normal of a facet: left of a segment from its first corner to its second; of a triangle, the side from which its
+/// corners go round anticlockwise. `None` of a facet without extent.
+pub(crate) fn normal<const D: usize>(corners: &[[f64; D]; D]) -> Option<[f64; D]> {
+    let edge = |k: usize| -> [f64; 3] {
+        std::array::from_fn(|c| if c < D { corners[k][c] - corners[0][c] } else { 0.0 })
+    };
+    let full = match D {
+        2 => {
+            let e = edge(1);
+            [-e[1], e[0], 0.0]
+        }
+        3 => cross(&edge(1), &edge(2)),
+        _ => return None,
+    };
+    unit::<D>(&std::array::from_fn(|c| full[c]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn no_place_of_a_triangle_is_nearer_than_the_nearest(
+            corners in proptest::array::uniform3(proptest::array::uniform3(-1.0..1.0f64)),
+            x in proptest::array::uniform3(-2.0..2.0f64), shares in proptest::collection::vec((0.0..1.0f64, 0.0..1.0f64), 40),
+        ) {
+            let (place, _) = nearest(&corners, &x);
+            let least = dot(&minus(&x, &place), &minus(&x, &place));
+            for (s, t) in shares {
+                let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
+                let other: [f64; 3] = std::array::from_fn(|c| {
+                    corners[0][c] + s * (corners[1][c] - corners[0][c]) + t * (corners[2][c] - corners[0][c])
+                });
+                prop_assert!(dot(&minus(&x, &other), &minus(&x, &other)) >= least - 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn a_segment_has_its_normal_on_the_left() {
+        assert_eq!(normal(&[[0.0, 0.0], [2.0, 0.0]]), Some([0.0, 1.0]));
+        assert_eq!(normal(&[[1.0, 1.0], [1.0, 1.0]]), None);
+        assert_eq!(normal(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 3.0, 0.0]]), Some([0.0, 0.0, 1.0]));
+    }
+}

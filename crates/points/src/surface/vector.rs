@@ -1,0 +1,27 @@
+//! Vectors of `D` coordinates.
+
+/// `a - b`.
+pub(crate) fn minus<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
+    std::array::from_fn(|c| a[c] - b[c])
+}
+
+/// `a + t b`.
+pub(crate) fn along<const D: usize>(a: &[f64; D], t: f64, b: &[f64; D]) -> [f64; D] {
+    std::array::from_fn(|c| a[c] + t * b[c])
+}
+
+/// Scalar product.
+pub(crate) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    (0..D).map(|c| a[c] * b[c]).sum()
+}
+
+/// The vector at length one; `None` where it has no length.
+pub(crate) fn unit<const D: usize>(a: &[f64; D]) -> Option<[f64; D]> {
+    let length = dot(a, a).sqrt();
+    (length > 0.0 && length.is_finite()).then(|| a.map(|c| c / length))
+}
+
+/// Vector product.
+pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}

@@ -1,0 +1,226 @@
+//! A raster of heights as a smooth surface, for flow that is integrated over depth.
+
+use crate::{Raster, RasterError};
+
+/// Height, slope and curvature of a terrain at a place in plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bed {
+    /// Height (m).
+    pub height: f64,
+    /// Gradient of the height along x and y.
+    pub gradient: [f64; 2],
+    /// Second derivatives of the height: xx, xy, yy (1/m).
+    pub hessian: [f64; 3],
+}
+
+/// Nodes around a place in plan and their bilinear weights, which add up to one.
+pub type Weights = [(usize, f64); 4];
+
+/// A terrain as depth-integrated flow sees it: heights, slopes and second derivatives at the nodes of a raster, all three bilinear
+/// between them. Slopes are those of nodal recovery on bilinear elements with a lumped mass, second derivatives those of compact
+/// differences (sheet: depth-sph §2.9): exact at inner nodes for heights of the second degree.
+///
+/// Contact sees the same raster as triangles: [`HeightField`](crate::surface::HeightField).
+#[derive(Clone, Debug)]
+pub struct Terrain {
+    raster: Raster,
+    smoothing: usize,
+    beds: Vec<Bed>,
+}
+
+impl Terrain {
+    /// The terrain of these heights (m). Second derivatives are means over 3 × 3 nodes, taken `smoothing` times: those of survey
+    /// data are noisy, those of analytic surfaces need none.
+    ///
+    /// # Errors
+    /// As [`Raster::validate`].
+    pub fn new(raster: Raster, smoothing: usize) -> Result<Self, RasterError> {
+        raster.validate()?;
+        let mut terrain = Self { beds: Vec::with_capacity(raster.values.len()), raster, smoothing };
+        terrain.recover();
+        Ok(terrain)
+    }
+
+    /// The heights.
+    pub fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
+    /// The heights of the nodes (m), to change them; [`Terrain::recover`] must follow.
+    pub fn heights_mut(&mut self) -> &mut [f64] {
+        &mut self.raster.values
+    }
+
+    /// What is known of each node, in the raster's order.
+    pub fn nodes(&self) -> &[Bed] {
+        &self.beds
+    }
+
+    /// The nodes around a place in plan (m) with their weights; `None` beyond the outermost nodes.
+    pub fn weights(&self, x: f64, y: f64) -> Option<Weights> {
+        let ([i, j], [s, t]) = self.raster.cell(x, y)?;
+        let node = j * self.raster.columns + i;
+        let above = node + self.raster.columns;
+        Some([
+            (node, (1.0 - s) * (1.0 - t)),
+            (node + 1, s * (1.0 - t)),
+            (above, (1.0 - s) * t),
+            (above + 1, s * t),
+        ])
+    }
+
+    /// The bed at a place in plan (m); `None` beyond the outermost nodes or where one around it has no data.
+    pub fn bed(&self, x: f64, y: f64) -> Option<Bed> {
+        let weights = self.weights(x, y)?;
+        let sum = |value: &dyn Fn(&Bed) -> f64| weights.iter().map(|(n, w)| w * value(&self.beds[*n])).sum();
+        let height: f64 = sum(&|bed| bed.height);
+        height.is_finite().then(|| Bed {
+            height,
+            gradient: std::array::from_fn(|c| sum(&|bed| bed.gradient[c])),
+            hessian: std::array::from_fn(|c| sum(&|bed| bed.hessian[c])),
+        })
+    }
+
+    /// Finds slopes and second derivatives anew from the heights. Beside a node without data differences are one-sided; a node
+    /// without two neighbours in a row is level along it.
+    pub fn recover(&mut self) {
+        let (columns, rows) = (self.raster.columns, self.raster.rows);
+        let raster = &self.raster;
+        let [dx, dy] = raster.spacing;
+        // Means with weights 1, 4, 1 of the nodes that have data.
+        let weighted = |terms: [Option<f64>; 3]| {
+            let both = terms.iter().zip([1.0, 4.0, 1.0]).filter_map(|(v, w)| v.map(|v| (v * w, w)));
+            let (sum, weight) = both.fold((0.0, 0.0), |(s, n), (v, w)| (s + v, n + w));
+            if weight > 0.0 { Some(sum / weight) } else { None }
+        };
+        let line_x = |j: usize| Line { raster, along: 0, fixed: j };
+        let line_y = |i: usize| Line { raster, along: 1, fixed: i };
+        let around =
+            |k: usize, count: usize| [k.checked_sub(1), Some(k), Some(k + 1).filter(|next| *next < count)];
+        self.beds.clear();
+        for j in 0..rows {
+            for i in 0..columns {
+                let slope_x = |j: usize| line_x(j).slope(i).map(|d| d / dx);
+                let slope_y = |i: usize| line_y(i).slope(j).map(|d| d / dy);
+                let gradient = [
+                    weighted(around(j, rows).map(|j| j.and_then(slope_x))),
+                    weighted(around(i, columns).map(|i| i.and_then(slope_y))),
+                ];
+                let cross = difference(around(j, rows).map(|j| j.and_then(slope_x))).map_or(0.0, |d| d / dy);
+                let bends = [line_x(j).bend(i) / (dx * dx), cross, line_y(i).bend(j) / (dy * dy)];
+                self.beds.push(Bed {
+                    height: raster.at(i, j),
+                    gradient: gradient.map(Option::unwrap_or_default),
+                    hessian: bends,
+                });
+            }
+        }
+        for _ in 0..self.smoothing {
+            self.smooth();
+        }
+    }
+
+    /// Means of the second derivatives over 3 × 3 nodes, of those that are there and have data.
+    fn smooth(&mut self) {
+        let (columns, rows) = (self.raster.columns, self.raster.rows);
+        let before: Vec<[f64; 3]> = self.beds.iter().map(|bed| bed.hessian).collect();
+        for j in 0..rows {
+            for i in 0..columns {
+                let (mut sum, mut count) = ([0.0; 3], 0.0);
+                for row in j.saturating_sub(1)..(j + 2).min(rows) {
+                    for column in i.saturating_sub(1)..(i + 2).min(columns) {
+                        let node = row * columns + column;
+                        if self.raster.values[node].is_finite() {
+                            (0..3).for_each(|c| sum[c] += before[node][c]);
+                            count += 1.0;
+                        }
+                    }
+                }
+                if count > 0.0 {
+                    self.beds[j * columns + i].hessian = sum.map(|s| s / count);
+                }
+            }
+        }
+    }
+}
+
+/// Difference per step around the middle one of three values: central, or one-sided where an outer one is missing.
+fn difference([before, here, after]: [Option<f64>; 3]) -> Option<f64> {
+    match (before, here, after) {
+        (Some(b), Some(_), Some(a)) => Some(0.5 * (a - b)),
+        (None, Some(h), Some(a)) => Some(a - h),
+        (Some(b), Some(h), None) => Some(h - b),
+        _ => None,
+    }
+}
+
+/// A row or a column of a raster.
+struct Line<'a> {
+    raster: &'a Raster,
+    along: usize,
+    fixed: usize,
+}
+
+impl Line<'_> {
+    fn height(&self, k: Option<usize>) -> Option<f64> {
+        let counts = [self.raster.columns, self.raster.rows];
+        let k = k.filter(|k| *k < counts[self.along])?;
+        let (i, j) = if self.along == 0 { (k, self.fixed) } else { (self.fixed, k) };
+        Some(self.raster.at(i, j)).filter(|height| height.is_finite())
+    }
+
+    fn around(&self, k: usize) -> [Option<f64>; 3] {
+        [k.checked_sub(1), Some(k), Some(k + 1)].map(|k| self.height(k))
+    }
+
+    fn slope(&self, k: usize) -> Option<f64> {
+        difference(self.around(k))
+    }
+
+    /// Second difference at node `k`; at an end that of the node beside it, and none where there are not three in a row.
+    fn bend(&self, k: usize) -> f64 {
+        let at = |k: usize| match self.around(k) {
+            [Some(b), Some(h), Some(a)] => Some(a - 2.0 * h + b),
+            _ => None,
+        };
+        at(k).or_else(|| at(k + 1)).or_else(|| k.checked_sub(1).and_then(at)).unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parabola(x: f64, y: f64) -> f64 {
+        1.0 + 0.3 * x - 0.2 * y + 0.05 * x * x + 0.02 * x * y - 0.04 * y * y
+    }
+
+    #[test]
+    fn heights_of_the_second_degree_have_exact_slopes_and_curvatures_at_inner_nodes() {
+        let raster = Raster::from_function([12, 9], [-3.0, 2.0], [0.5, 0.25], parabola);
+        for smoothing in [0, 2] {
+            let terrain = Terrain::new(raster.clone(), smoothing).unwrap();
+            let (x, y) = (-1.0, 3.0);
+            let bed = terrain.bed(x, y).unwrap();
+            let exact = [0.3 + 0.1 * x + 0.02 * y, -0.2 + 0.02 * x - 0.08 * y];
+            assert!((bed.height - parabola(x, y)).abs() < 1e-12);
+            assert!((0..2).all(|c| (bed.gradient[c] - exact[c]).abs() < 1e-12), "{bed:?} {exact:?}");
+            let hessian = [0.1, 0.02, -0.08];
+            assert!((0..3).all(|c| (bed.hessian[c] - hessian[c]).abs() < 1e-10), "{bed:?}");
+        }
+    }
+
+    #[test]
+    fn a_plane_is_one_up_to_its_rim_and_beside_a_gap() {
+        let mut raster = Raster::from_function([6, 6], [0.0; 2], [2.0; 2], |x, y| 3.0 - 0.5 * x + 0.25 * y);
+        raster.values[14] = f64::NAN;
+        let terrain = Terrain::new(raster, 1).unwrap();
+        for (x, y) in [(0.0, 0.0), (9.9, 9.9), (10.0, 3.0), (7.5, 7.5), (1.0, 8.0)] {
+            let bed = terrain.bed(x, y).unwrap();
+            assert!((bed.gradient[0] + 0.5).abs() < 1e-12 && (bed.gradient[1] - 0.25).abs() < 1e-12);
+            assert!(bed.hessian.iter().all(|h| h.abs() < 1e-12));
+        }
+        assert_eq!(terrain.bed(4.5, 4.5), None);
+        assert_eq!(terrain.bed(-0.1, 4.0), None);
+    }
+}

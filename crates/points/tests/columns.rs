@@ -1,0 +1,147 @@
+//! Structures of arrays: what one list of columns gives.
+
+use std::io;
+
+use colluvium_points::columns::read_column;
+use colluvium_points::{Spare, columns};
+use proptest::prelude::*;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Turn(f64);
+
+impl From<Turn> for [f64; 1] {
+    fn from(turn: Turn) -> Self {
+        [turn.0]
+    }
+}
+
+impl From<[f64; 1]> for Turn {
+    fn from([turn]: [f64; 1]) -> Self {
+        Self(turn)
+    }
+}
+
+columns! {
+    /// Points of a test.
+    struct Points<const D: usize> {
+        /// Ids.
+        id: u32,
+        /// Places.
+        place: [f64; D],
+        /// Whether held.
+        held: bool,
+        /// Turns.
+        turn: Turn as [f64; 1],
+        /// Matrices, not used by all.
+        matrix: [[f64; D]; D],
+    }
+}
+
+fn points(count: usize) -> Points<2> {
+    Points {
+        id: (0..count as u32).collect(),
+        place: (0..count).map(|i| [i as f64, -0.5 * i as f64]).collect(),
+        held: (0..count).map(|i| i % 3 == 0).collect(),
+        turn: (0..count).map(|i| Turn(0.1 * i as f64)).collect(),
+        matrix: Vec::new(),
+    }
+}
+
+proptest! {
+    #[test]
+    fn a_permutation_and_its_inverse_leave_everything_in_place(keys in prop::collection::vec(0u32..50, 0..200)) {
+        let mut order: Vec<u32> = (0..keys.len() as u32).collect();
+        order.sort_by_key(|&i| (keys[i as usize], i));
+        let mut back = vec![0; order.len()];
+        order.iter().zip(0..).for_each(|(&from, to)| back[from as usize] = to);
+        let (start, mut spare) = (points(keys.len()), Spare::default());
+        let mut moved = start.clone();
+        moved.reorder(&order, &mut spare);
+        prop_assert_eq!(&moved.id, &order);
+        prop_assert_eq!(moved.uneven(), None);
+        moved.reorder(&back, &mut spare);
+        prop_assert_eq!(moved, start);
+    }
+
+    #[test]
+    fn what_is_read_is_what_was_written_to_the_last_bit(count in 0usize..9000, value in any::<u64>()) {
+        let mut written = points(count);
+        if let Some(first) = written.place.first_mut() {
+            first[0] = f64::from_bits(value);
+        }
+        let mut bytes = Vec::new();
+        written.write(&mut bytes).unwrap();
+        let mut read = points(3);
+        read.read(&mut bytes.as_slice()).unwrap();
+        let bits = |points: &Points<2>| points.place.iter().flatten().map(|v| v.to_bits()).collect::<Vec<_>>();
+        prop_assert_eq!(bits(&read), bits(&written));
+        prop_assert_eq!((read.id, read.held, read.turn), (written.id, written.held, written.turn));
+        prop_assert!(points(0).read(&mut &bytes[..bytes.len() - 1]).is_err());
+    }
+}
+
+#[test]
+fn keeping_some_is_the_same_as_an_order_that_names_them() {
+    let (mut kept, mut named) = (points(20), points(20));
+    assert_eq!(kept.retain(|i| i % 4 != 1), 15);
+    let order: Vec<u32> = (0..20).filter(|i| i % 4 != 1).collect();
+    named.reorder(&order, &mut Spare::default());
+    assert_eq!(kept, named);
+}
+
+#[test]
+fn points_that_go_out_and_come_back_are_what_they_were() {
+    let (mut all, from) = (points(7), points(7));
+    let (mut even, mut odd) = (points(1), points(0));
+    even.pick(&from, &[0, 2, 4, 6]);
+    odd.pick(&from, &[1, 3, 5]);
+    assert_eq!(
+        (even.id.as_slice(), odd.held.as_slice()),
+        ([0, 2, 4, 6].as_slice(), [false, true, false].as_slice())
+    );
+    assert!(even.matrix.is_empty());
+    all.turn.fill(Turn(9.0));
+    all.put(&even, &[0, 2, 4, 6]);
+    all.put(&odd, &[1, 3, 5]);
+    assert_eq!(all, from);
+    let mut whole = points(2);
+    whole.gather(&[&odd, &even], &[(1, 0), (0, 0), (1, 1), (0, 1), (1, 2), (0, 2), (1, 3)]);
+    assert_eq!(whole, from);
+}
+
+#[test]
+fn a_range_is_reordered_and_shortened_by_itself() {
+    let mut some = points(6);
+    some.reorder_range(2..5, &[2, 0], &mut Spare::default());
+    assert_eq!(some.id, [0, 1, 4, 2, 5]);
+    assert_eq!(some.turn[2..], [Turn(0.4), Turn(0.2), Turn(0.5)]);
+    let mut two = points(2);
+    some.append(&mut two);
+    some.truncate(6);
+    assert_eq!((some.id.as_slice(), two.len()), ([0, 1, 4, 2, 5, 0].as_slice(), 0));
+    assert_eq!(some.bytes(), 6 * (4 + 16 + 1 + 8));
+}
+
+#[test]
+fn bytes_of_other_columns_and_counts_without_bytes_are_refused() {
+    columns! {
+        /// Other points.
+        struct Others {
+            /// Ids.
+            id: u32,
+        }
+    }
+    let mut bytes = Vec::new();
+    points(2).write(&mut bytes).unwrap();
+    let error = Others::default().read(&mut bytes.as_slice()).unwrap_err();
+    assert!(error.to_string().contains("not the columns of Others"), "{error}");
+    // A count beyond all memory, and nothing behind it.
+    let error = read_column::<f64, f64>(&mut Vec::new(), |v| v, &mut [0xff; 8].as_slice()).unwrap_err();
+    assert_eq!(error.kind(), io::ErrorKind::UnexpectedEof);
+    let mut torn = points(2);
+    torn.held.pop();
+    assert_eq!(torn.uneven(), Some("held"));
+    let mut bytes = Vec::new();
+    torn.write(&mut bytes).unwrap();
+    assert!(points(0).read(&mut bytes.as_slice()).unwrap_err().to_string().contains("held"));
+}

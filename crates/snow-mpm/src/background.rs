@@ -1,0 +1,121 @@
+//! Where points and nodes are: the grid around the domain, the order of the nodes, the shape functions. In a step it is only
+//! read.
+//!
+//! The grid is some cells wider than the domain on every side. So all shape functions of points in the domain are those of an
+//! unbounded grid: their second moment, on which APIC stands, is the same everywhere, and they are a partition of unity at walls
+//! too (sheet: snow-mpm §3.3, P16). Nodes lie on multiples of the cell size from the corner of the domain.
+
+use colluvium_grid::{Axis, Grid, GridError, Ground, Layout, Mesh, Shape, Sweeps};
+
+use crate::config::SplineShape;
+
+/// Cells beyond the domain on every side.
+const MARGIN: f64 = 4.0;
+
+/// The background of all points.
+pub struct Background<const D: usize> {
+    /// The grid, wider than the domain.
+    pub grid: Grid<D>,
+    /// The nodes, and which of them are active since the last sort.
+    pub layout: Layout<D>,
+    /// The transfers.
+    pub sweeps: &'static dyn Sweeps<D>,
+    /// The shape functions along an axis.
+    pub axis: Axis,
+    /// Lower corner of the domain (m).
+    pub low: [f64; D],
+    /// Upper corner of the domain (m).
+    pub high: [f64; D],
+    /// None: the grid is structured.
+    mesh: Mesh<D>,
+}
+
+/// Shape functions as the grid knows them.
+pub fn shape(chosen: SplineShape) -> Shape {
+    match chosen {
+        SplineShape::Cubic => Shape::Cubic,
+        SplineShape::Quadratic => Shape::Quadratic,
+        SplineShape::Linear => Shape::Linear,
+    }
+}
+
+impl<const D: usize> Background<D> {
+    /// The background of a domain with corners `low` and `high` (m) and cells of edge `cell` (m).
+    ///
+    /// # Errors
+    /// When the domain is not a whole number of cells wide, or the grid too large.
+    pub fn new(
+        [low, high]: [[f64; D]; 2],
+        cell: f64,
+        sweeps: &'static dyn Sweeps<D>,
+    ) -> Result<Self, GridError> {
+        Grid::new(low, high, cell)?;
+        let axis = sweeps.axis();
+        // Nodes of an odd number of functions a cell lie at the middles of its grid's cells.
+        let margin = MARGIN - (axis.coordinate(5, 12) - axis.coordinate(5, 12).floor());
+        let wide = margin * cell;
+        let grid = Grid::new(low.map(|x| x - wide), high.map(|x| x + wide), cell)?;
+        let layout = Layout::of(&grid, &axis);
+        Ok(Self { grid, layout, sweeps, axis, low, high, mesh: Mesh::default() })
+    }
+
+    /// Where points find their nodes.
+    #[inline(always)]
+    pub fn ground(&self) -> Ground<'_, D> {
+        Ground::new(&self.grid, &self.mesh, &self.layout)
+    }
+
+    /// How far a place lies outside the domain along the axis where that is most (cells); not positive inside.
+    #[inline]
+    pub fn outside(&self, place: &[f64; D]) -> f64 {
+        let beyond = |axis: usize| (self.low[axis] - place[axis]).max(place[axis] - self.high[axis]);
+        (0..D).map(beyond).fold(f64::NEG_INFINITY, f64::max) / self.grid.cell
+    }
+
+    /// Number of the last node along `axis` that lies at or below `place` (m).
+    pub fn node_below(&self, axis: usize, place: f64) -> usize {
+        let local = (place - self.grid.origin[axis]) / self.grid.cell + 1e-6;
+        let cells = self.grid.cells[axis];
+        let lies_below = |node: &usize| self.axis.coordinate(*node, cells) <= local;
+        (0..self.axis.nodes(cells)).take_while(lies_below).last().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn background(shape: Shape) -> Background<2> {
+        Background::new([[1.0, -2.0], [3.0, 1.0]], 0.25, shape.in_plane().unwrap()).unwrap()
+    }
+
+    #[test]
+    fn nodes_lie_on_multiples_of_the_cell_from_the_corner() {
+        for shape in [Shape::Cubic, Shape::Quadratic, Shape::Linear] {
+            let ground = background(shape);
+            let node = ground.node_below(1, -2.0);
+            let place = |node: usize| {
+                ground.grid.origin[1] + 0.25 * ground.axis.coordinate(node, ground.grid.cells[1])
+            };
+            assert!((place(node) + 2.0).abs() < 1e-12, "{shape:?}: {}", place(node));
+            assert_eq!(ground.node_below(1, -1.9), node);
+            assert_eq!(ground.node_below(1, -1.74), node + 1);
+        }
+    }
+
+    #[test]
+    fn second_moments_are_the_same_at_sides_and_a_cell_beyond_them() {
+        for (shape, moment) in [(Shape::Cubic, 1.0 / 3.0), (Shape::Quadratic, 0.25)] {
+            let ground = background(shape);
+            let place = [[1.0, -2.0], [2.99, 0.999], [0.76, 1.24], [2.1, -0.3], [3.24, -2.24]];
+            let domain = ground.sweeps.domains(place.len());
+            let points =
+                colluvium_grid::Points { position: &place, domain: domain.as_slice(), extent: &[0.1; 2] };
+            let mut squares = [[0.0; 2]; 5];
+            ground.sweeps.second_moments(&ground.ground(), &points, &mut squares);
+            for square in squares.as_flattened() {
+                assert!((square / 0.0625 - moment).abs() < 1e-12, "{shape:?} {squares:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Ranges of the options (sheet: snow-mpm §7).
+
+use super::{SnowOptions, SnowTransfer, SplineShape};
+
+/// An option and what is wrong with it.
+type Problem = (&'static str, String);
+
+impl SnowOptions {
+    /// Checks the ranges; the error names the option and the rule.
+    ///
+    /// # Errors
+    /// The first option out of range, as (name, problem).
+    pub fn validate(&self) -> Result<(), Problem> {
+        let rule = |name, value: f64, holds: bool, rule: &str| {
+            if holds { Ok(()) } else { Err((name, format!("{value} {rule}"))) }
+        };
+        let positive = |name, value: f64, unit: &str| {
+            let text = format!("must be finite and positive{unit}");
+            rule(name, value, value.is_finite() && value > 0.0, &text)
+        };
+        positive("cell_size", self.cell_size, " (m)")?;
+        let per_cell = self.points_per_cell;
+        rule("points_per_cell", per_cell as f64, (1..=20).contains(&per_cell), "is not in 1..=20")?;
+        for (name, value) in
+            [("courant_elastic", self.courant_elastic), ("courant_velocity", self.courant_velocity)]
+        {
+            rule(name, value, value > 0.0 && value <= 1.0, "is not in 0..=1 (0 excluded)")?;
+        }
+        if let Some(step) = self.time_step {
+            positive("time_step", step, " (s)")?;
+        }
+        if let Some(share) = self.flip_ratio {
+            rule("flip_ratio", share, (0.0..=1.0).contains(&share), "is not in 0..=1")?;
+        }
+        if let Some(time) = self.blend_time {
+            positive("blend_time", time, " (s)")?;
+            if self.flip_ratio.is_some() {
+                return Err(("blend_time", "stands in place of flip_ratio: give one of them".to_owned()));
+            }
+        }
+        let cutoff = self.node_mass_cutoff;
+        rule("node_mass_cutoff", cutoff, (0.0..0.1).contains(&cutoff), "is not in 0..0.1")?;
+        if self.shape == SplineShape::Linear && self.transfer == SnowTransfer::Apic {
+            let problem = "apic needs cubic or quadratic functions, whose second moment is the same everywhere: with linear \
+                           ones use flip";
+            return Err(("transfer", problem.to_owned()));
+        }
+        Ok(())
+    }
+
+    /// What of the options is allowed but deserves a warning.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut say = |key: &str, text: &str| found.push(format!("methods.{}.{key}: {text}", super::NAME));
+        if self.points_per_cell < 2 {
+            say("points_per_cell", "fewer than 2 points per cell and direction under-sample the grid");
+        }
+        if self.shape == SplineShape::Linear {
+            say(
+                "shape",
+                "points that cross cells of linear functions make noise, and refining the grid makes it worse",
+            );
+        }
+        for (name, value) in
+            [("courant_elastic", self.courant_elastic), ("courant_velocity", self.courant_velocity)]
+        {
+            if value > 0.5 {
+                say(
+                    name,
+                    &format!(
+                        "{value} is above 0.5, beyond which few points per cell and free surfaces become unstable"
+                    ),
+                );
+            }
+        }
+        let blended = self.flip_ratio.is_some() || self.blend_time.is_some();
+        if self.transfer == SnowTransfer::Apic && blended {
+            say("transfer", "apic has no share of flip: flip_ratio and blend_time have no effect");
+        }
+        if let (SnowTransfer::Flip, Some(share)) = (self.transfer, self.flip_ratio)
+            && share < 0.95
+        {
+            let text = format!(
+                "{share} damps motions on the scale of a cell within few steps, whatever they last; 0.95 to 1 is usual, \
+                 apic keeps more"
+            );
+            say("flip_ratio", &text);
+        }
+        found
+    }
+}

@@ -1,0 +1,110 @@
+//! The energy balance (sheet: snow-mpm §2.11): what there is, what came in, what went, and what the numerics took.
+
+use colluvium_case::measure::Reading;
+use serde::{Deserialize, Serialize};
+
+use crate::bodies::Bodies;
+use crate::nodes::Sums;
+
+/// What came in and went since the start (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// What there was at the start.
+    start: f64,
+    /// Work of gravity.
+    gravity: f64,
+    /// Work of walls on the nodes, friction and stops included; negative where they take.
+    boundary: f64,
+    /// Work of local damping, negative.
+    damping: f64,
+    /// What left with points, or was set back between stages.
+    removed: f64,
+    /// What the law had dissipated of points that have left.
+    dissipated_of_gone: f64,
+}
+
+/// What there is at a time (J).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stored {
+    /// Kinetic energy of the points as bodies of their own.
+    pub kinetic: f64,
+    /// Kinetic energy of the velocity fields around them, with APIC.
+    pub affine: f64,
+    /// Recoverable energy of the materials.
+    pub elastic: f64,
+    /// Work of the stresses that is not recoverable.
+    pub dissipated: f64,
+}
+
+impl Stored {
+    /// Of bodies whose shape functions have the second moment `moment` (m²).
+    pub fn of<const D: usize>(bodies: &Bodies<D>, moment: f64) -> Self {
+        let mut stored = Self::default();
+        for body in &bodies.all {
+            let [kinetic, affine] = body.kinetic_energies(moment);
+            let elastic: f64 = body.stored_energies().iter().sum();
+            stored.kinetic += kinetic;
+            stored.affine += affine;
+            stored.elastic += elastic;
+            stored.dissipated += body.points.work.iter().sum::<f64>() - elastic;
+        }
+        stored
+    }
+
+    /// All of it.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.affine + self.elastic + self.dissipated
+    }
+}
+
+impl Ledger {
+    /// At the start of a run.
+    pub fn new(stored: &Stored) -> Self {
+        Self { start: stored.total(), ..Self::default() }
+    }
+
+    /// Adds a step.
+    pub fn add(&mut self, sums: &Sums) {
+        self.gravity += sums.gravity;
+        self.boundary += sums.boundary;
+        self.damping += sums.damping;
+    }
+
+    /// Books what went at once, as points left or were set back: what there was `before` and `after`.
+    pub fn book(&mut self, before: &Stored, after: &Stored) {
+        self.removed += before.total() - after.total();
+    }
+
+    /// Books points that left: what the law had dissipated there stays on the account.
+    pub fn book_gone(&mut self, before: &Stored, after: &Stored) {
+        let gone = before.dissipated - after.dissipated;
+        self.dissipated_of_gone += gone;
+        self.removed += before.total() - after.total() - gone;
+    }
+
+    /// What the law has dissipated since the start (J).
+    pub fn dissipated(&self, stored: &Stored) -> f64 {
+        stored.dissipated + self.dissipated_of_gone
+    }
+
+    /// What the numerics have taken since the start: the remainder of the balance (J).
+    pub fn numerical(&self, stored: &Stored) -> f64 {
+        let came = self.start + self.gravity + self.boundary + self.damping - self.removed;
+        came - stored.total() - self.dissipated_of_gone
+    }
+
+    /// The entries, for a row of the measures.
+    pub fn readings(&self, stored: &Stored) -> Vec<Reading> {
+        let entries = [
+            ("energy_translation", stored.kinetic),
+            ("energy_affine", stored.affine),
+            ("energy_stored", stored.elastic),
+            ("work_of_gravity", self.gravity),
+            ("work_of_walls", self.boundary),
+            ("work_of_damping", self.damping),
+            ("energy_plastic", self.dissipated(stored)),
+            ("energy_numerical", self.numerical(stored)),
+        ];
+        entries.into_iter().map(|(name, value)| (name.to_owned(), "J".to_owned(), value)).collect()
+    }
+}

@@ -1,0 +1,66 @@
+//! Finite-strain material point method for snow and other brittle, porous solids.
+//!
+//! Points carry mass, velocity, stress and the state of a law at finite strain. A step is fused: points give mass, momentum and
+//! forces to the nodes of a grid of B-splines, the nodes move by them and by the walls, and points read their new velocity,
+//! its gradient and, with APIC, its affine part (sheet: snow-mpm §3.5; the step reads in [`SnowSolver`]). Stress is updated
+//! last. The grid reaches beyond the domain of the case, so that its functions are the same everywhere, and walls act on
+//! the nodes that lie on or behind them.
+//!
+//! Stress is tension-positive; in the plane masses, forces and energies are per metre of thickness. [`SnowMpm`] is the way in:
+//! it turns a [`Case`] into a [`Solver`].
+
+mod background;
+mod bodies;
+mod checkpoint;
+mod config;
+mod ledger;
+mod limit;
+mod nodes;
+mod pace;
+mod report;
+mod setup;
+mod solver;
+mod transfer;
+mod vectors;
+mod walls;
+
+use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
+use schemars::Schema;
+
+pub use config::{DeformationUpdate, SnowOptions, SnowTransfer, SplineShape};
+pub use solver::SnowSolver;
+
+/// The finite-strain material point method.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SnowMpm;
+
+impl Method for SnowMpm {
+    fn name(&self) -> &'static str {
+        config::NAME
+    }
+
+    fn summary(&self) -> &'static str {
+        "finite-strain material point method: B-splines, APIC or FLIP, stress last; for snow and other brittle, porous solids"
+    }
+
+    fn options_schema(&self) -> Schema {
+        schemars::schema_for!(SnowOptions)
+    }
+
+    fn size(&self, case: &Case) -> Result<Size, CaseError> {
+        setup::size(case)
+    }
+
+    fn honours(&self, case: &Case) -> Result<Honours, CaseError> {
+        setup::options(case)?;
+        Ok(setup::honours())
+    }
+
+    fn plan_honoured(&self, case: &Case) -> Result<Plan, CaseError> {
+        setup::plan(case)
+    }
+
+    fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
+        setup::build(case)
+    }
+}

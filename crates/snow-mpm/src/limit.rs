@@ -1,0 +1,82 @@
+//! The time step (sheet: snow-mpm §3.4), found anew in every step.
+
+use colluvium_case::{StepLimit, TimeStep, spatial};
+use colluvium_constitutive::{BLOCK, Material, StateBlock, SymTensor};
+
+use crate::bodies::Bodies;
+use crate::config::SnowOptions;
+use crate::pace::Pace;
+use crate::vectors::square;
+
+/// The limit of a step by how far the fastest point goes.
+const MOTION: StepLimit = StepLimit::new("speed of a point");
+
+/// What steps are measured by.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// Step times (wave speed + speed) over the cell size.
+    elastic: f64,
+    /// Step times speed over the cell size.
+    velocity: f64,
+    /// Edge of a cell (m).
+    cell: f64,
+    /// Number of axes.
+    dimension: f64,
+}
+
+impl Bounds {
+    /// Of the options in so many dimensions: a step that the case fixes has to keep below the critical one only.
+    pub fn of(options: &SnowOptions, dimension: usize) -> Self {
+        let [elastic, velocity] = match options.time_step {
+            Some(_) => [1.0, 1.0],
+            None => [options.courant_elastic, options.courant_velocity],
+        };
+        Self { elastic, velocity, cell: options.cell_size, dimension: dimension as f64 }
+    }
+
+    /// The pace of a block of points, the first of which is number `first`.
+    pub fn pace<const D: usize>(
+        &self,
+        first: usize,
+        material: &dyn Material,
+        (velocity, mass, volume): (&[[f64; D]], &[f64], &[f64]),
+        (stress, states): (&[SymTensor], &StateBlock),
+    ) -> Pace {
+        let (mut moduli, mut viscosities) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let count = velocity.len();
+        material.wave_moduli(stress, states, &mut moduli[..count]);
+        material.viscosities(stress, states, &mut viscosities[..count]);
+        let mut pace = Pace::NONE;
+        for p in 0..count {
+            let density = mass[p] / volume[p];
+            let speed = square(&velocity[p]).sqrt();
+            let wave = (moduli[p] / density).sqrt() + speed;
+            pace.take(wave / (self.elastic * self.cell), StepLimit::ELASTIC_WAVE, first + p);
+            pace.take(speed / (self.velocity * self.cell), MOTION, first + p);
+            let diffusion = 4.0 * self.dimension * viscosities[p] / (density * self.cell * self.cell);
+            pace.take(diffusion, StepLimit::VISCOSITY, first + p);
+        }
+        pace
+    }
+}
+
+/// The time step that the reports of the bodies leave.
+pub fn time_step<const D: usize>(bodies: &Bodies<D>, fixed: Option<f64>) -> TimeStep {
+    let (mut pace, mut place) = (Pace::NONE, None);
+    for body in &bodies.all {
+        for report in body.reports.iter().flatten().filter(|report| report.index < body.points.len()) {
+            let before = pace.rate;
+            pace.take(report.rate, report.limit, report.index);
+            if pace.rate > before {
+                place = Some((body.points.id[report.index], body.points.position[report.index]));
+            }
+        }
+    }
+    let critical = TimeStep {
+        dt: 1.0 / pace.rate,
+        limit: pace.limit,
+        point: place.map(|(id, _)| u64::from(id)),
+        position: place.map_or([0.0; 3], |(_, position)| spatial(&position)),
+    };
+    critical.or_fixed(fixed)
+}

@@ -1,0 +1,144 @@
+//! The nodes: their momentum equation, damping and walls (sheet: snow-mpm §3.5, steps 2 and 3), and what that costs in energy.
+
+use std::ops::Range;
+
+use colluvium_grid::{Lanes, Layout, Node, Walls};
+use serde::{Deserialize, Serialize};
+
+/// What the nodes of a step add up to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sums {
+    /// Work of gravity in the step (J).
+    pub gravity: f64,
+    /// Work of the impulses of walls on the nodes (J).
+    pub boundary: f64,
+    /// Work of damping on the nodes (J).
+    pub damping: f64,
+    /// Kinetic energy of the nodes (J).
+    pub kinetic: f64,
+    /// Square of the force out of balance (N²).
+    pub unbalanced: f64,
+    /// Square of the weight (N²).
+    pub weight: f64,
+}
+
+impl Sums {
+    /// Adds others.
+    pub fn add(&mut self, other: &Self) {
+        self.gravity += other.gravity;
+        self.boundary += other.boundary;
+        self.damping += other.damping;
+        self.kinetic += other.kinetic;
+        self.unbalanced += other.unbalanced;
+        self.weight += other.weight;
+    }
+}
+
+/// The nodes of the grid.
+pub struct Nodes {
+    /// What they hold.
+    pub nodes: Vec<Node>,
+    rows: Vec<Sums>,
+}
+
+/// What the momentum equation of a step needs beside the nodes.
+pub struct Momentum<'a, const D: usize> {
+    /// Step (s).
+    pub dt: f64,
+    /// Gravity at the end of the step (m/s²).
+    pub gravity: [f64; 3],
+    /// Local damping of each axis.
+    pub damping: [f64; 3],
+    /// Nodes up to this mass (kg) get no force.
+    pub light: f64,
+    /// Walls.
+    pub walls: &'a Walls,
+    /// The order of the nodes.
+    pub layout: &'a Layout<D>,
+}
+
+impl Nodes {
+    /// Empty ones.
+    pub fn new<const D: usize>(layout: &Layout<D>) -> Self {
+        Self { nodes: vec![Node::default(); layout.len()], rows: vec![Sums::default(); layout.nodes()[0]] }
+    }
+
+    /// Empties the active nodes.
+    pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
+        layout.reset(&mut self.nodes);
+    }
+
+    /// Turns momentum and force of the active nodes into velocity at the end of the step and acceleration.
+    pub fn solve<const D: usize>(&mut self, momentum: &Momentum<'_, D>) -> Sums {
+        momentum
+            .layout
+            .rows(&mut self.nodes, &mut self.rows, |row, active, line| momentum.row(row, active, line));
+        let mut sums = Sums::default();
+        self.rows.iter().for_each(|row| sums.add(row));
+        sums
+    }
+
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.nodes[..]) + size_of_val(&self.rows[..])
+    }
+}
+
+impl<const D: usize> Momentum<'_, D> {
+    fn row(&self, row: usize, active: Range<usize>, line: &mut [Node]) -> Sums {
+        let mut sums = Sums::default();
+        let row_free = self.walls.is_free(0, row);
+        for number in active {
+            let node = &mut line[number];
+            let mass = node.motion.as_array()[3];
+            if mass <= self.light {
+                // Too light for forces to mean anything: it moves with the points around it.
+                let inverse = if mass > 0.0 { 1.0 / mass } else { 0.0 };
+                node.motion *= Lanes::new([inverse, inverse, inverse, 1.0]);
+                node.force = Lanes::ZERO;
+                continue;
+            }
+            let index = self.layout.index(row, number);
+            let free = row_free && (1..D).all(|axis| self.walls.is_free(axis, index[axis]));
+            self.node(&index, free, node, mass, &mut sums);
+        }
+        sums
+    }
+
+    #[inline(always)]
+    fn node(&self, index: &[usize; 3], free: bool, node: &mut Node, mass: f64, sums: &mut Sums) {
+        let (motion, force) = (node.motion.to_array(), node.force.to_array());
+        let (mut start, mut end, mut slowed) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        for c in 0..D {
+            start[c] = motion[c] / mass;
+            let total = force[c] + mass * self.gravity[c];
+            let undamped = start[c] + self.dt * total / mass;
+            end[c] = undamped;
+            if self.damping[c] > 0.0 && start[c] != 0.0 {
+                // Sheet: snow-mpm §3.12.
+                let kept = total - self.damping[c] * total.abs() * start[c].signum();
+                end[c] = start[c] + self.dt * kept / mass;
+                slowed[c] = end[c] - undamped;
+            }
+            sums.weight += (mass * self.gravity[c]).powi(2);
+        }
+        let before = end;
+        if !free {
+            let mut begun = start;
+            // Velocities at the start stay what points gave (sheet: snow-mpm §3.5, note iii).
+            self.walls.constrain(index, &mut begun, &mut end, true);
+        }
+        let rate: [f64; 3] = std::array::from_fn(|c| (end[c] - start[c]) / self.dt);
+        for c in 0..D {
+            // Impulses do work with the mean of the velocities before and after.
+            let mean = 0.5 * mass * (start[c] + end[c]);
+            sums.boundary += mean * (end[c] - before[c]);
+            sums.damping += mean * slowed[c];
+            sums.gravity += mass * self.gravity[c] * end[c] * self.dt;
+            sums.kinetic += 0.5 * mass * end[c] * end[c];
+            sums.unbalanced += (mass * rate[c]).powi(2);
+        }
+        node.motion = Lanes::new([end[0], end[1], end[2], mass]);
+        node.force = Lanes::new([rate[0], rate[1], rate[2], 0.0]);
+    }
+}

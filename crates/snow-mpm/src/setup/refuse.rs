@@ -1,0 +1,67 @@
+//! What the method takes of a case, what it refuses, and what it warns of.
+
+use colluvium_case::description::Wall;
+use colluvium_case::{Case, Honours};
+
+use crate::config::{NAME, SnowOptions};
+
+/// What the method says to the features of a case.
+pub(crate) fn honours() -> Honours {
+    Honours::of_points(NAME)
+        .takes(&[
+            "bodies.drop_outside",
+            "boundaries",
+            "boundaries.name",
+            "boundaries.side=*",
+            "boundaries.position",
+            "boundaries.separation",
+            "boundaries.velocity",
+            "boundaries.wall=rough",
+            "boundaries.wall=smooth",
+            "boundaries.wall=frictional",
+            "boundaries.wall.bilateral",
+            "stages.damping",
+            "stages.damping_axes",
+            "measures=dissipation",
+        ])
+        .refuses("space=axisymmetric", "snow-mpm has no axisymmetric form: use plane-strain or 3d")
+        .refuses("domain.periodic", "the B-splines of snow-mpm do not repeat themselves: use smooth walls")
+        .refuses("bodies.rigid", "snow-mpm has no rigid bodies: use a boundary with a velocity")
+        .refuses("bodies.pore_fluid", "snow-mpm has one phase only: use mpm")
+        .refuses("boundaries.group", "snow-mpm has no mesh with groups of nodes")
+        .refuses("boundaries.wall=absorbing", "snow-mpm has no absorbing boundaries: use mpm")
+        .refuses("loads", "snow-mpm has no loads on surfaces: use a boundary with a velocity, or mpm")
+        .refuses("patches", "snow-mpm has no patches of nodes: use a boundary with a velocity")
+        .refuses("stages.excavate", "snow-mpm removes whole bodies only: use remove_bodies")
+        .refuses("stages.rayleigh_damping", "snow-mpm has local damping only: use damping")
+}
+
+/// What of a case is allowed but deserves a warning (sheet: snow-mpm §7).
+pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
+    let mut warnings = case.warnings();
+    warnings.extend(options.warnings());
+    for (number, boundary) in case.boundaries.iter().enumerate() {
+        if let Wall::Frictional { friction_coefficient, .. } = boundary.wall
+            && friction_coefficient > 2.0
+        {
+            warnings.push(format!(
+                "boundaries[{number}].wall.friction_coefficient: {friction_coefficient} is more than snow or soil has on \
+                 anything; a rough wall holds what touches it"
+            ));
+        }
+    }
+    let dimension = case.dimension();
+    for (number, body) in case.bodies.iter().enumerate() {
+        let (low, high) = body.shape.bounds(dimension);
+        let thinnest = (0..dimension).map(|axis| high[axis] - low[axis]).fold(f64::INFINITY, f64::min);
+        let cells = thinnest / options.cell_size;
+        // Sheet: snow-mpm P10.
+        if cells < 4.0 - 1e-9 {
+            warnings.push(format!(
+                "bodies[{number}].shape: {cells:.2} cells across at its thinnest; a layer that softens needs 4 or more, and what it \
+                 takes to break it depends on how many there are"
+            ));
+        }
+    }
+    warnings
+}

@@ -1,0 +1,188 @@
+//! The solver: its owners and one step.
+
+use std::sync::Arc;
+
+use colluvium_case::{Case, SolverError, TimeStep, spatial};
+
+use crate::background::Background;
+use crate::bodies::{Bodies, Failure};
+use crate::config::SnowOptions;
+use crate::ledger::{Ledger, Stored};
+use crate::limit::{Bounds, time_step};
+use crate::nodes::{Momentum, Nodes, Sums};
+use crate::transfer::{Update, scatter};
+use crate::walls::Boundaries;
+
+/// Where a run is.
+#[derive(Clone, Copy, Debug)]
+pub struct Clock {
+    /// Number of the stage.
+    pub stage: usize,
+    /// Time at which the stage began (s).
+    pub stage_start: f64,
+    /// Time (s).
+    pub time: f64,
+    /// Steps done.
+    pub step: u64,
+    /// The longest step from here, safety factors included.
+    pub limit: TimeStep,
+    /// What the nodes of the last step added up to.
+    pub sums: Sums,
+    /// Work of gravity and walls since the stage began (J).
+    pub external: f64,
+}
+
+/// Finite-strain MPM in `D` dimensions.
+pub struct SnowSolver<const D: usize> {
+    pub(crate) case: Arc<Case>,
+    pub(crate) options: SnowOptions,
+    pub(crate) background: Background<D>,
+    pub(crate) bodies: Bodies<D>,
+    pub(crate) nodes: Nodes,
+    pub(crate) boundaries: Boundaries,
+    pub(crate) ledger: Ledger,
+    pub(crate) clock: Clock,
+}
+
+impl<const D: usize> SnowSolver<D> {
+    /// One step of `dt` (s); the numbers are those of `sheet: snow-mpm §3.5`.
+    pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        self.check_fixed_step()?;
+        let (gravity, damping) = self.pulls(dt);
+        let Self { options, background, bodies, nodes, boundaries, ledger, clock, .. } = self;
+        if bodies.travel >= background.grid.cell {
+            nodes.reset(&background.layout);
+            bodies.sort(background);
+        }
+        nodes.reset(&background.layout);
+        boundaries.place(clock.time, background);
+        // 1, 2
+        scatter(background, bodies, nodes, options.transfer);
+        // 3
+        let light = options.node_mass_cutoff * bodies.mean_mass;
+        let (walls, layout) = (boundaries.walls(), &background.layout);
+        let sums = nodes.solve(&Momentum { dt, gravity, damping, light, walls, layout });
+        // 4 to 9
+        let update = Update {
+            dt,
+            transfer: options.transfer,
+            flip: options.flip_share(dt),
+            deformation: options.deformation,
+            bounds: Bounds::of(options, D),
+            background,
+            nodes: &nodes.nodes,
+            boundaries,
+        };
+        bodies.all.iter_mut().for_each(|body| update.body(body));
+        ledger.add(&sums);
+        self.end_step(dt, sums)
+    }
+
+    /// Looks at what the points report, and counts.
+    fn end_step(&mut self, dt: f64, sums: Sums) -> Result<(), SolverError> {
+        let (mut moved, mut left) = (0f64, false);
+        for (number, body) in self.bodies.all.iter().enumerate() {
+            for report in &body.reports {
+                match report {
+                    Ok(pace) => (moved, left) = (moved.max(pace.moved), left | pace.left),
+                    Err(failure) => return Err(self.failed(number, failure)),
+                }
+            }
+        }
+        self.bodies.travel += moved;
+        self.clock.time += dt;
+        self.clock.step += 1;
+        self.clock.sums = sums;
+        self.clock.external += sums.gravity + sums.boundary;
+        if left {
+            self.drop_those_that_left();
+        }
+        self.clock.limit = time_step(&self.bodies, self.options.time_step);
+        Ok(())
+    }
+
+    /// Takes away the points outside the domain of bodies that let them.
+    fn drop_those_that_left(&mut self) {
+        let (low, high) = (self.background.low, self.background.high);
+        let inside = |x: &[f64; D]| (0..D).all(|axis| x[axis] >= low[axis] && x[axis] <= high[axis]);
+        self.keep(|body, i| !body.drop_outside || inside(&body.points.position[i]));
+    }
+
+    /// Keeps the points of which `keep` approves, by body and index, and books the energy of the others.
+    pub(crate) fn keep(&mut self, keep: impl Fn(&crate::bodies::Body<D>, usize) -> bool) {
+        let before = self.stored();
+        self.nodes.reset(&self.background.layout);
+        if self.bodies.keep(keep) {
+            self.ledger.book_gone(&before, &self.stored());
+            self.bodies.sort(&mut self.background);
+            self.set_paces();
+        }
+    }
+
+    /// What there is now (J).
+    pub(crate) fn stored(&self) -> Stored {
+        Stored::of(&self.bodies, self.second_moment())
+    }
+
+    /// Second moment of the shape functions about any place (m²), which is the same everywhere (sheet: snow-mpm §3.6).
+    pub(crate) fn second_moment(&self) -> f64 {
+        let degrees = match self.options.shape {
+            crate::SplineShape::Cubic => 4.0,
+            crate::SplineShape::Quadratic => 3.0,
+            crate::SplineShape::Linear => 2.0,
+        };
+        // A B-spline is a sum of so many uniform numbers of variance 1/12.
+        degrees / 12.0 * self.options.cell_size.powi(2)
+    }
+
+    /// Finds the paces of all points, and the step from here.
+    pub(crate) fn set_paces(&mut self) {
+        use colluvium_constitutive::BLOCK;
+
+        let bounds = Bounds::of(&self.options, D);
+        for body in &mut self.bodies.all {
+            let points = &body.points;
+            for (number, (report, states)) in body.reports.iter_mut().zip(body.states.blocks()).enumerate() {
+                let first = number * BLOCK;
+                let range = first..(first + BLOCK).min(points.len());
+                let moving = (
+                    &points.velocity[range.clone()],
+                    &points.mass[range.clone()],
+                    &points.volume[range.clone()],
+                );
+                *report = Ok(bounds.pace(first, &*body.material, moving, (&points.stress[range], states)));
+            }
+        }
+        self.clock.limit = time_step(&self.bodies, self.options.time_step);
+    }
+
+    /// Gravity at the end of a step of `dt` (m/s²), and the damping of the stage.
+    fn pulls(&self, dt: f64) -> ([f64; 3], [f64; 3]) {
+        let stage = &self.case.stages[self.clock.stage];
+        let factor = stage.gravity_factor(self.clock.time + dt - self.clock.stage_start);
+        (self.case.gravity3().map(|g| g * factor), stage.damping_of_axes())
+    }
+
+    /// Refuses to go on with a step that the case fixes and the state no longer allows.
+    fn check_fixed_step(&self) -> Result<(), SolverError> {
+        match self.clock.limit.too_long(self.options.time_step) {
+            Some(problem) => {
+                let reason = format!("methods.{}.time_step: {problem}", crate::config::NAME);
+                Err(SolverError::Step { step: self.clock.step, time: self.clock.time, reason })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The error of a point that cannot be followed.
+    pub(crate) fn failed(&self, body: usize, failure: &Failure) -> SolverError {
+        let points = &self.bodies.all[body].points;
+        SolverError::Point {
+            step: self.clock.step,
+            time: self.clock.time,
+            point: u64::from(points.id[failure.index]),
+            position: spatial(&points.position[failure.index]),
+            reason: failure.reason.clone(),
+        }
+    }
+}

@@ -1,0 +1,6 @@
+//! Tests of the whole solver, through case files.
+
+mod common;
+mod input;
+mod motion;
+mod same;

@@ -1,0 +1,153 @@
+//! Motions with closed forms, and what is conserved.
+
+use colluvium_case::Case;
+use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::cases::{advance, advance_to, solve, stresses, vectors};
+use colluvium_testkit::near;
+use serde_json::{Value, json};
+
+use crate::common::{ball, begun, block, reading, velocities};
+
+fn transfers() -> [Value; 4] {
+    [
+        json!({ "transfer": "apic" }),
+        json!({ "transfer": "apic", "shape": "quadratic" }),
+        json!({ "transfer": "flip", "flip_ratio": 1 }),
+        json!({ "transfer": "flip" }),
+    ]
+}
+
+#[test]
+fn a_translation_keeps_velocity_and_shape() {
+    // Sheet: snow-mpm V4.
+    for options in transfers() {
+        let mut solver = begun(&block(&json!({ "kind": "uniform", "value": [3, -2] }), &options));
+        let start = solver.snapshot();
+        advance(&mut *solver, 40);
+        let end = solver.snapshot();
+        for (velocity, (a, b)) in velocities(&end).iter().zip(start.positions.iter().zip(&end.positions)) {
+            near(velocity[0], 3.0, 1e-11);
+            near(velocity[1], -2.0, 1e-11);
+            near(b[0] - a[0], 3.0 * end.time, 1e-12);
+        }
+        assert!(stresses(&end).as_flattened().iter().all(|s| s.abs() < 1e-5), "{options}");
+    }
+}
+
+#[test]
+fn free_fall_is_that_of_the_integrator() {
+    // Sheet: snow-mpm V4.
+    for options in transfers() {
+        let mut value = block(&json!({ "kind": "uniform", "value": [0.5, 1] }), &options);
+        value["gravity"] = json!([0, -9.81]);
+        value["methods"]["snow-mpm"]["time_step"] = json!(2e-4);
+        let mut solver = begun(&value);
+        let start = solver.snapshot();
+        for _ in 0..100 {
+            solver.step(2e-4).unwrap();
+        }
+        let (end, t) = (solver.snapshot(), solver.time());
+        let fall = t - 0.5 * 9.81 * t * (t + 2e-4);
+        for (a, b) in start.positions.iter().zip(&end.positions) {
+            near(b[0] - a[0], 0.5 * t, 1e-12);
+            near(b[1] - a[1], fall, 1e-12);
+        }
+    }
+}
+
+#[test]
+fn apic_keeps_an_affine_motion_and_both_momenta() {
+    // Sheet: snow-mpm V4 and V11; matter without stiffness first.
+    let field = json!({ "kind": "linear", "value": [0.2, 0.1], "origin": [1, 1], "gradient": [[0.3, -2.0], [1.0, -0.4]] });
+    let mut value = block(&field, &json!({}));
+    value["materials"]["m"]["youngs_modulus"] = json!(1e-9);
+    let mut solver = begun(&value);
+    let start = solver.snapshot();
+    solver.step(1e-3).unwrap();
+    let end = solver.snapshot();
+    for (x, v) in start.positions.iter().zip(velocities(&end)) {
+        near(v[0], 0.2 + 0.3 * (x[0] - 1.0) - 2.0 * (x[1] - 1.0), 1e-12);
+        near(v[1], 0.1 + 1.0 * (x[0] - 1.0) - 0.4 * (x[1] - 1.0), 1e-12);
+    }
+    let spin =
+        json!({ "kind": "linear", "value": [0.2, 0.1], "origin": [1, 1], "gradient": [[0, -10], [10, 0]] });
+    for shape in ["cubic", "quadratic"] {
+        let mut solver = begun(&block(&spin, &json!({ "shape": shape, "courant_elastic": 0.3 })));
+        let start = solver.budget();
+        advance(&mut *solver, 300);
+        let end = solver.budget();
+        for c in 0..2 {
+            near(end.momentum[c] / start.momentum[c], 1.0, 1e-11);
+        }
+        near(end.angular_momentum[2] / start.angular_momentum[2], 1.0, 1e-11);
+        let lost = 1.0 - (end.kinetic + end.elastic) / start.kinetic;
+        assert!((0.0..1e-3).contains(&lost), "{shape}: {lost}");
+    }
+}
+
+#[test]
+fn the_energy_balance_closes_by_what_the_numerics_take() {
+    let mut solver = begun(&ball(&json!({})));
+    let start = solver.budget();
+    advance_to(&mut *solver, 0.03);
+    let end = solver.budget();
+    let plastic = reading(&*solver, "energy_plastic");
+    let walls = reading(&*solver, "work_of_walls");
+    let gravity = reading(&*solver, "work_of_gravity");
+    let numerical = reading(&*solver, "energy_numerical");
+    near(gravity, start.potential - end.potential, 1e-9 * start.kinetic);
+    near(
+        start.kinetic + gravity + walls,
+        end.kinetic + end.elastic + plastic + numerical,
+        1e-9 * start.kinetic,
+    );
+    assert!(plastic > 0.0 && walls < 0.0, "{plastic} {walls}");
+    assert!((0.0..0.2 * start.kinetic).contains(&numerical), "{numerical} of {}", start.kinetic);
+}
+
+#[test]
+fn a_ball_comes_to_rest_on_the_floor_and_none_of_it_passes() {
+    let mut solver = begun(&ball(&json!({})));
+    advance_to(&mut *solver, 0.15);
+    let end = solver.snapshot();
+    let lowest = end.positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+    assert!((-0.04..0.06).contains(&lowest), "{lowest}");
+    let mean = end.positions.iter().map(|x| x[0]).sum::<f64>() / end.positions.len() as f64;
+    near(mean, 0.0, 1e-9);
+    assert!(solver.budget().momentum[1] > -0.3 * 5.0 * solver.budget().mass, "the floor has stopped it");
+}
+
+#[test]
+fn a_block_slides_down_an_incline_by_coulombs_law() {
+    // Sheet: snow-mpm V15: gravity is turned by 30 degrees; the block settles while it is held, and with more friction it
+    // stays.
+    let slide = |friction: f64| {
+        let (sine, cosine) = (0.5, 0.75f64.sqrt());
+        let value = json!({
+            "title": "incline", "space": "plane-strain", "domain": { "min": [0, 0], "max": [3, 1] },
+            "gravity": [9.81 * sine, -9.81 * cosine],
+            "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400,
+                "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+            "bodies": [{ "name": "block", "material": "m",
+                "shape": { "kind": "box", "min": [0.5, 0], "max": [1.5, 0.5] } }],
+            "boundaries": [
+                { "side": "y-min", "wall": { "kind": "frictional", "friction_coefficient": friction } },
+                { "name": "glue", "side": "y-min", "position": 1e-3, "wall": { "kind": "rough" } }
+            ],
+            "stages": [
+                { "name": "settle", "duration": 0.5, "gravity_ramp": 0.3, "damping": 0.5,
+                  "reset": ["displacement", "velocity"] },
+                { "name": "go", "duration": 0.5, "remove_boundaries": ["glue"] }
+            ],
+            "methods": { "snow-mpm": { "cell_size": 0.1 } }
+        });
+        let report = solve(&SnowMpm, &Case::from_json(&value.to_string()).unwrap());
+        let moved = vectors(&report.snapshot, "displacement");
+        let mean = moved.iter().map(|u| u[0]).sum::<f64>() / moved.len() as f64;
+        (mean, 0.5 * 9.81 * (sine - friction * cosine) * 0.25)
+    };
+    let (moved, exact) = slide(0.3);
+    near(moved / exact, 1.0, 0.01);
+    let (moved, _) = slide(0.7);
+    near(moved, 0.0, 1e-3);
+}

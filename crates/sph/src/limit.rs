@@ -1,0 +1,81 @@
+//! The largest stable step (sheet: sph §3.4).
+
+use colluvium_case::{StepLimit, TimeStep, spatial};
+use colluvium_constitutive::{BLOCK, StateBlock};
+use rayon::prelude::*;
+
+use crate::algebra::square;
+use crate::config::SoundSpeed;
+use crate::particles::{Bodies, Particles};
+use crate::rates::Rates;
+use crate::setting::Setting;
+
+/// The undamped leapfrog is stable up to about so many times `h / c` (sheet: sph §3.4, §7).
+const STABLE: f64 = 1.8;
+
+/// A step, what limits it, and where.
+pub type Limit = (f64, StepLimit, Option<usize>);
+
+/// The largest step that waves, forces, viscosity and damping allow (sheet: sph §3.4), and the particle that asks for it;
+/// renews the speeds of sound. Where the case fixes the step, waves may cross as much as is stable.
+pub fn find_limit<const D: usize>(setting: &Setting<D>, bodies: &mut Bodies<D>, rates: &Rates<D>) -> Limit {
+    let (options, guests) = (&setting.options, &bodies.guests);
+    let courant = if options.time_step.is_some() { STABLE } else { options.courant };
+    let p = &mut bodies.particles;
+    let mut least: Limit = (f64::INFINITY, StepLimit::NOTHING, None);
+    for group in bodies.groups.iter().filter(|group| !group.smooth) {
+        let range = group.range();
+        let sounds = p.sound[range.clone()].par_chunks_mut(BLOCK);
+        let blocks = group.states.blocks().par_iter().zip(sounds).enumerate();
+        let (stresses, densities) = (&p.stress[range.clone()], &p.density[range.clone()]);
+        let (lengths, velocities) = (&p.length[range.clone()], &p.velocity[range.clone()]);
+        let accelerations = &rates.of.acceleration;
+        let of_block = |(number, (states, sounds)): (usize, (&StateBlock, &mut [f64]))| {
+            let first = number * BLOCK;
+            let stress = &stresses[first..first + states.len()];
+            let (mut moduli, mut viscosities) = ([0.0; BLOCK], [0.0; BLOCK]);
+            group.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
+            group.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
+            let mut least: Limit = (f64::INFINITY, StepLimit::NOTHING, None);
+            for k in 0..states.len() {
+                let (density, h) = (densities[first + k], lengths[first + k]);
+                let wave = (moduli[k] / density).sqrt();
+                sounds[k] = match (options.sound_speed, group.youngs_modulus) {
+                    (SoundSpeed::YoungsModulus, Some(modulus)) => (modulus / density).sqrt(),
+                    _ => wave,
+                };
+                if guests.get(range.start + first + k).is_some_and(|guest| *guest) {
+                    continue;
+                }
+                let speed = square(&velocities[first + k]).sqrt();
+                let pull = accelerations.get(range.start + first + k).map_or(0.0, square).sqrt();
+                let limits = [
+                    (courant * h / (wave + speed), StepLimit::ELASTIC_WAVE),
+                    (0.25 * (h / pull).sqrt(), StepLimit::ACCELERATION),
+                    (0.125 * h * h * density / viscosities[k], StepLimit::VISCOSITY),
+                    (0.2 * h / (options.damping * sounds[k]), StepLimit::DAMPING),
+                ];
+                for (dt, name) in limits {
+                    if dt < least.0 {
+                        least = (dt, name, Some(range.start + first + k));
+                    }
+                }
+            }
+            least
+        };
+        // Of equal ones the first particle's, on any number of threads.
+        let found = blocks.map(of_block).min_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+        least = found.into_iter().fold(least, |least, found| if found.0 < least.0 { found } else { least });
+    }
+    least
+}
+
+/// A limit as it is told.
+pub fn time_step_of<const D: usize>((dt, limit, index): Limit, particles: &Particles<D>) -> TimeStep {
+    TimeStep {
+        dt,
+        limit,
+        point: index.map(|i| u64::from(particles.id[i])),
+        position: index.map_or([0.0; 3], |i| spatial(&particles.position[i])),
+    }
+}

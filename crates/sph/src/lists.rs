@@ -1,0 +1,211 @@
+//! Lists of neighbours, and what stands in them beside the particles: images and walls (sheet: sph §3.3, step 1).
+
+use colluvium_case::SolverError;
+use colluvium_points::{CellList, NeighbourList, Spare};
+use rayon::prelude::*;
+
+use crate::algebra::square;
+use crate::clock::Clock;
+use crate::config::WallStress;
+use crate::particles::{Bodies, Particles, TASK};
+use crate::rates::Rates;
+use crate::setting::Setting;
+use crate::walls::Walls;
+
+/// Least number of steps between two sorts by cell.
+const STEPS_PER_SORT: u64 = 100;
+/// Margin of the neighbour lists over the radius of the support: lists last until a particle has moved by
+/// half of it.
+const SKIN: f64 = 0.1;
+
+/// For which places the neighbour list was made.
+#[derive(Clone, Debug, Default)]
+pub struct Listed<const D: usize> {
+    /// Positions of the particles; empty where there is no list (m).
+    pub positions: Vec<[f64; D]>,
+    /// Time, where walls move (s).
+    pub time: f64,
+    /// Distance within which neighbours are listed (m).
+    pub reach: f64,
+}
+
+/// The pairs: neighbours of each particle, and the weights of these.
+pub struct Lists<const D: usize> {
+    /// The neighbours.
+    pub neighbours: NeighbourList<D>,
+    /// Weights of the pairs, block by block as the neighbours.
+    pub weights: Vec<Vec<f64>>,
+    /// Whether the weights are those of the positions.
+    pub weighed: bool,
+    /// For which places the neighbours are listed.
+    pub listed: Listed<D>,
+    /// Step of the last sort.
+    pub sorted: Option<u64>,
+    cells: CellList<D>,
+    spare: Spare,
+}
+
+impl<const D: usize> Lists<D> {
+    /// No lists, for the places `listed`, after a sort in step `sorted`.
+    pub fn new(listed: Listed<D>, sorted: Option<u64>) -> Self {
+        Self {
+            neighbours: NeighbourList::new(),
+            weights: Vec::new(),
+            weighed: false,
+            listed,
+            sorted,
+            cells: CellList::new(),
+            spare: Spare::default(),
+        }
+    }
+
+    /// The same without lists and places.
+    pub fn hollow(&self) -> Self {
+        let listed = Listed { positions: Vec::new(), ..self.listed };
+        Self { weighed: self.weighed, ..Self::new(listed, self.sorted) }
+    }
+
+    /// Step 1: lists where particles have moved too far for the last ones; images and walls in their places.
+    /// Particles may change their order, and their period, when a step begins, and not within it.
+    pub fn refresh(
+        &mut self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        bodies: &mut Bodies<D>,
+        walls: &mut Walls<D>,
+        rates: &mut Rates<D>,
+        begins: bool,
+    ) -> Result<(), SolverError> {
+        bodies.follow_density(setting);
+        let support = setting.support(bodies.longest(setting));
+        if self.is_outrun(setting, clock, &bodies.particles, walls, support) {
+            if begins {
+                let p = &mut bodies.particles;
+                walls.planes.wrap(&mut p.position[..p.id.len()], &mut p.origin);
+                if self.is_sort_due(clock) {
+                    self.sort(setting, clock, bodies, rates)?;
+                    self.sorted = Some(clock.step);
+                }
+            }
+            self.list_from_here(setting, clock, &bodies.particles, support);
+            rates.current = false;
+            self.make(setting, clock, bodies, walls)?;
+        }
+        walls.place(clock.time, &mut bodies.particles);
+        self.weighed = false;
+        Ok(())
+    }
+
+    /// Whether neighbours within the radius `support` (m) may be missing.
+    fn is_outrun(
+        &self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        particles: &Particles<D>,
+        walls: &Walls<D>,
+        support: f64,
+    ) -> bool {
+        self.listed.positions.len() != particles.len()
+            || self.reached(setting, clock, particles, walls) + support > self.listed.reach
+    }
+
+    /// Whether particles are to be sorted by cell when they are next listed.
+    pub fn is_sort_due(&self, clock: &Clock) -> bool {
+        self.sorted.is_none_or(|step| clock.step >= step + STEPS_PER_SORT)
+    }
+
+    /// Lists are to be made for the places where the particles are now, with a margin over the radius `support` (m).
+    pub fn list_from_here(
+        &mut self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        particles: &Particles<D>,
+        support: f64,
+    ) {
+        let listed = &mut self.listed;
+        listed.positions.clear();
+        listed.positions.extend_from_slice(&particles.position[..particles.len()]);
+        (listed.time, listed.reach) = (clock.time, support * (1.0 + SKIN) + setting.options.room_to_shift());
+    }
+
+    /// How much closer two particles may be than when they were listed, shifted before the step as they may be (m).
+    pub fn reached(
+        &self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        particles: &Particles<D>,
+        walls: &Walls<D>,
+    ) -> f64 {
+        let pairs = particles.position[..particles.len()].par_iter().zip(&self.listed.positions);
+        let moved = pairs.with_min_len(8 * TASK).map(|(x, old)| {
+            let apart: [f64; D] = std::array::from_fn(|c| x[c] - old[c]);
+            let square = square(&apart);
+            if square.is_finite() { square } else { f64::INFINITY }
+        });
+        let farthest = moved.reduce(|| 0.0, f64::max).sqrt();
+        // A mirror moves its images twice as far.
+        let wall = 2.0 * walls.planes.moved(self.listed.time, clock.time);
+        2.0 * farthest + wall + setting.options.room_to_shift()
+    }
+
+    /// Images and neighbours of the listed positions.
+    pub fn make(
+        &mut self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        bodies: &mut Bodies<D>,
+        walls: &mut Walls<D>,
+    ) -> Result<(), SolverError> {
+        let Listed { positions, time, reach } = &self.listed;
+        let pairwise = setting.options.wall_stress == WallStress::Pairwise;
+        // Walls that interpolate go on beyond the ends of periods, and ask the soil still further out.
+        let asks = !pairwise && !walls.planes.periods.is_empty();
+        walls.find_images(positions, *time, if asks { 2.0 * reach } else { *reach });
+        let len = bodies.particles.len();
+        walls.smooth.find(&bodies.groups, len, &walls.images);
+        let total = walls.first(len) + walls.planes.particles.len();
+        bodies.resize(total);
+        let p = &mut bodies.particles;
+        p.length[len..].fill(setting.smoothing.length());
+        // After a restart particles are no longer where they were listed.
+        let current = (p.position[..len] != positions[..]).then(|| p.position[..len].to_vec());
+        p.position[..len].copy_from_slice(positions);
+        walls.put(p);
+        let built = self.neighbours.build_first(&p.position, if pairwise { len } else { total }, *reach);
+        if let Some(current) = current {
+            p.position[..current.len()].copy_from_slice(&current);
+        }
+        built.map_err(|error| p.failed(clock, 0, format!("neighbour search: {error}")))?;
+        let blocks = self.neighbours.blocks();
+        self.weights.resize_with(blocks.len(), Vec::new);
+        self.weights.iter_mut().zip(blocks).for_each(|(weights, rows)| {
+            weights.resize(rows.indices().len(), 0.0);
+        });
+        self.weighed = false;
+        Ok(())
+    }
+
+    /// Sorts the particles of each body by cell.
+    fn sort(
+        &mut self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        bodies: &mut Bodies<D>,
+        rates: &mut Rates<D>,
+    ) -> Result<(), SolverError> {
+        for group in &mut bodies.groups {
+            let (range, p) = (group.range(), &mut bodies.particles);
+            let built = self.cells.build(&p.position[range.clone()], setting.smoothing.radius());
+            built.map_err(|error| p.failed(clock, range.start, format!("neighbour search: {error}")))?;
+            let order = self.cells.order();
+            if order.iter().enumerate().all(|(i, &old)| i == old as usize) {
+                continue;
+            }
+            p.reorder_range(range.clone(), order, &mut self.spare);
+            // Rates of the step before, which one of the schemes predicts from.
+            rates.of.reorder_range(range, order, &mut self.spare);
+            group.states = group.states.permuted(order);
+        }
+        Ok(())
+    }
+}

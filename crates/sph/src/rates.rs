@@ -1,0 +1,31 @@
+//! Rates of the particles.
+
+use colluvium_constitutive::SymTensor;
+
+use crate::particles::Derivatives;
+
+/// What the sums over neighbours give.
+#[derive(Clone, Default)]
+pub struct Rates<const D: usize> {
+    /// What goes with the particles.
+    pub of: Derivatives<D>,
+    /// Whether the accelerations are those of the state.
+    pub current: bool,
+    /// Velocity by which a particle moves beyond its own, by XSPH (m/s); empty without.
+    pub drift: Vec<[f64; D]>,
+    /// Accelerations by a confining pressure (m/s²); empty without.
+    pub pushes: Vec<[f64; D]>,
+    /// `Σ_{j≠i} V_j W`, small at a surface; empty without a confining pressure.
+    pub crowding: Vec<f64>,
+    /// Rates of stress by its diffusion over their factor (Pa/s); empty without.
+    pub stress: Vec<SymTensor>,
+    /// Rates of the smoothing lengths (m/s); empty without.
+    pub length: Vec<f64>,
+}
+
+impl<const D: usize> Rates<D> {
+    /// Those of no particles, at the same point of a step.
+    pub fn hollow(&self) -> Self {
+        Self { current: self.current, ..Self::default() }
+    }
+}

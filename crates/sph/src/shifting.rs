@@ -1,0 +1,129 @@
+//! Shifting of particles towards even spacing (sheet: sph §2.12).
+
+use rayon::prelude::*;
+
+use crate::algebra::square;
+use crate::clock::Clock;
+use crate::lists::Lists;
+use crate::pairs::{Pairs, Shift};
+use crate::particles::Bodies;
+use crate::rates::Rates;
+use crate::setting::Setting;
+use crate::walls::Walls;
+
+/// Share of the trace of a full moment below which a particle lies at a free surface (sheet: sph §2.13 h: 1.5 of 2 and
+/// 2.4 of 3).
+const SURFACE_TRACE: [f64; 3] = [0.7, 1.5, 2.4];
+
+/// Which particles are at a surface, and how the others are shifted; empty without shifting.
+#[derive(Default)]
+pub struct Shifting<const D: usize> {
+    surface: Vec<bool>,
+    shifts: Vec<Option<Shift<D>>>,
+}
+
+impl<const D: usize> Shifting<D> {
+    /// Moves particles towards even spacing; step 10, of the step before.
+    pub fn shift(
+        &mut self,
+        setting: &Setting<D>,
+        clock: &Clock,
+        bodies: &mut Bodies<D>,
+        walls: &mut Walls<D>,
+        lists: &mut Lists<D>,
+        rates: &mut Rates<D>,
+    ) {
+        if setting.options.shifting == 0.0 || clock.last_step == 0.0 {
+            return;
+        }
+        walls.load_images(bodies);
+        walls.move_images(bodies);
+        // What the step before left there belongs to other lists, or to none after a restart.
+        walls.weigh(setting, bodies, &lists.neighbours);
+        self.find(setting, clock.last_step, bodies, walls, lists);
+        let p = &mut bodies.particles;
+        for (i, shift) in self.shifts.iter().enumerate() {
+            let Some(shift) = shift else { continue };
+            for c in 0..D {
+                p.position[i][c] += shift.position[c];
+                p.velocity[i][c] += shift.velocity[c];
+            }
+            p.density[i] += shift.density;
+            p.stress[i] += shift.stress;
+        }
+        walls.place(clock.time, p);
+        lists.weighed = false;
+        rates.current = false;
+    }
+
+    /// Surfaces and shifts, of particles that moved for `dt` (s).
+    fn find(
+        &mut self,
+        setting: &Setting<D>,
+        dt: f64,
+        bodies: &Bodies<D>,
+        walls: &Walls<D>,
+        lists: &Lists<D>,
+    ) {
+        let (p, neighbours) = (&bodies.particles, &lists.neighbours);
+        let pairs = Pairs::new(setting, p, walls);
+        let at_surface = |i: usize| pairs.moment(i, neighbours.of(i)).trace() < SURFACE_TRACE[D - 1];
+        (0..p.len()).into_par_iter().map(at_surface).collect_into_vec(&mut self.surface);
+        let surface = &self.surface;
+        let moves = |i: usize| {
+            let length = square(&p.velocity[i]).sqrt() * dt;
+            let body = bodies.of(i).filter(|body| body.held.is_none() && !surface[i])?;
+            pairs.shift(i, neighbours.of(i), length, (&body.range(), surface))
+        };
+        (0..p.len()).into_par_iter().map(moves).collect_into_vec(&mut self.shifts);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use colluvium_constitutive::SymTensor;
+    use serde_json::json;
+
+    use crate::semi_discrete::{Given, prepared};
+    use crate::solver::SphSolver;
+
+    /// Particles go as far as the lists allow before they are shifted as far as they may be.
+    #[test]
+    fn shifted_particles_have_all_their_neighbours_listed() {
+        let text = json!({
+            "title": "shift", "space": "plane-strain", "domain": { "min": [-1, -1], "max": [2, 2] }, "gravity": [0, 0],
+            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.25 } },
+            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
+            "stages": [{ "name": "s", "duration": 1 }],
+            "methods": { "sph": { "spacing": 0.025, "shifting": 1 } }
+        });
+        let case = colluvium_case::Case::from_json(&text.to_string()).unwrap();
+        let jitter = |id: u32, k: f64| (f64::from(id + 1) * k).fract() - 0.5;
+        let given = |id: u32, _: &[f64; 2]| Given {
+            shift: [0.02 * jitter(id, 0.618_033_988_75), 0.02 * jitter(id, 0.754_877_666_25)],
+            velocity: [1e3, 0.0],
+            compression: 1.0,
+            stress: SymTensor::ZERO,
+        };
+        let mut solver = prepared::<2>(&case, given).unwrap();
+        solver.list(true).unwrap();
+        let support = solver.setting.smoothing.radius();
+        for i in 0..solver.bodies.particles.len() {
+            // Bands go towards each other.
+            let x = &mut solver.bodies.particles.position[i][0];
+            let way = if (10.0 * *x).floor() % 2.0 == 0.0 { 1.0 } else { -1.0 };
+            *x += 0.049 * way * support;
+        }
+        solver.list(true).unwrap();
+        solver.clock.last_step = 1e-3;
+        let SphSolver { setting, clock, bodies, walls, lists, rates, shifting, .. } = &mut solver;
+        shifting.shift(setting, clock, bodies, walls, lists, rates);
+        let x = &solver.bodies.particles.position[..solver.bodies.particles.len()];
+        for i in 0..x.len() {
+            let close = |j: &usize| (x[i][0] - x[*j][0]).hypot(x[i][1] - x[*j][1]) < support;
+            for j in (0..x.len()).filter(|j| *j != i).filter(close) {
+                assert!(solver.lists.neighbours.of(i).contains(&(j as u32)), "{:?} {:?}", x[i], x[j]);
+            }
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! Walls: mirrors, layers of particles, and the ends of periodic domains (sheet: sph §2.13).
+//!
+//! [`Planes`] are the flat walls of a stage. Mirrors and the ends of periods put images of particles behind the
+//! particles; other walls consist of layers of particles behind these. To each particle they answer with what it is
+//! itself, or they take stress and velocity from the soil around (`soil`). Bodies that are held and smooth
+//! answer as smooth walls of any shape do (`smooth_bodies`).
+
+mod image;
+mod of_case;
+mod plane;
+mod planes;
+mod smooth_bodies;
+mod soil;
+#[cfg(test)]
+mod tests;
+
+pub use image::Image;
+pub use of_case::{check_walls, mirrors, planes};
+pub use plane::{Contact, Plane};
+pub use planes::Planes;
+pub use smooth_bodies::SmoothBodies;
+
+use crate::algebra::mirrored;
+use crate::config::WallStress;
+use crate::lanes::set_velocity;
+use crate::particles::{Bodies, Particles, Shown};
+use crate::setting::Setting;
+
+/// What stands around the particles. The images come behind the particles in the arrays of [`Particles`], then the
+/// particles of the walls.
+#[derive(Clone, Debug, Default)]
+pub struct Walls<const D: usize> {
+    /// The flat walls of the stage.
+    pub planes: Planes<D>,
+    /// Images of the particles near mirrors and the ends of periods.
+    pub images: Vec<Image<D>>,
+    /// Where the smooth bodies stand.
+    pub smooth: SmoothBodies,
+}
+
+impl<const D: usize> Walls<D> {
+    /// Those of a stage, with nothing beside them yet.
+    pub fn new(planes: Planes<D>) -> Self {
+        Self { planes, ..Self::default() }
+    }
+
+    /// The same planes without images.
+    pub fn hollow(&self) -> Self {
+        Self::new(self.planes.clone())
+    }
+
+    /// Number of the first particle of a wall, behind `len` particles.
+    pub fn first(&self, len: usize) -> usize {
+        len + self.images.len()
+    }
+
+    /// Finds the images of particles at `positions` within `reach` (m) of mirrors and ends of periods, as these stand at
+    /// `time` (s).
+    pub fn find_images(&mut self, positions: &[[f64; D]], time: f64, reach: f64) {
+        self.planes.go_to(time);
+        self.planes.images(positions, reach, &mut self.images);
+    }
+
+    /// Images and particles of walls to their places at `time` (s).
+    pub fn place(&mut self, time: f64, particles: &mut Particles<D>) {
+        self.planes.go_to(time);
+        self.planes.carry(&mut self.images);
+        self.put(particles);
+    }
+
+    /// Images and particles of walls to where the walls stand now.
+    pub fn put(&self, particles: &mut Particles<D>) {
+        let len = particles.len();
+        for (image, slot) in self.images.iter().zip(len..) {
+            let x = particles.position[image.source as usize];
+            particles.position[slot] = std::array::from_fn(|c| image.flip[c] * x[c] + image.shift[c]);
+        }
+        self.planes.place(&mut particles.position[self.first(len)..]);
+    }
+
+    /// Walls whose velocities vary in time get those of the step from `start` to `end` (s).
+    pub fn follow_histories(&mut self, start: f64, end: f64) {
+        if self.planes.follow_histories(start, end) {
+            self.planes.carry(&mut self.images);
+        }
+    }
+
+    /// Velocities of the images.
+    pub fn move_images(&self, bodies: &mut Bodies<D>) {
+        let Bodies { particles, shown, .. } = bodies;
+        for (image, slot) in self.images.iter().zip(particles.len()..) {
+            let v = particles.velocity[image.source as usize];
+            particles.velocity[slot] = std::array::from_fn(|c| image.turn[c] * v[c] + image.lift[c]);
+            set_velocity(&mut shown.records[slot], &particles.velocity[slot]);
+        }
+    }
+
+    /// Everything else of the images.
+    pub fn load_images(&self, bodies: &mut Bodies<D>) {
+        let Bodies { particles: p, shown: Shown { spread, repulsion, .. }, .. } = bodies;
+        for (image, slot) in self.images.iter().zip(p.len()..) {
+            let source = image.source as usize;
+            p.mass[slot] = p.mass[source];
+            p.density[slot] = p.density[source];
+            p.sound[slot] = p.sound[source];
+            p.length[slot] = p.length[source];
+            spread[slot] = spread[source];
+            p.stress[slot] = mirrored(&p.stress[source], &image.bend);
+            if !repulsion.is_empty() {
+                repulsion[slot] = mirrored(&repulsion[source], &image.bend);
+            }
+        }
+    }
+
+    /// The particle that neighbour `j` is, or whose image in a period it is, of `len` particles; `None` for images in
+    /// mirrors and particles of walls.
+    #[inline]
+    pub fn particle_of(&self, len: usize, j: usize) -> Option<usize> {
+        let Some(number) = j.checked_sub(len) else { return Some(j) };
+        let image = self.images.get(number)?;
+        (image.flip == [1.0; D]).then_some(image.source as usize)
+    }
+
+    /// From which neighbour on they are walls that answer to the particle itself.
+    pub fn answering(&self, setting: &Setting<D>, len: usize) -> usize {
+        match setting.options.wall_stress {
+            WallStress::Pairwise => self.first(len),
+            WallStress::Interpolated | WallStress::Extrapolated => usize::MAX,
+        }
+    }
+}

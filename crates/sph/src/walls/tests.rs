@@ -1,0 +1,139 @@
+//! Images and walls of particles, held against what is drawn on paper.
+
+use super::image::{Image, Period};
+use super::plane::{Contact, Plane};
+use super::planes::Planes;
+use crate::config::History;
+
+fn plane(axis: usize) -> Plane<2> {
+    Plane {
+        boundary: 0,
+        axis,
+        position: 0.0,
+        upper: false,
+        velocity: [0.0; 2],
+        history: None,
+        factor: 1.0,
+        moved: 0.0,
+        contact: Contact::FreeSlip,
+    }
+}
+
+#[test]
+fn images_in_rough_mirrors_go_the_other_way_and_keep_the_stress() {
+    let rough = |axis| Plane { velocity: [0.5, 0.25], contact: Contact::NoSlip, ..plane(axis) };
+    let walls = Planes::<2> { mirrors: vec![rough(1), plane(0)], ..Planes::default() };
+    let mut images = Vec::new();
+    walls.images(&[[0.1, 0.2]], 1.0, &mut images);
+    let found: Vec<_> = images.iter().map(|i| (i.flip, i.turn, i.lift, i.bend)).collect();
+    let below = ([1.0, -1.0], [-1.0, -1.0], [1.0, 0.5], [1.0, 1.0]);
+    let corner = ([-1.0, -1.0], [1.0, -1.0], [-1.0, 0.5], [-1.0, 1.0]);
+    let beside = ([-1.0, 1.0], [-1.0, 1.0], [0.0, 0.0], [-1.0, 1.0]);
+    assert_eq!(found, [below, corner, beside]);
+}
+
+#[test]
+fn a_particle_in_a_corner_has_three_images() {
+    let walls = Planes::<2> { mirrors: vec![plane(0), plane(1)], ..Planes::default() };
+    let mut images = Vec::new();
+    walls.images(&[[0.1, 0.2], [0.1, 5.0], [5.0, 5.0]], 1.0, &mut images);
+    let mut flips: Vec<_> = images.iter().map(|image| (image.source, image.flip)).collect();
+    flips.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    assert_eq!(flips, [(0, [-1.0, -1.0]), (0, [-1.0, 1.0]), (0, [1.0, -1.0]), (1, [-1.0, 1.0])]);
+}
+
+#[test]
+fn a_moving_mirror_carries_its_images() {
+    let moving = Plane { velocity: [0.5, 3.0], ..plane(0) };
+    let mut walls = Planes::<2> { mirrors: vec![plane(1), moving], ..Planes::default() };
+    walls.go_to(2.0);
+    let mut images = Vec::new();
+    walls.images(&[[1.2, 0.3]], 1.0, &mut images);
+    let of = |images: &[Image<2>]| images.iter().map(|i| (i.flip, i.shift, i.lift)).collect::<Vec<_>>();
+    let below = ([1.0, -1.0], [0.0, 0.0], [0.0, 0.0]);
+    let around =
+        |shift| [below, ([-1.0, -1.0], [shift, 0.0], [1.0, 0.0]), ([-1.0, 1.0], [shift, 0.0], [1.0, 0.0])];
+    assert_eq!(of(&images), around(2.0));
+    // Those that are there already go along.
+    walls.go_to(3.0);
+    walls.carry(&mut images);
+    assert_eq!(of(&images), around(3.0));
+}
+
+#[test]
+fn a_face_is_where_the_integral_of_its_velocity_is() {
+    let history = History { times: vec![1.0, 2.0, 4.0], factors: vec![0.0, 3.0, -1.0] };
+    let varying = |axis, contact| Plane {
+        velocity: [0.5, 0.25],
+        history: Some(history.clone()),
+        contact,
+        ..plane(axis)
+    };
+    let mut walls = Planes::<2>::new(
+        vec![varying(1, Contact::NoSlip)],
+        vec![varying(0, Contact::FreeSlip)],
+        Vec::new(),
+        ([0.0; 2], [1.0; 2]),
+        0.1,
+        0.24,
+    );
+    let mut images = Vec::new();
+    walls.images(&[[0.5, 0.1]], 1.0, &mut images);
+    let first = walls.particles[0][0];
+    // The area under the factor: 1.5 up to 2 s, and 2 more up to 4 s.
+    for (time, area) in [(0.5, 0.0), (1.5, 0.375), (2.0, 1.5), (4.0, 3.5), (5.0, 2.5)] {
+        walls.go_to(time);
+        walls.carry(&mut images);
+        assert!((walls.faces[0].face() - 0.5 * area).abs() < 1e-15, "at {time} s");
+        assert!((images[0].shift[1] - 0.5 * area).abs() < 1e-15, "at {time} s");
+        let mut slots = vec![[0.0; 2]; walls.particles.len()];
+        walls.place(&mut slots);
+        assert!((slots[0][0] - first - 0.5 * area).abs() < 1e-15, "at {time} s");
+    }
+    assert!(walls.follow_histories(1.5, 3.0));
+    walls.carry(&mut images);
+    let mean = (1.125 + 2.0) / 1.5;
+    assert_eq!(walls.faces[0].pace(), [0.5 * mean, 0.25 * mean]);
+    assert_eq!(images[0].lift, [mean, 0.5 * mean]);
+    assert!((walls.moved(2.0, 5.0) - 0.5).abs() < 1e-15 && walls.moved(0.0, 1.0) == 0.0);
+}
+
+#[test]
+fn a_doubly_periodic_corner_has_three_images_and_a_mirror_joins_in() {
+    let period = |axis| Period { axis, low: 0.0, high: 10.0 };
+    let walls = Planes::<2> { periods: vec![period(0), period(1)], ..Planes::default() };
+    let mut images = Vec::new();
+    walls.images(&[[0.1, 9.9]], 1.0, &mut images);
+    let mut shifts: Vec<_> = images.iter().map(|image| image.shift).collect();
+    shifts.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    assert_eq!(shifts, [[0.0, -10.0], [10.0, -10.0], [10.0, 0.0]]);
+    let walls = Planes::<2> { periods: vec![period(0)], mirrors: vec![plane(1)], ..Planes::default() };
+    walls.images(&[[0.1, 0.2]], 1.0, &mut images);
+    assert_eq!(images.len(), 3);
+    let (mut x, mut origin) = ([[-0.5, 1.0], [21.0, 1.0]], [[0.0, 0.0], [0.0, 0.0]]);
+    walls.wrap(&mut x, &mut origin);
+    assert_eq!((x, origin), ([[9.5, 1.0], [1.0, 1.0]], [[10.0, 0.0], [-20.0, 0.0]]));
+}
+
+#[test]
+fn walls_of_particles_share_their_corner() {
+    let box_ = ([0.0, 0.0], [1.0, 1.0]);
+    let walls = Planes::<2>::new(Vec::new(), vec![plane(0), plane(1)], Vec::new(), box_, 0.1, 0.24);
+    // Three layers along both edges, one square of nine at each of the ends.
+    assert_eq!(walls.particles.len(), 3 * 16 + 3 * 13);
+    let mut sites: Vec<_> = walls.particles.iter().map(|x| x.map(|c| (c * 100.0).round() as i64)).collect();
+    sites.sort_unstable();
+    sites.dedup();
+    assert_eq!(sites.len(), walls.particles.len());
+}
+
+#[test]
+fn walls_go_on_beyond_the_end_of_a_period() {
+    let periods = vec![Period { axis: 0, low: 0.0, high: 1.0 }];
+    let walls = Planes::<2>::new(Vec::new(), vec![plane(1)], periods, ([0.0, 0.0], [1.0, 1.0]), 0.1, 0.24);
+    for x in &walls.particles {
+        let image = [if x[0] < 0.5 { x[0] + 1.0 } else { x[0] - 1.0 }, x[1]];
+        let near = |y: &[f64; 2]| (y[0] - image[0]).hypot(y[1] - image[1]) < 1e-9;
+        assert!(image[0] < -0.3 || image[0] > 1.3 || walls.particles.iter().any(near), "{image:?}");
+    }
+}

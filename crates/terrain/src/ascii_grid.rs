@@ -1,0 +1,175 @@
+//! ESRI ASCII grids.
+
+use std::fmt::Write;
+use std::str::SplitAsciiWhitespace;
+
+use colluvium_points::{Georeference, Raster};
+
+/// What the first lines say.
+#[derive(Default)]
+struct Head {
+    columns: Option<usize>,
+    rows: Option<usize>,
+    /// Corner or centre that is named, per axis, and whether it is a corner.
+    origin: [Option<(f64, bool)>; 2],
+    spacing: [Option<f64>; 2],
+    no_data: Option<f64>,
+}
+
+impl Head {
+    fn take(&mut self, key: &str, value: &str) -> Result<(), String> {
+        let number = || value.parse::<f64>().map_err(|_| format!("{key} is {value:?}, not a number"));
+        let count = || value.parse::<usize>().map_err(|_| format!("{key} is {value:?}, not a count"));
+        match key.to_ascii_lowercase().as_str() {
+            "ncols" => self.columns = Some(count()?),
+            "nrows" => self.rows = Some(count()?),
+            "xllcorner" => self.origin[0] = Some((number()?, true)),
+            "yllcorner" => self.origin[1] = Some((number()?, true)),
+            "xllcenter" | "xllcentre" => self.origin[0] = Some((number()?, false)),
+            "yllcenter" | "yllcentre" => self.origin[1] = Some((number()?, false)),
+            "cellsize" => self.spacing = [Some(number()?); 2],
+            "dx" => self.spacing[0] = Some(number()?),
+            "dy" => self.spacing[1] = Some(number()?),
+            "nodata_value" | "nodata" => self.no_data = Some(number()?),
+            _ => return Err(format!("{key:?} is not a key of an ESRI ASCII grid")),
+        }
+        Ok(())
+    }
+}
+
+fn given<T>(value: Option<T>, key: &str) -> Result<T, String> {
+    value.ok_or_else(|| format!("the key {key} is missing"))
+}
+
+/// Reads the text of a grid, whose rows go from north to south.
+pub(crate) fn parse(text: &str) -> Result<Raster, String> {
+    if text.trim().is_empty() {
+        return Err("is empty".to_owned());
+    }
+    let mut words = text.split_ascii_whitespace();
+    let (mut head, mut first) = (Head::default(), None);
+    while let Some(word) = words.next() {
+        if word.starts_with(|c: char| c.is_ascii_alphabetic()) && word.parse::<f64>().is_err() {
+            let value = words.next().ok_or_else(|| format!("{word} has no value"))?;
+            head.take(word, value)?;
+        } else {
+            first = Some(word);
+            break;
+        }
+    }
+    let (columns, rows) = (given(head.columns, "ncols")?, given(head.rows, "nrows")?);
+    let (x, corner) = given(head.origin[0], "xllcorner or xllcenter")?;
+    let (y, other) = given(head.origin[1], "yllcorner or yllcenter")?;
+    if corner != other {
+        return Err("names a corner along one axis and a centre along the other".to_owned());
+    }
+    let spacing = [given(head.spacing[0], "cellsize or dx")?, given(head.spacing[1], "cellsize or dy")?];
+    let values = values(first, words, columns, rows, head.no_data)?;
+    let shift = if corner { 0.5 } else { 0.0 };
+    Ok(Raster {
+        columns,
+        rows,
+        origin: [x + shift * spacing[0], y + shift * spacing[1]],
+        spacing,
+        values,
+        reference: Georeference { corner, no_data: head.no_data, ..Georeference::default() },
+    })
+}
+
+fn values(
+    first: Option<&str>,
+    rest: SplitAsciiWhitespace<'_>,
+    columns: usize,
+    rows: usize,
+    no_data: Option<f64>,
+) -> Result<Vec<f64>, String> {
+    let count = columns.checked_mul(rows).filter(|count| *count < 1 << 32);
+    let count = count.ok_or_else(|| format!("{columns} columns and {rows} rows are too many"))?;
+    let mut values = Vec::with_capacity(count.min(1 << 24));
+    for word in first.into_iter().chain(rest) {
+        let at = values.len();
+        let value: f64 = word.parse().map_err(|_| {
+            format!(
+                "{word:?} in row {}, column {} is not a number",
+                at / columns.max(1) + 1,
+                at % columns.max(1) + 1
+            )
+        })?;
+        values.push(if Some(value) == no_data || !value.is_finite() { f64::NAN } else { value });
+        if values.len() > count {
+            break;
+        }
+    }
+    if values.len() != count {
+        let found = if values.len() > count { "more".to_owned() } else { values.len().to_string() };
+        return Err(format!("{columns} columns and {rows} rows make {count} values, but there are {found}"));
+    }
+    // In memory the least y comes first.
+    Ok(values.chunks(columns.max(1)).rev().flatten().copied().collect())
+}
+
+/// The text of a grid.
+pub(crate) fn format(raster: &Raster) -> String {
+    let Raster { columns, rows, origin, spacing: [dx, dy], reference, .. } = raster;
+    let no_data = reference.no_data.unwrap_or(-9999.0);
+    let (name, shift) = if reference.corner { ("corner", 0.5) } else { ("center", 0.0) };
+    let mut text = format!("ncols {columns}\nnrows {rows}\n");
+    let corner = [origin[0] - shift * dx, origin[1] - shift * dy];
+    let _ = write!(text, "xll{name} {}\nyll{name} {}\n", corner[0], corner[1]);
+    let _ = if dx == dy { writeln!(text, "cellsize {dx}") } else { writeln!(text, "dx {dx}\ndy {dy}") };
+    let _ = writeln!(text, "NODATA_value {no_data}");
+    for row in raster.values.chunks(*columns).rev() {
+        for (column, value) in row.iter().enumerate() {
+            let value = if value.is_finite() { *value } else { no_data };
+            let _ = write!(text, "{}{value}", if column == 0 { "" } else { " " });
+        }
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CORNER: &str =
+        "ncols 3\nnrows 2\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n1 2 3\n4 -9999 6\n";
+
+    #[test]
+    fn rows_come_from_the_north_and_values_stand_at_the_centres_of_cells() {
+        let raster = parse(CORNER).unwrap();
+        assert_eq!((raster.columns, raster.rows, raster.origin), (3, 2, [105.0, 205.0]));
+        assert_eq!((raster.at(0, 0), raster.at(2, 1)), (4.0, 3.0));
+        assert!(raster.at(1, 0).is_nan());
+        assert_eq!(parse(&format(&raster)).map(|back| format(&back)), Ok(format(&raster)));
+        assert!(format(&raster).contains("xllcorner 100\n") && format(&raster).contains("4 -9999 6"));
+    }
+
+    #[test]
+    fn centres_and_unequal_spacings_are_read_and_written_back() {
+        let text = "NCOLS 2\nNROWS 2\nXLLCENTER 1.5\nYLLCENTER -2\nDX 0.1\nDY 0.3\n0.1 1e3\n-2.5 7\n";
+        let raster = parse(text).unwrap();
+        assert_eq!((raster.origin, raster.spacing), ([1.5, -2.0], [0.1, 0.3]));
+        let back = parse(&format(&raster)).unwrap();
+        assert_eq!(
+            (back.origin, back.spacing, &back.values),
+            (raster.origin, raster.spacing, &raster.values)
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_in_a_line() {
+        let problem = |from: &str, to: &str| parse(&CORNER.replace(from, to)).unwrap_err();
+        assert!(problem("nrows 2\n", "").contains("nrows is missing"));
+        assert!(problem("cellsize 10", "cellsize ten").contains("not a number"));
+        assert!(problem("4 -9999 6", "4 -9999").contains("make 6 values, but there are 5"));
+        assert!(problem("4 -9999 6", "4 -9999 6 7").contains("more"));
+        assert!(problem("yllcorner", "yllcenter").contains("corner along one axis"));
+        assert!(problem("1 2 3", "1 x 3").contains("row 1, column 2"));
+        assert!(problem("ncols 3", "rotation 3").contains("not a key"));
+        assert_eq!(parse(" \n"), Err("is empty".to_owned()));
+        assert!(
+            parse("ncols 99999999999\nnrows 99999999999\nxllcorner 0\nyllcorner 0\ncellsize 1\n1").is_err()
+        );
+    }
+}

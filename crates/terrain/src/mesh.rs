@@ -1,0 +1,67 @@
+//! Closed triangle meshes.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use colluvium_points::surface::Facetted;
+
+/// Round-off of the corners over the extent of a mesh that is no longer taken.
+const COARSE: f64 = 1e-5;
+
+/// An STL file, text or binary. Its numbers have single precision; corners with the same numbers are one vertex.
+pub(crate) fn stl(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Facetted<3>, String> {
+    let source = File::open(file).map_err(|error| format!("cannot be read: {error}"))?;
+    let mesh = stl_io::read_stl(&mut BufReader::new(source))
+        .map_err(|error| format!("is not an STL file that can be read: {error}"))?;
+    if mesh.faces.is_empty() {
+        return Err("holds no triangles".to_owned());
+    }
+    let all = || mesh.vertices.iter();
+    let extents = (0..3).map(|c| {
+        let along = || all().map(|vertex| f64::from(vertex[c]));
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    });
+    let (extent, far) = (
+        extents.fold(0.0, f64::max),
+        all().flat_map(|v| (0..3).map(|c| f64::from(v[c].abs()))).fold(0.0, f64::max),
+    );
+    if far * f64::from(f32::EPSILON) > COARSE * extent {
+        return Err(format!(
+            "lies up to {far:.0} m from its origin, where the single precision of STL is {:.1e} m, on a mesh of {extent:.1} m: \
+             write it as an OBJ file with all digits",
+            far * f64::from(f32::EPSILON)
+        ));
+    }
+    let corner = |number: usize| -> [f64; 3] {
+        std::array::from_fn(|c| placed(c, f64::from(mesh.vertices[number][c])))
+    };
+    let triangles: Vec<[[f64; 3]; 3]> = mesh.faces.iter().map(|face| face.vertices.map(corner)).collect();
+    Facetted::from_triangles(&triangles).map_err(|error| error.problem)
+}
+
+/// A Wavefront OBJ file: the faces of all its objects, cut into triangles. Materials are not looked at.
+pub(crate) fn obj(file: &Path, placed: &dyn Fn(usize, f64) -> f64) -> Result<Facetted<3>, String> {
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    };
+    let source = File::open(file).map_err(|error| format!("cannot be read: {error}"))?;
+    let no_materials = |_: &Path| Ok(Default::default());
+    let (models, _) = tobj::load_obj_buf(&mut BufReader::new(source), &options, no_materials)
+        .map_err(|error| format!("is not an OBJ file that can be read: {error}"))?;
+    let mut triangles = Vec::new();
+    for model in &models {
+        let mesh = &model.mesh;
+        let corner = |number: u32| -> [f64; 3] {
+            std::array::from_fn(|c| placed(c, mesh.positions[3 * number as usize + c]))
+        };
+        triangles.extend(mesh.indices.chunks_exact(3).map(|t| [corner(t[0]), corner(t[1]), corner(t[2])]));
+    }
+    if triangles.is_empty() {
+        return Err("holds no faces".to_owned());
+    }
+    Facetted::from_triangles(&triangles).map_err(|error| error.problem)
+}

@@ -1,0 +1,76 @@
+//! Cases and solvers. Whatever fails here is the test's own mistake, and panics.
+
+use colluvium_case::{Case, Method, RunOptions, RunReport, Snapshot, Solver, run};
+use serde_json::Value;
+
+/// An object with the keys of `more` at its top in place of its own.
+pub fn with(mut object: Value, more: &Value) -> Value {
+    object.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    object
+}
+
+/// The case `text` with the keys of `more` at its top in place of its own.
+pub fn changed(text: Value, more: &Value) -> Case {
+    Case::from_json(&with(text, more).to_string()).unwrap()
+}
+
+/// Runs a case to its end.
+pub fn solve(method: &dyn Method, case: &Case) -> RunReport {
+    run(case, method.build(case).unwrap(), &RunOptions::default()).unwrap()
+}
+
+/// A solver at the start of the first stage.
+pub fn begin(method: &dyn Method, case: &Case) -> Box<dyn Solver> {
+    let mut solver = method.build(case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    solver
+}
+
+/// Takes steps as large as is stable.
+pub fn advance(solver: &mut dyn Solver, steps: usize) {
+    for _ in 0..steps {
+        let dt = solver.limit().dt;
+        solver.step(dt).unwrap();
+    }
+}
+
+/// Takes `count` steps of `dt` (s).
+pub fn steps(solver: &mut dyn Solver, count: usize, dt: f64) {
+    for _ in 0..count {
+        solver.step(dt).unwrap();
+    }
+}
+
+/// Takes steps as large as is stable until the time is `end` (s) or later.
+pub fn advance_to(solver: &mut dyn Solver, end: f64) {
+    while solver.time() < end {
+        advance(solver, 1);
+    }
+}
+
+/// Asserts that thirty steps of `case` allocate nothing, after `first` steps that may: lists and the queues of the threads
+/// grow in them. The test's allocator is [`Counting`](crate::Counting), and it runs alone.
+///
+/// # Panics
+/// When a step allocates; `name` says which case it was.
+pub fn assert_allocates_nothing(method: &dyn Method, case: &Case, first: usize, name: &str) {
+    let mut solver = begin(method, case);
+    advance(&mut *solver, first);
+    let count = crate::allocations_during(|| advance(&mut *solver, 30));
+    assert_eq!(count, 0, "{name}: allocations in 30 steps");
+}
+
+/// A field of scalars.
+pub fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
+    snapshot.scalars(name).unwrap().to_vec()
+}
+
+/// A field of vectors.
+pub fn vectors(snapshot: &Snapshot, name: &str) -> Vec<[f64; 3]> {
+    snapshot.vectors(name).unwrap().to_vec()
+}
+
+/// The stresses (Pa).
+pub fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
+    snapshot.tensors("stress").unwrap().iter().map(|s| s.0).collect()
+}

@@ -1,0 +1,42 @@
+//! What the tests of the other crates share. Tests and benches depend on it, nothing else does.
+//!
+//! [`near`] and [`close`] compare numbers, [`Counting`] counts allocations, and with the feature `cases` the module
+//! `cases` makes cases and drives solvers through [`colluvium_case`](https://docs.rs/colluvium-case)'s contract.
+
+mod allocations;
+#[cfg(feature = "cases")]
+pub mod cases;
+
+pub use allocations::{Counting, allocations_during};
+
+/// Asserts that `found` is within `tolerance` of `exact`.
+///
+/// # Panics
+/// When it is not, also when it is NaN.
+#[track_caller]
+pub fn near(found: f64, exact: f64, tolerance: f64) {
+    assert!((found - exact).abs() <= tolerance, "{found} for {exact}");
+}
+
+/// Asserts that `found` is within `tolerance` of `exact`: relative to `exact` where that is above one, absolute below.
+///
+/// # Panics
+/// When it is not, also when it is NaN.
+#[track_caller]
+pub fn close(found: f64, exact: f64, tolerance: f64) {
+    near(found, exact, tolerance * exact.abs().max(1.0));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tolerances_are_relative_above_one_and_absolute_below() {
+        close(1001.0, 1000.0, 1.001e-3);
+        close(1e-4, 0.0, 1e-3);
+        assert!(std::panic::catch_unwind(|| close(1002.0, 1000.0, 1e-3)).is_err());
+        assert!(std::panic::catch_unwind(|| close(2e-3, 0.0, 1e-3)).is_err());
+        assert!(std::panic::catch_unwind(|| near(f64::NAN, 0.0, 1e9)).is_err());
+    }
+}

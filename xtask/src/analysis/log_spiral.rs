@@ -1,0 +1,109 @@
+//! The upper bound theorem of limit analysis for a homogeneous slope with a level crest: a rigid body of soil that turns
+//! about a point beyond the face on a logarithmic spiral through the toe (Chen 1975, *Limit Analysis and Soil
+//! Plasticity*, §9.2). No slope of associated Mohr–Coulomb soil has a factor of safety above the one found here.
+
+use super::bishop::Slope;
+
+/// A spiral and the factor that it bounds.
+#[derive(Clone, Copy, Debug)]
+pub struct Spiral {
+    /// Factor of safety.
+    pub factor: f64,
+    /// Where it meets the crest, from the toe (m).
+    pub entry: f64,
+}
+
+/// Places per angle of a round of the search, and rounds, each in a finer box around the best spiral.
+const PLACES: usize = 25;
+const ROUNDS: usize = 12;
+/// Halvings of the factor.
+const HALVINGS: usize = 40;
+
+/// Critical height times unit weight over cohesion, and what meets the crest over the height, of a spiral whose radii to
+/// the crest and to the toe stand at the angles `from` and `to`; `None` where they make no mechanism.
+fn mechanism(slope: f64, friction: f64, [from, to]: [f64; 2]) -> Option<[f64; 2]> {
+    let t = friction.tan();
+    let grown = ((to - from) * t).exp();
+    // Height and length of the crest that moves, over the radius to the crest.
+    let height = to.sin() * grown - from.sin();
+    let crest = (to - from).sin() / to.sin() - (to + slope).sin() / (to.sin() * slope.sin()) * height;
+    // Written so that NaN is none.
+    if !(height > 0.0 && crest > 0.0) {
+        return None;
+    }
+    // Work of the weight: the sector of the spiral less the two triangles of what is not there.
+    let end = |angle: f64, size: f64| (3.0 * t * angle.cos() + angle.sin()) * size;
+    let sector = (end(to, grown.powi(3)) - end(from, 1.0)) / (3.0 * (1.0 + 9.0 * t * t));
+    let above = crest * (2.0 * from.cos() - crest) * from.sin() / 6.0;
+    let face = grown * ((to - from).sin() - crest * to.sin()) * (from.cos() - crest + to.cos() * grown) / 6.0;
+    let work = sector - above - face;
+    // Dissipation along the spiral, over twice the tangent of the friction angle.
+    let dissipated = if t > 0.0 { (grown * grown - 1.0) / (2.0 * t) } else { to - from };
+    (work > 0.0).then(|| [dissipated / work * height, crest / height])
+}
+
+/// The least stability number `γ H / c` of a slope (angles in radians), and the crest that moves over the height.
+fn stability(slope: f64, friction: f64) -> Option<[f64; 2]> {
+    let mut bounds = [[0.02, 2.0], [0.1, 3.0]];
+    let mut best: Option<([f64; 2], [f64; 2])> = None;
+    for _ in 0..ROUNDS {
+        let place = |axis: usize, k: usize| {
+            let [low, high]: [f64; 2] = bounds[axis];
+            low + (high - low) * k as f64 / (PLACES - 1) as f64
+        };
+        for number in 0..PLACES * PLACES {
+            let at = [place(0, number % PLACES), place(1, number / PLACES)];
+            let Some(found) = mechanism(slope, friction, at).filter(|_| at[1] > at[0]) else { continue };
+            if best.is_none_or(|(least, _)| found[0] < least[0]) {
+                best = Some((found, at));
+            }
+        }
+        let (_, at) = best?;
+        for axis in 0..2 {
+            let half = 0.25 * (bounds[axis][1] - bounds[axis][0]);
+            bounds[axis] = [at[axis] - half, at[axis] + half];
+        }
+    }
+    best.map(|(found, _)| found)
+}
+
+impl Slope {
+    /// The least upper bound of the factor of safety by spirals through the toe.
+    pub fn log_spiral(&self) -> Option<Spiral> {
+        let face = (1.0 / self.cotangent).atan();
+        let reduced = |factor: f64| {
+            let weak = self.weakened(factor);
+            let [number, crest] = stability(face, weak.friction_angle.to_radians())?;
+            Some((number * weak.cohesion / weak.unit_weight, crest))
+        };
+        let (mut low, mut high) = (0.1, 10.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if reduced(middle)?.0 > self.height { low = middle } else { high = middle }
+        }
+        let (_, crest) = reduced(low)?;
+        Some(Spiral { factor: low, entry: self.height * (self.cotangent + crest) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stability_numbers_are_those_of_chen() {
+        // Friction angle, slope (degrees), γ H / c.
+        for (friction, slope, published) in [(0.0, 90.0, 3.83), (20.0, 60.0, 10.39)] {
+            let [number, _] = stability(f64::to_radians(slope), f64::to_radians(friction)).unwrap();
+            assert!((number - published).abs() < 5e-3, "{friction}, {slope}: {number}");
+        }
+    }
+
+    #[test]
+    fn a_factor_scales_with_strength() {
+        let slope =
+            Slope { height: 5.0, cotangent: 1.0, unit_weight: 18e3, cohesion: 12e3, friction_angle: 25.0 };
+        let factor = slope.log_spiral().unwrap().factor;
+        assert!((slope.weakened(factor).log_spiral().unwrap().factor - 1.0).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,9 @@
+//! What several benchmarks compute of a run, and closed forms that several compare with.
+
+pub mod bishop;
+mod fronts;
+pub mod log_spiral;
+mod numbers;
+
+pub use fronts::{crest, farthest_held, held_front, lower_boundary, reach_of};
+pub use numbers::{Largest, larger, slope};

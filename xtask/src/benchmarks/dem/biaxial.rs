@@ -1,0 +1,253 @@
+//! Biaxial tests, dense and loose (sheet: dem §5, B14).
+
+use colluvium::case::RunReport;
+use colluvium::plots::{Series, Style};
+use serde_json::json;
+
+use super::scene::{case, chart, load, options};
+use crate::benchmarks::{Benchmark, Outcome, run_by, series};
+
+/// Dense, to the peak.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "dem/biaxial",
+    title: "Biaxial test of dense disks to the peak, DEM",
+    source: "sheet: dem §5, B14",
+    quick: None,
+    full: 40,
+    run: |_| peak(),
+};
+
+/// Dense and loose, to critical state.
+pub const CRITICAL: Benchmark = Benchmark {
+    id: "dem/biaxial-critical",
+    title: "Biaxial tests of dense and loose disks to critical state, DEM",
+    source: "sheet: dem §5, B14",
+    quick: None,
+    full: 240,
+    run: |_| critical(),
+};
+
+/// Strain rate of the stage of shear.
+const RATE: f64 = 3e-4;
+
+/// The sheet's dense specimen: strain, ratio of stresses, volumetric strain.
+const DENSE: [(f64, f64, f64); 12] = [
+    (0.0, 1.0, 0.0),
+    (0.002, 1.80, -0.0014),
+    (0.004, 2.33, -0.0018),
+    (0.008, 2.51, -0.0003),
+    (0.014, 2.53, 0.0036),
+    (0.02, 2.33, 0.0079),
+    (0.04, 2.21, 0.0184),
+    (0.06, 1.99, 0.0268),
+    (0.08, 1.89, 0.0316),
+    (0.10, 1.69, 0.0332),
+    (0.14, 1.73, 0.0351),
+    (0.18, 1.80, 0.0338),
+];
+
+/// The same of the loose one.
+const LOOSE: [(f64, f64, f64); 10] = [
+    (0.002, 1.24, -0.0011),
+    (0.004, 1.37, -0.0013),
+    (0.008, 1.51, -0.0018),
+    (0.02, 1.61, -0.0051),
+    (0.04, 1.60, -0.0072),
+    (0.08, 1.66, -0.0107),
+    (0.12, 1.74, -0.0087),
+    (0.16, 1.60, -0.0099),
+    (0.20, 1.55, -0.0109),
+    (0.24, 1.74, -0.0126),
+];
+
+/// A test: by logarithmic strain the ratio of stresses, volumetric strain, solid fraction.
+struct Test {
+    ratio: Vec<(f64, f64)>,
+    volume: Vec<(f64, f64)>,
+    solid: Vec<(f64, f64)>,
+    contacts: f64,
+    error: f64,
+}
+
+impl Test {
+    fn run(preparation: f64, strain: f64) -> Result<Self, String> {
+        let mut value = load("biaxial")?;
+        value["stages"][2]["duration"] = json!(strain / RATE);
+        options(&mut value)["stages"]["prepare"]["pairs"][0]["friction"]["coefficient"] = json!(preparation);
+        let start = 330.0;
+        Ok(Self::of(&run_by("dem", &case(&value)?)?, start))
+    }
+
+    fn of(report: &RunReport, start: f64) -> Self {
+        let all = |name: &str| {
+            series(report, name).into_iter().filter(|(t, _)| *t > start - 0.3).collect::<Vec<_>>()
+        };
+        let (height, width) = (all("cell.y"), all("cell.x"));
+        let strain = |k: usize| -(height[k].1 / height[0].1).ln();
+        let by = |values: Vec<f64>| {
+            values.into_iter().enumerate().map(|(k, v)| (strain(k), v)).collect::<Vec<_>>()
+        };
+        let (down, side) = (all("cell_stress.yy"), all("cell_stress.xx"));
+        let volume = (0..height.len()).map(|k| (height[k].1 * width[k].1 / height[0].1 / width[0].1).ln());
+        let contacts = all("coordination");
+        Self {
+            ratio: smooth(&by(down.iter().zip(&side).map(|(a, b)| a.1 / b.1).collect())),
+            volume: by(volume.collect()),
+            solid: by(all("solid_fraction").into_iter().map(|(_, v)| v).collect()),
+            contacts: contacts.first().map_or(f64::NAN, |(_, z)| *z),
+            error: series(report, "energy_error").last().map_or(f64::NAN, |(_, error)| *error),
+        }
+    }
+
+    /// Friction angle at the peak (degrees), and the strain there.
+    fn peak(&self) -> (f64, f64) {
+        let (strain, ratio) = self
+            .ratio
+            .iter()
+            .copied()
+            .fold((f64::NAN, 0.0), |most, now| if now.1 > most.1 { now } else { most });
+        (angle(ratio), strain)
+    }
+
+    /// Mean over strains beyond 15 %.
+    fn critical(curve: &[(f64, f64)]) -> f64 {
+        let last: Vec<f64> =
+            curve.iter().filter(|(strain, _)| *strain >= 0.15).map(|(_, value)| *value).collect();
+        last.iter().sum::<f64>() / last.len() as f64
+    }
+}
+
+/// Mobilised friction angle (degrees).
+fn angle(ratio: f64) -> f64 {
+    ((ratio - 1.0) / (ratio + 1.0)).asin().to_degrees()
+}
+
+/// Means over a window of strain of 5e-4 (sheet: dem §3.11).
+fn smooth(curve: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mean = |&(at, _): &(f64, f64)| {
+        let near: Vec<f64> =
+            curve.iter().filter(|(x, _)| (x - at).abs() <= 2.5e-4).map(|(_, y)| *y).collect();
+        (at, near.iter().sum::<f64>() / near.len() as f64)
+    };
+    curve.iter().map(mean).collect()
+}
+
+fn dense(outcome: &mut Outcome, test: &Test) {
+    let (peak, strain) = test.peak();
+    outcome.within("B14, dense: friction angle at the peak (°)", "25.9", peak, (23.9, 27.9), "B14: ± 2°");
+    let reason = "not judged: the sheet gives no bounds";
+    outcome.show("B14, dense: strain at the peak", "0.015", strain, reason);
+    outcome.show("B14, dense: solid fraction before shear", "0.8428", test.solid[0].1, reason);
+    outcome.show("B14, dense: contacts of a grain before shear", "4.04", test.contacts, reason);
+    let least = test.volume.iter().map(|(_, v)| *v).fold(0.0, f64::min);
+    outcome.within(
+        "B14, dense: largest contraction",
+        "-0.0018",
+        least,
+        (-0.01, -1e-4),
+        "B14: contraction, then dilation",
+    );
+    let last = test.volume.last().map_or(f64::NAN, |(_, v)| *v);
+    outcome.within(
+        "B14, dense: volumetric strain at the end",
+        "dilation",
+        last,
+        (0.005, 0.1),
+        "B14: contraction, then dilation",
+    );
+    outcome.below(
+        "B14, dense: error of the energy balance over input",
+        "0",
+        test.error.abs(),
+        0.01,
+        "§2.14: 1 %",
+    );
+}
+
+/// A test under a name, beside the rows of the sheet.
+type Shown<'a> = (&'a str, &'a Test, &'a [(f64, f64, f64)]);
+
+fn draw(outcome: &mut Outcome, tests: &[Shown]) -> Result<(), String> {
+    let mut stress = chart("Biaxial test of disks", "vertical strain", "ratio of stresses");
+    let mut volume =
+        chart("Biaxial test of disks", "vertical strain", "volumetric strain, dilation positive");
+    for (name, test, sheet) in tests {
+        let end = test.ratio.last().map_or(0.0, |last| last.0 + 1e-3);
+        let shown = || sheet.iter().filter(|row| row.0 <= end);
+        stress.series.push(Series::new(*name, test.ratio.clone(), Style::Line));
+        let points = shown().map(|row| (row.0, row.1)).collect();
+        stress.series.push(Series::new(format!("{name}, sheet's code"), points, Style::Markers));
+        volume.series.push(Series::new(*name, test.volume.clone(), Style::Line));
+        let points = shown().map(|row| (row.0, row.2)).collect();
+        volume.series.push(Series::new(format!("{name}, sheet's code"), points, Style::Markers));
+    }
+    outcome.svg("B14: stress.", &stress)?;
+    outcome.svg("B14: volume.", &volume)
+}
+
+fn peak() -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let test = Test::run(0.0, 0.03)?;
+    dense(&mut outcome, &test);
+    draw(&mut outcome, &[("dense", &test, &DENSE)])?;
+    Ok(outcome)
+}
+
+fn critical() -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let (firm, loose) = (Test::run(0.0, 0.24)?, Test::run(1.0, 0.24)?);
+    dense(&mut outcome, &firm);
+    let reason = "not judged: the sheet gives no bounds";
+    outcome.show("B14, loose: solid fraction before shear", "0.804", loose.solid[0].1, reason);
+    outcome.show(
+        "B14, loose: largest friction angle (°)",
+        "no peak; 18.4 by fluctuation",
+        loose.peak().0,
+        reason,
+    );
+    let contraction = loose.volume.last().map_or(f64::NAN, |(_, v)| *v);
+    outcome.within(
+        "B14, loose: volumetric strain at the end",
+        "contraction",
+        contraction,
+        (-0.05, 0.0),
+        "B14: contracts",
+    );
+    for (name, test, exact) in [("dense", &firm, 15.2), ("loose", &loose, 14.5)] {
+        let found = angle(Test::critical(&test.ratio));
+        let claim = format!("{exact}");
+        outcome.within(
+            format!("B14, {name}: critical friction angle (°)"),
+            &claim,
+            found,
+            (exact - 2.5, exact + 2.5),
+            "B14: ± 2.5°",
+        );
+        let solid = Test::critical(&test.solid);
+        outcome.within(
+            format!("B14, {name}: critical solid fraction"),
+            "0.814",
+            solid,
+            (0.806, 0.822),
+            "B14: ± 0.008",
+        );
+    }
+    let apart = angle(Test::critical(&firm.ratio)) - angle(Test::critical(&loose.ratio));
+    outcome.within(
+        "B14, critical angle, dense less loose (°)",
+        "0",
+        apart,
+        (-2.5, 2.5),
+        "B14: the same within 2.5°",
+    );
+    let apart = Test::critical(&firm.solid) - Test::critical(&loose.solid);
+    outcome.within(
+        "B14, critical solid fraction, dense less loose",
+        "0",
+        apart,
+        (-0.008, 0.008),
+        "B14: the same within 0.008",
+    );
+    draw(&mut outcome, &[("dense", &firm, &DENSE), ("loose", &loose, &LOOSE)])?;
+    Ok(outcome)
+}

@@ -1,0 +1,299 @@
+//! Columns of disks that collapse (sheet: dem §5, B13).
+
+use std::f64::consts::PI;
+
+use colluvium::case::{Snapshot, Solver};
+use colluvium::dem::DemSolver;
+use colluvium::plots::{PointCloud, Series, Style};
+use serde_json::{Value, json};
+
+use super::scene::{chart, disks, load, options, reading, step};
+use crate::benchmarks::{Benchmark, Outcome, scalars};
+
+/// One column.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "dem/column",
+    title: "Collapse of a column of 1500 disks, a = 1, DEM",
+    source: "sheet: dem §5, B13",
+    quick: None,
+    full: 48,
+    run: |_| columns(&SHEET[1..2]),
+};
+
+/// Five columns.
+pub const SWEEP: Benchmark = Benchmark {
+    id: "dem/column-sweep",
+    title: "Collapse of columns of 1500 disks, a = 0.5 to 8, DEM",
+    source: "sheet: dem §5, B13; Staron and Hinch 2005; Lube et al. 2005",
+    quick: None,
+    full: 300,
+    run: |_| columns(&SHEET),
+};
+
+/// What the sheet's code found for a column.
+#[derive(Clone, Copy)]
+struct Row {
+    aspect: f64,
+    /// Run-out of the connected front and of 98 % of the mass over the initial width.
+    front: f64,
+    mass: f64,
+    /// Final height over the initial width.
+    height: f64,
+    /// Largest kinetic energy over the potential energy of the start, and its time over √(H₀/g).
+    kinetic: f64,
+    when: f64,
+    /// Share that passes.
+    band: f64,
+}
+
+const fn row(aspect: f64, [front, mass, height, kinetic, when]: [f64; 5], band: f64) -> Row {
+    Row { aspect, front, mass, height, kinetic, when, band }
+}
+
+const SHEET: [Row; 5] = [
+    row(0.50, [0.88, 0.68, 0.506, 0.050, 1.35], 0.10),
+    row(0.99, [1.98, 1.68, 0.672, 0.103, 1.2], 0.10),
+    row(1.98, [4.07, 3.55, 0.863, 0.181, 1.1], 0.10),
+    row(3.97, [7.80, 6.95, 1.15, 0.253, 0.97], 0.10),
+    row(7.95, [12.0, 11.9, 1.42, 0.347, 0.95], 0.15),
+];
+
+/// Disks.
+const COUNT: f64 = 1500.0;
+/// Solid fraction with which the sheet estimates the width.
+const SOLID: f64 = 0.83;
+
+/// A column of an aspect ratio: widths, stiffness, steps.
+fn set_up(aspect: f64) -> Result<(Value, f64), String> {
+    let mut value = load("column")?;
+    // Mean area of a disk: the mean square of the diameters by number is 0.9867 for this curve.
+    let area = COUNT * PI / 4.0 * 0.9867;
+    let width = (area / (SOLID * aspect)).sqrt();
+    let reach = (width * (2.5 + 3.2 * aspect)).ceil();
+    let fill = area / (0.80 * width);
+    value["domain"]["max"] = json!([reach + 1.0, fill + 5.0]);
+    value["bodies"][0]["shape"]["max"] = json!([width, fill]);
+    value["bodies"][1]["shape"]["max"] = json!([reach, 0]);
+    value["boundaries"][1]["position"] = json!(width);
+    let stiffness = 5e3 * aspect * width;
+    let own = options(&mut value);
+    for k in 0..3 {
+        own["pairs"][k]["normal"]["stiffness"] = json!(stiffness);
+    }
+    own["time_step"] = json!(PI * (0.08 * PI / stiffness).sqrt() / 12.0);
+    Ok((value, width))
+}
+
+/// Front of the largest cluster of grains whose gaps are less than 0.05, its height, and the 98 % quantile of mass.
+fn measures(snapshot: &Snapshot) -> [f64; 3] {
+    let radii = scalars(snapshot, "radius");
+    let grains: Vec<([f64; 2], f64)> = (0..radii.len())
+        .filter(|&i| snapshot.bodies[i] == 0)
+        .map(|i| ([snapshot.positions[i][0], snapshot.positions[i][1]], radii[i]))
+        .collect();
+    let mut order: Vec<usize> = (0..grains.len()).collect();
+    order.sort_by(|&a, &b| grains[a].0[0].total_cmp(&grains[b].0[0]));
+    // Each grain's cluster, by the smallest number in it.
+    let mut cluster: Vec<usize> = (0..grains.len()).collect();
+    let root = |cluster: &[usize], mut i: usize| {
+        while cluster[i] != i {
+            i = cluster[i];
+        }
+        i
+    };
+    for (k, &i) in order.iter().enumerate() {
+        for &j in order[k + 1..].iter().take_while(|&&j| grains[j].0[0] - grains[i].0[0] < 1.3) {
+            let apart = (grains[j].0[0] - grains[i].0[0]).hypot(grains[j].0[1] - grains[i].0[1]);
+            if apart - grains[i].1 - grains[j].1 < 0.05 {
+                let (a, b) = (root(&cluster, i), root(&cluster, j));
+                cluster[a.max(b)] = a.min(b);
+            }
+        }
+    }
+    let roots: Vec<usize> = (0..grains.len()).map(|i| root(&cluster, i)).collect();
+    let mut sizes = vec![0usize; grains.len()];
+    roots.iter().for_each(|&own| sizes[own] += 1);
+    let largest = (0..sizes.len()).max_by_key(|&own| sizes[own]).unwrap_or(0);
+    let (mut front, mut top) = (0.0f64, 0.0f64);
+    for (x, r) in grains.iter().zip(&roots).filter(|(_, own)| **own == largest).map(|(grain, _)| grain) {
+        front = front.max(x[0] + r);
+        top = top.max(x[1] + r);
+    }
+    let total: f64 = grains.iter().map(|(_, r)| r * r).sum();
+    let (mut sum, mut quantile) = (0.0, 0.0);
+    for &i in &order {
+        sum += grains[i].1 * grains[i].1;
+        if sum <= 0.98 * total {
+            quantile = grains[i].0[0];
+        }
+    }
+    [front, quantile, top]
+}
+
+/// What came of a column.
+struct Deposit {
+    /// Width and height when the gate goes.
+    size: [f64; 2],
+    /// Front, 98 % quantile and height at the end; front at three times √(H₀/g).
+    end: [f64; 3],
+    early: f64,
+    /// Kinetic over the first potential energy, by time over √(H₀/g).
+    energy: Vec<(f64, f64)>,
+    error: f64,
+    first: Snapshot,
+    last: Snapshot,
+}
+
+fn collapse(aspect: f64) -> Result<Deposit, String> {
+    let (value, width) = set_up(aspect)?;
+    let mut solver = disks(&value)?;
+    let settled = value["stages"][0]["duration"].as_f64().ok_or("no duration")?;
+    while solver.time() < settled {
+        let dt = solver.limit().dt;
+        step(&mut solver, dt)?;
+    }
+    let first = solver.snapshot();
+    let (masses, radii) = (scalars(&first, "mass"), scalars(&first, "radius"));
+    let grains = || (0..masses.len()).filter(|&i| first.bodies[i] == 0);
+    let potential: f64 = grains().map(|i| masses[i] * first.positions[i][1]).sum();
+    let mut tops: Vec<f64> = grains().map(|i| first.positions[i][1] + radii[i]).collect();
+    tops.sort_by(f64::total_cmp);
+    let height = tops[(0.99 * tops.len() as f64) as usize];
+    let start = solver.time();
+    solver.begin_stage(1, start).map_err(|error| error.to_string())?;
+    let unit = height.sqrt();
+    let (mut energy, mut early) = (Vec::new(), f64::NAN);
+    loop {
+        advance(&mut solver, 0.02 * unit)?;
+        let time = (solver.time() - start) / unit;
+        let kinetic = solver.budget().kinetic / potential;
+        energy.push((time, kinetic));
+        if early.is_nan() && time >= 3.0 {
+            early = measures(&solver.snapshot())[0];
+        }
+        if time > 3.0 && kinetic < 2e-5 || time > 14.0 {
+            break;
+        }
+    }
+    let last = solver.snapshot();
+    let error = reading(&solver, "energy_error");
+    Ok(Deposit { size: [width, height], end: measures(&last), early, energy, error, first, last })
+}
+
+fn advance(solver: &mut DemSolver<2, 1>, span: f64) -> Result<(), String> {
+    let end = solver.time() + span;
+    while solver.time() < end {
+        let dt = solver.limit().dt;
+        step(solver, dt)?;
+    }
+    Ok(())
+}
+
+fn columns(rows: &[Row]) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut energies = chart(
+        "Kinetic energy of collapsing columns",
+        "time over √(H₀/g)",
+        "over potential energy at the start",
+    );
+    let (mut found, mut sheet) = (Vec::new(), Vec::new());
+    for row in rows {
+        let deposit = collapse(row.aspect)?;
+        judge(&mut outcome, row, &deposit);
+        found.push((row.aspect, deposit.end[0] / deposit.size[0] - 1.0));
+        sheet.push((row.aspect, row.front));
+        if rows.len() == 1 || row.aspect > 3.0 && row.aspect < 5.0 {
+            for (name, snapshot) in [("before", &deposit.first), ("after", &deposit.last)] {
+                let mut cloud = PointCloud::of(snapshot, "pressure", [0, 1]).ok_or("no pressure")?;
+                cloud.title = format!("Column of a = {}, {name}", row.aspect);
+                outcome.png(
+                    &format!("B13, a = {}, {name} the collapse: pressure in grains.", row.aspect),
+                    &cloud,
+                )?;
+            }
+        }
+        energies.series.push(Series::new(format!("a = {}", row.aspect), deposit.energy, Style::Line));
+    }
+    outcome.svg("B13: all comes to rest.", &energies)?;
+    if rows.len() > 1 {
+        scaling(&mut outcome, &found)?;
+        let mut picture =
+            chart("Run-out of columns of disks", "initial height over width", "run-out over initial width");
+        picture.log = true;
+        let law = |a: f64| if a < 2.0 { 2.5 * a } else { 3.25 * a.powf(0.7) };
+        let aspects = (0..=40).map(|k| 0.5 * 16f64.powf(f64::from(k) / 40.0));
+        picture.series.push(Series::new(
+            "Staron and Hinch, flat floor",
+            aspects.map(|a| (a, law(a))).collect(),
+            Style::Dashed,
+        ));
+        picture.series.push(Series::new("sheet's code", sheet, Style::Line));
+        picture.series.push(Series::new("DEM", found, Style::Markers));
+        outcome.svg("B13.", &picture)?;
+    }
+    Ok(outcome)
+}
+
+fn judge(outcome: &mut Outcome, row: &Row, deposit: &Deposit) {
+    let [width, height] = deposit.size;
+    let name = |what: &str| format!("B13, a = {}: {what}", row.aspect);
+    let [front, mass, top] = deposit.end;
+    let (when, most) = deposit.energy.iter().copied().fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
+    let reason = if row.band > 0.1 { "B13: ± 15 % for a = 8" } else { "B13: ± 10 %" };
+    outcome.near(
+        name("height over width at the start"),
+        row.aspect,
+        0.02,
+        height / width,
+        "the sheet's columns",
+    );
+    for (what, exact, value) in [
+        ("run-out of the connected front over initial width", row.front, front / width - 1.0),
+        ("run-out of 98 % of the mass over initial width", row.mass, mass / width - 1.0),
+        ("final height over initial width", row.height, top / width),
+        ("largest kinetic energy over first potential energy", row.kinetic, most),
+        ("time of it over √(H₀/g)", row.when, when),
+    ] {
+        outcome.near(name(what), exact, row.band, value, reason);
+    }
+    let share = (deposit.early - width) / (front - width);
+    outcome.within(
+        name("front at 3 √(H₀/g) over that at the end"),
+        "0.60 to 0.85",
+        share,
+        (0.60, 0.85),
+        "B13",
+    );
+    let rest = deposit.energy.last().copied().unwrap_or((f64::NAN, f64::NAN));
+    outcome.below(
+        name("kinetic energy at the end over first potential energy"),
+        "at rest",
+        rest.1,
+        2e-5,
+        "B13",
+    );
+    outcome.within(name("time at rest over √(H₀/g)"), "5 to 9", rest.0, (5.0, 9.0), "B13");
+    outcome.below(
+        name("error of the energy balance over input"),
+        "0",
+        deposit.error.abs(),
+        0.01,
+        "§2.14: 1 %",
+    );
+}
+
+/// Exponents of the run-out.
+fn scaling(outcome: &mut Outcome, found: &[(f64, f64)]) -> Result<(), String> {
+    let exponent = |a: (f64, f64), b: (f64, f64)| (b.1 / a.1).ln() / (b.0 / a.0).ln();
+    let [first, one, two, four, eight] = found else { return Err("five columns are needed".into()) };
+    let prefactor = (first.1 / first.0 + one.1 / one.0 + two.1 / two.0) / 3.0;
+    outcome.within("B13, run-out over aspect ratio, a ≤ 2", "2.0", prefactor, (1.8, 2.2), "B13: 2.0 ± 0.2");
+    outcome.below(
+        "B13, exponent of the run-out between a = 4 and 8",
+        "below 0.8",
+        exponent(*four, *eight),
+        0.8,
+        "B13",
+    );
+    Ok(())
+}

@@ -1,0 +1,150 @@
+//! Plane shear at constant pressure: `μ(I)` and `φ(I)` (sheet: dem §5, B11).
+
+use colluvium::case::RunReport;
+use colluvium::plots::{LineChart, Series, Style};
+use serde_json::{Value, json};
+
+use super::scene::{case, chart, load, options};
+use crate::analysis::larger;
+use crate::benchmarks::{Benchmark, Outcome, run_by, series};
+
+/// Two rates.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "dem/plane-shear",
+    title: "Plane shear of 900 disks, μ(I) and φ(I), two rates, DEM",
+    source: "sheet: dem §5, B11; da Cruz et al. 2005",
+    quick: None,
+    full: 40,
+    run: |_| rates(&SHEET[2..4], 8.0),
+};
+
+/// The whole table.
+pub const TABLE: Benchmark = Benchmark {
+    id: "dem/plane-shear-table",
+    title: "Plane shear of 900 disks, μ(I) and φ(I), all rates, DEM",
+    source: "sheet: dem §5, B11; da Cruz et al. 2005",
+    quick: None,
+    full: 700,
+    run: |_| rates(&SHEET, f64::INFINITY),
+};
+
+/// Inertial number, ratio of stresses, solid fraction, contacts of a grain, and the strain over which the sheet shears.
+type Row = (f64, f64, f64, f64, f64);
+
+/// The sheet's table, from fast to slow.
+const SHEET: [Row; 8] = [
+    (0.3, 0.550, 0.7187, 0.48, 60.0),
+    (0.2, 0.486, 0.7514, 0.69, 40.0),
+    (0.1, 0.390, 0.7823, 1.17, 25.0),
+    (0.05, 0.336, 0.7977, 1.65, 14.0),
+    (0.02, 0.298, 0.8058, 2.15, 8.0),
+    (0.01, 0.283, 0.8100, 2.41, 6.0),
+    (0.003, 0.263, 0.8143, 2.70, 4.0),
+    (0.001, 0.269, 0.8143, 2.83, 3.0),
+];
+
+/// A stage of shear at each rate, one after the other.
+fn shear(value: &mut Value, rows: &[Row], most: f64) {
+    for (rate, .., strain) in rows {
+        let name = format!("I = {rate}");
+        let stage = json!({ "name": name, "duration": strain.min(most) / rate });
+        if let Some(stages) = value["stages"].as_array_mut() {
+            stages.push(stage);
+        }
+        let cell = json!({ "xy": { "rate": rate }, "yy": { "stress": -1 } });
+        options(value)["stages"][&name] = json!({ "cell": cell });
+    }
+}
+
+/// Mean of a measure over the last 60 % of a stage.
+fn mean(report: &RunReport, name: &str, (start, end): (f64, f64)) -> f64 {
+    let from = start + 0.4 * (end - start);
+    let values: Vec<f64> = series(report, name)
+        .into_iter()
+        .filter(|(t, _)| *t > from && *t <= end + 1e-6)
+        .map(|(_, v)| v)
+        .collect();
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn rates(rows: &[Row], most: f64) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut value = load("plane-shear")?;
+    shear(&mut value, rows, most);
+    let report = run_by("dem", &case(&value)?)?;
+    let mut start = value["stages"][0]["duration"].as_f64().ok_or("no duration")?;
+    let (mut friction, mut fraction) = (Vec::new(), Vec::new());
+    for row in rows {
+        let end = start + row.4.min(most) / row.0;
+        let (ratio, solid) = judge(&mut outcome, row, &report, (start, end));
+        start = end;
+        friction.push((row.0, ratio));
+        fraction.push((row.0, solid));
+    }
+    monotone(&mut outcome, &friction, &fraction);
+    let error = series(&report, "energy_error").last().map_or(f64::NAN, |(_, error)| error.abs());
+    outcome.below("B11, error of the energy balance over input", "0", error, 0.01, "§2.14: 1 %");
+    let law = |from: f64, slope: f64| {
+        (0..=20).map(|k| 0.01 * f64::from(k)).map(|i| (i, from + slope * i)).collect()
+    };
+    let ratios = rows.iter().map(|row| (row.0, row.1)).collect();
+    draw(&mut outcome, "Ratio of shear stress to pressure", "ratio", (friction, ratios, law(0.25, 1.1)))?;
+    let solids = rows.iter().map(|row| (row.0, row.2)).collect();
+    draw(
+        &mut outcome,
+        "Solid fraction in plane shear",
+        "solid fraction",
+        (fraction, solids, law(0.81, -0.3)),
+    )?;
+    Ok(outcome)
+}
+
+/// Judges a stage of shear; ratio of stresses and solid fraction.
+fn judge(outcome: &mut Outcome, row: &Row, report: &RunReport, span: (f64, f64)) -> (f64, f64) {
+    let &(rate, ratio, solid, contacts, _) = row;
+    let pressure = -mean(report, "cell_stress.yy", span);
+    let found = mean(report, "cell_stress.xy", span).abs() / pressure.abs();
+    let filled = mean(report, "solid_fraction", span);
+    for (what, exact, value, width) in
+        [("ratio of stresses", ratio, found, 0.02), ("solid fraction", solid, filled, 0.006)]
+    {
+        let (name, claim) = (format!("B11, I = {rate}: {what}"), format!("{exact}"));
+        if rate <= 0.2 {
+            let reason = format!("B11: ± {width}");
+            outcome.within(name, &claim, value, (exact - width, exact + width), &reason);
+        } else {
+            outcome.show(name, &claim, value, "not judged: the sheet bounds I ≤ 0.2");
+        }
+    }
+    let reason = "not judged: the sheet gives no bounds";
+    let name = |what: &str| format!("B11, I = {rate}: {what}");
+    let coordination = mean(report, "coordination", span);
+    outcome.show(name("contacts of a grain"), &format!("{contacts}"), coordination, reason);
+    outcome.show(name("pressure"), "1; the sheet's code 0.992 to 1.006", pressure, reason);
+    (found, filled)
+}
+
+/// Ratios rise and fractions fall with the rate, down to where the sheet's own scatter.
+fn monotone(outcome: &mut Outcome, friction: &[(f64, f64)], fraction: &[(f64, f64)]) {
+    let largest = |curve: &[(f64, f64)], sign: f64| {
+        let pairs = curve.windows(2).filter(|pair| pair[1].0 >= 0.01);
+        pairs.map(|pair| sign * (pair[1].1 - pair[0].1)).fold(f64::NEG_INFINITY, larger)
+    };
+    let reason =
+        "B11: monotone; judged for I ≥ 0.01, below which the sheet's own ratios differ by their scatter";
+    let name = "B11, ratio of stresses: largest rise to a slower rate";
+    outcome.below(name, "falls", largest(friction, 1.0), 0.0, reason);
+    let name = "B11, solid fraction: largest loss to a slower rate";
+    outcome.below(name, "rises", largest(fraction, -1.0), 0.0, reason);
+}
+
+/// Ours, the sheet's and da Cruz's.
+type Curves = (Vec<(f64, f64)>, Vec<(f64, f64)>, Vec<(f64, f64)>);
+
+fn draw(outcome: &mut Outcome, title: &str, label: &str, (found, sheet, law): Curves) -> Result<(), String> {
+    let mut picture: LineChart = chart(title, "inertial number", label);
+    picture.series.push(Series::new("da Cruz et al. 2005", law, Style::Dashed));
+    picture.series.push(Series::new("sheet's code", sheet, Style::Line));
+    picture.series.push(Series::new("DEM", found, Style::Markers));
+    outcome.svg("B11.", &picture)
+}

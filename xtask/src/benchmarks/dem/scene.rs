@@ -1,0 +1,90 @@
+//! Cases of grains: files under `validation/dem` that a benchmark changes, and solvers that it steps by itself.
+
+use std::f64::consts::PI;
+
+use colluvium::case::{Case, Solver};
+use colluvium::dem::{self, DemSolver};
+use colluvium::plots::LineChart;
+use serde_json::{Value, json};
+
+/// A case file to change, `validation/dem/<folder>/case.json`.
+pub fn load(folder: &str) -> Result<Value, String> {
+    let path = crate::root().join("validation/dem").join(folder).join("case.json");
+    let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The case of changed text.
+pub fn case(value: &Value) -> Result<Case, String> {
+    Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())
+}
+
+/// Disks at the start of the first stage.
+pub fn disks(value: &Value) -> Result<DemSolver<2, 1>, String> {
+    begun(dem::disks(&case(value)?).map_err(|error| error.to_string())?)
+}
+
+/// Spheres at the start of the first stage.
+pub fn spheres(value: &Value) -> Result<DemSolver<3, 3>, String> {
+    begun(dem::spheres(&case(value)?).map_err(|error| error.to_string())?)
+}
+
+fn begun<const D: usize, const R: usize>(mut solver: DemSolver<D, R>) -> Result<DemSolver<D, R>, String>
+where
+    DemSolver<D, R>: Solver,
+{
+    solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
+    Ok(solver)
+}
+
+/// One step of `dt` (s).
+pub fn step(solver: &mut impl Solver, dt: f64) -> Result<(), String> {
+    solver.step(dt).map(|_| ()).map_err(|error| error.to_string())
+}
+
+/// What the solver tells under a name; NaN where it does not.
+pub fn reading(solver: &impl Solver, name: &str) -> f64 {
+    solver.readings().iter().find(|(own, ..)| own == name).map_or(f64::NAN, |(_, _, value)| *value)
+}
+
+/// A grain: place (m), radius (m), velocity (m/s).
+pub type Grain = (Vec<f64>, f64, Vec<f64>);
+
+/// Grains of a body as a file of points, under `target/validation/points`: single grains may reach beyond a periodic domain
+/// and into each other.
+pub fn points(name: &str, grains: &[Grain]) -> Result<Value, String> {
+    let folder = crate::root().join("target/validation/points");
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    std::fs::create_dir_all(&folder).map_err(failed)?;
+    let axes = &["x", "y", "z"][..grains.first().map_or(0, |grain| grain.0.len())];
+    let mut text = format!("{},volume,velocity_{}\n", axes.join(","), axes.join(",velocity_"));
+    for (place, radius, velocity) in grains {
+        let volume = if axes.len() == 2 { PI * radius * radius } else { 4.0 / 3.0 * PI * radius.powi(3) };
+        let numbers: Vec<String> =
+            place.iter().chain([&volume]).chain(velocity).map(|number| format!("{number:e}")).collect();
+        text += &(numbers.join(",") + "\n");
+    }
+    let file = folder.join(format!("{name}.csv"));
+    std::fs::write(&file, text).map_err(failed)?;
+    Ok(json!({ "file": file }))
+}
+
+/// Options of the method.
+pub fn options(value: &mut Value) -> &mut Value {
+    &mut value["methods"]["dem"]
+}
+
+/// The law of the first pair along the line of centres, linear.
+pub fn linear(stiffness: f64, damping_ratio: f64, clamp: bool) -> Value {
+    json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": damping_ratio, "clamp": clamp })
+}
+
+/// An empty chart.
+pub fn chart(title: &str, x_label: &str, y_label: &str) -> LineChart {
+    LineChart {
+        title: title.into(),
+        x_label: x_label.into(),
+        y_label: y_label.into(),
+        ..LineChart::default()
+    }
+}

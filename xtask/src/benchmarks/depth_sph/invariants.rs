@@ -1,0 +1,192 @@
+//! Kernels, smoothing lengths, momentum and frames (sheet: depth-sph §5.5, V31, V33, V34).
+
+use std::f64::consts::PI;
+
+use colluvium::depth_sph::bed::Bed;
+use colluvium::depth_sph::flow::{Ends, Flow};
+use colluvium::depth_sph::kernel::Kernel;
+use colluvium::depth_sph::nodes::Node;
+use colluvium::depth_sph::settings::Settings;
+
+use super::parts::node;
+use crate::analysis::Largest;
+use crate::benchmarks::{Benchmark, Outcome};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "depth-sph/invariants",
+    title: "Kernels, smoothing lengths, momentum and frames, depth-integrated",
+    source: "sheet: depth-sph §5.5, V31, V33, V34",
+    quick: Some(1),
+    full: 1,
+    run,
+};
+
+fn run(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    kernels(&mut outcome);
+    stretch(&mut outcome)?;
+    frames(&mut outcome)?;
+    Ok(outcome)
+}
+
+/// V31.
+fn kernels(outcome: &mut Outcome) {
+    let all = [
+        ("cubic spline", Kernel::CubicSpline),
+        ("Wendland C2", Kernel::WendlandC2),
+        ("quintic spline", Kernel::QuinticSpline),
+        ("Gaussian", Kernel::Gaussian),
+    ];
+    for (name, kernel) in all {
+        // Gauss's rule of three points on each of many intervals.
+        let count = 3000;
+        let width = kernel.support() / f64::from(count);
+        let integral = |f: &dyn Fn(f64) -> f64| -> f64 {
+            let cell = |k: i32| {
+                let middle = width * (f64::from(k) + 0.5);
+                let at = |s: f64| f(middle + 0.5 * width * s);
+                width / 18.0 * (5.0 * at(-0.6f64.sqrt()) + 8.0 * at(0.0) + 5.0 * at(0.6f64.sqrt()))
+            };
+            (0..count).map(cell).sum()
+        };
+        let line = 2.0 * integral(&|r| kernel.value::<1>(r, 1.0));
+        let plane = 2.0 * PI * integral(&|r| r * kernel.value::<2>(r, 1.0));
+        let cut = kernel == Kernel::Gaussian;
+        let (exact, tolerance) = if cut { ([0.999_978, 0.999_877], 1e-6) } else { ([1.0, 1.0], 1e-12) };
+        let reason = if cut { "V31 as amended: what lies beyond its cut" } else { "V31: 1e-12" };
+        outcome.near(format!("V31, {name}: integral over a line"), exact[0], tolerance, line, reason);
+        outcome.near(format!("V31, {name}: integral over a plane"), exact[1], tolerance, plane, reason);
+        let (mut sum, mut gradient) = (0.0, [0.0f64; 2]);
+        for i in -4..=4 {
+            for j in -4..=4 {
+                let (x, y) = (f64::from(i), f64::from(j));
+                sum += kernel.value::<2>(x.hypot(y), 1.3);
+                if i != 0 || j != 0 {
+                    gradient[0] -= x * kernel.gradient::<2>(x.hypot(y), 1.3);
+                    gradient[1] -= y * kernel.gradient::<2>(x.hypot(y), 1.3);
+                }
+            }
+        }
+        if matches!(kernel, Kernel::CubicSpline | Kernel::WendlandC2) {
+            outcome.near(
+                format!("V31, {name}: sum over a lattice, η = 1.3"),
+                1.0,
+                0.011,
+                sum,
+                "V31 as amended: 1.1 %",
+            );
+        }
+        let size = gradient[0].hypot(gradient[1]);
+        outcome.below(format!("V31, {name}: sum of gradients over a lattice"), "0", size, 1e-14, "V31: zero");
+    }
+}
+
+/// V33: smoothing lengths follow a uniform stretch.
+fn stretch(outcome: &mut Outcome) -> Result<(), String> {
+    let line = |factor: f64| -> Result<f64, String> {
+        let nodes = (0..20).map(|k| node(factor * (f64::from(k) + 0.5), 0.0, 1.0, 1.0)).collect();
+        let ends = Ends { periods: [Some((0.0, 20.0 * factor))], ..Ends::default() };
+        let mut flow = Flow::new(Settings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes])
+            .map_err(|failure| failure.to_string())?;
+        for _ in 0..40 {
+            flow.advance(1e-6).map_err(|failure| failure.to_string())?;
+        }
+        Ok(flow.sets[0].nodes.length[7])
+    };
+    let plan = |factor: f64| -> Result<f64, String> {
+        let place = |k: i32| factor * (f64::from(k) + 0.5);
+        let one = |k: i32| Node {
+            body: 0,
+            position: [place(k % 12), place(k / 12)],
+            velocity: [0.0; 2],
+            volume: 1.0,
+            length: 1.3,
+            scale: 1.69,
+        };
+        let nodes = (0..144).map(one).collect();
+        let ends = Ends { periods: [Some((0.0, 12.0 * factor)); 2], ..Ends::default() };
+        let mut flow = Flow::new(Settings::plain(1000.0), Bed::Flat(0.0), ends, &[nodes])
+            .map_err(|failure| failure.to_string())?;
+        for _ in 0..40 {
+            flow.advance(1e-6).map_err(|failure| failure.to_string())?;
+        }
+        Ok(flow.sets[0].nodes.length[7])
+    };
+    for factor in [0.7, 1.6, 2.5] {
+        let reason = "V33: 1e-6";
+        outcome.near(
+            format!("V33: stretch {factor} along a line"),
+            factor,
+            1e-6,
+            line(factor)? / line(1.0)?,
+            reason,
+        );
+        outcome.near(
+            format!("V33: stretch {factor} in plan"),
+            factor,
+            1e-6,
+            plan(factor)? / plan(1.0)?,
+            reason,
+        );
+    }
+    Ok(())
+}
+
+/// V34: a heap in plan, as it is, turned, and moving along.
+fn frames(outcome: &mut Outcome) -> Result<(), String> {
+    let turn = |x: [f64; 2], angle: f64| {
+        let (sin, cos) = angle.sin_cos();
+        [cos * x[0] - sin * x[1], sin * x[0] + cos * x[1]]
+    };
+    let heap = |angle: f64, along: [f64; 2]| -> Result<Flow<2>, String> {
+        // Places and velocities without order, the same in every frame.
+        let noise = |k: i32, c: f64| ((f64::from(k) * 12.9898 + c * 78.233).sin() * 43_758.545_3).fract();
+        let one = |k: i32| {
+            let x = [f64::from(k % 20) + 0.4 * noise(k, 1.0), f64::from(k / 20) + 0.4 * noise(k, 2.0)];
+            let v = turn([noise(k, 3.0), noise(k, 4.0)], angle);
+            let velocity = [v[0] + along[0], v[1] + along[1]];
+            let volume = 1.0 + 0.3 * noise(k, 5.0);
+            Node { body: 0, position: turn(x, angle), velocity, volume, length: 1.3, scale: 1.69 }
+        };
+        Flow::new(Settings::plain(1000.0), Bed::Flat(0.0), Ends::default(), &[(0..400).map(one).collect()])
+            .map_err(|failure| failure.to_string())
+    };
+    let momentum = |flow: &Flow<2>| flow.totals(0).momentum;
+    let pushed = |angle: f64, along: [f64; 2]| -> Result<(Vec<[f64; 2]>, f64), String> {
+        let mut flow = heap(angle, along)?;
+        let before = momentum(&flow);
+        let mass = flow.totals(0).mass;
+        flow.advance(1e-3).map_err(|failure| failure.to_string())?;
+        let after = momentum(&flow);
+        let nodes = &flow.sets[0].nodes;
+        let mut order: Vec<usize> = (0..nodes.id.len()).collect();
+        order.sort_by_key(|&i| nodes.id[i]);
+        let back =
+            |i: usize| turn([nodes.velocity[i][0] - along[0], nodes.velocity[i][1] - along[1]], -angle);
+        let change = (after[0] - before[0]).hypot(after[1] - before[1]) / mass;
+        Ok((order.into_iter().map(back).collect(), change))
+    };
+    let (plain, change) = pushed(0.0, [0.0; 2])?;
+    outcome.below("V34: change of momentum of a step over the mass (m/s)", "0", change, 1e-12, "V34: 1e-12");
+    for (name, angle, along) in [("turned", 0.7, [0.0; 2]), ("moving along", 0.0, [3.0, -2.0])] {
+        let (other, change) = pushed(angle, along)?;
+        let apart = plain.iter().zip(&other).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).largest();
+        let reason = "V34: 1e-12 of velocities of the order of 1 m/s";
+        outcome.below(
+            format!("V34, {name}: largest difference of velocity (m/s)"),
+            "0",
+            apart,
+            1e-12,
+            reason,
+        );
+        outcome.below(
+            format!("V34, {name}: change of momentum over the mass (m/s)"),
+            "0",
+            change,
+            1e-12,
+            "V34: 1e-12",
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,37 @@
+//! Depth-integrated smoothed particle hydrodynamics.
+
+mod block;
+mod cap;
+mod column;
+mod deposit;
+mod incline;
+mod invariants;
+mod lake;
+mod locked;
+mod parts;
+mod ritter;
+mod stoker;
+mod terrain;
+mod thacker;
+mod uniform;
+
+use crate::benchmarks::Benchmark;
+
+/// The benchmarks, in the order of the report.
+pub const ALL: &[Benchmark] = &[
+    ritter::BENCHMARK,
+    stoker::BENCHMARK,
+    lake::BENCHMARK,
+    incline::BENCHMARK,
+    cap::BENCHMARK,
+    uniform::BENCHMARK,
+    column::BENCHMARK,
+    block::BENCHMARK,
+    thacker::BENCHMARK,
+    invariants::BENCHMARK,
+    locked::BENCHMARK,
+    deposit::SATURATED,
+    deposit::MUD,
+    terrain::RASTER,
+    terrain::DEBRIS,
+];

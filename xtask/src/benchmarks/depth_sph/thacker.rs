@@ -1,0 +1,261 @@
+//! Water that swings in a parabolic basin (sheet: depth-sph §5.3, V10, V11).
+
+use std::f64::consts::{PI, TAU};
+
+use colluvium::depth_sph::bed::paraboloid;
+use colluvium::depth_sph::choices::Frame;
+use colluvium::depth_sph::flow::{Ends, Flow};
+use colluvium::depth_sph::kernel::Kernel;
+use colluvium::depth_sph::nodes::Node;
+use colluvium::depth_sph::settings::{Settings, Zone};
+use colluvium::plots::{LineChart, Series, Style};
+use serde_json::json;
+
+use super::parts::{flow_until, law, node};
+use crate::benchmarks::{Benchmark, Outcome};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "depth-sph/basin",
+    title: "Water that swings in a parabolic canal and bowl, depth-integrated",
+    source: "Thacker 1981; sheet: depth-sph §5.3, V10, V11",
+    quick: Some(6),
+    full: 30,
+    run,
+};
+
+const GRAVITY: f64 = 9.81;
+
+fn run(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut chart = LineChart {
+        title: "Middle of the water in a canal".to_owned(),
+        x_label: "time (s)".to_owned(),
+        y_label: "x (m)".to_owned(),
+        ..LineChart::default()
+    };
+    free(&mut outcome, &mut chart)?;
+    held(&mut outcome, &mut chart)?;
+    outcome.svg(
+        "V10: water in a parabolic canal, free and with a little friction; closed form broken.",
+        &chart,
+    )?;
+    turning(&mut outcome, quick)?;
+    breathing(&mut outcome, quick)?;
+    Ok(outcome)
+}
+
+/// V10: the canal, 100 m to the shore of the still water and 10 m deep, its water 20 m aside.
+fn canal(friction: f64) -> Result<Flow<1>, String> {
+    let spacing = 0.5;
+    let nodes: Vec<Node<1>> = (0..400)
+        .map(|k| {
+            let x = -100.0 + spacing * (f64::from(k) + 0.5);
+            node(x + 20.0, 0.0, 10.0 * (1.0 - x * x / 1e4) * spacing, spacing)
+        })
+        .collect();
+    let mut settings = Settings::<1>::plain(1000.0);
+    settings.frame = Frame::SmallSlope;
+    if friction > 0.0 {
+        let angle = friction.atan().to_degrees();
+        settings.zones = vec![Zone::everywhere(law(json!({ "model": "coulomb", "friction_angle": angle }))?)];
+    }
+    Flow::new(settings, paraboloid(1e-3, [0.0]), Ends::default(), &[nodes])
+        .map_err(|failure| failure.to_string())
+}
+
+/// Middle of the water (m).
+fn middle<const D: usize>(flow: &Flow<D>) -> [f64; D] {
+    let nodes = &flow.sets[0].nodes;
+    let whole = nodes.total_volume();
+    let sum = |c: usize| nodes.position.iter().zip(&nodes.volume).map(|(x, m)| m / whole * x[c]).sum();
+    std::array::from_fn(sum)
+}
+
+fn free(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String> {
+    let omega = (2.0 * GRAVITY * 10.0).sqrt() / 100.0;
+    let period = TAU / omega;
+    let mut flow = canal(0.0)?;
+    let (mut found, mut crossing) = (vec![(0.0, 20.0)], f64::NAN);
+    for k in 1..=200 {
+        flow_until(&mut flow, period * f64::from(k) / 200.0)?;
+        let (before, now) = (found[found.len() - 1], (flow.time, middle(&flow)[0]));
+        if before.1 < 0.0 && now.1 >= 0.0 {
+            crossing = before.0 - before.1 * (now.0 - before.0) / (now.1 - before.1);
+        }
+        found.push(now);
+    }
+    let reason = "V10: 1 % of the amplitude in a period";
+    for (time, exact) in [(5.0, 15.292_242), (10.0, 3.385_268), (40.0, 15.547_317)] {
+        let after = found.partition_point(|(t, _)| *t < time);
+        let (a, b) = (found[after - 1], found[after]);
+        let place = a.1 + (b.1 - a.1) * (time - a.0) / (b.0 - a.0);
+        let name = format!("V10, free: middle after {time} s (m)");
+        outcome.within(name, &format!("{exact}"), place, (exact - 0.2, exact + 0.2), reason);
+    }
+    outcome.near("V10, free: amplitude after a period (m)", 20.0, 0.01, found[200].1, reason);
+    let reason = "V10: phase 0.5 %";
+    outcome.near("V10, free: second passage of the middle (s)", 0.75 * period, 0.005, crossing, reason);
+    let exact = found.iter().map(|(t, _)| (*t, 20.0 * (omega * t).cos())).collect();
+    chart.series.push(Series::new("free, Thacker", exact, Style::Dashed));
+    chart.series.push(Series::new("free", found, Style::Line));
+    Ok(())
+}
+
+/// V10 (iii): friction takes 5 m of the amplitude in each half of a swing.
+fn held(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String> {
+    let omega = (2.0 * GRAVITY * 10.0).sqrt() / 100.0;
+    let mut flow = canal(0.005)?;
+    let mut found = vec![(0.0, 20.0)];
+    while flow.time < 110.0 {
+        let end = flow.time + 0.5;
+        flow_until(&mut flow, end)?;
+        found.push((flow.time, middle(&flow)[0]));
+    }
+    for (number, exact) in [-15.0, 10.0, -5.0, 0.0].into_iter().enumerate() {
+        let time = PI / omega * (number + 1) as f64;
+        let near = found.iter().filter(|(t, _)| (t - time).abs() < 0.25 * PI / omega);
+        let sign = if number % 2 == 0 { -1.0 } else { 1.0 };
+        let turn = near.map(|(_, x)| sign * x).fold(f64::MIN, f64::max) * sign;
+        let name = format!("V10, friction: turning point {} (m)", number + 1);
+        let reason = if number < 3 { "V10: 1 % of the first amplitude" } else { "V10: |X| < 0.3 m" };
+        let width = if number < 3 { 0.2 } else { 0.3 };
+        outcome.within(name, &format!("{exact}"), turn, (exact - width, exact + width), reason);
+    }
+    let fastest = flow.sets[0].nodes.velocity.iter().map(|v| v[0].abs()).fold(0.0, f64::max);
+    outcome.below("V10, friction: largest speed at rest (m/s)", "0", fastest, 0.0, "V10: exactly zero");
+    chart.series.push(Series::new("friction", found, Style::Line));
+    Ok(())
+}
+
+/// Nodes of a bowl, 10 m to the shore of the still water and 1 m deep, with a depth and a velocity at each place.
+fn bowl(quick: bool, state: impl Fn([f64; 2]) -> (f64, [f64; 2])) -> Result<Flow<2>, String> {
+    let spacing = if quick { 0.3 } else { 0.25 };
+    let mut nodes = Vec::new();
+    let count = (14.0 / spacing) as i32;
+    for i in -count..count {
+        for j in -count..count {
+            let position = [spacing * (f64::from(i) + 0.5), spacing * (f64::from(j) + 0.5)];
+            let (height, velocity) = state(position);
+            if height > 0.0 {
+                let volume = height * spacing * spacing;
+                nodes.push(Node { body: 0, position, velocity, volume, length: 1.3 * spacing, scale: 1.69 });
+            }
+        }
+    }
+    let mut settings = Settings::<2>::plain(1000.0);
+    settings.frame = Frame::SmallSlope;
+    Flow::new(settings, paraboloid(0.01, [0.0; 2]), Ends::default(), &[nodes])
+        .map_err(|failure| failure.to_string())
+}
+
+/// Depth at a place, by the sum over the nodes (m).
+fn depth(flow: &Flow<2>, x: [f64; 2]) -> f64 {
+    let nodes = &flow.sets[0].nodes;
+    let each = nodes.position.iter().zip(&nodes.volume).zip(&nodes.length);
+    let near =
+        each.map(|((y, m), l)| (m, (x[0] - y[0]).hypot(x[1] - y[1]), l)).filter(|(_, r, l)| r < &(2.0 * *l));
+    near.map(|(m, r, l)| m * Kernel::CubicSpline.value::<2>(r, *l)).sum()
+}
+
+/// Mean difference of the depth from `exact` at 500 places within `radius` (m) of `centre` (m).
+fn error(flow: &Flow<2>, centre: [f64; 2], radius: f64, exact: impl Fn([f64; 2]) -> f64) -> f64 {
+    let golden = PI * (3.0 - 5f64.sqrt());
+    let at = |k: i32| {
+        let (r, angle) = (radius * ((f64::from(k) + 0.5) / 500.0).sqrt(), golden * f64::from(k));
+        let x = [centre[0] + r * angle.cos(), centre[1] + r * angle.sin()];
+        (depth(flow, x) - exact(x)).abs()
+    };
+    (0..500).map(at).sum::<f64>() / 500.0
+}
+
+/// V11: the surface stays plane and turns around.
+fn turning(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
+    let (omega, away) = ((2.0 * GRAVITY).sqrt() / 10.0, 2.0);
+    let still = move |x: [f64; 2], centre: [f64; 2]| {
+        (1.0 - ((x[0] - centre[0]).powi(2) + (x[1] - centre[1]).powi(2)) / 100.0).max(0.0)
+    };
+    let mut flow = bowl(quick, |x| (still(x, [away, 0.0]), [0.0, away * omega]))?;
+    let period = TAU / omega;
+    let (mut angle, mut turned, mut path) = (0.0f64, 0.0f64, Vec::new());
+    for k in 1..=40 {
+        flow_until(&mut flow, period * f64::from(k) / 40.0)?;
+        let [x, y] = middle(&flow);
+        let now = y.atan2(x);
+        turned += (now - angle + PI).rem_euclid(TAU) - PI;
+        angle = now;
+        path.push((x, y));
+    }
+    let reason = "V11: period 1 %";
+    outcome.near("V11, plane surface: turns in a period", 1.0, 0.01, turned / TAU, reason);
+    let [x, y] = middle(&flow);
+    let found = error(&flow, [away, 0.0], 10.0, |x| still(x, [away, 0.0]));
+    outcome.below("V11, plane surface: mean error of depth after a period (m)", "0", found, 0.02, "V11: 2 %");
+    let reason = "not judged: the sheet asks for period and depth";
+    outcome.show("V11, plane surface: distance of the middle from the axis (m)", "2", x.hypot(y), reason);
+    let circle =
+        (0..=90).map(|k| TAU * f64::from(k) / 90.0).map(|a| (away * a.cos(), away * a.sin())).collect();
+    let chart = LineChart {
+        title: "Middle of the water in a bowl".to_owned(),
+        x_label: "x (m)".to_owned(),
+        y_label: "y (m)".to_owned(),
+        series: vec![
+            Series::new("Thacker", circle, Style::Dashed),
+            Series::new("nodes, 40 times in a period", path, Style::Markers),
+        ],
+        ..LineChart::default()
+    };
+    outcome.svg("V11: the middle of water with a plane surface goes round in a circle.", &chart)
+}
+
+/// V11: the water rises and falls in the middle.
+fn breathing(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
+    let (omega, a) = ((8.0 * GRAVITY).sqrt() / 10.0, 0.25f64);
+    let root = (1.0 - a * a).sqrt();
+    let height = move |x: [f64; 2], t: f64| {
+        let q = 1.0 - a * (omega * t).cos();
+        (root / q - (x[0] * x[0] + x[1] * x[1]) / 100.0 * (1.0 - a * a) / (q * q)).max(0.0)
+    };
+    let mut flow = bowl(quick, |x| (height(x, 0.0), [0.0; 2]))?;
+    let period = TAU / omega;
+    let (mut found, mut low) = (vec![(0.0, depth(&flow, [0.0; 2]))], (0.0, f64::INFINITY));
+    for k in 1..=40 {
+        flow_until(&mut flow, period * f64::from(k) / 40.0)?;
+        let now = (flow.time, depth(&flow, [0.0; 2]));
+        if now.1 < low.1 {
+            low = now;
+        }
+        found.push(now);
+    }
+    let reason = "V11: 2 % of the still depth";
+    for (k, exact) in [(10, 0.968_246), (20, 0.774_597), (40, 1.290_994)] {
+        let name = format!("V11, round surface: depth in the middle after {}/4 of a period (m)", k / 10);
+        outcome.within(name, &format!("{exact}"), found[k].1, (exact - 0.02, exact + 0.02), reason);
+    }
+    let exact = |x: [f64; 2]| height(x, period);
+    let mean = error(&flow, [0.0; 2], 8.801_117, exact);
+    outcome.below("V11, round surface: mean error of depth after a period (m)", "0", mean, 0.02, "V11: 2 %");
+    // The lowest level lies at half of the period; a parabola through its neighbours.
+    let at = found.iter().position(|now| now.0 == low.0).unwrap_or(1).clamp(1, found.len() - 2);
+    let (a, b, c) = (found[at - 1].1, found[at].1, found[at + 1].1);
+    let time = found[at].0 + period / 40.0 * 0.5 * (a - c) / (a - 2.0 * b + c);
+    outcome.near(
+        "V11, round surface: twice the time to the lowest level (s)",
+        period,
+        0.01,
+        2.0 * time,
+        "V11: 1 %",
+    );
+    let exact = (0..=100).map(|k| period * f64::from(k) / 100.0).map(|t| (t, height([0.0; 2], t))).collect();
+    let chart = LineChart {
+        title: "Depth in the middle of a bowl".to_owned(),
+        x_label: "time (s)".to_owned(),
+        y_label: "depth (m)".to_owned(),
+        series: vec![
+            Series::new("Thacker", exact, Style::Dashed),
+            Series::new("nodes", found, Style::Markers),
+        ],
+        ..LineChart::default()
+    };
+    outcome.svg("V11: water with a round surface rises and falls in the middle.", &chart)
+}

@@ -1,0 +1,290 @@
+//! Contact between bodies (sheet: mpm ).
+
+use colluvium::case::{Case, RunReport, Snapshot};
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
+
+use crate::analysis::slope;
+use crate::benchmarks::{Benchmark, Outcome, case, run, set, stresses, vectors};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "mpm/contact",
+    title: "Bodies that meet, slide, stick, roll and part",
+    source: "sheet: mpm A-13, A-14, A-15, A-31, closed forms; Bardenhagen et al. 2000, 2001",
+    quick: Some(28),
+    full: 28,
+    run: benchmark,
+};
+
+fn benchmark(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    bars(&mut outcome, "A-13 bars", &run(&case("mpm/contact-bars")?)?)?;
+    block(&mut outcome)?;
+    incline(&mut outcome)?;
+    disk(&mut outcome)?;
+    Ok(outcome)
+}
+
+/// Sets a key of the first contact of the case.
+pub(super) fn contact(case: &mut Case, key: &str, value: impl Into<serde_json::Value>) {
+    if let Some(mpm) = case.methods.get_mut("mpm") {
+        mpm["contacts"][0][key] = value.into();
+    }
+}
+
+/// Mean of a component of a field over a body, whose points all have the same mass.
+pub(super) fn mean(snapshot: &Snapshot, field: &str, body: u32, component: usize) -> f64 {
+    let values = vectors(snapshot, field);
+    let of_body = values.iter().zip(&snapshot.bodies).filter(|(_, b)| **b == body);
+    let (sum, count) = of_body.fold((0.0, 0.0), |(sum, count), (v, _)| (sum + v[component], count + 1.0));
+    sum / count
+}
+
+/// The mean of a component over a body in time, counted from `start`.
+pub(super) fn history(report: &RunReport, field: &str, body: u32, start: f64) -> Vec<(f64, f64)> {
+    let frames = report.frames.iter().filter(|frame| frame.time >= start - 1e-9);
+    frames.map(|frame| (frame.time - start, mean(frame, field, body, 0))).collect()
+}
+
+/// Mean way along x of a body in time.
+fn ways(report: &RunReport, body: u32) -> Vec<(f64, f64)> {
+    report.frames.iter().map(|frame| (frame.time, mean(frame, "displacement", body, 0))).collect()
+}
+
+/// Two equal bars, A-13: 1 m long, 1000 kg/m³, 10 m/s wave speed, ±0.1 m/s.
+pub(super) fn bars(outcome: &mut Outcome, name: &str, report: &RunReport) -> Result<(), String> {
+    let speeds: Vec<(f64, f64)> = history(report, "velocity", 0, 0.0);
+    // Mean stress along the bars of the points that were between two places at the start; they meet at 2 m.
+    let between = |snapshot: &Snapshot, from: f64, to: f64| {
+        let moved = vectors(snapshot, "displacement");
+        let start = snapshot.positions.iter().zip(moved).map(|(x, u)| x[0] - u[0]);
+        let within = start.zip(stresses(snapshot)).filter(|(x, _)| *x > from && *x < to);
+        let (sum, count) = within.fold((0.0, 0.0), |(sum, count), (_, s)| (sum + s[0], count + 1.0));
+        sum / count
+    };
+    // Of the left bar near its end, what is next to the interface left out.
+    let near = |snapshot: &Snapshot| between(snapshot, 1.8, 1.95);
+    let pressed = report.frames.iter().filter(|frame| (0.08..0.12).contains(&frame.time));
+    let (sum, count) = pressed.fold((0.0, 0.0), |(sum, count), frame| (sum + near(frame), count + 1.0));
+    outcome.near(
+        format!("{name}: stress behind the front, mean 0.08 to 0.12 s (Pa)"),
+        -1000.0,
+        0.03,
+        sum / count,
+        "the sheet's 3 %",
+    );
+    // The mean speed falls in a straight line until they part, and keeps its value then.
+    let last = speeds.last().map_or(f64::NAN, |(_, v)| *v);
+    let part = speeds.iter().find(|(_, v)| *v < 0.98 * last).map_or(f64::NAN, |(t, _)| *t);
+    let reason = "the sheet's 5 %; they part when the mean speed has reached 98 % of what it ends with";
+    outcome.near(format!("{name}: time when they part (s)"), 0.2, 0.05, part, reason);
+    let kept = report.end.kinetic / report.start.kinetic;
+    outcome.within(
+        format!("{name}: kinetic energy after over before"),
+        "at least 0.97",
+        kept,
+        (0.97, 1.0001),
+        "the sheet's bound",
+    );
+    for (body, bar, outwards) in [(0, "left", 1.0), (1, "right", -1.0)] {
+        // Nothing else acts on a bar: what pulls at it changes its mean speed.
+        let speeds = history(report, "velocity", body, part);
+        let pull = speeds
+            .windows(2)
+            .map(|pair| outwards * 1000.0 * (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0));
+        outcome.below(
+            format!("{name}: largest tension at the end of the {bar} one after they part (Pa)"),
+            "none",
+            pull.fold(f64::NAN, f64::max),
+            1e-6,
+            "round-off",
+        );
+        let within = if body == 0 { (1.95, 2.0) } else { (2.0, 2.05) };
+        let parted = report.frames.iter().filter(|frame| frame.time >= part);
+        outcome.show(
+            format!("{name}: largest tension within the {bar} one next to its end after they part (Pa)"),
+            "none",
+            parted.map(|frame| between(frame, within.0, within.1)).fold(f64::NAN, f64::max),
+            "not judged: a step wave rings in a free bar without damping (A-08)",
+        );
+    }
+    let momentum = report.end.momentum[0].abs() / (0.1 * 0.5 * report.start.mass);
+    outcome.below(format!("{name}: momentum over that of one bar"), "0", momentum, 1e-12, "round-off");
+    outcome.svg(
+        "Mean speed of the left bar: the impact lasts while the wave runs to the free end and back.",
+        &LineChart {
+            title: name.into(),
+            x_label: "time (s)".into(),
+            y_label: "mean velocity of the left bar (m/s)".into(),
+            series: vec![
+                Series::new("closed form", vec![(0.0, 0.1), (0.2, -0.1), (0.4, -0.1)], Style::Dashed),
+                Series::new("contact", speeds, Style::Line),
+            ],
+            ..LineChart::default()
+        },
+    )
+}
+
+/// Leaves the normal of the first contact to the bodies.
+fn forget_normal(case: &mut Case) {
+    contact(case, "normal", serde_json::Value::Null);
+}
+
+/// A block that slides to rest, A-31: 1 m/s, friction 0.4, 10 m/s².
+fn block(outcome: &mut Outcome) -> Result<(), String> {
+    let mut chart = LineChart {
+        title: "Block sliding to rest".into(),
+        x_label: "time (s)".into(),
+        y_label: "mean velocity (m/s)".into(),
+        ..LineChart::default()
+    };
+    chart.series.push(Series::new("closed form", vec![(0.0, 1.0), (0.25, 0.0), (0.5, 0.0)], Style::Dashed));
+    for shape in ["linear", "ugimp", "quadratic"] {
+        let mut case = case("mpm/contact-block")?;
+        set(&mut case, "shape", shape);
+        let report = run(&case)?;
+        let speeds = history(&report, "velocity", 1, 0.0);
+        let sliding: Vec<(f64, f64)> = speeds.iter().copied().filter(|(t, _)| *t < 0.22).collect();
+        let stop = 1.0 / -slope(&sliding);
+        let reason = "the sheet's 2 %";
+        outcome.near(
+            format!("A-31 block, {shape}: time to rest by its deceleration (s)"),
+            0.25,
+            0.02,
+            stop,
+            reason,
+        );
+        let way = mean(&report.snapshot, "displacement", 1, 0);
+        outcome.near(format!("A-31 block, {shape}: way to rest (m)"), 0.125, 0.02, way, reason);
+        chart.series.push(Series::new(shape, speeds, Style::Line));
+        forget_normal(&mut case);
+        let report = run(&case)?;
+        outcome.show(
+            format!("A-31 block, {shape}, normals from the bodies: way to rest (m)"),
+            "0.125",
+            mean(&report.snapshot, "displacement", 1, 0),
+            "not judged: the sheet gives the normal; corners tilt the others, and undamped contact by gaps bounces",
+        );
+    }
+    for friction in ["impulse", "acceleration"] {
+        plane(outcome, &mut chart, friction)?;
+    }
+    outcome.svg("A block on a flat base: Coulomb's law takes its speed in a straight line.", &chart)
+}
+
+/// The same block on a frictional plane (§3.7), with friction in impulses or in accelerations.
+fn plane(outcome: &mut Outcome, chart: &mut LineChart, friction: &str) -> Result<(), String> {
+    let mut case = case("mpm/contact-block")?;
+    case.bodies.remove(0);
+    let floor = serde_json::json!({
+        "side": "y-min", "position": 0.4, "wall": { "kind": "frictional", "friction_coefficient": 0.4 }
+    });
+    case.boundaries[0] = serde_json::from_value(floor).map_err(|error| error.to_string())?;
+    if let Some(mpm) = case.methods.get_mut("mpm") {
+        mpm["contacts"] = serde_json::json!([]);
+        mpm["wall_friction"] = friction.into();
+    }
+    let report = run(&case)?;
+    let speeds = history(&report, "velocity", 0, 0.0);
+    let sliding: Vec<(f64, f64)> = speeds.iter().copied().filter(|(t, _)| *t < 0.22).collect();
+    let name = |what: &str| format!("A-31 block on a plane, friction by {friction}: {what}");
+    let reason = "the sheet's 2 %";
+    outcome.near(name("time to rest by its deceleration (s)"), 0.25, 0.02, 1.0 / -slope(&sliding), reason);
+    let way = mean(&report.snapshot, "displacement", 0, 0);
+    outcome.near(name("way to rest (m)"), 0.125, 0.02, way, reason);
+    chart.series.push(Series::new(format!("plane, by {friction}"), speeds, Style::Line));
+    Ok(())
+}
+
+/// A block on an incline, A-14.
+fn incline(outcome: &mut Outcome) -> Result<(), String> {
+    let mut chart = LineChart {
+        title: "Block on an incline of 30°".into(),
+        x_label: "time (s)".into(),
+        y_label: "mean velocity along the incline (m/s)".into(),
+        ..LineChart::default()
+    };
+    let pull = 9.81 * 0.5;
+    for (friction, adhesion, given, exact) in [
+        (0.0, 0.0, true, 4.9050),
+        (0.2, 0.0, true, 3.2059),
+        (0.4, 0.0, true, 1.5067),
+        (0.5, 0.0, true, 0.6571),
+        (0.7, 0.0, true, 0.0),
+        (0.2, 500.0, true, 2.5392),
+        (0.2, 0.0, false, 3.2059),
+        (0.5, 0.0, false, 0.6571),
+        (0.7, 0.0, false, 0.0),
+    ] {
+        let mut case = case("mpm/contact-incline")?;
+        contact(&mut case, "friction_coefficient", friction);
+        contact(&mut case, "adhesion", adhesion);
+        if !given {
+            forget_normal(&mut case);
+        }
+        // The sheet's prototype damps vertical motion with this factor: what bounces does not stick.
+        case.stages[1].damping = 0.1;
+        case.stages[1].damping_axes = Some(vec![1]);
+        let report = run(&case)?;
+        let start = report.snapshot.time - 1.0;
+        let speeds = history(&report, "velocity", 1, start);
+        let mut label = format!("μ = {friction}");
+        if adhesion > 0.0 {
+            label += &format!(", a = {adhesion} Pa");
+        }
+        if !given {
+            label += ", normals from the bodies";
+        }
+        if exact > 0.0 {
+            outcome.within(
+                format!("A-14 incline, {label}: acceleration (m/s²)"),
+                &format!("{exact}"),
+                slope(&speeds),
+                (exact - 0.03 * pull, exact + 0.03 * pull),
+                "the sheet's 3 % of g sin θ",
+            );
+        } else {
+            let drift = mean(&report.snapshot, "displacement", 1, 0);
+            let reason = "the sheet's 5 mm; local damping 0.1 of the vertical motion, as in its prototype";
+            outcome.within(
+                format!("A-14 incline, {label}: drift in 1 s (m)"),
+                "0",
+                drift,
+                (-5e-3, 5e-3),
+                reason,
+            );
+        }
+        chart.series.push(Series::new(label, speeds, Style::Line));
+    }
+    outcome.svg("Velocity of the block for five coefficients of friction, with adhesion, and with normals from the bodies.", &chart)
+}
+
+/// A disk on an incline, A-15.
+fn disk(outcome: &mut Outcome) -> Result<(), String> {
+    let (sine, cosine) = (0.5, 0.75f64.sqrt());
+    let mut chart = LineChart {
+        title: "Disk on an incline of 30°".into(),
+        x_label: "time (s)".into(),
+        y_label: "way (m)".into(),
+        ..LineChart::default()
+    };
+    for (friction, what) in [(0.4, "rolls"), (0.1, "slips")] {
+        let mut case = case("mpm/contact-disk")?;
+        contact(&mut case, "friction_coefficient", friction);
+        let report = run(&case)?;
+        let rate = if friction > 0.3 { sine / 3.0 } else { 0.5 * (sine - friction * cosine) };
+        let exact = rate * 9.81;
+        let way = mean(&report.snapshot, "displacement", 1, 0);
+        let name = format!("A-15 disk, μ = {friction}, {what}: way in 1 s (m)");
+        outcome.near(name, exact, 0.05, way, "the sheet's 5 %");
+        chart.series.push(Series::new(format!("μ = {friction}"), ways(&report, 1), Style::Line));
+        let parabola = (0..=20).map(|k| 0.05 * f64::from(k)).map(|t| (t, exact * t * t)).collect();
+        chart.series.push(Series::new(format!("closed form, it {what}"), parabola, Style::Dashed));
+        if friction > 0.3 {
+            let cloud = PointCloud::of(&report.snapshot, "velocity", [0, 1]).ok_or("no velocity")?;
+            outcome.png("The disk that rolls, after 1 s.", &cloud)?;
+        }
+    }
+    outcome
+        .svg("The way of the disk along the incline: it rolls with friction 0.4 and slips with 0.1.", &chart)
+}

@@ -1,0 +1,287 @@
+//! Failure of cuts and slopes in clay (sheet: mpm A-30).
+
+use std::collections::BTreeMap;
+
+use colluvium::case::description::Measure;
+use colluvium::case::measure::profile;
+use colluvium::case::{Case, RunReport, Snapshot};
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
+use serde_json::json;
+
+use crate::analysis::Largest;
+use crate::benchmarks::{Benchmark, Outcome, case, run, scalars, series, set, vectors};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "mpm/slope-failure",
+    title: "Vertical cut and slopes in Tresca clay: stability and run-out",
+    source: "Published bounds of the stability number of a vertical cut, 3.776 to 3.782; Taylor 1937; sheet: mpm A-30",
+    quick: Some(17),
+    full: 250,
+    run: benchmark,
+};
+
+/// Unit weight (N/m³), height (m), and where the cut and its foot are (m).
+const WEIGHT: f64 = 2e4;
+const GRAVITY: f64 = 10.0;
+const HEIGHT: f64 = 1.0;
+const FACE: f64 = 1.5;
+const FOOT: f64 = 0.5;
+/// How long the cut that is too high falls freely, and how long it is watched at rest, without damping (s).
+const FALL: f64 = 3.0;
+const STILL: f64 = 0.05;
+/// Time between frames of the fall (s).
+const FRAME: f64 = 0.02;
+/// How far a crest that stands may go down (m).
+const CREST: f64 = 0.05 * HEIGHT;
+/// Largest height of a vertical face in c_u/γ: the sheet's bound for what is left of a cut at rest.
+const FACE_BOUND: f64 = 3.83;
+/// A face at this angle (degrees) or steeper is near-vertical.
+const NEAR_VERTICAL: f64 = 75.0;
+
+/// The clay with a stability number γH/c_u; `strong` clay does not yield.
+fn clay(case: &mut Case, number: f64, strong: bool) -> Result<(), String> {
+    let strength = WEIGHT * HEIGHT / number;
+    let clay = json!({ "model": "tresca", "density": 2000, "youngs_modulus": 500.0 * strength, "poissons_ratio": 0.3,
+                       "undrained_strength": if strong { 1e3 * strength } else { strength } });
+    let clay = serde_json::from_value(clay).map_err(|error| error.to_string())?;
+    case.materials.insert("clay".into(), clay);
+    set(case, "volumetric_strain", "cell-average");
+    Ok(())
+}
+
+/// A slope at an angle (degrees) on a layer `depth` thick. Its layer settles by more than a cell before it is at rest: the
+/// points stay where they are, as in the theory of Taylor's numbers.
+fn slope(angle: f64, depth: f64) -> Result<Case, String> {
+    let mut case = case("mpm/vertical-cut")?;
+    let back = HEIGHT / angle.to_radians().tan();
+    let (crest, length) = (2.0, 2.0 + back + 2.0);
+    let cells = |x: f64| (x / 0.05).ceil() * 0.05;
+    let shape = json!({ "kind": "polygon", "vertices": [
+        [0.0, 0.0], [cells(length), 0.0], [cells(length), depth], [crest + back, depth], [crest, depth + HEIGHT],
+        [0.0, depth + HEIGHT]] });
+    case.bodies[0].shape = serde_json::from_value(shape).map_err(|error| error.to_string())?;
+    case.domain.max = vec![cells(length), cells(depth + HEIGHT + 0.2)];
+    let Some(Measure::Probe { position, .. }) = case.measures.get_mut("crest") else {
+        return Err("no probe at the crest".to_owned());
+    };
+    *position = vec![crest - 0.05, depth + HEIGHT - 0.05];
+    set(&mut case, "formulation", "small-displacement");
+    Ok(case)
+}
+
+/// How far the crest goes down until it rests (m); infinite where there is no rest, or no crest any more.
+fn sinking(case: &Case, number: f64, strong: bool) -> Result<f64, String> {
+    let mut case = case.clone();
+    clay(&mut case, number, strong)?;
+    match run(&case) {
+        Ok(report) => {
+            let rows = series(&report, "crest.displacement.y");
+            let (_, rise) = rows.last().ok_or("the crest was not measured")?;
+            Ok(if rise.is_nan() { f64::INFINITY } else { -rise })
+        }
+        Err(error) if error.contains("no equilibrium") => Ok(f64::INFINITY),
+        Err(error) => Err(error),
+    }
+}
+
+/// Whether a slope comes to rest under its weight, with its crest down by no more than 5 % of the height beyond what elastic
+/// clay settles by: the deep layer settles by 3 % of it.
+fn slope_stands(case: &Case, number: f64) -> Result<bool, String> {
+    let way = sinking(case, number, false)?;
+    Ok(way.is_finite() && way - sinking(case, number, true)? <= CREST)
+}
+
+fn benchmark(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    cut(&mut outcome, quick)?;
+    if !quick {
+        taylor(&mut outcome)?;
+        run_out(&mut outcome)?;
+    }
+    Ok(outcome)
+}
+
+/// (i): the largest number that stands and the smallest that does not.
+fn cut(outcome: &mut Outcome, quick: bool) -> Result<(), String> {
+    let case = case("mpm/vertical-cut")?;
+    let numbers: &[f64] = if quick { &[3.6, 4.1] } else { &[3.6, 3.7, 3.8, 3.9, 4.0, 4.1] };
+    let mut standing = 0.0;
+    let mut fallen = f64::INFINITY;
+    for &number in numbers {
+        if sinking(&case, number, false)? <= CREST {
+            standing = number;
+        } else {
+            fallen = number;
+            break;
+        }
+    }
+    let reason = "the sheet's 3.6 to 4.1 on cells of H/20";
+    outcome.within(
+        "A-30 vertical cut: largest γH/c_u that stands",
+        "3.776 to 3.782",
+        standing,
+        (3.6, 4.1),
+        reason,
+    );
+    outcome.within(
+        "A-30 vertical cut: smallest γH/c_u that fails",
+        "3.776 to 3.782",
+        fallen,
+        (3.6, 4.1),
+        reason,
+    );
+    Ok(())
+}
+
+/// (ii): slopes of φ = 0 stand 8 % on one side of Taylor's number and fail 8 % on the other.
+fn taylor(outcome: &mut Outcome) -> Result<(), String> {
+    for (angle, depth, number) in [(60.0, 0.5, 0.191), (45.0, 2.0, 0.181)] {
+        let case = slope(angle, depth)?;
+        let reason = "the sheet's 8 %";
+        let safe = f64::from(slope_stands(&case, 1.0 / (1.08 * number))?);
+        let name = format!("A-30 slope of {angle}°: stands at c_u/γH = {number} + 8 % (1: yes)");
+        outcome.near(name, 1.0, 0.0, safe, reason);
+        let unsafe_one = f64::from(slope_stands(&case, 1.0 / (0.92 * number))?);
+        let name = format!("A-30 slope of {angle}°: stands at c_u/γH = {number} - 8 % (1: yes)");
+        outcome.near(name, 0.0, 0.0, unsafe_one, reason);
+    }
+    Ok(())
+}
+
+/// Energy set free, against what plastic flow has taken and what still moves, at the end of the fall.
+fn balance(outcome: &mut Outcome, report: &RunReport, cell: f64) {
+    let at = |name: &str| {
+        let rows = series(report, name);
+        let last = rows.iter().rfind(|(t, _)| *t <= FALL).map_or(f64::NAN, |row| row.1);
+        (rows.first().map_or(f64::NAN, |row| row.1), last)
+    };
+    let ((start, end), (_, lost), (_, kinetic)) = (at("potential_energy"), at("lost"), at("kinetic_energy"));
+    outcome.within(
+        format!(
+            "A-30 run-out, {} mm: plastic dissipation and kinetic energy over the weight's work",
+            1e3 * cell
+        ),
+        "1 ± 0.05",
+        (lost + kinetic) / (start - end),
+        (0.95, 1.05),
+        "the sheet's 5 %",
+    );
+    let stored = at("elastic_energy");
+    outcome.show(
+        format!("A-30 run-out, {} mm: the same with what the clay stores under its weight", 1e3 * cell),
+        "1",
+        (lost + kinetic + stored.1 - stored.0) / (start - end),
+        "the sheet leaves it out: 4 % of the weight's work",
+    );
+}
+
+/// Height of the highest near-vertical face of a surface (m): its largest fall over the width that a face as high as `bound`
+/// (m) at the least angle has.
+fn face(snapshot: &Snapshot, bin: f64, bound: f64) -> f64 {
+    let width = bound / NEAR_VERTICAL.to_radians().tan();
+    let surface = profile(snapshot, 0, 1, bin);
+    let falls = surface.iter().flat_map(|(x, top)| {
+        let near = surface.iter().filter(move |(other, _)| (other - x).abs() <= width);
+        near.map(move |(_, other)| top - other)
+    });
+    falls.largest()
+}
+
+/// Worst of the columns of cells, watched without damping: force out of balance, from the change of momentum between two
+/// frames, over weight; kinetic energy over the work of the weight.
+fn columns_at_rest(outcome: &mut Outcome, report: &RunReport, cell: f64) -> Result<(), String> {
+    // The last frame of all may follow at any distance.
+    let [.., before, after, _] = &report.frames[..] else { return Err("too few frames".to_owned()) };
+    let mut columns: BTreeMap<i64, [f64; 5]> = BTreeMap::new();
+    let mass = scalars(after, "mass");
+    let (old, new) = (vectors(before, "velocity"), vectors(after, "velocity"));
+    let moved = vectors(after, "displacement");
+    let dt = after.time - before.time;
+    for (p, x) in after.positions.iter().enumerate() {
+        let force: [f64; 2] = std::array::from_fn(|c| mass[p] * (new[p][c] - old[p][c]) / dt);
+        let kinetic = 0.5 * mass[p] * (new[p][0].powi(2) + new[p][1].powi(2));
+        let weight = mass[p] * GRAVITY;
+        let more = [force[0], force[1], kinetic, weight, weight * moved[p][1].abs()];
+        let sums = columns.entry((x[0] / cell).floor() as i64).or_default();
+        sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+    }
+    let largest = |of: fn(&[f64; 5]) -> f64| columns.values().map(of).largest();
+    for (what, found) in [
+        ("force out of balance over weight", largest(|[x, y, _, weight, _]| x.hypot(*y) / weight)),
+        ("kinetic energy over the work of its weight", largest(|[_, _, kinetic, _, work]| kinetic / work)),
+    ] {
+        let name = format!("A-30 run-out, {} mm, at rest: {what}, worst column of cells", 1e3 * cell);
+        outcome.below(name, "below 1e-2", found, 1e-2, "the sheet's criterion, of every column");
+    }
+    Ok(())
+}
+
+/// (iii): the cut with γH/c_u = 6 runs out and stops.
+fn run_out(outcome: &mut Outcome) -> Result<(), String> {
+    let number = 6.0;
+    let mut ends = Vec::new();
+    let mut chart = LineChart {
+        title: "Run-out of a cut".into(),
+        x_label: "time (s)".into(),
+        y_label: "front (m)".into(),
+        ..LineChart::default()
+    };
+    for cell in [0.05, 0.025] {
+        let mut case = case("mpm/vertical-cut")?;
+        clay(&mut case, number, false)?;
+        set(&mut case, "cell_size", cell);
+        // Shared strains and points without domains gain energy where the clay flies apart without damping.
+        set(&mut case, "volumetric_strain", "point");
+        set(&mut case, "shape", "ugimp");
+        let stages = json!([{ "name": "fall", "duration": FALL },
+                            { "name": "rest", "duration": 10, "damping": 0.7, "equilibrium": {} },
+                            { "name": "still", "duration": STILL }]);
+        case.stages = serde_json::from_value(stages).map_err(|error| error.to_string())?;
+        case.output.frames = Some(FRAME);
+        case.measures.insert("lost".into(), Measure::Dissipation {});
+        let report = run(&case)?;
+        balance(outcome, &report, cell);
+        // What was above the foot.
+        let start = &report.frames[0];
+        let above: Vec<usize> =
+            (0..start.positions.len()).filter(|p| start.positions[*p][1] > FOOT).collect();
+        let front = |frame: &Snapshot| above.iter().map(|p| frame.positions[*p][0]).largest();
+        let way: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, front(frame))).collect();
+        let end = way.last().map_or(f64::NAN, |row| row.1);
+        let at = |time: f64| way.iter().find(|(t, _)| *t >= time - 1e-9).map_or(f64::NAN, |row| row.1);
+        outcome.below(
+            format!(
+                "A-30 run-out, {} mm: advance of the front from 2 s to {FALL} s, undamped (m)",
+                1e3 * cell
+            ),
+            "0: it stops",
+            at(FALL) - at(2.0),
+            0.01 * HEIGHT,
+            "1 % of the height",
+        );
+        columns_at_rest(outcome, &report, cell)?;
+        let bound = FACE_BOUND * HEIGHT / number;
+        outcome.below(
+            format!("A-30 run-out, {} mm: height of the highest near-vertical face at rest (m)", 1e3 * cell),
+            "below 3.83 c_u/γ = 0.638 m",
+            face(&report.snapshot, cell, bound),
+            bound,
+            "the sheet's bound; near-vertical: 75° or steeper, on bins of a cell",
+        );
+        ends.push(end - FACE);
+        chart.series.push(Series::new(format!("{} mm", 1e3 * cell), way, Style::Line));
+        if cell == 0.05 {
+            let cloud = PointCloud::of(&report.snapshot, "displacement", [0, 1]).ok_or("no displacement")?;
+            outcome.png("The cut with γH/c_u = 6 at rest, coloured by displacement.", &cloud)?;
+        }
+    }
+    outcome.within(
+        "A-30 run-out on half the cells over that on the whole",
+        "1 ± 0.1",
+        ends[1] / ends[0],
+        (0.9, 1.1),
+        "the sheet's 10 %",
+    );
+    outcome.svg("The front of a cut that is too high.", &chart)
+}

@@ -1,0 +1,226 @@
+//! Strip footing on Tresca clay (sheet: mpm A-29; Prandtl 1920).
+
+use colluvium::case::description::Space;
+use colluvium::case::{Case, RunReport};
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
+use serde_json::json;
+
+use crate::benchmarks::{Benchmark, Outcome, case, run, series, set};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "mpm/footing",
+    title: "Strip footing on Tresca clay",
+    source: "Prandtl 1920, (2 + π) c_u; sheet: mpm A-29",
+    quick: Some(9),
+    full: 105,
+    run: benchmark,
+};
+
+/// Undrained strength (Pa), half width of the footing (m), settlement at the end (m).
+const STRENGTH: f64 = 1e4;
+const HALF_WIDTH: f64 = 1.0;
+const SETTLEMENT: f64 = 0.12;
+
+/// Prandtl's pressure over the strength.
+const PRANDTL: f64 = 2.0 + std::f64::consts::PI;
+
+/// The sheet's case, with points that keep their places, and the one whose footing sinks: points move, and the clay beside
+/// it heaves.
+const STILL: &str = "mpm/footing";
+const SINKING: &str = "mpm/footing-sinking";
+
+/// A case with a number of cells under half the footing.
+fn footing(folder: &str, cells: usize) -> Result<Case, String> {
+    let mut case = case(folder)?;
+    set(&mut case, "cell_size", HALF_WIDTH / cells as f64);
+    Ok(case)
+}
+
+/// The numbers of cells that are run.
+fn levels(quick: bool) -> &'static [usize] {
+    if quick { &[8] } else { &[4, 8, 16] }
+}
+
+/// Pressure under the footing over the strength against settlement (m).
+fn curve(report: &RunReport) -> Vec<(f64, f64)> {
+    // Mean force between two rows, from the impulse.
+    let impulse = series(report, "footing.impulse.y");
+    let settled = |time: f64| {
+        let ramp = 0.123;
+        0.05 * if time < ramp { 0.5 * time * time / ramp } else { time - 0.5 * ramp }
+    };
+    let mean = |pair: &[(f64, f64)]| {
+        let force = (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0);
+        (settled(0.5 * (pair[0].0 + pair[1].0)), force / (HALF_WIDTH * STRENGTH))
+    };
+    impulse.windows(2).map(mean).collect()
+}
+
+/// Mean pressure between two settlements (m).
+fn between(curve: &[(f64, f64)], low: f64, high: f64) -> f64 {
+    let inside: Vec<f64> = curve.iter().filter(|(s, _)| (low..=high).contains(s)).map(|(_, q)| *q).collect();
+    inside.iter().sum::<f64>() / inside.len() as f64
+}
+
+/// Mean over the last 10 mm.
+fn at_the_end(curve: &[(f64, f64)]) -> f64 {
+    between(curve, SETTLEMENT - 0.01, SETTLEMENT)
+}
+
+/// Rise over the last 20 mm.
+fn rise(curve: &[(f64, f64)]) -> f64 {
+    at_the_end(curve) / between(curve, SETTLEMENT - 0.03, SETTLEMENT - 0.02) - 1.0
+}
+
+fn benchmark(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut chart = LineChart {
+        title: "Strip footing on Tresca clay".into(),
+        x_label: "settlement (m)".into(),
+        y_label: "pressure over c_u".into(),
+        series: vec![Series::new("Prandtl", vec![(0.0, PRANDTL), (SETTLEMENT, PRANDTL)], Style::Dashed)],
+        ..LineChart::default()
+    };
+    let of_eight = smoothed(&mut outcome, &mut chart, quick)?;
+
+    let mut plain = footing(STILL, 8)?;
+    set(&mut plain, "volumetric_strain", "point");
+    let plain = curve(&run(&plain)?);
+    let (reason, name) = ("the sheet: it locks", "A-29 not smoothed over smoothed, 8 cells");
+    let ratio = at_the_end(&plain) / of_eight;
+    outcome.within(name, "above 1 (prototype 1.16)", ratio, (1.0, f64::INFINITY), reason);
+    chart.series.push(Series::new("not smoothed, 8 cells", plain, Style::Line));
+
+    let mut smooth = footing(STILL, 8)?;
+    smooth.stages[0].motions[0].velocity[0] = None;
+    let smooth = at_the_end(&curve(&run(&smooth)?));
+    let claim = "5.142 (prototype 5.300)";
+    outcome.within(
+        "A-29 smoothed, smooth footing, 8 cells: pressure at the end over c_u",
+        claim,
+        smooth,
+        (5.14, 5.60),
+        "the sheet's band",
+    );
+
+    if !quick {
+        triangles(&mut outcome, &mut chart)?;
+        circular(&mut outcome)?;
+    }
+    large(&mut outcome, &mut chart, quick)?;
+    outcome.svg("Pressure under the footing.", &chart)?;
+    Ok(outcome)
+}
+
+/// The sheet's judgements; returns the pressure at the end with 8 cells.
+fn smoothed(outcome: &mut Outcome, chart: &mut LineChart, quick: bool) -> Result<f64, String> {
+    let (mut pressures, mut of_eight) = (Vec::new(), f64::NAN);
+    for &cells in levels(quick) {
+        let report = run(&footing(STILL, cells)?)?;
+        let curve = curve(&report);
+        let last = at_the_end(&curve);
+        pressures.push(last);
+        let name = format!("A-29 smoothed, rough, {cells} cells: pressure at the end over c_u");
+        match cells {
+            8 => outcome.within(name, "5.142 (prototype 5.371)", last, (5.14, 5.60), "the sheet's band"),
+            16 => outcome.within(name, "5.142 (prototype 5.255)", last, (5.14, 5.40), "the sheet's band"),
+            _ => outcome.show(name, "5.142 (prototype 5.587)", last, "the sheet judges 8 and 16 cells"),
+        }
+        if cells >= 8 {
+            let name = format!("A-29 smoothed, rough, {cells} cells: rise over the last 20 mm");
+            outcome.within(name, "a plateau", rise(&curve), (-0.01, 0.01), "the sheet's 1 %");
+        }
+        if cells == 8 {
+            of_eight = last;
+            let cloud = PointCloud::of(&report.snapshot, "displacement", [0, 1]).ok_or("no displacement")?;
+            outcome.png("Displacement under the footing at the end.", &cloud)?;
+        }
+        chart.series.push(Series::new(format!("smoothed, {cells} cells"), curve, Style::Line));
+    }
+    if !quick {
+        let falls = pressures.windows(2).all(|pair| pair[1] < pair[0] && pair[1] > PRANDTL);
+        let reason = "the sheet: monotonically towards 5.14";
+        outcome.near("A-29 smoothed: finer cells come closer (1: yes)", 1.0, 0.0, f64::from(falls), reason);
+    }
+    Ok(of_eight)
+}
+
+/// On triangles, two to a square, with a point in each and strains shared by the nodes: the source's own elements.
+fn triangles(outcome: &mut Outcome, chart: &mut LineChart) -> Result<(), String> {
+    let mut case = footing(STILL, 8)?;
+    set(&mut case, "mesh", json!({ "kind": "box" }));
+    set(&mut case, "points_per_cell", 1);
+    set(&mut case, "volumetric_strain", "nodal");
+    let curve = curve(&run(&case)?);
+    outcome.within(
+        "A-29 on triangles, nodal strains, rough, 8 cells: pressure at the end over c_u",
+        "5.142",
+        at_the_end(&curve),
+        (5.14, 5.60),
+        "the sheet's band for squares: the two kinds of smoothing alike",
+    );
+    chart.series.push(Series::new("triangles, 8 cells", curve, Style::Line));
+    Ok(())
+}
+
+/// A circular footing of the same radius.
+fn circular(outcome: &mut Outcome) -> Result<(), String> {
+    let mut chart = LineChart {
+        title: "Circular footing on Tresca clay".into(),
+        x_label: "settlement (m)".into(),
+        y_label: "pressure over c_u".into(),
+        ..LineChart::default()
+    };
+    for (kind, exact) in [("smooth", 5.69), ("rough", 6.05)] {
+        for cells in [8, 16] {
+            let mut case = footing(STILL, cells)?;
+            case.space = Space::Axisymmetric;
+            if kind == "smooth" {
+                case.stages[0].motions[0].velocity[0] = None;
+            }
+            // The force is per radian: on half the square of the radius.
+            let curve: Vec<(f64, f64)> =
+                curve(&run(&case)?).into_iter().map(|(s, q)| (s, 2.0 * q / HALF_WIDTH)).collect();
+            let name = format!("A-29 circular, {kind}, {cells} cells: pressure at the end over c_u");
+            let last = at_the_end(&curve);
+            if cells == 16 {
+                outcome.within(
+                    name,
+                    &exact.to_string(),
+                    last,
+                    (exact, 1.08 * exact),
+                    "the sheet allows 8 % more",
+                );
+            } else {
+                outcome.show(name, &exact.to_string(), last, "judged with 16 cells; the sheet names none");
+            }
+            chart.series.push(Series::new(format!("{kind}, {cells} cells"), curve, Style::Line));
+        }
+        let line = vec![(0.0, exact), (SETTLEMENT, exact)];
+        chart.series.push(Series::new(format!("{kind}, exact"), line, Style::Dashed));
+    }
+    outcome.svg("Pressure under a circular footing.", &chart)
+}
+
+/// With points that move the footing is pushed into clay that heaves beside it.
+fn large(outcome: &mut Outcome, chart: &mut LineChart, quick: bool) -> Result<(), String> {
+    for &cells in levels(quick) {
+        let curve = curve(&run(&footing(SINKING, cells)?)?);
+        let name = format!("A-29 with points that move, {cells} cells: pressure at the end over c_u");
+        let last = at_the_end(&curve);
+        let reason = "the sheet's figures are those of the geometry at the start";
+        match cells {
+            8 => outcome.within(name, "5.142", last, (5.14, 5.60), "the sheet's band"),
+            _ => outcome.show(name, "5.142", last, reason),
+        }
+        outcome.show(
+            format!("A-29 with points that move, {cells} cells: rise over the last 20 mm"),
+            "",
+            rise(&curve),
+            reason,
+        );
+        chart.series.push(Series::new(format!("points that move, {cells} cells"), curve, Style::Line));
+    }
+    Ok(())
+}

@@ -1,0 +1,128 @@
+//! A block on an obstacle: a plane that is parallel to no axis (sheet: mpm A-14).
+
+use colluvium::case::description::{ObstacleShape, ObstacleWall};
+use colluvium::case::{Case, RunReport};
+use colluvium::plots::{LineChart, Series, Style};
+
+use crate::analysis::{Largest, slope};
+use crate::benchmarks::{Benchmark, Outcome, case, run, series, set};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "mpm/inclined-block",
+    title: "Block on an inclined plane as an obstacle",
+    source: "sheet: mpm A-14, closed form",
+    quick: Some(20),
+    full: 20,
+    run: benchmark,
+};
+
+/// Fall of the plane (degrees).
+const ANGLE: f64 = 30.0;
+const GRAVITY: f64 = 9.81;
+/// When gravity has grown (s).
+const LOADED: f64 = 0.2;
+
+fn benchmark(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut chart = LineChart {
+        title: "Velocity along the plane, 30°".into(),
+        x_label: "time (s)".into(),
+        y_label: "velocity (m/s)".into(),
+        ..LineChart::default()
+    };
+    let tangent = ANGLE.to_radians().tan();
+    for shape in ["linear", "ugimp", "quadratic"] {
+        for share in [0.0, 0.3, 0.6] {
+            let report = run(&block(shape, share * tangent, None)?)?;
+            let name = format!("{shape}, μ = {share} tan θ");
+            judge(&mut outcome, &name, &report, share);
+            if shape == "quadratic" {
+                chart.series.push(Series::new(format!("{share} tan θ"), speeds(&report), Style::Line));
+                let exact = along() * (1.0 - share);
+                let line = [(LOADED, exact * 0.5 * LOADED), (1.2, exact * 1.1)];
+                chart.series.push(Series::new("closed form", line.to_vec(), Style::Dashed));
+            }
+        }
+        let report = run(&block(shape, 1.2 * tangent, None)?)?;
+        let drift = way(&report);
+        outcome.below(
+            format!("{shape}, μ = 1.2 tan θ: drift in 1 s over the length of the block"),
+            "at rest",
+            drift.abs(),
+            1e-3,
+            "a thousandth of its length",
+        );
+    }
+    forms(&mut outcome)?;
+    outcome.svg("Quadratic splines: velocity of the centre of mass along the plane.", &chart)?;
+    Ok(outcome)
+}
+
+/// The same plane as half-space, ground line and polygon.
+fn forms(outcome: &mut Outcome) -> Result<(), String> {
+    let tangent = ANGLE.to_radians().tan();
+    let at = |x: f64| [x, 2.5 - x * tangent];
+    let forms = [
+        ObstacleShape::GroundLine { points: vec![at(-1.0), at(6.0)], file: None },
+        ObstacleShape::Polygon { vertices: vec![at(-1.0), at(6.0), [6.0, -3.0], [-1.0, -3.0]] },
+    ];
+    let plane = speeds(&run(&block("quadratic", 0.3 * tangent, None)?)?);
+    for (name, form) in ["ground line", "polygon"].into_iter().zip(forms) {
+        let other = speeds(&run(&block("quadratic", 0.3 * tangent, Some(form))?)?);
+        let apart = plane.iter().zip(&other).map(|(a, b)| (a.1 - b.1).abs()).largest();
+        outcome.below(
+            format!("{name} against half-space: largest difference of velocity (m/s)"),
+            "the same plane",
+            apart,
+            1e-6,
+            "round-off that grows",
+        );
+    }
+    Ok(())
+}
+
+fn along() -> f64 {
+    GRAVITY * ANGLE.to_radians().sin()
+}
+
+fn block(shape: &str, friction: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
+    let mut case = case("mpm/inclined-block")?;
+    set(&mut case, "shape", shape);
+    let obstacle = &mut case.obstacles[0];
+    obstacle.wall = ObstacleWall::Frictional { friction_coefficient: friction, adhesion: 0.0 };
+    if let Some(form) = form {
+        obstacle.shape = form;
+    }
+    Ok(case)
+}
+
+/// Velocity of the centre of mass along the plane.
+fn speeds(report: &RunReport) -> Vec<(f64, f64)> {
+    let (sine, cosine) = ANGLE.to_radians().sin_cos();
+    let [x, y, mass] = ["momentum.x", "momentum.y", "mass"].map(|name| series(report, name));
+    let speed = |k: usize| (x[k].0, (cosine * x[k].1 - sine * y[k].1) / mass[k].1);
+    (0..x.len().min(y.len()).min(mass.len())).map(speed).collect()
+}
+
+/// Way along the plane since gravity has grown (m), by the trapezoidal rule.
+fn way(report: &RunReport) -> f64 {
+    let speeds = after(report);
+    speeds.windows(2).map(|pair| 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0)).sum()
+}
+
+fn after(report: &RunReport) -> Vec<(f64, f64)> {
+    speeds(report).into_iter().filter(|(time, _)| *time >= LOADED - 1e-9).collect()
+}
+
+fn judge(outcome: &mut Outcome, name: &str, report: &RunReport, share: f64) {
+    let exact = along() * (1.0 - share);
+    let found = slope(&after(report));
+    outcome.within(
+        format!("{name}: error of the acceleration over g sin θ"),
+        &format!("g (sin θ - μ cos θ) = {exact:.4} m/s²"),
+        (found - exact) / along(),
+        (-0.01, 0.01),
+        "one cell is a twentieth of the length",
+    );
+}

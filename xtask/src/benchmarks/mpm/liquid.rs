@@ -1,0 +1,311 @@
+//! Liquids of one phase: at rest, between plates, and let go (sheet: mpm ).
+
+use std::f64::consts::PI;
+
+use colluvium::case::{RunReport, Snapshot};
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
+
+use crate::analysis::{Largest, slope};
+use crate::benchmarks::{
+    Benchmark, Outcome, case, curve, reference, run, series, set, starts, stresses, vectors,
+};
+
+/// Water at rest.
+pub const HYDROSTATIC: Benchmark = Benchmark {
+    id: "mpm/hydrostatic",
+    title: "Still water in a tank",
+    source: "sheet: mpm A-24, closed form",
+    quick: Some(2),
+    full: 2,
+    run: hydrostatic,
+};
+
+/// Flow between plates.
+pub const VISCOUS: Benchmark = Benchmark {
+    id: "mpm/viscous-flow",
+    title: "Couette and Poiseuille flow, periodic",
+    source: "sheet: mpm A-26, closed forms",
+    quick: Some(6),
+    full: 6,
+    run: viscous,
+};
+
+/// A column of water let go.
+pub const DAM_BREAK: Benchmark = Benchmark {
+    id: "mpm/dam-break",
+    title: "Dam break in a tank",
+    source: "sheet: mpm A-25; Martin & Moyce 1952, Koshizuka & Oka 1996; bound of Ritter 1892",
+    quick: Some(3),
+    full: 20,
+    run: dam_break,
+};
+
+/// Density (kg/m³), gravity (m/s²) and bulk modulus (Pa) of the water at rest.
+const DENSITY: f64 = 1000.0;
+const GRAVITY: f64 = 9.81;
+const BULK: f64 = 2e6;
+
+fn hydrostatic(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut chart = LineChart {
+        title: "Pressure over depth".into(),
+        x_label: "height at the start (m)".into(),
+        y_label: "pressure (kPa)".into(),
+        ..LineChart::default()
+    };
+    for shape in ["linear", "ugimp"] {
+        let mut case = case("mpm/hydrostatic")?;
+        set(&mut case, "shape", shape);
+        let report = run(&case)?;
+        let (starts, stress) = (starts(&report.snapshot), stresses(&report.snapshot));
+        let exact = |y: f64| DENSITY * GRAVITY * (1.0 - y);
+        let count = stress.len() as f64;
+        let square =
+            starts.iter().zip(&stress).map(|(x, s)| (s.pressure() - exact(x[1])).powi(2)).sum::<f64>();
+        outcome.below(
+            format!("{shape}: RMS error of pressure over that at the bottom"),
+            "p = rho_0 g (H - Y) by mass",
+            (square / count).sqrt() / exact(0.0),
+            0.02,
+            "the sheet's 2 %",
+        );
+        let settled = DENSITY * GRAVITY / (2.0 * BULK);
+        let tops = report.snapshot.positions.iter().zip(&starts).filter(|(_, start)| start[1] > 0.975);
+        let (sum, number) = tops.fold((0.0, 0.0), |(sum, n), (x, _)| (sum + x[1] + 0.0125, n + 1.0));
+        outcome.near(
+            format!("{shape}: level of the surface (m)"),
+            1.0 - settled,
+            0.001,
+            sum / number,
+            "the sheet's 0.1 %: above the mean of the uppermost points by half their width",
+        );
+        outcome.near(
+            format!("{shape}: how far the surface has settled (m)"),
+            settled,
+            0.02,
+            1.0 - sum / number,
+            "2 %, as the pressure: 0.1 % of the level would hide the settlement, which is 0.25 %",
+        );
+        let points = starts.iter().zip(&stress).map(|(x, s)| (x[1], 1e-3 * s.pressure())).collect();
+        chart.series.push(Series::new(shape, points, Style::Markers));
+    }
+    let line = vec![(0.0, 1e-3 * DENSITY * GRAVITY), (1.0, 0.0)];
+    chart.series.push(Series::new("closed form", line, Style::Dashed));
+    outcome.svg("Pressure of the points at rest.", &chart)?;
+    Ok(outcome)
+}
+
+/// Velocity along the plates at a height of the points at the start (m), from the two rows around.
+fn at_height(snapshot: &Snapshot, height: f64) -> f64 {
+    let velocity = vectors(snapshot, "velocity");
+    let mut rows: Vec<(f64, f64, f64)> = Vec::new();
+    for (x, v) in snapshot.positions.iter().zip(&velocity) {
+        match rows.iter_mut().find(|row| (row.0 / row.2 - x[1]).abs() < 1e-3) {
+            Some(row) => *row = (row.0 + x[1], row.1 + v[0], row.2 + 1.0),
+            None => rows.push((x[1], v[0], 1.0)),
+        }
+    }
+    let mut rows: Vec<(f64, f64)> = rows.iter().map(|(y, v, n)| (y / n, v / n)).collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let pair = rows.windows(2).find(|w| w[0].0 <= height && height <= w[1].0);
+    pair.map_or(f64::NAN, |w| w[0].1 + (w[1].1 - w[0].1) * (height - w[0].0) / (w[1].0 - w[0].0))
+}
+
+fn profile(snapshot: &Snapshot) -> Vec<(f64, f64)> {
+    let velocity = vectors(snapshot, "velocity");
+    snapshot.positions.iter().zip(&velocity).map(|(x, v)| (x[1], v[0])).collect()
+}
+
+/// Height of the row of points under the plate, over the gap: a quarter of one of 40 cells below it.
+const UPPERMOST: f64 = 1.0 - 0.25 / 40.0;
+
+/// Mean velocity of the row of points under the plate.
+fn uppermost(snapshot: &Snapshot) -> f64 {
+    let of_row = |(y, _): &(f64, f64)| (y - UPPERMOST).abs() < 1e-3;
+    let row: Vec<f64> = profile(snapshot).into_iter().filter(of_row).map(|(_, v)| v).collect();
+    row.iter().sum::<f64>() / row.len() as f64
+}
+
+/// Couette start-up: velocity over that of the plate at `y` over the gap, at `time` in units of the gap squared over
+/// the viscosity.
+fn couette(y: f64, time: f64) -> f64 {
+    let term = |m: i32| {
+        let (m, sign) = (f64::from(m), if m % 2 == 0 { 1.0 } else { -1.0 });
+        sign / m * (-(m * PI).powi(2) * time).exp() * (m * PI * y).sin()
+    };
+    y + 2.0 / PI * (1..200).map(term).sum::<f64>()
+}
+
+fn viscous(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let report = run(&case("mpm/couette")?)?;
+    let mut chart = LineChart {
+        title: "Couette flow, 40 cells across".into(),
+        x_label: "height over gap".into(),
+        y_label: "velocity over that of the plate".into(),
+        ..LineChart::default()
+    };
+    let table = [
+        (0.05, [0.017629, 0.113844, 0.429195]),
+        (0.1, [0.088344, 0.262756, 0.576059]),
+        (0.5, [0.246763, 0.495422, 0.746763]),
+    ];
+    for (time, exact) in table {
+        let frame = report.frames.iter().find(|frame| (frame.time - time).abs() < 1e-9);
+        let frame = frame.ok_or_else(|| format!("no frame at {time} s"))?;
+        for (height, exact) in [0.25, 0.5, 0.75].into_iter().zip(exact) {
+            let name = format!("Couette, t = {time} H²/ν, y = {height} H: velocity over that of the plate");
+            outcome.near(name, exact, 0.02, at_height(frame, height), "the sheet's 2 %");
+        }
+        chart.series.push(Series::new(format!("t = {time} H²/ν"), profile(frame), Style::Markers));
+        if time == 0.5 {
+            let name = format!(
+                "Couette, t = {time} H²/ν, row of points under the plate: velocity over that of the plate"
+            );
+            outcome.near(name, couette(UPPERMOST, time), 0.02, uppermost(frame), "the sheet's 2 %");
+        }
+        let line = (0..=100).map(|i| f64::from(i) / 100.0).map(|y| (y, couette(y, time))).collect();
+        let label = if time < 0.06 { "closed form" } else { "" };
+        chart.series.push(Series::new(label, line, Style::Dashed));
+    }
+    outcome.svg("Velocity of the points while the upper plate draws the liquid along.", &chart)?;
+    poiseuille(&mut outcome)?;
+    Ok(outcome)
+}
+
+fn poiseuille(outcome: &mut Outcome) -> Result<(), String> {
+    let mut case = case("mpm/couette")?;
+    case.boundaries[1].velocity = None;
+    // u = g y (H - y) / (2 ν), 1 m/s in the middle.
+    case.gravity = vec![8.0, 0.0];
+    case.stages[0].duration = 1.0;
+    let report = run(&case)?;
+    let exact = |y: f64| 4.0 * y * (1.0 - y);
+    for height in [0.25, 0.5, 0.75] {
+        outcome.near(
+            format!("Poiseuille, y = {height} H: velocity (m/s)"),
+            exact(height),
+            0.02,
+            at_height(&report.snapshot, height),
+            "the sheet's 2 %",
+        );
+    }
+    let drift =
+        report.snapshot.positions.iter().zip(starts(&report.snapshot)).map(|(x, s)| (x[1] - s[1]).abs());
+    outcome.below(
+        "Poiseuille: largest move across the flow over the gap",
+        "none",
+        drift.largest(),
+        1e-3,
+        "a twenty-fifth of a cell, while the liquid in the middle has gone around the domain twelve times",
+    );
+    let line = (0..=100).map(|i| f64::from(i) / 100.0).map(|y| (y, exact(y))).collect();
+    outcome.svg(
+        "Steady flow under gravity between resting plates.",
+        &LineChart {
+            title: "Poiseuille flow, 40 cells across".into(),
+            x_label: "height over gap".into(),
+            y_label: "velocity (m/s)".into(),
+            series: vec![
+                Series::new("points", profile(&report.snapshot), Style::Markers),
+                Series::new("closed form", line, Style::Dashed),
+            ],
+            ..LineChart::default()
+        },
+    )
+}
+
+/// Width of the column (m).
+const WIDTH: f64 = 0.146;
+
+fn dam_break(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut case = case("mpm/dam-break")?;
+    if quick {
+        set(&mut case, "cell_size", 2.0 * 0.0045625);
+    }
+    let report = run(&case)?;
+    let unit = (WIDTH / (2.0 * GRAVITY)).sqrt();
+    let front: Vec<(f64, f64)> =
+        series(&report, "front").iter().map(|(t, x)| (t / unit, x / WIDTH)).collect();
+    let between = |points: &[(f64, f64)]| -> Vec<(f64, f64)> {
+        points.iter().copied().filter(|(_, z)| *z > 1.5 && *z < 3.0).collect()
+    };
+    let found = slope(&between(&front));
+    let table = reference("mpm/dam-break/front.csv")?;
+    let mut chart = LineChart {
+        title: "Front of the surge".into(),
+        x_label: "t √(2g/a)".into(),
+        y_label: "x / a".into(),
+        series: vec![Series::new("MPM", front.clone(), Style::Line)],
+        ..LineChart::default()
+    };
+    for (name, column) in [("Martin & Moyce", "martin-moyce"), ("Koshizuka & Oka", "koshizuka-oka")] {
+        let measured = curve(&table, "time", column)?;
+        let exact = slope(&between(&measured));
+        outcome.near(
+            format!("speed of the front, dZ/dT for 1.5 < Z < 3, against {name}"),
+            exact,
+            0.15,
+            found,
+            "the sheet's 15 %; slopes by least squares, so that the time at which the gate opened does not count",
+        );
+        chart.series.push(Series::new(name, measured, Style::Markers));
+    }
+    let ahead = front.iter().map(|(t, z)| z - 1.0 - 2.0 * t).fold(f64::NEG_INFINITY, f64::max);
+    outcome.below(
+        "largest lead of the front over Ritter's, over the width of the column",
+        "none: x/a - 1 = 2 T is a bound",
+        ahead,
+        0.0,
+        "the sheet: never above",
+    );
+    chart.series.push(Series::new("Ritter's bound", vec![(0.0, 1.0), (1.5, 4.0)], Style::Dashed));
+    outcome.near(
+        "mass at the end over that at the start",
+        1.0,
+        1e-12,
+        report.end.mass / report.start.mass,
+        "exact",
+    );
+    energy(&mut outcome, &report)?;
+    outcome.svg("The front against both experiments and the bound of shallow water.", &chart)?;
+    let cloud = PointCloud::of(&report.snapshot, "velocity", [0, 1]).ok_or("no velocities")?;
+    outcome.png("The surge just before the far wall.", &cloud)?;
+    Ok(outcome)
+}
+
+/// Kinetic and potential energy together must not grow.
+fn energy(outcome: &mut Outcome, report: &RunReport) -> Result<(), String> {
+    let column = |name: &str| series(report, name);
+    let (kinetic, potential) = (column("kinetic_energy"), column("potential_energy"));
+    let total: Vec<(f64, f64)> = kinetic.iter().zip(&potential).map(|(k, p)| (k.0, k.1 + p.1)).collect();
+    let first = total.first().map_or(f64::NAN, |p| p.1);
+    let (mut least, mut rise) = (f64::INFINITY, 0f64);
+    for (_, e) in &total {
+        rise = rise.max(e - least);
+        least = least.min(*e);
+    }
+    outcome.below(
+        "largest rise of kinetic and potential energy over that at the start",
+        "none",
+        rise / first,
+        0.02,
+        "the sheet's 2 %",
+    );
+    let parts = |points: &[(f64, f64)]| points.iter().map(|(t, e)| (*t, e / first)).collect::<Vec<_>>();
+    outcome.svg(
+        "Energy over that at the start.",
+        &LineChart {
+            title: "Energy".into(),
+            x_label: "time (s)".into(),
+            y_label: "energy over that at the start".into(),
+            series: vec![
+                Series::new("kinetic", parts(&kinetic), Style::Line),
+                Series::new("potential", parts(&potential), Style::Line),
+                Series::new("sum", parts(&total), Style::Line),
+            ],
+            ..LineChart::default()
+        },
+    )
+}

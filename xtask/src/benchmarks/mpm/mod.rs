@@ -1,0 +1,60 @@
+//! The material point method.
+
+mod aluminium_bars;
+mod axisymmetric;
+mod bar;
+mod cantilever;
+mod column_a04;
+mod column_collapse;
+mod contact;
+mod cut;
+mod footing;
+mod inclined_block;
+mod kinematics;
+mod liquid;
+mod manufactured;
+mod rigid_motion;
+mod saturated;
+mod self_weight;
+mod simplices;
+mod simplices_soil;
+mod slope;
+mod step_wave;
+mod two_disks;
+mod two_phase;
+mod units;
+
+use crate::benchmarks::Benchmark;
+
+/// The benchmarks, in the order of the report.
+pub const ALL: &[Benchmark] = &[
+    kinematics::BENCHMARK,
+    rigid_motion::BENCHMARK,
+    bar::BENCHMARK,
+    self_weight::BENCHMARK,
+    two_disks::BENCHMARK,
+    manufactured::AXIS_ALIGNED,
+    manufactured::VORTEX,
+    cantilever::BENCHMARK,
+    simplices::BENCHMARK,
+    simplices_soil::BENCHMARK,
+    contact::BENCHMARK,
+    inclined_block::BENCHMARK,
+    two_phase::CONSOLIDATION,
+    two_phase::WAVES,
+    units::BENCHMARK,
+    step_wave::BENCHMARK,
+    footing::BENCHMARK,
+    cut::BENCHMARK,
+    slope::BENCHMARK,
+    axisymmetric::BENCHMARK,
+    saturated::PHASES,
+    saturated::GRAVITY,
+    saturated::ABSORBING,
+    liquid::HYDROSTATIC,
+    liquid::VISCOUS,
+    liquid::DAM_BREAK,
+    column_collapse::BENCHMARK,
+    column_a04::BENCHMARK,
+    aluminium_bars::BENCHMARK,
+];

@@ -1,0 +1,82 @@
+//! Collision of two elastic disks (sheet: mpm A-12; Sulsky et al. 1994).
+
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
+
+use crate::analysis::Largest;
+use crate::benchmarks::{Benchmark, Outcome, case, run, series, set};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "mpm/two-disks",
+    title: "Collision of two elastic disks",
+    source: "Sulsky, Chen & Schreyer 1994; sheet: mpm A-12",
+    quick: Some(1),
+    full: 1,
+    run: benchmark,
+};
+
+const BAND: &str = "the sheet's band, from an independent prototype and the geometry of contact";
+
+fn benchmark(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut chart = LineChart {
+        title: "Energies".into(),
+        x_label: "time (s)".into(),
+        y_label: "energy (J/m)".into(),
+        ..LineChart::default()
+    };
+    for scheme in ["musl", "usl"] {
+        let mut case = case("mpm/two-disks")?;
+        set(&mut case, "stress_update", scheme);
+        let report = run(&case)?;
+        let (kinetic, elastic) = (series(&report, "kinetic_energy"), series(&report, "elastic_energy"));
+        let least = kinetic.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1)).ok_or("no rows")?;
+        let start = kinetic[0].1;
+        let end = report.end.kinetic + report.end.elastic;
+        let name = |what: &str| format!("{scheme}: {what}");
+        outcome.within(
+            name("time of least kinetic energy (s)"),
+            "1.90 to 2.00 s",
+            least.0,
+            (1.90, 2.00),
+            BAND,
+        );
+        let bound = if scheme == "musl" { 0.999 } else { 0.95 };
+        let claim = if scheme == "musl" { "at least 0.999" } else { "at least 0.95" };
+        outcome.within(
+            name("energy at the end over energy at the start"),
+            claim,
+            end / start,
+            (bound, 1.0005),
+            BAND,
+        );
+        let kept = report.end.kinetic / start;
+        outcome.within(
+            name("kinetic energy at the end over that at the start"),
+            "at least 0.90",
+            kept,
+            (0.90, 1.0),
+            BAND,
+        );
+        let momentum = report.end.momentum.iter().map(|p| p.abs()).largest();
+        let scale = 130.0 * 0.1 * 2f64.sqrt();
+        outcome.below(
+            name("momentum over that of one disk"),
+            "0",
+            momentum / scale,
+            1e-12,
+            "round-off of a sum over points",
+        );
+        let total = kinetic.iter().zip(&elastic).map(|(k, e)| (k.0, k.1 + e.1)).collect();
+        if scheme == "musl" {
+            chart.series.push(Series::new("kinetic", kinetic, Style::Line));
+            chart.series.push(Series::new("elastic", elastic, Style::Line));
+            let middle = &report.frames[report.frames.len() / 2];
+            let cloud = PointCloud::of(middle, "pressure", [0, 1]).ok_or("no pressure")?;
+            outcome.png("Pressure during the collision.", &cloud)?;
+        }
+        chart.series.push(Series::new(format!("total, {scheme}"), total, Style::Dashed));
+    }
+    outcome.svg("The kinetic energy goes into the disks and comes back.", &chart)?;
+    Ok(outcome)
+}

@@ -1,0 +1,150 @@
+//! What a benchmark found: checks, their verdicts, and figures.
+
+use colluvium::plots::Picture;
+use serde::{Deserialize, Serialize};
+
+/// What a benchmark found.
+#[derive(Default)]
+pub struct Outcome {
+    /// What must hold, and whether it does.
+    pub checks: Vec<Check>,
+    /// Pictures.
+    pub figures: Vec<Figure>,
+}
+
+/// One thing that must hold, or that is shown without a judgement.
+pub struct Check {
+    /// What is checked.
+    pub name: String,
+    /// What the source says.
+    pub claim: String,
+    /// What we found.
+    pub measured: f64,
+    /// Lower and upper bound of what passes; `None` where the value is shown and not judged.
+    pub range: Option<(f64, f64)>,
+    /// Why these bounds, or why none.
+    pub reason: String,
+    /// What is known of a check that does not hold: an open defect.
+    pub defect: Option<Known>,
+}
+
+/// What is known of an open defect.
+#[derive(Clone, Debug, Serialize)]
+pub struct Known {
+    /// How it stands with what the source asks.
+    pub criterion: Criterion,
+    /// What was found.
+    pub found: String,
+}
+
+/// How a check that fails stands with what its source asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Criterion {
+    /// What the source asks is not met.
+    Missed,
+    /// What the source asks disagrees with a closed form, with another of its references or with its own computation.
+    Disputed,
+    /// What the source asks is met elsewhere; this check goes beyond it.
+    Met,
+}
+
+impl Criterion {
+    /// Each, in order of weight.
+    pub const ALL: [Self; 3] = [Self::Missed, Self::Disputed, Self::Met];
+
+    /// In words, after a number of checks or before what was found.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Missed => "against a criterion of the source that is missed",
+            Self::Disputed => "against a criterion that another reference contradicts",
+            Self::Met => "beyond the criterion of the source, which is met",
+        }
+    }
+}
+
+/// What a check says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The value lies within its bounds.
+    Pass,
+    /// It does not.
+    Fail,
+    /// It does not, and is listed among the open defects.
+    Open,
+    /// It has no bounds.
+    NotJudged,
+}
+
+impl Verdict {
+    /// The verdict in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "FAIL",
+            Self::Open => "FAIL, open",
+            Self::NotJudged => "not judged",
+        }
+    }
+}
+
+impl Check {
+    /// Whether the measured value lies within the bounds; NaN never does.
+    pub fn verdict(&self) -> Verdict {
+        match self.range {
+            None => Verdict::NotJudged,
+            Some((low, high)) if self.measured >= low && self.measured <= high => Verdict::Pass,
+            Some(_) if self.defect.is_some() => Verdict::Open,
+            Some(_) => Verdict::Fail,
+        }
+    }
+}
+
+/// A picture with its caption, ready for a page.
+pub struct Figure {
+    /// Caption.
+    pub caption: String,
+    /// HTML: inline SVG or an embedded PNG.
+    pub html: String,
+}
+
+impl Outcome {
+    pub fn within(
+        &mut self,
+        name: impl Into<String>,
+        claim: &str,
+        measured: f64,
+        range: (f64, f64),
+        reason: &str,
+    ) {
+        let (name, claim, reason) = (name.into(), claim.to_owned(), reason.to_owned());
+        self.checks.push(Check { name, claim, measured, range: Some(range), reason, defect: None });
+    }
+
+    /// A value that is shown and not judged; the reason says why.
+    pub fn show(&mut self, name: impl Into<String>, claim: &str, measured: f64, reason: &str) {
+        let (name, claim, reason) = (name.into(), claim.to_owned(), reason.to_owned());
+        self.checks.push(Check { name, claim, measured, range: None, reason, defect: None });
+    }
+
+    /// Within a relative distance of the source's value (absolute for a value of zero).
+    pub fn near(&mut self, name: impl Into<String>, exact: f64, tolerance: f64, measured: f64, reason: &str) {
+        let width = tolerance * if exact == 0.0 { 1.0 } else { exact.abs() };
+        self.within(name, &format!("{exact:.10e}"), measured, (exact - width, exact + width), reason);
+    }
+
+    pub fn below(&mut self, name: impl Into<String>, claim: &str, measured: f64, bound: f64, reason: &str) {
+        self.within(name, claim, measured, (f64::NEG_INFINITY, bound), reason);
+    }
+
+    pub fn svg(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
+        self.figures.push(Figure { caption: caption.to_owned(), html: picture.to_svg()? });
+        Ok(())
+    }
+
+    pub fn png(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
+        let html = crate::html::embedded_png(picture, caption)?;
+        self.figures.push(Figure { caption: caption.to_owned(), html });
+        Ok(())
+    }
+}

@@ -1,0 +1,167 @@
+//! Laterally confined bars: vibration and self-weight (sheet: snow-mpm V12, V13).
+
+use colluvium::plots::{LineChart, Series, Style};
+use serde_json::{Value, json};
+
+use super::{changed, solved};
+use crate::analysis::Largest;
+use crate::benchmarks::{Benchmark, Outcome, series, set_material, starts, stresses, vectors};
+
+/// Vibration.
+pub const VIBRATION: Benchmark = Benchmark {
+    id: "snow-mpm/vibration",
+    title: "Confined longitudinal vibration of a bar",
+    source: "sheet: snow-mpm V12, closed form",
+    quick: Some(3),
+    full: 3,
+    run: vibration,
+};
+
+/// Self-weight.
+pub const SELF_WEIGHT: Benchmark = Benchmark {
+    id: "snow-mpm/self-weight",
+    title: "Column under its weight at finite strain",
+    source: "sheet: snow-mpm V13, closed form",
+    quick: Some(5),
+    full: 5,
+    run: self_weight,
+};
+
+/// Density (kg/m³) and, over Young's modulus, the modulus of confined compression for a Poisson's ratio of 0.3.
+const DENSITY: f64 = 400.0;
+const CONFINED: f64 = 0.7 / (1.3 * 0.4);
+
+/// Times (s) at which a series passes zero, by straight lines.
+fn zeros(points: &[(f64, f64)]) -> Vec<f64> {
+    let crossing = |pair: &[(f64, f64)]| {
+        let [(t, a), (u, b)] = [pair[0], pair[1]];
+        (a * b < 0.0).then(|| t + (u - t) * a / (a - b))
+    };
+    points.windows(2).filter_map(crossing).collect()
+}
+
+/// Period over that of the closed form, and the momentum two periods after the first peak of its size over that.
+fn swung(cells: usize, options: &Value) -> Result<[f64; 2], String> {
+    let mut case = changed("bar", options)?;
+    let period = 4.0 / (CONFINED * 1e6 / DENSITY).sqrt();
+    let speed = 1e-4 * 2.0 * std::f64::consts::PI / period;
+    crate::benchmarks::set_of(&mut case, "snow-mpm", "cell_size", 1.0 / cells as f64);
+    case.bodies[0].velocity = serde_json::from_value(
+        json!({ "kind": "sine", "amplitude": [speed], "wave_vector": [std::f64::consts::FRAC_PI_2] }),
+    )
+    .map_err(|error| error.to_string())?;
+    case.stages[0].duration = 3.4 * period;
+    case.output.measures = Some(period / 400.0);
+    let momentum = series(&solved(&case)?, "momentum.x");
+    let zeros = zeros(&momentum);
+    let [Some(first), Some(later)] = [zeros.first(), zeros.get(4)] else {
+        return Err("the bar does not swing for three periods".to_owned());
+    };
+    let found = 0.5 * (later - first);
+    let peak = |around: f64| {
+        let near = momentum.iter().filter(|(t, _)| (t - around).abs() < 0.2 * found);
+        near.map(|(_, p)| *p).largest()
+    };
+    Ok([found / period, peak(3.0 * found) / peak(found)])
+}
+
+fn vibration(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut chart = LineChart {
+        title: "Error of the period".into(),
+        x_label: "cells".into(),
+        y_label: "period over that of the closed form, less 1".into(),
+        log: true,
+        ..LineChart::default()
+    };
+    for (shape, claims) in [("cubic", [1.0537, 1.0246, 1.0115]), ("quadratic", [1.0385, 1.0174, 1.0082])] {
+        let mut errors = Vec::new();
+        for (cells, claim) in [10, 20, 40].into_iter().zip(claims) {
+            let options = json!({ "shape": shape, "transfer": "flip", "flip_ratio": 1 });
+            let [period, _] = swung(cells, &options)?;
+            errors.push((cells as f64, period - 1.0));
+            let (name, text) = (
+                format!("V12 {shape}, {cells} cells: period over exact"),
+                format!("{claim} (sheet's prototype)"),
+            );
+            if cells == 20 {
+                outcome.within(name, &text, period, (0.97, 1.03), "the sheet's criterion");
+            } else {
+                outcome.show(name, &text, period, "the sheet judges 20 cells, and the order");
+            }
+        }
+        let name = format!("V12 {shape}: error of 20 cells over that of 40");
+        let reason = "the sheet's criterion: halving with the cell; a tenth is left to the next order";
+        outcome.within(name, "2 (first order)", errors[1].1 / errors[2].1, (1.8, 2.4), reason);
+        chart.series.push(Series::new(shape, errors, Style::Line));
+    }
+    for (name, claim, options) in [
+        ("FLIP 1", "0.997", json!({ "transfer": "flip", "flip_ratio": 1 })),
+        ("FLIP 0.99", "0.992", json!({ "transfer": "flip", "flip_ratio": 0.99 })),
+        ("FLIP 0.95", "0.971", json!({ "transfer": "flip", "flip_ratio": 0.95 })),
+        ("APIC", "0.991", json!({ "transfer": "apic" })),
+        ("PIC", "0.661", json!({ "transfer": "flip", "flip_ratio": 0 })),
+    ] {
+        let [_, kept] = swung(20, &options)?;
+        let text = format!("{claim} (sheet's prototype)");
+        outcome.show(
+            format!("V12 {name}, 20 cells: amplitude after two periods"),
+            &text,
+            kept,
+            "no bound in the sheet",
+        );
+    }
+    outcome
+        .svg("The fixed wall acts on the nodes on and behind it: the bar swings as a longer one.", &chart)?;
+    Ok(outcome)
+}
+
+/// Settlement over height, and the largest error of the stress over that at the base off the wall.
+fn settled(cell: f64, shape: &str) -> Result<[f64; 2], String> {
+    let mut case = changed("bar", &json!({ "shape": shape, "cell_size": cell }))?;
+    set_material(&mut case, "bar", &[("youngs_modulus", json!(3e5))])?;
+    case.gravity = vec![-100.0];
+    case.stages[0].duration = 1.5;
+    case.stages[0].gravity_ramp = 0.4;
+    case.stages[0].damping = 0.3;
+    let snapshot = solved(&case)?.snapshot;
+    let start = starts(&snapshot);
+    let moved = vectors(&snapshot, "displacement");
+    let top = start.iter().zip(&moved).max_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+    let settlement = top.map_or(f64::NAN, |(_, u)| -u[0]);
+    let weight = DENSITY * 100.0;
+    let off = |(x, s): (&[f64; 2], &colluvium::constitutive::SymTensor)| (s[0] / weight + 1.0 - x[0]).abs();
+    let found = stresses(&snapshot);
+    let away = start.iter().zip(&found).filter(|(x, _)| x[0] > 2.0 * cell).map(off).largest();
+    Ok([settlement, away])
+}
+
+fn self_weight(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let exact = 0.045_180_7;
+    for (shape, claims) in
+        [("cubic", [0.046996, 0.046090, 0.045642]), ("quadratic", [0.046394, 0.045793, f64::NAN])]
+    {
+        let mut errors = Vec::new();
+        for (cells, claim) in [20.0, 40.0, 80.0].into_iter().zip(claims) {
+            let [settlement, stress] = settled(1.0 / cells, shape)?;
+            errors.push(settlement / exact - 1.0);
+            let text = format!("{exact}; {claim} (sheet's prototype)");
+            let name = format!("V13 {shape}, {cells} cells: settlement over height");
+            if cells == 40.0 {
+                let reason = "the sheet's criterion: 2.5 %";
+                outcome.within(name, &text, settlement, (0.975 * exact, 1.025 * exact), reason);
+            } else {
+                outcome.show(name, &text, settlement, "the sheet judges 40 cells, and the order");
+            }
+            let name = format!(
+                "V13 {shape}, {cells} cells: largest error of stress beyond two cells over that at the base"
+            );
+            outcome.below(name, "0", stress, 0.02, "the sheet's criterion");
+        }
+        let name = format!("V13 {shape}: error of 40 cells over that of 80");
+        let reason = "the sheet's criterion: halving with the cell; a tenth is left to the next order";
+        outcome.within(name, "2 (first order)", errors[1] / errors[2], (1.8, 2.4), reason);
+    }
+    Ok(outcome)
+}

@@ -1,0 +1,54 @@
+//! A block that slides down an incline, or stays (sheet: snow-mpm V15).
+
+use colluvium::case::description::Wall;
+use serde_json::json;
+
+use super::{changed, solved};
+use crate::benchmarks::{Benchmark, Outcome, vectors};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "snow-mpm/incline",
+    title: "Block on an incline: Coulomb friction at the nodes",
+    source: "sheet: snow-mpm V15, closed form",
+    quick: Some(6),
+    full: 12,
+    run: benchmark,
+};
+
+/// Mean displacement (m) along the incline with a coefficient of friction.
+fn moved(friction: f64, options: &serde_json::Value) -> Result<f64, String> {
+    let mut case = changed("incline", options)?;
+    case.boundaries[0].wall = Wall::Frictional { friction_coefficient: friction, bilateral: false };
+    let displacement = vectors(&solved(&case)?.snapshot, "displacement");
+    Ok(displacement.iter().map(|u| u[0]).sum::<f64>() / displacement.len() as f64)
+}
+
+fn benchmark(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    // g (sin 30° - μ cos 30°) t² / 2 after 1.1 s.
+    let exact = 0.5 * 9.81 * (0.5 - 0.3 * 0.75f64.sqrt()) * 1.21;
+    for (name, options) in
+        [("APIC", json!({})), ("FLIP 0.999", json!({ "transfer": "flip", "flip_ratio": 0.999 }))]
+            .into_iter()
+            .take(if quick { 1 } else { 2 })
+    {
+        let slid = moved(0.3, &options)?;
+        outcome.near(
+            format!("V15 {name}, friction 0.3: way after 1.1 s (m)"),
+            exact,
+            0.005,
+            slid,
+            "the sheet's criterion",
+        );
+        let stayed = moved(0.7, &options)?.abs();
+        outcome.below(
+            format!("V15 {name}, friction 0.7: way after 1.1 s (m)"),
+            "0",
+            stayed,
+            1e-3,
+            "the sheet's criterion",
+        );
+    }
+    Ok(outcome)
+}

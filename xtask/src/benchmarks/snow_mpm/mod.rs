@@ -1,0 +1,40 @@
+//! Finite-strain material point method of snow.
+
+mod bar;
+mod cantilever;
+mod incline;
+mod motion;
+mod oedometer;
+mod returns;
+mod snowball;
+
+use colluvium::case::{Case, RunReport};
+use serde_json::Value;
+
+use crate::benchmarks::{Benchmark, case, run_by, set_of};
+
+/// The benchmarks, in the order of the report.
+pub const ALL: &[Benchmark] = &[
+    returns::BENCHMARK,
+    motion::BENCHMARK,
+    bar::VIBRATION,
+    bar::SELF_WEIGHT,
+    oedometer::BENCHMARK,
+    incline::BENCHMARK,
+    cantilever::BENCHMARK,
+    snowball::BENCHMARK,
+];
+
+/// The case `validation/snow-mpm/<name>/case.json` with some options of the method changed.
+fn changed(name: &str, options: &Value) -> Result<Case, String> {
+    let mut case = case(&format!("snow-mpm/{name}"))?;
+    for (key, value) in options.as_object().into_iter().flatten() {
+        set_of(&mut case, "snow-mpm", key, value.clone());
+    }
+    Ok(case)
+}
+
+/// Runs a case in memory, frames kept.
+fn solved(case: &Case) -> Result<RunReport, String> {
+    run_by("snow-mpm", case)
+}

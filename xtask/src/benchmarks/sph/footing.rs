@@ -1,0 +1,217 @@
+//! Bearing capacity of a strip footing (sheet: sph V-39; B-07).
+
+use std::f64::consts::PI;
+
+use colluvium::case::{Case, RunReport, Snapshot};
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
+use colluvium::points::Shape;
+use serde_json::Value;
+
+use crate::analysis::{lower_boundary, slope};
+use crate::benchmarks::{Benchmark, Outcome, case, run_by, set_material, set_of, starts, stresses};
+
+/// Clay, by the cone of plane strain.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "sph/footing",
+    title: "Strip footing: Prandtl's bearing capacity, SPH",
+    source: "Prandtl 1921; Bui & Nguyen 2021, Fig. 24; sheet: sph V-39",
+    quick: Some(30),
+    full: 220,
+    run: |quick| push(&[CLAY], if quick { &[0.1] } else { &[0.1, 0.05] }),
+};
+
+/// Clay under a smooth footing.
+pub const SMOOTH: Benchmark = Benchmark {
+    id: "sph/footing-smooth",
+    title: "Smooth strip footing: Prandtl's bearing capacity, SPH",
+    quick: Some(30),
+    full: 220,
+    run: |quick| push(&[SLIPPERY], if quick { &[0.1] } else { &[0.1, 0.05] }),
+    ..BENCHMARK
+};
+
+/// Clay by the cone through triaxial compression, and soil with friction.
+pub const SOILS: Benchmark = Benchmark {
+    id: "sph/footing-soils",
+    title: "Strip footing on other soils, SPH",
+    quick: None,
+    full: 34,
+    run: |_| push(&[CONE, FRICTION], &[0.1]),
+    ..BENCHMARK
+};
+
+/// The same twice as fine.
+pub const SOILS_FINE: Benchmark = Benchmark {
+    id: "sph/footing-soils-fine",
+    title: "Strip footing on other soils, a twentieth of its width, SPH",
+    quick: None,
+    full: 320,
+    run: |_| push(&[CONE, FRICTION], &[0.05]),
+    ..BENCHMARK
+};
+
+/// A soil under the footing.
+#[derive(Clone, Copy)]
+struct Soil {
+    name: &'static str,
+    matching: &'static str,
+    /// Angle of friction and of dilatancy (degrees).
+    friction: f64,
+    /// Whether it slips along the footing.
+    slips: bool,
+    /// Half of the width of the domain (m).
+    reach: f64,
+    /// For how long the footing is pushed (s).
+    duration: f64,
+}
+
+const CLAY: Soil = Soil {
+    name: "von Mises",
+    matching: "plane-strain",
+    friction: 0.0,
+    slips: false,
+    reach: 4.0,
+    duration: 6.0,
+};
+const SLIPPERY: Soil = Soil { name: "smooth footing", slips: true, ..CLAY };
+const CONE: Soil = Soil { name: "cone through compression", matching: "compression", ..CLAY };
+/// Prandtl's mechanism comes up 3.77 m from the middle, 4.14 m under the effective width. It takes three times the load, and
+/// so three times the way.
+const FRICTION: Soil =
+    Soil { name: "friction of 25 degrees", friction: 25.0, reach: 6.0, duration: 16.0, ..CLAY };
+
+impl Soil {
+    /// Prandtl's bearing capacity over cohesion.
+    fn capacity(&self) -> f64 {
+        let angle = self.friction.to_radians();
+        if angle > 0.0 {
+            let surcharge = (PI * angle.tan()).exp() * (0.25 * PI + 0.5 * angle).tan().powi(2);
+            (surcharge - 1.0) / angle.tan()
+        } else {
+            // The cone through compression has 2/√3 of the cohesion in plane strain.
+            (2.0 + PI) * if self.matching == "compression" { 2.0 / 3f64.sqrt() } else { 1.0 }
+        }
+    }
+
+    fn case(&self, spacing: f64) -> Result<Case, String> {
+        let mut case = case("sph/footing")?;
+        case.domain.max[0] = self.reach;
+        case.bodies[0].shape = Shape::Box { min: vec![0.0, 0.0], max: vec![self.reach, SOIL] };
+        case.stages[0].duration = self.duration;
+        let angle = || Value::from(self.friction);
+        let keys =
+            [("matching", self.matching.into()), ("friction_angle", angle()), ("dilatancy_angle", angle())];
+        set_material(&mut case, "clay", &keys)?;
+        set_of(&mut case, "sph", "spacing", spacing);
+        if self.slips {
+            set_of(&mut case, "sph", "smooth_bodies", serde_json::json!(["footing"]));
+        }
+        Ok(case)
+    }
+}
+
+const COHESION: f64 = 10e3;
+const WIDTH: f64 = 1.0;
+/// Depths between which the vertical force is taken (m): it is the same at all of them.
+const DEPTHS: std::ops::Range<f64> = 1.0..2.0;
+const SOIL: f64 = 4.0;
+/// Velocity of the footing (m/s).
+const SPEED: f64 = 8.2e-3;
+
+/// Mean vertical force over the depths, over half of the `width` (m) that carries it, in cohesions.
+fn pressure(snapshot: &Snapshot, width: f64) -> f64 {
+    let stress = stresses(snapshot);
+    let force: f64 = snapshot
+        .positions
+        .iter()
+        .zip(&stress)
+        .zip(&snapshot.extents)
+        .filter(|((x, _), _)| DEPTHS.contains(&(SOIL - x[1])))
+        .map(|((_, s), e)| -s.at(1, 1) * e[0] * e[1])
+        .sum();
+    let depth = DEPTHS.end - DEPTHS.start;
+    force / depth / (0.5 * width) / COHESION
+}
+
+/// Angle of the side of the wedge (degrees) that goes down with the footing. In Prandtl's mechanism the soil within has the
+/// velocity of the footing, and beside it goes down half as fast, with associated friction too: of each column of particles
+/// under the footing the place where three quarters are passed between two frames, and a straight line through those.
+fn wedge([first, last]: [&Snapshot; 2], spacing: f64) -> f64 {
+    let way = SPEED * (last.time - first.time);
+    let sinks = |p: usize| (first.positions[p][1] - last.positions[p][1]) / way;
+    let under = starts(first)
+        .into_iter()
+        .enumerate()
+        .filter(|(p, start)| first.bodies[*p] == 0 && start[0] < 0.4 * WIDTH)
+        .map(|(p, start)| (start, sinks(p)));
+    let side: Vec<(f64, f64)> =
+        lower_boundary(under, spacing, 0.75).into_iter().map(|[x, y]| (x, y)).collect();
+    slope(&side).atan().to_degrees()
+}
+
+fn push(soils: &[Soil], spacings: &[f64]) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    for soil in soils {
+        let mut chart = LineChart {
+            title: format!("Strip footing, {}", soil.name),
+            x_label: "settlement over width".into(),
+            y_label: "pressure over cohesion".into(),
+            ..LineChart::default()
+        };
+        for &spacing in spacings {
+            let curve = settle(&mut outcome, soil, spacing)?;
+            chart.series.push(Series::new(format!("spacing {spacing} m"), curve, Style::Line));
+        }
+        let (exact, end) = (soil.capacity(), SPEED * soil.duration / WIDTH);
+        chart.series.push(Series::new("Prandtl", vec![(0.0, exact), (end, exact)], Style::Dashed));
+        outcome.svg("Pressure under the footing, from the vertical force in the soil below.", &chart)?;
+    }
+    Ok(outcome)
+}
+
+/// Pushes the footing into a soil: the pressure over the cohesion against the settlement over the width.
+fn settle(outcome: &mut Outcome, soil: &Soil, spacing: f64) -> Result<Vec<(f64, f64)>, String> {
+    let label = |what: &str| match soil.name {
+        "von Mises" => format!("spacing {spacing} m: {what}"),
+        name => format!("{name}, spacing {spacing} m: {what}"),
+    };
+    let report = run_by("sph", &soil.case(spacing)?)?;
+    // Over the effective width, which the sheet asks for.
+    let width = WIDTH + spacing;
+    let curve: Vec<(f64, f64)> =
+        report.frames.iter().map(|frame| (SPEED * frame.time / WIDTH, pressure(frame, width))).collect();
+    let last = &curve[curve.len() * 4 / 5..];
+    let plateau = last.iter().map(|(_, q)| q).sum::<f64>() / last.len() as f64;
+    let reason = "V-39: ± 10 % over the effective width, one spacing wider than the footing";
+    outcome.near(label("plateau over cohesion"), soil.capacity(), 0.1, plateau, reason);
+    let rise = last[last.len() - 1].1 / last[0].1 - 1.0;
+    let unjudged = "not judged: how flat the plateau is";
+    outcome.show(label("rise over the last fifth"), "0", rise, unjudged);
+    if soil.slips {
+        let unjudged = "not judged: a smooth footing takes along nothing of the soil beside it";
+        outcome.show(
+            label("plateau over cohesion, over the width of the footing"),
+            "5.14",
+            plateau * width / WIDTH,
+            unjudged,
+        );
+    }
+    // Hill's mechanism under a smooth footing has two wedges.
+    if !soil.slips {
+        judge_wedge(outcome, label("angle of the wedge under the footing (degrees)"), soil, &report, spacing);
+    }
+    if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 1]) {
+        outcome.png(&format!("Displacement at the end, {}, spacing {spacing} m.", soil.name), &cloud)?;
+    }
+    Ok(curve)
+}
+
+/// Holds the wedge against Prandtl's.
+fn judge_wedge(outcome: &mut Outcome, name: String, soil: &Soil, report: &RunReport, spacing: f64) {
+    let frames = &report.frames[report.frames.len() * 4 / 5..];
+    let angle = wedge([&frames[0], &frames[frames.len() - 1]], spacing);
+    let exact = 45.0 + 0.5 * soil.friction;
+    let room = (spacing / (0.5 * WIDTH)).atan().to_degrees();
+    let reason = "V-39: 45°, Prandtl's 45° + φ/2; it names no tolerance: one spacing over half the width";
+    outcome.within(name, &exact.to_string(), angle, (exact - room, exact + room), reason);
+}

@@ -1,0 +1,59 @@
+//! Smoothed particle hydrodynamics.
+
+mod balance;
+mod cantilever;
+mod cantilever_3d;
+mod clay;
+mod column;
+mod columns;
+mod critical;
+mod cylinders;
+mod drum;
+mod flow;
+mod footing;
+mod geostatic;
+mod membrane;
+mod operators;
+mod pairing;
+mod ranks;
+mod shear;
+mod slope;
+mod tensile;
+mod threads;
+mod waves;
+
+use crate::benchmarks::Benchmark;
+
+/// The benchmarks, in the order of the report.
+pub const ALL: &[Benchmark] = &[
+    operators::BENCHMARK,
+    balance::BENCHMARK,
+    waves::BENCHMARK,
+    flow::BENCHMARK,
+    shear::BENCHMARK,
+    pairing::BENCHMARK,
+    geostatic::BENCHMARK,
+    column::BENCHMARK,
+    slope::BENCHMARK,
+    tensile::BENCHMARK,
+    cantilever_3d::BENCHMARK,
+    cantilever_3d::UPDATED,
+    drum::BENCHMARK,
+    drum::FINE,
+    threads::BENCHMARK,
+    ranks::BENCHMARK,
+    critical::SHEAR,
+    critical::COLUMNS,
+    critical::COLUMNS_FINE,
+    cantilever::BENCHMARK,
+    columns::BENCHMARK,
+    columns::SWEEP,
+    clay::BENCHMARK,
+    clay::FINE,
+    cylinders::BENCHMARK,
+    footing::BENCHMARK,
+    footing::SMOOTH,
+    footing::SOILS,
+    footing::SOILS_FINE,
+    membrane::BENCHMARK,
+];

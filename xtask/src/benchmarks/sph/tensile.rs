@@ -1,0 +1,99 @@
+//! Tensile instability of a cohesive block and its cures (sheet: sph V-36; B-04).
+
+use colluvium::case::Snapshot;
+use colluvium::plots::PointCloud;
+use serde_json::json;
+
+use crate::analysis::{Largest, held_front};
+use crate::benchmarks::{Benchmark, Outcome, case, run_by, set_of};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "sph/tensile",
+    title: "Tensile instability: artificial stress and pressure, SPH",
+    source: "Bui & Nguyen 2021, Fig. 17; sheet: sph V-36 with its reference run",
+    quick: Some(10),
+    full: 10,
+    run,
+};
+
+const SPACING: f64 = 0.1;
+
+/// Share of the particles whose nearest neighbour is closer than `limit` (m), and the least distance (m).
+fn clumped(snapshot: &Snapshot, limit: f64) -> (f64, f64) {
+    let x = &snapshot.positions;
+    let nearest = |i: usize| {
+        let others = x.iter().enumerate().filter(|(j, _)| *j != i);
+        others.map(|(_, b)| (x[i][0] - b[0]).hypot(x[i][1] - b[1])).fold(f64::INFINITY, f64::min)
+    };
+    let all: Vec<f64> = (0..x.len()).map(nearest).collect();
+    let close = all.iter().filter(|r| **r < limit).count();
+    (close as f64 / all.len() as f64, all.into_iter().fold(f64::INFINITY, f64::min))
+}
+
+fn run(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let cures = [
+        ("none", json!({ "kind": "none" }), 0.123, 4.96),
+        (
+            "stress 0.5",
+            json!({ "kind": "artificial-stress", "strength": 0.5, "exponent": 2.55 }),
+            0.0025,
+            4.85,
+        ),
+        (
+            "pressure 0.5",
+            json!({ "kind": "artificial-pressure", "strength": 0.5, "exponent": 2.55 }),
+            0.029,
+            4.75,
+        ),
+        (
+            "pressure 0.9",
+            json!({ "kind": "artificial-pressure", "strength": 0.9, "exponent": 2.55 }),
+            0.020,
+            4.87,
+        ),
+    ];
+    let (mut shares, mut fronts) = (Vec::new(), Vec::new());
+    for (name, tensile, sheet, sheet_front) in cures {
+        let mut case = case("sph/tensile")?;
+        set_of(&mut case, "sph", "tensile", tensile);
+        let snapshot = run_by("sph", &case)?.snapshot;
+        let (share, least) = clumped(&snapshot, 0.7 * SPACING);
+        let front = held_front(&snapshot, SPACING);
+        let reason = "the sheet's reference run; judged below";
+        outcome.show(format!("{name}: share closer than 0.7 spacings"), &sheet.to_string(), share, reason);
+        outcome.show(format!("{name}: least distance over spacing"), "", least / SPACING, reason);
+        outcome.show(format!("{name}: front (m)"), &sheet_front.to_string(), front, reason);
+        if let (true, Some(cloud)) =
+            (name == "none" || name == "stress 0.5", PointCloud::of(&snapshot, "displacement", [0, 1]))
+        {
+            outcome.png(&format!("The block after 2 s, artificial {name}: displacement."), &cloud)?;
+        }
+        shares.push(share);
+        fronts.push(front);
+    }
+    let [none, stress, half, strong] = shares[..] else { return Err("four runs".to_owned()) };
+    let reason = "V-36: without a cure more than 8 %";
+    outcome.within("none: share closer than 0.7 spacings", "> 0.08", none, (0.08, 1.0), reason);
+    outcome.below(
+        "stress 0.5: share closer than 0.7 spacings",
+        "< 0.01",
+        stress,
+        0.01,
+        "V-36: less than 1 %",
+    );
+    let ordered = f64::from(u8::from(none > half && half > strong && strong > stress));
+    let reason = "V-36: none > pressure 0.5 > pressure 0.9 > stress 0.5, the source's ranking";
+    outcome.within("the shares are ranked as the source's (1 is yes)", "yes", ordered, (1.0, 1.0), reason);
+    let low = fronts.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = fronts.iter().copied().largest();
+    outcome.below(
+        "largest front over least - 1",
+        "< 0.05",
+        high / low - 1.0,
+        0.05,
+        "V-36: within 5 % of each other",
+    );
+    Ok(outcome)
+}

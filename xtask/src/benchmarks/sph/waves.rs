@@ -1,0 +1,151 @@
+//! Waves, damping and the stability of the step (sheet: sph §5.3, V-15, V-16, V-18, V-19).
+
+use std::f64::consts::PI;
+use std::path::Path;
+
+use colluvium::case::{Case, Solver};
+use colluvium::plots::{LineChart, Series, Style};
+
+use crate::analysis::Largest;
+use crate::benchmarks::{Benchmark, Outcome, set_of, vectors};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "sph/waves",
+    title: "Waves in bars and strips, stability limit, SPH",
+    source: "sheet: sph §5.3, V-15, V-16, V-18, V-19; §3.4",
+    quick: Some(1),
+    full: 1,
+    run,
+};
+
+/// `validation/sph/<file>`.
+pub(super) fn load(file: &str) -> Result<Case, String> {
+    let path = crate::root().join(Path::new("validation/sph")).join(file);
+    Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
+}
+
+/// The solver at the start of its first stage.
+pub(super) fn start(case: &Case) -> Result<Box<dyn Solver>, String> {
+    let method = colluvium::method("sph").ok_or("no method sph")?;
+    let mut solver = method.build(case).map_err(|error| error.to_string())?;
+    solver.begin_stage(0, 0.0).map_err(|error| error.to_string())?;
+    Ok(solver)
+}
+
+/// One step as long as the solver allows.
+pub(super) fn advance(solver: &mut dyn Solver) -> Result<f64, String> {
+    let dt = solver.limit().dt;
+    solver.step(dt).map_err(|error| error.to_string())?;
+    Ok(dt)
+}
+
+fn run(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    bar(&mut outcome)?;
+    strip(&mut outcome)?;
+    damping(&mut outcome)?;
+    limit(&mut outcome)?;
+    Ok(outcome)
+}
+
+/// V-15: d'Alembert. Half a sine of amplitude 0.1 on 0.2 m splits in two; one half reaches 0.6 m from its middle at
+/// 0.1 m after 5 ms and the free end after 9 ms, the other follows from the mirror with the opposite sign.
+fn bar(outcome: &mut Outcome) -> Result<(), String> {
+    let case = load("waves/case.json")?;
+    let mut solver = start(&case)?;
+    let (mut passing, mut end) = (Vec::new(), Vec::new());
+    while solver.time() < 0.0125 {
+        let snapshot = solver.snapshot();
+        let v = vectors(&snapshot, "velocity");
+        passing.push((snapshot.time, 0.5 * (v[59][0] + v[60][0])));
+        end.push((snapshot.time, v.last().map_or(f64::NAN, |v| v[0])));
+        advance(&mut *solver)?;
+    }
+    let exact = |time: f64, place: f64| {
+        let hump = |x: f64| if x.abs() < 0.1 { 0.05 * (PI * (x + 0.1) / 0.2).sin() } else { 0.0 };
+        hump(place - 0.1 - 100.0 * time) - hump(place + 0.1 - 100.0 * time)
+    };
+    // The middle of the positive half wave.
+    let positive = passing.iter().filter(|(t, v)| *v > 0.02 && *t < 6.5e-3);
+    let (weight, sum) = positive.fold((0.0, 0.0), |(w, s), (t, v)| (w + v, s + v * t));
+    let reason = "V-15: 2 % with 100 particles";
+    outcome.near("V-15, speed of the wave (m/s)", 100.0, 0.02, 0.5 / (sum / weight), reason);
+    let most = end.iter().map(|(_, v)| *v).largest();
+    let reason = "V-15: the 2 % of its speed; the outermost particle stands half a spacing inside";
+    outcome.near("V-15, velocity of the free end over that of the wave", 2.0, 0.02, most / 0.05, reason);
+    let mut chart = LineChart {
+        title: "Velocity in an elastic bar".into(),
+        x_label: "time (s)".into(),
+        y_label: "velocity (m/s)".into(),
+        ..LineChart::default()
+    };
+    let closed = passing.iter().map(|(t, _)| (*t, exact(*t, 0.6))).collect();
+    chart.series.push(Series::new("at 0.6 m, d'Alembert", closed, Style::Dashed));
+    chart.series.push(Series::new("at 0.6 m", passing, Style::Line));
+    chart.series.push(Series::new("free end", end, Style::Line));
+    outcome.svg("V-15: a pulse passes, doubles at the free end and comes back.", &chart)
+}
+
+/// V-16: frequency of the first mode.
+fn strip(outcome: &mut Outcome) -> Result<(), String> {
+    let mut solver = start(&load("waves/strip.json")?)?;
+    let exact = PI * (1.2e6f64 / 1000.0).sqrt();
+    let amplitude = |solver: &dyn Solver| {
+        let snapshot = solver.snapshot();
+        let v = vectors(&snapshot, "velocity");
+        snapshot.positions.iter().zip(v).map(|(x, v)| v[0] * (PI * x[0]).sin()).sum::<f64>()
+    };
+    let (mut zeros, mut before) = (Vec::new(), (0.0, amplitude(&*solver)));
+    while zeros.len() < 3 {
+        advance(&mut *solver)?;
+        let now = (solver.time(), amplitude(&*solver));
+        if before.1 * now.1 < 0.0 {
+            zeros.push(before.0 + (now.0 - before.0) * before.1 / (before.1 - now.1));
+        }
+        before = now;
+    }
+    let found = 2.0 * PI / (zeros[2] - zeros[0]);
+    outcome.near("V-16, circular frequency (1/s)", exact, 0.015, found, "V-16: 1.5 % with 50 particles");
+    Ok(())
+}
+
+/// V-18: `v = v₀ e^(-c_d t)`.
+fn damping(outcome: &mut Outcome) -> Result<(), String> {
+    let mut case = load("waves/lattice.json")?;
+    set_of(&mut case, "sph", "damping", 0.05);
+    set_of(&mut case, "sph", "integration", "position-verlet");
+    let body = serde_json::json!({ "kind": "uniform", "value": [0.5, 0.0] });
+    case.bodies[0].velocity = serde_json::from_value(body).map_err(|error| error.to_string())?;
+    let mut solver = start(&case)?;
+    for _ in 0..100 {
+        advance(&mut *solver)?;
+    }
+    let rate = 0.05 * (1.2e6f64 / 1000.0).sqrt() / 0.12;
+    let found = vectors(&solver.snapshot(), "velocity")[0][0] / (0.5 * (-rate * solver.time()).exp());
+    outcome.near("V-18, velocity under damping over the closed form", 1.0, 1e-12, found, "V-18: 1e-12");
+    Ok(())
+}
+
+/// V-19: no growth at 1.7, growth at 2.0; the limit is 1.867.
+fn limit(outcome: &mut Outcome) -> Result<(), String> {
+    let growth = |courant: f64| -> Result<f64, String> {
+        let mut solver = start(&load("waves/lattice.json")?)?;
+        let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
+        // The noise of round-off is what grows.
+        let mut most = [0.0f64; 2];
+        for step in 0..2000 {
+            if solver.step(dt).is_err() {
+                return Ok(f64::INFINITY);
+            }
+            let half = usize::from(step >= 1000);
+            most[half] = most[half].max(solver.budget().kinetic);
+        }
+        Ok(most[1] / most[0])
+    };
+    let reason = "V-19: no growth over 2000 steps; the largest kinetic energy of the second thousand over that of the first";
+    outcome.below("V-19, c dt / h = 1.7", "no growth", growth(1.7)?, 1.05, reason);
+    let reason = "V-19: growth; the closed limit is 1.867";
+    outcome.within("V-19, c dt / h = 2.0", "growth", growth(2.0)?, (1e3, f64::INFINITY), reason);
+    Ok(())
+}

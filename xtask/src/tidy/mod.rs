@@ -1,0 +1,102 @@
+//! What a machine can check of the house rules: lengths of files and functions, which crate may know which, circles between
+//! modules, where modules stand, links of the documentation, and citations of the specification sheets.
+//!
+//! A rule that the tree breaks today has a ratchet (`xtask/tidy-ratchet.json`): so many findings per crate are known, more are not
+//! allowed, and `--lower` writes down the new number once there are fewer.
+
+mod circles;
+mod citations;
+mod crate_graph;
+mod lengths;
+mod links;
+mod module_files;
+mod ratchet;
+mod sheets;
+mod tree;
+
+use std::path::Path;
+
+use ratchet::Ratchet;
+use tree::Tree;
+
+/// Options of `tidy`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Writes down the lower counts where rules are broken less often than the ratchet knows.
+    #[arg(long)]
+    lower: bool,
+    /// Shows the known findings too.
+    #[arg(long)]
+    all: bool,
+}
+
+/// A place where a rule is broken.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct Finding {
+    /// The rule, as the ratchet names it.
+    rule: &'static str,
+    /// The file from the root of the repository, with `/`.
+    file: String,
+    /// The line, from one; zero where the finding is about the whole file.
+    line: usize,
+    /// What is wrong, and what would be right.
+    message: String,
+}
+
+impl Finding {
+    fn new(rule: &'static str, file: &str, line: usize, message: String) -> Self {
+        Self { rule, file: file.to_owned(), line, message }
+    }
+
+    /// The part of the tree that the ratchet counts in: `crates/<name>`, or the first folder.
+    fn part(&self) -> String {
+        let mut folders = self.file.split('/');
+        match (folders.next(), folders.next()) {
+            (Some("crates"), Some(name)) => format!("crates/{name}"),
+            (Some(first), Some(_)) => first.to_owned(),
+            _ => "root".to_owned(),
+        }
+    }
+}
+
+/// Checks the tree. Returns whether nothing is worse than the ratchet knows.
+///
+/// # Errors
+///
+/// What of the tree cannot be read, as text.
+pub fn run(arguments: &Arguments) -> Result<bool, String> {
+    let root = crate::root();
+    let findings = findings(root)?;
+    let path = root.join("xtask/tidy-ratchet.json");
+    let mut ratchet = Ratchet::read(&path)?;
+    let verdict = ratchet.judge(&findings);
+    for finding in &findings {
+        if arguments.all || verdict.is_new(finding) {
+            println!("{}:{}: {} ({})", finding.file, finding.line, finding.message, finding.rule);
+        }
+    }
+    verdict.print();
+    if arguments.lower {
+        ratchet.lower(&findings);
+        ratchet.write(&path)?;
+        println!("wrote xtask/tidy-ratchet.json");
+    }
+    Ok(verdict.passes())
+}
+
+/// All findings, in the order of rule, file and line.
+fn findings(root: &Path) -> Result<Vec<Finding>, String> {
+    let tree = Tree::read(root)?;
+    let sheets = sheets::Sheets::of(&tree);
+    let mut findings = lengths::files(&tree);
+    findings.extend(lengths::functions(&tree)?);
+    findings.extend(circles::circles(&tree)?);
+    findings.extend(module_files::module_files(&tree));
+    findings.extend(links::links(&tree));
+    findings.extend(links::pages_without_entry(&tree));
+    findings.extend(citations::citations(&tree, &sheets));
+    findings.extend(crate_graph::crate_graph(root)?);
+    findings.extend(crate_graph::built_in_vain(root)?);
+    findings.sort();
+    Ok(findings)
+}

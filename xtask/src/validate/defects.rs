@@ -1,0 +1,72 @@
+//! Checks that are known to fail: `validation/open-defects.json`.
+
+use serde::Deserialize;
+
+use crate::benchmarks::{Criterion, Known, all};
+
+/// Checks that are known to fail, for one cause.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Defect {
+    /// Name of the benchmark.
+    benchmark: String,
+    /// How the names of the checks begin.
+    checks: Vec<String>,
+    /// How they stand with what the source asks.
+    criterion: Criterion,
+    /// What was found.
+    found: String,
+}
+
+/// The open defects; a benchmark that is none is an error.
+pub fn open() -> Result<Vec<Defect>, String> {
+    let path = crate::root().join("validation/open-defects.json");
+    let wrong = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    let text = std::fs::read_to_string(&path).map_err(|error| wrong(&error))?;
+    let defects: Vec<Defect> = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+    match defects.iter().find(|defect| all().all(|benchmark| benchmark.id != defect.benchmark)) {
+        Some(stray) => Err(wrong(&format!("there is no benchmark {:?}", stray.benchmark))),
+        None => Ok(defects),
+    }
+}
+
+/// What is known of a check.
+pub fn known(defects: &[Defect], benchmark: &str, check: &str) -> Option<Known> {
+    let of_check = |defect: &&Defect| {
+        defect.benchmark == benchmark && defect.checks.iter().any(|begin| check.starts_with(begin))
+    };
+    defects
+        .iter()
+        .find(of_check)
+        .map(|defect| Known { criterion: defect.criterion, found: defect.found.clone() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_open_defect_names_a_benchmark_and_says_what_was_found() {
+        for defect in open().unwrap() {
+            assert!(!defect.found.is_empty() && !defect.checks.is_empty(), "{}", defect.benchmark);
+        }
+    }
+
+    #[test]
+    fn a_check_is_known_by_how_its_name_begins() {
+        let defect = Defect {
+            benchmark: "mpm/bar".into(),
+            checks: vec!["order".into()],
+            criterion: Criterion::Missed,
+            found: "half".into(),
+        };
+        assert_eq!(known(&[defect], "mpm/bar", "order of GIMP").unwrap().found, "half");
+        let defect = Defect {
+            benchmark: "mpm/bar".into(),
+            checks: vec![],
+            criterion: Criterion::Met,
+            found: String::new(),
+        };
+        assert!(known(&[defect], "mpm/bar", "order of GIMP").is_none());
+    }
+}

@@ -1,0 +1,88 @@
+//! How far a validation is, and the time to expect of the rest.
+
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// Counts benchmarks and compares what they took with what was expected.
+pub struct Progress {
+    number: usize,
+    workers: usize,
+    start: Instant,
+    count: Mutex<Count>,
+}
+
+/// What is done and what is left.
+struct Count {
+    done: usize,
+    /// Seconds that the finished benchmarks took, and that were expected of them.
+    took: f64,
+    expected: f64,
+    /// Seconds expected of the others, each on one core.
+    left: f64,
+}
+
+impl Progress {
+    /// Of benchmarks with the seconds to expect of each on one core, so many at a time.
+    pub fn new(seconds: impl Iterator<Item = u32>, workers: usize) -> Self {
+        let seconds: Vec<f64> = seconds.map(f64::from).collect();
+        let count = Count { done: 0, took: 0.0, expected: 0.0, left: seconds.iter().sum() };
+        Self { number: seconds.len(), workers, start: Instant::now(), count: Mutex::new(count) }
+    }
+
+    /// What lies ahead, in a line.
+    pub fn head(&self) -> String {
+        let left = self.count.lock().expect("nothing panics while it counts").left;
+        format!("{} at a time, about {}", self.workers, duration(left / self.workers as f64))
+    }
+
+    /// Counts a benchmark; says which number it is, and the time to expect of the rest.
+    pub fn after(&self, expected: u32, took: f64) -> String {
+        let mut count = self.count.lock().expect("nothing panics while it counts");
+        count.done += 1;
+        count.took += took;
+        count.expected += f64::from(expected);
+        count.left -= f64::from(expected);
+        let elapsed = duration(self.start.elapsed().as_secs_f64());
+        let rest = match self.number - count.done {
+            0 => "the last".to_owned(),
+            _ => format!("about {} to go", duration(count.rest() / self.workers as f64)),
+        };
+        format!("{} of {} after {elapsed}, {rest}", count.done, self.number)
+    }
+}
+
+impl Count {
+    /// Seconds of one core to expect of what is left, at the speed of what is done.
+    fn rest(&self) -> f64 {
+        self.left * self.took / self.expected.max(1.0)
+    }
+}
+
+/// A time in words, rounded.
+fn duration(seconds: f64) -> String {
+    match seconds.round() as u64 {
+        seconds @ 0..120 => format!("{seconds} s"),
+        seconds @ 120..7200 => format!("{} min", (seconds + 30) / 60),
+        seconds => format!("{:.1} h", seconds as f64 / 3600.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_machine_of_half_the_speed_doubles_what_is_left() {
+        let progress = Progress::new([10, 30, 60].into_iter(), 1);
+        assert_eq!(progress.head(), "1 at a time, about 100 s");
+        let line = progress.after(30, 60.0);
+        assert!(line.starts_with("1 of 3 after ") && line.ends_with("about 2 min to go"), "{line}");
+        assert!(progress.after(10, 20.0).ends_with("about 2 min to go"));
+        assert!(progress.after(60, 1.0).ends_with("the last"));
+    }
+
+    #[test]
+    fn times_are_said_in_the_unit_that_suits_them() {
+        assert_eq!([3.4, 119.0, 150.0, 9000.0].map(duration), ["3 s", "119 s", "3 min", "2.5 h"]);
+    }
+}
