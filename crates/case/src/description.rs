@@ -13,7 +13,7 @@ use colluvium_points::Shape;
 
 pub use body::{Body, InitialStress, Velocity};
 pub use obstacle::{Obstacle, ObstacleShape, ObstacleWall, ProfilePiece};
-pub use output::{Measure, Output};
+pub use output::{Measure, Output, Rasters};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use strength::{FactorOfSafety, Weakening};

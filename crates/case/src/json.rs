@@ -213,6 +213,16 @@ impl<'a> Checker<'a> {
             self.check_named(&named, value, path);
             return;
         }
+        let any_text = |v: &Value| {
+            let text = v.get("type").and_then(Value::as_str) == Some("string");
+            text && v.get("enum").is_none() && v.get("const").is_none()
+        };
+        if variants.iter().any(any_text) {
+            if !value.is_number() && !value.is_string() {
+                self.report(path, format!("{} is neither a number nor a text", describe(value)));
+            }
+            return;
+        }
         let (mut words, mut number) = (Vec::new(), false);
         variants.iter().for_each(|variant| self.plain(variant, &mut words, &mut number));
         if !number {

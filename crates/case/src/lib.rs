@@ -10,6 +10,7 @@ mod features;
 mod initial_stress;
 pub mod json;
 pub mod law;
+mod layers;
 pub mod lines;
 mod load;
 pub mod measure;
@@ -34,6 +35,6 @@ pub use obstacle::{Covering, Standing};
 pub use point_list::PointList;
 pub use run::{RunError, RunOptions, RunReport, Safety, run, run_method};
 pub use solver::{
-    Advance, Budget, Field, FieldData, Method, PhaseBudget, Plan, Reaction, Size, Snapshot, Solver,
-    SolverError, StepLimit, TimeStep,
+    Advance, Budget, Field, FieldData, Method, PhaseBudget, Plan, PlanRaster, Reaction, Size, Snapshot,
+    Solver, SolverError, StepLimit, TimeStep,
 };

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::description::{Body, Boundary, Domain, Measure, Velocity};
 use crate::point_list::PointFile;
-use crate::{Case, CaseError, CaseErrors, json, validate};
+use crate::{Case, CaseError, CaseErrors, json, layers, validate};
 
 impl Case {
     /// Reads and checks a case.
@@ -19,7 +19,7 @@ impl Case {
         let mut case: Self = json::read(text)?;
         case.validate()?;
         case.take_off_origin();
-        Ok(case)
+        case.laid()
     }
 
     /// Checks everything that the schema cannot say: for cases that are made in code.
@@ -47,7 +47,14 @@ impl Case {
         case.validate()?;
         case.take_off_origin();
         case.resolve_files(folder);
-        Ok(case)
+        case.laid()
+    }
+
+    /// The case with what the files of its layers hold, checked.
+    fn laid(mut self) -> Result<Self, CaseErrors> {
+        let layered = self.lay_layers()?;
+        validate::validate_layers(&self, &layered)?;
+        Ok(self)
     }
 
     /// Files that the case names are meant from the folder of the case; a whole path is the same from
@@ -59,11 +66,14 @@ impl Case {
         }
     }
 
-    /// The files that bodies and obstacles name, and options of methods: `mesh.file`.
+    /// The files that bodies, layers and obstacles name, and options of methods: `mesh.file`.
     fn files(&mut self) -> impl Iterator<Item = &mut String> {
-        let lists = self.bodies.iter_mut().filter_map(|body| Some(&mut body.points.as_mut()?.file));
+        let bodies = self.bodies.iter_mut().flat_map(|body| {
+            let Body { shape, points, .. } = body;
+            points.iter_mut().map(|points| &mut points.file).chain(layers::files(shape))
+        });
         let surfaces = self.obstacles.iter_mut().filter_map(|obstacle| obstacle.shape.file_mut());
-        lists.chain(surfaces).chain(self.methods.values_mut().filter_map(|options| {
+        bodies.chain(surfaces).chain(self.methods.values_mut().filter_map(|options| {
             match options.pointer_mut("/mesh/file") {
                 Some(Value::String(file)) => Some(file),
                 _ => None,

@@ -26,6 +26,8 @@ fn shape(of: &mut Shape, visit: &mut Visit<'_>) {
         Shape::Ball { centre, .. } => place(centre, visit),
         Shape::Polygon { vertices } => vertices.iter_mut().for_each(|corner| place(corner, visit)),
         Shape::Cylinder { base, .. } => place(base, visit),
+        // What its files hold is looked at where they are read.
+        Shape::Layer { .. } => {}
         Shape::Union { shapes } | Shape::Intersection { shapes } => {
             shapes.iter_mut().for_each(|inner| shape(inner, visit));
         }

@@ -51,6 +51,16 @@ pub fn validate(case: &Case) -> Result<(), CaseErrors> {
     if findings.errors.is_empty() { Ok(()) } else { Err(CaseErrors(findings.errors)) }
 }
 
+/// Checks where the bodies of these numbers are, whose layers have been laid.
+///
+/// # Errors
+/// Every violation found, with its JSON path.
+pub(crate) fn validate_layers(case: &Case, layered: &[usize]) -> Result<(), CaseErrors> {
+    let mut findings = Findings { case, errors: Vec::new() };
+    findings.layers(layered);
+    if findings.errors.is_empty() { Ok(()) } else { Err(CaseErrors(findings.errors)) }
+}
+
 impl Findings<'_> {
     fn report(&mut self, path: impl Into<String>, problem: impl Into<String>) {
         self.errors.push(CaseError::new(path, problem));
@@ -351,6 +361,10 @@ impl Findings<'_> {
         self.positive("output.checkpoint", output.checkpoint, "s");
         if let Some(cell) = output.grid {
             self.grid(cell);
+        }
+        if let Some(rasters) = &output.rasters {
+            self.positive("output.rasters.threshold", rasters.threshold, "m");
+            rasters.cell.iter().for_each(|cell| self.positive("output.rasters.cell", *cell, "m"));
         }
     }
 

@@ -15,6 +15,7 @@ pub mod exact;
 pub mod flow;
 pub mod friction;
 pub mod kernel;
+pub mod maps;
 pub mod nodes;
 pub mod settings;
 mod setup;

@@ -98,7 +98,7 @@ impl PointCloud {
 }
 
 /// Perceptually even colours from dark blue over green to yellow.
-fn colour(share: f64) -> RGBColor {
+pub(crate) fn colour(share: f64) -> RGBColor {
     const STOPS: [[f64; 3]; 6] = [
         [68.0, 1.0, 84.0],
         [65.0, 68.0, 135.0],
@@ -170,7 +170,7 @@ impl Picture for PointCloud {
             Rectangle::new([corner(-1.0), corner(1.0)], colour(share(*v)).filled())
         });
         chart.draw_series(squares).map_err(text)?;
-        self.draw_bar(&bar, values)?;
+        draw_bar(&bar, values)?;
         // Above the bar and to its left: turned along the bar, a long label would not fit a flat picture.
         let style = TextStyle::from((FONT, 15)).pos(Pos::new(HPos::Right, VPos::Top));
         let corner = (WIDTH as i32 - 8, 12);
@@ -178,39 +178,37 @@ impl Picture for PointCloud {
     }
 }
 
-impl PointCloud {
-    fn draw_bar<B: DrawingBackend>(
-        &self,
-        area: &DrawingArea<B, Shift>,
-        values: Range<f64>,
-    ) -> Result<(), String> {
-        let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
-        let mut chart = ChartBuilder::on(area)
-            .margin_top(36)
-            .margin_bottom(50)
-            .margin_right(4)
-            .y_label_area_size(74)
-            .build_cartesian_2d(0.0..1.0, values.clone())
-            .map_err(text)?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .disable_x_axis()
-            .y_label_formatter(&label)
-            .y_labels(6)
-            .label_style((FONT, 13))
-            .draw()
-            .map_err(text)?;
-        const STEPS: usize = 64;
-        let step = (values.end - values.start) / STEPS as f64;
-        let band = |k: usize| {
-            let low = values.start + k as f64 * step;
-            let fill = colour((k as f64 + 0.5) / STEPS as f64).filled();
-            Rectangle::new([(0.0, low), (1.0, low + step)], fill)
-        };
-        chart.draw_series((0..STEPS).map(band)).map_err(text)?;
-        Ok(())
-    }
+/// A bar of colours with its scale.
+pub(crate) fn draw_bar<B: DrawingBackend>(
+    area: &DrawingArea<B, Shift>,
+    values: Range<f64>,
+) -> Result<(), String> {
+    let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
+    let mut chart = ChartBuilder::on(area)
+        .margin_top(36)
+        .margin_bottom(50)
+        .margin_right(4)
+        .y_label_area_size(74)
+        .build_cartesian_2d(0.0..1.0, values.clone())
+        .map_err(text)?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .disable_x_axis()
+        .y_label_formatter(&label)
+        .y_labels(6)
+        .label_style((FONT, 13))
+        .draw()
+        .map_err(text)?;
+    const STEPS: usize = 64;
+    let step = (values.end - values.start) / STEPS as f64;
+    let band = |k: usize| {
+        let low = values.start + k as f64 * step;
+        let fill = colour((k as f64 + 0.5) / STEPS as f64).filled();
+        Rectangle::new([(0.0, low), (1.0, low + step)], fill)
+    };
+    chart.draw_series((0..STEPS).map(band)).map_err(text)?;
+    Ok(())
 }
 
 #[cfg(test)]

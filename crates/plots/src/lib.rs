@@ -3,6 +3,7 @@
 
 mod chart;
 mod cloud;
+mod map;
 
 use std::path::Path;
 use std::sync::Once;
@@ -14,6 +15,7 @@ use colluvium_case::output::{OutputError, write_atomically};
 
 pub use chart::{LineChart, Series, Style};
 pub use cloud::{PointCloud, Shared};
+pub use map::{Cells, TerrainMap};
 
 /// Name under which the built-in font is registered.
 const FONT: &str = "sans-serif";

@@ -54,6 +54,11 @@ impl Shape {
                 let inside = far <= radius * radius && bottom <= low[*axis] && high[*axis] <= top;
                 Place::from(outside, inside)
             }
+            Self::Layer { .. } => {
+                let (from, to) = self.bounds(low.len());
+                let apart = (0..low.len()).any(|c| high[c] < from[c] || low[c] > to[c]);
+                Place::from(apart, false)
+            }
             Self::Union { shapes } => {
                 let mut places = shapes.iter().map(|shape| shape.place_of(low, high));
                 let outside = places.clone().all(|place| place == Place::Outside);

@@ -17,8 +17,10 @@
 mod bisection;
 mod boxes;
 pub mod columns;
+mod layer;
 mod neighbours;
 mod outline;
+mod polygon;
 mod raster;
 mod sampling;
 mod shape;
@@ -28,6 +30,7 @@ mod terrain;
 pub use bisection::{Bisection, Bounds, halo};
 pub use boxes::Place;
 pub use columns::Spare;
+pub use layer::{Depths, Laid, Layer, LayerError, Measured, Thickness};
 pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError};
 pub use outline::Outline;
 pub use raster::{Georeference, Raster, RasterError};

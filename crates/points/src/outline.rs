@@ -1,5 +1,6 @@
 //! Outlines in plan.
 
+use crate::polygon::signed_area;
 use crate::surface::{Facetted, Surface};
 
 /// Closed rings in plan. A place lies in the outline when an odd number of rings is around it, so that a ring within another
@@ -7,6 +8,7 @@ use crate::surface::{Facetted, Surface};
 #[derive(Clone, Debug)]
 pub struct Outline {
     rings: Vec<Facetted<2>>,
+    corners: Vec<Vec<[f64; 2]>>,
 }
 
 impl Outline {
@@ -18,13 +20,34 @@ impl Outline {
         if rings.is_empty() {
             return Err("holds no polygon".to_owned());
         }
-        let ring = |(number, mut corners): (usize, Vec<[f64; 2]>)| {
-            if corners.len() > 1 && corners.first() == corners.last() {
-                corners.pop();
+        let mut corners = rings;
+        for ring in &mut corners {
+            if ring.len() > 1 && ring.first() == ring.last() {
+                ring.pop();
             }
-            Facetted::polygon(&corners).map_err(|error| format!("ring {}: {error}", number + 1))
+        }
+        let ring = |(number, corners): (usize, &Vec<[f64; 2]>)| {
+            Facetted::polygon(corners).map_err(|error| format!("ring {}: {error}", number + 1))
         };
-        Ok(Self { rings: rings.into_iter().enumerate().map(ring).collect::<Result<_, _>>()? })
+        let rings = corners.iter().enumerate().map(ring).collect::<Result<_, _>>()?;
+        Ok(Self { rings, corners })
+    }
+
+    /// The corners of the rings (m), none twice.
+    pub fn rings(&self) -> &[Vec<[f64; 2]>] {
+        &self.corners
+    }
+
+    /// Area in plan (m²), holes taken off.
+    pub fn area(&self) -> f64 {
+        let around = |number: usize| {
+            let others = self.rings.iter().enumerate().filter(|(other, _)| *other != number);
+            others.filter(|(_, ring)| ring.contains(&self.corners[number][0])).count()
+        };
+        let signed = |(number, ring): (usize, &Vec<[f64; 2]>)| {
+            signed_area(ring).abs() * if around(number).is_multiple_of(2) { 1.0 } else { -1.0 }
+        };
+        self.corners.iter().enumerate().map(signed).sum()
     }
 
     /// Whether a place in plan lies in it.
@@ -59,6 +82,7 @@ mod tests {
             outline.contains([1.0, 4.0]) && !outline.contains([4.0, 4.0]) && !outline.contains([-1.0, 4.0])
         );
         assert_eq!(outline.bounds(), ([0.0; 2], [9.0; 2]));
+        assert_eq!((outline.area(), outline.rings()[1].len()), (72.0, 4));
         assert!(Outline::new(Vec::new()).is_err());
         assert!(Outline::new(vec![vec![[0.0, 0.0], [1.0, 1.0], [0.0, 0.0]]]).is_err());
     }

@@ -4,6 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::layer::{Laid, Measured, Thickness};
+use crate::polygon::{edges_cross, polygon_contains, polygon_crossings, signed_area};
+
 /// A region of space. In two dimensions the third coordinate is not looked at.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
@@ -37,6 +40,22 @@ pub enum Shape {
         radius: f64,
         /// Height along the axis (m), > 0.
         height: f64,
+    },
+    /// In 3D, a layer on terrain, as a release area of a map is: of a body only.
+    Layer {
+        /// Name of the obstacle it lies on, whose shape is a raster.
+        on: String,
+        /// File of its outline in plan, in metres: GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the folder of the
+        /// case. All its polygons count; one within another is a hole.
+        outline: String,
+        /// How thick it is.
+        thickness: Thickness,
+        /// Along what thickness is measured.
+        #[serde(default)]
+        measured: Measured,
+        /// What it is once its files are read.
+        #[serde(skip)]
+        laid: Laid,
     },
     /// Points in any of the shapes.
     Union {
@@ -129,6 +148,14 @@ impl Shape {
                 check_length("radius", *radius)?;
                 check_length("height", *height)
             }
+            Self::Layer { thickness, .. } => match thickness {
+                _ if dimension != 3 => {
+                    let problem = format!("a layer needs three dimensions, the space has {dimension}");
+                    Err(ShapeError::new("kind", problem))
+                }
+                Thickness::Uniform(thickness) => check_length("thickness", *thickness),
+                Thickness::Raster(_) => Ok(()),
+            },
             Self::Union { shapes } | Self::Intersection { shapes } => {
                 if shapes.is_empty() {
                     return Err(ShapeError::new("shapes", "must hold at least one shape"));
@@ -161,6 +188,7 @@ impl Shape {
                 let across: f64 = (0..3).filter(|c| c != axis).map(|c| (point[c] - base[c]).powi(2)).sum();
                 (0.0..=*height).contains(&along) && across <= radius * radius
             }
+            Self::Layer { laid, .. } => laid.contains(point),
             Self::Union { shapes } => shapes.iter().any(|shape| shape.contains(point)),
             Self::Intersection { shapes } => shapes.iter().all(|shape| shape.contains(point)),
             Self::Difference { from, cut } => from.contains(point) && !cut.contains(point),
@@ -185,6 +213,7 @@ impl Shape {
                 let high = |c: usize| if c == *axis { base[c] + height } else { base[c] + radius };
                 ((0..3).map(low).collect(), (0..3).map(high).collect())
             }
+            Self::Layer { laid, .. } => laid.bounds(),
             Self::Union { shapes } => combine(shapes, dimension, f64::min, f64::max),
             Self::Intersection { shapes } => combine(shapes, dimension, f64::max, f64::min),
             Self::Difference { from, .. } => from.bounds(dimension),
@@ -208,6 +237,7 @@ impl Shape {
                 let across = (0..3).filter(|c| *c != axis && c != own);
                 round(base[axis], *radius, across.map(|c| (point[c] - base[c]).powi(2)).sum())
             }
+            Self::Layer { laid, .. } => laid.crossings(point, axis),
             Self::Union { shapes } | Self::Intersection { shapes } => {
                 shapes.iter().flat_map(|shape| shape.crossings(point, axis)).collect()
             }
@@ -259,7 +289,26 @@ impl Shape {
             },
             Self::Polygon { vertices } => Some(signed_area(vertices).abs()),
             Self::Cylinder { radius, height, .. } => Some(std::f64::consts::PI * radius * radius * height),
+            Self::Layer { laid, .. } => laid.volume(),
             Self::Union { .. } | Self::Intersection { .. } | Self::Difference { .. } => None,
+        }
+    }
+
+    /// Every layer that it consists of, and where it stands below `path`.
+    pub fn layers_mut(&mut self, path: String) -> Vec<(String, &mut Self)> {
+        match self {
+            Self::Layer { .. } => vec![(path, self)],
+            Self::Union { shapes } | Self::Intersection { shapes } => {
+                let each = shapes.iter_mut().enumerate();
+                each.flat_map(|(number, shape)| shape.layers_mut(format!("{path}.shapes[{number}]")))
+                    .collect()
+            }
+            Self::Difference { from, cut } => {
+                let mut all = from.layers_mut(format!("{path}.from"));
+                all.extend(cut.layers_mut(format!("{path}.cut")));
+                all
+            }
+            _ => Vec::new(),
         }
     }
 }
@@ -268,23 +317,6 @@ impl Shape {
 fn round(centre: f64, radius: f64, square: f64) -> Vec<f64> {
     let half = (radius * radius - square).max(0.0).sqrt();
     vec![centre - half, centre + half]
-}
-
-fn polygon_crossings(vertices: &[[f64; 2]], point: &[f64], axis: usize) -> Vec<f64> {
-    let (across, at) = (1 - axis, point[1 - axis]);
-    let mut all = Vec::new();
-    for (a, b) in vertices.iter().zip(vertices.iter().cycle().skip(1)) {
-        if a[across].min(b[across]) > at || a[across].max(b[across]) < at {
-            continue;
-        }
-        if a[across] == b[across] {
-            all.extend([a[axis], b[axis]]);
-        } else {
-            let share = (at - a[across]) / (b[across] - a[across]);
-            all.push(a[axis] + share * (b[axis] - a[axis]));
-        }
-    }
-    all
 }
 
 fn combine(
@@ -301,11 +333,6 @@ fn combine(
         (join(&a.0, &b.0, low), join(&a.1, &b.1, high))
     };
     all.reduce(merge).unwrap_or_else(|| (vec![0.0; dimension], vec![0.0; dimension]))
-}
-
-fn signed_area(vertices: &[[f64; 2]]) -> f64 {
-    let next = vertices.iter().cycle().skip(1);
-    0.5 * vertices.iter().zip(next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<f64>()
 }
 
 fn validate_polygon(vertices: &[[f64; 2]], dimension: usize) -> Result<(), ShapeError> {
@@ -339,31 +366,6 @@ fn validate_polygon(vertices: &[[f64; 2]], dimension: usize) -> Result<(), Shape
         }
     }
     Ok(())
-}
-
-type Edge = ([f64; 2], [f64; 2]);
-
-fn edges_cross(a: Edge, b: Edge) -> bool {
-    let side =
-        |e: Edge, p: [f64; 2]| (e.1[0] - e.0[0]) * (p[1] - e.0[1]) - (e.1[1] - e.0[1]) * (p[0] - e.0[0]);
-    side(a, b.0) * side(a, b.1) < 0.0 && side(b, a.0) * side(b, a.1) < 0.0
-}
-
-/// Crossing-number test; a point on an edge counts as inside.
-fn polygon_contains(vertices: &[[f64; 2]], point: &[f64]) -> bool {
-    let (x, y) = (point[0], point[1]);
-    let mut inside = false;
-    for (a, b) in vertices.iter().zip(vertices.iter().cycle().skip(1)) {
-        let cross = (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
-        let between = |u: f64, v: f64, w: f64| u.min(v) <= w && w <= u.max(v);
-        if cross == 0.0 && between(a[0], b[0], x) && between(a[1], b[1], y) {
-            return true;
-        }
-        if (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0] {
-            inside = !inside;
-        }
-    }
-    inside
 }
 
 #[cfg(test)]

@@ -19,6 +19,10 @@ pub struct Output {
     /// of the fields weighted with mass, for iso-surfaces and volume rendering. It should be two points wide or more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grid: Option<f64>,
+    /// Rasters over the plan, written at the end as ESRI ASCII grids and GeoTIFFs with the georeference of the terrain: for
+    /// methods that follow a flow over terrain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rasters: Option<Rasters>,
     /// Wall-clock seconds between checkpoints.
     pub checkpoint: f64,
     /// Fields in the frames; all when absent. Identity, body and extent of each point are always there.
@@ -27,8 +31,25 @@ pub struct Output {
 
 impl Default for Output {
     fn default() -> Self {
-        Self { frames: None, measures: None, grid: None, checkpoint: 60.0, fields: None }
+        Self { frames: None, measures: None, grid: None, rasters: None, checkpoint: 60.0, fields: None }
     }
+}
+
+/// Rasters over the plan: largest thickness, velocity and dynamic pressure `ρ |v|²`, time of arrival, and thickness and velocity
+/// at the end. They are followed in every step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rasters {
+    /// Width of the cells (m); the cells of the terrain's raster when absent, and without one the distance of the nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cell: Option<f64>,
+    /// Thickness from which on a cell counts as reached (m). Cells that never are hold no data but in the rasters of the end.
+    #[serde(default = "five_centimetres")]
+    pub threshold: f64,
+}
+
+const fn five_centimetres() -> f64 {
+    0.05
 }
 
 /// A quantity to follow in time.

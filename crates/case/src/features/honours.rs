@@ -75,7 +75,9 @@ impl Honours {
     /// A method that takes what the run loop sees to, and nothing else.
     #[must_use]
     pub fn new(method: impl Into<Cow<'static, str>>) -> Self {
-        Self { method: method.into(), needs: Needs::default(), rules: Vec::new() }.takes(&OF_THE_RUN)
+        Self { method: method.into(), needs: Needs::default(), rules: Vec::new() }
+            .takes(&OF_THE_RUN)
+            .refuses("output.rasters*", "rasters over the plan are those of depth-integrated flow")
     }
 
     /// A method that moves points of bodies in one, two and three dimensions: it takes shapes, points from files, initial

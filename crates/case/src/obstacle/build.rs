@@ -4,10 +4,10 @@ use std::any::Any;
 use std::path::Path;
 use std::sync::Arc;
 
-use colluvium_points::Surface;
 use colluvium_points::surface::{
     BallSurface, Facetted, Frame, HalfSpace, HeightField, Placed, Profile, Revolved, SurfaceError,
 };
+use colluvium_points::{Raster, Surface};
 
 use crate::CaseError;
 use crate::decimal::taken_off;
@@ -45,10 +45,24 @@ pub(super) fn surface<const D: usize>(
             mesh.map_err(|error| of_file(&error)).and_then(in_space::<3, D>)
         }
     };
-    made.map_err(|(key, problem)| match key.as_str() {
+    made.map_err(|problem| at(path, problem))
+}
+
+/// The heights (m) of a shape that stands at `path` in its case, where it is a raster.
+pub(super) fn raster_of(
+    shape: &ObstacleShape,
+    path: &str,
+    origin: &[f64; 3],
+) -> Result<Option<Raster>, CaseError> {
+    let ObstacleShape::Raster { file, spacing } = shape else { return Ok(None) };
+    heights(file, *spacing, origin).map(Some).map_err(|problem| at(path, problem))
+}
+
+fn at(path: &str, (key, problem): Problem) -> CaseError {
+    match key.as_str() {
         "" => CaseError::new(path, problem),
         key => CaseError::new(format!("{path}.{key}"), problem),
-    })
+    }
 }
 
 fn below(error: SurfaceError) -> Problem {
@@ -136,15 +150,20 @@ fn turned(vertices: &[[f64; 2]], axis: usize, centre: [f64; 3]) -> Result<Placed
     Ok(Placed { surface: Arc::new(shape), frame: Frame::default().shifted(&offset) })
 }
 
-fn raster(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<HeightField, Problem> {
+/// The heights of a raster's file; `origin` (m) is taken off.
+fn heights(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<Raster, Problem> {
     let mut raster = colluvium_terrain::read_raster(Path::new(file)).map_err(|error| of_file(&error))?;
     (0..2).for_each(|c| raster.origin[c] = taken_off(raster.origin[c], origin[c]));
     raster.values.iter_mut().filter(|z| z.is_finite()).for_each(|z| *z = taken_off(*z, origin[2]));
-    let raster = match spacing {
-        Some(spacing) => raster
-            .resampled([spacing; 2])
-            .map_err(|error| ("spacing".to_owned(), format!("{file}: {error}")))?,
-        None => raster,
-    };
+    match spacing {
+        Some(spacing) => {
+            raster.resampled([spacing; 2]).map_err(|error| ("spacing".to_owned(), format!("{file}: {error}")))
+        }
+        None => Ok(raster),
+    }
+}
+
+fn raster(file: &str, spacing: Option<f64>, origin: &[f64; 3]) -> Result<HeightField, Problem> {
+    let raster = heights(file, spacing, origin)?;
     HeightField::new(raster).map_err(|error| of_file(&format!("{file}: {error}")))
 }

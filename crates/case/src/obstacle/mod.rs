@@ -4,7 +4,7 @@ mod build;
 
 use std::sync::Arc;
 
-use colluvium_points::Surface;
+use colluvium_points::{Raster, Surface};
 
 use crate::description::{Obstacle, ObstacleShape};
 use crate::{Case, CaseError};
@@ -44,6 +44,15 @@ impl Case {
             standing.push(Standing { number, obstacle, surface });
         }
         Ok(standing)
+    }
+
+    /// The heights (m, from `domain.origin`) of obstacle `number`, where its shape is a raster; the file is read.
+    ///
+    /// # Errors
+    /// A file that cannot be read or holds no raster, with its path.
+    pub fn heights(&self, number: usize) -> Result<Option<Raster>, CaseError> {
+        let path = format!("obstacles[{number}].shape");
+        build::raster_of(&self.obstacles[number].shape, &path, &self.origin())
     }
 
     /// Refuses points of a body at `places` (m) that lie deeper than `slack` (m) in an obstacle.

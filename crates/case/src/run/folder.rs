@@ -17,6 +17,7 @@ pub(super) const MEASURES: &str = "measures.csv";
 pub(super) const COLLECTION: &str = "frames.pvd";
 pub(super) const GRID_COLLECTION: &str = "grid.pvd";
 pub(super) const FRAMES: &str = "frames";
+pub(super) const RASTERS: &str = "rasters";
 
 /// What the columns mean, at the head of each table.
 const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
@@ -65,7 +66,7 @@ fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
 
 /// What lies in the folder under a name that a run gives to its own files.
 pub(super) fn taken(out: &Path) -> Result<Option<String>, OutputError> {
-    let own = [CASE, MEASURES, COLLECTION, GRID_COLLECTION, FRAMES];
+    let own = [CASE, MEASURES, COLLECTION, GRID_COLLECTION, FRAMES, RASTERS];
     let is_own = |name: &String| own.contains(&name.as_str()) || is_profile(name) || is_of_search(name);
     Ok(names(out)?.into_iter().find(is_own))
 }
@@ -168,9 +169,8 @@ pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
     keep_profiles(out, &[])?;
     names(out)?.iter().filter(|name| is_of_search(name)).try_for_each(|name| remove(&out.join(name)))?;
     remove_torn(out)?;
-    let frames = out.join(FRAMES);
-    if frames.is_dir() {
-        fs::remove_dir_all(&frames).map_err(|error| OutputError::new(&frames, error))?;
+    for folder in [FRAMES, RASTERS].map(|name| out.join(name)).iter().filter(|folder| folder.is_dir()) {
+        fs::remove_dir_all(folder).map_err(|error| OutputError::new(folder, error))?;
     }
     Ok(())
 }

@@ -453,6 +453,7 @@ impl Run<'_> {
         let completed = ending == "completed";
         if completed {
             self.recorder.output_last(&*self.solver, &mut self.progress)?;
+            self.recorder.rasters(&*self.solver)?;
         }
         self.remarks = self.remarks_so_far();
         if completed {

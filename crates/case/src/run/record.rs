@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::folder::{self, CASE, CHECKPOINT, COLLECTION, FRAMES, GRID_COLLECTION, MEASURES, SUMMARY, Tables};
+use super::folder::{
+    self, CASE, CHECKPOINT, COLLECTION, FRAMES, GRID_COLLECTION, MEASURES, RASTERS, SUMMARY, Tables,
+};
 use super::progress::Progress;
 use super::{RunError, RunOptions, row};
 use crate::description::Measure;
@@ -17,7 +19,7 @@ use crate::output::{
     write_grid,
 };
 use crate::solver::{restore_value, save_value};
-use crate::{Case, Snapshot, Solver, SolverError, measure};
+use crate::{Case, PlanRaster, Snapshot, Solver, SolverError, measure};
 
 #[derive(Serialize, Deserialize)]
 struct Checkpoint {
@@ -370,6 +372,31 @@ impl<'a> Recorder<'a> {
             return Err(self.refuse(out, problem));
         }
         Ok(Some((checkpoint, file)))
+    }
+
+    /// Writes the rasters that the case asks for, each as an ESRI ASCII grid and as a GeoTIFF; those without a number are left
+    /// out.
+    pub(super) fn rasters(&self, solver: &dyn Solver) -> Result<(), OutputError> {
+        let (Some(out), true) = (&self.options.out, self.case.output.rasters.is_some()) else {
+            return Ok(());
+        };
+        let folder = out.join(RASTERS);
+        fs::create_dir_all(&folder).map_err(|error| OutputError::new(&folder, error))?;
+        let origin = self.case.origin();
+        for PlanRaster { name, raster, .. } in solver.rasters() {
+            let mut raster = raster.shifted([origin[0], origin[1]]);
+            // A number that stands for no data must be none that can be meant.
+            raster.reference.no_data = raster.reference.no_data.filter(|number| *number < 0.0);
+            if raster.values.iter().all(|value| value.is_nan()) {
+                continue;
+            }
+            for ending in ["asc", "tif"] {
+                let file = folder.join(format!("{name}.{ending}"));
+                let written = colluvium_terrain::write_raster(&file, &raster);
+                written.map_err(|error| OutputError::new(&file, error.problem))?;
+            }
+        }
+        Ok(())
     }
 
     /// Probes that no point has come near.

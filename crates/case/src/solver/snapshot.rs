@@ -1,6 +1,7 @@
 //! The state of all points at an instant.
 
 use colluvium_constitutive::SymTensor;
+use colluvium_points::Raster;
 
 /// One named quantity on the points.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +23,17 @@ pub enum FieldData {
     Vector(Vec<[f64; 3]>),
     /// Symmetric tensors.
     Tensor(Vec<SymTensor>),
+}
+
+/// Numbers on a raster over the plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanRaster {
+    /// Name in snake case, that of its files.
+    pub name: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// The numbers; not-a-number where there is none.
+    pub raster: Raster,
 }
 
 /// The state of all points at an instant, in the order of their ids, whatever order the solver keeps.

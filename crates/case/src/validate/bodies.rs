@@ -25,18 +25,7 @@ impl Findings<'_> {
                 Err(error) => self.report(format!("{path}.shape.{}", error.path), error.problem),
                 Ok(()) => {
                     sound[number] = true;
-                    let (low, high) = body.shape.bounds(dimension);
-                    for axis in 0..dimension {
-                        let Some((min, max)) = self.extent(axis) else { continue };
-                        let slack = 1e-9 * (max - min);
-                        if low[axis] < min - slack || high[axis] > max + slack {
-                            let problem = format!(
-                                "reaches from {} to {} m along axis {axis}, beyond the domain from {min} to {max} m",
-                                low[axis], high[axis]
-                            );
-                            self.report(format!("{path}.shape"), problem);
-                        }
-                    }
+                    self.within_domain(number);
                 }
             }
             if let Some(spacing) = body.points.as_ref().and_then(|points| points.spacing) {
@@ -69,12 +58,46 @@ impl Findings<'_> {
         }
         for second in 1..case.bodies.len() {
             for first in (0..second).filter(|&first| sound[first] && sound[second]) {
-                let (a, b) = (&case.bodies[first], &case.bodies[second]);
-                if let Some(place) = overlap(&a.shape, &b.shape, dimension, OVERLAP_RESOLUTION) {
-                    let problem = format!("overlaps the body {:?}, for example at {place:.4?} m", a.name);
-                    self.report(format!("bodies[{second}].shape"), problem);
+                self.apart(first, second);
+            }
+        }
+    }
+
+    /// What can be said of bodies with layers only once their files are read.
+    pub(super) fn layers(&mut self, layered: &[usize]) {
+        for &number in layered {
+            self.within_domain(number);
+            for other in (0..self.case.bodies.len()).filter(|other| *other != number) {
+                if !layered.contains(&other) || other < number {
+                    self.apart(number.min(other), number.max(other));
                 }
             }
+        }
+    }
+
+    /// A body must lie in the domain.
+    fn within_domain(&mut self, number: usize) {
+        let (case, dimension) = (self.case, self.case.dimension());
+        let (low, high) = case.bodies[number].shape.bounds(dimension);
+        for axis in 0..dimension {
+            let Some((min, max)) = self.extent(axis) else { continue };
+            let slack = 1e-9 * (max - min);
+            if low[axis] < min - slack || high[axis] > max + slack {
+                let problem = format!(
+                    "reaches from {} to {} m along axis {axis}, beyond the domain from {min} to {max} m",
+                    low[axis], high[axis]
+                );
+                self.report(format!("bodies[{number}].shape"), problem);
+            }
+        }
+    }
+
+    /// Two bodies must not overlap.
+    fn apart(&mut self, first: usize, second: usize) {
+        let (a, b) = (&self.case.bodies[first], &self.case.bodies[second]);
+        if let Some(place) = overlap(&a.shape, &b.shape, self.case.dimension(), OVERLAP_RESOLUTION) {
+            let problem = format!("overlaps the body {:?}, for example at {place:.4?} m", a.name);
+            self.report(format!("bodies[{second}].shape"), problem);
         }
     }
 

@@ -44,6 +44,9 @@ impl DepthOptions {
             within("smoothing", smoothing, 1.0, 3.0)?;
         }
         check((1..=10).contains(&self.passes), "passes", || format!("{} is not in 1..=10", self.passes))?;
+        check(self.terrain_smoothing <= 20, "terrain_smoothing", || {
+            format!("{} is not in 0..=20", self.terrain_smoothing)
+        })?;
         not_negative("viscosity_linear", self.viscosity_linear, "")?;
         not_negative("viscosity_quadratic", self.viscosity_quadratic, "")?;
         within("xsph", self.xsph, 0.0, 1.0)?;

@@ -69,6 +69,10 @@ pub struct DepthOptions {
     /// Whether curvature of the bed acts on friction and pressure. It turns the velocity along the bed in any case.
     #[serde(default = "yes")]
     pub curvature_in_friction: bool,
+    /// Means of the curvature of terrain from a raster over 3 × 3 of its nodes, 0 to 20 times: second differences of survey data
+    /// are noisy, those of a formula are not.
+    #[serde(default = "two")]
+    pub terrain_smoothing: usize,
     /// Resistance of the bed; from the wall below and the material when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,

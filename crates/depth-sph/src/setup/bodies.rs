@@ -2,7 +2,9 @@
 
 use colluvium_case::description::Body;
 use colluvium_case::{Case, CaseError};
+use colluvium_points::Shape;
 
+use crate::bed::Bed;
 use crate::choices::Phases;
 use crate::config::DepthOptions;
 use crate::nodes::Node;
@@ -14,7 +16,7 @@ const SLACK: f64 = 1e-6;
 pub fn nodes<const D: usize>(
     case: &Case,
     options: &DepthOptions,
-    bed: f64,
+    bed: &Bed<D>,
 ) -> Result<Vec<Vec<Node<D>>>, CaseError> {
     let mut sets = vec![Vec::new(); if options.phases == Phases::One { 1 } else { 2 }];
     let upper =
@@ -22,18 +24,21 @@ pub fn nodes<const D: usize>(
     let lattice = Lattice::<D>::of(case, options.spacing);
     for (number, body) in case.bodies.iter().enumerate() {
         let mut own = Vec::new();
-        let mut volume = 0.0;
+        let (mut volume, mut whole) = (0.0, 0.0);
         for x in lattice.within(body, case.dimension()) {
-            let height = thickness::<D>(case, number, &x, bed)?;
-            if height <= 0.0 {
+            let column = column::<D>(case, number, &x, bed)?;
+            let area = options.spacing.powi(D as i32);
+            whole += column.whole * area;
+            if column.above <= 0.0 {
                 continue;
             }
-            let cell = height * options.spacing.powi(D as i32);
+            let cell = column.above * area;
             volume += cell;
             own.push(node(body, number, x, cell, options));
         }
-        if let Some(exact) = body.shape.measure(case.dimension()).filter(|_| volume > 0.0) {
-            // What the lattice cuts off at edges.
+        let exact = body.shape.measure(case.dimension());
+        // What the lattice cuts off at edges; a body that the bed cuts has no closed form.
+        if let Some(exact) = exact.filter(|_| volume > 0.0 && volume >= (1.0 - SLACK) * whole) {
             own.iter_mut().for_each(|node: &mut Node<D>| node.volume *= exact / volume);
         }
         share(options, &mut sets, own, upper(body));
@@ -117,8 +122,13 @@ impl<const D: usize> Lattice<D> {
     }
 }
 
-/// Stretches of a body along the vertical through `x` (m).
-fn stretches<const D: usize>(body: &Body, x: &[f64; D], middle: f64) -> Vec<(f64, f64)> {
+/// Stretches of a body along the vertical through `x` (m), over a bed at `level` (m).
+fn stretches<const D: usize>(body: &Body, x: &[f64; D], middle: f64, level: Option<f64>) -> Vec<(f64, f64)> {
+    if let (Shape::Layer { laid, .. }, Some(level), [x, y]) = (&body.shape, level, &x[..]) {
+        // Its ground is that of contact, triangles, which differ from the bed by the twist of a cell.
+        let thickness = laid.layer().map_or(0.0, |layer| layer.thickness(*x, *y));
+        return if thickness > 0.0 { vec![(level, level + thickness)] } else { Vec::new() };
+    }
     let mut point = x.to_vec();
     point.push(middle);
     let mut cuts = body.shape.crossings(&point, D);
@@ -131,27 +141,50 @@ fn stretches<const D: usize>(body: &Body, x: &[f64; D], middle: f64) -> Vec<(f64
     cuts.windows(2).filter(inside).map(|pair| (pair[0], pair[1])).collect()
 }
 
-/// Thickness of body `number` above `x` (m); refuses gaps below and within it.
-fn thickness<const D: usize>(case: &Case, number: usize, x: &[f64; D], bed: f64) -> Result<f64, CaseError> {
+/// The column of a body above a place.
+struct Column {
+    /// Thickness above the bed (m).
+    above: f64,
+    /// Thickness with what lies below the bed (m).
+    whole: f64,
+}
+
+/// The column of body `number` above `x` (m); refuses gaps below and within it.
+fn column<const D: usize>(
+    case: &Case,
+    number: usize,
+    x: &[f64; D],
+    bed: &Bed<D>,
+) -> Result<Column, CaseError> {
     let (low, high) = (case.domain.min[D], case.domain.max[D]);
     let slack = SLACK * (high - low);
-    let all = |other: &Body| stretches(other, x, 0.5 * (low + high));
+    let level = bed.at(x).map(|bed| bed.level);
+    let all = |other: &Body| stretches(other, x, 0.5 * (low + high), level);
     let own = all(&case.bodies[number]);
-    let Some(base) = own.first().map(|stretch| stretch.0) else { return Ok(0.0) };
+    let Some(base) = own.first().map(|stretch| stretch.0) else {
+        return Ok(Column { above: 0.0, whole: 0.0 });
+    };
+    let origin = case.origin();
+    let place: Vec<f64> = (0..D).map(|c| x[c] + origin[c]).collect();
+    let refuse = |problem: String| Err(CaseError::new(format!("bodies[{number}].shape"), problem));
+    let Some(bed) = level else {
+        return refuse(format!(
+            "there is no ground below it at {place:?} m: the raster of the bed ends there or has no data"
+        ));
+    };
     let mut all: Vec<(f64, f64)> = case.bodies.iter().flat_map(all).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let refuse = |from: f64, to: f64| {
-        let problem = format!(
-            "there is a gap from {from} m to {to} m below it at {x:?} m: depth-integrated flow has none; fill it, or take another method"
-        );
-        Err(CaseError::new(format!("bodies[{number}].shape"), problem))
-    };
     let mut top = bed;
     for (from, to) in all {
         if from > top + slack && from <= own.last().map_or(base, |stretch| stretch.0) + slack {
-            return refuse(top, from);
+            let [from, to] = [top, from].map(|z| z + origin[D]);
+            return refuse(format!(
+                "there is a gap from {from} m to {to} m below it at {place:?} m: depth-integrated flow has none; fill it, or \
+                 take another method"
+            ));
         }
         top = top.max(to);
     }
-    Ok(own.iter().map(|(from, to)| (to - from.max(bed)).max(0.0)).sum())
+    let above = own.iter().map(|(from, to)| (to - from.max(bed)).max(0.0)).sum();
+    Ok(Column { above, whole: own.iter().map(|(from, to)| to - from).sum() })
 }

@@ -1,10 +1,10 @@
 //! What flows, and how the bed holds it.
 
-use colluvium_case::description::Wall;
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::basal::BasalRheology;
 
-use super::{bed_wall, own};
+use super::ground::{Hold, hold};
+use super::own;
 use crate::choices::Phases;
 use crate::config::DepthOptions;
 use crate::drag::Densities;
@@ -58,10 +58,7 @@ fn given_law(case: &Case, options: &DepthOptions) -> Result<Option<BasalRheology
     if let Some(spec) = &options.basal {
         return Ok(Some(spec.build().map_err(|error| own("basal", error.to_string()))?));
     }
-    let Some(wall) = bed_wall(case) else { return Ok(None) };
-    if *wall == Wall::Smooth {
-        return Ok(None);
-    }
+    let Some(hold) = hold(case).filter(|hold| *hold != Hold::Smooth) else { return Ok(None) };
     let name = &case.bodies[0].material;
     let law = case.materials[name].basal().map_err(|error| {
         CaseError::new(
@@ -69,8 +66,8 @@ fn given_law(case: &Case, options: &DepthOptions) -> Result<Option<BasalRheology
             format!("{error}: give methods.depth-sph.basal, or make the wall below smooth"),
         )
     })?;
-    Ok(Some(match wall {
-        Wall::Frictional { friction_coefficient, .. } => law.with_friction_at_most(*friction_coefficient),
-        _ => law,
+    Ok(Some(match hold {
+        Hold::Frictional(coefficient) => law.with_friction_at_most(coefficient),
+        Hold::Rough | Hold::Smooth => law,
     }))
 }

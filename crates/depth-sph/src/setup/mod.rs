@@ -1,18 +1,19 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
 mod bodies;
+mod ground;
 mod material;
+mod rasters;
 mod refuse;
 
 use std::sync::Arc;
 
-use colluvium_case::description::{Boundary, Side, Space, Wall};
+use colluvium_case::description::Space;
 use colluvium_case::{Case, CaseError, Plan, Size, Solver};
 
 pub(crate) use refuse::honours;
 
 use crate::NAME;
-use crate::bed::Bed;
 use crate::choices::{Frame, Phases};
 use crate::config::{DepthOptions, FluidResistanceOptions};
 use crate::flow::{Failure, Flow, Outside};
@@ -112,39 +113,16 @@ pub(crate) fn solver<const D: usize>(
     case: &Case,
     options: &DepthOptions,
 ) -> Result<DepthSolver<D>, CaseError> {
-    let bed = bed_level(case)?;
+    let ground = ground::ground::<D>(case, options)?;
+    let maps = rasters::maps(case, &ground, options.spacing)?;
+    let bed = ground.bed;
     let settings = settings::<D>(case, options)?;
-    let nodes = bodies::nodes::<D>(case, options, bed)?;
+    let nodes = bodies::nodes::<D>(case, options, &bed)?;
     let ends = ends::<D>(case, 0);
     let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
-    let mut flow = Flow::new(settings, Bed::Flat(bed), ends, &nodes).map_err(failed)?;
+    let mut flow = Flow::new(settings, bed, ends, &nodes).map_err(failed)?;
     flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
-    Ok(DepthSolver::new(Arc::new(case.clone()), options.clone(), flow))
-}
-
-/// Level of the bed (m): that of the highest wall that faces upward.
-fn bed_level(case: &Case) -> Result<f64, CaseError> {
-    let side = lowest(case);
-    let walls = case.boundaries.iter().filter(|boundary| boundary.side == side);
-    let level = walls.map(|boundary| boundary.position(&case.domain)).fold(f64::NEG_INFINITY, f64::max);
-    if level.is_finite() {
-        return Ok(level);
-    }
-    let problem = format!("there is no bed to flow over: add a wall on the side {side}");
-    Err(CaseError::new("boundaries", problem))
-}
-
-/// The side that the bed is on.
-fn lowest(case: &Case) -> Side {
-    if case.space == Space::PlaneStrain { Side::YMin } else { Side::ZMin }
-}
-
-/// The wall that is the bed.
-fn bed_wall(case: &Case) -> Option<&Wall> {
-    let side = lowest(case);
-    let walls = case.boundaries.iter().filter(|boundary| boundary.side == side);
-    let level = |boundary: &&Boundary| boundary.position(&case.domain);
-    walls.max_by(|a, b| level(a).total_cmp(&level(b))).map(|boundary| &boundary.wall)
+    Ok(DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps))
 }
 
 /// Everything that stays.

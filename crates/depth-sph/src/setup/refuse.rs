@@ -3,7 +3,8 @@
 use colluvium_case::description::{Boundary, Velocity, Wall};
 use colluvium_case::{Case, CaseError, Honours, Needs};
 
-use super::{NAME, lowest};
+use super::NAME;
+use super::ground::lowest;
 use crate::config::DepthOptions;
 use crate::stages::is_passed_over;
 
@@ -17,7 +18,13 @@ const SPACES: &str =
 pub(crate) fn honours() -> Honours {
     Honours::of_points(NAME)
         .takes(&[
+            "domain.origin",
             "domain.periodic*",
+            "obstacles",
+            "obstacles.shape=*",
+            "obstacles.shape.*",
+            "obstacles.wall=*",
+            "output.rasters*",
             "boundaries",
             "boundaries.name",
             "boundaries.side=*",
@@ -38,6 +45,8 @@ pub(crate) fn honours() -> Honours {
             "bodies.drop_outside",
             "nodes of depth-sph that leave the terrain are removed and counted: see its options",
         )
+        .passes_over("obstacles.separation", "flows of depth-sph stay on their bed")
+        .refuses("obstacles.wall.adhesion", "say how the bed resists in methods.depth-sph.basal")
         .refuses("boundaries.group", "depth-sph has no mesh with groups of nodes")
         .refuses("boundaries.wall=absorbing", "depth-sph has no dashpots")
         .refuses("boundaries.drained", "say what the bed lets through in methods.depth-sph.drainage")

@@ -9,17 +9,19 @@ use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
-    Advance, Budget, Case, Equilibrium, Snapshot, Solver, SolverError, StepLimit, TimeStep, spatial,
+    Advance, Budget, Case, Equilibrium, PlanRaster, Snapshot, Solver, SolverError, StepLimit, TimeStep,
+    spatial,
 };
 use serde::{Deserialize, Serialize};
 
 use crate::config::DepthOptions;
 use crate::flow::{Failure, Flow};
+use crate::maps::{Cell, Maps};
 use crate::nodes::norm;
 use crate::stages;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// When the flow came to rest (sheet: depth-sph §0, stopping).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -47,6 +49,7 @@ pub struct DepthSolver<const D: usize> {
     time: f64,
     steps: u64,
     rest: Rest,
+    maps: Option<Maps>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -66,11 +69,22 @@ struct Saved {
     heads_time: f64,
     rest: Rest,
     nodes: Vec<Vec<u8>>,
+    maps: Option<Vec<Cell>>,
 }
 
 impl<const D: usize> DepthSolver<D> {
-    pub(crate) fn new(case: Arc<Case>, options: DepthOptions, flow: Flow<D>) -> Self {
-        Self { case, options, flow, stage: 0, time: 0.0, steps: 0, rest: Rest::default() }
+    pub(crate) fn new(case: Arc<Case>, options: DepthOptions, flow: Flow<D>, maps: Option<Maps>) -> Self {
+        let mut solver =
+            Self { case, options, flow, stage: 0, time: 0.0, steps: 0, rest: Rest::default(), maps };
+        solver.map();
+        solver
+    }
+
+    /// Enters the flow as it is into the rasters.
+    fn map(&mut self) {
+        if let Some(maps) = &mut self.maps {
+            maps.follow(&self.flow);
+        }
     }
 
     /// The flow.
@@ -156,14 +170,18 @@ impl<const D: usize> DepthSolver<D> {
             heads_time: flow.heads.time,
             rest: self.rest,
             nodes: flow.sets.iter().map(bytes).collect(),
+            maps: self.maps.as_ref().map(|maps| maps.cells().to_vec()),
         }
     }
 
     /// Takes a saved state; `None` where it does not fit together.
     fn take_saved(&mut self, saved: Saved) -> Option<()> {
         let flow = &mut self.flow;
-        if saved.nodes.len() != flow.sets.len() {
+        if saved.nodes.len() != flow.sets.len() || saved.maps.is_some() != self.maps.is_some() {
             return None;
+        }
+        if let (Some(maps), Some(cells)) = (&mut self.maps, saved.maps) {
+            maps.restore(cells)?;
         }
         for (set, bytes) in flow.sets.iter_mut().zip(&saved.nodes) {
             set.nodes.read(&mut bytes.as_slice()).ok()?;
@@ -222,6 +240,7 @@ impl<const D: usize> Solver for DepthSolver<D> {
         self.steps += 1;
         if !self.is_passed_over() {
             self.watch();
+            self.map();
         }
         Ok(Advance { dt, limit: limit.limit })
     }
@@ -266,6 +285,10 @@ impl<const D: usize> Solver for DepthSolver<D> {
 
     fn snapshot(&self) -> Snapshot {
         self.take_snapshot()
+    }
+
+    fn rasters(&self) -> Vec<PlanRaster> {
+        self.take_rasters()
     }
 
     fn budget(&self) -> Budget {

@@ -1,12 +1,12 @@
 //! What the solver tells: snapshot, budget, readings.
 
 use colluvium_case::measure::Reading;
-use colluvium_case::{Budget, Field, FieldData, PhaseBudget, Snapshot};
+use colluvium_case::{Budget, Field, FieldData, PhaseBudget, PlanRaster, Snapshot};
 use colluvium_constitutive::SymTensor;
 
 use super::DepthSolver;
 use crate::bed::BedPoint;
-use crate::choices::Phases;
+use crate::choices::{Frame, Phases};
 use crate::flow::Totals;
 use crate::nodes::{dot, norm};
 
@@ -173,6 +173,14 @@ impl<const D: usize> DepthSolver<D> {
         readings
     }
 
+    /// Rasters over the plan, where the case asks for them.
+    pub(super) fn take_rasters(&self) -> Vec<PlanRaster> {
+        let Some(maps) = &self.maps else { return Vec::new() };
+        let normal = self.flow.settings.frame == Frame::BedFitted;
+        let all = maps.rasters(&self.flow, if normal { "normal" } else { "vertical" });
+        all.into_iter().map(|(name, unit, raster)| PlanRaster { name, unit, raster }).collect()
+    }
+
     /// What of the state deserves a remark when the run ends.
     pub(super) fn take_remarks(&self) -> Vec<String> {
         let flow = &self.flow;
@@ -183,6 +191,10 @@ impl<const D: usize> DepthSolver<D> {
                 flow.gone,
                 flow.left.iter().sum::<f64>()
             ));
+        }
+        if self.maps.as_ref().is_some_and(crate::maps::Maps::are_empty) {
+            let threshold = self.case.output.rasters.as_ref().map_or(0.0, |rasters| rasters.threshold);
+            remarks.push(format!("output.rasters.threshold: no cell has been as deep as {threshold} m"));
         }
         if self.rest.stopped.is_nan() {
             remarks.push(

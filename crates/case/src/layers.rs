@@ -1,0 +1,189 @@
+//! Layers on terrain: what the files of a case make of them.
+
+use std::path::Path;
+
+use colluvium_points::{Depths, Layer, Outline, Raster, Shape, Thickness};
+
+use crate::decimal::taken_off;
+use crate::{Case, CaseError};
+
+/// The files that the layers of a shape name.
+pub fn files(shape: &mut Shape) -> Vec<&mut String> {
+    let mut files = Vec::new();
+    for (_, layer) in shape.layers_mut(String::new()) {
+        let Shape::Layer { outline, thickness, .. } = layer else { continue };
+        files.push(outline);
+        if let Thickness::Raster(file) = thickness {
+            files.push(file);
+        }
+    }
+    files
+}
+
+impl Case {
+    /// Reads the files of layers; the numbers of the bodies that have some.
+    pub(crate) fn lay_layers(&mut self) -> Result<Vec<usize>, CaseError> {
+        self.refuse_layers_elsewhere()?;
+        let mut layered = Vec::new();
+        for number in 0..self.bodies.len() {
+            let mut shape = self.bodies[number].shape.clone();
+            for (path, layer) in shape.layers_mut(format!("bodies[{number}].shape")) {
+                self.lay(layer, &path)?;
+                layered.push(number);
+            }
+            self.bodies[number].shape = shape;
+        }
+        layered.dedup();
+        Ok(layered)
+    }
+
+    fn refuse_layers_elsewhere(&mut self) -> Result<(), CaseError> {
+        let patches = self.patches.iter_mut().enumerate();
+        let patches = patches.map(|(number, patch)| (format!("patches[{number}].region"), &mut patch.region));
+        let stages = self.stages.iter_mut().enumerate().flat_map(|(stage, of)| {
+            let regions = of.excavate.iter_mut().enumerate();
+            regions.map(move |(number, region)| (format!("stages[{stage}].excavate[{number}]"), region))
+        });
+        for (path, region) in patches.chain(stages) {
+            if let Some((path, _)) = region.layers_mut(path).into_iter().next() {
+                return Err(CaseError::new(path, "a layer is the shape of a body"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the files of one layer, which stands at `path`.
+    fn lay(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
+        let Shape::Layer { on, outline, thickness, measured, laid } = layer else { return Ok(()) };
+        let wrong = |key: &str, problem: String| CaseError::new(format!("{path}.{key}"), problem);
+        let number = self.obstacles.iter().position(|obstacle| obstacle.name == *on);
+        let number = number.ok_or_else(|| wrong("on", format!("{on:?} is not the name of an obstacle")))?;
+        let ground = self.heights(number)?.ok_or_else(|| {
+            wrong("on", format!("the shape of the obstacle {on:?} is not a raster, and a layer lies on one"))
+        })?;
+        let origin = self.origin();
+        let read = colluvium_terrain::read_outlines(Path::new(outline));
+        let rings = read.map_err(|error| wrong("outline", error.to_string()))?;
+        let shifted = rings.rings().iter().map(|ring| ring.iter().map(|x| shift(*x, &origin)).collect());
+        let area =
+            Outline::new(shifted.collect()).map_err(|e| wrong("outline", format!("{outline}: {e}")))?;
+        let depths = match &*thickness {
+            Thickness::Uniform(depth) => Depths::Uniform(*depth),
+            Thickness::Raster(file) => {
+                let raster = colluvium_terrain::read_raster(Path::new(file));
+                let raster = raster.map_err(|error| wrong("thickness", error.to_string()))?;
+                Depths::Raster(Raster { origin: shift(raster.origin, &origin), ..raster })
+            }
+        };
+        let made = Layer::new(ground, area, depths, *measured, [origin[0], origin[1]]);
+        *laid = made
+            .map_err(|error| {
+                let file = match (error.key, &*thickness) {
+                    ("outline", _) => format!("{outline}: "),
+                    ("thickness", Thickness::Raster(file)) => format!("{file}: "),
+                    _ => String::new(),
+                };
+                wrong(error.key, format!("{file}{}", error.problem))
+            })?
+            .into();
+        Ok(())
+    }
+}
+
+fn shift(x: [f64; 2], origin: &[f64; 3]) -> [f64; 2] {
+    std::array::from_fn(|c| taken_off(x[c], origin[c]))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// A case with a layer of 2 m on a slope, 10 m by 20 m, at coordinates of a map.
+    fn layered() -> Value {
+        json!({
+            "title": "layer", "space": "3d", "gravity": [0, 0, -9.81],
+            "domain": { "min": [600000, 5000000, 0], "max": [600040, 5000040, 100], "origin": [600000, 5000000, 0] },
+            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+            "bodies": [{ "name": "release", "material": "m", "shape": {
+                "kind": "layer", "on": "slope", "outline": "release.geojson", "thickness": 2 } }],
+            "obstacles": [{ "name": "slope", "shape": { "kind": "raster", "file": "slope.asc" }, "wall": { "kind": "rough" } }],
+            "stages": [{ "name": "s", "duration": 1 }]
+        })
+    }
+
+    fn folder() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        let raster =
+            Raster::from_function([21, 21], [600_000.0, 5e6], [2.0; 2], |x, _| 50.0 + 0.75 * (x - 600_000.0));
+        colluvium_terrain::write_raster(&folder.path().join("slope.asc"), &raster).unwrap();
+        outline(folder.path(), [[10.0, 10.0], [20.0, 10.0], [20.0, 30.0], [10.0, 30.0]]);
+        folder
+    }
+
+    fn outline(folder: &Path, corners: [[f64; 2]; 4]) {
+        let mut ring: Vec<[f64; 2]> = corners.map(|[x, y]| [600_000.0 + x, 5e6 + y]).to_vec();
+        ring.push(ring[0]);
+        let text = json!({ "type": "Polygon", "coordinates": [ring] }).to_string();
+        std::fs::write(folder.join("release.geojson"), text).unwrap();
+    }
+
+    #[test]
+    fn a_layer_on_a_map_is_read_with_its_files() {
+        let folder = folder();
+        let mut value = layered();
+        let case = Case::from_value(&value, folder.path()).unwrap();
+        let volume = |case: &Case| case.bodies[0].shape.measure(3).unwrap();
+        assert!((volume(&case) - 400.0).abs() < 1e-9);
+        assert!(case.bodies[0].shape.contains(&[15.0, 20.0, 50.0 + 11.25 + 1.9]));
+        assert!(
+            (volume(&Case::from_json(&case.to_json()).unwrap()) - 400.0).abs() < 1e-9,
+            "as a run keeps it"
+        );
+        value["bodies"][0]["shape"]["measured"] = json!("normal");
+        let normal = Case::from_value(&value, folder.path()).unwrap();
+        assert!((volume(&normal) - 500.0).abs() < 1e-9);
+        assert_ne!(case.fingerprint(), normal.fingerprint());
+        let before = normal.fingerprint();
+        outline(folder.path(), [[10.0, 10.0], [21.0, 10.0], [21.0, 30.0], [10.0, 30.0]]);
+        assert_ne!(before, Case::from_value(&value, folder.path()).unwrap().fingerprint());
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_layer_is_told_with_path_and_file() {
+        let folder = folder();
+        let refused = |change: &dyn Fn(&mut Value)| {
+            let mut value = layered();
+            change(&mut value);
+            Case::from_value(&value, folder.path()).unwrap_err().to_string()
+        };
+        let shape =
+            |key: &'static str, to: Value| move |v: &mut Value| v["bodies"][0]["shape"][key] = to.clone();
+        let starts = |text: String, start: &str| assert!(text.starts_with(start), "{text}");
+        starts(refused(&shape("on", json!("slop"))), "bodies[0].shape.on: \"slop\" is not the name");
+        starts(refused(&shape("outline", json!("none.geojson"))), "bodies[0].shape.outline: /");
+        starts(refused(&shape("thickness", json!("none.asc"))), "bodies[0].shape.thickness: /");
+        starts(refused(&shape("thickness", json!(-1))), "bodies[0].shape.thickness: -1 must be");
+        starts(refused(&shape("thickness", json!([1]))), "bodies[0].shape.thickness: ");
+        starts(refused(&|v| v["domain"]["max"][2] = json!(66)), "bodies[0].shape: reaches from 57");
+        let region = layered()["bodies"][0]["shape"].clone();
+        starts(
+            refused(&|v| v["stages"][0]["excavate"] = json!([region])),
+            "stages[0].excavate[0]: a layer is",
+        );
+        let other = json!({ "name": "other", "material": "m",
+            "shape": { "kind": "box", "min": [600012, 5000012, 55], "max": [600014, 5000020, 70] } });
+        starts(
+            refused(&|v| v["bodies"].as_array_mut().unwrap().push(other.clone())),
+            "bodies[1].shape: overlaps",
+        );
+        outline(folder.path(), [[10.0, 10.0], [60.0, 10.0], [60.0, 30.0], [10.0, 30.0]]);
+        let text = refused(&|_| {});
+        starts(text.clone(), "bodies[0].shape.outline: /");
+        assert!(text.contains("release.geojson: reaches from [600010.0, 5000010.0]"), "{text}");
+        outline(folder.path(), [[10.0, 10.0], [20.0, 30.0], [20.0, 10.0], [10.0, 30.0]]);
+        let text = refused(&|_| {});
+        assert!(text.contains("release.geojson: ring 1: ") && text.contains("cross"), "{text}");
+    }
+}

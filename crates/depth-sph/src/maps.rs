@@ -1,0 +1,283 @@
+//! What a flow has done to each cell of a raster over the plan: largest thickness, speed and dynamic pressure, and arrival.
+//!
+//! The volume of a node is spread over the cells within its kernel, in proportion to it and so that they hold all of it: rasters
+//! of thickness sum to the volume of the flow. It is done after every step.
+
+use colluvium_points::{Georeference, Raster};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use crate::bed::Bed;
+use crate::flow::Flow;
+use crate::kernel::Kernel;
+use crate::nodes::Plan;
+
+/// Rows of cells that one task looks after.
+const BAND: usize = 8;
+
+/// A regular grid of cells in plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    /// Cells along x and y.
+    pub counts: [usize; 2],
+    /// Centre of the cell with the least x and y (m).
+    pub origin: [f64; 2],
+    /// Widths of a cell (m).
+    pub spacing: [f64; 2],
+    /// Where on Earth it lies.
+    pub reference: Georeference,
+}
+
+impl Grid {
+    fn area(&self) -> f64 {
+        self.spacing[0] * self.spacing[1]
+    }
+
+    fn centre(&self, column: usize, row: usize) -> [f64; 2] {
+        [self.origin[0] + column as f64 * self.spacing[0], self.origin[1] + row as f64 * self.spacing[1]]
+    }
+
+    /// The cell around a place; `None` beyond the grid.
+    fn cell(&self, x: [f64; 2]) -> Option<[usize; 2]> {
+        let along = |c: usize| {
+            let steps = ((x[c] - self.origin[c]) / self.spacing[c]).round();
+            (steps >= 0.0 && steps < self.counts[c] as f64).then_some(steps as usize)
+        };
+        Some([along(0)?, along(1)?])
+    }
+
+    /// First and last cell along an axis whose centre lies within `reach` (m) of `x` (m).
+    fn window(&self, axis: usize, x: f64, reach: f64) -> Option<[usize; 2]> {
+        let steps = |x: f64| (x - self.origin[axis]) / self.spacing[axis];
+        let first = steps(x - reach).ceil().max(0.0);
+        let last = steps(x + reach).floor().min((self.counts[axis] - 1) as f64);
+        (first <= last).then_some([first as usize, last as usize])
+    }
+}
+
+/// What one cell has seen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// Largest thickness (m).
+    pub thickness: f64,
+    /// Largest speed along the bed while the thickness was that of the threshold or more (m/s).
+    pub speed: f64,
+    /// Largest `ρ |v|²` while it was (Pa).
+    pub pressure: f64,
+    /// When it first was (s); not-a-number before.
+    pub arrival: f64,
+}
+
+const UNTOUCHED: Cell = Cell { thickness: 0.0, speed: 0.0, pressure: 0.0, arrival: f64::NAN };
+
+/// What is over a cell now: thickness (m), mass over area (kg/m²), momentum in plan over area (kg/(m s)).
+type Over = [f64; 4];
+
+/// The share of a node in the cells around it.
+struct Patch {
+    place: [f64; 2],
+    columns: [usize; 2],
+    rows: [usize; 2],
+    length: f64,
+    /// Thickness per value of the kernel.
+    factor: f64,
+    density: f64,
+    velocity: [f64; 2],
+}
+
+/// Rasters of a flow.
+pub struct Maps {
+    grid: Grid,
+    /// Thickness from which on a cell counts as reached (m).
+    threshold: f64,
+    /// Slope of the bed at each cell.
+    slopes: Vec<[f64; 2]>,
+    cells: Vec<Cell>,
+    over: Vec<Over>,
+    patches: Vec<Patch>,
+    bands: Vec<Vec<u32>>,
+}
+
+/// The two coordinates of a place in plan; of one in a profile the second is zero.
+fn pair<const D: usize>(x: &Plan<D>) -> [f64; 2] {
+    std::array::from_fn(|c| x.get(c).copied().unwrap_or(0.0))
+}
+
+impl Maps {
+    /// Rasters over a bed that nothing has reached yet.
+    pub fn new<const D: usize>(grid: Grid, threshold: f64, bed: &Bed<D>) -> Self {
+        let count = grid.counts[0] * grid.counts[1];
+        let slope = |number: usize| {
+            let centre = grid.centre(number % grid.counts[0], number / grid.counts[0]);
+            let found = bed.at(&std::array::from_fn(|c| centre[c]));
+            found.map_or([0.0; 2], |bed| pair(&bed.slope))
+        };
+        let slopes = (0..count).into_par_iter().map(slope).collect();
+        let bands = vec![Vec::new(); grid.counts[1].div_ceil(BAND)];
+        Self {
+            threshold,
+            slopes,
+            cells: vec![UNTOUCHED; count],
+            over: vec![[0.0; 4]; count],
+            patches: Vec::new(),
+            bands,
+            grid,
+        }
+    }
+
+    /// What the cells have seen, row by row from the least y.
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// Takes back what the cells have seen; `None` where it is that of another grid.
+    pub fn restore(&mut self, cells: Vec<Cell>) -> Option<()> {
+        (cells.len() == self.cells.len()).then(|| self.cells = cells)
+    }
+
+    /// Looks at the flow as it is.
+    pub fn follow<const D: usize>(&mut self, flow: &Flow<D>) {
+        self.spread(flow);
+        let Self { grid, threshold, slopes, cells, over, bands, .. } = self;
+        let (width, threshold) = (grid.counts[0] * BAND, *threshold);
+        let all = cells.par_chunks_mut(width).zip(over.par_chunks(width)).zip(slopes.par_chunks(width));
+        all.zip(&*bands).filter(|(_, band)| !band.is_empty()).for_each(|(((cells, over), slopes), _)| {
+            for ((cell, over), slope) in cells.iter_mut().zip(over).zip(slopes) {
+                cell.thickness = cell.thickness.max(over[0]);
+                if over[0] >= threshold {
+                    let speed = speed(over, slope);
+                    cell.speed = cell.speed.max(speed);
+                    cell.pressure = cell.pressure.max(over[1] / over[0] * speed * speed);
+                    if cell.arrival.is_nan() {
+                        cell.arrival = flow.time;
+                    }
+                }
+            }
+        });
+    }
+
+    /// Spreads the nodes over the cells; those of bands without a node keep what they had.
+    fn spread<const D: usize>(&mut self, flow: &Flow<D>) {
+        let kernel = flow.settings.numerics.kernel;
+        let Self { grid, over, patches, bands, .. } = self;
+        patches.clear();
+        for (number, set) in flow.sets.iter().enumerate() {
+            let density = flow.density(number);
+            let nodes = &set.nodes;
+            let patch = |i: usize| {
+                let of = (pair(&nodes.position[i]), nodes.length[i], nodes.volume[i]);
+                patch(grid, kernel, of, density, pair(&nodes.velocity[i]))
+            };
+            patches.par_extend((0..nodes.len()).into_par_iter().filter_map(patch));
+        }
+        bands.iter_mut().for_each(Vec::clear);
+        for (number, patch) in patches.iter().enumerate() {
+            for band in patch.rows[0] / BAND..=patch.rows[1] / BAND {
+                bands[band].push(number as u32);
+            }
+        }
+        let columns = grid.counts[0];
+        let chunks = over.par_chunks_mut(columns * BAND).zip(&*bands).enumerate();
+        chunks.filter(|(_, (_, band))| !band.is_empty()).for_each(|(number, (over, band))| {
+            over.fill([0.0; 4]);
+            let first = number * BAND;
+            for patch in band.iter().map(|&patch| &patches[patch as usize]) {
+                for row in patch.rows[0].max(first)..=patch.rows[1].min(first + BAND - 1) {
+                    for column in patch.columns[0]..=patch.columns[1] {
+                        let thickness = patch.factor * patch.weight(grid, kernel, column, row);
+                        let mass = patch.density * thickness;
+                        let cell = &mut over[(row - first) * columns + column];
+                        cell[0] += thickness;
+                        cell[1] += mass;
+                        cell[2] += mass * patch.velocity[0];
+                        cell[3] += mass * patch.velocity[1];
+                    }
+                }
+            }
+        });
+    }
+
+    /// The rasters, with their names and units; thickness is measured `along` the vertical or the normal.
+    pub fn rasters<const D: usize>(
+        &self,
+        flow: &Flow<D>,
+        along: &str,
+    ) -> Vec<(String, &'static str, Raster)> {
+        let mut now = Self { cells: Vec::new(), ..Self::new(self.grid.clone(), self.threshold, &flow.bed) };
+        now.spread(flow);
+        let raster = |value: &dyn Fn(usize) -> f64| Raster {
+            columns: self.grid.counts[0],
+            rows: self.grid.counts[1],
+            origin: self.grid.origin,
+            spacing: self.grid.spacing,
+            values: (0..self.slopes.len()).map(value).collect(),
+            reference: self.grid.reference.clone(),
+        };
+        let seen = |value: fn(&Cell) -> f64| {
+            raster(&|k| {
+                let cell = &self.cells[k];
+                if cell.thickness >= self.threshold { value(cell) } else { f64::NAN }
+            })
+        };
+        let left = |value: &dyn Fn(usize) -> f64| {
+            raster(&|k| if now.over[k][0] > 0.0 { value(k) } else { f64::NAN })
+        };
+        vec![
+            (format!("peak_thickness_{along}"), "m", seen(|cell| cell.thickness)),
+            ("peak_velocity".to_owned(), "m/s", seen(|cell| cell.speed)),
+            ("peak_dynamic_pressure".to_owned(), "Pa", seen(|cell| cell.pressure)),
+            ("arrival_time".to_owned(), "s", seen(|cell| cell.arrival)),
+            (format!("final_thickness_{along}"), "m", left(&|k| now.over[k][0])),
+            ("final_velocity".to_owned(), "m/s", left(&|k| speed(&now.over[k], &now.slopes[k]))),
+        ]
+    }
+
+    /// Whether any cell has been reached.
+    pub fn are_empty(&self) -> bool {
+        self.cells.iter().all(|cell| cell.arrival.is_nan())
+    }
+}
+
+/// Speed along the bed of what is over a cell (m/s).
+fn speed(over: &Over, slope: &[f64; 2]) -> f64 {
+    let v = [over[2] / over[1], over[3] / over[1]];
+    let rise = v[0] * slope[0] + v[1] * slope[1];
+    (v[0] * v[0] + v[1] * v[1] + rise * rise).sqrt()
+}
+
+impl Patch {
+    /// Share of a cell; of a node whose kernel reaches no centre the cell around it has all.
+    fn weight(&self, grid: &Grid, kernel: Kernel, column: usize, row: usize) -> f64 {
+        if self.length == 0.0 {
+            return 1.0;
+        }
+        let centre = grid.centre(column, row);
+        let apart = (centre[0] - self.place[0]).hypot(centre[1] - self.place[1]);
+        kernel.shape::<2>(apart / self.length)
+    }
+}
+
+fn patch(
+    grid: &Grid,
+    kernel: Kernel,
+    (place, length, volume): ([f64; 2], f64, f64),
+    density: f64,
+    velocity: [f64; 2],
+) -> Option<Patch> {
+    let cell = grid.cell(place)?;
+    let reach = kernel.support() * length;
+    let around = |c: usize| grid.window(c, place[c], reach).unwrap_or([cell[c]; 2]);
+    let mut patch =
+        Patch { place, columns: around(0), rows: around(1), length, factor: 0.0, density, velocity };
+    let mut sum = 0.0;
+    for row in patch.rows[0]..=patch.rows[1] {
+        for column in patch.columns[0]..=patch.columns[1] {
+            sum += patch.weight(grid, kernel, column, row);
+        }
+    }
+    if !(sum > 0.0) {
+        (patch.columns, patch.rows, patch.length, sum) = ([cell[0]; 2], [cell[1]; 2], 0.0, 1.0);
+    }
+    patch.factor = volume / (sum * grid.area());
+    Some(patch)
+}

@@ -1,0 +1,308 @@
+//! A layer on terrain, within an outline in plan.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::surface::HeightField;
+use crate::{Outline, Raster, Terrain};
+
+/// Fewest and most places along an axis at which a layer is looked at.
+const PLACES: (usize, usize) = (64, 1000);
+
+/// How thick a layer is: a number (m), or the file of a raster in metres (ESRI ASCII grid or GeoTIFF, from the folder of the
+/// case). Where a raster is zero there is nothing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "is neither a number (m) nor the name of a raster's file")]
+pub enum Thickness {
+    /// The same everywhere (m).
+    Uniform(f64),
+    /// File of a raster (m).
+    Raster(String),
+}
+
+/// Along what the thickness of a layer is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Measured {
+    /// Vertically.
+    #[default]
+    Vertical,
+    /// Normal to the terrain: the vertical thickness is larger by one over the cosine of its slope.
+    Normal,
+}
+
+/// Thickness of a layer as read (m).
+#[derive(Clone, Debug)]
+pub enum Depths {
+    /// The same everywhere.
+    Uniform(f64),
+    /// At the nodes of a raster.
+    Raster(Raster),
+}
+
+/// What is wrong with a layer, under a key of its shape.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{key}: {problem}")]
+pub struct LayerError {
+    /// The key.
+    pub key: &'static str,
+    /// What is wrong.
+    pub problem: String,
+}
+
+/// A layer on terrain: what lies between its ground and so much above it, within an outline.
+#[derive(Clone, Debug)]
+pub struct Layer {
+    ground: HeightField,
+    slopes: Option<Terrain>,
+    outline: Outline,
+    depths: Depths,
+    low: [f64; 3],
+    high: [f64; 3],
+    step: [f64; 2],
+    volume: f64,
+}
+
+impl Layer {
+    /// A layer on the heights of `ground` (m). Places in error messages are counted from `origin` (m).
+    ///
+    /// # Errors
+    /// Where the outline reaches beyond the ground, or ground or thickness have no data under it; thickness that is negative, or
+    /// none.
+    pub fn new(
+        ground: Raster,
+        outline: Outline,
+        depths: Depths,
+        measured: Measured,
+        origin: [f64; 2],
+    ) -> Result<Self, LayerError> {
+        let error = |key, problem: String| LayerError { key, problem };
+        let (low, high) = outline.bounds();
+        let end = ground.end();
+        if (0..2).any(|c| low[c] < ground.origin[c] || high[c] > end[c]) {
+            let map = |x: [f64; 2]| [x[0] + origin[0], x[1] + origin[1]];
+            let problem = format!(
+                "reaches from {:?} to {:?} m, beyond the raster it lies on, from {:?} to {:?} m",
+                map(low),
+                map(high),
+                map(ground.origin),
+                map(end)
+            );
+            return Err(error("outline", problem));
+        }
+        let places: [usize; 2] = std::array::from_fn(|c| {
+            let cells = 2.0 * (high[c] - low[c]) / ground.spacing[c];
+            (cells.ceil() as usize).clamp(PLACES.0, PLACES.1)
+        });
+        let slopes = (measured == Measured::Normal).then(|| Terrain::new(ground.clone(), 0));
+        let slopes = slopes.transpose().map_err(|e| error("on", e.to_string()))?;
+        let mut layer = Self {
+            ground: HeightField::new(ground).map_err(|e| error("on", e.to_string()))?,
+            slopes,
+            outline,
+            depths,
+            low: [low[0], low[1], f64::INFINITY],
+            high: [high[0], high[1], f64::NEG_INFINITY],
+            step: std::array::from_fn(|c| (high[c] - low[c]) / places[c] as f64),
+            volume: 0.0,
+        };
+        layer.look(places, origin)?;
+        Ok(layer)
+    }
+
+    /// Looks at places all over the layer: how high and low it reaches, its volume, and whether there is data.
+    fn look(&mut self, places: [usize; 2], origin: [f64; 2]) -> Result<(), LayerError> {
+        let (mut sum, mut count) = (0.0, 0usize);
+        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for number in 0..places[0] * places[1] {
+            let cell = [number % places[0], number / places[0]];
+            let [x, y] = std::array::from_fn(|c| self.low[c] + self.step[c] * (cell[c] as f64 + 0.5));
+            if !self.outline.contains([x, y]) {
+                continue;
+            }
+            let refuse = |key, what: String| {
+                let problem = format!("{what} at [{}, {}] m", x + origin[0], y + origin[1]);
+                Err(LayerError { key, problem })
+            };
+            let Some(ground) = self.ground.height(x, y) else {
+                return refuse("on", "the raster it lies on has no data under it,".to_owned());
+            };
+            let Some(thickness) = self.vertical(x, y) else {
+                return refuse("thickness", "has no data in the outline,".to_owned());
+            };
+            if !(thickness >= 0.0) {
+                return refuse("thickness", format!("{thickness} m is negative"));
+            }
+            (sum, count) = (sum + thickness, count + 1);
+            if thickness > 0.0 {
+                (lowest, highest) = (lowest.min(ground), highest.max(ground + thickness));
+            }
+        }
+        if !(sum > 0.0) {
+            let problem = "is zero all over the outline, or that is too narrow for the raster it lies on";
+            return Err(LayerError { key: "thickness", problem: problem.to_owned() });
+        }
+        (self.low[2], self.high[2]) = (lowest, highest);
+        self.volume = sum / count as f64 * self.outline.area();
+        Ok(())
+    }
+
+    /// Vertical thickness over a place of the terrain, whether in the outline or not (m).
+    fn vertical(&self, x: f64, y: f64) -> Option<f64> {
+        let depth = match &self.depths {
+            Depths::Uniform(depth) => *depth,
+            Depths::Raster(raster) => raster.interpolate(x, y)?,
+        };
+        let Some(slopes) = &self.slopes else { return Some(depth) };
+        let [a, b] = slopes.bed(x, y)?.gradient;
+        Some(depth * (1.0 + a * a + b * b).sqrt())
+    }
+
+    /// Vertical thickness over a place in plan (m): zero beyond the outline.
+    pub fn thickness(&self, x: f64, y: f64) -> f64 {
+        if !self.outline.contains([x, y]) {
+            return 0.0;
+        }
+        self.vertical(x, y).unwrap_or(0.0)
+    }
+
+    /// The outline.
+    pub fn outline(&self) -> &Outline {
+        &self.outline
+    }
+
+    /// From where to where it reaches over a place in plan (m).
+    fn stretch(&self, x: f64, y: f64) -> Option<[f64; 2]> {
+        let thickness = self.thickness(x, y);
+        let ground = self.ground.height(x, y).filter(|_| thickness > 0.0)?;
+        Some([ground, ground + thickness])
+    }
+}
+
+/// A layer once its files are read. Two are the same whatever they hold: what the case says of them stands beside.
+#[derive(Clone, Debug, Default)]
+pub struct Laid(Option<Arc<Layer>>);
+
+impl PartialEq for Laid {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl From<Layer> for Laid {
+    fn from(layer: Layer) -> Self {
+        Self(Some(Arc::new(layer)))
+    }
+}
+
+impl Laid {
+    /// The layer; `None` before its files are read.
+    pub fn layer(&self) -> Option<&Layer> {
+        self.0.as_deref()
+    }
+
+    pub(crate) fn contains(&self, point: &[f64]) -> bool {
+        let stretch = self.layer().and_then(|layer| layer.stretch(point[0], point[1]));
+        stretch.is_some_and(|[from, to]| (from..=to).contains(&point[2]))
+    }
+
+    pub(crate) fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+        let of = |layer: &Layer| (layer.low.to_vec(), layer.high.to_vec());
+        self.layer().map_or_else(|| (vec![f64::INFINITY; 3], vec![f64::NEG_INFINITY; 3]), of)
+    }
+
+    /// Along the vertical exact; along the others where it is looked at.
+    pub(crate) fn crossings(&self, point: &[f64], axis: usize) -> Vec<f64> {
+        let Some(layer) = self.layer() else { return Vec::new() };
+        if axis == 2 {
+            return layer.stretch(point[0], point[1]).into_iter().flatten().collect();
+        }
+        let (low, high, step) = (layer.low[axis], layer.high[axis], layer.step[axis]);
+        let count = ((high - low) / step).round() as usize;
+        (0..=count).map(|k| low + step * k as f64).collect()
+    }
+
+    pub(crate) fn volume(&self) -> Option<f64> {
+        self.layer().map(|layer| layer.volume)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Shape;
+
+    fn slope() -> Raster {
+        Raster::from_function([41, 31], [0.0; 2], [1.0; 2], |x, _| 20.0 - 0.75 * x)
+    }
+
+    fn square(low: f64, high: f64) -> Outline {
+        Outline::new(vec![vec![[low, low], [high, low], [high, high], [low, high]]]).unwrap()
+    }
+
+    fn shape(layer: Layer) -> Shape {
+        Shape::Layer {
+            on: "slope".into(),
+            outline: "outline.geojson".into(),
+            thickness: Thickness::Uniform(1.0),
+            measured: Measured::Vertical,
+            laid: layer.into(),
+        }
+    }
+
+    #[test]
+    fn volumes_of_layers_are_those_of_prisms() {
+        let layer =
+            |depths, measured| Layer::new(slope(), square(5.0, 25.0), depths, measured, [0.0; 2]).unwrap();
+        let volume = |layer| shape(layer).measure(3).unwrap();
+        assert!((volume(layer(Depths::Uniform(1.5), Measured::Vertical)) - 600.0).abs() < 1e-9);
+        // The cosine of the slope is 0.8.
+        assert!((volume(layer(Depths::Uniform(1.5), Measured::Normal)) - 750.0).abs() < 1e-9);
+        let wedge = Raster::from_function([41, 31], [0.0; 2], [1.0; 2], |x, _| 0.1 * (x - 5.0).max(0.0));
+        let found = volume(layer(Depths::Raster(wedge), Measured::Vertical));
+        assert!((found - 400.0).abs() < 1e-9, "{found}");
+        // By chords of its own, as of any shape.
+        let chords = Shape::Union { shapes: vec![shape(layer(Depths::Uniform(1.5), Measured::Normal))] };
+        assert!((chords.volume(3, false) / 750.0 - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_layer_lies_on_its_ground_within_its_outline() {
+        let layer =
+            Layer::new(slope(), square(5.0, 25.0), Depths::Uniform(2.0), Measured::Vertical, [0.0; 2]);
+        let shape = shape(layer.unwrap());
+        for (point, inside) in [
+            ([15.0, 15.0, 8.75 + 0.01], true),
+            ([15.0, 15.0, 8.75 - 0.01], false),
+            ([15.0, 15.0, 10.74], true),
+            ([15.0, 15.0, 10.76], false),
+            ([4.9, 15.0, 17.0], false),
+        ] {
+            assert_eq!(shape.contains(&point), inside, "{point:?}");
+        }
+        assert_eq!(shape.crossings(&[15.0, 15.0, 0.0], 2), [8.75, 10.75]);
+        let (low, high) = shape.bounds(3);
+        assert!(low[0] == 5.0 && high[1] == 25.0 && low[2] > 1.2 && high[2] < 18.3, "{low:?} {high:?}");
+    }
+
+    #[test]
+    fn a_layer_without_ground_or_thickness_is_none() {
+        let refused = |ground: Raster, outline: Outline, depths: Depths| {
+            Layer::new(ground, outline, depths, Measured::Vertical, [1000.0, 0.0]).unwrap_err().to_string()
+        };
+        let off = refused(slope(), square(20.0, 32.0), Depths::Uniform(1.0));
+        assert!(off.starts_with("outline: reaches from [1020.0, 20.0]"), "{off}");
+        let mut gap = slope();
+        gap.values[15 * 41 + 15] = f64::NAN;
+        let gap = refused(gap, square(5.0, 25.0), Depths::Uniform(1.0));
+        assert!(gap.starts_with("on: the raster it lies on has no data under it, at [1014."), "{gap}");
+        let raster = |z: f64, columns| Raster::from_function([columns, 31], [0.0; 2], [1.0; 2], |_, _| z);
+        let none = |depths| refused(slope(), square(5.0, 25.0), Depths::Raster(depths));
+        assert!(none(raster(0.0, 41)).contains("is zero all over the outline"));
+        assert!(none(raster(-1.0, 41)).contains("-1 m is negative"));
+        assert!(none(raster(1.0, 20)).starts_with("thickness: has no data in the outline, at [1019."));
+    }
+}
