@@ -124,7 +124,11 @@ impl Case {
         for measure in self.measures.values_mut() {
             match measure {
                 Measure::RunOut { side, origin, .. } => visit(side.axis(), origin),
-                Measure::Probe { position, .. } => place(position, visit),
+                Measure::Probe { position, .. } | Measure::Gauge { position } => place(position, visit),
+                Measure::Discharge { from, to } => {
+                    place(from, visit);
+                    place(to, visit);
+                }
                 _ => {}
             }
         }

@@ -237,6 +237,20 @@ pub trait Solver: Send {
         None
     }
 
+    /// Depth (m) and velocity (m/s; not-a-number where it is dry) of a flow over a place in plan; `None` for methods that follow no
+    /// depth.
+    fn gauge(&self, place: &[f64]) -> Option<(f64, [f64; 3])> {
+        let _ = place;
+        None
+    }
+
+    /// Volume that crosses a line in plan per time (m³/s), positive to the right of who walks along it; `None` for methods that
+    /// follow no depth.
+    fn discharge(&self, from: [f64; 2], to: [f64; 2]) -> Option<f64> {
+        let _ = (from, to);
+        None
+    }
+
     /// Energy (J) that the materials of the points that are there have dissipated since the start; `None` where the case
     /// does not measure it.
     fn dissipated(&self) -> Option<f64> {

@@ -35,6 +35,9 @@ pub use colluvium_sph as sph;
 
 #[cfg(feature = "reports")]
 pub mod compare;
+mod debris_flow;
+#[cfg(feature = "reports")]
+pub mod maps;
 mod models;
 #[cfg(feature = "reports")]
 pub mod pictures;
@@ -110,7 +113,7 @@ fn checked(test: ElementTest) -> Result<ElementTest, CaseErrors> {
     }
 }
 
-/// Starting cases: name and JSON text.
+/// Starting cases that need no other file: name and JSON text.
 pub const TEMPLATES: [(&str, &str); 7] = [
     ("column-collapse", include_str!("templates/column-collapse.json")),
     ("oedometer", include_str!("templates/oedometer.json")),
@@ -121,9 +124,34 @@ pub const TEMPLATES: [(&str, &str); 7] = [
     ("snowball", include_str!("templates/snowball.json")),
 ];
 
+/// Names of all starting cases.
+pub fn template_names() -> Vec<&'static str> {
+    TEMPLATES.iter().chain([&debris_flow::CASE]).map(|(name, _)| *name).collect()
+}
+
 /// The starting case called `name`.
 pub fn template(name: &str) -> Option<&'static str> {
-    TEMPLATES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+    TEMPLATES.iter().chain([&debris_flow::CASE]).find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+/// Names of the files that the starting case called `name` needs beside it.
+pub fn template_files(name: &str) -> Vec<&'static str> {
+    if name == debris_flow::CASE.0 { vec![debris_flow::TERRAIN, debris_flow::RELEASE.0] } else { Vec::new() }
+}
+
+/// Writes the files that the starting case called `name` needs into a folder.
+///
+/// # Errors
+/// When one cannot be written.
+pub fn write_template_files(name: &str, folder: &std::path::Path) -> Result<(), case::output::OutputError> {
+    use case::output::{OutputError, write_atomically};
+    if name != debris_flow::CASE.0 {
+        return Ok(());
+    }
+    let terrain = folder.join(debris_flow::TERRAIN);
+    colluvium_terrain::write_raster(&terrain, &debris_flow::terrain())
+        .map_err(|error| OutputError::new(&terrain, error.problem))?;
+    write_atomically(&folder.join(debris_flow::RELEASE.0), debris_flow::RELEASE.1.as_bytes())
 }
 
 #[cfg(doctest)]

@@ -111,8 +111,8 @@ impl TerrainMap {
             range(known.flat_map(ends).chain(corners), 0.12)
         };
         let [x, y] = [along(0), along(1)];
-        // No side is shorter than a quarter of the other.
-        let least = 0.25 * (x.end - x.start).max(y.end - y.start);
+        // No side is shorter than half of the other.
+        let least = 0.5 * (x.end - x.start).max(y.end - y.start);
         let wide = |r: Range<f64>, axis: usize| {
             let extra = 0.5 * (least - (r.end - r.start)).max(0.0);
             let end = self.heights.as_ref().unwrap_or(cells).extent(axis);
@@ -243,9 +243,11 @@ fn draw_scale<B: DrawingBackend>(
     let name = if length >= 1000.0 { format!("{} km", length / 1000.0) } else { format!("{length} m") };
     let label = Text::new(name, at(left + 0.5 * length, high + 0.01), style.clone());
     chart.draw_series([label]).map_err(text)?;
-    let (east, tip) = (0.96 * width, 0.94);
-    let arrow = vec![at(east, tip - 0.08), at(east, tip), at(east - 0.006 * width, tip - 0.025)];
-    chart.draw_series([PathElement::new(arrow, BLACK.stroke_width(2))]).map_err(text)?;
+    let (east, tip) = (0.96 * width, 0.9);
+    let head = |side: f64| (at(east + side * 0.007 * width, tip - 0.025), at(east, tip));
+    for (from, to) in [(at(east, tip - 0.09), at(east, tip)), head(-1.0), head(1.0)] {
+        chart.draw_series([PathElement::new(vec![from, to], BLACK.stroke_width(2))]).map_err(text)?;
+    }
     chart.draw_series([Text::new("N", at(east, tip + 0.01), style)]).map_err(text)?;
     Ok(())
 }

@@ -118,6 +118,20 @@ pub enum Measure {
         /// Names of fields.
         fields: Vec<String>,
     },
+    /// Depth of a flow over a place in plan (m), along the vertical, and its velocity in plan (m/s): columns `NAME.depth`,
+    /// `NAME.velocity.x`, …; no velocity where it is dry. For methods that follow a flow over terrain.
+    Gauge {
+        /// Where, without the coordinate of height (m).
+        position: Vec<f64>,
+    },
+    /// Volume of a flow that crosses a line in plan per time (m³/s), positive to the right of who walks from one end to the
+    /// other. In 3D, for methods that follow a flow over terrain.
+    Discharge {
+        /// Where the line begins (m).
+        from: [f64; 2],
+        /// Where it ends (m).
+        to: [f64; 2],
+    },
     /// Force of the material on a rigid body, a patch or an obstacle (N; per metre in plane strain, per radian in axisymmetry): in
     /// the last step, and its impulse since the start (N s), whose slope is the mean force.
     Reaction {

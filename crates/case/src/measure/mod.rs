@@ -40,6 +40,8 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
             }
             Measure::Profile { .. }
             | Measure::Reaction { .. }
+            | Measure::Gauge { .. }
+            | Measure::Discharge { .. }
             | Measure::Dissipation {}
             | Measure::FactorOfSafety(_) => {}
         }
@@ -78,12 +80,23 @@ pub fn counted<'a>(case: &Case, snapshot: &'a Snapshot, bodies: Option<&[String]
 }
 
 /// Reads what the case measures and no snapshot tells off a solver: of reactions, force and impulse along each axis; energy
-/// dissipated.
+/// dissipated; depth and velocity at gauges, discharge across lines.
 pub fn of_solver(case: &Case, solver: &dyn Solver) -> Vec<Reading> {
     let mut readings = Vec::new();
     for (name, measure) in &case.measures {
         if let Measure::Dissipation {} = measure {
             readings.push((name.clone(), "J".to_owned(), solver.dissipated().unwrap_or(f64::NAN)));
+        }
+        if let Measure::Gauge { position } = measure {
+            let (depth, velocity) = solver.gauge(position).unwrap_or((f64::NAN, [f64::NAN; 3]));
+            readings.push((format!("{name}.depth"), "m".to_owned(), depth));
+            for (c, axis) in ["x", "y"].into_iter().enumerate().take(case.dimension() - 1) {
+                readings.push((format!("{name}.velocity.{axis}"), "m/s".to_owned(), velocity[c]));
+            }
+        }
+        if let Measure::Discharge { from, to } = measure {
+            let discharge = solver.discharge(*from, *to).unwrap_or(f64::NAN);
+            readings.push((name.clone(), "m3/s".to_owned(), discharge));
         }
         let Measure::Reaction { of } = measure else { continue };
         let reaction = solver.reaction(of);

@@ -28,6 +28,7 @@ impl Findings<'_> {
                         self.positive(format!("{path}.initial_length"), *initial_length, "m");
                     }
                 }
+                Measure::Gauge { .. } | Measure::Discharge { .. } => self.of_flow(&path, measure),
                 Measure::FactorOfSafety(search) => self.factor_of_safety(&path, search),
                 Measure::Dissipation {} => {}
                 Measure::Profile { axis, height, bin, bodies } => {
@@ -45,10 +46,10 @@ impl Findings<'_> {
                     self.name(&format!("{path}.of"), of, &known, what);
                 }
                 Measure::Probe { position, radius, fields } => {
-                    self.vector(&format!("{path}.position"), position);
-                    for (axis, place) in position.iter().enumerate().filter(|(_, place)| place.is_finite()) {
-                        self.inside(format!("{path}.position[{axis}]"), axis, *place);
-                    }
+                    let problem =
+                        format!("has {} entries, the space has {dimension} dimensions", position.len());
+                    self.require(position.len() == dimension, format!("{path}.position"), problem);
+                    self.places_inside(&format!("{path}.position"), position);
                     self.positive(format!("{path}.radius"), *radius, "m");
                     self.require(!fields.is_empty(), format!("{path}.fields"), "name at least one field");
                     for (number, field) in fields.iter().enumerate() {
@@ -57,6 +58,36 @@ impl Findings<'_> {
                         self.require(is_plain(field), format!("{path}.fields[{number}]"), problem);
                     }
                 }
+            }
+        }
+    }
+
+    /// Gauges and lines in plan.
+    fn of_flow(&mut self, path: &str, measure: &Measure) {
+        let dimension = self.case.dimension();
+        match measure {
+            Measure::Gauge { position } => {
+                let problem = format!("has {} coordinates, the plan has {}", position.len(), dimension - 1);
+                self.require(position.len() + 1 == dimension, format!("{path}.position"), problem);
+                self.places_inside(&format!("{path}.position"), position);
+            }
+            Measure::Discharge { from, to } => {
+                self.require(dimension == 3, path, "a line across a flow needs a space of 3d");
+                self.require(from != to, format!("{path}.to"), "is where the line begins");
+                self.places_inside(&format!("{path}.from"), from);
+                self.places_inside(&format!("{path}.to"), to);
+            }
+            _ => {}
+        }
+    }
+
+    /// Coordinates must lie in the domain.
+    fn places_inside(&mut self, path: &str, place: &[f64]) {
+        for (axis, x) in place.iter().enumerate().take(self.case.dimension()) {
+            if x.is_finite() {
+                self.inside(format!("{path}[{axis}]"), axis, *x);
+            } else {
+                self.finite(format!("{path}[{axis}]"), *x);
             }
         }
     }

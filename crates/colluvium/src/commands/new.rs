@@ -1,6 +1,6 @@
 //! `colluvium new`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use colluvium::case::output::write_atomically;
@@ -20,7 +20,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let names: Vec<&str> = colluvium::TEMPLATES.iter().map(|(name, _)| *name).collect();
+    let names = colluvium::template_names();
     let Some(name) = arguments.template.as_deref().filter(|_| !arguments.list) else {
         say!("{}", names.join("\n"));
         return Ok(());
@@ -29,10 +29,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Failure::Usage(format!("{name:?} is not a template; there are: {}", names.join(", ")))
     })?;
     let file = arguments.file.clone().unwrap_or_else(|| format!("{name}.json").into());
-    if file.exists() {
-        return Err(Failure::Usage(format!("{} exists already", file.display())));
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let beside = colluvium::template_files(name).into_iter().map(|other| folder.join(other));
+    for file in beside.chain([file.clone()]) {
+        if file.exists() {
+            return Err(Failure::Usage(format!("{} exists already", file.display())));
+        }
     }
+    colluvium::write_template_files(name, folder)?;
     write_atomically(&file, text.as_bytes())?;
+    for other in colluvium::template_files(name) {
+        say!("wrote {}", folder.join(other).display());
+    }
     say!("wrote {0}; try: colluvium check {0}", file.display());
     Ok(())
 }

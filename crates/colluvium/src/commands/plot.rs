@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::case::output::{Collection, Table};
+use colluvium::maps::maps;
 use colluvium::pictures::{charts, cloud, frame, plane};
 use colluvium::plots::Picture;
 
@@ -33,6 +34,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut written = 0;
     for (name, chart) in charts(&Table::read(&folder.join("measures.csv"))?) {
         chart.write(&folder.join(format!("{name}.{}", arguments.format)))?;
+        written += 1;
+    }
+    for (name, map) in maps(folder)? {
+        map.write(&folder.join(format!("map-{name}.{}", arguments.format)))?;
         written += 1;
     }
     points(arguments)?;

@@ -3,8 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use colluvium::case::output::OutputError;
 use colluvium::case::run::Ending;
 use colluvium::case::{Case, RunOptions, RunReport};
+use colluvium::maps::maps;
+use colluvium::plots::Picture;
 
 use super::{Failure, ResultFiles, choose, free_memory, pool, stop_on_interrupt};
 
@@ -51,6 +54,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if report.ending == Ending::Interrupted {
         return Err(Failure::Interrupted);
     }
+    if case.output.rasters.is_some()
+        && let Err(problem) = draw_map(&out)
+    {
+        complain!("warning: no map is drawn: {problem}");
+    }
     if !files.quiet {
         for remark in report.remarks.iter().filter(|remark| !report.said.contains(remark)) {
             complain!("warning: {remark}");
@@ -58,6 +66,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         print(&report, &out)?;
     }
     Ok(())
+}
+
+/// Draws the most telling raster of the run beside the rasters.
+fn draw_map(out: &std::path::Path) -> Result<(), OutputError> {
+    match maps(out)?.first() {
+        Some((_, map)) => map.write(&out.join("rasters/map.png")),
+        None => Ok(()),
+    }
 }
 
 fn print(report: &RunReport, out: &std::path::Path) -> Result<(), Failure> {

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use crate::case::output::{Collection, OutputError, Table, read_json, write_atomically};
 use crate::pictures;
-use crate::plots::{LineChart, Picture, Series, Style};
+use crate::plots::{LineChart, Picture, Series, Style, TerrainMap};
 
 /// Name of the report in the folder of its run.
 pub const REPORT: &str = "report.html";
@@ -117,8 +117,9 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportEr
     let results = Results::read(folder)?;
     let points = points(folder, &results, options)?;
     let charts = charts(&results)?;
+    let maps = maps(folder)?;
     let file = folder.join(REPORT);
-    write_atomically(&file, page::page(&results, &points, &charts).into_string().as_bytes())?;
+    write_atomically(&file, page::page(&results, &maps, &points, &charts).into_string().as_bytes())?;
     Ok(file)
 }
 
@@ -161,6 +162,15 @@ pub(crate) fn png(picture: &impl Picture, what: &str) -> Result<String, ReportEr
     let fail = |problem| ReportError::Picture { what: what.to_owned(), problem };
     let data = base64::engine::general_purpose::STANDARD.encode(picture.to_png().map_err(fail)?);
     Ok(maud::html! { img alt=(what) src=(format!("data:image/png;base64,{data}")); }.into_string())
+}
+
+/// Maps of the rasters, as PNG.
+fn maps(folder: &Path) -> Result<Vec<Figure>, ReportError> {
+    let figure = |(name, map): (String, TerrainMap)| {
+        let caption = name.replace('_', " ");
+        Ok(Figure { element: png(&map, &caption)?, caption })
+    };
+    crate::maps::maps(folder)?.into_iter().map(figure).collect()
 }
 
 /// Charts of the measures that change and of the profiles, as SVG.

@@ -29,7 +29,7 @@ const BUDGET: [&str; 8] = [
     "liquid_potential_energy",
 ];
 
-pub(super) fn page(results: &Results, points: &[Figure], charts: &[Figure]) -> Markup {
+pub(super) fn page(results: &Results, maps: &[Figure], points: &[Figure], charts: &[Figure]) -> Markup {
     let title = text(&results.case["title"]);
     html! {
         (DOCTYPE)
@@ -49,6 +49,7 @@ pub(super) fn page(results: &Results, points: &[Figure], charts: &[Figure]) -> M
                 (remarks(&results.summary))
                 (safety(&results.summary))
                 (budget(results))
+                (figures("Maps", maps))
                 (figures("Points", points))
                 (figures("In time, and profiles", charts))
                 (measures(results))

@@ -7,6 +7,7 @@ mod heights;
 mod images;
 mod integrate;
 mod limits;
+mod over;
 mod pore;
 mod pressures;
 mod set;

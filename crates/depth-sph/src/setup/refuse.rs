@@ -25,6 +25,8 @@ pub(crate) fn honours() -> Honours {
             "obstacles.shape.*",
             "obstacles.wall=*",
             "output.rasters*",
+            "measures=gauge",
+            "measures=discharge",
             "boundaries",
             "boundaries.name",
             "boundaries.side=*",

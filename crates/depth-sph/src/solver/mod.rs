@@ -287,6 +287,16 @@ impl<const D: usize> Solver for DepthSolver<D> {
         self.take_snapshot()
     }
 
+    fn gauge(&self, place: &[f64]) -> Option<(f64, [f64; 3])> {
+        let (depth, flux) = self.flow.over(&std::array::from_fn(|c| place.get(c).copied().unwrap_or(0.0)));
+        Some((depth, spatial(&flux).map(|flux| flux / depth)))
+    }
+
+    fn discharge(&self, from: [f64; 2], to: [f64; 2]) -> Option<f64> {
+        let [from, to] = [from, to].map(|end| std::array::from_fn(|c| end.get(c).copied().unwrap_or(0.0)));
+        Some(self.flow.across(&from, &to))
+    }
+
     fn rasters(&self) -> Vec<PlanRaster> {
         self.take_rasters()
     }

@@ -1,0 +1,91 @@
+//! Maps of the rasters that a run has left.
+
+use std::path::Path;
+
+use colluvium_points::{Raster, Shape};
+
+use crate::case::Case;
+use crate::case::output::OutputError;
+use crate::plots::{Cells, TerrainMap};
+
+/// Folder of the rasters in that of a run.
+const RASTERS: &str = "rasters";
+
+/// Rasters that have a map, the most telling first, and what their colours mean.
+const SHOWN: [(&str, &str); 7] = [
+    ("peak_thickness_vertical", "peak thickness (m)"),
+    ("peak_thickness_normal", "peak thickness (m)"),
+    ("final_thickness_vertical", "final thickness (m)"),
+    ("final_thickness_normal", "final thickness (m)"),
+    ("peak_velocity", "peak velocity (m/s)"),
+    ("peak_dynamic_pressure", "peak dynamic pressure (Pa)"),
+    ("arrival_time", "arrival time (s)"),
+];
+
+/// The map of each raster in the folder of a run, by its name: shaded terrain, the raster in colours, and the outlines of layers.
+/// None where there is no raster.
+///
+/// # Errors
+/// When a raster, the case of the run or the terrain that it names cannot be read.
+pub fn maps(folder: &Path) -> Result<Vec<(String, TerrainMap)>, OutputError> {
+    let file = |name: &str| folder.join(RASTERS).join(format!("{name}.asc"));
+    let there: Vec<_> = SHOWN.into_iter().filter(|(name, _)| file(name).exists()).collect();
+    if there.is_empty() {
+        return Ok(Vec::new());
+    }
+    let path = folder.join("case.json");
+    let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
+    let heights = heights(&case).map_err(|problem| OutputError::new(&path, problem))?;
+    let outlines = outlines(&case);
+    let map = |(name, label): (&str, &str)| {
+        let path = file(name);
+        let raster = colluvium_terrain::read_raster(&path);
+        let raster = raster.map_err(|error| OutputError::new(&path, error.problem))?;
+        let map = TerrainMap {
+            title: case.title.clone(),
+            label: label.to_owned(),
+            heights: heights.clone(),
+            cells: cells(raster, &[0.0; 3]),
+            outlines: outlines.clone(),
+        };
+        Ok((name.to_owned(), map))
+    };
+    there.into_iter().map(map).collect()
+}
+
+fn cells(raster: Raster, origin: &[f64; 3]) -> Cells {
+    let place = [raster.origin[0] + origin[0], raster.origin[1] + origin[1]];
+    Cells {
+        counts: [raster.columns, raster.rows],
+        origin: place,
+        spacing: raster.spacing,
+        values: raster.values,
+    }
+}
+
+/// Heights of the terrain (m), at coordinates of the map.
+fn heights(case: &Case) -> Result<Option<Cells>, crate::case::CaseError> {
+    for number in 0..case.obstacles.len() {
+        if let Some(raster) = case.heights(number)? {
+            return Ok(Some(cells(raster, &case.origin())));
+        }
+    }
+    Ok(None)
+}
+
+/// Rings of the layers of the bodies (m), at coordinates of the map.
+fn outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {
+    let origin = case.origin();
+    let mut rings = Vec::new();
+    for body in &case.bodies {
+        let mut shape = body.shape.clone();
+        for (_, layer) in shape.layers_mut(String::new()) {
+            let Shape::Layer { laid, .. } = layer else { continue };
+            let own = laid.layer().map_or(&[][..], |layer| layer.outline().rings());
+            rings.extend(
+                own.iter().map(|ring| ring.iter().map(|[x, y]| [x + origin[0], y + origin[1]]).collect()),
+            );
+        }
+    }
+    rings
+}

@@ -1,0 +1,82 @@
+//! The template of a debris flow, from terrain and release area to rasters and maps, run as a user runs it.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use colluvium_terrain::read_raster;
+use serde_json::{Value, json};
+
+fn colluvium(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
+    let program = env!("CARGO_BIN_EXE_colluvium");
+    let ran = Command::new(program).args(arguments).current_dir(folder).output();
+    let Output { status, stdout, stderr } = ran.expect("the program starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (status.code().unwrap_or(-1), text(stdout), text(stderr))
+}
+
+/// Changes the case that `new` has written.
+fn change(folder: &Path, change: impl Fn(&mut Value)) {
+    let file = folder.join("debris-flow.json");
+    let mut case: Value = serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
+    change(&mut case);
+    fs::write(file, case.to_string()).unwrap();
+}
+
+/// The last value of a column of the measures.
+fn last(out: &Path, name: &str) -> f64 {
+    let text = fs::read_to_string(out.join("measures.csv")).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let column = head.iter().position(|column| column.split(' ').next() == Some(name)).unwrap();
+    lines.next_back().unwrap().split(',').nth(column).unwrap().parse().unwrap()
+}
+
+#[test]
+fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let (code, said, errors) = colluvium(folder, &["new", "debris-flow"]);
+    assert!(code == 0 && said.contains("debris-flow-terrain.asc"), "{said} {errors}");
+    let (code, _, errors) = colluvium(folder, &["new", "debris-flow", "other.json"]);
+    assert!(code == 2 && errors.contains("debris-flow-terrain.asc exists already"), "{errors}");
+    change(folder, |case| {
+        case["stages"][0]["duration"] = json!(6);
+        case["methods"]["depth-sph"]["spacing"] = json!(4);
+    });
+    let (code, _, errors) = colluvium(folder, &["run", "debris-flow.json", "--quiet"]);
+    assert_eq!(code, 0, "{errors}");
+    let out = folder.join("debris-flow-depth-sph");
+    let terrain = read_raster(&folder.join("debris-flow-terrain.asc")).unwrap();
+    for ending in ["asc", "tif"] {
+        let deposit = read_raster(&out.join(format!("rasters/final_thickness_vertical.{ending}"))).unwrap();
+        let same = (deposit.origin, deposit.spacing, deposit.columns, deposit.rows);
+        assert_eq!(same, (terrain.origin, terrain.spacing, terrain.columns, terrain.rows), "{ending}");
+        let volume: f64 = deposit.values.iter().filter(|depth| depth.is_finite()).sum::<f64>() * 25.0;
+        let flow = last(&out, "flow_volume");
+        assert!((volume / flow - 1.0).abs() < 1e-9, "{ending}: {volume} m³ of {flow} m³");
+        // 1.5 m along the normal of slopes of about 30° over 3244 m².
+        assert!((1.05..1.25).contains(&(flow / (1.5 * 3244.0))), "{flow}");
+    }
+    assert!(fs::metadata(out.join("rasters/map.png")).unwrap().len() > 10_000);
+    let (code, _, errors) = colluvium(folder, &["plot", "debris-flow-depth-sph"]);
+    assert!(code == 0 && out.join("map-peak_velocity.png").exists(), "{errors}");
+    let (code, _, errors) = colluvium(folder, &["report", "debris-flow-depth-sph"]);
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(code == 0 && page.contains("Maps") && page.contains("peak dynamic pressure"), "{errors}");
+}
+
+#[test]
+fn rasters_are_refused_by_methods_that_have_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    assert_eq!(colluvium(folder, &["new", "debris-flow"]).0, 0);
+    change(folder, |case| case["methods"] = json!({ "mpm": { "cell_size": 10 } }));
+    let (code, _, errors) = colluvium(folder, &["check", "debris-flow.json"]);
+    assert!(code != 0 && errors.contains("output.rasters: rasters over the plan are those of"), "{errors}");
+    change(folder, |case| {
+        case["output"] = json!({});
+    });
+    let (code, said, errors) = colluvium(folder, &["check", "debris-flow.json"]);
+    assert!(code == 0, "the layer is a body of the material point method too: {said} {errors}");
+}
