@@ -6,7 +6,6 @@ mod bench_laws;
 mod bench_sph;
 mod benchmarks;
 mod compare;
-mod html;
 mod report;
 mod textbook;
 mod tidy;

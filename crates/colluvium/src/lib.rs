@@ -34,6 +34,8 @@ pub use colluvium_snow_mpm as snow_mpm;
 pub use colluvium_sph as sph;
 
 #[cfg(feature = "reports")]
+pub mod animation;
+#[cfg(feature = "reports")]
 pub mod compare;
 mod debris_flow;
 #[cfg(feature = "reports")]

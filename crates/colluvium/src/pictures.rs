@@ -29,6 +29,45 @@ fn in_time(label: &str, points: Vec<(f64, f64)>) -> LineChart {
     }
 }
 
+/// A change smaller than this share of the largest value is noise.
+const NOISE: f64 = 1e-9;
+
+/// Whether a series changes by more than noise.
+pub(crate) fn changes(points: &[(f64, f64)]) -> bool {
+    let values = || points.iter().map(|p| p.1).filter(|value| value.is_finite());
+    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    high - low > NOISE * high.abs().max(low.abs())
+}
+
+/// A table in which what rounding leaves is zero: values below a billionth of what columns of their kind reach. Columns of one unit
+/// are of a kind; a momentum is also held against that of the whole mass at the kinetic energy that there was.
+pub(crate) fn quiet(mut table: Table) -> Table {
+    let reach =
+        |k: usize| table.rows.iter().map(|row| row[k].abs()).filter(|v| v.is_finite()).fold(0.0, f64::max);
+    let named = |wanted: &str| table.columns.iter().position(|(name, _)| name == wanted).map(reach);
+    let momentum = match (named("mass"), named("kinetic_energy")) {
+        (Some(mass), Some(energy)) => (2.0 * mass * energy).sqrt(),
+        _ => 0.0,
+    };
+    let least = |k: usize| {
+        let (name, unit) = &table.columns[k];
+        let of_kind = |j: &usize| table.columns[*j].1 == *unit && !unit.is_empty();
+        let kind = (0..table.columns.len()).filter(of_kind).map(reach).fold(reach(k), f64::max);
+        NOISE * if name.starts_with("momentum") { kind.max(momentum) } else { kind }
+    };
+    // A time is no noise of a longer one.
+    let least: Vec<f64> =
+        (0..table.columns.len()).map(|k| if table.columns[k].1 == "s" { 0.0 } else { least(k) }).collect();
+    for row in &mut table.rows {
+        for (value, least) in row.iter_mut().zip(&least) {
+            if value.abs() < *least {
+                *value = 0.0;
+            }
+        }
+    }
+    table
+}
+
 /// A frame of a run: its time (s) and file, as its collection has them.
 ///
 /// # Errors
@@ -83,7 +122,27 @@ fn gravity(folder: &Path) -> Result<Option<f64>, OutputError> {
 
 #[cfg(test)]
 mod tests {
-    use super::plane;
+    use super::{plane, quiet};
+    use crate::case::output::Table;
+
+    #[test]
+    fn what_rounding_leaves_is_zero_and_small_results_stay() {
+        let columns = [
+            ("time", "s"),
+            ("mass", "kg"),
+            ("kinetic_energy", "J"),
+            ("momentum.x", "kg m/s"),
+            ("front", "m"),
+            ("rise", "m"),
+        ];
+        let table = Table {
+            columns: columns.iter().map(|(name, unit)| ((*name).into(), (*unit).into())).collect(),
+            rows: vec![vec![1e-12, 20.0, 0.0, -5.6e-17, 0.1, 1e-17], vec![0.2, 20.0, 40.0, 3e-15, 0.3, 1e-6]],
+        };
+        let rows = quiet(table).rows;
+        assert_eq!(rows[0], [1e-12, 20.0, 0.0, 0.0, 0.1, 0.0]);
+        assert_eq!(rows[1], [0.2, 20.0, 40.0, 0.0, 0.3, 1e-6]);
+    }
 
     #[test]
     fn what_stands_along_z_is_seen_from_its_side() {

@@ -425,10 +425,11 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
     assert!(said.contains("report.html"), "{said}");
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(page.contains("<h1>a &lt;small&gt; column &amp; its fall</h1>"));
-    // Two fields of three frames; the rest of the pictures stands in the page itself.
+    // Two fields of three frames; the rest of the pictures stands in the page itself, and so does what plays them.
     assert_eq!(page.matches("src=\"data:image/png;base64,").count(), 6);
     assert_eq!(page.matches("src=").count(), 6);
-    assert!(!page.contains("href=") && !page.contains("<script"));
+    assert!(!page.contains("href=") && page.matches("<script").count() == 2);
+    assert!(page.contains("<div class=\"player\">"));
     let summary = summary(&out);
     let stage = |number: usize, key: &str| summary["stages"][number][key].clone();
     assert_eq!((stage(0, "name"), stage(0, "ended")), (json!("hold"), json!("duration over")));
@@ -452,7 +453,17 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
     for wanted in wanted {
         assert!(page.contains(wanted), "{wanted}");
     }
-    assert!(!page.contains("Incomplete"));
+    let place = |text: &str| page.find(text).unwrap_or_else(|| panic!("{text}"));
+    // What the case measures comes before energies, and those before the housekeeping.
+    let order = [
+        "<figcaption>front",
+        "<figcaption>surface",
+        "<figcaption>potential energy",
+        "<figcaption>time step",
+        "Hash of the",
+    ];
+    assert!(order.map(place).is_sorted(), "{:?}", order.map(place));
+    assert!(!page.contains("Incomplete") && !page.contains("<figcaption>mass"));
     assert_eq!(output(colluvium().args(["report", "--field", "colour"]).arg(&out)).0, 2);
     assert_eq!(output(colluvium().arg("report").arg(folder.path())).0, 2, "holds no run");
 }

@@ -46,6 +46,9 @@ fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
     // Two methods at three times, and nothing that lies elsewhere.
     assert_eq!(html.matches("src=\"data:image/png;base64,").count(), 6);
     assert_eq!(html.matches("src=\"").count(), 6);
+    // Both methods in one player.
+    assert_eq!(html.matches("<div class=\"player\">").count(), 1);
+    assert!(html.contains("\"name\":\"mpm\"") && html.contains("\"name\":\"sph\""));
     assert!(
         folder.path().join("mpm/summary.json").exists() && folder.path().join("sph/summary.json").exists()
     );

@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::{FONT, Picture, label, range};
-use colluvium_case::{FieldData, Snapshot};
+use colluvium_case::{Field, FieldData, Snapshot};
 
 /// Points at their places, as squares of their own size, coloured by a value.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -62,15 +62,7 @@ impl PointCloud {
     /// no such field.
     pub fn of(snapshot: &Snapshot, name: &str, plane: [usize; 2]) -> Option<Self> {
         let field = snapshot.field(name)?;
-        let values: Vec<f64> = match &field.data {
-            FieldData::Scalar(values) => values.clone(),
-            FieldData::Vector(values) => {
-                values.iter().map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect()
-            }
-            FieldData::Tensor(values) => {
-                values.iter().map(colluvium_constitutive::SymTensor::pressure).collect()
-            }
-        };
+        let values = values(field);
         let at = |v: &[f64; 3]| [v[plane[0]], v[plane[1]]];
         let points = snapshot.positions.iter().zip(&snapshot.extents).zip(values);
         let unit = if field.unit.is_empty() { String::new() } else { format!(" ({})", field.unit) };
@@ -97,16 +89,29 @@ impl PointCloud {
     }
 }
 
-/// Perceptually even colours from dark blue over green to yellow.
+/// The numbers that a field gives the colours: scalars as they are, vectors by their length, tensors by their pressure.
+pub(super) fn values(field: &Field) -> Vec<f64> {
+    match &field.data {
+        FieldData::Scalar(values) => values.clone(),
+        FieldData::Vector(values) => {
+            values.iter().map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect()
+        }
+        FieldData::Tensor(values) => values.iter().map(colluvium_constitutive::SymTensor::pressure).collect(),
+    }
+}
+
+/// Perceptually even colours from dark blue over green to yellow, equally far apart.
+pub(super) const STOPS: [[f64; 3]; 6] = [
+    [68.0, 1.0, 84.0],
+    [65.0, 68.0, 135.0],
+    [42.0, 120.0, 142.0],
+    [34.0, 168.0, 132.0],
+    [122.0, 209.0, 81.0],
+    [253.0, 231.0, 37.0],
+];
+
+/// The colour of a share of the scale.
 pub(crate) fn colour(share: f64) -> RGBColor {
-    const STOPS: [[f64; 3]; 6] = [
-        [68.0, 1.0, 84.0],
-        [65.0, 68.0, 135.0],
-        [42.0, 120.0, 142.0],
-        [34.0, 168.0, 132.0],
-        [122.0, 209.0, 81.0],
-        [253.0, 231.0, 37.0],
-    ];
     if !share.is_finite() {
         return RGBColor(170, 170, 170);
     }

@@ -1,6 +1,7 @@
-//! Pictures, as PNG or SVG: line charts and clouds of points. The font is built in, so that
+//! Pictures, as PNG or SVG: line charts and clouds of points; and animations of points for a browser. The font is built in, so that
 //! pictures come out the same on any machine.
 
+mod animation;
 mod chart;
 mod cloud;
 mod map;
@@ -13,6 +14,7 @@ use plotters::style::register_font;
 
 use colluvium_case::output::{OutputError, write_atomically};
 
+pub use animation::{Animation, BYTES, Classes, Panel, SCRIPT, STYLE, Scale, View};
 pub use chart::{LineChart, Series, Style};
 pub use cloud::{PointCloud, Shared};
 pub use map::{Cells, TerrainMap};

@@ -6,12 +6,14 @@ mod element;
 mod mpm;
 mod outcome;
 mod snow_mpm;
+mod sources;
 mod sph;
 
 use colluvium::case::output::Table;
 use colluvium::case::{Case, FieldData, RunOptions, RunReport, Snapshot};
 
 pub use outcome::{Check, Criterion, Known, Outcome, Verdict};
+pub use sources::Sources;
 
 /// A benchmark: a source, what must hold, and the way to find out.
 pub struct Benchmark {
@@ -48,12 +50,15 @@ pub fn all() -> impl Iterator<Item = &'static Benchmark> {
 /// The case of a benchmark, `validation/<folder>/case.json`.
 fn case(folder: &str) -> Result<Case, String> {
     let path = crate::root().join("validation").join(folder).join("case.json");
+    sources::reads(&path);
     Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 
 /// Reference data, a CSV file under `validation/` whose first lines say where the numbers are from.
 fn reference(file: &str) -> Result<Table, String> {
-    Table::read(&crate::root().join("validation").join(file)).map_err(|error| error.to_string())
+    let path = crate::root().join("validation").join(file);
+    sources::reads(&path);
+    Table::read(&path).map_err(|error| error.to_string())
 }
 
 /// Two columns of reference data, without the rows that lack one of them.

@@ -100,12 +100,14 @@ impl Check {
     }
 }
 
-/// A picture with its caption, ready for a page.
+/// A picture with its caption, as a file.
 pub struct Figure {
     /// Caption.
     pub caption: String,
-    /// HTML: inline SVG or an embedded PNG.
-    pub html: String,
+    /// `svg` or `png`.
+    pub extension: &'static str,
+    /// Its file.
+    pub bytes: Vec<u8>,
 }
 
 impl Outcome {
@@ -138,13 +140,14 @@ impl Outcome {
     }
 
     pub fn svg(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
-        self.figures.push(Figure { caption: caption.to_owned(), html: picture.to_svg()? });
+        let bytes = picture.to_svg()?.into_bytes();
+        self.figures.push(Figure { caption: caption.to_owned(), extension: "svg", bytes });
         Ok(())
     }
 
     pub fn png(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
-        let html = crate::html::embedded_png(picture, caption)?;
-        self.figures.push(Figure { caption: caption.to_owned(), html });
+        let bytes = picture.to_png()?;
+        self.figures.push(Figure { caption: caption.to_owned(), extension: "png", bytes });
         Ok(())
     }
 }

@@ -132,8 +132,8 @@ impl Snapshot {
 fn unit_of(name: &str) -> &'static str {
     match name {
         "velocity" => "m/s",
-        "displacement" => "m",
-        "stress" | "pressure" | "deviatoric_stress" => "Pa",
+        "displacement" | "depth" | "bed" | "height" | "radius" | "smoothing_length" => "m",
+        "stress" | "pressure" | "deviatoric_stress" | "pore_pressure" | "excess_pore_pressure" => "Pa",
         "mass" => "kg",
         "volume" => "m3",
         "density" => "kg/m3",

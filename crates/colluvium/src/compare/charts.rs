@@ -4,14 +4,13 @@ use super::Ran;
 use super::figures::{Axes, Columns, Figures, short};
 use crate::case::Snapshot;
 use crate::case::output::heading;
+use crate::pictures;
 use crate::plots::{LineChart, Series, Style};
 
 /// Columns of the measures that say how a run went, not what came out.
 const HOUSEKEEPING: [&str; 4] = ["time", "step", "time_step", "mass"];
 /// Beginnings of the names of totals, in the order in which they are shown; measures of the case come before them.
 const TOTALS: [&str; 5] = ["kinetic_energy", "elastic_energy", "potential_energy", "liquid_", "momentum"];
-/// A change smaller than this share of the largest value is noise.
-const NOISE: f64 = 1e-9;
 
 /// Runs by the names of their methods.
 pub(super) type Runs<'a> = [(&'static str, &'a Ran)];
@@ -103,11 +102,7 @@ pub(super) fn measures(runs: &Runs<'_>) -> Vec<LineChart> {
 
 /// A chart in time; `None` where nothing changes.
 fn in_time(label: &str, series: Vec<Series>) -> Option<LineChart> {
-    let changes = |series: &Series| {
-        let values = || series.points.iter().map(|p| p.1).filter(|value| value.is_finite());
-        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-        high - low > NOISE * high.abs().max(low.abs())
-    };
+    let changes = |series: &Series| pictures::changes(&series.points);
     let series: Vec<Series> =
         series.into_iter().filter(|series| series.points.iter().any(|p| p.1.is_finite())).collect();
     series.iter().any(changes).then(|| LineChart {

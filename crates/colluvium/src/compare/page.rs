@@ -5,8 +5,9 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::charts::{self, Runs, at_time};
 use super::figures::{Axes, Columns, Figures, distance, short};
 use super::{CompareError, Contender, Outcome, Ran, runs};
+use crate::animation;
 use crate::case::{Case, Snapshot};
-use crate::plots::{LineChart, Picture, PointCloud, Shared};
+use crate::plots::{Animation, LineChart, Panel, Picture, PointCloud, Shared};
 
 /// Times in the strip of pictures.
 const PICTURES: usize = 5;
@@ -28,6 +29,7 @@ pub(super) fn page(case: &Case, results: &[Contender], plane: [usize; 2]) -> Res
     let runs = runs(results);
     let axes = Axes::of(case);
     let strip = strip(&runs, plane)?;
+    let player = player(case, &runs, plane);
     let profiles = svg(&charts::profiles(&runs, axes, &charts::times(&runs, PROFILES)))?;
     let figures = svg(&charts::figures(&runs, axes))?;
     let measures = svg(&charts::measures(&runs))?;
@@ -44,6 +46,11 @@ pub(super) fn page(case: &Case, results: &[Contender], plane: [usize; 2]) -> Res
                 h1 { (case.title) }
                 @if !case.notes.is_empty() { p class="soft" { @for note in &case.notes { (note) " " } } }
                 (strip)
+                @if let Some(player) = &player {
+                    h2 { "Animation" }
+                    p class="soft" { "All methods on one time, with one scale of colours and one set of axes." }
+                    (PreEscaped(player))
+                }
                 @if !profiles.is_empty() {
                     h2 { "Profiles at equal times" }
                     p class="soft" { "Highest point over columns that are the same for all methods." }
@@ -68,6 +75,20 @@ pub(super) fn page(case: &Case, results: &[Contender], plane: [usize; 2]) -> Res
 
 fn svg(charts: &[LineChart]) -> Result<Vec<String>, CompareError> {
     charts.iter().map(|chart| chart.to_svg().map_err(CompareError::Picture)).collect()
+}
+
+/// All runs on one slider.
+fn player(case: &Case, runs: &Runs<'_>, plane: [usize; 2]) -> Option<String> {
+    let mut panels: Vec<Panel<'_>> = Vec::new();
+    for (method, ran) in runs {
+        panels.push(Panel {
+            name: (*method).to_owned(),
+            frames: ran.frames.iter().collect(),
+            of: ran.frames.len(),
+        });
+    }
+    let case = serde_json::to_value(case).ok()?;
+    Some(animation::player(&Animation::of(&panels, &animation::view(&case, plane, &[]))?))
 }
 
 /// The field that colours the points: one that every run has.

@@ -2,15 +2,19 @@
 
 mod page;
 mod parameters;
+mod tables;
+mod words;
 
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use thiserror::Error;
 
+use crate::animation;
+use crate::case::Snapshot;
 use crate::case::output::{Collection, OutputError, Table, read_json, write_atomically};
 use crate::pictures;
-use crate::plots::{LineChart, Picture, Series, Style, TerrainMap};
+use crate::plots::{Animation, LineChart, Panel, Picture, PointCloud, Series, Shared, Style, TerrainMap};
 
 /// Name of the report in the folder of its run.
 pub const REPORT: &str = "report.html";
@@ -83,7 +87,8 @@ impl Results {
             case => case.clone(),
         };
         let measures = folder.join("measures.csv");
-        let table = if measures.exists() { Table::read(&measures)? } else { Table::default() };
+        let table =
+            if measures.exists() { pictures::quiet(Table::read(&measures)?) } else { Table::default() };
         let collection = folder.join("frames.pvd");
         let frames = if collection.exists() { Collection::read(&collection)?.frames } else { Vec::new() };
         let mut profiles = Vec::new();
@@ -109,17 +114,36 @@ struct Figure {
     caption: String,
 }
 
+/// What is drawn.
+struct Pictures {
+    /// The points in time; `None` before the second frame.
+    player: Option<String>,
+    points: Vec<Figure>,
+    charts: Vec<Figure>,
+    maps: Vec<Figure>,
+}
+
+/// Beginnings of the names of columns that say how a run went more than what came out: they come last.
+const HOUSEKEEPING: [&str; 6] =
+    ["time_step", "kinetic_energy", "momentum", "angular_momentum", "mass", "points"];
+
+/// Frames that are read for the player, at most.
+const PLAYED: usize = 80;
+
 /// Writes the report of the run in `folder`, complete or not, into that folder; the file.
 ///
 /// # Errors
 /// When the folder holds no run, what is there cannot be read, or a field is not in the frames.
 pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportError> {
     let results = Results::read(folder)?;
-    let points = points(folder, &results, options)?;
-    let charts = charts(&results)?;
-    let maps = maps(folder)?;
+    let pictures = Pictures {
+        player: player(folder, &results, options)?,
+        points: points(folder, &results, options)?,
+        charts: charts(&results)?,
+        maps: maps(folder)?,
+    };
     let file = folder.join(REPORT);
-    write_atomically(&file, page::page(&results, &maps, &points, &charts).into_string().as_bytes())?;
+    write_atomically(&file, page::page(&results, &pictures).into_string().as_bytes())?;
     Ok(file)
 }
 
@@ -134,9 +158,21 @@ pub(crate) fn chosen(count: usize, wanted: usize) -> Vec<usize> {
     }
 }
 
-/// The points of some frames, as PNG: as SVG, each point is an element, and there may be very many.
+/// The player of the frames.
+fn player(folder: &Path, results: &Results, options: &ReportOptions) -> Result<Option<String>, ReportError> {
+    let read = |number| pictures::frame(folder, &results.frames[number]);
+    let frames: Vec<Snapshot> =
+        chosen(results.frames.len(), PLAYED).into_iter().map(read).collect::<Result<_, _>>()?;
+    let name = results.summary["method"].as_str().unwrap_or("points").to_owned();
+    let panel = Panel { name, frames: frames.iter().collect(), of: results.frames.len() };
+    let view = animation::view(&results.case, options.plane, &options.fields);
+    Ok(Animation::of(&[panel], &view).map(|animation| animation::player(&animation)))
+}
+
+/// The points of some frames, as PNG: as SVG, each point is an element, and there may be very many. All pictures of a field have
+/// one scale of colours and one set of axes.
 fn points(folder: &Path, results: &Results, options: &ReportOptions) -> Result<Vec<Figure>, ReportError> {
-    let mut figures: Vec<(usize, Figure)> = Vec::new();
+    let mut clouds: Vec<(String, Vec<(String, PointCloud)>)> = Vec::new();
     for number in chosen(results.frames.len(), options.frames) {
         let snapshot = pictures::frame(folder, &results.frames[number])?;
         let usual = ["displacement", "velocity"].iter().filter(|name| snapshot.field(name).is_some());
@@ -144,16 +180,26 @@ fn points(folder: &Path, results: &Results, options: &ReportOptions) -> Result<V
             [] => usual.map(|name| (*name).to_owned()).collect(),
             fields => fields.to_vec(),
         };
-        for (order, field) in fields.into_iter().enumerate() {
+        for field in fields {
             let cloud = pictures::cloud(&snapshot, Some(&field), options.plane);
             let (_, cloud) = cloud.map_err(|known| ReportError::Field { name: field.clone(), known })?;
-            let caption = format!("{}, frame {number}, t = {} s", field.replace('_', " "), snapshot.time);
-            let element = png(&cloud, &caption)?;
-            figures.push((order, Figure { element, caption }));
+            let caption =
+                format!("{}, frame {number}, t = {} s", field.replace('_', " "), words::short(snapshot.time));
+            match clouds.iter_mut().find(|(known, _)| *known == field) {
+                Some((_, clouds)) => clouds.push((caption, cloud)),
+                None => clouds.push((field, vec![(caption, cloud)])),
+            }
         }
     }
-    figures.sort_by_key(|(order, _)| *order);
-    Ok(figures.into_iter().map(|(_, figure)| figure).collect())
+    let mut figures = Vec::new();
+    for (_, clouds) in clouds {
+        let shared = Shared::of(clouds.iter().map(|(_, cloud)| cloud));
+        for (caption, cloud) in clouds {
+            let element = png(&PointCloud { shared: Some(shared.clone()), ..cloud }, &caption)?;
+            figures.push(Figure { element, caption });
+        }
+    }
+    Ok(figures)
 }
 
 /// A picture as an `img` that carries its PNG.
@@ -175,18 +221,22 @@ fn maps(folder: &Path) -> Result<Vec<Figure>, ReportError> {
 
 /// Charts of the measures that change and of the profiles, as SVG.
 fn charts(results: &Results) -> Result<Vec<Figure>, ReportError> {
-    let changes = |chart: &LineChart| {
-        let mut values = chart.series[0].points.iter().map(|p| p.1).filter(|value| value.is_finite());
-        let first = values.next();
-        values.any(|value| Some(value) != first)
+    let asked = |name: &str| {
+        let measures = results.case["measures"].as_object().into_iter().flatten();
+        measures.into_iter().any(|(measure, _)| name == measure || name.starts_with(&format!("{measure}.")))
     };
-    let measures = pictures::charts(&results.table).into_iter().filter(|(_, chart)| changes(chart));
+    let of_run = |name: &str| HOUSEKEEPING.iter().any(|begin| name.starts_with(begin));
+    let rank = |name: &str| if asked(name) { 0 } else { 1 + u8::from(of_run(name)) };
+    let mut measures = pictures::charts(&results.table);
+    measures.retain(|(_, chart)| pictures::changes(&chart.series[0].points));
+    measures.sort_by_key(|(name, _)| rank(name));
+    let last = measures.split_off(measures.iter().filter(|(name, _)| asked(name)).count());
     let profiles = results.profiles.iter().map(|(name, table)| (name.clone(), profile(table)));
     let figure = |(name, chart): (String, LineChart)| {
         let fail = |problem| ReportError::Picture { what: name.clone(), problem };
         Ok(Figure { element: chart.to_svg().map_err(fail)?, caption: name.replace('_', " ") })
     };
-    measures.chain(profiles).map(figure).collect()
+    measures.into_iter().chain(profiles).chain(last).map(figure).collect()
 }
 
 /// A profile at some of its times.
@@ -199,7 +249,9 @@ fn profile(table: &Table) -> LineChart {
         x_label: "position (m)".to_owned(),
         y_label: "height (m)".to_owned(),
         series: shown
-            .map(|time| Series::new(format!("t = {time:.4} s"), rows(time).collect(), Style::Line))
+            .map(|time| {
+                Series::new(format!("t = {} s", words::short(time)), rows(time).collect(), Style::Line)
+            })
             .collect(),
         ..LineChart::default()
     }

@@ -15,7 +15,7 @@ use std::time::Instant;
 use clap::Args;
 use rayon::ThreadPoolBuilder;
 
-use crate::benchmarks::{Benchmark, Outcome, Verdict, all};
+use crate::benchmarks::{Benchmark, Outcome, Sources, Verdict, all};
 use crate::report::{self, Entry, Scope};
 use defects::Defect;
 use progress::Progress;
@@ -117,7 +117,9 @@ fn all_entries(work: &[Work], defects: &[Defect]) -> Result<Vec<Entry>, String> 
         for pool in &pools {
             scope.spawn(|| {
                 while let Some(&number) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let entry = pool.install(|| entry(&work[number], defects, &progress));
+                    let sources = Sources::follow(pool);
+                    let mut entry = pool.install(|| entry(&work[number], defects, &progress));
+                    entry.files = sources.files();
                     done.lock().expect("no benchmark panics out of its entry").push((number, entry));
                 }
             });
@@ -172,5 +174,5 @@ fn entry(work: &Work, defects: &[Defect], progress: &Progress) -> Entry {
     // At once: others report meanwhile.
     let line = progress.after(work.seconds(), seconds);
     println!("\n{line}: {} — {}\n{text}  {seconds:.1} s", benchmark.id, benchmark.title);
-    Entry { benchmark, short, outcome, error, seconds }
+    Entry { benchmark, short, outcome, error, seconds, files: Vec::new() }
 }

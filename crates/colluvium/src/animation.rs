@@ -1,0 +1,75 @@
+//! Players of what runs have left, with what their case says of axes, bodies and materials.
+
+use serde_json::Value;
+
+use crate::plots::{Animation, Classes, SCRIPT, STYLE, View};
+
+/// What is seen of a case, as its file has it: all three axes where it has three, else those of `plane`; points coloured by
+/// `fields`, or by what is usual where there are none, by bodies and by materials.
+pub fn view(case: &Value, plane: [usize; 2], fields: &[String]) -> View {
+    let size = |axis: usize| case["gravity"][axis].as_f64().unwrap_or(0.0).abs();
+    let solid = case["space"] == "3d";
+    let axes = if solid { vec![0, 1, 2] } else { plane.to_vec() };
+    let against =
+        axes.iter().copied().max_by(|a, b| size(*a).total_cmp(&size(*b))).filter(|axis| size(*axis) > 0.0);
+    let last = axes.last().copied().unwrap_or(1);
+    View {
+        up: against.unwrap_or(last),
+        axes,
+        fields: fields.to_vec(),
+        classes: vec![classes(case, "body", "name"), classes(case, "material", "material")],
+        bytes: 0,
+    }
+}
+
+/// The bodies of a case sorted by a text that each has.
+fn classes(case: &Value, name: &str, key: &str) -> Classes {
+    let mut names: Vec<String> = Vec::new();
+    let mut of_body = Vec::new();
+    for (number, body) in case["bodies"].as_array().into_iter().flatten().enumerate() {
+        let text = body[key].as_str().map_or_else(|| format!("{name} {}", number + 1), str::to_owned);
+        let known = names.iter().position(|known| *known == text);
+        of_body.push(known.unwrap_or(names.len()));
+        if known.is_none() {
+            names.push(text);
+        }
+    }
+    Classes { name: name.to_owned(), names, of_body }
+}
+
+/// The player of an animation with all that a page needs for it. A page that has several takes [`Animation::element`] of each
+/// and [`scripts`] once.
+pub fn player(animation: &Animation) -> String {
+    animation.element() + &scripts()
+}
+
+/// Style sheet and script of the players of a page.
+pub fn scripts() -> String {
+    format!("<style>{STYLE}</style><script>{SCRIPT}</script>")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn bodies_and_materials_are_classes_and_gravity_points_down() {
+        let case = json!({
+            "space": "3d", "gravity": [0, -9.81, 0],
+            "bodies": [
+                { "name": "crest", "material": "sand" }, { "name": "toe", "material": "clay" },
+                { "name": "fill", "material": "sand" }
+            ]
+        });
+        let seen = view(&case, [0, 2], &[]);
+        assert_eq!((seen.axes, seen.up), (vec![0, 1, 2], 1));
+        assert_eq!(seen.classes[0].of_body, [0, 1, 2]);
+        assert_eq!(
+            (seen.classes[1].names.join(" "), &seen.classes[1].of_body[..]),
+            ("sand clay".into(), &[0, 1, 0][..])
+        );
+        let flat = view(&json!({ "space": "plane-strain", "bodies": [{}] }), [0, 1], &["depth".into()]);
+        assert_eq!((flat.axes, flat.up, flat.fields), (vec![0, 1], 1, vec!["depth".to_owned()]));
+    }
+}

@@ -1,0 +1,177 @@
+//! Tables of what came out and of how the run went.
+
+use maud::{Markup, html};
+use serde_json::Value;
+
+use super::words::{short, text};
+use super::{Results, parameters};
+use crate::case::output::heading;
+
+/// Columns of the measures that are an energy or a mass, in the order of the table.
+const BUDGET: [&str; 8] = [
+    "mass",
+    "kinetic_energy",
+    "elastic_energy",
+    "potential_energy",
+    "liquid_mass",
+    "liquid_kinetic_energy",
+    "liquid_elastic_energy",
+    "liquid_potential_energy",
+];
+
+pub(super) fn stages(results: &Results) -> Markup {
+    let none = Vec::new();
+    let begun = results.summary["stages"].as_array().unwrap_or(&none);
+    let all = results.case["stages"].as_array().unwrap_or(&none);
+    html! {
+        h2 { "Stages" }
+        div class="wide" { table {
+            tr { th { "Stage" } th { "Begins (s)" } th { "Ends (s)" } th { "Longest (s)" } th { "How it ended" } }
+            @for (number, stage) in all.iter().enumerate() {
+                @let record = begun.get(number).unwrap_or(&Value::Null);
+                tr {
+                    td { (text(&stage["name"])) }
+                    td class="number" { (text(&record["start"])) }
+                    td class="number" { (text(&record["end"])) }
+                    td class="number" { (text(&stage["duration"])) }
+                    td {
+                        @match (record.is_null(), record["ended"].as_str()) {
+                            (_, Some(how)) => (how),
+                            (false, None) => "not ended",
+                            (true, None) => @if begun.is_empty() { "not known" } @else { "not begun" },
+                        }
+                    }
+                }
+            }
+        } }
+    }
+}
+
+pub(super) fn limits(summary: &Value) -> Markup {
+    let Some(limits) = summary["time_step_limits"].as_array().filter(|limits| !limits.is_empty()) else {
+        return html! {};
+    };
+    let place = |limit: &Value| match limit["position"].as_array() {
+        Some(x) => {
+            let x: Vec<String> = x.iter().map(text).collect();
+            format!("point {} at ({}) m", limit["point"], x.join(", "))
+        }
+        None => "–".to_owned(),
+    };
+    html! {
+        h2 { "What limited the time step" }
+        div class="wide" { table {
+            tr { th { "Limit" } th { "Steps" } th { "Least (s)" } th { "At t (s)" } th { "Where" } }
+            @for limit in limits {
+                tr {
+                    td { (text(&limit["limit"])) }
+                    td class="number" { (text(&limit["steps"])) }
+                    td class="number" { (text(&limit["least"])) }
+                    td class="number" { (text(&limit["time"])) }
+                    td { (place(limit)) }
+                }
+            }
+        } }
+    }
+}
+
+pub(super) fn safety(summary: &Value) -> Markup {
+    let Some(found) = summary["factors_of_safety"].as_object() else { return html! {} };
+    html! {
+        h2 { "Factors of safety" }
+        div class="wide" { table {
+            tr { th { "Measure" } th { "Factor" } th { "Stable at" } th { "Failed at" } }
+            @for (name, safety) in found {
+                tr {
+                    td { (name) }
+                    td class="number" { (text(&safety["factor"])) }
+                    td class="number" { (text(&safety["stable"])) }
+                    td class="number" { (text(&safety["failed"])) }
+                }
+            }
+        } }
+    }
+}
+
+/// How much more the second is; nothing where rounding makes the difference.
+fn difference(from: f64, to: f64) -> f64 {
+    let difference = to - from;
+    if difference.abs() < 1e-12 * from.abs().max(to.abs()) { 0.0 } else { difference }
+}
+
+pub(super) fn budget(results: &Results) -> Markup {
+    let table = &results.table;
+    let (Some(first), Some(last)) = (table.rows.first(), table.rows.last()) else { return html! {} };
+    let column = |name: &str| table.columns.iter().position(|(known, _)| known == name);
+    let found = BUDGET.iter().filter_map(|name| column(name));
+    let energies: Vec<usize> = found.clone().filter(|&k| table.columns[k].1 == "J").collect();
+    let sum = |row: &[f64]| energies.iter().map(|&k| row[k]).sum::<f64>();
+    let line = |name: String, from: f64, to: f64| {
+        html! {
+            tr {
+                td { (name.replace('_', " ")) }
+                @for value in [from, to, difference(from, to)] { td class="number" { (short(value)) } }
+            }
+        }
+    };
+    let end = if results.complete() { "At the end" } else { "In the last row" };
+    html! {
+        h2 { "Mass and energy" }
+        div class="wide" { table {
+            tr { th {} th { "At the start" } th { (end) } th { "Change" } }
+            @for k in found {
+                @let (name, unit) = &table.columns[k];
+                (line(heading(name, unit), first[k], last[k]))
+            }
+            (line("sum of the energies (J)".to_owned(), sum(first), sum(last)))
+        } }
+        p class="soft" {
+            "The sum changes by the work of walls, loads and motions, and by what friction, plastic flow and damping take. "
+            "Per metre of thickness in plane strain, per radian in axisymmetry."
+        }
+    }
+}
+
+/// First, least, largest and last value of each column.
+pub(super) fn measures(results: &Results) -> Markup {
+    let table = &results.table;
+    let line = |k: usize| {
+        let values = || table.rows.iter().map(|row| row[k]).filter(|value| value.is_finite());
+        let (least, most) = (values().fold(f64::NAN, f64::min), values().fold(f64::NAN, f64::max));
+        let (first, last) = (values().next(), table.rows.last().map(|row| row[k]));
+        let (name, unit) = &table.columns[k];
+        html! {
+            tr {
+                td { (heading(name, unit)) }
+                @for value in [first.unwrap_or(f64::NAN), least, most, last.unwrap_or(f64::NAN)] {
+                    td class="number" { (short(value)) }
+                }
+            }
+        }
+    };
+    html! {
+        h2 { "Measures" }
+        p class="soft" { "Stress is tension-positive, pressure compression-positive. All rows are in measures.csv." }
+        div class="wide" { table {
+            tr { th { "Measure" } th { "First" } th { "Least" } th { "Largest" } th { "Last" } }
+            @for k in 0..table.columns.len() { (line(k)) }
+        } }
+    }
+}
+
+pub(super) fn all_parameters(results: &Results) -> Markup {
+    let method = results.summary["method"].as_str().unwrap_or_default();
+    html! {
+        h2 { "Parameters" }
+        details { summary { "Every parameter of the case, and the defaults that it leaves out" } table {
+            tr { th { "Key" } th { "Value" } th {} }
+            @for parameter in parameters::all(&results.case, method) {
+                tr {
+                    td { (parameter.path) }
+                    td { (parameter.value) }
+                    td class="soft" { @if parameter.default { "default" } }
+                }
+            }
+        } }
+    }
+}

@@ -1,0 +1,142 @@
+//! Animations that a reader plays, scrubs and turns in a browser: points in time with their fields, quantised into the page, and a
+//! small player that needs no other file.
+
+mod encode;
+mod fields;
+#[cfg(test)]
+mod tests;
+mod thin;
+
+use base64::Engine;
+use colluvium_case::Snapshot;
+use serde_json::{Value, json};
+
+pub use encode::Scale;
+pub use fields::Classes;
+
+use super::PALETTE;
+use super::cloud::STOPS;
+
+/// The player: a script that makes a player of every [`Animation::element`] of the page. Once on a page.
+pub const SCRIPT: &str = include_str!("player.js");
+
+/// Style sheet of the player. Once on a page.
+pub const STYLE: &str = include_str!("player.css");
+
+/// Points in time under a name: a run.
+#[derive(Clone, Debug)]
+pub struct Panel<'a> {
+    /// Name above the picture.
+    pub name: String,
+    /// States, in the order of their times.
+    pub frames: Vec<&'a Snapshot>,
+    /// How many frames the run has; more than there are here where some were left out.
+    pub of: usize,
+}
+
+/// What is shown of the points, and how.
+#[derive(Clone, Debug, Default)]
+pub struct View {
+    /// The axes seen: two, or all three for a picture that can be turned.
+    pub axes: Vec<usize>,
+    /// The axis against gravity.
+    pub up: usize,
+    /// Fields that colour the points; what is usual when empty.
+    pub fields: Vec<String>,
+    /// What else sorts the points: bodies, materials.
+    pub classes: Vec<Classes>,
+    /// Bytes that the points may take; frames and points are left out beyond.
+    pub bytes: usize,
+}
+
+/// Bytes that an animation takes unless something else is said: the page grows by four thirds of it.
+pub const BYTES: usize = 2_000_000;
+
+/// An animation, ready for a page.
+#[derive(Clone, Debug)]
+pub struct Animation {
+    /// What the player reads.
+    data: Value,
+    /// What was left out, in words; empty where nothing was.
+    pub thinned: String,
+}
+
+impl Animation {
+    /// Of some runs side by side, with one scale, one set of axes and one time for all. `None` where no frame has points, or
+    /// no run has two frames.
+    pub fn of(panels: &[Panel<'_>], view: &View) -> Option<Self> {
+        if panels.iter().all(|panel| panel.frames.len() < 2) {
+            return None;
+        }
+        let fields = fields::shown(panels, view);
+        let (kept, thinned) = thin::thin(panels, view, fields.len());
+        let bounds = encode::bounds(panels, &view.axes)?;
+        let largest = encode::largest(panels, &view.axes);
+        let times = times(&kept.iter().map(|one| one.panel.frames.as_slice()).collect::<Vec<_>>());
+        let end = times.last().copied().unwrap_or(0.0);
+        let panel = |one: &thin::Kept<'_>| {
+            let mut encoder = encode::Encoder::new(&bounds, largest, view, &fields);
+            let frames: Vec<Value> =
+                one.panel.frames.iter().map(|frame| encoder.frame(frame, one.share)).collect();
+            json!({
+                "name": one.panel.name, "shape": shape(&one.panel), "frames": frames,
+                "at": times.iter().map(|time| at(&one.panel.frames, *time, end)).collect::<Vec<_>>(),
+            })
+        };
+        let rgb = |colour: &plotters::style::RGBColor| [colour.0, colour.1, colour.2];
+        let data = json!({
+            "axes": view.axes.iter().map(|axis| ["x", "y", "z"][*axis]).collect::<Vec<_>>(),
+            "up": view.axes.iter().position(|axis| *axis == view.up),
+            "low": bounds.iter().map(|scale| scale.low).collect::<Vec<_>>(),
+            "high": bounds.iter().map(|scale| scale.high).collect::<Vec<_>>(),
+            "largest": largest,
+            "times": times,
+            "fields": fields.iter().map(fields::Shown::json).collect::<Vec<_>>(),
+            "colours": STOPS, "palette": PALETTE.iter().map(rgb).collect::<Vec<_>>(),
+            "thinned": thinned,
+            "panels": kept.iter().map(panel).collect::<Vec<_>>(),
+        });
+        Some(Self { data, thinned })
+    }
+
+    /// The element of HTML that [`SCRIPT`] makes a player of.
+    pub fn element(&self) -> String {
+        // Nothing in a title or a name can end the element.
+        let data = self.data.to_string().replace('<', "\\u003c");
+        format!(
+            "<div class=\"player\"><script type=\"application/json\">{data}</script><noscript>The animation needs \
+             JavaScript.</noscript></div>"
+        )
+    }
+}
+
+/// How the points of a run are drawn: grains as disks, columns of a flow over their bed, all others as squares.
+fn shape(panel: &Panel<'_>) -> &'static str {
+    let all = |name: &str| panel.frames.iter().all(|frame| frame.field(name).is_some());
+    match (all("radius"), all("depth") && all("bed")) {
+        (true, _) => "disk",
+        (_, true) => "depth",
+        _ => "square",
+    }
+}
+
+/// All times of some series of frames, ascending; times that agree to a millionth of the whole are one.
+fn times(series: &[&[&Snapshot]]) -> Vec<f64> {
+    let mut times: Vec<f64> =
+        series.iter().flat_map(|frames| frames.iter().map(|frame| frame.time)).collect();
+    times.sort_by(f64::total_cmp);
+    let near = 1e-6 * times.last().copied().unwrap_or(0.0).abs();
+    times.dedup_by(|later, earlier| *later - *earlier <= near);
+    times
+}
+
+/// The last frame at or before a time; the first where there is none.
+fn at(frames: &[&Snapshot], time: f64, end: f64) -> usize {
+    let near = 1e-6 * end.abs();
+    frames.iter().rposition(|frame| frame.time <= time + near).unwrap_or(0)
+}
+
+/// Bytes as text.
+fn text(bytes: &[u8]) -> String {
+    base64::engine::general_purpose::STANDARD.encode(bytes)
+}

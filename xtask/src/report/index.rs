@@ -1,0 +1,142 @@
+//! The index of a report: a row for each benchmark.
+
+use std::collections::BTreeSet;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::words::{STYLE, badge, open_in_words, seconds};
+use super::{Entry, PAGES, Provenance, Scope, Status, form};
+use crate::benchmarks::Verdict;
+
+/// The page.
+pub fn page(entries: &[Entry], about: &Provenance, scope: &Scope) -> Markup {
+    let worst = [Status::Fail, Status::Open].into_iter().find(|status| count(entries, *status) > 0);
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "Colluvium: validation" }
+                style { (PreEscaped(STYLE)) }
+            }
+            body { main {
+                h1 { "Validation " (badge(worst.unwrap_or(Status::Pass))) }
+                (head(entries, about, scope))
+                (tools(entries))
+                div class="card" { table class="rows" {
+                    thead { tr { @for name in HEADS { th { (name) } } } }
+                    tbody { @for entry in entries { (row(entry)) } }
+                } }
+                @if !scope.left_out.is_empty() {
+                    p class="soft" { "Left out, run by --long: " (scope.left_out.join(", ")) "." }
+                }
+                script { (PreEscaped(include_str!("index.js"))) }
+            } }
+        }
+    }
+}
+
+const HEADS: [&str; 6] = ["State", "Benchmark", "Source", "Checks", "Form", "Run time"];
+
+fn count(entries: &[Entry], status: Status) -> usize {
+    entries.iter().filter(|entry| entry.status() == status).count()
+}
+
+fn head(entries: &[Entry], about: &Provenance, scope: &Scope) -> Markup {
+    let checks: usize = entries.iter().map(Entry::judged).sum();
+    let shown: usize = entries.iter().map(|entry| entry.count(Verdict::NotJudged)).sum();
+    let time: f64 = entries.iter().map(|entry| entry.seconds).sum();
+    html! {
+        p {
+            strong { (scope.words()) } ". "
+            @for status in [Status::Pass, Status::Open, Status::Fail] {
+                (badge(status)) " " (count(entries, status)) " "
+            }
+        }
+        p class="soft" {
+            (checks) " checks; " (open_in_words(entries)) "; " (shown) " values shown without judgement; "
+            (seconds(time)) " of runs. Pass: every check holds. Open: what does not hold is known, with its reason on the page of the "
+            "benchmark. Fail: a check does not hold, and nothing is known of it, or the benchmark did not finish." br;
+            "Commit " (about.commit) ", " (about.date) ", " (about.machine) ", " (about.rustc)
+        }
+        @if count(entries, Status::Fail) > 0 {
+            p class="problem" {
+                strong { "Failures: " }
+                @for entry in entries.iter().filter(|entry| entry.status() == Status::Fail) {
+                    a href={ "#" (entry.benchmark.id) } { (entry.benchmark.id) } " "
+                }
+            }
+        }
+    }
+}
+
+/// Search and filters; hidden where there are no scripts.
+fn tools(entries: &[Entry]) -> Markup {
+    let methods: BTreeSet<&str> = entries.iter().map(Entry::method).collect();
+    let all: BTreeSet<String> = entries.iter().flat_map(|entry| sources(entry.benchmark.source)).collect();
+    let states = [Status::Pass, Status::Open, Status::Fail];
+    html! {
+        div class="tools" hidden {
+            input id="search" type="search" placeholder="search name, title, source" aria-label="search";
+            select id="method" aria-label="method" {
+                option value="" { "all methods" }
+                @for method in methods { option value=(method) { (method) } }
+            }
+            select id="source" aria-label="source" {
+                option value="" { "all sources" }
+                @for source in all { option value=(source) { (source) } }
+            }
+            select id="status" aria-label="state" {
+                option value="" { "all states" }
+                @for state in states { option value=(state.name()) { (state.name()) } }
+            }
+            @for state in [Status::Fail, Status::Open] {
+                @if count(entries, state) > 0 {
+                    button type="button" id={ "next-" (state.name()) } { "next " (state.name()) }
+                }
+            }
+            span class="soft" id="count" {}
+        }
+    }
+}
+
+fn row(entry: &Entry) -> Markup {
+    let benchmark = entry.benchmark;
+    let status = entry.status();
+    let mut checks = vec![format!("{} pass", entry.count(Verdict::Pass))];
+    for (verdict, word) in [(Verdict::Open, "open"), (Verdict::Fail, "fail")] {
+        let number = entry.count(verdict);
+        checks.extend((number > 0).then(|| format!("{number} {word}")));
+    }
+    checks.extend(entry.error.is_some().then(|| "did not finish".to_owned()));
+    html! {
+        tr id=(benchmark.id) class=(status.name()) data-status=(status.name()) data-method=(entry.method())
+            data-sources=(sources(benchmark.source).join("|")) {
+            td { (badge(status)) }
+            td { a href={ (PAGES) "/" (benchmark.id) ".html" } { (benchmark.id) } br; (benchmark.title) }
+            td class="soft" data-head="Source:" { (benchmark.source) }
+            td data-head="Checks:" { (checks.join(", ")) }
+            td data-head="Form:" { (form(entry)) }
+            td class="number" data-head="Run time:" { (seconds(entry.seconds)) }
+        }
+    }
+}
+
+/// The works that a benchmark names as its source, without figures and rows: what one filters by.
+pub fn sources(text: &str) -> Vec<String> {
+    let work = |part: &str| -> Option<String> {
+        let part = part.trim();
+        if let Some(sheet) = part.strip_prefix("sheet: ") {
+            let name = sheet.split([' ', ',']).next()?;
+            return Some(format!("sheet: {name}"));
+        }
+        // A name with its year; what comes after says where in it.
+        let words: Vec<&str> = part.split([' ', ',']).collect();
+        let digits = |word: &&str| word.len() == 4 && word.chars().all(|c| c.is_ascii_digit());
+        let year = words.iter().position(digits)?;
+        Some(words[..=year].join(" ").replace("  ", " ").replace(" & ", " and "))
+    };
+    let found: BTreeSet<String> = text.split([';', '`']).filter_map(work).collect();
+    found.into_iter().collect()
+}

@@ -1,0 +1,152 @@
+//! The validation report: an index, a page of each benchmark with its pictures beside it, and the same as JSON.
+
+mod benchmark;
+mod index;
+mod provenance;
+mod scope;
+#[cfg(test)]
+mod tests;
+mod words;
+
+use std::path::Path;
+
+use serde_json::json;
+
+use crate::benchmarks::{Benchmark, Check, Outcome, Verdict};
+use provenance::{Provenance, provenance};
+pub use scope::Scope;
+pub use words::open_in_words;
+
+/// A benchmark and what came of it.
+pub struct Entry {
+    /// The benchmark.
+    pub benchmark: &'static Benchmark,
+    /// Whether it ran in its short form.
+    pub short: bool,
+    /// What it found.
+    pub outcome: Outcome,
+    /// Why it could not finish.
+    pub error: Option<String>,
+    /// Wall-clock time (s).
+    pub seconds: f64,
+    /// Case files and reference data that it read, below the root of the repository.
+    pub files: Vec<String>,
+}
+
+/// How a benchmark stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Every check that is judged holds.
+    Pass,
+    /// What does not hold is listed among the open defects.
+    Open,
+    /// A check fails, nothing was judged, or it could not finish.
+    Fail,
+}
+
+impl Status {
+    /// In a word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Open => "open",
+            Self::Fail => "fail",
+        }
+    }
+}
+
+impl Entry {
+    /// True when it finished, judged something, and no check failed but for open defects.
+    pub fn passes(&self) -> bool {
+        self.error.is_none() && self.judged() > 0 && self.count(Verdict::Fail) == 0
+    }
+
+    /// How it stands.
+    pub fn status(&self) -> Status {
+        match (self.passes(), self.count(Verdict::Open)) {
+            (false, _) => Status::Fail,
+            (true, 0) => Status::Pass,
+            (true, _) => Status::Open,
+        }
+    }
+
+    /// The method: the first part of its name.
+    pub fn method(&self) -> &'static str {
+        self.benchmark.id.split('/').next().unwrap_or_default()
+    }
+
+    /// Number of checks with a verdict.
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.outcome.checks.iter().filter(|check| check.verdict() == verdict).count()
+    }
+
+    /// Number of checks that were judged.
+    pub fn judged(&self) -> usize {
+        self.outcome.checks.len() - self.count(Verdict::NotJudged)
+    }
+}
+
+/// In which form a benchmark ran.
+fn form(entry: &Entry) -> &'static str {
+    if entry.short { "short" } else { "full" }
+}
+
+/// Folder of the pages of benchmarks in that of a report.
+const PAGES: &str = "pages";
+
+/// Writes `index.html`, `report.json` and the page of each benchmark to `folder`.
+pub fn write(folder: &Path, entries: &[Entry], scope: &Scope) -> Result<(), String> {
+    let about = provenance();
+    let pages = folder.join(PAGES);
+    if pages.exists() {
+        std::fs::remove_dir_all(&pages).map_err(|error| format!("{}: {error}", pages.display()))?;
+    }
+    let save = |file: &Path, bytes: &[u8]| {
+        let parent = file.parent().unwrap_or(folder);
+        std::fs::create_dir_all(parent).map_err(|error| format!("{}: {error}", parent.display()))?;
+        colluvium::case::output::write_atomically(file, bytes).map_err(|error| error.to_string())
+    };
+    for entry in entries {
+        let page = pages.join(format!("{}.html", entry.benchmark.id));
+        for (number, figure) in entry.outcome.figures.iter().enumerate() {
+            save(&page.with_file_name(benchmark::picture(entry, number)), &figure.bytes)?;
+        }
+        save(&page, benchmark::page(entry, &about, &up(&page)).into_string().as_bytes())?;
+    }
+    let text =
+        serde_json::to_string_pretty(&to_json(entries, &about, scope)).map_err(|error| error.to_string())?;
+    save(&folder.join("report.json"), text.as_bytes())?;
+    save(&folder.join("index.html"), index::page(entries, &about, scope).into_string().as_bytes())
+}
+
+/// The way from a page up to the root of the repository, as a relative link that ends in a slash; empty for a page elsewhere.
+fn up(page: &Path) -> String {
+    let below = page.strip_prefix(crate::root()).ok().and_then(Path::parent);
+    below.map_or(String::new(), |folder| "../".repeat(folder.components().count()))
+}
+
+fn to_json(entries: &[Entry], about: &Provenance, scope: &Scope) -> serde_json::Value {
+    let check = |c: &Check| {
+        json!({
+            "name": c.name, "claim": c.claim, "measured": c.measured,
+            "verdict": c.verdict().name(),
+            "pass": c.range.map(|_| c.verdict() == Verdict::Pass),
+            "lower": c.range.map(|r| r.0).filter(|bound| bound.is_finite()),
+            "upper": c.range.map(|r| r.1).filter(|bound| bound.is_finite()),
+            "reason": c.reason, "defect": c.defect.as_ref().filter(|_| c.verdict() == Verdict::Open),
+        })
+    };
+    let entry = |e: &Entry| {
+        json!({
+            "id": e.benchmark.id, "title": e.benchmark.title, "source": e.benchmark.source,
+            "form": form(e), "status": e.status().name(), "pass": e.passes(), "files": e.files, "error": e.error, "seconds": e.seconds,
+            "checks": e.outcome.checks.iter().map(check).collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "machine": about.machine, "rustc": about.rustc, "commit": about.commit, "date": about.date,
+        "filter": scope.filter, "quick": scope.quick, "scope": scope.words(), "left_out": scope.left_out,
+        "pass": entries.iter().all(Entry::passes),
+        "benchmarks": entries.iter().map(entry).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,71 @@
+//! What part of the benchmarks a report covers.
+
+use std::path::PathBuf;
+
+/// What part of the benchmarks a report covers.
+pub struct Scope {
+    /// Text that the names had to contain; all benchmarks where there is none.
+    pub filter: Option<String>,
+    /// Whether short forms were asked for.
+    pub quick: bool,
+    /// How many benchmarks run in their short form.
+    pub short: usize,
+    /// How many run in their full form.
+    pub full: usize,
+    /// Names of those that do not run: they have no short form, or their full form takes minutes.
+    pub left_out: Vec<&'static str>,
+}
+
+impl Scope {
+    /// Where the report goes: a report of a part never takes the place of one of the whole.
+    pub fn folder(&self) -> PathBuf {
+        let folder = crate::root().join("target/validation");
+        let Some(filter) = &self.filter else { return folder };
+        let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+        let name: String = filter.chars().map(plain).collect();
+        folder.join("filtered").join(if self.quick { format!("{name}.quick") } else { name })
+    }
+
+    /// Which benchmarks run, and in which form.
+    pub fn words(&self) -> String {
+        let (run, left) = (self.short + self.full, self.left_out.len());
+        let mut words = match left {
+            0 => format!("{run} benchmarks"),
+            _ => format!("{run} of {} benchmarks", run + left),
+        };
+        if let Some(filter) = &self.filter {
+            words += &format!(" with “{filter}” in their name");
+        }
+        words += &match (self.full, self.short) {
+            (_, 0) => ", in full".to_owned(),
+            (0, _) => ", in their short form".to_owned(),
+            (full, short) => format!(", {full} in full, {short} in their short form"),
+        };
+        if left > 0 {
+            words += &format!("; {left} left out (--long runs them)");
+        }
+        words
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_head_says_what_ran_in_which_form() {
+        let scope = |filter: Option<&str>, full, short, left_out: &[&'static str]| {
+            let filter = filter.map(str::to_owned);
+            Scope { filter, quick: false, short, full, left_out: left_out.to_vec() }.words()
+        };
+        assert_eq!(scope(None, 3, 0, &[]), "3 benchmarks, in full");
+        assert_eq!(
+            scope(None, 36, 14, &["a", "b"]),
+            "50 of 52 benchmarks, 36 in full, 14 in their short form; 2 left out (--long runs them)"
+        );
+        assert_eq!(
+            scope(Some("bar"), 0, 2, &[]),
+            "2 benchmarks with “bar” in their name, in their short form"
+        );
+    }
+}
