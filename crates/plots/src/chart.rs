@@ -4,7 +4,7 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
-use super::{FONT, PALETTE, Picture, label, range};
+use super::{FONT, PALETTE, Picture, range, tick};
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,9 +68,10 @@ impl Picture for LineChart {
         let y = range(all().map(|p| scale(p.1)), 0.08);
         if self.log {
             let power = |r: std::ops::Range<f64>| (10f64.powf(r.start)..10f64.powf(r.end)).log_scale();
-            self.draw_in(area, power(x), power(y))
+            self.draw_in(area, power(x), power(y), [0.0; 2])
         } else {
-            self.draw_in(area, x, y)
+            let spans = [x.end - x.start, y.end - y.start];
+            self.draw_in(area, x, y, spans)
         }
     }
 }
@@ -101,7 +102,14 @@ impl LineChart {
         least.map_or(SeriesLabelPosition::UpperLeft, |(_, corner)| corner)
     }
 
-    fn draw_in<B, X, Y>(&self, area: &DrawingArea<B, Shift>, x: X, y: Y) -> Result<(), String>
+    /// Draws in axes that span so much; of logarithmic ones nothing.
+    fn draw_in<B, X, Y>(
+        &self,
+        area: &DrawingArea<B, Shift>,
+        x: X,
+        y: Y,
+        spans: [f64; 2],
+    ) -> Result<(), String>
     where
         B: DrawingBackend,
         X: AsRangedCoord<Value = f64>,
@@ -121,8 +129,8 @@ impl LineChart {
             .configure_mesh()
             .x_desc(&self.x_label)
             .y_desc(&self.y_label)
-            .x_label_formatter(&label)
-            .y_label_formatter(&label)
+            .x_label_formatter(&|at| tick(*at, spans[0]))
+            .y_label_formatter(&|at| tick(*at, spans[1]))
             .x_labels(if self.log { 30 } else { 8 })
             .y_labels(if self.log { 30 } else { 8 })
             .label_style((FONT, 14))

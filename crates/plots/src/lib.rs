@@ -121,6 +121,11 @@ fn range(values: impl Iterator<Item = f64>, margin: f64) -> std::ops::Range<f64>
     low - margin * width..high + margin * width
 }
 
+/// Label of a place on an axis that spans so much: what rounding leaves of zero is zero.
+fn tick(at: f64, span: f64) -> String {
+    label(&if at.abs() < 1e-9 * span { 0.0 } else { at })
+}
+
 /// Short labels for axes: plain where that is short, with an exponent otherwise.
 fn label(value: &f64) -> String {
     let size = value.abs();
@@ -156,6 +161,14 @@ mod tests {
                 assert!(chart.to_svg().unwrap().contains("</svg>"));
             }
         }
+    }
+
+    #[test]
+    fn a_tick_at_zero_is_zero_whatever_rounding_left() {
+        assert_eq!([tick(-1.4e-17, 0.2), tick(0.05, 0.2), tick(1e-12, 3e-12)], ["0", "0.05", "1.0e-12"]);
+        let points = vec![(0.0, 0.1), (0.4, -0.1)];
+        let chart = LineChart { series: vec![Series::new("", points, Style::Line)], ..LineChart::default() };
+        assert!(!chart.to_svg().unwrap().contains("e-1"), "no label with an exponent");
     }
 
     #[test]
