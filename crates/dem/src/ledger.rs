@@ -125,6 +125,8 @@ impl Ledger {
         self.damping += damping;
         self.boundary += held;
         self.ahead = now.map(|value| (1.0 - share) * value);
+        // Velocities at the time of the forces are those before the cell changed them.
+        self.ahead[2] += sums.cell;
         (self.kinetic, self.rotation) = (sums.kinetic, sums.rotation);
         self.squares[0] = sums.squares;
         if self.start.is_none() {

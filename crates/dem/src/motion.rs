@@ -45,6 +45,8 @@ pub struct Sums<const D: usize> {
     pub damping: f64,
     /// Work of held grains (J).
     pub held: f64,
+    /// Work of the cell where its velocity gradient changes: done right after the time of the forces (J).
+    pub cell: f64,
     /// Square of the largest velocity (m²/s²).
     pub fastest: f64,
     /// Square of the largest way since the lists were made (m²).
@@ -64,6 +66,7 @@ impl<const D: usize> Default for Sums<D> {
             gravity: 0.0,
             damping: 0.0,
             held: 0.0,
+            cell: 0.0,
             fastest: 0.0,
             moved: 0.0,
             squares: 0.0,
@@ -82,6 +85,7 @@ impl<const D: usize> Sums<D> {
         self.gravity += other.gravity;
         self.damping += other.damping;
         self.held += other.held;
+        self.cell += other.cell;
         self.fastest = self.fastest.max(other.fastest);
         self.moved = self.moved.max(other.moved);
         self.squares += other.squares;
@@ -218,7 +222,7 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
         let more = apply(change, &place);
         for c in 0..D {
             // What the cell does to the grains with it is its work.
-            sums.held += self.mass * (v[c] + 0.5 * more[c]) * more[c];
+            sums.cell += self.mass * (v[c] + 0.5 * more[c]) * more[c];
             v[c] += more[c];
         }
     }

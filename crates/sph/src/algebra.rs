@@ -7,6 +7,12 @@ pub fn square<const N: usize>(vector: &[f64; N]) -> f64 {
     vector.iter().map(|c| c * c).sum()
 }
 
+/// The product of two vectors.
+#[inline]
+pub fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
 /// `x_j - x_i` and its square.
 #[inline(always)]
 pub fn apart<const D: usize>(from: &[f64; D], to: &[f64; D]) -> ([f64; D], f64) {

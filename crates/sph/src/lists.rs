@@ -92,6 +92,8 @@ impl<const D: usize> Lists<D> {
             self.make(setting, clock, bodies, walls)?;
         }
         walls.place(clock.time, &mut bodies.particles);
+        let p = &bodies.particles;
+        walls.obstacles.find(&p.position[..p.len()], support);
         self.weighed = false;
         Ok(())
     }
@@ -160,6 +162,7 @@ impl<const D: usize> Lists<D> {
         let pairwise = setting.options.wall_stress == WallStress::Pairwise;
         // Walls that interpolate go on beyond the ends of periods, and ask the soil still further out.
         let asks = !pairwise && !walls.planes.periods.is_empty();
+        walls.obstacles.list(positions, *reach);
         walls.find_images(positions, *time, if asks { 2.0 * reach } else { *reach });
         let len = bodies.particles.len();
         walls.smooth.find(&bodies.groups, len, &walls.images);

@@ -16,7 +16,7 @@ use crate::ranks::RankedSolver;
 use crate::setting::{Setting, corner};
 use crate::solver::SphSolver;
 use crate::total::Reference;
-use crate::walls::{Walls, check_walls, planes};
+use crate::walls::{Obstacles, Walls, check_walls, planes};
 use bodies::{add_body, check_distances};
 use refuse::{check_stress_forms, refuse, warnings};
 
@@ -24,8 +24,11 @@ use refuse::{check_stress_forms, refuse, warnings};
 /// (sheet: sph §2.2); beside a free surface by 13 % or more.
 const SUMMED: f64 = 0.1;
 
+/// How deep particles may lie in an obstacle at the start, in spacings.
+const COVERED: f64 = 1e-6;
+
 /// The options of the case, checked.
-fn options(case: &Case) -> Result<SphOptions, CaseError> {
+pub fn options(case: &Case) -> Result<SphOptions, CaseError> {
     if !case.methods.contains_key("sph") {
         let problem = "is missing: smoothed particle hydrodynamics needs at least its `spacing` (m)";
         return Err(CaseError::new("methods.sph", problem));
@@ -169,7 +172,11 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         return Err(CaseError::new("methods.sph.ranks", problem));
     }
     bodies.resize(count);
-    let walls = Walls::new(planes(case, 0, options, smoothing.radius()));
+    let places = bodies.groups.iter().map(|group| {
+        (group.body as usize, &bodies.particles.position[group.range()])
+    });
+    let obstacles = Obstacles::new(case, places, COVERED * options.spacing)?;
+    let walls = Walls::new(planes(case, 0, options, smoothing.radius()), obstacles);
     let (case, gravity) = (Arc::new(case.clone()), corner(&case.gravity3()));
     let setting = Setting { case, options: options.clone(), smoothing, gravity };
     let mut solver = SphSolver::new(setting, bodies, walls);

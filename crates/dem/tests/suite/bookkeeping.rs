@@ -1,6 +1,7 @@
 //! Kinematics and invariants (sheet: dem §5, B17).
 
-use colluvium_case::Solver;
+use colluvium_case::{Case, Solver};
+use colluvium_dem::disks;
 use colluvium_testkit::near;
 use serde_json::json;
 
@@ -94,5 +95,48 @@ fn a_pair_across_a_period_is_the_same_as_within() {
     assert!((within[0] - 1.0).abs() > 0.1);
     for c in 0..4 {
         near(across[c], within[c], 1e-9);
+    }
+}
+
+#[test]
+fn work_of_a_cell_that_starts_or_turns_is_booked_with_the_velocities_it_gives() {
+    // Two disks that press on each other while the cell jumps from rest to shear, and back to another rate.
+    let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.4)).disk([-0.49, 0.1], 0.5, [0.2, 0.3], 3.0).disk(
+        [0.3, -0.1],
+        0.3,
+        [-0.1, 0.0],
+        -7.0,
+    );
+    scene.periodic = json!(["x", "y"]);
+    scene.half = 2.0;
+    scene.options = json!({ "stages": {
+        "shear": { "cell": { "xy": { "rate": 5.0 } } },
+        "back": { "cell": { "xy": { "rate": -3.0 }, "yy": { "rate": 0.5 } } }
+    } });
+    let mut case = scene.json();
+    case["stages"] = json!([
+        { "name": "rest", "duration": 0.02 },
+        { "name": "shear", "duration": 0.02 },
+        { "name": "back", "duration": 0.02 }
+    ]);
+    let mut solver = disks(&Case::from_json(&case.to_string()).unwrap()).unwrap();
+    let dt = 2e-5;
+    let reading = |solver: &colluvium_dem::DemSolver<2, 1>, name: &str| {
+        solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+    };
+    let mut work = 0.0;
+    for stage in 0..3 {
+        solver.begin_stage(stage, stage as f64 * 0.02).unwrap();
+        for _ in 0..1000 {
+            solver.step(dt).unwrap();
+        }
+        let (came, error) = (reading(&solver, "work.boundaries"), reading(&solver, "energy_balance"));
+        near(reading(&solver, "work.stages"), 0.0, 1e-9);
+        if stage > 0 {
+            assert!((came - work).abs() > 0.1, "a cell that jumps does work");
+        }
+        // Of the order of the step: nothing of the size of a jump is left over.
+        assert!(error.abs() < 2e-3 * came.abs().max(1.0), "stage {stage}: {error} J of {came} J");
+        work = came;
     }
 }

@@ -83,6 +83,9 @@ impl<const D: usize> Sums<'_, D> {
         if regular < row.len() {
             self.push_off_walls(i, &row[regular..], form, &mut sum);
         }
+        if !self.walls.obstacles.is_empty() {
+            self.push_off_obstacles(i, form, &mut sum);
+        }
         if self.options.wall_guard > 0.0 {
             self.guard_walls(i, &row[self.before(row, self.first_wall)..], &mut sum);
         }

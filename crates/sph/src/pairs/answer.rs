@@ -10,14 +10,14 @@ use crate::particles::Matrix;
 use crate::walls::{Contact, Plane};
 
 /// Most of the particle's own velocity that a wall opposes, `β_max - 1` (Morris et al. 1997).
-const MOST_OPPOSED: f64 = 0.5;
+pub(super) const MOST_OPPOSED: f64 = 0.5;
 /// Reach of the guard, in spacings: particles of the wall start half a spacing behind its face.
 const GUARD_REACH: f64 = 0.5;
 /// Closer than this share of its reach the guard grows no further.
 const GUARD_CORE: f64 = 0.6;
 
 /// Below this share of `μ σ_n / (ρ c)` slip counts as none: friction stops it within a step or so.
-const STOPPED: f64 = 0.25;
+pub(super) const STOPPED: f64 = 0.25;
 
 /// What a wall opposes to a particle.
 pub(super) struct Answer<const D: usize> {
@@ -86,17 +86,28 @@ impl<const D: usize> Sums<'_, D> {
     /// Acceleration by the walls that answer.
     pub(crate) fn push_off_walls(&self, i: usize, row: &[u32], form: Form, sum: &mut [f64; D]) {
         let near = row.iter().map(|&wall| wall as usize);
-        self.push_off(i, near, form, |wall| self.answer(i, wall), sum);
+        self.push_off(i, self.apart_from(i, near), form, |wall| self.answer(i, wall), sum);
     }
 
-    /// Acceleration by the particles `near`, which answer.
+    /// The particles `near`, each with its place less that of `i` (m) and the square of their distance.
     #[inline]
-    pub(super) fn push_off(
+    pub(super) fn apart_from(
         &self,
         i: usize,
         near: impl Iterator<Item = usize>,
+    ) -> impl Iterator<Item = (usize, ([f64; D], f64))> {
+        let positions = &self.particles.position;
+        near.map(move |wall| (wall, apart(&positions[i], &positions[wall])))
+    }
+
+    /// Acceleration by what is `near`, which answers.
+    #[inline]
+    pub(super) fn push_off<T>(
+        &self,
+        i: usize,
+        near: impl Iterator<Item = (T, ([f64; D], f64))>,
         form: Form,
-        answer: impl Fn(usize) -> Option<Answer<D>>,
+        answer: impl Fn(T) -> Option<Answer<D>>,
         sum: &mut [f64; D],
     ) {
         let p = self.particles;
@@ -106,8 +117,7 @@ impl<const D: usize> Sums<'_, D> {
         let h = kernel.length();
         let scale = Pairs::<D>::flux_scale(self.options.momentum, density, shown.spread[i]);
         let scale = if form.by_both { scale / (density * density) } else { scale };
-        for wall in near {
-            let (apart, square) = apart(&p.position[i], &p.position[wall]);
+        for (wall, (apart, square)) in near {
             let r = square.sqrt();
             let weight = kernel.weight(r);
             if weight == 0.0 {
@@ -140,23 +150,22 @@ impl<const D: usize> Sums<'_, D> {
         sums: (&mut Matrix<D>, &mut f64, &mut Moment<D>),
     ) {
         let near = row.iter().map(|&wall| wall as usize);
-        self.strain_at(i, near, |wall| self.answer(i, wall), sums);
+        self.strain_at(i, self.apart_from(i, near), |wall| self.answer(i, wall), sums);
     }
 
-    /// What the particles `near`, which answer, add to the velocity gradient, the divergence and the moment.
+    /// What is `near`, and answers, adds to the velocity gradient, the divergence and the moment.
     #[inline]
-    pub(super) fn strain_at(
+    pub(super) fn strain_at<T>(
         &self,
         i: usize,
-        near: impl Iterator<Item = usize>,
-        answer: impl Fn(usize) -> Option<Answer<D>>,
+        near: impl Iterator<Item = (T, ([f64; D], f64))>,
+        answer: impl Fn(T) -> Option<Answer<D>>,
         (gradient, trace, moment): (&mut Matrix<D>, &mut f64, &mut Moment<D>),
     ) {
         let p = self.particles;
         let kernel = self.kernel_of(p.length[i]);
         let volume = p.mass[i] / p.density[i];
-        for wall in near {
-            let (apart, square) = apart(&p.position[i], &p.position[wall]);
+        for (wall, (apart, square)) in near {
             let weight = volume * kernel.weight(square.sqrt());
             if weight == 0.0 {
                 continue;
@@ -174,11 +183,16 @@ impl<const D: usize> Sums<'_, D> {
 
     /// Repulsion off particles of walls that are too close (sheet: sph §2.13 d).
     pub(crate) fn guard_walls(&self, i: usize, row: &[u32], sum: &mut [f64; D]) {
+        let near = row.iter().map(|&wall| wall as usize);
+        self.guard(i, self.apart_from(i, near).map(|(_, apart)| apart), sum);
+    }
+
+    /// The same off what is `near`.
+    pub(super) fn guard(&self, i: usize, near: impl Iterator<Item = ([f64; D], f64)>, sum: &mut [f64; D]) {
         let p = self.particles;
         let reach = GUARD_REACH * self.options.spacing;
         let strength = self.options.wall_guard * p.sound[i] * p.sound[i];
-        for &wall in row {
-            let (apart, square) = apart(&p.position[i], &p.position[wall as usize]);
+        for (apart, square) in near {
             if square < reach * reach && square > 0.0 {
                 let r = square.sqrt().max(GUARD_CORE * reach);
                 let ratio = (reach / r).powi(4);

@@ -8,6 +8,7 @@ mod acceleration;
 mod adjoint;
 mod answer;
 mod extras;
+mod obstacles;
 mod rates;
 mod smooth;
 

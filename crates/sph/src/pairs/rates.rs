@@ -69,6 +69,9 @@ impl<const D: usize> Sums<'_, D> {
         if regular < row.len() {
             self.strain_at_walls(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
         }
+        if !self.walls.obstacles.is_empty() {
+            self.strain_at_obstacles(i, (&mut gradient, &mut trace, &mut moment));
+        }
         let spread = if self.grad_h() { self.shown.spread[i] } else { 1.0 };
         // The corrected gradient is exact for the weights as they are: 1/ϑ belongs to the other sums.
         let correction = if corrected { moment.correction() } else { None };

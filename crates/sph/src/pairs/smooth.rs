@@ -29,7 +29,7 @@ impl<const D: usize> Face<'_, D> {
 }
 
 /// `H σ H` with `H = 1 - 2 n ⊗ n`.
-fn reflected<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> SymTensor {
+pub(super) fn reflected<const D: usize>(stress: &SymTensor, n: &[f64; D]) -> SymTensor {
     let n: [f64; 3] = std::array::from_fn(|c| n.get(c).copied().unwrap_or(0.0));
     let t = stress.apply(n);
     let across: f64 = (0..3).map(|c| t[c] * n[c]).sum();
@@ -83,7 +83,7 @@ impl<const D: usize> Sums<'_, D> {
     #[inline(never)]
     pub(crate) fn push_off_smooth(&self, i: usize, row: &[u32], form: Form, sum: &mut [f64; D]) {
         for face in self.faces(i, row) {
-            self.push_off(i, face.near(), form, |a| Some(self.smooth_answer(i, a, &face.normal)), sum);
+            self.push_off(i, self.apart_from(i, face.near()), form, |a| Some(self.smooth_answer(i, a, &face.normal)), sum);
         }
     }
 
@@ -97,7 +97,7 @@ impl<const D: usize> Sums<'_, D> {
     ) {
         for face in self.faces(i, row) {
             let answer = |a| Some(self.smooth_answer(i, a, &face.normal));
-            self.strain_at(i, face.near(), answer, (&mut *gradient, &mut *trace, &mut *moment));
+            self.strain_at(i, self.apart_from(i, face.near()), answer, (&mut *gradient, &mut *trace, &mut *moment));
         }
     }
 }

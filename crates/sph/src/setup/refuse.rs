@@ -5,7 +5,7 @@ use colluvium_case::{Case, CaseError, Honours};
 use colluvium_constitutive::{Kind, MaterialSpec};
 
 use crate::config::{
-    Continuity, DensityReset, Formulation, Regularisation, RoughWall, SmoothWall, SphOptions, WallStress,
+    Confined, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall, SmoothWall, SphOptions, Symmetrisation, WallStress,
     WallVelocity,
 };
 use crate::particles::Group;
@@ -32,6 +32,14 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
             "boundaries.wall=smooth",
             "boundaries.wall=frictional",
             "stages.damping",
+            "obstacles",
+            "obstacles.shape=*",
+            "obstacles.shape.*",
+            "obstacles.wall=rough",
+            "obstacles.wall=smooth",
+            "obstacles.wall=frictional",
+            "obstacles.wall.adhesion",
+            "obstacles.separation",
         ])
         .refuses("space=axisymmetric", "sph has no axisymmetric form: use plane-strain or 3d")
         .refuses("bodies.rigid", "sph has no rigid bodies: see `held` of its options")
@@ -47,6 +55,7 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
         .refuses("stages.rayleigh_damping", "sph has no Rayleigh damping")
         .refuses("stages.excavate", "sph removes whole bodies only: use remove_bodies")
         .refuses("measures=dissipation", "sph does not count dissipation")
+        .refuses_if(total, "obstacles", in_total("obstacles do not act: hold a body as a clamp"))
         .refuses_if(total, "boundaries", in_total("walls do not act: hold a body as a clamp"))
         .refuses_if(total, "stages.remove_bodies", in_total("bodies stay"))
         .refuses_if(total, "domain.periodic", in_total("there are no periods"))
@@ -55,6 +64,7 @@ pub(crate) fn honours(options: &SphOptions) -> Honours {
 /// Refuses by name what SPH cannot do (yet).
 pub(super) fn refuse(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     refuse_walls(case, options)?;
+    refuse_obstacles(case, options)?;
     check_periods(case, options)?;
     check_names(case, options)?;
     if options.formulation == Formulation::TotalLagrangian {
@@ -90,6 +100,29 @@ fn refuse_walls(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
             Some(_) => {}
         }
         history.validate().map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
+    }
+    Ok(())
+}
+
+/// Options whose sums go over particles of walls, of which obstacles have none.
+fn refuse_obstacles(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
+    if case.obstacles.is_empty() {
+        return Ok(());
+    }
+    let grad_h = options.is_variable() && options.symmetrisation == Symmetrisation::GradH;
+    let surface = options.confining.as_ref().is_some_and(|confining| confining.on == Confined::Surface);
+    for (key, on, cure) in [
+        ("wall_stress", options.wall_stress != WallStress::Pairwise, "set pairwise"),
+        ("continuity", options.continuity == Continuity::Summation, "take trace, mass or volume"),
+        ("momentum", options.momentum == Momentum::Corrected, "take rho2 or rho-rho"),
+        ("symmetrisation", grad_h, "take another, or a constant smoothing length"),
+        ("shifting", options.shifting > 0.0, "leave it out"),
+        ("confining.on", surface, "take another form"),
+    ] {
+        if on {
+            let problem = format!("does not go with obstacles, which have no particles: {cure}");
+            return Err(CaseError::new(format!("methods.sph.{key}"), problem));
+        }
     }
     Ok(())
 }

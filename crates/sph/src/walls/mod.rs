@@ -3,9 +3,10 @@
 //! [`Planes`] are the flat walls of a stage. Mirrors and the ends of periods put images of particles behind the
 //! particles; other walls consist of layers of particles behind these. To each particle they answer with what it is
 //! itself, or they take stress and velocity from the soil around (`soil`). Bodies that are held and smooth
-//! answer as smooth walls of any shape do (`smooth_bodies`).
+//! answer as smooth walls of any shape do (`smooth_bodies`). [`Obstacles`] are rigid geometry of any shape, without particles.
 
 mod image;
+mod obstacles;
 mod of_case;
 mod plane;
 mod planes;
@@ -15,6 +16,7 @@ mod soil;
 mod tests;
 
 pub use image::Image;
+pub use obstacles::{Face, Obstacles, Site, sites};
 pub use of_case::{check_walls, mirrors, planes};
 pub use plane::{Contact, Plane};
 pub use planes::Planes;
@@ -36,17 +38,19 @@ pub struct Walls<const D: usize> {
     pub images: Vec<Image<D>>,
     /// Where the smooth bodies stand.
     pub smooth: SmoothBodies,
+    /// Rigid geometry, the same in all stages.
+    pub obstacles: Obstacles<D>,
 }
 
 impl<const D: usize> Walls<D> {
     /// Those of a stage, with nothing beside them yet.
-    pub fn new(planes: Planes<D>) -> Self {
-        Self { planes, ..Self::default() }
+    pub fn new(planes: Planes<D>, obstacles: Obstacles<D>) -> Self {
+        Self { planes, obstacles, ..Self::default() }
     }
 
     /// The same planes without images.
     pub fn hollow(&self) -> Self {
-        Self::new(self.planes.clone())
+        Self::new(self.planes.clone(), self.obstacles.hollow())
     }
 
     /// Number of the first particle of a wall, behind `len` particles.

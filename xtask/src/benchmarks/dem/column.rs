@@ -63,8 +63,11 @@ const COUNT: f64 = 1500.0;
 /// Solid fraction with which the sheet estimates the width.
 const SOLID: f64 = 0.83;
 
+/// Packings over which a column is averaged: the sheet's values are means of two.
+const SEEDS: [u64; 2] = [1, 2];
+
 /// A column of an aspect ratio: widths, stiffness, steps.
-fn set_up(aspect: f64) -> Result<(Value, f64), String> {
+fn set_up(aspect: f64, seed: u64) -> Result<(Value, f64), String> {
     let mut value = load("column")?;
     // Mean area of a disk: the mean square of the diameters by number is 0.9867 for this curve.
     let area = COUNT * PI / 4.0 * 0.9867;
@@ -80,6 +83,7 @@ fn set_up(aspect: f64) -> Result<(Value, f64), String> {
     for k in 0..3 {
         own["pairs"][k]["normal"]["stiffness"] = json!(stiffness);
     }
+    own["seed"] = json!(seed);
     own["time_step"] = json!(PI * (0.08 * PI / stiffness).sqrt() / 12.0);
     Ok((value, width))
 }
@@ -144,8 +148,8 @@ struct Deposit {
     last: Snapshot,
 }
 
-fn collapse(aspect: f64) -> Result<Deposit, String> {
-    let (value, width) = set_up(aspect)?;
+fn collapse(aspect: f64, seed: u64) -> Result<Deposit, String> {
+    let (value, width) = set_up(aspect, seed)?;
     let mut solver = disks(&value)?;
     let settled = value["stages"][0]["duration"].as_f64().ok_or("no duration")?;
     while solver.time() < settled {
@@ -198,9 +202,13 @@ fn columns(rows: &[Row]) -> Result<Outcome, String> {
     );
     let (mut found, mut sheet) = (Vec::new(), Vec::new());
     for row in rows {
-        let deposit = collapse(row.aspect)?;
-        judge(&mut outcome, row, &deposit);
-        found.push((row.aspect, deposit.end[0] / deposit.size[0] - 1.0));
+        let deposits = SEEDS.map(|seed| collapse(row.aspect, seed));
+        let [deposit, other] = deposits;
+        let deposits = [deposit?, other?];
+        let figures = deposits.each_ref().map(Deposit::figures);
+        judge(&mut outcome, row, &figures);
+        found.push((row.aspect, mean(&figures, |own| own.front)));
+        let [deposit, _] = deposits;
         sheet.push((row.aspect, row.front));
         if rows.len() == 1 || row.aspect > 3.0 && row.aspect < 5.0 {
             for (name, snapshot) in [("before", &deposit.first), ("after", &deposit.last)] {
@@ -234,49 +242,87 @@ fn columns(rows: &[Row]) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
-fn judge(outcome: &mut Outcome, row: &Row, deposit: &Deposit) {
-    let [width, height] = deposit.size;
+/// What the sheet tells of a column, lengths over the initial width.
+#[derive(Clone, Copy, Debug)]
+struct Figures {
+    aspect: f64,
+    front: f64,
+    mass: f64,
+    height: f64,
+    /// Largest kinetic energy over the first potential energy, and its time over √(H₀/g).
+    kinetic: f64,
+    when: f64,
+    /// Way of the front at 3 √(H₀/g) over that at the end.
+    early: f64,
+    /// Time at the end over √(H₀/g), and what is left of the kinetic energy then.
+    rest: (f64, f64),
+    error: f64,
+}
+
+impl Deposit {
+    fn figures(&self) -> Figures {
+        let [width, height] = self.size;
+        let [front, mass, top] = self.end;
+        let (when, kinetic) =
+            self.energy.iter().copied().fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
+        Figures {
+            aspect: height / width,
+            front: front / width - 1.0,
+            mass: mass / width - 1.0,
+            height: top / width,
+            kinetic,
+            when,
+            early: (self.early - width) / (front - width),
+            rest: self.energy.last().copied().unwrap_or((f64::NAN, f64::NAN)),
+            error: self.error,
+        }
+    }
+}
+
+fn mean(figures: &[Figures], of: impl Fn(&Figures) -> f64) -> f64 {
+    figures.iter().map(of).sum::<f64>() / figures.len() as f64
+}
+
+fn judge(outcome: &mut Outcome, row: &Row, figures: &[Figures]) {
     let name = |what: &str| format!("B13, a = {}: {what}", row.aspect);
-    let [front, mass, top] = deposit.end;
-    let (when, most) = deposit.energy.iter().copied().fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a });
-    let reason = if row.band > 0.1 { "B13: ± 15 % for a = 8" } else { "B13: ± 10 %" };
+    let reason = if row.band > 0.1 { "B13: ± 15 % for a = 8" } else { "B13: ± 10 %, means of two packings" };
+    let mean = |of: fn(&Figures) -> f64| mean(figures, of);
     outcome.near(
         name("height over width at the start"),
         row.aspect,
         0.02,
-        height / width,
+        mean(|own| own.aspect),
         "the sheet's columns",
     );
     for (what, exact, value) in [
-        ("run-out of the connected front over initial width", row.front, front / width - 1.0),
-        ("run-out of 98 % of the mass over initial width", row.mass, mass / width - 1.0),
-        ("final height over initial width", row.height, top / width),
-        ("largest kinetic energy over first potential energy", row.kinetic, most),
-        ("time of it over √(H₀/g)", row.when, when),
+        ("run-out of the connected front over initial width", row.front, mean(|own| own.front)),
+        ("run-out of 98 % of the mass over initial width", row.mass, mean(|own| own.mass)),
+        ("final height over initial width", row.height, mean(|own| own.height)),
+        ("largest kinetic energy over first potential energy", row.kinetic, mean(|own| own.kinetic)),
+        ("time of it over √(H₀/g)", row.when, mean(|own| own.when)),
     ] {
         outcome.near(name(what), exact, row.band, value, reason);
     }
-    let share = (deposit.early - width) / (front - width);
     outcome.within(
         name("front at 3 √(H₀/g) over that at the end"),
         "0.60 to 0.85",
-        share,
+        mean(|own| own.early),
         (0.60, 0.85),
         "B13",
     );
-    let rest = deposit.energy.last().copied().unwrap_or((f64::NAN, f64::NAN));
+    let largest = |of: fn(&Figures) -> f64| figures.iter().map(of).fold(0.0, f64::max);
     outcome.below(
         name("kinetic energy at the end over first potential energy"),
         "at rest",
-        rest.1,
+        largest(|own| own.rest.1),
         2e-5,
         "B13",
     );
-    outcome.within(name("time at rest over √(H₀/g)"), "5 to 9", rest.0, (5.0, 9.0), "B13");
+    outcome.within(name("time at rest over √(H₀/g)"), "5 to 9", mean(|own| own.rest.0), (5.0, 9.0), "B13");
     outcome.below(
         name("error of the energy balance over input"),
         "0",
-        deposit.error.abs(),
+        largest(|own| own.error.abs()),
         0.01,
         "§2.14: 1 %",
     );

@@ -1,0 +1,252 @@
+//! Obstacles: rigid geometry of any shape, seen by each particle as the half spaces behind the faces near it (sheet: sph §2.13).
+//!
+//! Behind a face stand the places at which a wall of particles would be: layers half a spacing behind it and then a spacing
+//! apart, along a lattice through the foot of the particle. Nothing is kept of them: a raster needs no wall particles, and a
+//! face may lean as it likes. Where two faces meet in an inner corner the nearer one has what lies behind both.
+
+use std::sync::Arc;
+
+use colluvium_case::description::{Obstacle, ObstacleWall};
+use colluvium_case::{Case, CaseError, Standing};
+use colluvium_points::surface::Contacts;
+use colluvium_points::{ROWS, Surface};
+use rayon::prelude::*;
+
+use super::plane::Contact;
+use crate::algebra::dot;
+
+/// A face of an obstacle near a particle: the plane that touches the obstacle there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face<const D: usize> {
+    /// Unit normal out of the solid.
+    pub normal: [f64; D],
+    /// Distance of the particle from it, zero where the particle lies deeper (m).
+    pub distance: f64,
+    /// What it does along itself.
+    pub contact: Contact,
+    /// Shear stress that it bears beside friction where the material is pressed on it (Pa).
+    pub adhesion: f64,
+    /// Whether material lifts off.
+    pub lets_go: bool,
+}
+
+/// A place behind a face at which a particle of a wall would stand.
+#[derive(Clone, Copy, Debug)]
+pub struct Site<'a, const D: usize> {
+    /// The face.
+    pub face: &'a Face<D>,
+    /// How far it lies behind the face (m).
+    pub depth: f64,
+}
+
+impl<const D: usize> Face<D> {
+    /// Of an obstacle, at rest.
+    fn of(obstacle: &Obstacle, normal: [f64; D], distance: f64) -> Self {
+        let (contact, adhesion) = match obstacle.wall {
+            ObstacleWall::Rough => (Contact::NoSlip, 0.0),
+            ObstacleWall::Smooth => (Contact::FreeSlip, 0.0),
+            ObstacleWall::Frictional { friction_coefficient, adhesion } => {
+                (Contact::Friction(friction_coefficient), adhesion)
+            }
+        };
+        Self { normal, distance: distance.max(0.0), contact, adhesion, lets_go: obstacle.lets_go() }
+    }
+
+    /// Directions along the face, one for each axis but one.
+    fn along(&self) -> [[f64; D]; 2] {
+        let n = &self.normal;
+        let mut along = [[0.0; D]; 2];
+        if D == 2 {
+            (along[0][0], along[0][1]) = (n[1], -n[0]);
+        } else if D == 3 {
+            let flattest = (0..D).fold(0, |best, c| if n[c].abs() < n[best].abs() { c } else { best });
+            along[0] = std::array::from_fn(|c| f64::from(u8::from(c == flattest)) - n[flattest] * n[c]);
+            let size = dot(&along[0], &along[0]).sqrt();
+            along[0] = along[0].map(|c| c / size);
+            let t = along[0];
+            along[1] = std::array::from_fn(|c| {
+                let (a, b) = ((c + 1) % D, (c + 2) % D);
+                n[a] * t[b] - n[b] * t[a]
+            });
+        }
+        along
+    }
+}
+
+/// The places behind `faces` within `reach` (m) of the particle, a `spacing` (m) apart, each with its place less that of the
+/// particle and the square of their distance.
+pub fn sites<const D: usize>(
+    faces: &[Face<D>],
+    spacing: f64,
+    reach: f64,
+) -> impl Iterator<Item = (Site<'_, D>, ([f64; D], f64))> {
+    faces.iter().enumerate().flat_map(move |(number, face)| {
+        let along = face.along();
+        let layers = ((reach - face.distance) / spacing + 0.5).max(0.0) as usize;
+        let half = (reach / spacing) as usize;
+        let wide = 2 * half + 1;
+        (0..layers * wide.pow(D as u32 - 1)).filter_map(move |index| {
+            let depth = ((index % layers) as f64 + 0.5) * spacing;
+            let mut rest = index / layers;
+            let mut apart = face.normal.map(|n| -n * (face.distance + depth));
+            for direction in &along[..D - 1] {
+                let steps = (rest % wide) as f64 - half as f64;
+                rest /= wide;
+                (0..D).for_each(|c| apart[c] += steps * spacing * direction[c]);
+            }
+            let square = dot(&apart, &apart);
+            // The nearer face has what lies behind both.
+            let taken = || faces[..number].iter().any(|nearer| dot(&nearer.normal, &apart) < -nearer.distance);
+            (square < reach * reach && !taken()).then_some((Site { face, depth }, (apart, square)))
+        })
+    })
+}
+
+/// An obstacle of the case.
+#[derive(Clone, Debug)]
+struct Solid<const D: usize> {
+    obstacle: Obstacle,
+    surface: Arc<dyn Surface<D>>,
+}
+
+/// What is near the particles of a block of [`ROWS`].
+#[derive(Clone, Debug, Default)]
+struct Block<const D: usize> {
+    /// Particles, by their number in the block, and obstacles that may meet before the next lists.
+    listed: Vec<(u32, u32)>,
+    /// Faces near the particles, one after another.
+    faces: Vec<Face<D>>,
+    /// Where those of each particle end.
+    ends: Vec<u32>,
+    contacts: Contacts<D>,
+}
+
+/// The obstacles, and their faces near each particle.
+#[derive(Clone, Debug, Default)]
+pub struct Obstacles<const D: usize> {
+    solids: Vec<Solid<D>>,
+    blocks: Vec<Block<D>>,
+}
+
+impl<const D: usize> Obstacles<D> {
+    /// Those of a case. `bodies` has the places of the particles of each body (m), none of which may lie in an obstacle.
+    ///
+    /// # Errors
+    /// An obstacle that cannot be built, or one that covers a particle.
+    pub fn new<'a>(
+        case: &Case,
+        bodies: impl Iterator<Item = (usize, &'a [[f64; D]])>,
+        slack: f64,
+    ) -> Result<Self, CaseError> {
+        let standing = case.standing::<D>()?;
+        for (body, places) in bodies {
+            case.refuse_covered(&standing, body, places, slack)?;
+        }
+        let solids = standing.into_iter().map(|Standing { obstacle, surface, .. }| Solid {
+            obstacle: obstacle.clone(),
+            surface,
+        });
+        Ok(Self { solids: solids.collect(), blocks: Vec::new() })
+    }
+
+    /// The same, with nothing found yet.
+    pub fn hollow(&self) -> Self {
+        Self { solids: self.solids.clone(), blocks: Vec::new() }
+    }
+
+    /// Whether there are none.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.solids.is_empty()
+    }
+
+    /// Lists which particles at `positions` may come within a support of an obstacle while none goes farther than `reach` (m)
+    /// allows.
+    pub fn list(&mut self, positions: &[[f64; D]], reach: f64) {
+        let Self { solids, blocks } = self;
+        if solids.is_empty() {
+            return;
+        }
+        blocks.resize_with(positions.len().div_ceil(ROWS), Block::default);
+        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
+            block.listed.clear();
+            for (k, x) in positions.iter().enumerate() {
+                let near = solids.iter().enumerate().filter(|(_, solid)| {
+                    solid.surface.gap(x, reach).is_some() || solid.surface.contains(x)
+                });
+                block.listed.extend(near.map(|(number, _)| (k as u32, number as u32)));
+            }
+        });
+    }
+
+    /// Finds the faces within `support` (m) of the particles at `positions`.
+    pub fn find(&mut self, positions: &[[f64; D]], support: f64) {
+        let Self { solids, blocks } = self;
+        blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
+            block.faces.clear();
+            block.ends.clear();
+            let mut listed = block.listed.iter().peekable();
+            for (k, x) in positions.iter().enumerate() {
+                while let Some((_, number)) = listed.next_if(|(own, _)| *own as usize == k) {
+                    let Solid { obstacle, surface } = &solids[*number as usize];
+                    block.contacts.clear();
+                    surface.touch(x, support, &mut block.contacts);
+                    let touched = block.contacts.all().iter();
+                    block.faces.extend(touched.map(|near| Face::of(obstacle, near.normal, near.distance)));
+                    if block.contacts.is_empty()
+                        && let Some(deeper) = surface.gap(x, support).filter(|gap| gap.distance < 0.0)
+                    {
+                        block.faces.push(Face::of(obstacle, deeper.normal, deeper.distance));
+                    }
+                }
+                block.ends.push(block.faces.len() as u32);
+            }
+        });
+    }
+
+    /// The faces near particle `i`, of each obstacle the nearest first.
+    #[inline]
+    pub fn faces(&self, i: usize) -> &[Face<D>] {
+        let Some(block) = self.blocks.get(i / ROWS) else { return &[] };
+        let k = i % ROWS;
+        let start = if k == 0 { 0 } else { block.ends[k - 1] };
+        &block.faces[start as usize..block.ends[k] as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn face<const D: usize>(normal: [f64; D], distance: f64) -> Face<D> {
+        Face { normal, distance, contact: Contact::FreeSlip, adhesion: 0.0, lets_go: false }
+    }
+
+    #[test]
+    fn places_behind_a_face_are_those_of_a_wall_of_particles_turned_with_it() {
+        let flat: Vec<_> = sites(&[face([0.0, 1.0], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
+        // Layers 0.1 and 0.2 below the particle: five places within 0.25 m in the first, three in the second.
+        assert_eq!(flat.len(), 8);
+        assert!(flat.iter().all(|apart| apart[1] < -0.09 && apart[0].hypot(apart[1]) < 0.25));
+        let (sin, cos) = 0.5f64.sin_cos();
+        let turned: Vec<_> = sites(&[face([sin, cos], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
+        for (a, b) in flat.iter().zip(&turned) {
+            let back = [cos * b[0] - sin * b[1], sin * b[0] + cos * b[1]];
+            assert!((a[0] - back[0]).abs() < 1e-15 && (a[1] - back[1]).abs() < 1e-15, "{a:?} {back:?}");
+        }
+        let space = sites(&[face([0.0, 0.6, 0.8], 0.05)], 0.1, 0.15).map(|(site, (apart, square))| {
+            let depth = -(0.6 * apart[1] + 0.8 * apart[2]) - 0.05;
+            assert!((depth - site.depth).abs() < 1e-15 && (square.sqrt() - 0.15) < 0.0);
+        });
+        // The foot and its four neighbours at √(0.1² + 0.1²) = 0.141.
+        assert_eq!(space.count(), 5);
+    }
+
+    #[test]
+    fn in_an_inner_corner_no_place_counts_twice() {
+        let both = [face([0.0, 1.0], 0.05), face([1.0, 0.0], 0.06)];
+        let found: Vec<_> = sites(&both, 0.1, 0.3).map(|(site, (apart, _))| (site.face.normal, apart)).collect();
+        assert!(found.iter().any(|(normal, _)| normal[0] == 1.0));
+        assert!(found.iter().all(|(normal, apart)| normal[0] == 0.0 || apart[1] >= -0.05));
+    }
+}

@@ -1,0 +1,124 @@
+//! Obstacles of any direction (sheet: sph §2.13).
+
+use colluvium_case::{Case, Method};
+use colluvium_sph::Sph;
+use serde_json::{Value, json};
+
+use crate::common::{advance, begin, changed, vectors};
+
+/// An elastic block that slides on a floor or an obstacle; what is in `more` joins the case.
+fn sliding(more: &Value) -> Case {
+    let text = json!({
+        "title": "block", "space": "plane-strain", "gravity": [0, -9.81],
+        "domain": { "min": [-1, -1], "max": [3, 2] },
+        "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 } },
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.6, 0.3] },
+            "velocity": { "kind": "uniform", "value": [0.4, -0.05] } }],
+        "stages": [{ "name": "slide", "duration": 0.5 }],
+        "methods": { "sph": { "spacing": 0.05 } }
+    });
+    changed(text, more)
+}
+
+fn floor(wall: &Value) -> Value {
+    json!({ "boundaries": [{ "name": "floor", "side": "y-min", "position": 0, "wall": wall }] })
+}
+
+fn plane(wall: &Value) -> Value {
+    json!({ "obstacles": [{ "name": "floor", "wall": wall, "shape": { "kind": "plane", "point": [0, 0], "normal": [0, 2] } }] })
+}
+
+#[test]
+fn a_plane_along_an_axis_answers_as_a_wall_of_particles() {
+    let particles = json!({ "smooth_wall": "particles", "rough_wall": "particles" });
+    for wall in [
+        json!({ "kind": "smooth" }),
+        json!({ "kind": "rough" }),
+        json!({ "kind": "frictional", "friction_coefficient": 0.3 }),
+    ] {
+        let velocities = |case: &Value| {
+            let mut case = case.clone();
+            case["methods"] = json!({ "sph": { "spacing": 0.05, "smooth_wall": particles["smooth_wall"] } });
+            let mut solver = begin(&sliding(&case));
+            // The first steps: later the places behind the plane follow the particles, and those of the wall do not.
+            for _ in 0..3 {
+                solver.step(1e-5).unwrap();
+            }
+            vectors(&solver.snapshot(), "velocity").to_vec()
+        };
+        let (walled, held) = (velocities(&floor(&wall)), velocities(&plane(&wall)));
+        let mut moved = 0.0f64;
+        for (a, b) in walled.iter().zip(&held) {
+            for c in 0..2 {
+                assert!((a[c] - b[c]).abs() < 1e-7, "{wall}: {a:?} {b:?}");
+            }
+            moved = moved.max((a[1] + 0.05).abs());
+        }
+        assert!(moved > 1e-4, "the floor pushes: {moved}");
+    }
+}
+
+/// Speed along the plane after half a second of sliding, and the largest speed across it, of a block whose lattice lies along a
+/// plane that falls by `angle` degrees.
+fn slide(angle: f64, friction: f64) -> [f64; 2] {
+    let (sin, cos) = angle.to_radians().sin_cos();
+    let turned = |x: f64, y: f64| [cos * x + sin * y, -sin * x + cos * y];
+    let list: String = (0..12 * 6)
+        .map(|k| turned(0.05 * (f64::from(k % 12) + 0.5), 0.05 * (f64::from(k / 12) + 0.5)))
+        .map(|[x, y]| format!("{x}, {y}, 0.0025\n"))
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("points.csv");
+    std::fs::write(&file, format!("x (m), y (m), volume (m2)\n{list}")).unwrap();
+    let corners: Vec<_> = [(0.0, 0.0), (0.6, 0.0), (0.6, 0.3), (0.0, 0.3)]
+        .map(|(x, y)| turned(x * 1.001 - 3e-4, y * 1.001 - 3e-4))
+        .to_vec();
+    let case = sliding(&json!({
+        "domain": { "min": [-1, -3], "max": [4, 2] },
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "polygon", "vertices": corners },
+            "points": { "file": file.to_str().unwrap() } }],
+        "obstacles": [{ "name": "slope", "wall": { "kind": "frictional", "friction_coefficient": friction },
+            "shape": { "kind": "ground-line", "points": [turned(-2.0, 0.0), turned(5.0, 0.0)] } }],
+        "stages": [{ "name": "slide", "duration": 0.5, "gravity_ramp": 0.1 }]
+    }));
+    let mut solver = begin(&case);
+    while solver.time() < 0.5 {
+        advance(&mut *solver, 1);
+    }
+    let snapshot = solver.snapshot();
+    let v = vectors(&snapshot, "velocity");
+    let along = v.iter().map(|v| cos * v[0] - sin * v[1]).sum::<f64>() / v.len() as f64;
+    let across = v.iter().map(|v| (sin * v[0] + cos * v[1]).abs()).fold(0.0, f64::max);
+    [along, across]
+}
+
+#[test]
+fn a_block_on_a_slope_accelerates_as_its_friction_has_it() {
+    // Gravity grows over 0.1 s: 0.45 s of it in all.
+    for (angle, share) in [(20.0f64, 0.0), (20.0, 0.6), (35.0, 0.3)] {
+        let (sin, tan) = (angle.to_radians().sin(), angle.to_radians().tan());
+        let [along, across] = slide(angle, share * tan);
+        let exact = 9.81 * sin * (1.0 - share) * 0.45;
+        let free = 9.81 * sin * 0.45;
+        assert!(((along - exact) / free).abs() < 0.03, "{angle}°, {share}: {along} for {exact}");
+        assert!(across < 0.05, "{across}");
+    }
+    let [along, _] = slide(30.0, 1.2 * 30f64.to_radians().tan());
+    assert!(along.abs() < 2e-3, "{along}");
+}
+
+#[test]
+fn what_does_not_go_with_obstacles_is_refused_by_path() {
+    let problem = |more: &Value| {
+        let mut case = plane(&json!({ "kind": "rough" }));
+        for (key, value) in more.as_object().unwrap() {
+            case[key] = value.clone();
+        }
+        Sph.build(&sliding(&case)).map(|_| ()).unwrap_err().to_string()
+    };
+    let summed = problem(&json!({ "methods": { "sph": { "spacing": 0.05, "continuity": "summation" } } }));
+    assert!(summed.starts_with("methods.sph.continuity: does not go with obstacles"), "{summed}");
+    let deep = json!({ "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0, -0.2], "max": [0.6, 0.1] } }] });
+    let found = problem(&deep);
+    assert!(found.starts_with("bodies[0].shape: the point at") && found.contains("\"floor\""), "{found}");
+}
