@@ -95,7 +95,15 @@ impl<const D: usize> Lists<D> {
         let p = &bodies.particles;
         walls.obstacles.find(&p.position[..p.len()], support);
         self.weighed = false;
-        Ok(())
+        match walls.obstacles.passed(0.5 * setting.options.spacing) {
+            None => Ok(()),
+            Some((i, name)) => {
+                let reason = format!(
+                    "it passed the surface of the obstacle {name:?}: methods.sph.wall_guard keeps particles off"
+                );
+                Err(p.failed(clock, i, reason))
+            }
+        }
     }
 
     /// Whether neighbours within the radius `support` (m) may be missing.

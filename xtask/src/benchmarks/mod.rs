@@ -1,5 +1,6 @@
 //! The benchmarks: a folder a method, a module each.
 
+mod compare;
 mod dem;
 mod depth_sph;
 mod element;
@@ -40,6 +41,7 @@ const METHODS: &[&[Benchmark]] = &[
     depth_sph::ALL,
     dem::ALL,
     snow_mpm::ALL,
+    compare::ALL,
 ];
 
 /// All benchmarks.

@@ -119,6 +119,8 @@ struct Block<const D: usize> {
     /// Where those of each particle end.
     ends: Vec<u32>,
     contacts: Contacts<D>,
+    /// The particle that lies deepest in an obstacle, which one, and how deep (m).
+    deepest: Option<(u32, u32, f64)>,
 }
 
 /// The obstacles, and their faces near each particle.
@@ -185,6 +187,7 @@ impl<const D: usize> Obstacles<D> {
         blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
             block.faces.clear();
             block.ends.clear();
+            block.deepest = None;
             let mut listed = block.listed.iter().peekable();
             for (k, x) in positions.iter().enumerate() {
                 while let Some((_, number)) = listed.next_if(|(own, _)| *own as usize == k) {
@@ -197,11 +200,23 @@ impl<const D: usize> Obstacles<D> {
                         && let Some(deeper) = surface.gap(x, support).filter(|gap| gap.distance < 0.0)
                     {
                         block.faces.push(Face::of(obstacle, deeper.normal, deeper.distance));
+                        let depth = -deeper.distance;
+                        if block.deepest.is_none_or(|(.., most)| depth > most) {
+                            block.deepest = Some((k as u32, *number, depth));
+                        }
                     }
                 }
                 block.ends.push(block.faces.len() as u32);
             }
         });
+    }
+
+    /// The first particle that lies deeper than `margin` (m) in an obstacle, with the obstacle's name.
+    pub fn passed(&self, margin: f64) -> Option<(usize, &str)> {
+        self.blocks.iter().enumerate().find_map(|(number, block)| {
+            let (k, solid, _) = block.deepest.filter(|(.., depth)| *depth > margin)?;
+            Some((number * ROWS + k as usize, self.solids[solid as usize].obstacle.name.as_str()))
+        })
     }
 
     /// The faces near particle `i`, of each obstacle the nearest first.

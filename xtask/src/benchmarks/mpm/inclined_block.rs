@@ -18,10 +18,10 @@ pub const BENCHMARK: Benchmark = Benchmark {
 };
 
 /// Fall of the plane (degrees).
-const ANGLE: f64 = 30.0;
+pub const ANGLE: f64 = 30.0;
 const GRAVITY: f64 = 9.81;
 /// When gravity has grown (s).
-const LOADED: f64 = 0.2;
+pub const LOADED: f64 = 0.2;
 
 fn benchmark(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
@@ -82,7 +82,8 @@ fn forms(outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn along() -> f64 {
+/// Gravity along the plane (m/s²).
+pub fn along() -> f64 {
     GRAVITY * ANGLE.to_radians().sin()
 }
 
@@ -98,7 +99,7 @@ fn block(shape: &str, friction: f64, form: Option<ObstacleShape>) -> Result<Case
 }
 
 /// Velocity of the centre of mass along the plane.
-fn speeds(report: &RunReport) -> Vec<(f64, f64)> {
+pub fn speeds(report: &RunReport) -> Vec<(f64, f64)> {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
     let [x, y, mass] = ["momentum.x", "momentum.y", "mass"].map(|name| series(report, name));
     let speed = |k: usize| (x[k].0, (cosine * x[k].1 - sine * y[k].1) / mass[k].1);
@@ -106,12 +107,13 @@ fn speeds(report: &RunReport) -> Vec<(f64, f64)> {
 }
 
 /// Way along the plane since gravity has grown (m), by the trapezoidal rule.
-fn way(report: &RunReport) -> f64 {
+pub fn way(report: &RunReport) -> f64 {
     let speeds = after(report);
     speeds.windows(2).map(|pair| 0.5 * (pair[0].1 + pair[1].1) * (pair[1].0 - pair[0].0)).sum()
 }
 
-fn after(report: &RunReport) -> Vec<(f64, f64)> {
+/// Velocities along the plane since gravity has grown.
+pub fn after(report: &RunReport) -> Vec<(f64, f64)> {
     speeds(report).into_iter().filter(|(time, _)| *time >= LOADED - 1e-9).collect()
 }
 

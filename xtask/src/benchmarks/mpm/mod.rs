@@ -9,7 +9,7 @@ mod column_collapse;
 mod contact;
 mod cut;
 mod footing;
-mod inclined_block;
+pub(super) mod inclined_block;
 mod kinematics;
 mod liquid;
 mod manufactured;

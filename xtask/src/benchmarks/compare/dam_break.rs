@@ -1,0 +1,107 @@
+//! A column of water let go on a dry floor (sheet: mpm A-25) by MPM, SPH and depth-integrated flow.
+
+use colluvium::plots::{PointCloud, Series, Style};
+
+use super::chart;
+use crate::analysis::{larger, slope};
+use crate::benchmarks::{Benchmark, Outcome, case, curve, reference, run_by, series, set_of};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "compare/dam-break",
+    title: "Dam break on a dry bed: MPM, SPH and depth-integrated flow",
+    source: "Martin & Moyce 1952, Koshizuka & Oka 1996; Ritter 1892",
+    quick: Some(20),
+    full: 60,
+    run: benchmark,
+};
+
+/// Width of the column (m), and the unit of time √(a / 2g) (s).
+const WIDTH: f64 = 0.146;
+
+type Curve = Vec<(f64, f64)>;
+
+fn benchmark(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut case = case("compare/dam-break")?;
+    if quick {
+        set_of(&mut case, "mpm", "cell_size", 0.0146);
+        set_of(&mut case, "sph", "spacing", WIDTH / 30.0);
+        set_of(&mut case, "depth-sph", "spacing", WIDTH / 60.0);
+    }
+    let unit = (WIDTH / (2.0 * 9.81)).sqrt();
+    let between =
+        |points: &[(f64, f64)]| -> Curve { points.iter().copied().filter(|(_, z)| *z > 1.5 && *z < 3.0).collect() };
+    let mut picture = chart("Front of a surge on a dry bed", "t √(2g/a)", "x / a");
+    let mut fronts: Vec<Curve> = Vec::new();
+    for method in ["mpm", "sph", "depth-sph"] {
+        let report = run_by(method, &case)?;
+        let front: Curve = series(&report, "front").iter().map(|(t, x)| (t / unit, x / WIDTH)).collect();
+        outcome.near(
+            format!("{method}: mass at the end over that at the start"),
+            1.0,
+            1e-12,
+            report.end.mass / report.start.mass,
+            "exact",
+        );
+        if let Some(cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1]) {
+            outcome.png(&format!("{method} at the end."), &cloud)?;
+        }
+        picture.series.push(Series::new(method, front.clone(), Style::Line));
+        fronts.push(front);
+    }
+    let table = reference("mpm/dam-break/front.csv")?;
+    let mut slopes = Vec::new();
+    for (name, column) in [("Martin & Moyce", "martin-moyce"), ("Koshizuka & Oka", "koshizuka-oka")] {
+        let measured = curve(&table, "time", column)?;
+        slopes.push(slope(&between(&measured)));
+        picture.series.push(Series::new(name, measured, Style::Markers));
+    }
+    let (least, most) = (slopes[0].min(slopes[1]), slopes[0].max(slopes[1]));
+    let claim = format!("{least:.2} and {most:.2} in the experiments");
+    for (method, front) in ["mpm", "sph"].into_iter().zip(&fronts) {
+        outcome.within(
+            format!("{method}: speed of the front, dZ/dT for 1.5 < Z < 3"),
+            &claim,
+            slope(&between(front)),
+            (0.85 * least, 1.15 * most),
+            "between the two experiments, which differ by a third, and 15 % beyond (sheet: mpm A-25)",
+        );
+    }
+    judge_agreement(&mut outcome, &fronts);
+    picture.series.push(Series::new("Ritter", vec![(0.0, 1.0), (1.5, 4.0)], Style::Dashed));
+    outcome.svg("Fronts of 99.9 % of the mass. Depth-integrated flow leaves at once at the speed of Ritter: it knows no time \
+                 in which water must be set falling.", &picture)?;
+    Ok(outcome)
+}
+
+/// What the methods must agree on.
+fn judge_agreement(outcome: &mut Outcome, fronts: &[Curve]) {
+    let [mpm, sph, flow] = fronts else { return };
+    let apart = mpm.iter().zip(sph).map(|(a, b)| (a.1 / b.1 - 1.0).abs()).fold(0.0, larger);
+    outcome.below(
+        "mpm against sph: largest difference of the front over its place",
+        "the same flow",
+        apart,
+        0.1,
+        "ten per cent: both resolve the same equations on points as far apart",
+    );
+    let inner: Curve = flow.iter().copied().filter(|(_, z)| *z > 1.5 && *z < 3.0).collect();
+    outcome.near(
+        "depth-sph: speed of the front, dZ/dT for 1.5 < Z < 3, against Ritter's 2",
+        2.0,
+        0.1,
+        slope(&inner),
+        "closed form of shallow water; 10 %: the tip is as thin as nodes are coarse",
+    );
+    for (name, front) in [("mpm", mpm), ("sph", sph)] {
+        let lead = front.iter().map(|(t, z)| z - 1.0 - 2.0 * t).fold(f64::NEG_INFINITY, larger);
+        outcome.below(
+            format!("{name}: largest lead of the front over Ritter's, over the width of the column"),
+            "none: x/a - 1 = 2 T is a bound",
+            lead,
+            0.0,
+            "never above",
+        );
+    }
+}

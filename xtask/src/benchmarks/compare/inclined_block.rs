@@ -1,0 +1,94 @@
+//! The block on an inclined plane (sheet: mpm A-14; sheet: sph §2.13), an obstacle, by MPM and SPH.
+
+use colluvium::case::description::{ObstacleShape, ObstacleWall};
+use colluvium::case::{Case, RunReport};
+use colluvium::plots::{Series, Style};
+
+use super::chart;
+use crate::analysis::{Largest, slope};
+use crate::benchmarks::mpm::inclined_block::{ANGLE, LOADED, after, along, speeds, way};
+use crate::benchmarks::{Benchmark, Outcome, case, run_by};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "compare/inclined-block",
+    title: "Block on an inclined plane as an obstacle, MPM and SPH",
+    source: "closed form",
+    quick: Some(20),
+    full: 20,
+    run: benchmark,
+};
+
+/// Error of the acceleration over g sin θ that each method may have.
+const METHODS: [(&str, f64, &str); 2] = [("mpm", 0.01, "1 % of g sin θ"), ("sph", 0.03, "3 % of g sin θ")];
+
+fn benchmark(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let tangent = ANGLE.to_radians().tan();
+    let mut picture =
+        chart("Velocity along a plane of 30°, friction of 0.3 tan θ", "time (s)", "velocity (m/s)");
+    for (method, band, reason) in METHODS {
+        for share in [0.0, 0.3, 0.6] {
+            let report = run_by(method, &block(share * tangent, None)?)?;
+            let exact = along() * (1.0 - share);
+            outcome.within(
+                format!("{method}, μ = {share} tan θ: error of the acceleration over g sin θ"),
+                &format!("g (sin θ - μ cos θ) = {exact:.4} m/s²"),
+                (slope(&after(&report)) - exact) / along(),
+                (-band, band),
+                reason,
+            );
+            if share == 0.3 {
+                forms(&mut outcome, method, &report)?;
+                picture.series.push(Series::new(method, speeds(&report), Style::Line));
+            }
+        }
+        let report = run_by(method, &block(1.2 * tangent, None)?)?;
+        outcome.below(
+            format!("{method}, μ = 1.2 tan θ: drift in 1 s over the length of the block"),
+            "at rest",
+            way(&report).abs(),
+            1e-3,
+            "a thousandth of its length",
+        );
+    }
+    let exact = 0.7 * along();
+    let line = vec![(LOADED, 0.5 * LOADED * exact), (1.2, 1.1 * exact)];
+    picture.series.push(Series::new("closed form", line, Style::Dashed));
+    outcome.svg("Velocity of the centre of mass, μ = 0.3 tan θ.", &picture)?;
+    Ok(outcome)
+}
+
+/// The same plane as a ground line and as a polygon.
+fn forms(outcome: &mut Outcome, method: &str, plane: &RunReport) -> Result<(), String> {
+    let tangent = ANGLE.to_radians().tan();
+    let at = |x: f64| [x, 2.5 - x * tangent];
+    for (name, form) in [
+        ("ground line", ObstacleShape::GroundLine { points: vec![at(-1.0), at(6.0)], file: None }),
+        (
+            "polygon",
+            ObstacleShape::Polygon { vertices: vec![at(-1.0), at(6.0), [6.0, -3.0], [-1.0, -3.0]] },
+        ),
+    ] {
+        let other = speeds(&run_by(method, &block(0.3 * tangent, Some(form))?)?);
+        let apart = speeds(plane).iter().zip(&other).map(|(a, b)| (a.1 - b.1).abs()).largest();
+        outcome.below(
+            format!("{method}, {name} against half-space: largest difference of velocity (m/s)"),
+            "the same plane",
+            apart,
+            1e-6,
+            "round-off that grows",
+        );
+    }
+    Ok(())
+}
+
+fn block(friction: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
+    let mut case = case("compare/inclined-block")?;
+    let obstacle = &mut case.obstacles[0];
+    obstacle.wall = ObstacleWall::Frictional { friction_coefficient: friction, adhesion: 0.0 };
+    if let Some(form) = form {
+        obstacle.shape = form;
+    }
+    Ok(case)
+}

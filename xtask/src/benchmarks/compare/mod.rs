@@ -1,0 +1,17 @@
+//! One case with several methods: what they must agree on, and by how much.
+
+mod aluminium_bars;
+mod dam_break;
+mod inclined_block;
+
+use colluvium::plots::LineChart;
+
+use crate::benchmarks::Benchmark;
+
+/// The benchmarks, in the order of the report.
+pub const ALL: &[Benchmark] = &[inclined_block::BENCHMARK, dam_break::BENCHMARK, aluminium_bars::BENCHMARK];
+
+/// A chart with its labels.
+fn chart(title: &str, x: &str, y: &str) -> LineChart {
+    LineChart { title: title.into(), x_label: x.into(), y_label: y.into(), ..LineChart::default() }
+}
