@@ -172,9 +172,8 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         return Err(CaseError::new("methods.sph.ranks", problem));
     }
     bodies.resize(count);
-    let places = bodies.groups.iter().map(|group| {
-        (group.body as usize, &bodies.particles.position[group.range()])
-    });
+    let places =
+        bodies.groups.iter().map(|group| (group.body as usize, &bodies.particles.position[group.range()]));
     let obstacles = Obstacles::new(case, places, COVERED * options.spacing)?;
     let walls = Walls::new(planes(case, 0, options, smoothing.radius()), obstacles);
     let (case, gravity) = (Arc::new(case.clone()), corner(&case.gravity3()));

@@ -83,7 +83,13 @@ impl<const D: usize> Sums<'_, D> {
     #[inline(never)]
     pub(crate) fn push_off_smooth(&self, i: usize, row: &[u32], form: Form, sum: &mut [f64; D]) {
         for face in self.faces(i, row) {
-            self.push_off(i, self.apart_from(i, face.near()), form, |a| Some(self.smooth_answer(i, a, &face.normal)), sum);
+            self.push_off(
+                i,
+                self.apart_from(i, face.near()),
+                form,
+                |a| Some(self.smooth_answer(i, a, &face.normal)),
+                sum,
+            );
         }
     }
 
@@ -97,7 +103,12 @@ impl<const D: usize> Sums<'_, D> {
     ) {
         for face in self.faces(i, row) {
             let answer = |a| Some(self.smooth_answer(i, a, &face.normal));
-            self.strain_at(i, self.apart_from(i, face.near()), answer, (&mut *gradient, &mut *trace, &mut *moment));
+            self.strain_at(
+                i,
+                self.apart_from(i, face.near()),
+                answer,
+                (&mut *gradient, &mut *trace, &mut *moment),
+            );
         }
     }
 }

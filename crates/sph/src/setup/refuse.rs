@@ -5,8 +5,8 @@ use colluvium_case::{Case, CaseError, Honours};
 use colluvium_constitutive::{Kind, MaterialSpec};
 
 use crate::config::{
-    Confined, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall, SmoothWall, SphOptions, Symmetrisation, WallStress,
-    WallVelocity,
+    Confined, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall, SmoothWall,
+    SphOptions, Symmetrisation, WallStress, WallVelocity,
 };
 use crate::particles::Group;
 use crate::total;

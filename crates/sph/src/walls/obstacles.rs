@@ -96,7 +96,8 @@ pub fn sites<const D: usize>(
             }
             let square = dot(&apart, &apart);
             // The nearer face has what lies behind both.
-            let taken = || faces[..number].iter().any(|nearer| dot(&nearer.normal, &apart) < -nearer.distance);
+            let taken =
+                || faces[..number].iter().any(|nearer| dot(&nearer.normal, &apart) < -nearer.distance);
             (square < reach * reach && !taken()).then_some((Site { face, depth }, (apart, square)))
         })
     })
@@ -144,10 +145,9 @@ impl<const D: usize> Obstacles<D> {
         for (body, places) in bodies {
             case.refuse_covered(&standing, body, places, slack)?;
         }
-        let solids = standing.into_iter().map(|Standing { obstacle, surface, .. }| Solid {
-            obstacle: obstacle.clone(),
-            surface,
-        });
+        let solids = standing
+            .into_iter()
+            .map(|Standing { obstacle, surface, .. }| Solid { obstacle: obstacle.clone(), surface });
         Ok(Self { solids: solids.collect(), blocks: Vec::new() })
     }
 
@@ -173,9 +173,10 @@ impl<const D: usize> Obstacles<D> {
         blocks.par_iter_mut().zip(positions.par_chunks(ROWS)).for_each(|(block, positions)| {
             block.listed.clear();
             for (k, x) in positions.iter().enumerate() {
-                let near = solids.iter().enumerate().filter(|(_, solid)| {
-                    solid.surface.gap(x, reach).is_some() || solid.surface.contains(x)
-                });
+                let near = solids
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, solid)| solid.surface.gap(x, reach).is_some() || solid.surface.contains(x));
                 block.listed.extend(near.map(|(number, _)| (k as u32, number as u32)));
             }
         });
@@ -244,12 +245,14 @@ mod tests {
         assert_eq!(flat.len(), 8);
         assert!(flat.iter().all(|apart| apart[1] < -0.09 && apart[0].hypot(apart[1]) < 0.25));
         let (sin, cos) = 0.5f64.sin_cos();
-        let turned: Vec<_> = sites(&[face([sin, cos], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
+        let turned: Vec<_> =
+            sites(&[face([sin, cos], 0.05)], 0.1, 0.25).map(|(_, (apart, _))| apart).collect();
         for (a, b) in flat.iter().zip(&turned) {
             let back = [cos * b[0] - sin * b[1], sin * b[0] + cos * b[1]];
             assert!((a[0] - back[0]).abs() < 1e-15 && (a[1] - back[1]).abs() < 1e-15, "{a:?} {back:?}");
         }
-        let space = sites(&[face([0.0, 0.6, 0.8], 0.05)], 0.1, 0.15).map(|(site, (apart, square))| {
+        let leaning = [face([0.0, 0.6, 0.8], 0.05)];
+        let space = sites(&leaning, 0.1, 0.15).map(|(site, (apart, square))| {
             let depth = -(0.6 * apart[1] + 0.8 * apart[2]) - 0.05;
             assert!((depth - site.depth).abs() < 1e-15 && (square.sqrt() - 0.15) < 0.0);
         });
@@ -260,7 +263,8 @@ mod tests {
     #[test]
     fn in_an_inner_corner_no_place_counts_twice() {
         let both = [face([0.0, 1.0], 0.05), face([1.0, 0.0], 0.06)];
-        let found: Vec<_> = sites(&both, 0.1, 0.3).map(|(site, (apart, _))| (site.face.normal, apart)).collect();
+        let found: Vec<_> =
+            sites(&both, 0.1, 0.3).map(|(site, (apart, _))| (site.face.normal, apart)).collect();
         assert!(found.iter().any(|(normal, _)| normal[0] == 1.0));
         assert!(found.iter().all(|(normal, apart)| normal[0] == 0.0 || apart[1] >= -0.05));
     }

@@ -285,7 +285,8 @@ fn mean(figures: &[Figures], of: impl Fn(&Figures) -> f64) -> f64 {
 
 fn judge(outcome: &mut Outcome, row: &Row, figures: &[Figures]) {
     let name = |what: &str| format!("B13, a = {}: {what}", row.aspect);
-    let reason = if row.band > 0.1 { "B13: ± 15 % for a = 8" } else { "B13: ± 10 %, means of two packings" };
+    let reason =
+        if row.band > 0.1 { "B13: ± 15 % for a = 8" } else { "B13: ± 10 %, means of two packings" };
     let mean = |of: fn(&Figures) -> f64| mean(figures, of);
     outcome.near(
         name("height over width at the start"),
