@@ -6,6 +6,7 @@ mod bench_laws;
 mod bench_sph;
 mod benchmarks;
 mod compare;
+mod coverage;
 mod report;
 mod textbook;
 mod tidy;
@@ -30,6 +31,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Measures point-updates per second.
     Bench(bench::Arguments),
+    /// Writes docs/coverage.md: every row of the checklists of specification sheets, with what implements and what shows it.
+    Coverage(coverage::Arguments),
     /// Checks what a machine can check of the house rules.
     Tidy(tidy::Arguments),
 }
@@ -39,6 +42,7 @@ fn main() -> ExitCode {
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
+        Command::Coverage(arguments) => coverage::run(&arguments),
         Command::Tidy(arguments) => tidy::run(&arguments),
     };
     match result {

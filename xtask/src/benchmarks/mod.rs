@@ -6,15 +6,15 @@ mod depth_sph;
 mod element;
 mod mpm;
 mod outcome;
+mod recorder;
 mod snow_mpm;
-mod sources;
 mod sph;
 
 use colluvium::case::output::Table;
 use colluvium::case::{Case, FieldData, RunOptions, RunReport, Snapshot};
 
-pub use outcome::{Check, Criterion, Known, Outcome, Verdict};
-pub use sources::Sources;
+pub use outcome::{Check, Criterion, Film, Known, Outcome, Verdict};
+pub use recorder::Recorder;
 
 /// A benchmark: a source, what must hold, and the way to find out.
 pub struct Benchmark {
@@ -52,14 +52,14 @@ pub fn all() -> impl Iterator<Item = &'static Benchmark> {
 /// The case of a benchmark, `validation/<folder>/case.json`.
 fn case(folder: &str) -> Result<Case, String> {
     let path = crate::root().join("validation").join(folder).join("case.json");
-    sources::reads(&path);
+    recorder::reads(&path);
     Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 
 /// Reference data, a CSV file under `validation/` whose first lines say where the numbers are from.
 fn reference(file: &str) -> Result<Table, String> {
     let path = crate::root().join("validation").join(file);
-    sources::reads(&path);
+    recorder::reads(&path);
     Table::read(&path).map_err(|error| error.to_string())
 }
 
@@ -102,7 +102,9 @@ fn run_by(name: &str, case: &Case) -> Result<RunReport, String> {
     // Where a case names no interval steps end on its rows all the same, so that series are at even times.
     let mut case = case.clone();
     case.output.measures = case.output.measures.or(Some(case.end_time() / 100.0));
-    colluvium::case::run_method(method, &case, &options).map_err(|error| error.to_string())
+    let report = colluvium::case::run_method(method, &case, &options).map_err(|error| error.to_string())?;
+    recorder::ran(name, &case, &report);
+    Ok(report)
 }
 
 /// Vectors of a field; none where it is not there.

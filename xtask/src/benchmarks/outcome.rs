@@ -4,15 +4,27 @@ use colluvium::plots::Picture;
 use serde::{Deserialize, Serialize};
 
 /// What a benchmark found.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub struct Outcome {
     /// What must hold, and whether it does.
     pub checks: Vec<Check>,
     /// Pictures.
     pub figures: Vec<Figure>,
+    /// Runs as animations.
+    pub films: Vec<Film>,
+}
+
+/// A run as an animation.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Film {
+    /// What it shows.
+    pub caption: String,
+    /// The element of HTML that the player's script takes.
+    pub element: String,
 }
 
 /// One thing that must hold, or that is shown without a judgement.
+#[derive(Serialize, Deserialize)]
 pub struct Check {
     /// What is checked.
     pub name: String,
@@ -25,6 +37,7 @@ pub struct Check {
     /// Why these bounds, or why none.
     pub reason: String,
     /// What is known of a check that does not hold: an open defect.
+    #[serde(skip)]
     pub defect: Option<Known>,
 }
 
@@ -101,11 +114,12 @@ impl Check {
 }
 
 /// A picture with its caption, as a file.
+#[derive(Serialize, Deserialize)]
 pub struct Figure {
     /// Caption.
     pub caption: String,
     /// `svg` or `png`.
-    pub extension: &'static str,
+    pub extension: String,
     /// Its file.
     pub bytes: Vec<u8>,
 }
@@ -141,13 +155,13 @@ impl Outcome {
 
     pub fn svg(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
         let bytes = picture.to_svg()?.into_bytes();
-        self.figures.push(Figure { caption: caption.to_owned(), extension: "svg", bytes });
+        self.figures.push(Figure { caption: caption.to_owned(), extension: "svg".to_owned(), bytes });
         Ok(())
     }
 
     pub fn png(&mut self, caption: &str, picture: &impl Picture) -> Result<(), String> {
         let bytes = picture.to_png()?;
-        self.figures.push(Figure { caption: caption.to_owned(), extension: "png", bytes });
+        self.figures.push(Figure { caption: caption.to_owned(), extension: "png".to_owned(), bytes });
         Ok(())
     }
 }

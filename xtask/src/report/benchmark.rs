@@ -29,12 +29,15 @@ pub fn page(entry: &Entry, about: &Provenance, up: &str) -> Markup {
             body { main {
                 p class="soft" { a href=(index) { "← all benchmarks" } }
                 h1 { (benchmark.title) " " (badge(entry.status())) }
-                p class="soft" { (benchmark.id) ", in its " (form(entry)) " form; run time " (seconds(entry.seconds)) }
+                p class="soft" { (benchmark.id) ", in its " (form(entry)) " form; run time " (seconds(entry.seconds))
+                    @if entry.kept { ", kept from an earlier run: program and files have not changed" }
+                }
                 p { strong { "Source: " } (benchmark.source) }
                 @if let Some(error) = &entry.error {
                     p class="problem" { strong { "Could not finish: " } (error) }
                 }
                 (open(entry))
+                (films(entry))
                 (figures(entry))
                 (checks(entry))
                 (again(entry, up))
@@ -62,6 +65,19 @@ fn open(entry: &Entry) -> Markup {
                 p { (badge(super::Status::Open)) " " (names.join("; ")) }
                 p { em { "A check " (criterion) ". " } "Found: " (found) "." }
             }
+        }
+    }
+}
+
+/// Runs as animations.
+fn films(entry: &Entry) -> Markup {
+    let films = &entry.outcome.films;
+    html! {
+        @if !films.is_empty() {
+            h2 { "Animation" }
+            p class="soft" { "Of the first runs of the benchmark that keep frames." }
+            @for film in films { (PreEscaped(&film.element)) p class="soft" { (film.caption) } }
+            (PreEscaped(colluvium::animation::scripts()))
         }
     }
 }

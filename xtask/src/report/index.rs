@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::words::{STYLE, badge, open_in_words, seconds};
-use super::{Entry, PAGES, Provenance, Scope, Status, form};
+use super::{COVERAGE, Entry, PAGES, Provenance, Scope, Status, form};
 use crate::benchmarks::Verdict;
 
 /// The page.
@@ -57,7 +57,8 @@ fn head(entries: &[Entry], about: &Provenance, scope: &Scope) -> Markup {
         p class="soft" {
             (checks) " checks; " (open_in_words(entries)) "; " (shown) " values shown without judgement; "
             (seconds(time)) " of runs. Pass: every check holds. Open: what does not hold is known, with its reason on the page of the "
-            "benchmark. Fail: a check does not hold, and nothing is known of it, or the benchmark did not finish." br;
+            "benchmark. Fail: a check does not hold, and nothing is known of it, or the benchmark did not finish. "
+            a href=(COVERAGE) { "Coverage of specification sheets" } "." br;
             "Commit " (about.commit) ", " (about.date) ", " (about.machine) ", " (about.rustc)
         }
         @if count(entries, Status::Fail) > 0 {

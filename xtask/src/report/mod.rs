@@ -13,6 +13,7 @@ use std::path::Path;
 use serde_json::json;
 
 use crate::benchmarks::{Benchmark, Check, Outcome, Verdict};
+use crate::coverage;
 use provenance::{Provenance, provenance};
 pub use scope::Scope;
 pub use words::open_in_words;
@@ -31,6 +32,8 @@ pub struct Entry {
     pub seconds: f64,
     /// Case files and reference data that it read, below the root of the repository.
     pub files: Vec<String>,
+    /// Whether it was kept from an earlier run of the same program and files.
+    pub kept: bool,
 }
 
 /// How a benchmark stands.
@@ -94,6 +97,9 @@ fn form(entry: &Entry) -> &'static str {
 /// Folder of the pages of benchmarks in that of a report.
 const PAGES: &str = "pages";
 
+/// The page on rows of specification sheets.
+const COVERAGE: &str = "coverage.html";
+
 /// Writes `index.html`, `report.json` and the page of each benchmark to `folder`.
 pub fn write(folder: &Path, entries: &[Entry], scope: &Scope) -> Result<(), String> {
     let about = provenance();
@@ -113,6 +119,8 @@ pub fn write(folder: &Path, entries: &[Entry], scope: &Scope) -> Result<(), Stri
         }
         save(&page, benchmark::page(entry, &about, &up(&page)).into_string().as_bytes())?;
     }
+    let (sheets, place) = (coverage::sheets()?, folder.join(COVERAGE));
+    save(&place, coverage::html(&sheets, words::STYLE, &up(&place)).into_string().as_bytes())?;
     let text =
         serde_json::to_string_pretty(&to_json(entries, &about, scope)).map_err(|error| error.to_string())?;
     save(&folder.join("report.json"), text.as_bytes())?;
@@ -139,7 +147,7 @@ fn to_json(entries: &[Entry], about: &Provenance, scope: &Scope) -> serde_json::
     let entry = |e: &Entry| {
         json!({
             "id": e.benchmark.id, "title": e.benchmark.title, "source": e.benchmark.source,
-            "form": form(e), "status": e.status().name(), "pass": e.passes(), "files": e.files, "error": e.error, "seconds": e.seconds,
+            "form": form(e), "status": e.status().name(), "pass": e.passes(), "files": e.files, "kept": e.kept, "error": e.error, "seconds": e.seconds,
             "checks": e.outcome.checks.iter().map(check).collect::<Vec<_>>(),
         })
     };

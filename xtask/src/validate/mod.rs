@@ -4,6 +4,7 @@
 //! failure all the same, with what is known of it, and counted apart.
 
 mod defects;
+mod kept;
 mod progress;
 
 use std::fmt::Write as _;
@@ -13,11 +14,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use clap::Args;
-use rayon::ThreadPoolBuilder;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::benchmarks::{Benchmark, Outcome, Sources, Verdict, all};
+use crate::benchmarks::{Benchmark, Outcome, Recorder, Verdict, all};
 use crate::report::{self, Entry, Scope};
 use defects::Defect;
+use kept::Store;
 use progress::Progress;
 
 #[derive(Args)]
@@ -31,6 +33,10 @@ pub struct Arguments {
     /// not at all where they have none.
     #[arg(long, conflicts_with = "quick")]
     long: bool,
+    /// Run what has not changed, too: without it a benchmark that did not fail is not run again while the program and the files that
+    /// it reads are the same.
+    #[arg(long)]
+    all: bool,
     /// List the benchmarks and the seconds to expect of each on one core.
     #[arg(long)]
     list: bool,
@@ -70,7 +76,8 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         left_out: left_out.map(|benchmark| benchmark.id).collect(),
     };
     println!("{}", scope.words());
-    let entries = all_entries(&work, &defects::open()?)?;
+    let known = Known { store: Store::open()?, defects: defects::open()? };
+    let entries = all_entries(&work, &known, arguments.all)?;
     let folder = scope.folder();
     report::write(&folder, &entries, &scope)?;
     let failed = entries.iter().filter(|entry| !entry.passes()).count();
@@ -99,15 +106,57 @@ impl Work {
     }
 }
 
-/// Runs the benchmarks, as many at a time as there are cores, the longest first: most are too small for many threads, and
-/// results do not depend on their number.
-fn all_entries(work: &[Work], defects: &[Defect]) -> Result<Vec<Entry>, String> {
+/// What is known before anything runs.
+struct Known {
+    store: Store,
+    defects: Vec<Defect>,
+}
+
+impl Known {
+    /// What was kept of a benchmark that has not changed since, unless it fails by what is known of its defects now.
+    fn find(&self, work: &Work) -> Option<Entry> {
+        let mut entry = self.store.find(work.benchmark, work.short)?;
+        self.judge(work.benchmark, &mut entry.outcome);
+        entry.passes().then_some(entry)
+    }
+
+    /// Notes what is known of checks that fail.
+    fn judge(&self, benchmark: &Benchmark, outcome: &mut Outcome) {
+        for check in &mut outcome.checks {
+            check.defect = defects::known(&self.defects, benchmark.id, &check.name);
+        }
+    }
+}
+
+/// The entries of all benchmarks, in their order: those that have not changed as they were kept, the others from their runs.
+fn all_entries(work: &[Work], known: &Known, again: bool) -> Result<Vec<Entry>, String> {
+    let find = |work: &Work| if again { None } else { known.find(work) };
+    let mut entries: Vec<Option<Entry>> = work.iter().map(find).collect();
+    let kept = entries.iter().flatten().count();
+    if kept > 0 {
+        println!("{kept} of them have not changed since they ran, and are not run again (--all runs them)");
+    }
+    let open: Vec<usize> = (0..work.len()).filter(|&number| entries[number].is_none()).collect();
+    for (number, entry) in fresh(work, open, known)? {
+        entries[number] = Some(entry?);
+    }
+    Ok(entries.into_iter().flatten().collect())
+}
+
+/// A benchmark's number and what came of it, or why that could not be kept.
+type Ran = (usize, Result<Entry, String>);
+
+/// Runs the benchmarks of some numbers, as many at a time as there are cores, the longest first: most are too small for many
+/// threads, and results do not depend on their number. Each is kept when it is done, so that what is interrupted can go on.
+fn fresh(work: &[Work], mut order: Vec<usize>, known: &Known) -> Result<Vec<Ran>, String> {
+    if order.is_empty() {
+        return Ok(Vec::new());
+    }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let workers = cores.min(work.len());
-    let mut order: Vec<usize> = (0..work.len()).collect();
+    let workers = cores.min(order.len());
     order.sort_by_key(|&number| std::cmp::Reverse(work[number].seconds()));
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    let progress = Progress::new(work.iter().map(Work::seconds), workers);
+    let progress = Progress::new(order.iter().map(|&number| work[number].seconds()), workers);
     println!("{}", progress.head());
     let pools: Vec<_> = (0..workers)
         .map(|_| ThreadPoolBuilder::new().num_threads(cores / workers).build())
@@ -117,17 +166,13 @@ fn all_entries(work: &[Work], defects: &[Defect]) -> Result<Vec<Entry>, String> 
         for pool in &pools {
             scope.spawn(|| {
                 while let Some(&number) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let sources = Sources::follow(pool);
-                    let mut entry = pool.install(|| entry(&work[number], defects, &progress));
-                    entry.files = sources.files();
+                    let entry = known.store.keep(entry(&work[number], pool, known, &progress));
                     done.lock().expect("no benchmark panics out of its entry").push((number, entry));
                 }
             });
         }
     });
-    let mut entries = done.into_inner().expect("no benchmark panics out of its entry");
-    entries.sort_by_key(|(number, _)| *number);
-    Ok(entries.into_iter().map(|(_, entry)| entry).collect())
+    Ok(done.into_inner().expect("no benchmark panics out of its entry"))
 }
 
 /// Prints what there is and what it costs.
@@ -143,21 +188,23 @@ fn list(chosen: &[&Benchmark]) {
     println!("{:28} {:>8} {:>8}", "together", format!("{quick} s"), format!("{full} s"));
 }
 
-/// Runs a benchmark and prints what came of it.
-fn entry(work: &Work, defects: &[Defect], progress: &Progress) -> Entry {
+/// Runs a benchmark on the threads of a pool and prints what came of it.
+fn entry(work: &Work, pool: &ThreadPool, known: &Known, progress: &Progress) -> Entry {
     let Work { benchmark, short } = *work;
+    let recorder = Recorder::follow(pool);
     let start = Instant::now();
     // A benchmark that panics has failed; the others still run.
-    let result = catch_unwind(AssertUnwindSafe(|| (benchmark.run)(short)));
+    let result = pool.install(|| catch_unwind(AssertUnwindSafe(|| (benchmark.run)(short))));
     let seconds = start.elapsed().as_secs_f64();
     let (mut outcome, error) = match result {
         Ok(Ok(outcome)) => (outcome, None),
         Ok(Err(error)) => (Outcome::default(), Some(error)),
         Err(_) => (Outcome::default(), Some("the benchmark panicked".to_owned())),
     };
+    outcome.films = recorder.films();
+    known.judge(benchmark, &mut outcome);
     let mut text = String::new();
-    for check in &mut outcome.checks {
-        check.defect = defects::known(defects, benchmark.id, &check.name);
+    for check in &outcome.checks {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
@@ -174,5 +221,5 @@ fn entry(work: &Work, defects: &[Defect], progress: &Progress) -> Entry {
     // At once: others report meanwhile.
     let line = progress.after(work.seconds(), seconds);
     println!("\n{line}: {} — {}\n{text}  {seconds:.1} s", benchmark.id, benchmark.title);
-    Entry { benchmark, short, outcome, error, seconds, files: Vec::new() }
+    Entry { benchmark, short, outcome, error, seconds, files: recorder.files(), kept: false }
 }

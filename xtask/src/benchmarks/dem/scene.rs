@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 /// A case file to change, `validation/dem/<folder>/case.json`.
 pub fn load(folder: &str) -> Result<Value, String> {
     let path = crate::root().join("validation/dem").join(folder).join("case.json");
-    crate::benchmarks::sources::reads(&path);
+    crate::benchmarks::recorder::reads(&path);
     let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     serde_json::from_str(&text).map_err(|error| format!("{}: {error}", path.display()))
 }

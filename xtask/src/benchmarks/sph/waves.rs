@@ -22,7 +22,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
 /// `validation/sph/<file>`.
 pub(super) fn load(file: &str) -> Result<Case, String> {
     let path = crate::root().join(Path::new("validation/sph")).join(file);
-    crate::benchmarks::sources::reads(&path);
+    crate::benchmarks::recorder::reads(&path);
     Case::load(&path).map_err(|errors| format!("{}: {errors}", path.display()))
 }
 

@@ -1,0 +1,47 @@
+//! `cargo xtask coverage`: every row of the checklists of specification sheets, with what implements it and what shows it.
+//!
+//! Rows stand in their sheets; what is known of them in `docs/sheets/coverage/<sheet>.csv`. A row of which nothing stands there is
+//! not checked.
+
+mod page;
+mod rows;
+
+use clap::Args;
+
+pub use page::{html, words};
+use rows::Sheet;
+pub use rows::sheets;
+
+#[derive(Args)]
+pub struct Arguments {}
+
+/// The page of the documentation that is made of the rows.
+pub const PAGE: &str = "docs/coverage.md";
+
+/// Writes the page; true when every name in the rows is there.
+pub fn run(_: &Arguments) -> Result<bool, String> {
+    let sheets = sheets()?;
+    let wrong: Vec<String> = sheets.iter().flat_map(Sheet::wrong).collect();
+    wrong.iter().for_each(|line| eprintln!("{line}"));
+    let path = crate::root().join(PAGE);
+    std::fs::write(&path, page::markdown(&sheets)).map_err(|error| format!("{}: {error}", path.display()))?;
+    println!("{}\nwrote {PAGE}", words(&sheets));
+    Ok(wrong.is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_names_tests_files_and_benchmarks_that_are_there() {
+        let wrong: Vec<String> = sheets().unwrap().iter().flat_map(Sheet::wrong).collect();
+        assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    }
+
+    #[test]
+    fn the_page_is_that_of_the_rows() {
+        let written = std::fs::read_to_string(crate::root().join(PAGE)).unwrap_or_default();
+        assert!(written == page::markdown(&sheets().unwrap()), "write it anew: cargo xtask coverage");
+    }
+}

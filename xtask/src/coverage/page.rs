@@ -1,0 +1,120 @@
+//! The rows as a page of the documentation and of the report.
+
+use std::fmt::Write;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use super::rows::{Row, Sheet, State};
+
+/// How many rows are in each state, in a line.
+pub fn words(sheets: &[Sheet]) -> String {
+    let all: usize = sheets.iter().map(|sheet| sheet.rows.len()).sum();
+    let count = |state: State| sheets.iter().map(|sheet| sheet.count(state)).sum::<usize>();
+    let parts = State::ALL.map(|state| format!("{} {}", count(state), state.name()));
+    format!("{all} rows: {}", parts.join(", "))
+}
+
+/// The rows of a sheet, those that lack something first.
+fn sorted(sheet: &Sheet) -> Vec<&Row> {
+    let mut rows: Vec<&Row> = sheet.rows.iter().collect();
+    let rank = |row: &&Row| State::ALL.iter().position(|state| *state == row.state);
+    rows.sort_by_key(rank);
+    rows
+}
+
+/// The page of the documentation.
+pub fn markdown(sheets: &[Sheet]) -> String {
+    let mut text = format!(
+        "# Coverage of specification sheets\n\nEvery row of the checklists of the [specification sheets](sheets/README.md): what implements it, \
+         and which test or benchmark shows it. Made by `cargo xtask coverage` of their checklists and of what is known of the rows, \
+         `docs/sheets/coverage/`; a test fails when a row names a file, a test or a benchmark that is not there.\n\n\
+         *Missing*: not implemented. *In part*: the note says what lacks. *Not checked*: nobody has compared the row with the code; it \
+         says nothing of whether it is implemented. *Done*: implemented, and shown by a test or a benchmark. *Background*: nothing to \
+         compute, or left out by its sheet.\n\n{}.\n\n| sheet |",
+        words(sheets)
+    );
+    // Writing to a string cannot fail.
+    for state in State::ALL {
+        let _ = write!(text, " {} |", state.name());
+    }
+    let _ = writeln!(text, "\n|---|{}", "---|".repeat(State::ALL.len()));
+    for sheet in sheets {
+        let _ = write!(text, "| [{0}](#{0}) |", sheet.name);
+        State::ALL.iter().for_each(|state| {
+            let _ = write!(text, " {} |", sheet.count(*state));
+        });
+        text.push('\n');
+    }
+    for sheet in sheets {
+        let _ = writeln!(text, "\n## {0}\n\n[The sheet](sheets/{0}.md).\n", sheet.name);
+        text.push_str(
+            "| row | feature | state | files | tests and benchmarks | note |\n|---|---|---|---|---|---|\n",
+        );
+        for row in sorted(sheet) {
+            let code = |names: &mut dyn Iterator<Item = &String>| {
+                names
+                    .map(|name| format!("`{}`", name.trim_start_matches("crates/")))
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            };
+            let files = code(&mut row.files.iter());
+            let shown = code(&mut row.tests.iter().chain(&row.benchmarks));
+            let state = row.state.name();
+            let _ =
+                writeln!(text, "| {} | {} | {state} | {files} | {shown} | {} |", row.id, row.text, row.note);
+        }
+    }
+    text
+}
+
+/// The page of the report; `up` leads to the root of the repository.
+pub fn html(sheets: &[Sheet], style: &str, up: &str) -> Markup {
+    let link = |file: &str, text: &str| html! { a href={ (up) (file) } { (text) } };
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "Colluvium: coverage of specification sheets" }
+                style { (PreEscaped(style)) }
+            }
+            body { main {
+                p class="soft" { a href="index.html" { "← all benchmarks" } }
+                h1 { "Coverage of specification sheets" }
+                p { (words(sheets)) ". Rows that lack something come first; what is not checked nobody has compared with the code." }
+                @for sheet in sheets {
+                    h2 id=(sheet.name) { (link(&format!("docs/sheets/{}.md", sheet.name), sheet.name)) }
+                    div class="card" { table class="rows" {
+                        thead { tr { @for name in ["Row", "Feature", "State", "Files", "Tests and benchmarks", "Note"] { th { (name) } } } }
+                        tbody { @for row in sorted(sheet) {
+                            tr {
+                                td { (row.id) }
+                                td { (row.text) }
+                                td { span class={ "badge " (class(row.state)) } { (row.state.name()) } }
+                                td { @for file in &row.files { (link(file, file.trim_start_matches("crates/"))) br; } }
+                                td {
+                                    @for test in &row.tests {
+                                        (link(test.split("::").next().unwrap_or_default(), test.trim_start_matches("crates/"))) br;
+                                    }
+                                    @for id in &row.benchmarks { a href={ "pages/" (id) ".html" } { (id) } br; }
+                                }
+                                td class="soft" { (row.note) }
+                            }
+                        } }
+                    } }
+                }
+            } }
+        }
+    }
+}
+
+/// The badge of a state.
+fn class(state: State) -> &'static str {
+    match state {
+        State::Missing => "fail",
+        State::Part => "open",
+        State::Done => "pass",
+        State::NotChecked | State::Background => "shown",
+    }
+}
