@@ -37,6 +37,17 @@ impl Case {
         Ok(layered)
     }
 
+    /// The outline in a file (GeoJSON or shapefile), from `domain.origin`.
+    ///
+    /// # Errors
+    /// When the file cannot be read or holds none, in a line.
+    pub fn outline(&self, file: &str) -> Result<Outline, String> {
+        let origin = self.origin();
+        let read = colluvium_terrain::read_outlines(Path::new(file)).map_err(|error| error.to_string())?;
+        let rings = read.rings().iter().map(|ring| ring.iter().map(|x| shift(*x, &origin)).collect());
+        Outline::new(rings.collect()).map_err(|error| format!("{file}: {error}"))
+    }
+
     fn refuse_layers_elsewhere(&mut self) -> Result<(), CaseError> {
         let patches = self.patches.iter_mut().enumerate();
         let patches = patches.map(|(number, patch)| (format!("patches[{number}].region"), &mut patch.region));
@@ -62,11 +73,7 @@ impl Case {
             wrong("on", format!("the shape of the obstacle {on:?} is not a raster, and a layer lies on one"))
         })?;
         let origin = self.origin();
-        let read = colluvium_terrain::read_outlines(Path::new(outline));
-        let rings = read.map_err(|error| wrong("outline", error.to_string()))?;
-        let shifted = rings.rings().iter().map(|ring| ring.iter().map(|x| shift(*x, &origin)).collect());
-        let area =
-            Outline::new(shifted.collect()).map_err(|e| wrong("outline", format!("{outline}: {e}")))?;
+        let area = self.outline(outline).map_err(|problem| wrong("outline", problem))?;
         let depths = match &*thickness {
             Thickness::Uniform(depth) => Depths::Uniform(*depth),
             Thickness::Raster(file) => {

@@ -66,19 +66,14 @@ impl Case {
         }
     }
 
-    /// The files that bodies, layers and obstacles name, and options of methods: `mesh.file`.
+    /// The files that bodies, layers and obstacles name, and options of methods: `mesh.file`, `regions[].outline`.
     fn files(&mut self) -> impl Iterator<Item = &mut String> {
         let bodies = self.bodies.iter_mut().flat_map(|body| {
             let Body { shape, points, .. } = body;
             points.iter_mut().map(|points| &mut points.file).chain(layers::files(shape))
         });
         let surfaces = self.obstacles.iter_mut().filter_map(|obstacle| obstacle.shape.file_mut());
-        bodies.chain(surfaces).chain(self.methods.values_mut().filter_map(|options| {
-            match options.pointer_mut("/mesh/file") {
-                Some(Value::String(file)) => Some(file),
-                _ => None,
-            }
-        }))
+        bodies.chain(surfaces).chain(self.methods.values_mut().flat_map(files_of_options))
     }
 
     /// The case as JSON text, with coordinates of the map.
@@ -189,6 +184,26 @@ impl Case {
     pub fn measures_dissipation(&self) -> bool {
         self.measures.values().any(|measure| matches!(measure, Measure::Dissipation {}))
     }
+}
+
+/// The files that the options of a method name.
+fn files_of_options(options: &mut Value) -> Vec<&mut String> {
+    let mut files = Vec::new();
+    for (key, value) in options.as_object_mut().into_iter().flatten() {
+        let named: Vec<&mut Value> = match key.as_str() {
+            "mesh" => value.get_mut("file").into_iter().collect(),
+            "regions" => {
+                let regions = value.as_array_mut().into_iter().flatten();
+                regions.filter_map(|region| region.get_mut("outline")).collect()
+            }
+            _ => Vec::new(),
+        };
+        files.extend(named.into_iter().filter_map(|value| match value {
+            Value::String(file) => Some(file),
+            _ => None,
+        }));
+    }
+    files
 }
 
 /// FNV-1a hash of no bytes.

@@ -157,6 +157,14 @@ impl Case {
         crate::spatial(&self.domain.origin)
     }
 
+    /// A shape that stands in the options of a method, with coordinates of the map, as one from `domain.origin`.
+    #[must_use]
+    pub fn off_origin(&self, mut of: Shape) -> Shape {
+        let origin = self.origin();
+        shape(&mut of, &mut |axis, x| *x = combined(*x, origin[axis], -1));
+        of
+    }
+
     /// A snapshot at the coordinates of the map.
     #[must_use]
     pub fn on_map(&self, mut snapshot: Snapshot) -> Snapshot {

@@ -48,6 +48,12 @@ impl<const D: usize> BedPoint<D> {
 pub trait Surface<const D: usize>: Send + Sync {
     /// The bed at `x` (m).
     fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>>;
+
+    /// Distance of the places between which it is interpolated (m): no node moves farther in a step than half of that. `None`
+    /// where it is known everywhere.
+    fn cell(&self) -> Option<f64> {
+        None
+    }
 }
 
 impl<const D: usize, F: Fn(&Plan<D>) -> BedPoint<D> + Send + Sync> Surface<D> for F {
@@ -94,6 +100,14 @@ impl<const D: usize> Bed<D> {
         match self {
             Self::Flat(level) => Some(BedPoint::flat(*level)),
             Self::Surface(surface) => surface.at(x),
+        }
+    }
+
+    /// Distance of the places between which it is interpolated (m), where it is.
+    pub fn cell(&self) -> Option<f64> {
+        match self {
+            Self::Flat(_) => None,
+            Self::Surface(surface) => surface.cell(),
         }
     }
 

@@ -1,9 +1,10 @@
 //! What a flow is made of and how it is computed, as plain numbers.
 
 use std::fmt;
+use std::sync::Arc;
 
 use colluvium_constitutive::basal::BasalRheology;
-use colluvium_points::Shape;
+use colluvium_points::{Outline, Shape};
 
 use crate::choices::{Continuity, Frame, Integration, Metric, Momentum, Phases};
 use crate::column::{Drainage, LowerBound, Profile};
@@ -157,6 +158,8 @@ impl FluidResistance {
 pub struct Zone {
     /// Where; everywhere when absent.
     pub region: Option<Shape>,
+    /// Within what in plan, beside that; everywhere when absent.
+    pub outline: Option<Arc<Outline>>,
     /// Resistance; none when absent.
     pub law: Option<BasalRheology>,
     /// What the base lets through.
@@ -175,13 +178,15 @@ impl fmt::Debug for Zone {
 impl Zone {
     /// A sealed bed of one law everywhere, which nothing is taken from.
     pub fn everywhere(law: Option<BasalRheology>) -> Self {
-        Self { region: None, law, drainage: Drainage::Sealed, erosion: None }
+        Self { region: None, outline: None, law, drainage: Drainage::Sealed, erosion: None }
     }
 
     /// Whether it holds a place.
     #[inline]
     pub fn holds(&self, x: &[f64]) -> bool {
+        let within = |outline: &Arc<Outline>| x.len() == 2 && outline.contains([x[0], x[1]]);
         self.region.as_ref().is_none_or(|region| region.contains(x))
+            && self.outline.as_ref().is_none_or(within)
     }
 }
 

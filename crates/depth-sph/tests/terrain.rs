@@ -181,15 +181,27 @@ fn terrain_that_is_none_is_refused_by_path() {
     let off = json!({ "kind": "box", "min": [28, 8, 0], "max": [34, 12, 40] });
     starts(refused(&|v| v["bodies"][0]["shape"] = off.clone()), "bodies[0].shape: there is no ground below");
     starts(refused(&|v| v["gravity"] = json!([1, 0, -9])), "gravity[0]: must be 0 over an obstacle");
-    let floor = json!([{ "side": "z-min", "position": 20, "wall": { "kind": "rough" } }]);
-    starts(refused(&|v| v["boundaries"] = floor.clone()), "boundaries[0]: the wall at 20 m stands above");
-    let ball = json!({ "kind": "ball", "centre": [10, 10, 0], "radius": 5 });
+    let floor = json!([{ "side": "z-min", "position": 20, "wall": { "kind": "smooth" } }]);
+    starts(
+        refused(&|v| v["boundaries"] = floor.clone()),
+        "boundaries[0].wall: stands at 20 m, above the lowest",
+    );
+    let ball = json!({ "kind": "ball", "centre": [20, 10, 5], "radius": 4 });
     starts(
         refused(&|v| v["obstacles"][0]["shape"] = ball.clone()),
-        "obstacles[0].shape: depth-sph flows over",
+        "bodies[0].shape: there is no ground below",
     );
-    let second = json!({ "name": "other", "shape": ball, "wall": { "kind": "rough" } });
-    starts(refused(&|v| v["obstacles"].as_array_mut().unwrap().push(second.clone())), "obstacles[1]: ");
+    let second = |kind: &str| json!({ "name": "other", "shape": ball, "wall": { "kind": kind } });
+    starts(
+        refused(&|v| v["obstacles"].as_array_mut().unwrap().push(second("smooth"))),
+        "obstacles[1].wall: is not that of \"slope\"",
+    );
+    let tall = json!({ "kind": "box", "min": [2, 2, 0], "max": [9, 9, 70] });
+    let tower = json!({ "name": "tower", "shape": tall, "wall": { "kind": "rough" } });
+    starts(
+        refused(&|v| v["obstacles"].as_array_mut().unwrap().push(tower.clone())),
+        "obstacles[1].shape: stands higher than the domain at [",
+    );
     let sticky = json!({ "kind": "frictional", "friction_coefficient": 0.3, "adhesion": 10 });
     starts(refused(&|v| v["obstacles"][0]["wall"] = sticky.clone()), "obstacles[0].wall.adhesion: ");
     starts(refused(&|v| v["obstacles"][0]["shape"]["file"] = json!("none.asc")), "obstacles[0].shape.file: ");
@@ -322,4 +334,110 @@ fn rasters_are_the_same_on_any_threads_and_after_a_restart() {
     again.begin_stage(0, 0.0).unwrap();
     steps(again.as_mut(), 90);
     assert_eq!(bits(again.as_ref()), whole);
+}
+
+/// A dam, a box, on a raster: the bed is the highest of both.
+#[test]
+fn obstacles_on_a_raster_raise_the_bed() {
+    let folder = tempfile::tempdir().unwrap();
+    grid(folder.path(), [0.0, 0.0], [81, 41], 0.5, |x, _| 10.0 - 0.2 * x);
+    // 1:1.3 on its face, and higher than the mass stands.
+    let dam = |top: f64| {
+        let vertices =
+            [[18.0, 0.0], [18.0 + 1.3 * top, top], [19.0 + 1.3 * top, top], [19.0 + 2.6 * top, 0.0]];
+        json!({ "kind": "extruded", "vertices": vertices, "axis": 1, "from": -1, "to": 21 })
+    };
+    let mut value = over_raster(
+        &json!({ "kind": "box", "min": [8, 4, 0], "max": [16, 16, 9.5] }),
+        &json!({ "kind": "smooth" }),
+    );
+    value["domain"] = json!({ "min": [0, 0, 0], "max": [40, 20, 20] });
+    let front = |value: &Value| {
+        let snapshot = run(&case(folder.path(), value), 4.0).snapshot();
+        snapshot.positions.iter().map(|x| x[0]).fold(0.0, f64::max)
+    };
+    let free = front(&value);
+    value["obstacles"]
+        .as_array_mut()
+        .unwrap()
+        .push(json!({ "name": "dam", "shape": dam(14.0), "wall": { "kind": "smooth" } }));
+    let held = front(&value);
+    assert!(free > 38.0 && held < 18.0 + 1.3 * 14.0, "{free} {held}");
+    value["obstacles"][1]["shape"] = dam(1.0);
+    assert_eq!(front(&value), free, "one below the ground changes nothing");
+    let wall = json!({ "kind": "box", "min": [19.8, -1, 0], "max": [21.2, 21, 14] });
+    value["obstacles"][1]["shape"] = wall;
+    let warnings = DepthSph.plan(&case(folder.path(), &value)).unwrap().warnings;
+    assert!(
+        warnings.iter().any(|warning| warning.starts_with("obstacles: the bed is as steep as 8")),
+        "{warnings:?}"
+    );
+}
+
+/// V26: friction without curvature works by the way in plan, so that the mass stops where `H/L = tan φ`.
+#[test]
+fn a_mass_on_a_profile_stops_at_its_travel_angle() {
+    let (slope, radius) = (30f64.to_radians(), 25.0);
+    // An arc from the slope to the flat at x = 60 m.
+    let (foot, rise) = (60.0 - radius * slope.sin(), radius * (1.0 - slope.cos()));
+    let head = rise + foot * slope.tan();
+    let start = 18.75;
+    let drop = rise + (foot - start) * slope.tan();
+    let value = json!({
+        "title": "travel angle", "space": "plane-strain", "gravity": [0, -GRAVITY],
+        "domain": { "min": [0, -5], "max": [120, 40] },
+        "materials": { "rock": {
+            "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 40
+        } },
+        "bodies": [{ "name": "mass", "material": "rock",
+            "shape": { "kind": "box", "min": [start - 0.25, 0], "max": [start + 0.25, drop + 0.2] } }],
+        "obstacles": [{ "name": "slope", "wall": { "kind": "frictional", "friction_coefficient": 15f64.to_radians().tan() },
+            "shape": { "kind": "profile", "start": [0, head], "pieces": [
+                { "to": [foot, rise] }, { "to": [60, 0], "centre": [60, radius] }, { "to": [120, 0] } ] } }],
+        "stages": [{ "name": "slide", "duration": 30 }],
+        "methods": { "depth-sph": { "spacing": 0.5, "curvature_in_friction": false, "terrain_smoothing": 0 } }
+    });
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let solver = run(&case, 30.0);
+    let length = solver.snapshot().positions[0][0] - start;
+    let exact = drop / 15f64.to_radians().tan();
+    assert!((length / exact - 1.0).abs() < 5e-3, "{length} m for {exact} m");
+}
+
+/// Regions of an outline and of a shape are the same, at coordinates of a map too, and their law rules.
+#[test]
+fn a_region_from_an_outline_is_that_of_its_shape() {
+    let folder = tempfile::tempdir().unwrap();
+    let origin = [600_000.0, 5e6];
+    grid(folder.path(), origin, [41, 21], 2.0, |x, _| 50.0 - 0.4 * (x - 600_000.0));
+    let corners: [[f64; 2]; 4] = [[30.0, 0.0], [80.0, 0.0], [80.0, 40.0], [30.0, 40.0]];
+    let ring: Vec<[f64; 2]> =
+        corners.iter().chain(&corners[..1]).map(|[x, y]| [origin[0] + x, origin[1] + y]).collect();
+    let text = json!({ "type": "Polygon", "coordinates": [ring] }).to_string();
+    std::fs::write(folder.path().join("forest.geojson"), text).unwrap();
+    let heap = json!({ "kind": "box", "min": [600_010, 5_000_016, 0], "max": [600_018, 5_000_024, 48] });
+    let mut value = over_raster(&heap, &json!({ "kind": "smooth" }));
+    value["domain"] = json!({ "min": [600_000, 5e6, 0], "max": [600_080, 5_000_040, 60], "origin": [origin[0], origin[1], 0] });
+    let region = |place: Value| {
+        let mut region = json!({ "basal": { "model": "coulomb", "friction_angle": 45 } });
+        region.as_object_mut().unwrap().extend(place.as_object().unwrap().clone());
+        json!([region])
+    };
+    let places = |value: &Value| run(&case(folder.path(), value), 4.0).snapshot().positions;
+    let furthest = |places: &[[f64; 3]]| places.iter().map(|x| x[0]).fold(0.0, f64::max);
+    let free = places(&value);
+    value["methods"]["depth-sph"]["regions"] = region(json!({ "outline": "forest.geojson" }));
+    let outlined = places(&value);
+    assert!(furthest(&outlined) + 5.0 < furthest(&free), "{} {}", furthest(&outlined), furthest(&free));
+    let shape = json!({ "kind": "polygon", "vertices": &ring[..4] });
+    value["methods"]["depth-sph"]["regions"] = region(json!({ "shape": shape }));
+    assert_eq!(places(&value), outlined);
+    let refused = |place: Value| {
+        let mut value = value.clone();
+        value["methods"]["depth-sph"]["regions"] = region(place);
+        DepthSph.plan(&case(folder.path(), &value)).map(|_| ()).unwrap_err().to_string()
+    };
+    let start = "methods.depth-sph.regions[0].";
+    assert!(refused(json!({})).starts_with(&format!("{start}shape: give either")));
+    assert!(refused(json!({ "outline": "none.shp" })).starts_with(&format!("{start}outline: /")));
 }

@@ -47,6 +47,9 @@ impl DepthOptions {
         check(self.terrain_smoothing <= 20, "terrain_smoothing", || {
             format!("{} is not in 0..=20", self.terrain_smoothing)
         })?;
+        if let Some(spacing) = self.terrain_spacing {
+            positive("terrain_spacing", spacing, " (m)")?;
+        }
         not_negative("viscosity_linear", self.viscosity_linear, "")?;
         not_negative("viscosity_quadratic", self.viscosity_quadratic, "")?;
         within("xsph", self.xsph, 0.0, 1.0)?;

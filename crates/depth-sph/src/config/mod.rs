@@ -73,6 +73,10 @@ pub struct DepthOptions {
     /// are noisy, those of a formula are not.
     #[serde(default = "two")]
     pub terrain_smoothing: usize,
+    /// Distance of the places at which the highest face of obstacles is looked up, where the bed is no raster of a file and no
+    /// plane (m); `spacing` when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub terrain_spacing: Option<f64>,
     /// Resistance of the bed; from the wall below and the material when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,
@@ -109,8 +113,13 @@ pub struct DepthOptions {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Region {
-    /// Where, in plan: a box of one coordinate in plane strain, any shape of two dimensions in three.
-    pub shape: Shape,
+    /// Where, in plan: a box of one coordinate in plane strain, any shape of two dimensions in three. Give this or `outline`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<Shape>,
+    /// Where, in three dimensions: a file with polygons in metres, GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the
+    /// folder of the case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub outline: Option<String>,
     /// Resistance; that of the rest of the bed when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basal: Option<BasalSpec>,

@@ -7,7 +7,7 @@ use super::set::TASK;
 use crate::bed::BedPoint;
 use crate::nodes::{Plan, norm};
 
-/// Share of its smoothing length that a node may move in a step.
+/// Share of its smoothing length, and of a cell of the bed, that a node may move in a step.
 const LONGEST_MOVE: f64 = 0.5;
 
 /// A limit of the step.
@@ -37,6 +37,9 @@ impl<const D: usize> Flow<D> {
     pub fn limit(&self) -> Limit {
         let numerics = &self.settings.numerics;
         let passive = self.settings.earth_pressure.map_or(1.0, |k| k.passive.max(1.0));
+        // Half a cell of the bed at its speed, or falling from rest (sheet: depth-sph §3.3).
+        let cell = LONGEST_MOVE * self.bed.cell().unwrap_or(f64::INFINITY);
+        let fall = (2.0 * cell / self.settings.whole_gravity()).sqrt();
         let mut least = Limit { dt: f64::INFINITY, node: None };
         for (number, set) in self.sets.iter().enumerate() {
             let of_node = |i: usize| {
@@ -44,6 +47,7 @@ impl<const D: usize> Flow<D> {
                 let (length, speed) = (nodes.length[i], norm(&nodes.velocity[i]));
                 let wave = (passive * nodes.pull[i] * nodes.depth[i]).sqrt() + speed;
                 let dt = (numerics.courant * length / wave).min(LONGEST_MOVE * length / speed);
+                let dt = dt.min(cell / speed).min(fall);
                 // Of equal ones the first, on any number of threads.
                 (dt, i)
             };

@@ -1,18 +1,23 @@
-//! What a flow moves over: the wall below it, or an obstacle above that.
+//! What a flow moves over: the highest faces of walls and obstacles that look upward.
 
-use std::any::Any;
 use std::sync::Arc;
 
 use colluvium_case::description::{Boundary, Obstacle, ObstacleShape, ObstacleWall, Side, Space, Wall};
 use colluvium_case::{Case, CaseError};
 use colluvium_points::{Raster, Terrain};
 
-use crate::bed::{Bed, BedPoint, Surface};
+use super::sampled::{Sampled, faces};
+use crate::bed::{Bed, BedPoint};
 use crate::config::DepthOptions;
 use crate::maps::Grid;
 
 /// Fewest nodes of a raster along an axis (sheet: depth-sph §7).
 const FEWEST_NODES: usize = 4;
+
+/// Steepest slope of a survey that deserves no warning (degrees; sheet: depth-sph §7).
+const STEEPEST: f64 = 85.0;
+/// The same of the faces of other obstacles.
+const STEEPEST_FACE: f64 = 60.0;
 
 /// How the bed holds what flows over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,12 +36,14 @@ pub struct Ground<const D: usize> {
     pub bed: Bed<D>,
     /// The cells of its raster, where it is one.
     pub grid: Option<Grid>,
+    /// What of it deserves a warning.
+    pub warnings: Vec<String>,
 }
 
-/// The bed of `case`: the obstacle there is, or the highest wall that faces upward.
+/// The bed of `case`: the obstacles there are, and the highest wall that faces upward where it stands above them.
 pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Ground<D>, CaseError> {
     let floor = floor(case);
-    let Some(obstacle) = case.obstacles.first() else {
+    let Some(first) = case.obstacles.first() else {
         let Some((_, level, _)) = floor else {
             let side = lowest(case);
             let problem = format!(
@@ -44,29 +51,113 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
             );
             return Err(CaseError::new("boundaries", problem));
         };
-        return Ok(Ground { bed: Bed::Flat(level), grid: None });
+        return Ok(Ground { bed: Bed::Flat(level), grid: None, warnings: Vec::new() });
     };
-    if case.obstacles.len() > 1 {
-        let problem = format!(
-            "depth-sph has one bed, and {:?} is it: join both in one raster, or take another method",
-            obstacle.name
-        );
-        return Err(CaseError::new("obstacles[1]", problem));
-    }
     if let Some(axis) = (0..D).find(|axis| case.gravity[*axis] != 0.0) {
         let problem = "must be 0 over an obstacle: its slopes are measured against gravity";
         return Err(CaseError::new(format!("gravity[{axis}]"), problem));
     }
-    let (bed, least, grid) = surface::<D>(case, options)?;
-    if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > least) {
+    let other = case.obstacles.iter().position(|obstacle| of_obstacle(obstacle) != of_obstacle(first));
+    if let Some(number) = other {
         let problem = format!(
-            "the wall at {level} m stands above the lowest place of the obstacle {:?}, {least} m, and depth-sph has one bed: \
-             leave it out or lower it",
-            obstacle.name
+            "is not that of {:?}, and a bed has one: what differs in parts of it stands in methods.depth-sph.regions",
+            first.name
         );
-        return Err(CaseError::new(format!("boundaries[{number}]"), problem));
+        return Err(CaseError::new(format!("obstacles[{number}].wall"), problem));
     }
-    Ok(Ground { bed, grid })
+    if let [Obstacle { shape: ObstacleShape::Plane { point, normal }, .. }] = &case.obstacles[..] {
+        let (bed, least) = plane(case, point, normal)?;
+        if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > least) {
+            let problem = format!(
+                "the wall at {level} m stands above the lowest place of the plane {:?}, {least} m: leave it out or lower it",
+                first.name
+            );
+            return Err(CaseError::new(format!("boundaries[{number}]"), problem));
+        }
+        return Ok(Ground { bed, grid: None, warnings: Vec::new() });
+    }
+    let (mut raster, path) = raster::<D>(case, options)?;
+    raise(case, first, floor, &mut raster)?;
+    let on_map = path.ends_with("file");
+    let wrong = |problem: String| CaseError::new(path.clone(), problem);
+    let (columns, rows) = (raster.columns, raster.rows);
+    if columns < FEWEST_NODES || rows < FEWEST_NODES {
+        let problem =
+            format!("{columns} columns and {rows} rows are too few: a bed needs {FEWEST_NODES} of each");
+        return Err(wrong(problem));
+    }
+    let Raster { origin, spacing, ref reference, .. } = raster;
+    let grid = Grid { counts: [columns, rows], origin, spacing, reference: reference.clone() };
+    let terrain =
+        Terrain::new(raster, options.terrain_smoothing).map_err(|error| wrong(error.to_string()))?;
+    let warnings = too_steep(case, &terrain).into_iter().collect();
+    let bed = Bed::Surface(Arc::new(Sampled::new(terrain)));
+    Ok(Ground { bed, grid: on_map.then_some(grid), warnings })
+}
+
+/// The heights of the bed, and the key of the case that it follows from.
+fn raster<const D: usize>(case: &Case, options: &DepthOptions) -> Result<(Raster, String), CaseError> {
+    let is_raster = |obstacle: &Obstacle| matches!(obstacle.shape, ObstacleShape::Raster { .. });
+    let spacing = options.terrain_spacing.unwrap_or(options.spacing);
+    let Some(number) = case.obstacles.iter().position(is_raster).filter(|_| D == 2) else {
+        return Ok((faces::<D>(case, spacing, None)?, "obstacles".to_owned()));
+    };
+    let path = format!("obstacles[{number}].shape.file");
+    let own = case.heights(number)?.ok_or_else(|| CaseError::new(path.clone(), "holds no heights"))?;
+    if case.obstacles.len() == 1 {
+        return Ok((own, path));
+    }
+    Ok((faces::<D>(case, spacing, Some((number, own)))?, path))
+}
+
+/// Warns of the steepest place of a bed.
+fn too_steep(case: &Case, terrain: &Terrain) -> Option<String> {
+    let slope = |number: &usize| {
+        let [a, b] = terrain.nodes()[*number].gradient;
+        a.hypot(b)
+    };
+    let raster = terrain.raster();
+    let known = (0..raster.values.len()).filter(|number| raster.values[*number].is_finite());
+    let steepest = known.max_by(|a, b| slope(a).total_cmp(&slope(b)))?;
+    let angle = slope(&steepest).atan().to_degrees();
+    let place = raster.place(steepest % raster.columns, steepest / raster.columns);
+    let place: Vec<f64> = (0..case.dimension() - 1).map(|c| place[c] + case.origin()[c]).collect();
+    let of_file = matches!(&case.obstacles[..], [Obstacle { shape: ObstacleShape::Raster { .. }, .. }]);
+    if angle > STEEPEST && of_file {
+        return Some(format!(
+            "obstacles: the raster is as steep as {angle:.1}° at {place:?} m: are its heights in metres?"
+        ));
+    }
+    (angle > STEEPEST_FACE).then(|| {
+        format!(
+            "obstacles: the bed is as steep as {angle:.1}° at {place:?} m: a flow may pass over a face that it could not climb, \
+             because velocity in plan does not keep energy there; give faces that are to hold it slopes below {STEEPEST_FACE}°"
+        )
+    })
+}
+
+/// Raises a bed to the wall below where that stands higher.
+fn raise(
+    case: &Case,
+    obstacle: &Obstacle,
+    floor: Option<(usize, f64, &Wall)>,
+    raster: &mut Raster,
+) -> Result<(), CaseError> {
+    let known = |raster: &Raster| {
+        raster.values.iter().copied().filter(|z| z.is_finite()).fold(f64::INFINITY, f64::min)
+    };
+    let least = known(raster);
+    let Some((number, level, wall)) = floor.filter(|(_, level, _)| *level > least) else { return Ok(()) };
+    if of_wall(wall) != of_obstacle(obstacle) {
+        let problem = format!(
+            "stands at {} m, above the lowest place of the obstacles, {} m, and is not of their kind: a bed has one",
+            level + case.origin()[case.dimension() - 1],
+            least + case.origin()[case.dimension() - 1]
+        );
+        return Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
+    }
+    raster.values.iter_mut().filter(|z| z.is_finite()).for_each(|z| *z = z.max(level));
+    Ok(())
 }
 
 /// How the bed of `case` holds, without making it; `None` where there is no bed.
@@ -105,31 +196,8 @@ fn of_obstacle(obstacle: &Obstacle) -> Hold {
     }
 }
 
-/// A bed, its lowest level over the domain (m), and the cells of its raster.
-type Laid<const D: usize> = (Bed<D>, f64, Option<Grid>);
-
-/// The surface of the only obstacle.
-fn surface<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Laid<D>, CaseError> {
-    let shape = &case.obstacles[0].shape;
-    let path = "obstacles[0].shape";
-    match shape {
-        ObstacleShape::Plane { point, normal } => plane(case, point, normal),
-        ObstacleShape::Raster { file, .. } => {
-            let raster = case.heights(0)?.filter(|_| D == 2);
-            let raster =
-                raster.ok_or_else(|| CaseError::new(path, "a raster is the bed of a space of 3d"))?;
-            terrain(raster, options)
-                .map_err(|problem| CaseError::new(format!("{path}.file"), format!("{file}: {problem}")))
-        }
-        _ => {
-            let problem =
-                "depth-sph flows over a plane or a raster: turn the shape into one, or take another method";
-            Err(CaseError::new(path, problem))
-        }
-    }
-}
-
-fn plane<const D: usize>(case: &Case, point: &[f64], normal: &[f64]) -> Result<Laid<D>, CaseError> {
+/// A plane, and its lowest level over the domain (m).
+fn plane<const D: usize>(case: &Case, point: &[f64], normal: &[f64]) -> Result<(Bed<D>, f64), CaseError> {
     if !(normal[D] > 0.0) {
         let problem = format!("{} must be positive: a bed faces upward", normal[D]);
         return Err(CaseError::new(format!("obstacles[0].shape.normal[{D}]"), problem));
@@ -140,22 +208,5 @@ fn plane<const D: usize>(case: &Case, point: &[f64], normal: &[f64]) -> Result<L
     let corner =
         std::array::from_fn(|c| if slope[c] > 0.0 { case.domain.min[c] } else { case.domain.max[c] });
     let bed = Bed::formula(move |x: &[f64; D]| BedPoint { slope, ..BedPoint::flat(level(x)) });
-    Ok((bed, level(&corner), None))
-}
-
-fn terrain<const D: usize>(raster: Raster, options: &DepthOptions) -> Result<Laid<D>, String> {
-    let (columns, rows) = (raster.columns, raster.rows);
-    if columns < FEWEST_NODES || rows < FEWEST_NODES {
-        return Err(format!(
-            "{columns} columns and {rows} rows are too few: a bed needs {FEWEST_NODES} of each"
-        ));
-    }
-    let least = raster.values.iter().copied().filter(|z| z.is_finite()).fold(f64::INFINITY, f64::min);
-    let Raster { origin, spacing, ref reference, .. } = raster;
-    let grid = Grid { counts: [columns, rows], origin, spacing, reference: reference.clone() };
-    let terrain = Terrain::new(raster, options.terrain_smoothing).map_err(|error| error.to_string())?;
-    let surface: Arc<dyn Surface<2>> = Arc::new(terrain);
-    let same = (&surface as &dyn Any).downcast_ref::<Arc<dyn Surface<D>>>();
-    let surface = same.ok_or("a raster is the bed of a plan of two coordinates")?;
-    Ok((Bed::Surface(Arc::clone(surface)), least, Some(grid)))
+    Ok((bed, level(&corner)))
 }

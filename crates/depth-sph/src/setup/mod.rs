@@ -5,17 +5,20 @@ mod ground;
 mod material;
 mod rasters;
 mod refuse;
+mod sampled;
 
 use std::sync::Arc;
 
 use colluvium_case::description::Space;
 use colluvium_case::{Case, CaseError, Plan, Size, Solver};
+use colluvium_points::{Outline, Shape};
 
+use ground::Ground;
 pub(crate) use refuse::honours;
 
 use crate::NAME;
 use crate::choices::{Frame, Phases};
-use crate::config::{DepthOptions, FluidResistanceOptions};
+use crate::config::{DepthOptions, FluidResistanceOptions, Region};
 use crate::flow::{Failure, Flow, Outside};
 use crate::settings::{
     Consolidation, EarthPressure, FluidResistance, Mixture, Numerics, PoreColumn, Settings, Zone,
@@ -90,10 +93,11 @@ pub fn size(case: &Case) -> Result<Size, CaseError> {
 }
 
 fn planned<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, CaseError> {
-    let mut solver = solver::<D>(case, options)?;
+    let (mut solver, of_bed) = made::<D>(case, options)?;
     let time_step = solver.limit();
     let points = solver.points();
     let mut warnings = options.warnings();
+    warnings.extend(of_bed);
     warnings.extend(refuse::warnings(case, points));
     let coupled = options.phases != Phases::One || options.column.is_some();
     Ok(Plan {
@@ -113,16 +117,24 @@ pub(crate) fn solver<const D: usize>(
     case: &Case,
     options: &DepthOptions,
 ) -> Result<DepthSolver<D>, CaseError> {
+    Ok(made(case, options)?.0)
+}
+
+/// A solver at time zero, and what of its bed deserves a warning.
+fn made<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+) -> Result<(DepthSolver<D>, Vec<String>), CaseError> {
     let ground = ground::ground::<D>(case, options)?;
     let maps = rasters::maps(case, &ground, options.spacing)?;
-    let bed = ground.bed;
+    let Ground { bed, warnings, .. } = ground;
     let settings = settings::<D>(case, options)?;
     let nodes = bodies::nodes::<D>(case, options, &bed)?;
     let ends = ends::<D>(case, 0);
     let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
     let mut flow = Flow::new(settings, bed, ends, &nodes).map_err(failed)?;
     flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
-    Ok(DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps))
+    Ok((DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps), warnings))
 }
 
 /// Everything that stays.
@@ -209,25 +221,53 @@ fn fluid_resistance(options: &DepthOptions) -> FluidResistance {
     }
 }
 
+/// Where a part of the bed is.
+type Place = (Option<Shape>, Option<Arc<Outline>>);
+
+/// Where a part of the bed is, from `domain.origin`.
+fn place(case: &Case, region: &Region, key: &dyn Fn(&str) -> String) -> Result<Place, CaseError> {
+    match (&region.shape, &region.outline) {
+        (Some(shape), None) => {
+            let checked = shape.validate(case.dimension() - 1);
+            checked.map_err(|error| own(&key(&format!("shape.{}", error.path)), error.problem))?;
+            Ok((Some(case.off_origin(shape.clone())), None))
+        }
+        (None, Some(_)) if case.dimension() != 3 => {
+            Err(own(&key("outline"), "an outline in plan needs a space of 3d: give a shape"))
+        }
+        (None, Some(file)) => {
+            let outline = case.outline(file).map_err(|problem| own(&key("outline"), problem))?;
+            Ok((None, Some(Arc::new(outline))))
+        }
+        _ => Err(own(&key("shape"), "give either a shape or an outline")),
+    }
+}
+
 /// The parts of the bed, the rest of it last.
 fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError> {
     let law = material::basal_law(case, options)?;
     let mut zones = Vec::new();
     for (number, region) in options.regions.iter().enumerate() {
         let key = |name: &str| format!("regions[{number}].{name}");
-        let shape = region.shape.validate(case.dimension() - 1);
-        shape.map_err(|error| own(&key(&format!("shape.{}", error.path)), error.problem))?;
+        let (shape, outline) = place(case, region, &key)?;
         let law = match &region.basal {
             Some(spec) => Some(spec.build().map_err(|error| own(&key("basal"), error.to_string()))?),
             None => law,
         };
         zones.push(Zone {
-            region: Some(region.shape.clone()),
+            region: shape,
+            outline,
             law,
             drainage: region.drainage.unwrap_or(options.drainage),
             erosion: region.erosion,
         });
     }
-    zones.push(Zone { region: None, law, drainage: options.drainage, erosion: options.erosion });
+    zones.push(Zone {
+        region: None,
+        outline: None,
+        law,
+        drainage: options.drainage,
+        erosion: options.erosion,
+    });
     Ok(zones)
 }

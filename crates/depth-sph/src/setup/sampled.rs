@@ -1,0 +1,125 @@
+//! The highest faces of obstacles, at the nodes of a raster.
+
+use colluvium_case::{Case, CaseError, Standing};
+use colluvium_points::{Raster, Terrain};
+
+use crate::bed::{BedPoint, Surface};
+use crate::nodes::Plan;
+
+/// Shortest advance towards a face, over the distance of the nodes: beside an upright one the distance from it stays small.
+const ADVANCE: f64 = 1e-2;
+/// Halvings of an advance that ends in a solid.
+const HALVINGS: usize = 60;
+/// Rows of nodes of a bed that is the same along the second axis.
+const ROWS: usize = 4;
+
+/// Terrain as the bed of a plan or, where it is the same along y, of a profile.
+pub struct Sampled {
+    terrain: Terrain,
+    /// Where a profile lies (m).
+    y: f64,
+}
+
+impl Sampled {
+    /// The bed of a terrain.
+    pub fn new(terrain: Terrain) -> Self {
+        let raster = terrain.raster();
+        let y = 0.5 * (raster.origin[1] + raster.end()[1]);
+        Self { terrain, y }
+    }
+}
+
+impl<const D: usize> Surface<D> for Sampled {
+    fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>> {
+        let bed = self.terrain.bed(x[0], x.get(1).copied().unwrap_or(self.y))?;
+        let [xx, xy, yy] = bed.hessian;
+        let curvature = [[xx, xy], [xy, yy]];
+        Some(BedPoint {
+            level: bed.height,
+            slope: std::array::from_fn(|c| bed.gradient[c]),
+            curvature: std::array::from_fn(|c| std::array::from_fn(|k| curvature[c][k])),
+        })
+    }
+
+    fn cell(&self) -> Option<f64> {
+        let [dx, dy] = self.terrain.raster().spacing;
+        Some(dx.min(dy))
+    }
+}
+
+/// The faces that a vertical line meets first from above, at nodes `spacing` (m) apart over the domain, or at those of `raster`.
+/// The obstacle of that number counts by its heights, those of `raster`.
+pub fn faces<const D: usize>(
+    case: &Case,
+    spacing: f64,
+    raster: Option<(usize, Raster)>,
+) -> Result<Raster, CaseError> {
+    let (own, mut raster) = match raster {
+        Some((number, raster)) => (Some(number), raster),
+        None => (None, nodes::<D>(case, spacing)),
+    };
+    let spacing = raster.spacing[0].min(raster.spacing[1]);
+    let columns = raster.columns;
+    let line = |raster: &Raster, number: usize| raster.place(number % columns, number / columns);
+    // A profile has the same faces in every row.
+    let count = if D == 1 { columns } else { raster.values.len() };
+    let found: Vec<f64> = if D == 1 {
+        let standing = case.standing::<2>()?;
+        (0..count)
+            .map(|k| face(case, &standing, own, &line(&raster, k)[..1], spacing))
+            .collect::<Result<_, _>>()?
+    } else {
+        let standing = case.standing::<3>()?;
+        (0..count)
+            .map(|k| face(case, &standing, own, &line(&raster, k), spacing))
+            .collect::<Result<_, _>>()?
+    };
+    for (number, value) in raster.values.iter_mut().enumerate() {
+        // The larger one; of none and a number the number.
+        *value = value.max(found[number % count]);
+    }
+    Ok(raster)
+}
+
+/// Nodes over the domain, without a height.
+fn nodes<const D: usize>(case: &Case, spacing: f64) -> Raster {
+    let count = |c: usize| ((case.domain.max[c] - case.domain.min[c]) / spacing - 1e-9).ceil() as usize + 1;
+    let rows = if D == 1 { ROWS } else { count(1).max(ROWS) };
+    let low = |c: usize| if c < D { case.domain.min[c] } else { 0.0 };
+    Raster::from_function([count(0).max(ROWS), rows], [low(0), low(1)], [spacing; 2], |_, _| f64::NAN)
+}
+
+/// Height of the highest face over a place in plan (m), but of obstacle `without`; not-a-number where there is none.
+fn face<const N: usize>(
+    case: &Case,
+    standing: &[Standing<'_, N>],
+    without: Option<usize>,
+    x: &[f64],
+    spacing: f64,
+) -> Result<f64, CaseError> {
+    let (bottom, top) = (case.domain.min[N - 1], case.domain.max[N - 1]);
+    let at = |z: f64| std::array::from_fn(|c| if c + 1 < N { x[c] } else { z });
+    let mut highest = f64::NAN;
+    for Standing { number, surface, .. } in standing.iter().filter(|of| Some(of.number) != without) {
+        if surface.contains(&at(top)) {
+            let place: Vec<f64> = x.iter().zip(case.origin()).map(|(x, origin)| x + origin).collect();
+            let problem = format!("stands higher than the domain at {place:?} m: a bed ends below");
+            return Err(CaseError::new(format!("obstacles[{number}].shape"), problem));
+        }
+        let (mut above, mut z) = (top, top);
+        while z >= bottom && !surface.contains(&at(z)) {
+            let Some(gap) = surface.gap(&at(z), f64::INFINITY) else { break };
+            above = z;
+            z -= gap.distance.max(ADVANCE * spacing);
+        }
+        if !surface.contains(&at(z)) {
+            continue;
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (above + z);
+            if surface.contains(&at(middle)) { z = middle } else { above = middle }
+        }
+        highest = highest.max(z);
+    }
+    Ok(highest)
+}
