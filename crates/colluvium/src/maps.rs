@@ -4,12 +4,12 @@ use std::path::Path;
 
 use colluvium_points::{Raster, Shape};
 
-use crate::case::Case;
 use crate::case::output::OutputError;
+use crate::case::{Case, CaseError};
 use crate::plots::{Cells, TerrainMap};
 
 /// Folder of the rasters in that of a run.
-const RASTERS: &str = "rasters";
+pub(crate) const RASTERS: &str = "rasters";
 
 /// Rasters that have a map, the most telling first, and what their colours mean.
 const SHOWN: [(&str, &str); 7] = [
@@ -53,6 +53,20 @@ pub fn maps(folder: &Path) -> Result<Vec<(String, TerrainMap)>, OutputError> {
     there.into_iter().map(map).collect()
 }
 
+/// The map of a raster of a case.
+///
+/// # Errors
+/// When the terrain of the case cannot be read.
+pub fn map(case: &Case, raster: Raster, title: &str, label: &str) -> Result<TerrainMap, CaseError> {
+    Ok(TerrainMap {
+        title: title.to_owned(),
+        label: label.to_owned(),
+        heights: heights(case)?,
+        cells: cells(raster, &[0.0; 3]),
+        outlines: outlines(case),
+    })
+}
+
 fn cells(raster: Raster, origin: &[f64; 3]) -> Cells {
     let place = [raster.origin[0] + origin[0], raster.origin[1] + origin[1]];
     Cells {
@@ -64,7 +78,7 @@ fn cells(raster: Raster, origin: &[f64; 3]) -> Cells {
 }
 
 /// Heights of the terrain (m), at coordinates of the map.
-fn heights(case: &Case) -> Result<Option<Cells>, crate::case::CaseError> {
+fn heights(case: &Case) -> Result<Option<Cells>, CaseError> {
     for number in 0..case.obstacles.len() {
         if let Some(raster) = case.heights(number)? {
             return Ok(Some(cells(raster, &case.origin())));

@@ -80,3 +80,53 @@ fn rasters_are_refused_by_methods_that_have_none() {
     let (code, said, errors) = colluvium(folder, &["check", "debris-flow.json"]);
     assert!(code == 0, "the layer is a body of the material point method too: {said} {errors}");
 }
+
+#[test]
+fn a_sweep_tells_how_many_of_its_runs_reach_a_threshold() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    assert_eq!(colluvium(folder, &["new", "debris-flow"]).0, 0);
+    change(folder, |case| {
+        case["stages"][0]["duration"] = json!(8);
+        case["methods"]["depth-sph"]["spacing"] = json!(5);
+    });
+    let sweep = |exceedance: Value| {
+        let sweep = json!({
+            "title": "friction", "case": "debris-flow.json",
+            "parameters": { "friction": { "at": ["methods.depth-sph.basal.friction_angle"], "values": [3, 15, 28] } },
+            "exceedance": exceedance
+        });
+        fs::write(folder.join("sweep.json"), sweep.to_string()).unwrap();
+    };
+    sweep(json!({ "peak_velocity": [2, 500], "peak_thickness_vertical": [0.5] }));
+    let (code, _, errors) = colluvium(folder, &["sweep", "sweep.json", "--out", "out", "--jobs", "1"]);
+    assert_eq!(code, 0, "{errors}");
+    let runs: Vec<_> = (1..=3)
+        .map(|run| read_raster(&folder.join(format!("out/run-000{run}/rasters/peak_velocity.asc"))).unwrap())
+        .collect();
+    let share = read_raster(&folder.join("out/rasters/exceedance-peak_velocity-2.tif")).unwrap();
+    let mut seen = [0; 4];
+    for (cell, value) in share.values.iter().enumerate() {
+        let count = runs.iter().filter(|run| run.values[cell] >= 2.0).count();
+        seen[count] += 1;
+        let exact = if count == 0 { f64::NAN } else { count as f64 / 3.0 };
+        assert!(value.is_nan() && exact.is_nan() || (value - exact).abs() < 1e-12, "{value} {exact}");
+    }
+    assert!(seen[1] > 0 && seen[0] > 0, "{seen:?}");
+    assert!(folder.join("out/rasters/exceedance-peak_thickness_vertical-0.5.png").exists());
+    assert!(!folder.join("out/rasters/exceedance-peak_velocity-500.asc").exists());
+    let table = fs::read_to_string(folder.join("out/rasters/exceedance.csv")).unwrap();
+    assert!(table.contains("peak_velocity,500,m/s,3,3,0"), "{table}");
+    for (exceedance, problem) in [
+        (json!({ "peak_height": [1] }), "exceedance.peak_height: is not a raster"),
+        (json!({ "peak_velocity": [0] }), "exceedance.peak_velocity[0]: 0 must be positive"),
+        (
+            json!({ "peak_thickness_vertical": [0.01] }),
+            "exceedance.peak_thickness_vertical[0]: 0.01 m is below",
+        ),
+    ] {
+        sweep(exceedance);
+        let (code, _, errors) = colluvium(folder, &["sweep", "sweep.json", "--check"]);
+        assert!(code != 0 && errors.contains(problem), "{errors}");
+    }
+}

@@ -1,6 +1,7 @@
 //! Sweeps: one case with other values of its parameters, for sensitivity, back-analysis and convergence.
 
 mod convergence;
+mod exceedance;
 mod path;
 mod plan;
 mod run;
@@ -39,6 +40,11 @@ pub struct Sweep {
     /// What was observed, by the name of a column of the measures: the table says how far each run is from it.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub targets: BTreeMap<String, Target>,
+    /// Thresholds of the rasters of the runs, by the name of the raster: `peak_thickness_vertical`, `final_thickness_vertical` (m),
+    /// `peak_velocity` (m/s), `peak_dynamic_pressure` (Pa). The sweep writes a raster with the share of the runs that reach each of
+    /// them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub exceedance: BTreeMap<String, Vec<f64>>,
     /// A study of convergence in one of the parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convergence: Option<Convergence>,
@@ -113,7 +119,8 @@ impl Sweep {
         sweep.check()?;
         let file = path.parent().unwrap_or(Path::new("")).join(&sweep.case);
         let (base, folder) = (json::value(&file)?, file.parent().unwrap_or(Path::new("")));
-        Case::from_value(&base, folder).map_err(|errors| errors.in_file(&file))?;
+        let case = Case::from_value(&base, folder).map_err(|errors| errors.in_file(&file))?;
+        sweep.check_exceedance(&case)?;
         let members = sweep.members(&base, folder)?;
         Ok((sweep, members))
     }

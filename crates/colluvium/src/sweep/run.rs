@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use thiserror::Error;
 
-use super::{Member, Results, Row, Sweep, table};
+use super::{Member, Results, Row, Sweep, exceedance, table};
 use crate::case::description::Measure;
 use crate::case::output::{OutputError, read_json, write_atomically};
 use crate::case::run::Ending;
@@ -127,6 +127,7 @@ pub fn run<'a>(
     ends.into_iter().collect::<Result<(), _>>()?;
     let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
     results.draw(&options.out, &measured(members))?;
+    exceedance::write(sweep, &options.out, members, &results.rows, &|number| folder(&options.out, number))?;
     Ok(results)
 }
 
@@ -173,7 +174,7 @@ fn clear(out: &Path) -> Result<(), OutputError> {
         let path = entry.map_err(fail)?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let run = is_folder(&name) && path.join("summary.json").exists();
-        if run || name == table::PICTURES {
+        if run || name == table::PICTURES || name == exceedance::RASTERS {
             fs::remove_dir_all(&path).map_err(fail)?;
         } else if table::TABLES.contains(&name.as_str()) {
             fs::remove_file(&path).map_err(fail)?;

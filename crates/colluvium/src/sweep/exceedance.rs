@@ -1,0 +1,140 @@
+//! How many of the runs of a sweep exceed a threshold, cell by cell.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use colluvium_points::Raster;
+use colluvium_terrain::{read_raster, write_raster};
+
+use super::{Member, Row, Sweep};
+use crate::case::output::{OutputError, write_atomically};
+use crate::case::{Case, CaseError, CaseErrors};
+use crate::maps;
+use crate::plots::Picture;
+
+/// Name of the folder of these rasters.
+pub(super) const RASTERS: &str = "rasters";
+
+/// Rasters of a run that have thresholds, what they mean, and their units.
+const KNOWN: [(&str, &str, &str); 6] = [
+    ("peak_thickness_vertical", "peak thickness", "m"),
+    ("peak_thickness_normal", "peak thickness", "m"),
+    ("final_thickness_vertical", "final thickness", "m"),
+    ("final_thickness_normal", "final thickness", "m"),
+    ("peak_velocity", "peak velocity", "m/s"),
+    ("peak_dynamic_pressure", "peak dynamic pressure", "Pa"),
+];
+
+impl Sweep {
+    /// Checks the thresholds against what a case writes.
+    pub(super) fn check_exceedance(&self, case: &Case) -> Result<(), CaseErrors> {
+        for (name, thresholds) in &self.exceedance {
+            let path = format!("exceedance.{name}");
+            let fail = |path: String, problem: String| Err(CaseError::new(path, problem).into());
+            if !KNOWN.iter().any(|(known, ..)| known == name) {
+                let known: Vec<&str> = KNOWN.iter().map(|(known, ..)| *known).collect();
+                return fail(
+                    path,
+                    format!("is not a raster with thresholds; there are {}", known.join(", ")),
+                );
+            }
+            let Some(rasters) = &case.output.rasters else {
+                return fail(path, "the case writes no rasters: give it output.rasters".to_owned());
+            };
+            for (k, threshold) in thresholds.iter().enumerate() {
+                if !(*threshold > 0.0 && threshold.is_finite()) {
+                    return fail(format!("{path}[{k}]"), format!("{threshold} must be positive"));
+                }
+                if name.starts_with("peak_thickness") && *threshold < rasters.threshold {
+                    let problem =
+                        format!("{threshold} m is below output.rasters.threshold, {} m", rasters.threshold);
+                    return fail(format!("{path}[{k}]"), problem);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether two rasters have the same cells.
+fn same_cells(a: &Raster, b: &Raster) -> bool {
+    (a.columns, a.rows, a.origin, a.spacing) == (b.columns, b.rows, b.origin, b.spacing)
+}
+
+/// Writes, for each threshold, the share of the complete runs that reach it: cells that none does hold no data. Nothing while runs
+/// are still to be done.
+///
+/// # Errors
+/// When a raster cannot be read or written, or two runs have other cells.
+pub(super) fn write(
+    sweep: &Sweep,
+    out: &Path,
+    members: &[Member],
+    rows: &[Row],
+    folder: &dyn Fn(usize) -> PathBuf,
+) -> Result<(), OutputError> {
+    let done = rows.iter().all(|row| row.status == "completed" || row.status == "failed");
+    let complete: Vec<usize> = (0..rows.len()).filter(|&number| rows[number].status == "completed").collect();
+    if sweep.exceedance.is_empty() || complete.is_empty() || !done {
+        return Ok(());
+    }
+    let own = out.join(RASTERS);
+    fs::create_dir_all(&own).map_err(|error| OutputError::new(&own, error))?;
+    let mut table = "raster,threshold,unit,runs,of,cells\n".to_owned();
+    for (name, thresholds) in &sweep.exceedance {
+        let rasters = rasters(name, &complete, folder)?;
+        let (_, meaning, unit) = KNOWN.into_iter().find(|(known, ..)| known == name).unwrap_or_default();
+        for threshold in thresholds {
+            let share = rasters.first().map(|first| exceeding(first, &rasters, *threshold, complete.len()));
+            let share = share.filter(|share| share.values.iter().any(|value| value.is_finite()));
+            let cells =
+                share.iter().flat_map(|share| &share.values).filter(|value| value.is_finite()).count();
+            let _ = writeln!(table, "{name},{threshold},{unit},{},{},{cells}", complete.len(), rows.len());
+            let Some(share) = share else { continue };
+            let file = |ending: &str| own.join(format!("exceedance-{name}-{threshold}.{ending}"));
+            for ending in ["asc", "tif"] {
+                let file = file(ending);
+                write_raster(&file, &share).map_err(|error| OutputError::new(&file, error.problem))?;
+            }
+            let label =
+                format!("share of {} runs with {meaning} of {threshold} {unit} or more", complete.len());
+            let picture = file("png");
+            let map = maps::map(&members[complete[0]].case, share, &sweep.title, &label);
+            map.map_err(|error| OutputError::new(&picture, error))?.write(&picture)?;
+        }
+    }
+    write_atomically(&own.join("exceedance.csv"), table.as_bytes())
+}
+
+/// The rasters of that name; a run in which no cell was reached has none.
+fn rasters(
+    name: &str,
+    complete: &[usize],
+    folder: &dyn Fn(usize) -> PathBuf,
+) -> Result<Vec<Raster>, OutputError> {
+    let mut rasters: Vec<Raster> = Vec::new();
+    for &number in complete {
+        let file = folder(number).join(maps::RASTERS).join(format!("{name}.asc"));
+        if !file.exists() {
+            continue;
+        }
+        let raster = read_raster(&file).map_err(|error| OutputError::new(&file, error.problem))?;
+        if rasters.first().is_some_and(|first| !same_cells(first, &raster)) {
+            let problem =
+                "has other cells than the runs before: give all of them the same output.rasters.cell";
+            return Err(OutputError::new(&file, problem));
+        }
+        rasters.push(raster);
+    }
+    Ok(rasters)
+}
+
+/// Share of `runs` that reach a threshold.
+fn exceeding(first: &Raster, rasters: &[Raster], threshold: f64, runs: usize) -> Raster {
+    let share = |cell: usize| {
+        let count = rasters.iter().filter(|raster| raster.values[cell] >= threshold).count();
+        if count == 0 { f64::NAN } else { count as f64 / runs as f64 }
+    };
+    Raster { values: (0..first.values.len()).map(share).collect(), ..first.clone() }
+}
