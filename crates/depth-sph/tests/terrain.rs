@@ -108,7 +108,10 @@ fn a_lake_in_a_basin_of_a_raster_stays_at_rest() {
     value["domain"] = json!({ "min": [0, 0, 0], "max": [40, 20, 10] });
     value["methods"]["depth-sph"] =
         json!({ "spacing": 0.25, "surface_gradient": true, "terrain_smoothing": 0 });
-    let solver = run(&case(folder.path(), &value), 10.0);
+    let case = case(folder.path(), &value);
+    let warnings = DepthSph.plan(&case).unwrap().warnings;
+    assert!(warnings.iter().any(|warning| warning.contains("% of it lies below the bed")), "{warnings:?}");
+    let solver = run(&case, 10.0);
     let snapshot = solver.snapshot();
     let depth = snapshot.scalars("depth").unwrap();
     let speeds = match &snapshot.field("velocity").unwrap().data {
@@ -180,6 +183,10 @@ fn terrain_that_is_none_is_refused_by_path() {
     );
     let off = json!({ "kind": "box", "min": [28, 8, 0], "max": [34, 12, 40] });
     starts(refused(&|v| v["bodies"][0]["shape"] = off.clone()), "bodies[0].shape: there is no ground below");
+    starts(
+        refused(&|v| v["methods"]["depth-sph"]["frame"] = json!("bed-fitted")),
+        "methods.depth-sph.frame: an obstacle is the bed",
+    );
     starts(refused(&|v| v["gravity"] = json!([1, 0, -9])), "gravity[0]: must be 0 over an obstacle");
     let floor = json!([{ "side": "z-min", "position": 20, "wall": { "kind": "smooth" } }]);
     starts(

@@ -12,12 +12,16 @@ use crate::nodes::Node;
 /// Share of the domain's height by which a body may stand above the bed, or bodies apart, by round-off.
 const SLACK: f64 = 1e-6;
 
+/// Nodes of each set, and what deserves a warning.
+type Filled<const D: usize> = (Vec<Vec<Node<D>>>, Vec<String>);
+
 /// The nodes of each set.
 pub fn nodes<const D: usize>(
     case: &Case,
     options: &DepthOptions,
     bed: &Bed<D>,
-) -> Result<Vec<Vec<Node<D>>>, CaseError> {
+) -> Result<Filled<D>, CaseError> {
+    let mut warnings = Vec::new();
     let mut sets = vec![Vec::new(); if options.phases == Phases::One { 1 } else { 2 }];
     let upper =
         |body: &Body| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(&body.name));
@@ -41,13 +45,19 @@ pub fn nodes<const D: usize>(
         if let Some(exact) = exact.filter(|_| volume > 0.0 && volume >= (1.0 - SLACK) * whole) {
             own.iter_mut().for_each(|node: &mut Node<D>| node.volume *= exact / volume);
         }
+        if volume < (1.0 - SLACK) * whole {
+            let below = 100.0 * (1.0 - volume / whole);
+            warnings.push(format!(
+                "bodies[{number}].shape: {below:.1} % of it lies below the bed; only what is above flows"
+            ));
+        }
         share(options, &mut sets, own, upper(body));
     }
     if sets.iter().all(Vec::is_empty) {
         let problem = "none stands on a point of the lattice: make methods.depth-sph.spacing smaller";
         return Err(CaseError::new("bodies", problem));
     }
-    Ok(sets)
+    Ok((sets, warnings))
 }
 
 fn node<const D: usize>(

@@ -127,9 +127,10 @@ fn made<const D: usize>(
 ) -> Result<(DepthSolver<D>, Vec<String>), CaseError> {
     let ground = ground::ground::<D>(case, options)?;
     let maps = rasters::maps(case, &ground, options.spacing)?;
-    let Ground { bed, warnings, .. } = ground;
+    let Ground { bed, mut warnings, .. } = ground;
     let settings = settings::<D>(case, options)?;
-    let nodes = bodies::nodes::<D>(case, options, &bed)?;
+    let (nodes, of_bodies) = bodies::nodes::<D>(case, options, &bed)?;
+    warnings.extend(of_bodies);
     let ends = ends::<D>(case, 0);
     let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
     let mut flow = Flow::new(settings, bed, ends, &nodes).map_err(failed)?;
@@ -145,6 +146,9 @@ fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Setti
     let frame = match options.frame {
         Some(frame) if tilted && frame != Frame::BedFitted => {
             return Err(own("frame", "gravity is tilted over a flat bed: the frame is bed-fitted"));
+        }
+        Some(Frame::BedFitted) if !case.obstacles.is_empty() => {
+            return Err(own("frame", "an obstacle is the bed, and has slopes: depth is vertical over it"));
         }
         Some(frame) => frame,
         None if tilted => Frame::BedFitted,
