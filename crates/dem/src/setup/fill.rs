@@ -1,7 +1,7 @@
 //! Bodies as grains.
 
 use colluvium_case::description::Body;
-use colluvium_case::{Case, CaseError, spatial};
+use colluvium_case::{Case, CaseError, Standing, spatial};
 use colluvium_points::Shape;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,6 +13,9 @@ use crate::specimen::{Container, pack};
 /// More grains than this do not fit in numbers.
 const MOST: usize = u32::MAX as usize / 2;
 
+/// Overlap with an obstacle over the radius below which a grain counts as touching.
+const CLOSE: f64 = 1e-6;
+
 /// A grain that is placed.
 type Placed<const D: usize> = ([f64; D], f64);
 
@@ -22,10 +25,18 @@ pub(super) fn of_body(options: &DemOptions, body: &Body) -> Option<Fill> {
     own.or_else(|| options.grains.get(&body.material).and_then(|kind| kind.fill))
 }
 
-/// Fills all bodies.
+/// Whether a grain beside an obstacle reaches into it: the centre of one in an obstacle is no matter of the filling.
+fn leans_in<const D: usize>(standing: &[Standing<'_, D>], (x, radius): &Placed<D>) -> bool {
+    standing.iter().any(|Standing { surface, .. }| {
+        surface.gap(x, *radius).is_some_and(|gap| gap.distance > 0.0 && gap.distance < radius * (1.0 - CLOSE))
+    })
+}
+
+/// Fills all bodies, with grains that touch no obstacle where they are not listed by the case.
 pub(super) fn fill<const D: usize, const R: usize>(
     case: &Case,
     options: &DemOptions,
+    standing: &[Standing<'_, D>],
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
@@ -39,7 +50,13 @@ pub(super) fn fill<const D: usize, const R: usize>(
                     |sample: &colluvium_points::Sample<D>| (sample.position, radius_of::<D>(sample.volume));
                 list.samples::<D>().iter().map(of).collect()
             }
-            None => place::<D>(case, options, (body, &path), kind, &mut random)?,
+            None => {
+                let mut placed = place::<D>(case, options, (body, &path), kind, &mut random)?;
+                if !matches!(of_body(options, body), Some(Fill::Single)) {
+                    placed.retain(|grain| !leans_in(standing, grain));
+                }
+                placed
+            }
         };
         if placed.is_empty() {
             let problem = "holds no grain: it is smaller than the grains, or than the pitch of their lattice";

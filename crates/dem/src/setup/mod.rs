@@ -109,8 +109,8 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         .map(|(name, kind)| Kind { name: name.clone(), density: kind.density })
         .collect();
     let mut grains = Grains::default();
-    fill::fill(case, &options, &mut grains)?;
     let standing = case.standing::<D>()?;
+    fill::fill(case, &options, &standing, &mut grains)?;
     for body in 0..case.bodies.len() {
         let of_body = (0..grains.len()).filter(|&i| grains.body[i] as usize == body && !grains.held[i]);
         let places: Vec<[f64; D]> = of_body.map(|i| grains.position[i]).collect();

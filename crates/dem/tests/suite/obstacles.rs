@@ -141,6 +141,26 @@ fn a_run_on_an_obstacle_goes_on_from_where_it_was_saved() {
 }
 
 #[test]
+fn a_body_beside_a_slope_is_filled_with_grains_that_touch_it_and_lean_into_nothing() {
+    let mut case = Scene::new(linear(1e5, 0.2, 0.5, 0.5)).disk([0.0, 0.0], 1.0, [0.0; 2], 0.0).json();
+    // A triangle on a slope of 30 degrees.
+    let (sin, cos) = 30f64.to_radians().sin_cos();
+    case["bodies"] = json!([{ "name": "heap", "material": "grain",
+        "shape": { "kind": "polygon", "vertices": [[0, 0], [10.0 * cos, -10.0 * sin], [10.0 * cos, 2.0]] } }]);
+    case["obstacles"] = json!([{ "name": "slope", "wall": { "kind": "smooth" },
+        "shape": { "kind": "plane", "point": [0, 0], "normal": [sin, cos] } }]);
+    case["methods"]["dem"]["bodies"] = json!({});
+    case["methods"]["dem"]["grains"] = json!({ "grain": { "density": 2000, "diameter": { "distribution": "equal", "value": 0.4 },
+        "fill": { "kind": "lattice", "packing": "square" } } });
+    let solver = disks(&Case::from_json(&case.to_string()).unwrap()).unwrap();
+    let snapshot = solver.snapshot();
+    assert!(snapshot.positions.len() > 50);
+    let gaps = snapshot.positions.iter().map(|x| sin * x[0] + cos * x[1] - 0.2);
+    let least = gaps.fold(f64::INFINITY, f64::min);
+    assert!((-1e-6..0.2).contains(&least), "{least}");
+}
+
+#[test]
 fn a_grain_in_an_obstacle_is_refused_with_its_place() {
     let value = resting(2, &json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] }), 0.5);
     let problem = disks(&case(&value)).map(|_| ()).unwrap_err().to_string();

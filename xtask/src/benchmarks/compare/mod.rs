@@ -3,13 +3,15 @@
 mod aluminium_bars;
 mod dam_break;
 mod inclined_block;
+mod slide;
 
 use colluvium::plots::LineChart;
 
 use crate::benchmarks::Benchmark;
 
 /// The benchmarks, in the order of the report.
-pub const ALL: &[Benchmark] = &[inclined_block::BENCHMARK, dam_break::BENCHMARK, aluminium_bars::BENCHMARK];
+pub const ALL: &[Benchmark] =
+    &[inclined_block::BENCHMARK, dam_break::BENCHMARK, aluminium_bars::BENCHMARK, slide::BENCHMARK];
 
 /// A chart with its labels.
 fn chart(title: &str, x: &str, y: &str) -> LineChart {

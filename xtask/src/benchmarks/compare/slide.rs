@@ -1,0 +1,99 @@
+//! A layer of sand that slides down a terrain raster in space: MPM, SPH, DEM and depth-integrated flow.
+
+use colluvium::case::{Case, RunReport, Snapshot};
+use colluvium::plots::{PointCloud, Series, Style};
+
+use super::chart;
+use crate::analysis::larger;
+use crate::benchmarks::{Benchmark, Outcome, case, run_by, scalars};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "compare/slide",
+    title: "Slide on a terrain raster: MPM, SPH, DEM and depth-integrated flow",
+    source: "agreement of methods; a mass point on the slope",
+    quick: Some(60),
+    full: 60,
+    run: benchmark,
+};
+
+const GRAVITY: f64 = 9.81;
+/// Fall of the upper slope (degrees), friction of the terrain.
+const ANGLE: f64 = 32.0;
+const FRICTION: f64 = 0.4;
+
+fn benchmark(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let case = case("compare/slide")?;
+    let mut picture = chart("Centre of mass of a slide on a raster", "time (s)", "x (m)");
+    let mut found = Vec::new();
+    for method in ["mpm", "sph", "dem", "depth-sph"] {
+        let report = run_by(method, &case)?;
+        outcome.near(
+            format!("{method}: mass at the end over that at the start"),
+            1.0,
+            1e-12,
+            report.end.mass / report.start.mass,
+            "exact",
+        );
+        let path: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, centre(frame))).collect();
+        picture.series.push(Series::new(method, path.clone(), Style::Line));
+        above_ground(&mut outcome, method, &case, &report)?;
+        if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 2]) {
+            outcome.png(&format!("{method} after 6 s, from the side."), &cloud)?;
+        }
+        found.push((method, path));
+    }
+    judge(&mut outcome, &found);
+    let acceleration = GRAVITY * (ANGLE.to_radians().sin() - FRICTION * ANGLE.to_radians().cos());
+    let start = found.first().and_then(|(_, path)| path.first()).map_or(f64::NAN, |first| first.1);
+    let along = |t: f64| (t, start + 0.5 * acceleration * t * t * ANGLE.to_radians().cos());
+    let point = (0..=20).map(|k| along(0.15 * f64::from(k))).collect();
+    picture.series.push(Series::new("mass point on the upper slope", point, Style::Dashed));
+    outcome.svg("The centre of mass in time.", &picture)?;
+    Ok(outcome)
+}
+
+/// Centre of mass along x (m).
+fn centre(snapshot: &Snapshot) -> f64 {
+    let mass = scalars(snapshot, "mass");
+    mass.iter().zip(&snapshot.positions).map(|(m, x)| m * x[0]).sum::<f64>() / mass.iter().sum::<f64>()
+}
+
+/// No centre of a point may lie under the terrain in any frame.
+fn above_ground(outcome: &mut Outcome, method: &str, case: &Case, report: &RunReport) -> Result<(), String> {
+    let standing = case.standing::<3>().map_err(|error| error.to_string())?;
+    let places = report.frames.iter().flat_map(|frame| &frame.positions);
+    let deep = places.filter(|x| standing[0].surface.contains(x)).filter_map(|x| {
+        let gap = standing[0].surface.gap(x, f64::INFINITY)?;
+        Some(-gap.distance)
+    });
+    outcome.below(
+        format!("{method}: largest depth of a point's centre under the terrain (m)"),
+        "none",
+        deep.fold(0.0, larger),
+        0.05,
+        "a tenth of the distance of points",
+    );
+    Ok(())
+}
+
+/// All have the same friction and start from the same place.
+fn judge(outcome: &mut Outcome, found: &[(&str, Vec<(f64, f64)>)]) {
+    let [mpm, sph, dem, flow] = found else { return };
+    let way =
+        |path: &[(f64, f64)]| path.last().map_or(f64::NAN, |p| p.1) - path.first().map_or(f64::NAN, |p| p.1);
+    for (one, band, reason) in [
+        (sph, 0.05, "5 %: the same law of the material and of the floor on points as far apart"),
+        (flow, 0.1, "10 %: the same floor, and a mass that is thin against its length"),
+        (dem, 0.2, "20 %: grains whose rolling on the floor the continua do not have"),
+    ] {
+        outcome.near(
+            format!("{}: way of the centre of mass in 6 s, against mpm (m)", one.0),
+            way(&mpm.1),
+            band,
+            way(&one.1),
+            reason,
+        );
+    }
+}
