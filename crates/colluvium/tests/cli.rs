@@ -401,9 +401,23 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
             output(colluvium().args(["plot", "--field", "pressure", "--format", format]).arg(&out));
         assert_eq!(code, 0, "{errors}");
         let ending = format!(".{format}");
-        let mut pictures = names_in(&out);
+        let mut pictures = names_in(&out.join("plots"));
         pictures.retain(|name| name.ends_with(&ending));
         assert_eq!(pictures, PICTURES.map(|name| format!("{name}{ending}")), "{format}");
+    }
+    assert!(!names_in(&out).iter().any(|name| name.ends_with(".png")), "no picture among the results");
+    let film = folder.path().join("film");
+    let arguments =
+        ["plot", "--fields", "pressure,velocity", "--frame", "all", "--range", "-10,200", "--gif", "--out"];
+    let (code, said, errors) = output(colluvium().args(arguments).arg(&film).arg(&out));
+    assert!(code == 0 && said.contains("velocity.gif shows 10 of 10 frames"), "{said} {errors}");
+    let names = names_in(&film);
+    let count = |begin: &str| names.iter().filter(|name| name.starts_with(begin)).count();
+    assert_eq!((count("pressure"), count("velocity")), (11, 11), "{names:?}");
+    assert_eq!(fs::read(film.join("pressure.gif")).unwrap()[..6], *b"GIF89a");
+    for wrong in ["200,-10", "1", "a,b", "0,inf"] {
+        let (code, _, errors) = output(colluvium().args(["plot", "--range", wrong]).arg(&out));
+        assert!(code == 2 && errors.contains("--range"), "{wrong}: {errors}");
     }
     assert_eq!(output(colluvium().args(["plot", "--frame", "999"]).arg(&out)).0, 2);
     assert_eq!(output(colluvium().args(["plot", "--field", "colour"]).arg(&out)).0, 2);

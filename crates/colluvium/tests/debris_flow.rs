@@ -60,7 +60,7 @@ fn terrain_and_release_area_go_in_and_rasters_and_maps_come_out() {
     }
     assert!(fs::metadata(out.join("rasters/map.png")).unwrap().len() > 10_000);
     let (code, _, errors) = colluvium(folder, &["plot", "debris-flow-depth-sph"]);
-    assert!(code == 0 && out.join("map-peak_velocity.png").exists(), "{errors}");
+    assert!(code == 0 && out.join("plots/map-peak_velocity.png").exists(), "{errors}");
     let (code, _, errors) = colluvium(folder, &["report", "debris-flow-depth-sph"]);
     let page = fs::read_to_string(out.join("report.html")).unwrap();
     assert!(code == 0 && page.contains("Maps") && page.contains("peak dynamic pressure"), "{errors}");

@@ -4,6 +4,7 @@
 mod animation;
 mod chart;
 mod cloud;
+mod film;
 mod map;
 
 use std::path::Path;
@@ -17,6 +18,7 @@ use colluvium_case::output::{OutputError, write_atomically};
 pub use animation::{Animation, BYTES, Classes, Panel, SCRIPT, STYLE, Scale, View};
 pub use chart::{LineChart, Series, Style};
 pub use cloud::{PointCloud, Shared};
+pub use film::to_gif;
 pub use map::{Cells, TerrainMap};
 
 /// Name under which the built-in font is registered.
@@ -67,11 +69,11 @@ pub trait Picture {
         Ok(text)
     }
 
-    /// The picture as the bytes of a PNG file.
+    /// The picture as red, green and blue of each pixel, row by row.
     ///
     /// # Errors
     /// When the back end fails.
-    fn to_png(&self) -> Result<Vec<u8>, String> {
+    fn to_pixels(&self) -> Result<Vec<u8>, String> {
         load_font();
         let (width, height) = self.size();
         let mut pixels = vec![0; 3 * width as usize * height as usize];
@@ -80,6 +82,16 @@ pub trait Picture {
             self.draw(&area)?;
             area.present().map_err(|error| error.to_string())?;
         }
+        Ok(pixels)
+    }
+
+    /// The picture as the bytes of a PNG file.
+    ///
+    /// # Errors
+    /// When the back end fails.
+    fn to_png(&self) -> Result<Vec<u8>, String> {
+        let (width, height) = self.size();
+        let pixels = self.to_pixels()?;
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, width, height);
         encoder.set_color(png::ColorType::Rgb);

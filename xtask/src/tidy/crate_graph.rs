@@ -145,7 +145,7 @@ const RESERVED: [(&str, Option<&str>); 5] = [
 ];
 
 /// What programs need, and a library user of a method does not build.
-const PROGRAMS: [&str; 5] = ["clap", "ctrlc", "plotters", "png", "sysinfo"];
+const PROGRAMS: [&str; 6] = ["clap", "ctrlc", "gif", "plotters", "png", "sysinfo"];
 
 /// All that the constitutive core may depend on: a finite-element code uses it alone.
 const CORE: [&str; 7] =

@@ -3,23 +3,35 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use colluvium::case::output::{Collection, Table};
+use colluvium::case::output::{Collection, Table, write_atomically};
 use colluvium::maps::maps;
 use colluvium::pictures::{charts, cloud, frame, plane};
-use colluvium::plots::Picture;
+use colluvium::plots::{Picture, PointCloud, Shared, to_gif};
 
 use super::{Failure, a_run};
+
+/// Frames of an animation, at most.
+const FILM: usize = 120;
 
 #[derive(Args)]
 pub struct Arguments {
     /// Folder of a run.
     folder: PathBuf,
-    /// Field that colours the points; displacement, or the first there is, when absent.
-    #[arg(long)]
-    field: Option<String>,
-    /// Number of the frame, or `last`.
+    /// Fields that colour the points, separated by commas; displacement, or the first there is, when absent.
+    #[arg(long, alias = "field", value_delimiter = ',')]
+    fields: Vec<String>,
+    /// Number of the frame, `last`, or `all`: all frames then have one scale of colours and one set of axes.
     #[arg(long, default_value = "last")]
     frame: String,
+    /// Values of the first and of the last colour, as LOW,HIGH; those of the field when absent.
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    range: Option<(f64, f64)>,
+    /// Draw an animated GIF of each field, too, of all frames or evenly of 120.
+    #[arg(long)]
+    gif: bool,
+    /// Folder for the pictures; `plots` in the folder of the run when absent.
+    #[arg(long)]
+    out: Option<PathBuf>,
     /// Format of the pictures: png or svg.
     #[arg(long, default_value = "png", value_parser = ["png", "svg"])]
     format: String,
@@ -28,37 +40,100 @@ pub struct Arguments {
     view: Option<String>,
 }
 
+/// Two numbers, the second beyond the first.
+fn range(text: &str) -> Result<(f64, f64), String> {
+    let (low, high) = text.split_once(',').ok_or("give two numbers, LOW,HIGH")?;
+    let number = |part: &str| {
+        let value = part.trim().parse::<f64>().map_err(|_| format!("{part:?} is not a number"))?;
+        if value.is_finite() { Ok(value) } else { Err(format!("{part:?} is not finite")) }
+    };
+    let (low, high) = (number(low)?, number(high)?);
+    if low < high { Ok((low, high)) } else { Err(format!("{low} is not below {high}")) }
+}
+
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let folder = &arguments.folder;
     a_run(folder)?;
+    let frames = Collection::read(&folder.join("frames.pvd"))?.frames;
+    let chosen = chosen(arguments, frames.len())?;
+    let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
+    std::fs::create_dir_all(&out).map_err(|error| Failure::Usage(format!("{}: {error}", out.display())))?;
     let mut written = 0;
-    for (name, chart) in charts(&Table::read(&folder.join("measures.csv"))?) {
-        chart.write(&folder.join(format!("{name}.{}", arguments.format)))?;
+    let mut save = |picture: &dyn Fn(&std::path::Path) -> Result<(), Failure>, name: String| {
         written += 1;
+        picture(&out.join(format!("{name}.{}", arguments.format)))
+    };
+    for (name, chart) in charts(&Table::read(&folder.join("measures.csv"))?) {
+        save(&|file| Ok(chart.write(file)?), name)?;
     }
     for (name, map) in maps(folder)? {
-        map.write(&folder.join(format!("map-{name}.{}", arguments.format)))?;
-        written += 1;
+        save(&|file| Ok(map.write(file)?), format!("map-{name}"))?;
     }
-    points(arguments)?;
-    say!("wrote {} pictures to {}", written + 1, folder.display());
+    let fields: Vec<Option<&str>> = match &arguments.fields[..] {
+        [] => vec![None],
+        names => names.iter().map(|name| Some(name.as_str())).collect(),
+    };
+    for field in fields {
+        for (name, number, cloud) in points(arguments, &frames, &chosen, field)? {
+            save(&|file| Ok(cloud.write(file)?), format!("{name}-{number:05}"))?;
+        }
+        if arguments.gif {
+            let even = evenly(frames.len(), FILM);
+            let clouds = points(arguments, &frames, &even, field)?;
+            let name = clouds.first().map_or_else(String::new, |(name, ..)| name.clone());
+            let clouds: Vec<PointCloud> = clouds.into_iter().map(|(.., cloud)| cloud).collect();
+            let bytes = to_gif(&clouds, 0.1).map_err(Failure::Other)?;
+            write_atomically(&out.join(format!("{name}.gif")), &bytes)?;
+            say!("{name}.gif shows {} of {} frames", even.len(), frames.len());
+        }
+    }
+    say!("wrote {} pictures to {}", written, out.display());
     Ok(())
 }
 
-fn points(arguments: &Arguments) -> Result<(), Failure> {
-    let folder = &arguments.folder;
-    let frames = Collection::read(&folder.join("frames.pvd"))?.frames;
+/// Numbers of the frames that are asked for.
+fn chosen(arguments: &Arguments, count: usize) -> Result<Vec<usize>, Failure> {
     let number = match arguments.frame.as_str() {
-        "last" => frames.len().wrapping_sub(1),
-        text => text.parse().map_err(|_| Failure::Usage(format!("--frame {text}: give a number or last")))?,
+        "all" => return Ok((0..count).collect()),
+        "last" => count.wrapping_sub(1),
+        text => {
+            text.parse().map_err(|_| Failure::Usage(format!("--frame {text}: give a number, last or all")))?
+        }
     };
-    let chosen = frames.get(number).ok_or_else(|| {
-        Failure::Usage(format!("--frame {}: the run has {} frames", arguments.frame, frames.len()))
-    })?;
-    let asked = arguments.field.as_deref();
-    let plane = plane(folder, arguments.view.as_deref())?;
-    let (field, cloud) = cloud(&frame(folder, chosen)?, asked, plane).map_err(|known| {
-        Failure::Usage(format!("--field {}: the frame has {known}", asked.unwrap_or_default()))
-    })?;
-    Ok(cloud.write(&folder.join(format!("{field}-{number:05}.{}", arguments.format)))?)
+    if number < count {
+        return Ok(vec![number]);
+    }
+    Err(Failure::Usage(format!("--frame {}: the run has {count} frames", arguments.frame)))
+}
+
+/// Numbers of at most `most` of `count` frames, evenly from the first to the last.
+fn evenly(count: usize, most: usize) -> Vec<usize> {
+    let shown = count.min(most);
+    (0..shown).map(|k| if shown > 1 { k * (count - 1) / (shown - 1) } else { 0 }).collect()
+}
+
+/// The points of some frames coloured by a field, with its name and their numbers; more than one have one scale and one set of axes.
+fn points(
+    arguments: &Arguments,
+    frames: &[(f64, String)],
+    numbers: &[usize],
+    field: Option<&str>,
+) -> Result<Vec<(String, usize, PointCloud)>, Failure> {
+    let plane = plane(&arguments.folder, arguments.view.as_deref())?;
+    let mut found = Vec::new();
+    for &number in numbers {
+        let snapshot = frame(&arguments.folder, &frames[number])?;
+        let (name, cloud) = cloud(&snapshot, field, plane).map_err(|known| {
+            Failure::Usage(format!("--fields {}: the frame has {known}", field.unwrap_or_default()))
+        })?;
+        found.push((name, number, cloud));
+    }
+    if found.len() > 1 || arguments.range.is_some() {
+        let mut shared = Shared::of(found.iter().map(|(.., cloud)| cloud));
+        if let Some((low, high)) = arguments.range {
+            shared.values = low..high;
+        }
+        found.iter_mut().for_each(|(.., cloud)| cloud.shared = Some(shared.clone()));
+    }
+    Ok(found)
 }

@@ -86,7 +86,9 @@
       this.select.hidden = data.fields.length < 2;
       this.legend = element(element(root, "div", { class: "legend" }), "canvas", { role: "img", "aria-label": "scale" });
       const keys = "Space plays, arrow keys step" + (this.solid ? ", drag turns" : "") + ".";
-      element(root, "p", { class: "said" }, (data.thinned ? "Shown: " + data.thinned + ". " : "") + keys);
+      const said = element(root, "p", { class: "said" });
+      this.note = element(said, "strong");
+      said.append((data.thinned ? "Shown: " + data.thinned + ". " : "") + keys);
       this.listen();
     }
 
@@ -187,8 +189,9 @@
       const width = Math.max(120, canvas.parentElement.clientWidth), room = width - left - 12;
       const spread = [high[0] - low[0], high[1] - low[1]];
       const scale = Math.min(room / spread[0], 440 / spread[1]);
-      const tall = Math.max(60, scale * spread[1]), [pen] = this.pen(canvas, tall + below + above);
-      const X = (x) => left + (x - low[0]) * scale, Y = (y) => above + tall - (y - low[1]) * scale;
+      const stretch = this.stretch(scale * spread[1]), up = scale * stretch;
+      const tall = Math.max(60, up * spread[1]), [pen] = this.pen(canvas, tall + below + above);
+      const X = (x) => left + (x - low[0]) * scale, Y = (y) => above + tall - (y - low[1]) * up;
       this.axes2(pen, X, Y, tall, above, left);
       const v = frame.v[this.field];
       if (shape === "depth") return this.flow(pen, frame, v, X, Y, scale);
@@ -199,6 +202,14 @@
         if (shape === "disk") { pen.beginPath(); pen.arc(x, y, w / 2, 0, 7); pen.fill(); }
         else pen.fillRect(x - w / 2, y - h / 2, w, h);
       }
+    }
+
+    // How many times heights are drawn: a flow over its bed may be thousands of times as long as it is deep.
+    stretch(tall) {
+      const flat = this.data.panels.every((panel) => panel.shape === "depth") && tall < 100;
+      const times = flat ? Math.min(100, Math.max(1, Math.floor(150 / Math.max(tall, 1e-9)))) : 1;
+      this.note.textContent = times > 1 ? "Heights are stretched " + times + " times. " : "";
+      return times;
     }
 
     axes2(pen, X, Y, tall, above, left) {
@@ -298,14 +309,13 @@
           pen.fill();
         }
       }
+      this.ends(pen, camera);
     }
 
-    // The edges of what the points cover, with the ends of three of them.
+    // The edges of what the points cover.
     box(pen, camera) {
-      const { low, high, axes } = this.data, corner = (bits) => low.map((l, c) => (bits >> c) & 1 ? high[c] : l);
+      const { low, high } = this.data, corner = (bits) => low.map((l, c) => (bits >> c) & 1 ? high[c] : l);
       pen.strokeStyle = LINE;
-      pen.fillStyle = SOFT;
-      pen.textAlign = "center";
       for (let bits = 0; bits < 8; bits++) {
         for (let c = 0; c < 3; c++) {
           if ((bits >> c) & 1) continue;
@@ -316,8 +326,16 @@
           pen.stroke();
         }
       }
+    }
+
+    // Ends of three of the edges, over the points.
+    ends(pen, camera) {
+      const { low, high, axes } = this.data;
+      pen.fillStyle = INK;
+      pen.textAlign = "center";
       for (let c = 0; c < 3; c++) {
         for (const [at, text] of ticks(low[c], high[c], 3)) {
+          if (c > 0 && at - low[c] < 0.1 * (high[c] - low[c])) continue;
           const p = low.slice();
           p[c] = at;
           const [x, y] = camera.project(p);
