@@ -103,6 +103,7 @@ mod tests {
     fn pictures_of_unlike_size_and_none_make_no_film() {
         let mut clouds = clouds();
         clouds[1].shared = None;
+        clouds[1].points.push(([0.0, 30.0], [1.0; 2], 0.0));
         assert!(to_gif(&clouds, 0.1).unwrap_err().contains("one size"));
         assert!(to_gif::<PointCloud>(&[], 0.1).is_err());
     }
