@@ -30,7 +30,8 @@ pub fn markdown(sheets: &[Sheet]) -> String {
          `docs/sheets/coverage/`; a test fails when a row names a file, a test or a benchmark that is not there.\n\n\
          *Missing*: not implemented. *In part*: the note says what lacks. *Not checked*: nobody has compared the row with the code; it \
          says nothing of whether it is implemented. *Done*: implemented, and shown by a test or a benchmark. *Background*: nothing to \
-         compute, or left out by its sheet.\n\n{}.\n\n| sheet |",
+         compute, or left out by its sheet. Rows are filled in by what files say of themselves at their head, and by names and sources of \
+         tests and benchmarks; nobody has held every line of them against its row.\n\n{}.\n\n| sheet |",
         words(sheets)
     );
     // Writing to a string cannot fail.
@@ -82,7 +83,8 @@ pub fn html(sheets: &[Sheet], style: &str, up: &str) -> Markup {
             body { main {
                 p class="soft" { a href="index.html" { "← all benchmarks" } }
                 h1 { "Coverage of specification sheets" }
-                p { (words(sheets)) ". Rows that lack something come first; what is not checked nobody has compared with the code." }
+                p { (words(sheets)) ". Rows that lack something come first; what is not checked nobody has compared with the code. The others are filled in by the heads of "
+                    "files and the names and sources of tests and benchmarks." }
                 @for sheet in sheets {
                     h2 id=(sheet.name) { (link(&format!("docs/sheets/{}.md", sheet.name), sheet.name)) }
                     div class="card" { table class="rows" {

@@ -140,7 +140,10 @@ fn again(entry: &Entry, up: &str) -> Markup {
             @if entry.files.iter().any(|file| case(&file)) {
                 p class="soft" { "A case as it stands, without what the benchmark varies:" }
                 @for file in entry.files.iter().filter(case) {
-                    p { code { "colluvium run " (file) " --method " (entry.method()) } }
+                    p { code {
+                        @if entry.method() == "compare" { "colluvium compare " (file) }
+                        @else { "colluvium run " (file) " --method " (entry.method()) }
+                    } }
                 }
             }
         }
@@ -158,7 +161,11 @@ fn source(id: &str) -> String {
 
 /// The page on the theory of a method.
 pub fn theory(method: &str) -> String {
-    format!("docs/theory/{}.md", if method == "element" { "constitutive" } else { method })
+    match method {
+        "element" => "docs/theory/constitutive.md".to_owned(),
+        "compare" => "docs/cli.md".to_owned(),
+        method => format!("docs/theory/{method}.md"),
+    }
 }
 
 /// The sheets that a source cites.

@@ -138,6 +138,10 @@ pub fn sources(text: &str) -> Vec<String> {
         let year = words.iter().position(digits)?;
         Some(words[..=year].join(" ").replace("  ", " ").replace(" & ", " and "))
     };
-    let found: BTreeSet<String> = text.split([';', '`']).filter_map(work).collect();
+    let mut found: BTreeSet<String> = text.split([';', '`']).filter_map(work).collect();
+    if found.is_empty() {
+        // Closed forms, and agreement of methods.
+        found.insert(text.split(';').next().unwrap_or(text).trim().to_owned());
+    }
     found.into_iter().collect()
 }
