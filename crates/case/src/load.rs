@@ -66,7 +66,8 @@ impl Case {
         }
     }
 
-    /// The files that bodies, layers and obstacles name, and options of methods: `mesh.file`, `regions[].outline`.
+    /// The files that bodies, layers and obstacles name, and options of methods: `mesh.file`, `regions[].outline`,
+    /// `inflows[].hydrograph`.
     fn files(&mut self) -> impl Iterator<Item = &mut String> {
         let bodies = self.bodies.iter_mut().flat_map(|body| {
             let Body { shape, points, .. } = body;
@@ -192,9 +193,10 @@ fn files_of_options(options: &mut Value) -> Vec<&mut String> {
     for (key, value) in options.as_object_mut().into_iter().flatten() {
         let named: Vec<&mut Value> = match key.as_str() {
             "mesh" => value.get_mut("file").into_iter().collect(),
-            "regions" => {
-                let regions = value.as_array_mut().into_iter().flatten();
-                regions.filter_map(|region| region.get_mut("outline")).collect()
+            "regions" | "inflows" => {
+                let file = if key == "regions" { "outline" } else { "hydrograph" };
+                let parts = value.as_array_mut().into_iter().flatten();
+                parts.filter_map(|part| part.get_mut(file)).collect()
             }
             _ => Vec::new(),
         };

@@ -14,6 +14,7 @@ pub mod erosion;
 pub mod exact;
 pub mod flow;
 pub mod friction;
+pub mod inflow;
 pub mod kernel;
 pub mod maps;
 pub mod nodes;
@@ -27,7 +28,7 @@ use schemars::Schema;
 
 pub use config::{
     ColumnOptions, Confinement, DepthOptions, DilatancyOptions, EarthPressureOptions, FluidResistanceOptions,
-    MixtureOptions, Region, SkeletonOptions, StopOptions,
+    InflowOptions, MixtureOptions, Region, SkeletonOptions, StopOptions,
 };
 pub use solver::DepthSolver;
 

@@ -165,6 +165,9 @@ impl Maps {
             let density = flow.density(number);
             let nodes = &set.nodes;
             let patch = |i: usize| {
+                if flow.held.of(nodes.id[i]).is_some() {
+                    return None;
+                }
                 let of = (pair(&nodes.position[i]), nodes.length[i], nodes.volume[i]);
                 patch(grid, kernel, of, density, pair(&nodes.velocity[i]))
             };

@@ -4,6 +4,8 @@ mod build;
 
 use std::sync::Arc;
 
+pub use build::read_pairs;
+
 use colluvium_points::{Raster, Surface};
 
 use crate::description::{Obstacle, ObstacleShape};

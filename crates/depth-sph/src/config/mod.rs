@@ -83,6 +83,9 @@ pub struct DepthOptions {
     /// Parts of the bed that differ; the first that holds a place rules there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<Region>,
+    /// Lines that material flows in across: of one phase, in three dimensions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inflows: Vec<InflowOptions>,
     /// What the bed lets through of the pore fluid.
     #[serde(default)]
     pub drainage: Drainage,
@@ -129,6 +132,26 @@ pub struct Region {
     /// What is taken up from it; nothing when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
+}
+
+/// A line that material flows in across, by a hydrograph.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InflowOptions {
+    /// Where the line begins (m), in plan.
+    pub from: [f64; 2],
+    /// Where it ends (m). The flow goes to the right of who walks along it, and needs ground for a few `spacing` behind.
+    pub to: [f64; 2],
+    /// Times from the start of the flow (s) and discharges (m³/s), linear between them; none before and after. Give this or
+    /// `hydrograph`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub discharge: Vec<[f64; 2]>,
+    /// The same as a CSV file with two columns, time and discharge, under a line of names, from the folder of the case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hydrograph: Option<String>,
+    /// Froude number `u/√(g h)` at the line, which makes depth and speed of a discharge.
+    #[serde(default = "one")]
+    pub froude: f64,
 }
 
 /// Grains and fluid, or two layers.

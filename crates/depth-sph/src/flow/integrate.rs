@@ -43,6 +43,7 @@ impl<const D: usize> Flow<D> {
             });
         }
         self.resist(dt);
+        self.hold();
         if self.settings.numerics.continuity.is_rate() {
             self.find_rates();
             for set in &mut self.sets {
@@ -146,6 +147,7 @@ impl<const D: usize> Flow<D> {
         }
         self.reflect();
         self.resist(dt);
+        self.hold();
         Ok(())
     }
 

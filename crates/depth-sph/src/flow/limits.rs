@@ -41,6 +41,13 @@ impl<const D: usize> Flow<D> {
         let cell = LONGEST_MOVE * self.bed.cell().unwrap_or(f64::INFINITY);
         let fall = (2.0 * cell / self.settings.whole_gravity()).sqrt();
         let mut least = Limit { dt: f64::INFINITY, node: None };
+        for inflow in &self.inflows {
+            // No row passes from beyond its reach across the line in a step.
+            let most = inflow.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max);
+            let (depth, speed) = inflow.section(most);
+            let wave = (inflow.gravity * depth).sqrt() + speed;
+            least.dt = least.dt.min(numerics.courant * inflow.ratio * inflow.spacing / wave);
+        }
         for (number, set) in self.sets.iter().enumerate() {
             let of_node = |i: usize| {
                 let nodes = &set.nodes;

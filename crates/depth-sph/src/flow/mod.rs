@@ -1,6 +1,7 @@
 //! A flow: its nodes, and one step (sheet: depth-sph §3.4).
 
 mod coupling;
+mod feed;
 mod forces;
 mod grow;
 mod heights;
@@ -18,6 +19,7 @@ use thiserror::Error;
 
 use crate::bed::{Bed, BedPoint};
 use crate::choices::{Continuity, Frame, Momentum, Phases};
+use crate::inflow::{Held, Inflow};
 use crate::nodes::{Node, Plan, norm};
 use crate::settings::Settings;
 use heights::average;
@@ -88,6 +90,10 @@ pub struct Flow<const D: usize> {
     pub top: f64,
     /// Largest speed that anything began with (m/s).
     pub fastest_start: f64,
+    /// Lines that material crosses: of one phase only.
+    pub inflows: Vec<Inflow<D>>,
+    /// Nodes behind these lines, which have not flowed in yet.
+    pub held: Held<D>,
     cells: CellList<D>,
     spare: Spare,
 }
@@ -132,6 +138,8 @@ impl<const D: usize> Flow<D> {
             thin: THIN,
             top: f64::NEG_INFINITY,
             fastest_start: 0.0,
+            inflows: Vec::new(),
+            held: Held::default(),
             cells: CellList::new(),
             spare: Spare::default(),
         };
@@ -184,6 +192,7 @@ impl<const D: usize> Flow<D> {
     /// # Errors
     /// The first node that can no longer be followed.
     pub fn advance(&mut self, dt: f64) -> Result<(), Failure> {
+        self.feed();
         if self.step.is_multiple_of(STEPS_PER_SORT) {
             self.sort()?;
         }

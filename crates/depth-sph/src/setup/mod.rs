@@ -2,6 +2,7 @@
 
 mod bodies;
 mod ground;
+mod inflows;
 mod material;
 mod rasters;
 mod refuse;
@@ -134,6 +135,7 @@ fn made<const D: usize>(
     let ends = ends::<D>(case, 0);
     let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
     let mut flow = Flow::new(settings, bed, ends, &nodes).map_err(failed)?;
+    inflows::add(case, options, &mut flow)?;
     flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
     Ok((DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps), warnings))
 }

@@ -16,12 +16,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::DepthOptions;
 use crate::flow::{Failure, Flow};
+use crate::inflow::State;
 use crate::maps::{Cell, Maps};
 use crate::nodes::norm;
 use crate::stages;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// When the flow came to rest (sheet: depth-sph §0, stopping).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -70,6 +71,7 @@ struct Saved {
     rest: Rest,
     nodes: Vec<Vec<u8>>,
     maps: Option<Vec<Cell>>,
+    inflows: Vec<State>,
 }
 
 impl<const D: usize> DepthSolver<D> {
@@ -171,6 +173,7 @@ impl<const D: usize> DepthSolver<D> {
             rest: self.rest,
             nodes: flow.sets.iter().map(bytes).collect(),
             maps: self.maps.as_ref().map(|maps| maps.cells().to_vec()),
+            inflows: flow.inflows.iter().map(|inflow| inflow.state.clone()).collect(),
         }
     }
 
@@ -179,6 +182,12 @@ impl<const D: usize> DepthSolver<D> {
         let flow = &mut self.flow;
         if saved.nodes.len() != flow.sets.len() || saved.maps.is_some() != self.maps.is_some() {
             return None;
+        }
+        if saved.inflows.len() != flow.inflows.len() {
+            return None;
+        }
+        for (inflow, state) in flow.inflows.iter_mut().zip(saved.inflows) {
+            inflow.state = state;
         }
         if let (Some(maps), Some(cells)) = (&mut self.maps, saved.maps) {
             maps.restore(cells)?;

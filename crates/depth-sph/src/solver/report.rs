@@ -152,12 +152,18 @@ impl<const D: usize> DepthSolver<D> {
         };
         let reading = |name: &str, unit: &str, value: f64| (name.to_owned(), unit.to_owned(), value);
         let mut readings = vec![
-            reading("flow_volume", "m3", flow.sets.iter().map(|set| set.nodes.total_volume()).sum()),
+            reading("flow_volume", "m3", {
+                let whole: f64 = flow.sets.iter().map(|set| set.nodes.total_volume()).sum();
+                whole - flow.waiting()
+            }),
             reading("volume_left", "m3", flow.left.iter().sum()),
             reading("largest_depth", "m", most(&|nodes, i| nodes.depth[i])),
             reading("largest_speed", "m/s", most(&|nodes, i| norm(&nodes.velocity[i]))),
             reading("stopped", "s", self.rest.stopped),
         ];
+        if !flow.inflows.is_empty() {
+            readings.push(reading("volume_entered", "m3", flow.entered()));
+        }
         if flow.settings.zones.iter().any(|zone| zone.erosion.is_some()) {
             readings.push(reading("volume_eroded", "m3", flow.entrained.iter().sum()));
         }

@@ -1,0 +1,235 @@
+//! Material that flows in across a line, by a hydrograph (sheet: depth-sph §3.9; §0 for dry beds and lines in plan).
+//!
+//! Rows of nodes of one volume stand behind the line, so far as their kernels reach. Each moves so that it crosses the line when as
+//! much volume as stands before it has flowed in: what has entered is the integral of the discharge but for part of a row.
+
+use serde::{Deserialize, Serialize};
+
+use crate::nodes::{Node, Plan};
+
+/// Nodes behind the line are kept this far beyond their reach (rows), so that none comes and goes.
+const SLACK: f64 = 1.0;
+
+/// A line that material crosses. In plan only.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inflow<const D: usize> {
+    /// Where the line begins (m).
+    pub from: Plan<D>,
+    /// Where it ends (m); the flow goes to the right of who walks along it.
+    pub to: Plan<D>,
+    /// Times (s) and discharges (m³/s), linear between them; none before the first and after the last.
+    pub hydrograph: Vec<[f64; 2]>,
+    /// Froude number `u/√(g h)` at the line.
+    pub froude: f64,
+    /// Gravity (m/s²).
+    pub gravity: f64,
+    /// Distance of the nodes along the line, and of the rows at the largest discharge (m).
+    pub spacing: f64,
+    /// Smoothing length over `spacing`.
+    pub ratio: f64,
+    /// How far behind the line rows stand (m).
+    pub reach: f64,
+    /// Body that the nodes count to.
+    pub body: u32,
+    /// What has happened.
+    pub state: State,
+}
+
+/// Where the rows of an inflow stand.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Rows that have crossed the line.
+    pub crossed: u64,
+    /// Rows behind the line, the nearest first: its number and those of its nodes.
+    pub held: Vec<(u64, Vec<u64>)>,
+}
+
+/// Places and velocity of the nodes behind the line.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Held<const D: usize> {
+    /// Number, place (m) and velocity (m/s) of each, by number.
+    pub nodes: Vec<(u64, Plan<D>, Plan<D>)>,
+}
+
+impl<const D: usize> Held<D> {
+    /// Place and velocity of a node; `None` where it is free.
+    pub fn of(&self, id: u64) -> Option<(Plan<D>, Plan<D>)> {
+        let found = self.nodes.binary_search_by_key(&id, |node| node.0).ok()?;
+        let (_, place, velocity) = self.nodes[found];
+        Some((place, velocity))
+    }
+}
+
+impl<const D: usize> Inflow<D> {
+    fn along(&self) -> Plan<D> {
+        std::array::from_fn(|c| self.to[c] - self.from[c])
+    }
+
+    /// Length of the line (m).
+    pub fn width(&self) -> f64 {
+        self.along().iter().map(|c| c * c).sum::<f64>().sqrt()
+    }
+
+    /// Direction of the flow: the normal to the right.
+    fn normal(&self) -> Plan<D> {
+        let (along, width) = (self.along(), self.width());
+        std::array::from_fn(|c| if c == 0 { along[D - 1] / width } else { -along[0] / width })
+    }
+
+    /// Discharge at a time (m³/s).
+    pub fn discharge(&self, time: f64) -> f64 {
+        let part = self.hydrograph.windows(2).find(|pair| (pair[0][0]..=pair[1][0]).contains(&time));
+        part.map_or(0.0, |pair| {
+            pair[0][1] + (time - pair[0][0]) / (pair[1][0] - pair[0][0]) * (pair[1][1] - pair[0][1])
+        })
+    }
+
+    /// Volume that has flowed in by a time (m³).
+    pub fn volume(&self, time: f64) -> f64 {
+        let part = |pair: &[[f64; 2]]| {
+            let end = time.clamp(pair[0][0], pair[1][0]);
+            let slope = (pair[1][1] - pair[0][1]) / (pair[1][0] - pair[0][0]);
+            let span = end - pair[0][0];
+            span * (pair[0][1] + 0.5 * slope * span)
+        };
+        self.hydrograph.windows(2).map(part).sum()
+    }
+
+    /// Depth (m) and speed (m/s) at a discharge (m³/s): that of the Froude number.
+    pub fn section(&self, discharge: f64) -> (f64, f64) {
+        let flux = discharge / self.width();
+        let depth = (flux / (self.froude * self.gravity.sqrt())).powf(2.0 / 3.0);
+        (depth, if depth > 0.0 { flux / depth } else { 0.0 })
+    }
+
+    /// Nodes of a row.
+    fn count(&self) -> usize {
+        (self.width() / self.spacing).round().max(1.0) as usize
+    }
+
+    /// Volume of a row (m³).
+    pub fn row_volume(&self) -> f64 {
+        let most = self.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max);
+        self.section(most).0 * self.width() * self.spacing
+    }
+
+    /// Place of node `k` of a row `behind` the line (m).
+    pub fn place(&self, k: usize, behind: f64) -> Plan<D> {
+        let (share, along, normal) = ((k as f64 + 0.5) / self.count() as f64, self.along(), self.normal());
+        std::array::from_fn(|c| self.from[c] + share * along[c] - behind * normal[c])
+    }
+
+    /// How far behind the line row `row` stands (m) once `volume` (m³) has flowed in at `depth` (m).
+    fn behind(&self, row: u64, volume: f64, depth: f64) -> f64 {
+        ((row as f64 + 0.5) * self.row_volume() - volume) / (depth * self.width())
+    }
+
+    /// Lets rows go that have crossed the line by `time` (s), and finds those behind it: new nodes with their numbers, from
+    /// `next_id` on, and the numbers of those that are no longer needed.
+    pub fn advance(&mut self, time: f64, next_id: &mut u64) -> (Vec<(u64, Node<D>)>, Vec<u64>) {
+        let (volume, (depth, speed)) = (self.volume(time), self.section(self.discharge(time)));
+        let row_volume = self.row_volume();
+        while (self.state.crossed as f64 + 0.5) * row_volume <= volume {
+            let row = self.state.crossed;
+            self.state.held.retain(|(held, _)| *held != row);
+            self.state.crossed += 1;
+        }
+        let (mut fresh, mut stale) = (Vec::new(), Vec::new());
+        let farthest = self.reach + SLACK * self.spacing;
+        let far = |inflow: &Self, row: u64| !(depth > 0.0) || inflow.behind(row, volume, depth) > farthest;
+        while let Some((row, _)) = self.state.held.last()
+            && far(self, *row)
+        {
+            stale.extend(self.state.held.pop().into_iter().flat_map(|(_, ids)| ids));
+        }
+        let mut row = self.state.held.last().map_or(self.state.crossed, |(row, _)| row + 1);
+        while depth > 0.0 && self.behind(row, volume, depth) <= self.reach {
+            let (count, behind) = (self.count(), self.behind(row, volume, depth));
+            let normal = self.normal();
+            let node = |k: usize| Node {
+                body: self.body,
+                position: self.place(k, behind),
+                velocity: normal.map(|c| c * speed),
+                volume: row_volume / count as f64,
+                length: self.ratio * self.spacing,
+                scale: self.ratio.powi(D as i32),
+            };
+            let ids: Vec<u64> = (*next_id..*next_id + count as u64).collect();
+            fresh.extend(ids.iter().zip(0..count).map(|(id, k)| (*id, node(k))));
+            *next_id += count as u64;
+            self.state.held.push((row, ids));
+            row += 1;
+        }
+        (fresh, stale)
+    }
+
+    /// Where the nodes behind the line are at `time` (s).
+    pub fn held(&self, time: f64) -> Vec<(u64, Plan<D>, Plan<D>)> {
+        let (volume, (depth, speed)) = (self.volume(time), self.section(self.discharge(time)));
+        let velocity = self.normal().map(|c| c * speed);
+        let row = |(row, ids): &(u64, Vec<u64>)| {
+            let behind = self.behind(*row, volume, depth);
+            let place = move |(k, id): (usize, &u64)| (*id, self.place(k, behind), velocity);
+            ids.iter().enumerate().map(place).collect::<Vec<_>>()
+        };
+        self.state.held.iter().flat_map(row).collect()
+    }
+
+    /// Volume that has crossed the line as nodes (m³).
+    pub fn entered(&self) -> f64 {
+        self.state.crossed as f64 * self.row_volume()
+    }
+
+    /// Volume of the nodes behind the line (m³).
+    pub fn waiting(&self) -> f64 {
+        self.state.held.len() as f64 * self.row_volume()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn inflow() -> Inflow<2> {
+        Inflow {
+            from: [0.0, 0.0],
+            to: [0.0, 4.0],
+            hydrograph: vec![[1.0, 0.0], [3.0, 8.0], [7.0, 0.0]],
+            froude: 2.0,
+            gravity: 9.81,
+            spacing: 0.5,
+            ratio: 1.3,
+            reach: 2.0,
+            body: 0,
+            state: State::default(),
+        }
+    }
+
+    #[test]
+    fn volume_is_the_integral_of_the_discharge() {
+        let inflow = inflow();
+        assert_eq!((inflow.discharge(2.0), inflow.discharge(0.5), inflow.discharge(8.0)), (4.0, 0.0, 0.0));
+        for (time, volume) in [(0.0, 0.0), (2.0, 2.0), (3.0, 8.0), (5.0, 20.0), (9.0, 24.0)] {
+            assert!((inflow.volume(time) - volume).abs() < 1e-12, "{time}");
+        }
+        let (depth, speed) = inflow.section(8.0);
+        assert!((depth * speed - 2.0).abs() < 1e-12 && (speed / (9.81 * depth).sqrt() - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rows_cross_when_their_volume_has_and_none_is_left_behind() {
+        let (mut inflow, mut next_id) = (inflow(), 0);
+        let mut there = std::collections::BTreeSet::new();
+        for step in 0..900 {
+            let time = 0.01 * f64::from(step);
+            let (fresh, stale) = inflow.advance(time, &mut next_id);
+            there.extend(fresh.iter().map(|(id, _)| *id));
+            stale.iter().for_each(|id| assert!(there.remove(id)));
+            assert!((inflow.entered() - inflow.volume(time)).abs() <= 0.5 * inflow.row_volume() + 1e-9);
+            assert!(inflow.held(time).iter().all(|(_, x, _)| x[0] <= 1e-9 && x[0] >= -2.0 - 0.5 - 1e-9));
+        }
+        assert_eq!(there.len() as u64, 8 * inflow.state.crossed, "no more and no less than have crossed");
+        let rows = (24.0 / inflow.row_volume()).round();
+        assert!(inflow.state.held.is_empty() && inflow.state.crossed as f64 == rows, "{:?}", inflow.state);
+    }
+}

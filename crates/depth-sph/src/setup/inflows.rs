@@ -1,0 +1,110 @@
+//! Lines that material flows in across.
+
+use colluvium_case::{Case, CaseError, read_pairs};
+
+use super::own;
+use crate::bed::Bed;
+use crate::choices::Phases;
+use crate::config::{DepthOptions, InflowOptions};
+use crate::flow::Flow;
+use crate::inflow::{Inflow, State};
+
+/// Rows behind a line beyond the reach of a kernel.
+const ROWS: f64 = 2.0;
+
+/// Puts the inflows of a case into its flow.
+pub fn add<const D: usize>(case: &Case, options: &DepthOptions, flow: &mut Flow<D>) -> Result<(), CaseError> {
+    if options.inflows.is_empty() {
+        return Ok(());
+    }
+    if D != 2 || options.phases != Phases::One || options.column.is_some() {
+        let problem =
+            "are lines in plan of a flow of one phase without columns: not available with this case";
+        return Err(own("inflows", problem));
+    }
+    for (number, given) in options.inflows.iter().enumerate() {
+        let key = |name: &str| format!("inflows[{number}].{name}");
+        let inflow = inflow::<D>(case, options, flow, given, &key)?;
+        let most = inflow.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max);
+        let (depth, speed) = inflow.section(most);
+        let level = highest(&inflow, &flow.bed).map_err(|problem| own(&key("from"), problem))?;
+        flow.top = flow.top.max(level + depth);
+        flow.fastest_start = flow.fastest_start.max(speed);
+        flow.inflows.push(inflow);
+    }
+    Ok(())
+}
+
+fn inflow<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    flow: &Flow<D>,
+    given: &InflowOptions,
+    key: &dyn Fn(&str) -> String,
+) -> Result<Inflow<D>, CaseError> {
+    let origin = case.origin();
+    let place = |x: [f64; 2]| std::array::from_fn(|c| x[c] - origin[c]);
+    if given.from == given.to {
+        return Err(own(&key("to"), "is where the line begins"));
+    }
+    if !(given.froude > 0.0 && given.froude.is_finite()) {
+        return Err(own(&key("froude"), format!("{} must be positive", given.froude)));
+    }
+    let (hydrograph, name) = match (&given.hydrograph, given.discharge.is_empty()) {
+        (Some(file), true) => {
+            let pairs =
+                read_pairs(file).map_err(|error| own(&key("hydrograph"), format!("{file}: {error}")))?;
+            (pairs, "hydrograph")
+        }
+        (None, false) => (given.discharge.clone(), "discharge"),
+        _ => return Err(own(&key("discharge"), "give either discharge or hydrograph")),
+    };
+    check(&hydrograph).map_err(|problem| own(&key(name), problem))?;
+    let ratio = options.smoothing_ratio(D);
+    Ok(Inflow {
+        from: place(given.from),
+        to: place(given.to),
+        hydrograph,
+        froude: given.froude,
+        gravity: flow.settings.gravity,
+        spacing: options.spacing,
+        ratio,
+        reach: (flow.settings.numerics.kernel.support() * ratio + ROWS) * options.spacing,
+        body: 0,
+        state: State::default(),
+    })
+}
+
+/// Checks a hydrograph (sheet: depth-sph §7).
+fn check(hydrograph: &[[f64; 2]]) -> Result<(), String> {
+    if hydrograph.len() < 2 {
+        return Err("has fewer than two times".to_owned());
+    }
+    if let Some([time, discharge]) = hydrograph.iter().find(|pair| !(pair[1] >= 0.0 && pair[1].is_finite())) {
+        return Err(format!("{discharge} m³/s at {time} s must not be negative"));
+    }
+    if let Some(pair) = hydrograph.windows(2).find(|pair| !(pair[1][0] > pair[0][0])) {
+        return Err(format!("times must increase: {} s stands behind {} s", pair[1][0], pair[0][0]));
+    }
+    if hydrograph[0][0] < 0.0 || hydrograph.iter().all(|pair| pair[1] == 0.0) {
+        return Err("must begin at zero or later and flow at some time".to_owned());
+    }
+    Ok(())
+}
+
+/// The highest level of the bed under the nodes behind a line (m).
+fn highest<const D: usize>(inflow: &Inflow<D>, bed: &Bed<D>) -> Result<f64, String> {
+    let mut highest = f64::NEG_INFINITY;
+    let count = (inflow.width() / inflow.spacing).round().max(1.0) as usize;
+    let rows = (inflow.reach / inflow.spacing).ceil() as usize + 2;
+    for number in 0..count * rows {
+        let behind = inflow.spacing * (number / count) as f64;
+        match bed.at(&inflow.place(number % count, behind)) {
+            Some(bed) => highest = highest.max(bed.level),
+            None => {
+                return Err(format!("there is no ground {behind} m behind the line, where its nodes stand"));
+            }
+        }
+    }
+    Ok(highest)
+}
