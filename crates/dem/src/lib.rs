@@ -11,6 +11,7 @@
 
 pub mod cell;
 mod checkpoint;
+pub mod coarse;
 mod config;
 pub mod contact;
 mod facets;

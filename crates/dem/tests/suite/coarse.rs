@@ -1,0 +1,76 @@
+//! Coarse graining (sheet: dem §3.9).
+
+use colluvium_case::Solver;
+use colluvium_dem::coarse::Nodes;
+use colluvium_testkit::near;
+use serde_json::json;
+
+use crate::common::{Scene, linear};
+
+fn nodes(half: f64, count: usize) -> Nodes<2> {
+    Nodes { origin: [-half; 2], spacing: 2.0 * half / (count - 1) as f64, count: [count; 2] }
+}
+
+#[test]
+fn fields_integrate_to_mass_momentum_and_the_stress_of_the_branch() {
+    let mut solver = Scene::new(linear(1e4, 0.0, 0.5, 0.5))
+        .disk([-0.5, 0.0], 0.5, [0.0; 2], 0.0)
+        .disk([0.301, 0.0], 0.3, [-1.0, 0.1], 0.0)
+        .solver();
+    for _ in 0..300 {
+        solver.step(1e-5).unwrap();
+    }
+    let lattice = nodes(3.0, 241);
+    let fields = solver.coarse_grained(&lattice, 1.1);
+    let area = lattice.spacing * lattice.spacing;
+    let budget = solver.budget();
+    near(fields.iter().map(|field| field.density).sum::<f64>() * area / budget.mass, 1.0, 1e-4);
+    let momentum = fields.iter().map(|field| field.density * field.velocity[0]).sum::<f64>() * area;
+    near(momentum / budget.momentum[0], 1.0, 1e-3);
+    let contact = solver.contacts()[0];
+    let whole = fields.iter().map(|field| field.contact.at(0, 0)).sum::<f64>() * area;
+    near(whole / -(contact.force[0] * contact.branch[0]), 1.0, 1e-4);
+    assert!(whole < 0.0, "grains that push each other are under pressure");
+}
+
+#[test]
+fn a_single_grain_has_its_velocity_everywhere_and_no_kinetic_stress() {
+    let scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5)).disk([0.1, 0.2], 0.5, [3.0, -1.0], 0.0);
+    for field in scene.solver().coarse_grained(&nodes(1.0, 21), 0.8) {
+        if field.density > 0.0 {
+            near(field.velocity[0], 3.0, 1e-12);
+            near(field.kinetic.norm(), 0.0, 1e-9);
+        }
+    }
+}
+
+#[test]
+fn two_grains_that_pass_each_other_have_the_kinetic_stress_of_their_energy() {
+    let v = 2.0;
+    let scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5)).disk([0.0, 0.6], 0.5, [v, 0.0], 0.0).disk(
+        [0.0, -0.6],
+        0.5,
+        [-v, 0.0],
+        0.0,
+    );
+    // Half way between both the mean velocity is zero.
+    let middle = Nodes { origin: [0.0; 2], spacing: 1.0, count: [1; 2] };
+    let field = scene.solver().coarse_grained(&middle, 3.0)[0];
+    near(field.velocity[0], 0.0, 1e-12);
+    near(field.kinetic.at(0, 0) / (-field.density * v * v), 1.0, 1e-12);
+}
+
+#[test]
+fn a_periodic_row_is_as_dense_at_its_ends_as_within() {
+    let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5));
+    for k in 0..8 {
+        scene = scene.disk([-3.5 + f64::from(k), 0.0], 0.4, [0.0; 2], 0.0);
+    }
+    scene.periodic = json!(["x"]);
+    scene.half = 4.0;
+    let row = Nodes { origin: [-3.5, 0.0], spacing: 1.0, count: [8, 1] };
+    let fields = scene.solver().coarse_grained(&row, 2.5);
+    for field in &fields {
+        near(field.density / fields[3].density, 1.0, 1e-12);
+    }
+}
