@@ -13,9 +13,9 @@ use rayon::ThreadPool;
 use super::Film;
 
 /// Runs of a benchmark that are shown as animations, at most: the first ones.
-const FILMS: usize = 2;
+const FILMS: usize = 4;
 /// Bytes of an animation.
-const BYTES: usize = 400_000;
+const BYTES: usize = 300_000;
 /// Frames and points below which there is nothing to see.
 const LEAST: [usize; 2] = [5, 30];
 
@@ -128,13 +128,13 @@ mod tests {
             let mut case = case("mpm/two-disks").unwrap();
             case.stages[0].duration = 0.01;
             case.output.frames = Some(0.002);
-            for _ in 0..3 {
+            for _ in 0..=FILMS {
                 run(&case).unwrap();
             }
         });
         let films = recorder.films();
         assert_eq!(films.len(), FILMS);
-        assert!(films[1].caption.ends_with("run 2 of 3 runs"), "{}", films[1].caption);
+        assert!(films[1].caption.ends_with("run 2 of 5 runs"), "{}", films[1].caption);
         assert!(films[0].element.starts_with("<div class=\"player\">"));
     }
 }
