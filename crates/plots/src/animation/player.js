@@ -23,7 +23,7 @@
     const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= rough * 0.999), found = [];
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
     const digits = Math.max(0, Math.min(12, -Math.floor(Math.log10(step) + 1e-9)));
-    const large = Math.max(Math.abs(low), Math.abs(high)), plain = large < 1e5 && digits < 6;
+    const large = Math.max(Math.abs(low), Math.abs(high)), plain = digits < 6 && large * Math.pow(10, digits) < 1e9;
     return found.map((at) => [at, plain ? at.toFixed(digits) : at === 0 ? "0" : at.toExponential(1)]);
   }
 
@@ -333,18 +333,26 @@
       const { low, high, axes } = this.data;
       pen.fillStyle = INK;
       pen.textAlign = "center";
+      // Beside the box, away from its middle.
+      const [cx, cy] = camera.project(low.map((at, c) => (at + high[c]) / 2));
+      const write = (text, [x, y], away) => {
+        const far = Math.hypot(x - cx, y - cy) || 1;
+        pen.fillText(text, x + ((x - cx) / far) * away, y + ((y - cy) / far) * away + 4);
+      };
       for (let c = 0; c < 3; c++) {
-        for (const [at, text] of ticks(low[c], high[c], 3)) {
+        const end = low.slice();
+        end[c] = high[c];
+        const [from, to] = [camera.project(low), camera.project(end)];
+        const long = Math.hypot(to[0] - from[0], to[1] - from[1]);
+        for (const [at, text] of ticks(low[c], high[c], Math.max(1, Math.min(3, long / 70)))) {
           if (c > 0 && at - low[c] < 0.1 * (high[c] - low[c])) continue;
           const p = low.slice();
           p[c] = at;
-          const [x, y] = camera.project(p);
-          pen.fillText(text, x, y + 14);
+          write(text, camera.project(p), 16);
         }
         const middle = low.slice();
         middle[c] = (low[c] + high[c]) / 2;
-        const [x, y] = camera.project(middle);
-        pen.fillText(axes[c] + " (m)", x, y + 28);
+        write(axes[c] + " (m)", camera.project(middle), 46);
       }
     }
 
