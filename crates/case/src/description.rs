@@ -142,6 +142,11 @@ impl Domain {
     pub fn is_periodic(&self, axis: usize) -> bool {
         self.periodic.iter().any(|periodic| periodic.number() == axis)
     }
+
+    /// Its size along the longest axis (m).
+    pub fn extent(&self) -> f64 {
+        self.min.iter().zip(&self.max).map(|(min, max)| max - min).fold(0.0, f64::max)
+    }
 }
 
 /// A region in which the velocity of the grid's nodes is prescribed.

@@ -18,7 +18,7 @@ impl Case {
     pub fn from_json(text: &str) -> Result<Self, CaseErrors> {
         let mut case: Self = json::read(text)?;
         case.validate()?;
-        case.take_off_origin();
+        case.take_off_origin()?;
         case.laid()
     }
 
@@ -45,7 +45,7 @@ impl Case {
     pub fn from_value(value: &Value, folder: &Path) -> Result<Self, CaseErrors> {
         let mut case: Self = json::from_value(value, "")?;
         case.validate()?;
-        case.take_off_origin();
+        case.take_off_origin()?;
         case.resolve_files(folder);
         case.laid()
     }

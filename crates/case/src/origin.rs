@@ -9,7 +9,12 @@ use crate::decimal::combined;
 use crate::description::{
     Body, InitialStress, Load, Measure, ObstacleShape, PorePressure, ProfilePiece, Velocity,
 };
-use crate::{Case, Snapshot};
+use crate::validate::FARTHEST;
+use crate::{Case, CaseError, Snapshot};
+
+/// How far the origin of a map may lie from zero, over the size of the domain: coordinates of the map then have 22 binary digits
+/// and more for places in the domain.
+const FARTHEST_MAP: f64 = 1e9;
 
 type Visit<'a> = dyn FnMut(usize, &mut f64) + 'a;
 
@@ -135,8 +140,30 @@ impl Case {
     }
 
     /// The case with the coordinates of its file as those from `domain.origin`.
-    pub(crate) fn take_off_origin(&mut self) {
+    ///
+    /// # Errors
+    /// When the domain is not near it, or the map is so far away that its coordinates do not tell the domain's points apart.
+    pub(crate) fn take_off_origin(&mut self) -> Result<(), CaseError> {
         self.shift(-1);
+        let refuse = |problem: String| Err(CaseError::new("domain.origin", problem));
+        let extent = self.domain.extent();
+        let farthest = |of: &[f64]| of.iter().fold(0.0_f64, |far, x| far.max(x.abs()));
+        let (map, off) =
+            (farthest(&self.domain.origin), farthest(&self.domain.min).max(farthest(&self.domain.max)));
+        if map > 0.0 && off > FARTHEST * extent {
+            return refuse(format!(
+                "{:?} lies more than {FARTHEST} times the size of the domain, {extent} m, from it, which costs digits of all \
+                 positions: give a place near it",
+                self.domain.origin
+            ));
+        }
+        if map > FARTHEST_MAP * extent {
+            return refuse(format!(
+                "{:?} is so far from zero that results in its coordinates do not tell places in a domain of {extent} m apart",
+                self.domain.origin
+            ));
+        }
+        Ok(())
     }
 
     /// The case with the coordinates that stood in its file.
@@ -232,6 +259,17 @@ mod tests {
         case["domain"].as_object_mut().unwrap().remove("origin");
         let problem = Case::from_json(&case.to_string()).unwrap_err().to_string();
         assert!(problem.contains("domain.origin") && problem.contains("[500000.0, 5000000.0]"), "{problem}");
+        for (origin, expected) in [
+            (json!([5e5, 0]), "lies more than 1000 times"),
+            (json!([5e5, -5e6]), "lies more than 1000 times"),
+            (json!([5e15, 5e6]), "lies more than 1000 times"),
+        ] {
+            case["domain"]["origin"] = origin;
+            let problem = Case::from_json(&case.to_string()).unwrap_err().to_string();
+            assert!(problem.starts_with("domain.origin: ") && problem.contains(expected), "{problem}");
+        }
+        let far = Case::from_json(&moved([2e10, 0.0]).to_string()).unwrap_err().to_string();
+        assert!(far.contains("do not tell places in a domain"), "{far}");
         case["domain"]["origin"] = json!([5e5]);
         assert!(Case::from_json(&case.to_string()).unwrap_err().to_string().contains("domain.origin"));
     }

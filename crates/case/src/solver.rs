@@ -66,6 +66,7 @@ pub trait Method: Send + Sync {
     fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
         let notes = self.honours(case)?.check(case)?;
         let mut plan = self.plan_honoured(case)?;
+        plan.goes_on(case)?;
         plan.warnings.extend(notes);
         Ok(plan)
     }

@@ -18,7 +18,7 @@ use crate::{Case, CaseError, CaseErrors};
 pub const OVERLAP_RESOLUTION: usize = 24;
 
 /// How far a domain may lie from zero, over its size: beyond that positions lose more than three of their sixteen digits.
-const FARTHEST: f64 = 1e3;
+pub const FARTHEST: f64 = 1e3;
 
 /// More nodes than fit into a file that anyone opens.
 const MOST_NODES: f64 = 1e8;
@@ -163,8 +163,7 @@ impl Findings<'_> {
             self.require(!radial, "domain.origin[0]", "must be 0: x is the distance from the axis");
             return;
         }
-        let extents = domain.min.iter().zip(&domain.max).map(|(min, max)| max - min);
-        let extent = extents.fold(0.0, f64::max);
+        let extent = domain.extent();
         let far = |x: &f64| x.abs() > FARTHEST * extent;
         if extent > 0.0 && domain.min.iter().chain(&domain.max).any(far) {
             let round = 10f64.powf(extent.log10().ceil());

@@ -84,3 +84,30 @@ fn what_a_run_left_and_is_no_json_any_more_is_named_too() {
     broken(&["report", "bar"], "case.json");
     broken(&["plot", "bar"], "case.json");
 }
+
+#[test]
+fn steps_that_lead_to_no_end_are_refused_before_they_are_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let refused = |case: &Value, place: &str, words: &str| {
+        fs::write(folder.join("bar.json"), case.to_string()).unwrap();
+        for arguments in [&["check", "bar.json"][..], &["run", "bar.json", "--out", "out"]] {
+            let (code, errors) = errors(folder, arguments);
+            assert!(code == 3 && errors.contains(place) && errors.contains(words), "{arguments:?}: {errors}");
+        }
+        assert!(!folder.join("out").exists(), "nothing was begun");
+    };
+    for method in [json!({ "mpm": { "cell_size": 0.1 } }), json!({ "sph": { "spacing": 0.05 } })] {
+        let mut case = bar();
+        case["methods"] = method;
+        case["materials"]["m"]["youngs_modulus"] = json!(1e50);
+        refused(&case, "stages: the time step, ", "more than 2^53 steps away");
+        // Stiff, and of many steps, but all of them count.
+        case["materials"]["m"]["youngs_modulus"] = json!(1e20);
+        fs::write(folder.join("bar.json"), case.to_string()).unwrap();
+        assert_eq!(errors(folder, &["check", "bar.json"]).0, 0);
+    }
+    let mut rigid = bar();
+    rigid["bodies"][0]["rigid"] = json!(true);
+    refused(&rigid, "bodies: ", "all bodies are rigid");
+}

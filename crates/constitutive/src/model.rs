@@ -16,11 +16,26 @@ pub trait Model: Sized {
     /// Initial density (kg/m³).
     fn density(&self) -> f64;
 
-    /// The law, parameters checked and angles converted.
+    /// The law, parameters checked and angles converted. Models around another write [`Model::around`] in its place.
     ///
     /// # Errors
     /// The first parameter out of range.
-    fn build(&self) -> Result<Arc<dyn Material>, MaterialError>;
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        let inner = self.inner().ok_or_else(|| MaterialError::choice("model", "is not implemented"))?;
+        let law = inner.build().map_err(|error| error.under(Self::INNER))?;
+        self.around(law)
+    }
+
+    /// The law around `inner`, the law of the material this one acts on, which is valid; for models around another.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    fn around(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
+        Err(MaterialError::choice("model", "acts on no other material"))
+    }
+
+    /// Key of the material this one acts on.
+    const INNER: &'static str = "material";
 
     /// What is allowed but worth a word, each starting with the parameter's name.
     fn warnings(&self) -> Vec<String> {

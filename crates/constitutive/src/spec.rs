@@ -43,6 +43,7 @@ macro_rules! models {
             /// # Errors
             /// The first parameter out of range.
             pub fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+                self.check_depth()?;
                 let density = match self.inner() {
                     None => crate::model::positive("density", self.density(), "kg/m³"),
                     Some(_) => Ok(()),
@@ -154,7 +155,18 @@ models! {
     "cfd-soil" => CfdSoil(CfdSoilSpec),
 }
 
+/// Most materials around one another.
+const DEEPEST: usize = 8;
+
 impl MaterialSpec {
+    fn check_depth(&self) -> Result<(), MaterialError> {
+        if std::iter::successors(Some(self), |spec| spec.inner()).nth(DEEPEST).is_none() {
+            return Ok(());
+        }
+        let rule = format!("more than {DEEPEST} materials stand around one another");
+        Err(MaterialError::choice("model", rule))
+    }
+
     /// True for parameters that mean something in plane strain only.
     pub fn assumes_plane_strain(&self) -> bool {
         let planar = [Matching::PlaneStrain, Matching::PlaneStrainAssociated];

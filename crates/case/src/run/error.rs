@@ -54,9 +54,10 @@ pub enum RunError {
         /// Time (s).
         time: f64,
     },
-    /// A step so small that the time does not change by it.
+    /// A step that is lost beside the time in double precision.
     #[error(
-        "t = {time} s: a step of {dt:.3e} s, limited by: {limit}, does not change the time in double precision: the run stands still"
+        "t = {time} s: a step of {dt:.3e} s, limited by: {limit}, is lost beside the end at {end} s, more than 2^53 steps away: \
+         the run stands still (look at stiffness, density and sizes)"
     )]
     StandsStill {
         /// Time (s).
@@ -65,6 +66,8 @@ pub enum RunError {
         dt: f64,
         /// What limits it.
         limit: StepLimit,
+        /// The end of the stage (s).
+        end: f64,
     },
     /// The solver has no usable time step.
     #[error("t = {time} s: no stable time step (found {dt} s, limited by: {limit})")]

@@ -305,7 +305,7 @@ impl Run<'_> {
             if asked_to_stop(self.options) {
                 return Ok(Ending::Interrupted);
             }
-            let limit = stable_step(&mut *self.solver, &stage.name)?;
+            let limit = stable_step(&mut *self.solver, stage, end)?;
             let until = self.recorder.next_output(&self.progress).min(end);
             let time = self.solver.time();
             if is_there(until - time, limit.dt.min(span)) {
@@ -319,7 +319,7 @@ impl Run<'_> {
             self.progress.count(&limit, time);
             let done = self.solver.step(until - time)?;
             if !(self.solver.time() > time) {
-                return Err(RunError::StandsStill { time, dt: done.dt, limit: done.limit });
+                return Err(RunError::StandsStill { time, dt: done.dt, limit: done.limit, end });
             }
             self.show(&done);
             if self.recorder.row_in_passing(self.solver.time(), &self.progress) {

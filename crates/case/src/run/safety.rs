@@ -183,7 +183,7 @@ fn run_trial(
 /// Some steps of a stage that began at `start`, at most until its end; whether it is reached.
 fn advance(solver: &mut dyn Solver, stage: &Stage, start: f64) -> Result<bool, RunError> {
     for _ in 0..STEPS_PER_LOOK {
-        let limit = super::steps::stable_step(solver, &stage.name)?;
+        let limit = super::steps::stable_step(solver, stage, start + stage.duration)?;
         let left = start + stage.duration - solver.time();
         if super::steps::is_there(left, limit.dt.min(stage.duration)) {
             return Ok(true);

@@ -1,16 +1,21 @@
 //! How long steps are.
 
 use super::RunError;
+use crate::description::Stage;
 use crate::{Solver, TimeStep};
 
-/// The solver's stable step in the stage of that name.
-pub(super) fn stable_step(solver: &mut dyn Solver, stage: &str) -> Result<TimeStep, RunError> {
+/// The solver's stable step in the stage, which ends at `end` (s).
+pub(super) fn stable_step(solver: &mut dyn Solver, stage: &Stage, end: f64) -> Result<TimeStep, RunError> {
     let limit = solver.limit();
+    if limit.is_lost_in(end) {
+        let TimeStep { dt, limit, .. } = limit;
+        return Err(RunError::StandsStill { time: solver.time(), dt, limit, end });
+    }
     if limit.dt.is_finite() && limit.dt > 0.0 {
         return Ok(limit);
     }
     if limit.dt == f64::INFINITY {
-        return Err(RunError::NothingMoves { stage: stage.to_owned(), time: solver.time() });
+        return Err(RunError::NothingMoves { stage: stage.name.clone(), time: solver.time() });
     }
     Err(RunError::TimeStep { time: solver.time(), dt: limit.dt, limit: limit.limit })
 }

@@ -1,7 +1,7 @@
 //! How large a problem is.
 
 use super::TimeStep;
-use crate::CaseError;
+use crate::{Case, CaseError};
 
 /// About how large a problem is, known before any of it is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -61,6 +61,24 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Refuses a case in which nothing moves, and one whose end steps do not lead to.
+    pub(super) fn goes_on(&self, case: &Case) -> Result<(), CaseError> {
+        let TimeStep { dt, limit, .. } = self.time_step;
+        if dt == f64::INFINITY {
+            let problem = "nothing in the case can move, all bodies are rigid: there is no time step";
+            return Err(CaseError::new("bodies", problem));
+        }
+        let end = case.end_time();
+        if self.time_step.is_lost_in(end) {
+            let problem = format!(
+                "the time step, {dt:.3e} s, limited by: {limit}, is lost beside the end at {end} s, more than 2^53 steps away: look at \
+                 stiffness, density and sizes"
+            );
+            return Err(CaseError::new("stages", problem));
+        }
+        Ok(())
+    }
+
     /// Estimated wall-clock time on one thread (s).
     pub fn seconds(&self) -> f64 {
         self.points as f64 * self.steps as f64 / self.updates_per_second

@@ -101,6 +101,12 @@ impl TimeStep {
         })
     }
 
+    /// Whether the step is lost beside a time (s) in double precision: more than 2^53 of them lead there.
+    #[must_use]
+    pub fn is_lost_in(&self, time: f64) -> bool {
+        self.dt > 0.0 && self.dt < 0.5 * f64::EPSILON * time
+    }
+
     /// The step of an explicit method that is to go on by `at_most` (s): no longer than this one, the last two before the end
     /// alike so that none is a sliver.
     #[must_use]

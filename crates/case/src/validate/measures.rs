@@ -2,6 +2,7 @@
 
 use super::{Findings, driven};
 use crate::description::Measure;
+use crate::output::{PLAIN, is_plain};
 
 impl Findings<'_> {
     pub(super) fn measures(&mut self) {
@@ -9,8 +10,7 @@ impl Findings<'_> {
         let dimension = case.dimension();
         for (name, measure) in &case.measures {
             let path = format!("measures.{name}");
-            let problem = "a name is made of letters, digits, _ and -: it becomes a column and a file";
-            self.require(is_plain(name), path.clone(), problem);
+            self.require(is_plain(name), path.clone(), PLAIN);
             match measure {
                 Measure::Front { side, quantile, cell, bodies }
                 | Measure::RunOut { side, quantile, cell, bodies, .. } => {
@@ -100,9 +100,4 @@ impl Findings<'_> {
             self.name(&format!("{path}.bodies[{number}]"), name, &bodies, "the name of a body");
         }
     }
-}
-
-/// True for names that can stand in the head of a table.
-fn is_plain(name: &str) -> bool {
-    !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use colluvium::case::output::{Collection, Table, write_atomically};
+use colluvium::case::output::{Collection, Table, named_file, write_atomically};
 use colluvium::maps::maps;
 use colluvium::pictures::{charts, cloud, frame, plane};
 use colluvium::plots::{Picture, PointCloud, Shared, to_gif};
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut written = 0;
     let mut save = |picture: &dyn Fn(&std::path::Path) -> Result<(), Failure>, name: String| {
         written += 1;
-        picture(&out.join(format!("{name}.{}", arguments.format)))
+        picture(&named_file(&out, &name, &arguments.format)?)
     };
     for (name, chart) in charts(&Table::read(&folder.join("measures.csv"))?) {
         save(&|file| Ok(chart.write(file)?), name)?;
@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let name = clouds.first().map_or_else(String::new, |(name, ..)| name.clone());
             let clouds: Vec<PointCloud> = clouds.into_iter().map(|(.., cloud)| cloud).collect();
             let bytes = to_gif(&clouds, 0.1).map_err(Failure::Other)?;
-            write_atomically(&out.join(format!("{name}.gif")), &bytes)?;
+            write_atomically(&named_file(&out, &name, "gif")?, &bytes)?;
             say!("{name}.gif shows {} of {} frames", even.len(), frames.len());
         }
     }

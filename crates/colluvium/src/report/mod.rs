@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use crate::animation;
 use crate::case::Snapshot;
-use crate::case::output::{Collection, OutputError, Table, read_json, write_atomically};
+use crate::case::output::{Collection, OutputError, Table, named_file, read_json, write_atomically};
 use crate::pictures;
 use crate::plots::{Animation, LineChart, Panel, Picture, PointCloud, Series, Shared, Style, TerrainMap};
 
@@ -93,7 +93,7 @@ impl Results {
         let frames = if collection.exists() { Collection::read(&collection)?.frames } else { Vec::new() };
         let mut profiles = Vec::new();
         for (name, measure) in case["measures"].as_object().into_iter().flatten() {
-            let file = folder.join(format!("profile-{name}.csv"));
+            let file = named_file(folder, &format!("profile-{name}"), "csv")?;
             if measure["kind"] == "profile" && file.exists() {
                 profiles.push((name.clone(), Table::read(&file)?));
             }

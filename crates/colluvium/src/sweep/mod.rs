@@ -14,6 +14,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::case::output::{PLAIN, is_plain};
 use crate::case::{Case, CaseError, CaseErrors, json};
 
 pub use convergence::{Order, order};
@@ -32,7 +33,7 @@ pub struct Sweep {
     /// Name of the method; needed when the case has options for several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
-    /// What is varied, by names of your own: the columns of the table.
+    /// What is varied, by names of your own, of letters, digits, `_` and `-`: the columns of the table.
     pub parameters: BTreeMap<String, Parameter>,
     /// Which values are run together.
     #[serde(default)]
@@ -194,6 +195,9 @@ impl Sweep {
             wrong("parameters".into(), "is empty: nothing is varied");
         }
         for (name, parameter) in &self.parameters {
+            if !is_plain(name) {
+                wrong(format!("parameters.{name}"), PLAIN);
+            }
             if let Some((key, problem)) = parameter.wrong() {
                 wrong(format!("parameters.{name}.{key}"), &problem);
             }

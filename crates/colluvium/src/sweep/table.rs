@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::{Sweep, order, word};
-use crate::case::output::{OutputError, Table, heading, read_json, write_atomically};
+use crate::case::output::{OutputError, Table, heading, named_file, read_json, write_atomically};
 use crate::plots::{LineChart, Picture, Series, Style};
 
 /// Name of the table, and of those of convergence.
@@ -187,7 +187,7 @@ impl Results<'_> {
                 }
                 let label = if chart.series.is_empty() { "" } else { "runs" };
                 chart.series.push(Series::new(label, points, Style::Markers));
-                chart.write(&folder.join(format!("{measure}-{name}.svg")))?;
+                chart.write(&named_file(&folder, &format!("{measure}-{name}"), "svg")?)?;
             }
         }
         Ok(())

@@ -77,6 +77,13 @@ fn what_is_wrong_is_named_with_its_place() {
             "targets.front.tolerance: 0 is not above 0",
         ),
         (problem(|s| s["parameters"] = json!({})), "parameters: is empty"),
+        (
+            problem(|s| {
+                let floor = s["parameters"].as_object_mut().unwrap().remove("floor").unwrap();
+                s["parameters"]["../../x"] = floor;
+            }),
+            "parameters.../../x: a name is made of up to 100 letters",
+        ),
         (problem(|s| s["case"] = json!("none.json")), "none.json: cannot be read"),
         (
             problem(|s| s["convergence"] = json!({ "parameter": "friction", "measures": ["front"] })),

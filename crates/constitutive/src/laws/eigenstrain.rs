@@ -41,12 +41,12 @@ impl Model for EigenstrainSpec {
         Some(&self.material)
     }
 
-    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+    fn around(&self, inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         let strain = self.volumetric_strain;
         check("volumetric_strain", strain, strain.abs() <= 0.5, "is not between -0.5 and 0.5")?;
         positive("duration", self.duration, "s")?;
         let wrapper = Eigenstrain { volumetric: strain, duration: self.duration };
-        Ok(Arc::new(Around::new(wrapper, self.material.build().map_err(|error| error.under("material"))?)))
+        Ok(Arc::new(Around::new(wrapper, inner)))
     }
 
     fn warnings(&self) -> Vec<String> {

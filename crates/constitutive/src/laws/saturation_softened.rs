@@ -44,7 +44,7 @@ impl Model for SaturationSoftenedSpec {
         Some(&self.material)
     }
 
-    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+    fn around(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         let saturated = self.saturated_cohesion;
         let within = |dry: f64| {
             let rule = format!("is not between 0 and the cohesion of the material, {dry} Pa");

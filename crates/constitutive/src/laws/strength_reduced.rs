@@ -82,8 +82,12 @@ pub struct StrengthReducedSpec {
 
 impl StrengthReducedSpec {
     fn reduced(&self) -> Result<MaterialSpec, MaterialError> {
+        self.material.strength_reduced(&self.reduction())
+    }
+
+    fn reduction(&self) -> StrengthReduction {
         let Self { factor, scope, keep_dilatancy, .. } = *self;
-        self.material.strength_reduced(&StrengthReduction { factor, scope, keep_dilatancy })
+        StrengthReduction { factor, scope, keep_dilatancy }
     }
 }
 
@@ -103,11 +107,9 @@ impl Model for StrengthReducedSpec {
         Some(&self.material)
     }
 
-    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        let under = |error: MaterialError| error.under("material");
+    fn around(&self, _inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         positive("factor", self.factor, "")?;
-        self.material.build().map_err(under)?;
-        self.reduced().and_then(|material| material.build()).map_err(under)
+        self.reduced().and_then(|material| material.build()).map_err(|error| error.under(Self::INNER))
     }
 
     fn warnings(&self) -> Vec<String> {
@@ -116,7 +118,13 @@ impl Model for StrengthReducedSpec {
 
     fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
         let check = check("factor", reduction.factor, reduction.factor > 0.0, "must be positive");
-        Some(check.map(|()| Self { factor: self.factor * reduction.factor, ..self.clone() }))
+        let StrengthReduction { factor, scope, keep_dilatancy } = *reduction;
+        if (scope, keep_dilatancy) == (self.scope, self.keep_dilatancy) {
+            return Some(check.map(|()| Self { factor: self.factor * factor, ..self.clone() }));
+        }
+        // Of other strengths: one reduction after the other.
+        let inner = check.and_then(|()| self.reduced());
+        Some(inner.map(|inner| Self { factor, scope, keep_dilatancy, material: Box::new(inner) }))
     }
 
     fn examples() -> Vec<Self> {

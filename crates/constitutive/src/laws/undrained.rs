@@ -44,11 +44,13 @@ impl Model for UndrainedSpec {
         self.skeleton.density()
     }
 
+    const INNER: &'static str = "skeleton";
+
     fn inner(&self) -> Option<&MaterialSpec> {
         Some(&self.skeleton)
     }
 
-    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+    fn around(&self, inner: Arc<dyn Material>) -> Result<Arc<dyn Material>, MaterialError> {
         positive("fluid_bulk_modulus", self.fluid_bulk_modulus, "Pa")?;
         let inside = self.porosity > 0.0 && self.porosity < 1.0;
         check("porosity", self.porosity, inside, "is not between 0 and 1 (both excluded)")?;
@@ -64,7 +66,7 @@ impl Model for UndrainedSpec {
             start: pressure,
             least: self.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
         };
-        Ok(Arc::new(Around::new(wrapper, self.skeleton.build().map_err(|error| error.under("skeleton"))?)))
+        Ok(Arc::new(Around::new(wrapper, inner)))
     }
 
     fn warnings(&self) -> Vec<String> {

@@ -279,3 +279,71 @@ fn strength_above_the_peak_needs_the_word_hardening() {
     assert!((half.friction - expected.friction).abs() < 1e-12 * expected.friction);
     assert!((half.strength - expected.strength).abs() < 1e-9 * expected.strength);
 }
+
+/// `depth` reductions around Mohr–Coulomb, each of another scope than the last.
+fn reduced(depth: usize) -> MaterialSpec {
+    (0..depth).fold(MaterialSpec::MohrCoulomb(mohr_coulomb()), |material, level| {
+        MaterialSpec::StrengthReduced(StrengthReducedSpec {
+            factor: 1.05,
+            scope: if level % 2 == 0 { ReductionScope::Both } else { ReductionScope::Peak },
+            keep_dilatancy: false,
+            material: Box::new(material),
+        })
+    })
+}
+
+#[test]
+fn reductions_within_one_another_multiply_and_are_not_without_end() {
+    let compression = SymTensor::isotropic(-100e3);
+    let strength = |material: &MaterialSpec| {
+        let law = material.build().unwrap();
+        let mut point = start(&*law, compression);
+        for _ in 0..400 {
+            step(&*law, &mut point, SymTensor::diagonal(0.5e-4, -1e-4, 0.5e-4), 0.0);
+        }
+        point.0.q()
+    };
+    let once = MaterialSpec::MohrCoulomb(mohr_coulomb())
+        .strength_reduced(&StrengthReduction::by(1.05f64.powi(6)))
+        .unwrap();
+    let (nested, direct) = (strength(&reduced(6)), strength(&once));
+    assert!((nested / direct - 1.0).abs() < 1e-9, "{nested} for {direct}");
+    for depth in [8, 22, 50] {
+        let error = reduced(depth).build().err().expect("refused").to_string();
+        assert!(error.contains("more than 8 materials stand around one another"), "{depth}: {error}");
+    }
+}
+
+#[test]
+fn what_is_wrong_inside_is_found_under_every_wrapper() {
+    let wrong =
+        || Box::new(MaterialSpec::MohrCoulomb(MohrCoulombSpec { density: -2000.0, ..mohr_coulomb() }));
+    let shrunk = |material| {
+        MaterialSpec::Eigenstrain(EigenstrainSpec { volumetric_strain: 0.0, duration: 1.0, material })
+    };
+    let around = [
+        MaterialSpec::SaturationSoftened(SaturationSoftenedSpec {
+            saturated_cohesion: 1e3,
+            material: wrong(),
+        }),
+        MaterialSpec::StrengthReduced(StrengthReducedSpec {
+            factor: 1.2,
+            scope: ReductionScope::Both,
+            keep_dilatancy: false,
+            material: wrong(),
+        }),
+        shrunk(wrong()),
+        shrunk(Box::new(shrunk(wrong()))),
+        MaterialSpec::Undrained(UndrainedSpec {
+            fluid_bulk_modulus: 1e9,
+            porosity: 0.4,
+            initial_pore_pressure: 0.0,
+            cavitation_strength: None,
+            skeleton: wrong(),
+        }),
+    ];
+    for material in around {
+        let error = material.build().err().expect("refused").to_string();
+        assert!(error.contains("density: -2000 must be positive"), "{}: {error}", material.name());
+    }
+}
