@@ -170,6 +170,33 @@ impl Subject {
         Ok(new)
     }
 
+    /// Holds a path against the same one seen by an observer turned by `q`.
+    ///
+    /// A path may lead to where a law amplifies the round-off of its own input: a band whose direction is that of a principal
+    /// stress hardly larger than another one. Differences of that size, told by a path that differs in its last digits, are no
+    /// matter of the observer.
+    fn turned_with(&self, path: &[Mat3], q: &Mat3) -> Result<(), String> {
+        let (mut here, mut there) = (self.walker(), self.walker_at(self.start.rotated(q)));
+        let mut near = self.walker();
+        let mut allowed = 0.0;
+        for a in path {
+            let motion = self.motion(a, 1e-2, here.density);
+            let nearly = self.motion(&last_digits_changed(a), 1e-2, near.density);
+            let before = self.handled(&here, &motion);
+            near = self.apply(&near, &nearly);
+            (here, there) = (self.apply(&here, &motion), self.apply(&there, &turned(&motion, q)));
+            let after = self.handled(&here, &motion);
+            // Stiffness that follows pressure carries earlier differences along.
+            allowed = allowed * (after / before).max(1.0) + 1e-12 * before.max(after);
+            let amplified = AMPLIFIED * (near.stress - here.stress).norm();
+            let difference = (there.stress - here.stress.rotated(q)).norm();
+            if difference > allowed + amplified {
+                return Err(format!("{difference} of {allowed} and {amplified}"));
+            }
+        }
+        Ok(())
+    }
+
     fn yield_value(&self, walker: &Walker) -> f64 {
         one(walker, |stress, block, out| self.law.yield_values(stress, block, out))
     }
@@ -214,6 +241,15 @@ fn motion(a: &Mat3, dt: f64, density: f64) -> Motion {
     let mut motion = Motion::from_velocity_gradient(&(*a * (1.0 / dt)), dt, density, 0.1).expect("moderate");
     motion.density = density / motion.deformation.determinant();
     motion
+}
+
+/// How many times the difference that the last digits of the input make may come of a turn, which rounds each of them some times.
+const AMPLIFIED: f64 = 16.0;
+
+/// The same gradient with other last digits, not all in proportion.
+fn last_digits_changed(a: &Mat3) -> Mat3 {
+    let size = 2.0 * f64::EPSILON * a.0.as_flattened().iter().map(|c| c * c).sum::<f64>().sqrt();
+    *a + Mat3([[1.0, -0.4, 0.7], [0.2, -0.9, 0.5], [-0.6, 0.3, 0.8]]) * size
 }
 
 /// The same motion seen by an observer turned by `q`.
@@ -269,18 +305,8 @@ proptest! {
     #[test]
     fn a_turned_observer_sees_the_turned_stress(path in gradients(4, 0.1), q in rotation()) {
         for subject in subjects() {
-            let (mut here, mut there) = (subject.walker(), subject.walker_at(subject.start.rotated(&q)));
-            let mut allowed = 0.0;
-            for a in &path {
-                let motion = subject.motion(a, 1e-2, here.density);
-                let before = subject.handled(&here, &motion);
-                (here, there) = (subject.apply(&here, &motion), subject.apply(&there, &turned(&motion, &q)));
-                let after = subject.handled(&here, &motion);
-                // Stiffness that follows pressure carries earlier differences along.
-                allowed = allowed * (after / before).max(1.0) + 1e-12 * before.max(after);
-                let difference = (there.stress - here.stress.rotated(&q)).norm();
-                prop_assert!(difference <= allowed, "{}: {difference} of {allowed}", subject.name());
-            }
+            let turned = subject.turned_with(&path, &q);
+            prop_assert!(turned.is_ok(), "{}: {}", subject.name(), turned.unwrap_err());
         }
     }
 
@@ -288,18 +314,8 @@ proptest! {
     fn no_axis_is_special(path in gradients(3, 0.1)) {
         for subject in subjects() {
             for q in permutations() {
-                let (mut here, mut there) = (subject.walker(), subject.walker_at(subject.start.rotated(&q)));
-                let mut allowed = 0.0;
-                for a in &path {
-                    let motion = subject.motion(a, 1e-2, here.density);
-                    let before = subject.handled(&here, &motion);
-                    (here, there) = (subject.apply(&here, &motion), subject.apply(&there, &turned(&motion, &q)));
-                    let after = subject.handled(&here, &motion);
-                // Stiffness that follows pressure carries earlier differences along.
-                allowed = allowed * (after / before).max(1.0) + 1e-12 * before.max(after);
-                    let difference = (there.stress - here.stress.rotated(&q)).norm();
-                    prop_assert!(difference <= allowed, "{}: {difference} of {allowed}", subject.name());
-                }
+                let turned = subject.turned_with(&path, &q);
+                prop_assert!(turned.is_ok(), "{}: {}", subject.name(), turned.unwrap_err());
             }
         }
     }
