@@ -201,14 +201,6 @@ impl SphOptions {
         }
     }
 
-    /// Whether density follows the continuity equation in its form for masses (BN 50).
-    pub(crate) fn weighs_masses(&self) -> bool {
-        match self.continuity {
-            Continuity::Trace => self.gradient_operator() == VelocityGradient::DensityDifference,
-            form => form == Continuity::Mass,
-        }
-    }
-
     /// Whether some gradient is corrected.
     pub(crate) fn has_corrected_gradients(&self) -> bool {
         self.momentum == Momentum::Corrected || self.velocity_gradient == VelocityGradient::Corrected

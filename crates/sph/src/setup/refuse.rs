@@ -6,7 +6,7 @@ use colluvium_constitutive::{Kind, MaterialSpec};
 
 use crate::config::{
     Confined, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall, SmoothWall,
-    SphOptions, Symmetrisation, WallStress, WallVelocity,
+    SphOptions, Symmetrisation, Tensile, VelocityGradient, WallStress, WallVelocity,
 };
 use crate::particles::Group;
 use crate::total;
@@ -14,6 +14,8 @@ use crate::walls::mirrors;
 
 /// Share by which the width of listed particles may differ from `spacing` without a word.
 const LISTED_SLACK: f64 = 0.1;
+/// Ratio of densities of bodies from which the form of the momentum equation matters.
+const NOTABLE_JUMP: f64 = 1.2;
 
 /// What SPH says to the features of a case.
 pub(crate) fn honours(options: &SphOptions) -> Honours {
@@ -236,6 +238,58 @@ pub(super) fn check_stress_forms(groups: &[Group], options: &SphOptions) -> Resu
     Ok(())
 }
 
+/// What the forms of the sums make of bodies of different densities.
+fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
+    let (low, high) = densities(case);
+    let mut warnings = Vec::new();
+    if options.formulation == Formulation::TotalLagrangian {
+        return warnings;
+    }
+    if options.momentum == Momentum::Rho2 && high >= NOTABLE_JUMP * low {
+        warnings.push(format!(
+            "methods.sph.momentum: bodies of {low} and {high} kg/m³: where they touch, rho2 sets even a uniform stress in \
+             motion and reflects waves too strongly: use rho-rho"
+        ));
+    }
+    // A gradient that follows the form of the momentum is cured with it.
+    let wrong = match (options.continuity, options.velocity_gradient) {
+        (Continuity::Mass, _) => Some(("continuity", "density", "volume")),
+        (_, VelocityGradient::DensityDifference) => Some(("velocity_gradient", "strain", "difference")),
+        _ => None,
+    };
+    if let Some((key, what, cure)) = wrong.filter(|_| high >= 2.0 * low) {
+        warnings.push(format!(
+            "methods.sph.{key}: bodies of {low} and {high} kg/m³: where they touch, weights by mass miscount their {what}: use \
+             {cure}"
+        ));
+    }
+    warnings
+}
+
+/// Elastic bodies bear tension for good, under which particles that change neighbours clump.
+fn tension_warning(case: &Case, options: &SphOptions) -> Option<String> {
+    if options.formulation == Formulation::TotalLagrangian || options.tensile != Tensile::None {
+        return None;
+    }
+    let elastic = |name: &str| {
+        case.materials.get(name).is_some_and(|spec| {
+            matches!(
+                spec,
+                MaterialSpec::LinearElastic(_)
+                    | MaterialSpec::NeoHookean(_)
+                    | MaterialSpec::StVenantKirchhoff(_)
+                    | MaterialSpec::FixedCorotated(_)
+            )
+        })
+    };
+    let body = case.bodies.iter().find(|b| elastic(&b.material) && !options.held.contains(&b.name))?;
+    Some(format!(
+        "methods.sph.tensile: the body {} is elastic: where it comes under tension its particles clump and it crumbles; use \
+         artificial-stress, or the formulation total-lagrangian where its particles keep their neighbours",
+        body.name
+    ))
+}
+
 /// What is allowed but worth a word, of the case and its options together.
 pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     let mut warnings = case.warnings();
@@ -251,12 +305,8 @@ pub(super) fn warnings(case: &Case, options: &SphOptions) -> Vec<String> {
             ));
         }
     }
-    let (low, high) = densities(case);
-    if options.weighs_masses() && high >= 2.0 * low {
-        warnings.push(format!(
-            "methods.sph.continuity: densities from {low} to {high} kg/m³: volume is the form for such jumps"
-        ));
-    }
+    warnings.extend(jump_warnings(case, options));
+    warnings.extend(tension_warning(case, options));
     let any = |of: &dyn Fn(&Wall) -> bool| case.boundaries.iter().any(|boundary| of(&boundary.wall));
     let of_particles = any(&|wall| !mirrors(wall, options));
     let (rough, smooth) = (any(&|wall| *wall == Wall::Rough), any(&|wall| *wall == Wall::Smooth));

@@ -297,3 +297,52 @@ fn the_guard_against_far_moves_knows_what_xsph_adds() {
         assert!(u[0].abs() < 0.1 * 0.06, "{u:?}");
     }
 }
+
+/// Solids of 1000 and 4000 kg/m³ that fill the space under one stress.
+#[test]
+fn a_uniform_stress_rests_at_a_jump_of_density_with_rho_rho() {
+    let stress = SymTensor([-1e4, -2e4, -1e4, 3e3, 0.0, 0.0]);
+    let fastest = |momentum: &str| {
+        let case = halves(&[solid(1000.0), solid(4000.0)], &json!({ "momentum": momentum }));
+        let found = rates::<2>(&case, |_, _| Given { stress, ..STILL }).unwrap();
+        found.iter().flat_map(|p| p.acceleration).fold(0.0, |most: f64, a| most.max(a.abs()))
+    };
+    // Of the stress over the lighter density and the spacing, 400 m/s².
+    assert!(fastest("rho-rho") < 1e-9, "{}", fastest("rho-rho"));
+    assert!(fastest("rho2") > 10.0, "{}", fastest("rho2"));
+}
+
+#[test]
+fn what_the_forms_make_of_a_jump_of_density_is_told_with_its_cure() {
+    let told = |densities: [f64; 2], sph: &Value| {
+        let mut options = json!({ "continuity": "trace" });
+        options.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
+        Sph.plan(&halves(&densities.map(solid), &options)).unwrap().warnings.join("\n")
+    };
+    let momentum = "methods.sph.momentum: bodies of 1000 and 2000 kg/m³";
+    let bare = told([1000.0, 2000.0], &json!({}));
+    assert!(bare.contains(momentum) && !bare.contains("miscount"), "{bare}");
+    // What is named is the cure.
+    assert!(!told([1000.0, 2000.0], &json!({ "momentum": "rho-rho" })).contains("where they touch"));
+    assert!(!told([1000.0, 1100.0], &json!({})).contains("where they touch"));
+    for (key, given, cure) in
+        [("continuity", "mass", "volume"), ("velocity_gradient", "density-difference", "difference")]
+    {
+        let with = |value: &str| told([1000.0, 2000.0], &json!({ "momentum": "rho-rho", key: value }));
+        assert!(with(given).contains(&format!("methods.sph.{key}: bodies of")), "{}", with(given));
+        assert!(!with(cure).contains("where they touch"), "{}", with(cure));
+    }
+}
+
+#[test]
+fn elastic_bodies_are_told_what_tension_does_to_them() {
+    let told = |solid: Value, sph: &Value| {
+        Sph.plan(&halves(&[solid, fluid(1000.0)], sph)).unwrap().warnings.join("\n")
+    };
+    let of = "methods.sph.tensile: the body left is elastic";
+    assert!(told(solid(1000.0), &json!({})).contains(of));
+    let cured = json!({ "tensile": { "kind": "artificial-stress", "strength": 0.5, "exponent": 4 } });
+    assert!(!told(solid(1000.0), &cured).contains(of));
+    assert!(!told(fluid(1000.0), &json!({})).contains(of));
+    assert!(!told(solid(1000.0), &json!({ "held": ["left"] })).contains(of));
+}
