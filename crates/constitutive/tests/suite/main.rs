@@ -14,6 +14,7 @@ mod initial_state;
 mod localisation;
 mod reference_values;
 mod snow;
+mod snow_paths;
 mod softening;
 mod source_algorithms;
 mod weak_layer;
