@@ -14,6 +14,7 @@ mod checkpoint;
 pub mod coarse;
 mod config;
 pub mod contact;
+pub mod fabric;
 mod facets;
 mod grains;
 mod ledger;

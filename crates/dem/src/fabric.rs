@@ -1,0 +1,141 @@
+//! How contacts lie and what they bear: coordination, grains that bear nothing, fabric tensor, rose, forces (sheet: dem §3.9).
+//!
+//! All of it is of contacts between grains; those with walls count for whether a grain bears something.
+
+use crate::report::Contact;
+use crate::solver::DemSolver;
+use crate::vector::norm;
+
+/// What contacts between grains are on average.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fabric<const D: usize> {
+    /// Contacts between grains.
+    pub contacts: usize,
+    /// `Z = 2 N_c / N`, of all grains that are not held.
+    pub coordination: f64,
+    /// The same without grains that bear nothing and their contacts.
+    pub mechanical_coordination: f64,
+    /// Share of the grains that bear nothing: those with at most one contact, and those left with at most one without these.
+    pub rattlers: f64,
+    /// `G = Σ n ⊗ n / N_c`, of trace 1.
+    pub tensor: [[f64; D]; D],
+    /// Norm of `4 (G - 1/2)` in the plane, of `15/2 (G - 1/3)` in space: 0 where contacts lie in all directions alike.
+    pub anisotropy: f64,
+    /// Mean force along the normal (N).
+    pub mean_force: f64,
+    /// Share of the contacts whose force along the normal is below the mean.
+    pub weak: f64,
+}
+
+/// Which grains bear nothing, of `count` grains with these contacts; `None` stands for a wall.
+fn rattlers(count: usize, pairs: &[(usize, Option<usize>)]) -> Vec<bool> {
+    let mut out = vec![false; count];
+    let mut left = vec![0usize; count];
+    loop {
+        left.fill(0);
+        for &(i, j) in pairs {
+            if !out[i] && j.is_none_or(|j| !out[j]) {
+                left[i] += 1;
+                if let Some(j) = j {
+                    left[j] += 1;
+                }
+            }
+        }
+        let before = out.iter().filter(|out| **out).count();
+        out.iter_mut().zip(&left).for_each(|(out, left)| *out |= *left <= 1);
+        if out.iter().filter(|out| **out).count() == before {
+            return out;
+        }
+    }
+}
+
+impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// How contacts lie now; `None` where no grains touch. Held grains bear something always and are not counted.
+    pub fn fabric(&self) -> Option<Fabric<D>> {
+        let all = self.contacts();
+        let inner: Vec<&Contact<D>> = all.iter().filter(|contact| contact.other.is_some()).collect();
+        if inner.is_empty() {
+            return None;
+        }
+        let held = &self.grains.held;
+        // What is held stands like a wall.
+        let pairs: Vec<(usize, Option<usize>)> = all
+            .iter()
+            .map(|contact| match contact.other {
+                Some(j) if held[contact.grain] => (j, None),
+                other => (contact.grain, other.filter(|j| !held[*j])),
+            })
+            .collect();
+        let loose = rattlers(self.grains.len(), &pairs);
+        let free = held.iter().filter(|held| !**held).count() as f64;
+        let idle = loose.iter().zip(held).filter(|(loose, held)| **loose && !**held).count() as f64;
+        let is_loose = |i: usize| loose[i] && !held[i];
+        let bearing = inner
+            .iter()
+            .filter(|contact| !is_loose(contact.grain) && !contact.other.is_some_and(is_loose))
+            .count() as f64;
+        let count = inner.len() as f64;
+        let mut tensor = [[0.0; D]; D];
+        for contact in &inner {
+            let length = norm(&contact.branch);
+            for a in 0..D {
+                for b in 0..D {
+                    tensor[a][b] += contact.branch[a] * contact.branch[b] / (length * length * count);
+                }
+            }
+        }
+        let mut square = 0.0;
+        for a in 0..D {
+            for b in 0..D {
+                let even = if a == b { 1.0 / D as f64 } else { 0.0 };
+                square += (tensor[a][b] - even).powi(2);
+            }
+        }
+        let mean_force = inner.iter().map(|contact| contact.normal).sum::<f64>() / count;
+        let weak = inner.iter().filter(|contact| contact.normal < mean_force).count() as f64;
+        Some(Fabric {
+            contacts: inner.len(),
+            coordination: 2.0 * count / free,
+            mechanical_coordination: if free > idle { 2.0 * bearing / (free - idle) } else { 0.0 },
+            rattlers: idle / free,
+            tensor,
+            anisotropy: if D == 2 { 4.0 } else { 7.5 } * square.sqrt(),
+            mean_force,
+            weak: weak / count,
+        })
+    }
+
+    /// Share of the contacts between grains in each of `bins` equal parts of the half turn from the x axis towards y, normals
+    /// seen along z; all zero where no grains touch.
+    pub fn rose(&self, bins: usize) -> Vec<f64> {
+        let mut counts = vec![0.0; bins];
+        let mut total = 0.0;
+        for contact in self.contacts().iter().filter(|contact| contact.other.is_some()) {
+            let angle = contact.branch[1].atan2(contact.branch[0]).rem_euclid(std::f64::consts::PI);
+            let bin = (angle / std::f64::consts::PI * bins as f64) as usize;
+            if let Some(last) = bins.checked_sub(1) {
+                counts[bin.min(last)] += 1.0;
+                total += 1.0;
+            }
+        }
+        if total > 0.0 {
+            counts.iter_mut().for_each(|count| *count /= total);
+        }
+        counts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chain_that_hangs_on_a_ring_bears_nothing() {
+        // A ring of three; a chain of two on it; one grain alone.
+        let pairs = [(0, Some(1)), (1, Some(2)), (2, Some(0)), (2, Some(3)), (3, Some(4))];
+        assert_eq!(rattlers(6, &pairs), [false, false, false, true, true, true]);
+        // Between the ring and a wall the chain bears something.
+        let pairs = [(0, Some(1)), (1, Some(2)), (2, Some(0)), (2, Some(3)), (3, Some(4)), (4, None)];
+        assert_eq!(rattlers(6, &pairs), [false, false, false, false, false, true]);
+    }
+}

@@ -1,0 +1,64 @@
+//! How contacts lie (sheet: dem §3.9).
+
+use colluvium_testkit::near;
+
+use crate::common::{Scene, linear};
+
+/// Disks of radius 0.5001 m on a square lattice of 1 m six by six.
+fn lattice() -> Scene {
+    let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5));
+    for a in 0..6 {
+        for b in 0..6 {
+            let at = [a, b].map(|k: i32| f64::from(k) - 2.5);
+            scene = scene.disk([at[0], at[1]], 0.5001, [0.0; 2], 0.0);
+        }
+    }
+    scene
+}
+
+fn solver(scene: &Scene) -> colluvium_dem::DemSolver<2, 1> {
+    use colluvium_case::Solver;
+    let mut solver = scene.solver();
+    solver.step(1e-9).unwrap();
+    solver
+}
+
+#[test]
+fn a_square_lattice_has_no_direction_of_its_tensor() {
+    let fabric = solver(&lattice()).fabric().unwrap();
+    assert_eq!(fabric.contacts, 60);
+    near(fabric.coordination, 120.0 / 36.0, 1e-12);
+    near(fabric.mechanical_coordination, 120.0 / 36.0, 1e-12);
+    near(fabric.rattlers, 0.0, 1e-12);
+    near(fabric.tensor[0][0], 0.5, 1e-12);
+    near(fabric.tensor[0][1], 0.0, 1e-12);
+    near(fabric.anisotropy, 0.0, 1e-12);
+    near(fabric.mean_force / (1e4 * 2e-4), 1.0, 1e-6);
+    let rose = solver(&lattice()).rose(4);
+    near(rose.iter().sum::<f64>(), 1.0, 1e-12);
+}
+
+#[test]
+fn contacts_of_a_single_row_all_lie_along_it() {
+    let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5));
+    for k in 0..8 {
+        scene = scene.disk([f64::from(k) - 3.5, 0.0], 0.5001, [0.0; 2], 0.0);
+    }
+    let row = solver(&scene);
+    let fabric = row.fabric().unwrap();
+    near(fabric.tensor[0][0], 1.0, 1e-9);
+    // 4 (G - 1/2) has the entries 2 and -2.
+    near(fabric.anisotropy, 8.0f64.sqrt(), 1e-6);
+    near(fabric.coordination, 14.0 / 8.0, 1e-12);
+    // Its ends are held by nothing, and without them the next ones are not either.
+    near(fabric.mechanical_coordination, 0.0, 1e-12);
+    near(fabric.rattlers, 1.0, 1e-12);
+}
+
+#[test]
+fn where_no_grains_touch_there_is_no_fabric() {
+    let scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5)).disk([0.0, 0.0], 0.5, [0.0; 2], 0.0);
+    let alone = solver(&scene);
+    assert!(alone.fabric().is_none());
+    assert_eq!(alone.rose(3), [0.0; 3]);
+}

@@ -1,0 +1,121 @@
+//! Options of contacts and stages against closed forms (sheet: dem §2.7, §2.9, §3.1).
+
+use colluvium_case::{Case, Solver};
+use colluvium_dem::{DemSolver, disks, spheres};
+use colluvium_testkit::near;
+use serde_json::{Value, json};
+
+use crate::common::{Scene, begun, linear};
+
+fn reading(solver: &DemSolver<2, 1>, name: &str) -> f64 {
+    solver.readings().iter().find(|(own, ..)| own == name).unwrap().2
+}
+
+#[test]
+fn a_modulus_of_the_grains_gives_a_stiffness_that_grows_with_them() {
+    let (modulus, overlap) = (3e6, 1e-4);
+    let mut pair = linear(1.0, 0.0, 0.5, 0.0);
+    pair["normal"] = json!({ "law": "linear", "grain_modulus": modulus, "damping_ratio": 0 });
+    for [a, b] in [[0.5, 0.3], [0.25, 0.15], [0.4, 0.4]] {
+        let force = 2.0 * modulus * a * b / (a + b) * overlap;
+        let apart = a + b - overlap;
+        let flat =
+            Scene::new(pair.clone()).disk([0.0; 2], a, [0.0; 2], 0.0).disk([apart, 0.0], b, [0.0; 2], 0.0);
+        let mut flat = flat.solver();
+        flat.step(1e-9).unwrap();
+        near(flat.contacts()[0].normal / force, 1.0, 1e-6);
+        let solid = Scene::new(pair.clone()).sphere([0.0; 3], a, [0.0; 3], [0.0; 3]).sphere(
+            [apart, 0.0, 0.0],
+            b,
+            [0.0; 3],
+            [0.0; 3],
+        );
+        let mut solid = solid;
+        solid.gravity = vec![0.0; 3];
+        let mut solid = begun(spheres(&solid.case()).unwrap());
+        solid.step(1e-9).unwrap();
+        near(solid.contacts()[0].normal / force, 1.0, 1e-6);
+    }
+}
+
+/// Place after `time` of a disk thrown with this velocity under this gravity with local damping of 0.3.
+fn thrown(form: &str, velocity: [f64; 2], gravity: [f64; 2], time: f64) -> [f64; 3] {
+    let mut scene = Scene::new(linear(1e6, 0.0, 0.5, 0.0)).disk([0.0; 2], 0.5, velocity, 0.0);
+    scene.gravity = gravity.to_vec();
+    scene.options = json!({ "stages": { "all": { "damping_form": form } } });
+    let mut value: Value = scene.json();
+    value["stages"] = json!([{ "name": "all", "duration": 100, "damping": 0.3 }]);
+    let mut solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
+    let count = (time / solver.limit().dt).ceil();
+    for _ in 0..count as usize {
+        solver.step(time / count).unwrap();
+    }
+    solver.snapshot().positions[0]
+}
+
+#[test]
+fn local_damping_takes_its_share_of_each_component_or_of_the_force() {
+    let (velocity, gravity, time): ([f64; 2], [f64; 2], f64) = ([-1.0, -5.0], [1.0, -9.81], 0.1);
+    let place = |accelerations: [f64; 2]| -> [f64; 2] {
+        std::array::from_fn(|c| velocity[c] * time + 0.5 * accelerations[c] * time * time)
+    };
+    // Along x the grain moves against gravity, along y with it, and on the whole with it.
+    for (form, exact) in [
+        ("components", place([1.3 * gravity[0], 0.7 * gravity[1]])),
+        ("vector", place([0.7 * gravity[0], 0.7 * gravity[1]])),
+    ] {
+        let x = thrown(form, velocity, gravity, time);
+        near(x[0], exact[0], 1e-10);
+        near(x[1], exact[1], 1e-10);
+    }
+}
+
+#[test]
+fn the_unbalanced_force_is_that_of_grains_over_that_of_contacts() {
+    let row = |count: usize| {
+        let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.0));
+        for k in 0..count {
+            scene = scene.disk([k as f64 * 0.9998, 0.0], 0.5, [0.0; 2], 0.0);
+        }
+        let mut solver = scene.solver();
+        solver.step(1e-9).unwrap();
+        reading(&solver, "unbalanced_force")
+    };
+    // Only the two ends are out of balance, by the force of one contact.
+    near(row(2), 1.0, 1e-6);
+    near(row(3), (2.0f64 / 3.0).sqrt(), 1e-6);
+    near(row(8), 0.5, 1e-6);
+    // Nothing acts on a grain alone.
+    near(row(1), 0.0, 1e-12);
+}
+
+#[test]
+fn a_cohesive_contact_breaks_at_its_tension_and_takes_the_energy_of_its_spring() {
+    let (stiffness, force) = (1e6, 50.0);
+    // Masses are 1 kg: half the relative motion's energy must exceed that of the spring where it breaks.
+    let lost: f64 = 0.5 * force * force / stiffness;
+    let least = (2.0 * lost / 0.5).sqrt();
+    let parted = |speed: f64| {
+        let mut pair = linear(stiffness, 0.0, 0.5, 0.0);
+        pair["adhesion"] = json!({ "kind": "cohesive", "tension": 2.0 * force, "shear": 0 });
+        let scene = Scene::new(pair).disk([0.0; 2], 0.5, [-0.5 * speed, 0.0], 0.0).disk(
+            [1.0 - 1e-7, 0.0],
+            0.5,
+            [0.5 * speed, 0.0],
+            0.0,
+        );
+        let mut solver = scene.solver();
+        for _ in 0..8000 {
+            solver.step(1e-6).unwrap();
+        }
+        solver
+    };
+    let free = parted(1.4 * least);
+    let v = free.snapshot().vectors("velocity").unwrap().to_vec();
+    near((v[1][0] - v[0][0]) / least, (1.4f64 * 1.4 - 1.0).sqrt(), 1e-2);
+    near(reading(&free, "dissipated.bonds") / lost, 1.0, 1e-2);
+    let bound = parted(0.9 * least);
+    near(reading(&bound, "dissipated.bonds"), 0.0, 1e-12);
+    let x = bound.snapshot().positions.clone();
+    assert!(x[1][0] - x[0][0] < 1.0 + force / stiffness);
+}
