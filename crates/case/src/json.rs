@@ -71,11 +71,12 @@ pub fn value(file: &Path) -> Result<Value, CaseErrors> {
     parse(&text(file)?).map_err(|error| CaseErrors::one(error).in_file(file))
 }
 
-/// JSON text to a value.
+/// JSON text to a value; the mark of byte order with which some editors begin a file is passed over.
 ///
 /// # Errors
 /// Syntax and duplicate keys, with line and column.
 pub fn parse(text: &str) -> Result<Value, CaseError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let value = Strict.deserialize(&mut deserializer).and_then(|value| deserializer.end().map(|()| value));
     value.map_err(|error| {
@@ -425,6 +426,12 @@ mod tests {
         assert_eq!(join("a", "b"), "a.b");
         assert_eq!(join("", "[0].b"), "[0].b");
         assert_eq!(join("a", "."), "a");
+    }
+
+    #[test]
+    fn a_mark_of_byte_order_is_no_error() {
+        assert_eq!(parse("\u{feff}{ \"a\": 1 }").unwrap(), serde_json::json!({ "a": 1 }));
+        assert!(parse("{ \u{feff}\"a\": 1 }").is_err());
     }
 
     #[test]

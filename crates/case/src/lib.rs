@@ -28,7 +28,7 @@ mod warnings;
 
 pub use description::Case;
 pub use equilibrium::{Equilibrium, Scales};
-pub use error::{CaseError, CaseErrors};
+pub use error::{CaseError, CaseErrors, printable};
 pub use features::{Feature, Honours, Needs};
 pub use load::spatial;
 pub use obstacle::{Covering, Standing, read_pairs};

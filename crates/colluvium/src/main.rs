@@ -14,6 +14,10 @@ use commands::{Failure, check, compare, element_test, export, new, plot, report,
 #[derive(Parser)]
 #[command(version, verbatim_doc_comment)]
 struct Arguments {
+    /// Load the shared libraries that materials of the model `umat` name. They run with your rights: only for files that
+    /// you trust. The environment variable COLLUVIUM_ALLOW_LIBRARY=1 does the same.
+    #[arg(long, global = true)]
+    allow_library: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -43,7 +47,11 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let result = match Arguments::parse().command {
+    let arguments = Arguments::parse();
+    if arguments.allow_library {
+        colluvium::constitutive::laws::allow_libraries();
+    }
+    let result = match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),

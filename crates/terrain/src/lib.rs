@@ -51,7 +51,8 @@ pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
     let raster = match ending(file).as_str() {
         "asc" | "grd" | "txt" => {
             let text = std::fs::read_to_string(file).map_err(|e| of(file)(format!("cannot be read: {e}")))?;
-            ascii_grid::parse(&text)
+            // Some editors begin a file with a mark of byte order.
+            ascii_grid::parse(text.trim_start_matches('\u{feff}'))
         }
         "tif" | "tiff" => {
             let bytes = std::fs::read(file).map_err(|e| of(file)(format!("cannot be read: {e}")))?;

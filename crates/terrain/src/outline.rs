@@ -17,7 +17,8 @@ pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
     let rings = match ending(file).as_str() {
         "geojson" | "json" => {
             let text = std::fs::read_to_string(file).map_err(|e| of(file)(format!("cannot be read: {e}")))?;
-            geojson_rings(&text)
+            // Some editors begin a file with a mark of byte order.
+            geojson_rings(text.trim_start_matches('\u{feff}'))
         }
         "shp" => shapefile_rings(file),
         _ => return Err(unknown(file, ".geojson, .json or .shp")),

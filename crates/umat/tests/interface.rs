@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use colluvium_constitutive::laws::{LinearElasticSpec, StrainMeasure, UmatSpec};
+use colluvium_constitutive::laws::{LinearElasticSpec, StrainMeasure, UmatSpec, allow_libraries};
 use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 
-/// The C file of the tests as a shared library.
+/// The C file of the tests as a shared library, which may be loaded.
 fn built(folder: &Path) -> PathBuf {
+    allow_libraries();
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/elastic_umat.c");
     let library = folder.join("libelastic_umat.so");
     // The linker that Rust itself needs is a C compiler.
@@ -97,8 +98,15 @@ fn what_is_wrong_with_a_library_is_named() {
     std::fs::write(&text, "no library").unwrap();
     let not_one = fail(spec(text));
     assert!(not_one.starts_with("library: ") && not_one.contains("cannot be loaded"), "{not_one}");
+    // The loader of the system says why.
+    #[cfg(target_os = "linux")]
+    assert!(not_one.contains("file too short") || not_one.contains("invalid ELF header"), "{not_one}");
+    let no_file = fail(spec(folder.path().to_owned()));
+    assert!(no_file.contains("is not a regular file"), "{no_file}");
     let symbol = fail(UmatSpec { symbol: "vumat_".to_owned(), ..spec(library.clone()) });
     assert!(symbol.starts_with("symbol: \"vumat_\" is not in"), "{symbol}");
+    #[cfg(target_os = "linux")]
+    assert!(symbol.contains("undefined symbol: vumat_"), "{symbol}");
     let props = fail(UmatSpec { props: vec![1.0, f64::NAN], ..spec(library.clone()) });
     assert!(props.starts_with("props: NaN"), "{props}");
     // Too few properties: this library then asks for a shorter step.
@@ -106,4 +114,19 @@ fn what_is_wrong_with_a_library_is_named() {
     let condition = InitialCondition { stress: SymTensor::ZERO, density: 2000.0 };
     let error = law.initial(&[condition]).expect_err("refused").to_string();
     assert!(error.contains("shorter step"), "{error}");
+}
+
+#[test]
+fn a_stiffness_that_is_no_number_stops_the_step() {
+    let folder = tempfile::tempdir().unwrap();
+    // With a modulus for the time step from the user as well.
+    for wave_modulus in [None, Some(1e8)] {
+        let broken = UmatSpec { symbol: "nan_".to_owned(), wave_modulus, ..spec(built(folder.path())) };
+        let law = MaterialSpec::Umat(broken).build().unwrap();
+        let (stress, mut states) = start(&*law);
+        let shear = Mat3([[1e-3, 0.0, 0.0], [0.0; 3], [0.0; 3]]);
+        let motion = Motion::from_velocity_gradient(&shear, 1.0, 2000.0, 0.1).unwrap();
+        let error = law.update(&[motion], &mut [stress], &mut states.blocks_mut()[0]).expect_err("stopped");
+        assert!(error.to_string().contains("DDSDDE"), "{error}");
+    }
 }

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use colluvium_constitutive::laws::UmatSpec;
+use colluvium_constitutive::laws::{UmatSpec, allow_libraries};
 use colluvium_constitutive::{InitialCondition, Mat3, Material, MaterialSpec, Motion, States, SymTensor};
 
 /// The shared library of this package, built beside its tests.
@@ -39,6 +39,7 @@ fn path() -> Vec<Mat3> {
 
 #[test]
 fn every_law_as_a_umat_gives_its_own_stresses() {
+    allow_libraries();
     let folder = tempfile::tempdir().unwrap();
     let specs: BTreeMap<String, MaterialSpec> = MaterialSpec::examples()
         .into_iter()

@@ -28,6 +28,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use colluvium::case::output::OutputError;
+use colluvium::case::printable;
 use colluvium::case::{Case, CaseError, CaseErrors, Method, RunError};
 use colluvium::compare::CompareError;
 use colluvium::sweep::SweepError;
@@ -41,9 +42,9 @@ fn print(line: std::fmt::Arguments<'_>) -> Result<(), Failure> {
     }
 }
 
-/// Prints a line on standard error, if that is possible.
+/// Prints a line on standard error, if that is possible; what of it would move the cursor or colour is escaped.
 pub fn complain(line: std::fmt::Arguments<'_>) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", printable(&line.to_string()));
 }
 
 /// Why a command ends without success.

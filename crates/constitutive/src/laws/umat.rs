@@ -8,17 +8,18 @@
 //! library wait for each other unless `thread_safe` says otherwise. Limits: three-dimensional stress
 //! (`NTENS = 6`), no temperature, no utility routines of Abaqus.
 //!
-//! The library is code from outside: it can do anything, a wrong number of state variables included.
+//! The library is code from outside: it can do anything, a wrong number of state variables included. It is loaded only
+//! where [`allow_libraries`](super::allow_libraries) or the environment allows it.
 
-use std::collections::HashMap;
 use std::ffi::{c_char, c_int};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use libloading::Library;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::foreign;
 use crate::corotational::half_rotation;
 use crate::model::{Facts, Kind, Model, check, positive};
 use crate::{
@@ -155,44 +156,18 @@ struct Routine {
     _library: Arc<Library>,
 }
 
-/// A library and the lock its routines share.
-type Opened = (Arc<Library>, Arc<Mutex<()>>);
-
-/// Libraries in use, each opened once, so that materials of one library share its lock.
-fn libraries() -> &'static Mutex<HashMap<PathBuf, Opened>> {
-    static OPEN: OnceLock<Mutex<HashMap<PathBuf, Opened>>> = OnceLock::new();
-    OPEN.get_or_init(Mutex::default)
-}
-
 impl Routine {
     #[allow(unsafe_code, reason = "code of another language can be called in no other way")]
     fn load(path: &Path, symbol: &str) -> Result<Self, MaterialError> {
-        let fail = |field: &str, rule: String| Err(MaterialError::choice(field, rule));
-        let file = match path.canonicalize() {
-            Ok(file) => file,
-            Err(error) => return fail("library", format!("{}: {error}", path.display())),
-        };
-        let mut open = libraries().lock().unwrap_or_else(PoisonError::into_inner);
-        let (library, lock) = match open.get(&file) {
-            Some(opened) => opened.clone(),
-            None => {
-                // SAFETY: initialisers of the library run here; the user named it as trusted code.
-                let library = match unsafe { Library::new(&file) } {
-                    Ok(library) => library,
-                    Err(error) => {
-                        return fail("library", format!("{} cannot be loaded: {error}", path.display()));
-                    }
-                };
-                let opened: Opened = (Arc::new(library), Arc::default());
-                open.insert(file, opened.clone());
-                opened
-            }
-        };
+        let (library, lock) = foreign::open(path)?;
         // SAFETY: the symbol is a routine with the interface of a UMAT, which is what the user says it is;
         // the library outlives the pointer.
         let function = match unsafe { library.get::<UmatFunction>(symbol.as_bytes()) } {
             Ok(function) => *function,
-            Err(error) => return fail("symbol", format!("{symbol:?} is not in {}: {error}", path.display())),
+            Err(error) => {
+                let rule = format!("{symbol:?} is not in {}: {}", path.display(), foreign::reason(&error));
+                return Err(MaterialError::choice("symbol", rule));
+            }
         };
         Ok(Self { function, lock, _library: library })
     }
@@ -277,7 +252,7 @@ impl Umat {
                 (!spec.thread_safe).then(|| self.routine.lock.lock().unwrap_or_else(PoisonError::into_inner));
             // SAFETY: every pointer is to a live array of the length that the interface of a UMAT names; what
             // the library does with them is the word of the user.
-            unsafe {
+            foreign::guarded(|| unsafe {
                 (self.routine.function)(
                     sigma.as_mut_ptr(),
                     variables.as_mut_ptr(),
@@ -318,7 +293,7 @@ impl Umat {
                     &raw const counter,
                     name.len(),
                 );
-            }
+            });
         }
         variables.truncate(count);
         if pnewdt < 1.0 {
@@ -336,6 +311,10 @@ impl Umat {
         let tangent = Tangent(std::array::from_fn(|i| {
             std::array::from_fn(|j| ddsdde[ORDER[j] * 6 + ORDER[i]] * spec.pascals)
         }));
+        if !tangent.0.iter().flatten().all(|value| value.is_finite()) {
+            let reason = "the library returned a stiffness (DDSDDE) that is not finite";
+            return Err(MaterialError::Motion { model: NAME, reason });
+        }
         Ok(Called { stress, variables, tangent })
     }
 
