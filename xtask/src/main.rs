@@ -38,6 +38,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    colluvium::offer_materials();
     let result = match Arguments::parse().command {
         Command::Validate(arguments) => validate::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),

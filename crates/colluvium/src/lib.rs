@@ -59,8 +59,14 @@ use serde_json::Value;
 /// Commit that this was built from; `None` where there was no git.
 pub const COMMIT: Option<&str> = option_env!("COLLUVIUM_COMMIT");
 
+/// Makes the materials that methods bring known to case files; [`methods`] and [`element_test`] do so as well.
+pub fn offer_materials() {
+    constitutive::offer_material(&dem::material::GranularCells);
+}
+
 /// All methods.
 pub fn methods() -> &'static [&'static dyn Method] {
+    offer_materials();
     &[&mpm::Mpm, &sph::Sph, &dem::Dem, &depth_sph::DepthSph, &snow_mpm::SnowMpm]
 }
 
@@ -106,6 +112,7 @@ pub fn load_element_test(file: &std::path::Path) -> Result<ElementTest, CaseErro
 }
 
 fn checked(test: ElementTest) -> Result<ElementTest, CaseErrors> {
+    offer_materials();
     match test.validate() {
         Ok(()) => Ok(test),
         Err(DriverError::Invalid(problems)) => {

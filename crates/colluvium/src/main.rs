@@ -47,6 +47,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    colluvium::offer_materials();
     let arguments = Arguments::parse();
     if arguments.allow_library {
         colluvium::constitutive::laws::allow_libraries();

@@ -273,6 +273,9 @@ pub trait Material: Send + Sync {
     /// See [`StressUpdate::is_time_dependent`].
     fn is_time_dependent(&self) -> bool;
 
+    /// See [`StressUpdate::stress_tolerance`].
+    fn stress_tolerance(&self) -> f64;
+
     /// Upper bounds on the P-wave modulus (Pa), one per point.
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
@@ -369,6 +372,10 @@ impl<L: StressUpdate> Material for L {
 
     fn is_time_dependent(&self) -> bool {
         StressUpdate::is_time_dependent(self)
+    }
+
+    fn stress_tolerance(&self) -> f64 {
+        StressUpdate::stress_tolerance(self)
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {

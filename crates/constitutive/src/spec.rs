@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::laws::*;
 use crate::model::{Facts, Kind, Model};
-use crate::{Material, MaterialError};
+use crate::{Material, MaterialError, OtherSpec};
 
 /// The enum of all models and what is asked of each of them.
 macro_rules! models {
@@ -153,6 +153,8 @@ models! {
     "mu-i" => MuI(MuISpec),
     /// Elastic–perfectly plastic soil with pressure from density.
     "cfd-soil" => CfdSoil(CfdSoilSpec),
+    /// A law that a method brings, such as a periodic cell of grains.
+    "other" => Other(OtherSpec),
 }
 
 /// Most materials around one another.

@@ -84,6 +84,12 @@ pub trait StressUpdate: Send + Sync + 'static {
         false
     }
 
+    /// Change of stress over the stress that the law cannot tell from noise: implicit solvers and the element driver do not
+    /// look for more.
+    fn stress_tolerance(&self) -> f64 {
+        0.0
+    }
+
     /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
     fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
 

@@ -133,6 +133,10 @@ impl<W: Wrapper> Material for Around<W> {
         W::TIME_DEPENDENT || self.inner.is_time_dependent()
     }
 
+    fn stress_tolerance(&self) -> f64 {
+        self.inner.stress_tolerance()
+    }
+
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
         let (own, block) = states.parts::<W::Own>();
         self.inner.wave_moduli(&self.inner_stresses(stresses, own)[..stresses.len()], block, out);

@@ -19,6 +19,7 @@ mod facets;
 mod grains;
 mod ledger;
 mod lists;
+pub mod material;
 mod motion;
 mod pairs;
 mod report;

@@ -229,6 +229,7 @@ impl Mixed {
         let unknowns = Vector::from_fn(|j, _| if j == 6 { stiffness } else { 1.0 });
         let largest = (0..7).map(|i| (self.total[i] * rows[i]).abs()).fold(0.0, f64::max);
         let size = largest.max(1e-6 * specimen.stress.norm()).max(1e-12 * stiffness);
+        let accepted = (TOLERANCE * size).max(specimen.material.stress_tolerance() * specimen.stress.norm());
         let residual = |x: &Vector| -> Result<(Vector, Motion), Trouble> {
             let motion = specimen.motion(&self.gradient(x), dt).ok_or(Trouble::Singular)?;
             let (new, _) = specimen.tried(&motion).map_err(Trouble::Law)?;
@@ -243,7 +244,7 @@ impl Mixed {
         let mut x = Vector::zeros();
         let (mut r, mut motion) = residual(&x)?;
         for _ in 0..ITERATIONS {
-            if r.amax() <= TOLERANCE * size {
+            if r.amax() <= accepted {
                 return Ok((motion, x[6] * stiffness));
             }
             let stuck = Trouble::Row(r.iamax());

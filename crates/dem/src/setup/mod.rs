@@ -146,6 +146,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         ledger: Ledger::default(),
         virial: [[[0.0; D]; D]; 2],
         broken: Vec::new(),
+        imposed: None,
         options,
     };
     solver.walls = walls(&solver, 0);

@@ -30,6 +30,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// Change of the velocity gradient of the cell with a step of `dt` (1/s).
     pub(crate) fn control(&self, dt: f64) -> [[f64; D]; D] {
+        if let Some(rate) = self.imposed {
+            let now = self.cell.rate;
+            return std::array::from_fn(|i| std::array::from_fn(|j| rate[i][j] - now[i][j]));
+        }
         let mut change = [[0.0; D]; D];
         let stage = &self.case.stages[self.stage];
         let control = self.options.stages.get(&stage.name).and_then(|options| options.cell);

@@ -109,6 +109,8 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) virial: [Virial<D>; 2],
     /// Thickness of the skin (m).
     pub(crate) skin: f64,
+    /// Velocity gradient (1/s) that the cell takes in place of what its stage says.
+    pub(crate) imposed: Option<[[f64; D]; D]>,
     /// Bonds that broke: time (s) and ids of the grains.
     pub(crate) broken: Vec<(f64, u32, u32)>,
 }

@@ -6,6 +6,7 @@ mod collisions;
 mod common;
 mod fabric;
 mod input;
+mod material;
 mod obstacles;
 mod options;
 mod piles;

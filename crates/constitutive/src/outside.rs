@@ -1,0 +1,130 @@
+//! Materials that others bring: a method whose cells can stand for a material point offers a factory, and case files name it.
+
+use std::sync::{Arc, PoisonError, RwLock};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::model::{Facts, Kind, Model};
+use crate::{Material, MaterialError};
+
+/// Makes materials that this crate does not know.
+pub trait MaterialFactory: Send + Sync {
+    /// Name of its law, the key `law` of a case file.
+    fn name(&self) -> &'static str;
+
+    /// The law of a point with an initial density (kg/m³), from the parameters of a case file.
+    ///
+    /// # Errors
+    /// The first parameter that is out of range or not known, by its path within `parameters`.
+    fn build(
+        &self,
+        density: f64,
+        parameters: &Map<String, Value>,
+    ) -> Result<Arc<dyn Material>, MaterialError>;
+}
+
+static FACTORIES: RwLock<Vec<&'static dyn MaterialFactory>> = RwLock::new(Vec::new());
+
+/// Makes the law of a factory known to case files, as `{"model": "other", "law": …}`. Of two factories with one name the first
+/// stays.
+pub fn offer_material(factory: &'static dyn MaterialFactory) {
+    let mut known = FACTORIES.write().unwrap_or_else(PoisonError::into_inner);
+    if known.iter().all(|other| other.name() != factory.name()) {
+        known.push(factory);
+    }
+}
+
+/// Parameters of `other`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OtherSpec {
+    /// Density of the material as a whole (kg/m³), > 0.
+    pub density: f64,
+    /// Name of the law: `granular-cell`, a periodic cell of grains.
+    pub law: String,
+    /// Parameters of that law.
+    #[serde(default)]
+    pub parameters: Map<String, Value>,
+}
+
+impl Model for OtherSpec {
+    const FACTS: Facts = Facts {
+        source: "a method that brings it",
+        kind: Kind::Solid,
+        strain: "the law's",
+        tangent: "the law's",
+    };
+
+    fn density(&self) -> f64 {
+        self.density
+    }
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        let known = FACTORIES.read().unwrap_or_else(PoisonError::into_inner);
+        let Some(factory) = known.iter().find(|factory| factory.name() == self.law) else {
+            let names: Vec<&str> = known.iter().map(|factory| factory.name()).collect();
+            let rule = format!("no law {:?} is offered here; there is {}", self.law, listed(&names));
+            return Err(MaterialError::choice("law", rule));
+        };
+        factory.build(self.density, &self.parameters).map_err(|error| error.under("parameters"))
+    }
+
+    /// None: what there is depends on who offers it.
+    fn examples() -> Vec<Self> {
+        Vec::new()
+    }
+}
+
+fn listed(names: &[&str]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{InitialCondition, MaterialSpec, SymTensor};
+
+    struct Doubled;
+
+    impl MaterialFactory for Doubled {
+        fn name(&self) -> &'static str {
+            "doubled"
+        }
+        fn build(
+            &self,
+            density: f64,
+            parameters: &Map<String, Value>,
+        ) -> Result<Arc<dyn Material>, MaterialError> {
+            let modulus = parameters.get("modulus").and_then(Value::as_f64).unwrap_or(0.0);
+            let spec = serde_json::json!({
+                "model": "linear-elastic", "density": density, "youngs_modulus": 2.0 * modulus, "poissons_ratio": 0.0
+            });
+            serde_json::from_value::<MaterialSpec>(spec).unwrap().build()
+        }
+    }
+
+    #[test]
+    fn a_law_from_outside_is_found_by_its_name_also_within_another() {
+        offer_material(&Doubled);
+        let read = |text: &str| serde_json::from_str::<MaterialSpec>(text).unwrap().build();
+        let other =
+            r#"{"model": "other", "law": "doubled", "density": 2000, "parameters": {"modulus": 5e6}}"#;
+        let law = read(other).unwrap();
+        let start = InitialCondition { stress: SymTensor::ZERO, density: 2000.0 };
+        let (stress, states) = law.initial(&[start]).unwrap();
+        let mut modulus = [0.0];
+        law.wave_moduli(&stress, &states.blocks()[0], &mut modulus);
+        assert!((modulus[0] / 10e6 - 1.0).abs() < 1e-12);
+        let nested =
+            format!(r#"{{"model": "eigenstrain", "material": {other}, "strain": [0,0,0,0,0,0], "end": 1}}"#);
+        if let Ok(spec) = serde_json::from_str::<MaterialSpec>(&nested) {
+            spec.build().unwrap();
+        }
+        let wrong = read(&other.replace("doubled\"", "tripled\"")).map(|_| ()).unwrap_err().to_string();
+        assert!(wrong.starts_with("law: no law \"tripled\" is offered here; there is doubled"), "{wrong}");
+        let wrong = read(&other.replace("5e6", "-1")).map(|_| ()).unwrap_err().to_string();
+        assert!(wrong.starts_with("parameters.youngs_modulus: -2"), "{wrong}");
+    }
+}

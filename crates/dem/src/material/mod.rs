@@ -1,0 +1,247 @@
+//! A periodic cell of grains as a material: continua and the element driver deform it and take its stress
+//! (sheet: dem §3.7–3.9; Sun 2020, “hierarchical multiscale”).
+//!
+//! Each point holds a cell of its own, as the bytes of a checkpoint that points share until they deform. A step deforms the cell
+//! by the motion of the point, in as many steps of the grains as keep the inertial number below a bound, and takes the mean stress
+//! of its contacts. Costs follow from that: see `docs/theory/dem.md`.
+//!
+//! Disks carry stress in the plane; across it they have the mean of the two normal stresses, so that the mean pressure is that in
+//! the plane, and refuse any strain there. Grains without cohesion have no stress once they lose contact: such a point is stiff
+//! again only after it is compressed to where its grains meet.
+
+mod cell;
+mod spec;
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use colluvium_constitutive::{
+    InitialCondition, Material, MaterialError, MaterialFactory, Motion, Point, StressUpdate, SymTensor,
+    Tangent,
+};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::{Map, Value};
+
+pub use spec::{CellContact, GranularCellSpec, Preparation};
+
+use crate::DemSolver;
+use cell::Frame;
+
+const NAME: &str = "granular-cell";
+
+/// Brings `{"model": "other", "law": "granular-cell"}` to case files (see [`colluvium_constitutive::offer_material`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GranularCells;
+
+impl MaterialFactory for GranularCells {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn build(&self, _: f64, parameters: &Map<String, Value>) -> Result<Arc<dyn Material>, MaterialError> {
+        let spec: GranularCellSpec = serde_json::from_value(Value::Object(parameters.clone()))
+            .map_err(|error| spec::refused("", error.to_string()))?;
+        spec.validate()?;
+        Ok(if spec.dimension == 3 {
+            Arc::new(GranularCell::<3, 3>::new(spec)?)
+        } else {
+            Arc::new(GranularCell::<2, 1>::new(spec)?)
+        })
+    }
+}
+
+/// What a point keeps of its cell.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct CellState {
+    bytes: Shared,
+    /// Bound on the P-wave modulus (Pa).
+    modulus: f64,
+    /// Void over volume.
+    porosity: f64,
+    /// Contacts per grain.
+    coordination: f64,
+    /// Mean unbalanced force over mean contact force.
+    unbalanced: f64,
+}
+
+/// Bytes that points share until they deform.
+#[derive(Clone)]
+struct Shared(Arc<[u8]>);
+
+impl Serialize for Shared {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        self.0.as_ref().serialize(to)
+    }
+}
+
+impl<'de> Deserialize<'de> for Shared {
+    fn deserialize<T: Deserializer<'de>>(from: T) -> Result<Self, T::Error> {
+        Vec::<u8>::deserialize(from).map(|bytes| Self(bytes.into()))
+    }
+}
+
+type Prepared = Result<(SymTensor, CellState), MaterialError>;
+
+/// The law: cells of `D` dimensions whose grains have rotations of `R` components.
+pub struct GranularCell<const D: usize, const R: usize> {
+    spec: GranularCellSpec,
+    frame: Frame,
+    /// Solvers that no thread uses now.
+    idle: Mutex<Vec<DemSolver<D, R>>>,
+    /// The specimen under its pressure of preparation.
+    prepared: OnceLock<Prepared>,
+    /// Cells brought to the stresses that points start from, by the bits of those.
+    started: Mutex<HashMap<[u64; 6], Prepared>>,
+}
+
+fn held<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
+    lock.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<const D: usize, const R: usize> GranularCell<D, R> {
+    /// A cell of grains.
+    ///
+    /// # Errors
+    /// The first parameter that the discrete element method refuses.
+    pub fn new(spec: GranularCellSpec) -> Result<Self, MaterialError> {
+        let frame = Frame::new(&spec)?;
+        let first = frame.solver()?;
+        Ok(Self {
+            spec,
+            frame,
+            idle: Mutex::new(vec![first]),
+            prepared: OnceLock::new(),
+            started: Mutex::default(),
+        })
+    }
+
+    /// Calls `use_it` with a solver that holds the cell of `state`, the one of the case without one.
+    fn with<T>(
+        &self,
+        state: Option<&CellState>,
+        use_it: impl FnOnce(&mut DemSolver<D, R>) -> Result<T, MaterialError>,
+    ) -> Result<T, MaterialError> {
+        let idle = held(&self.idle).pop();
+        let mut solver = match idle {
+            Some(solver) if state.is_some() => solver,
+            _ => self.frame.solver()?,
+        };
+        if let Some(state) = state {
+            cell::restore(&mut solver, &state.bytes.0)?;
+        }
+        let result = use_it(&mut solver);
+        held(&self.idle).push(solver);
+        result
+    }
+
+    fn state(&self, solver: &DemSolver<D, R>) -> Result<CellState, MaterialError> {
+        let least =
+            self.prepared.get().and_then(|prepared| prepared.as_ref().ok()).map_or(0.0, |(_, s)| s.modulus);
+        Ok(CellState {
+            bytes: Shared(cell::bytes(solver)?.into()),
+            modulus: cell::modulus(solver).max(least),
+            porosity: 1.0 - cell::solid_fraction(solver),
+            coordination: cell::coordination(solver),
+            unbalanced: solver.unbalanced(),
+        })
+    }
+
+    fn prepared(&self) -> Prepared {
+        let prepare = || {
+            self.with(None, |solver| {
+                cell::prepare(solver, &self.spec)?;
+                Ok((cell::stress(solver), self.state(solver)?))
+            })
+        };
+        self.prepared.get_or_init(prepare).clone()
+    }
+
+    fn started(&self, target: &SymTensor) -> Prepared {
+        let key = target.0.map(f64::to_bits);
+        if let Some(known) = held(&self.started).get(&key) {
+            return known.clone();
+        }
+        let (_, base) = self.prepared()?;
+        let made = self.with(Some(&base), |solver| {
+            cell::load(solver, &self.spec, target)?;
+            Ok((cell::stress(solver), self.state(solver)?))
+        });
+        held(&self.started).entry(key).or_insert(made).clone()
+    }
+
+    fn deformed(&self, motion: &Motion, old: &Point<CellState>) -> Result<Point<CellState>, MaterialError> {
+        self.with(Some(&old.state), |solver| {
+            cell::deform(solver, &self.spec, &motion.deformation, &old.stress)?;
+            Ok(Point { stress: cell::stress(solver), state: self.state(solver)? })
+        })
+    }
+}
+
+/// Strain by which tangents are found: small against the strain to failure, large against noise.
+const PROBE: f64 = 1e-4;
+
+impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
+    type State = CellState;
+
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<CellState>, MaterialError> {
+        cell::check_initial::<D>(&initial.stress)?;
+        let (stress, state) = self.started(&initial.stress)?;
+        Ok(Point { stress, state })
+    }
+
+    fn update(&self, motion: &Motion, old: &Point<CellState>) -> Result<Point<CellState>, MaterialError> {
+        cell::check_motion::<D>(motion)?;
+        if motion.deformation == colluvium_constitutive::Mat3::IDENTITY {
+            return Ok(old.clone());
+        }
+        self.deformed(motion, old)
+    }
+
+    fn state_size(&self) -> usize {
+        let bytes = self.prepared.get().and_then(|prepared| prepared.as_ref().ok());
+        size_of::<CellState>() + bytes.map_or(self.frame.bytes, |(_, state)| state.bytes.0.len())
+    }
+
+    fn stress_tolerance(&self) -> f64 {
+        self.spec.tolerance
+    }
+
+    fn wave_modulus(&self, point: &Point<CellState>) -> f64 {
+        point.state.modulus
+    }
+
+    /// By forward differences of the strain [`PROBE`]; for disks in their plane, and a stiffness of the same size across it.
+    fn tangent(&self, motion: &Motion, old: &Point<CellState>) -> Result<Tangent, MaterialError> {
+        let here = StressUpdate::update(self, motion, old)?.stress;
+        let mut tangent = [[0.0; 6]; 6];
+        for (k, &(i, j)) in [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)].iter().enumerate() {
+            if i >= D || j >= D {
+                tangent[k][k] = old.state.modulus;
+                continue;
+            }
+            let mut gradient = motion.gradient;
+            gradient.0[i][j] += 0.5 * PROBE;
+            gradient.0[j][i] += 0.5 * PROBE;
+            let velocity = gradient * (1.0 / motion.dt);
+            let probe = Motion::from_velocity_gradient(&velocity, motion.dt, motion.density, motion.size)
+                .ok_or(MaterialError::Motion { model: NAME, reason: "the step is singular" })?;
+            let there = StressUpdate::update(self, &probe, old)?.stress;
+            for (row, entries) in tangent.iter_mut().enumerate() {
+                entries[k] = (there[row] - here[row]) / PROBE;
+            }
+        }
+        Ok(Tangent(tangent))
+    }
+
+    fn output_names(&self) -> &'static [&'static str] {
+        &["porosity", "coordination", "unbalanced_force"]
+    }
+
+    fn outputs(&self, point: &Point<CellState>, out: &mut [f64]) {
+        out.copy_from_slice(&[point.state.porosity, point.state.coordination, point.state.unbalanced]);
+    }
+}

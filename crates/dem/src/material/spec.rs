@@ -1,0 +1,125 @@
+//! Parameters of a cell of grains as a material.
+
+use colluvium_constitutive::MaterialError;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::config::{Diameters, Friction, NormalLaw, RollingSpec, TangentialSpec};
+
+/// Parameters of `granular-cell`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GranularCellSpec {
+    /// 2 for disks, in plane strain; 3 for spheres.
+    #[serde(default = "two")]
+    pub dimension: usize,
+    /// About how many grains a cell has, 16 to 100000. Noise of the stress falls with its square root; time grows with it.
+    #[serde(default = "grains")]
+    pub grains: usize,
+    /// Density of the grains (kg/m³), > 0.
+    pub grain_density: f64,
+    /// Their diameters.
+    pub diameter: Diameters,
+    /// How they act on each other.
+    pub contact: CellContact,
+    /// How the specimen is made.
+    pub preparation: Preparation,
+    /// Bound on the inertial number `γ̇ d √(ρ/p)` of the cell, 1e-6 to 0.1: the smaller, the more steps of the grains for a strain.
+    #[serde(default = "inertial_number")]
+    pub inertial_number: f64,
+    /// Local damping of grains, 0 up to 0.9.
+    #[serde(default = "damping")]
+    pub damping: f64,
+    /// Share of its stress that a cell cannot tell from noise, 1e-6 to 0.1.
+    #[serde(default = "tolerance")]
+    pub tolerance: f64,
+    /// Seed of sizes and places.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+/// How the grains of a cell act on each other; see `methods.dem.pairs`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CellContact {
+    /// Along the line of centres.
+    pub normal: NormalLaw,
+    /// Across it.
+    #[serde(default)]
+    pub tangential: TangentialSpec,
+    /// Friction.
+    pub friction: Friction,
+    /// Resistance against rolling; none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rolling: Option<RollingSpec>,
+}
+
+/// Isotropic compression of a random packing (sheet: dem §3.8.5).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Preparation {
+    /// Pressure (Pa), > 0. Points that start at less than a twentieth of it are unloaded by expansion.
+    pub pressure: f64,
+    /// Coefficient of friction during compression: 0 makes the specimen dense, that of the contacts loose.
+    #[serde(default)]
+    pub friction: f64,
+    /// Solid fraction of the packing that is drawn, 0.2 to 0.75: 0.7 for disks and 0.5 for spheres when absent.
+    #[serde(default)]
+    pub solid_fraction: Option<f64>,
+}
+
+fn two() -> usize {
+    2
+}
+fn grains() -> usize {
+    200
+}
+fn inertial_number() -> f64 {
+    1e-3
+}
+/// Sheet: dem §2.9.
+fn damping() -> f64 {
+    0.2
+}
+fn tolerance() -> f64 {
+    2e-3
+}
+
+/// An error about a parameter of the cell.
+pub fn refused(field: &str, rule: impl Into<String>) -> MaterialError {
+    MaterialError::Choice { model: "other", field: field.to_owned(), rule: rule.into() }
+}
+
+impl GranularCellSpec {
+    /// Checks the ranges; what the discrete element method checks itself comes when the cell is made.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn validate(&self) -> Result<(), MaterialError> {
+        let within = |field: &str, value: f64, low: f64, high: f64| {
+            if (low..=high).contains(&value) {
+                return Ok(());
+            }
+            let (model, field, rule) =
+                ("other", field.to_owned(), format!("is not between {low} and {high}"));
+            Err(MaterialError::Parameter { model, field, value, rule })
+        };
+        if !(2..=3).contains(&self.dimension) {
+            return Err(refused(
+                "dimension",
+                format!("{} is neither 2 (disks) nor 3 (spheres)", self.dimension),
+            ));
+        }
+        within("grains", self.grains as f64, 16.0, 1e5)?;
+        within("inertial_number", self.inertial_number, 1e-6, 0.1)?;
+        within("damping", self.damping, 0.0, 0.9)?;
+        within("tolerance", self.tolerance, 1e-6, 0.1)?;
+        within("preparation.pressure", self.preparation.pressure, f64::MIN_POSITIVE, 1e12)?;
+        within("preparation.friction", self.preparation.friction, 0.0, 10.0)?;
+        within("preparation.solid_fraction", self.solid_fraction(), 0.2, 0.75)
+    }
+
+    pub(crate) fn solid_fraction(&self) -> f64 {
+        self.preparation.solid_fraction.unwrap_or(if self.dimension == 3 { 0.5 } else { 0.7 })
+    }
+}

@@ -1,0 +1,137 @@
+//! A periodic cell of grains as a material.
+
+use colluvium_constitutive::driver::ElementTest;
+use colluvium_constitutive::{
+    InitialCondition, Mat3, Material, MaterialSpec, Motion, SymTensor, offer_material,
+};
+use colluvium_dem::material::GranularCells;
+use serde_json::{Value, json};
+
+const PRESSURE: f64 = 100e3;
+
+/// Disks with a stiffness of 500 pressures, friction 0.5.
+fn disks(friction_of_preparation: f64, seed: u64) -> Value {
+    json!({
+        "model": "other", "law": "granular-cell", "density": 2000,
+        "parameters": {
+            "grains": 100, "grain_density": 2600, "seed": seed,
+            "diameter": { "distribution": "uniform", "min": 0.8e-3, "max": 1.2e-3 },
+            "contact": {
+                "normal": { "law": "linear", "stiffness": 500.0 * PRESSURE, "damping_ratio": 0.4 },
+                "friction": { "coefficient": 0.5 }
+            },
+            "preparation": { "pressure": PRESSURE, "friction": friction_of_preparation }
+        }
+    })
+}
+
+fn built(spec: &Value) -> Result<std::sync::Arc<dyn Material>, String> {
+    offer_material(&GranularCells);
+    let spec: MaterialSpec = serde_json::from_value(spec.clone()).map_err(|error| error.to_string())?;
+    spec.build().map_err(|error| error.to_string())
+}
+
+fn start(stress: SymTensor) -> InitialCondition {
+    InitialCondition { stress, density: 2000.0 }
+}
+
+fn motion(gradient: [[f64; 3]; 3]) -> Motion {
+    Motion::from_velocity_gradient(&Mat3(gradient), 1.0, 2000.0, 1.0).unwrap()
+}
+
+#[test]
+fn a_cell_starts_with_the_stress_of_its_point_and_keeps_it_without_motion() {
+    let law = built(&disks(0.0, 1)).unwrap();
+    let target = SymTensor([-120e3, -80e3, -100e3, 0.0, 0.0, 0.0]);
+    let (mut stress, mut states) = law.initial(&[start(target), start(target)]).unwrap();
+    for component in [0, 1, 3] {
+        assert!((stress[0][component] - target[component]).abs() < 2e-3 * target.norm(), "{:?}", stress[0]);
+    }
+    assert_eq!(stress[0], stress[1]);
+    let before = stress.clone();
+    law.update(&[Motion::STILL; 2], &mut stress, &mut states.blocks_mut()[0]).unwrap();
+    assert_eq!(stress, before);
+}
+
+#[test]
+fn cells_that_are_saved_and_read_go_on_with_the_same_bits() {
+    let law = built(&disks(0.5, 2)).unwrap();
+    let (mut stress, mut states) = law.initial(&[start(SymTensor::isotropic(-PRESSURE))]).unwrap();
+    let shear = motion([[0.0, 2e-4, 0.0], [0.0, -1e-4, 0.0], [0.0; 3]]);
+    law.update(&[shear], &mut stress, &mut states.blocks_mut()[0]).unwrap();
+    let mut again = law.load(&law.save(&states)).unwrap();
+    let mut other = stress.clone();
+    law.update(&[shear], &mut stress, &mut states.blocks_mut()[0]).unwrap();
+    law.update(&[shear], &mut other, &mut again.blocks_mut()[0]).unwrap();
+    assert_eq!(stress, other);
+    // A law made anew from the same parameters has the same cells.
+    let law = built(&disks(0.5, 2)).unwrap();
+    let (mut third, mut states) = law.initial(&[start(SymTensor::isotropic(-PRESSURE))]).unwrap();
+    for _ in 0..2 {
+        law.update(&[shear], &mut third, &mut states.blocks_mut()[0]).unwrap();
+    }
+    assert_eq!(stress, third);
+}
+
+#[test]
+fn small_strains_have_the_stiffness_of_the_contacts() {
+    // Kuhn–Rothenburg bounds: an affine packing has the modulus Σ k l² n⁴ / V; grains that give way have less.
+    let law = built(&disks(0.0, 3)).unwrap();
+    let (mut stress, mut states) = law.initial(&[start(SymTensor::isotropic(-PRESSURE))]).unwrap();
+    let mut bound = [0.0];
+    law.wave_moduli(&stress, &states.blocks()[0], &mut bound);
+    let before = stress[0];
+    law.update(&[motion([[0.0; 3], [0.0, -1e-4, 0.0], [0.0; 3]])], &mut stress, &mut states.blocks_mut()[0])
+        .unwrap();
+    let modulus = (stress[0][1] - before[1]) / -1e-4;
+    assert!(modulus < bound[0] && modulus > 0.1 * bound[0], "{modulus:e} {:e}", bound[0]);
+}
+
+#[test]
+fn a_biaxial_test_of_a_dense_cell_has_the_friction_of_disks_and_dilates() {
+    let test: ElementTest = serde_json::from_value(json!({
+        "title": "biaxial test of grains", "material": disks(0.0, 4),
+        "initial_stress": [-PRESSURE, -PRESSURE, -PRESSURE, 0, 0, 0],
+        "stages": [{ "path": { "kind": "biaxial-plane-strain", "axial_compression": 0.06 }, "steps": 60 }]
+    }))
+    .unwrap();
+    offer_material(&GranularCells);
+    let path = test.run().unwrap();
+    let (x, y) = (path.column("stress_xx").unwrap(), path.column("stress_yy").unwrap());
+    // The lateral stress is kept within the tolerances of the steps.
+    let worst = x.iter().map(|value| (value / -PRESSURE - 1.0).abs()).fold(0.0, f64::max);
+    assert!(worst < 0.1, "{worst}");
+    // sin φ of dense disks with friction 0.5: 0.35 to 0.6 (sheet: dem B14).
+    let sine = x.iter().zip(&y).map(|(x, y)| (x - y) / -(x + y)).fold(0.0, f64::max);
+    assert!((0.3..0.7).contains(&sine), "{sine}");
+    let strain = |name: &str| path.last(name);
+    let volume = strain("strain_xx") + strain("strain_yy");
+    assert!(volume > 0.0, "{volume}");
+}
+
+#[test]
+fn wrong_parameters_are_refused_by_their_path() {
+    for (pointer, value, expected) in [
+        ("/parameters/grains", json!(3), "parameters.grains: 3 is not between 16 and 100000"),
+        ("/parameters/preparation/pressure", json!(-1.0), "parameters.preparation.pressure: -1 "),
+        ("/parameters/contact/normal/stiffness", json!(-5.0), "parameters.contact.normal"),
+        ("/parameters/dimension", json!(1), "parameters.dimension: 1 is neither"),
+        ("/law", json!("granular"), "law: no law \"granular\" is offered here"),
+    ] {
+        let mut spec = disks(0.0, 1);
+        if let Some(place) = spec.pointer_mut(pointer) {
+            *place = value;
+        } else {
+            spec["parameters"]["dimension"] = value;
+        }
+        let error = built(&spec).map(|_| ()).unwrap_err();
+        assert!(error.starts_with(expected), "{error}");
+    }
+    let law = built(&disks(0.0, 1)).unwrap();
+    let error = law.initial(&[start(SymTensor::isotropic(1e3))]).unwrap_err().to_string();
+    assert!(error.contains("bear no tension"), "{error}");
+    let (mut stress, mut states) = law.initial(&[start(SymTensor::isotropic(-PRESSURE))]).unwrap();
+    let across = motion([[0.0; 3], [0.0; 3], [0.0, 0.0, 1e-3]]);
+    let error = law.update(&[across], &mut stress, &mut states.blocks_mut()[0]).unwrap_err().to_string();
+    assert!(error.contains("take dimension 3"), "{error}");
+}
