@@ -121,7 +121,7 @@ fn a_weak_layer_fails_softens_and_packs_on_the_path_of_the_sheet() {
     let step = 1e-6;
     let path = walk(&anticrack(), &diagonal(0.0, -step, 0.0), 20_000);
     let axial = |strain: f64| -path[(strain / step).round() as usize - 1][1];
-    within(axial(0.0022), 2963.708_6 * 0.0022 / 0.002_201_612_1, 1e-6, "elastic");
+    within(axial(0.0022), 2_963.708_6 * 0.0022 / 0.002_201_612_1, 1e-6, "elastic");
     let peak = (0..5000).map(|k| -path[k][1]).fold(0.0, f64::max);
     within(peak, 2970.95, 5e-3, "peak");
     for (strain, exact) in [(0.0025, 2954.588), (0.003, 2672.375), (0.0035, 1529.719)] {
