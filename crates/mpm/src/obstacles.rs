@@ -1,7 +1,7 @@
 //! Obstacles on the nodes: those in the solid or on its surface have the velocity that it allows (sheet: mpm §2.11).
 
 use colluvium_case::description::{Measure, Obstacle, ObstacleWall};
-use colluvium_case::{Case, CaseError, Standing};
+use colluvium_case::{Case, CaseError, Standing, spatial};
 use colluvium_grid::{Face, Faces, WallKind};
 
 use crate::background::Background;
@@ -48,24 +48,14 @@ pub fn faces<const D: usize>(standing: &[Standing<'_, D>], background: &Backgrou
     if standing.is_empty() {
         return Faces::default();
     }
-    let strides = layout.strides();
-    let mut of_nodes = Vec::new();
-    for row in 0..layout.nodes()[0] {
-        for number in 0..strides[0] {
-            let index = layout.index(row, number);
-            let place: [f64; D] = std::array::from_fn(|a| {
-                grid.origin[a] + grid.cell * axis.coordinate(index[a], grid.cells[a])
-            });
-            for Standing { obstacle, surface, .. } in standing {
-                let gap = surface.gap(&place, DEPTH * grid.cell);
-                if let Some(gap) = gap.filter(|gap| gap.distance <= SLACK * grid.cell) {
-                    let normal = std::array::from_fn(|c| gap.normal.get(c).copied().unwrap_or(0.0));
-                    of_nodes.push(((row * strides[0] + number) as u32, face(obstacle, normal)));
-                }
+    Faces::in_space(grid, layout, axis, |place, found| {
+        for Standing { obstacle, surface, .. } in standing {
+            let gap = surface.gap(place, DEPTH * grid.cell);
+            if let Some(gap) = gap.filter(|gap| gap.distance <= SLACK * grid.cell) {
+                found.push(face(obstacle, spatial(&gap.normal)));
             }
         }
-    }
-    Faces::new(strides, layout.len(), &of_nodes)
+    })
 }
 
 fn face(obstacle: &Obstacle, normal: [f64; 3]) -> Face {

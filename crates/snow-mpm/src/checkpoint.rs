@@ -100,7 +100,8 @@ impl<const D: usize> Solver for SnowSolver<D> {
         (self.clock.stage, self.clock.stage_start) = (stage, start);
         let case = Arc::clone(&self.case);
         self.keep(|body, _| !case.is_removed(&case.bodies[body.number as usize].name, stage));
-        self.boundaries = Boundaries::new(&self.case, stage, &self.background);
+        let obstacles = self.boundaries.obstacles();
+        self.boundaries = Boundaries::new(&self.case, stage, &self.background, obstacles);
         if fresh {
             self.clock.external = 0.0;
         }

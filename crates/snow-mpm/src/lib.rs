@@ -16,6 +16,7 @@ mod config;
 mod ledger;
 mod limit;
 mod nodes;
+mod obstacles;
 mod pace;
 mod report;
 mod setup;

@@ -1,8 +1,10 @@
 //! Walls: half-spaces whose nodes they hold (sheet: snow-mpm §3.7), from the boundaries of a case.
 
+use std::sync::Arc;
+
 use colluvium_case::description::{Boundary, Wall as CaseWall};
 use colluvium_case::{Case, spatial};
-use colluvium_grid::{Wall, WallKind, Walls};
+use colluvium_grid::{Faces, Wall, WallKind, Walls};
 
 use crate::background::Background;
 
@@ -22,11 +24,18 @@ pub struct Boundaries {
     faces: Vec<Face>,
     walls: Walls,
     nodes: Vec<usize>,
+    /// Obstacles on the nodes.
+    obstacles: Arc<Faces>,
 }
 
 impl Boundaries {
-    /// Those that stand in a stage.
-    pub fn new<const D: usize>(case: &Case, stage: usize, background: &Background<D>) -> Self {
+    /// Those that stand in a stage, beside obstacles.
+    pub fn new<const D: usize>(
+        case: &Case,
+        stage: usize,
+        background: &Background<D>,
+        obstacles: Arc<Faces>,
+    ) -> Self {
         let face = |(_, boundary): (usize, &Boundary)| Face {
             wall: wall(boundary),
             start: boundary.position(&case.domain),
@@ -36,14 +45,15 @@ impl Boundaries {
         let faces = case.active_boundaries(stage).into_iter().map(face).collect();
         let cells = &background.grid.cells;
         let nodes = cells.iter().map(|cells| background.axis.nodes(*cells)).collect();
-        let mut boundaries = Self { faces, walls: Walls::default(), nodes };
+        let mut boundaries = Self { faces, walls: Walls::default(), nodes, obstacles };
         boundaries.set(background);
         boundaries.place(0.0, background);
         boundaries
     }
 
     fn set<const D: usize>(&mut self, _background: &Background<D>) {
-        self.walls = Walls::new(&self.nodes, self.faces.iter().map(|face| face.wall).collect());
+        let walls = Walls::new(&self.nodes, self.faces.iter().map(|face| face.wall).collect());
+        self.walls = walls.with_faces(Arc::clone(&self.obstacles));
     }
 
     /// Puts moving walls where they are at a time (s).
@@ -65,6 +75,11 @@ impl Boundaries {
         if changed {
             self.set(background);
         }
+    }
+
+    /// The obstacles on the nodes.
+    pub fn obstacles(&self) -> Arc<Faces> {
+        Arc::clone(&self.obstacles)
     }
 
     /// The walls, where they are.

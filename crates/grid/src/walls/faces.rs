@@ -1,6 +1,7 @@
 //! Nodes in and on rigid geometry of any shape.
 
 use super::WallKind;
+use crate::{Axis, Grid, Layout};
 
 /// How a surface of any shape acts on a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +62,29 @@ impl Faces {
         }
         faces.starts.push(of_nodes.len() as u32);
         faces
+    }
+
+    /// The faces of the nodes of a structured grid: `find` adds to its list those that act on a node at a place (m).
+    pub fn in_space<const D: usize>(
+        grid: &Grid<D>,
+        layout: &Layout<D>,
+        axis: &Axis,
+        mut find: impl FnMut(&[f64; D], &mut Vec<Face>),
+    ) -> Self {
+        let strides = layout.strides();
+        let (mut of_nodes, mut found) = (Vec::new(), Vec::new());
+        for row in 0..layout.nodes()[0] {
+            for number in 0..strides[0] {
+                let index = layout.index(row, number);
+                let place = std::array::from_fn(|a| {
+                    grid.origin[a] + grid.cell * axis.coordinate(index[a], grid.cells[a])
+                });
+                find(&place, &mut found);
+                let node = (row * strides[0] + number) as u32;
+                of_nodes.extend(found.drain(..).map(|face| (node, face)));
+            }
+        }
+        Self::new(strides, layout.len(), &of_nodes)
     }
 
     /// Whether there are none.

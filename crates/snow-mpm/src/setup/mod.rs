@@ -15,6 +15,7 @@ use crate::bodies::{Bodies, Body};
 use crate::config::{NAME, SnowOptions};
 use crate::ledger::Ledger;
 use crate::nodes::{Nodes, Sums};
+use crate::obstacles;
 use crate::solver::{Clock, SnowSolver};
 use crate::walls::Boundaries;
 
@@ -116,11 +117,15 @@ fn solver<const D: usize>(
     let corners = [corner(&case.domain.min), corner(&case.domain.max)];
     let background = Background::new(corners, options.cell_size, sweeps)
         .map_err(|error| own("cell_size", error.to_string()))?;
+    let standing = case.standing::<D>()?;
+    let obstacles = Arc::new(obstacles::faces(&standing, &background));
     let mut all = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
         let body = fill::body(case, options, &background, number, next)?;
         next += body.points.len();
+        let slack = obstacles::SLACK * options.cell_size;
+        case.refuse_covered(&standing, number, &body.points.position, slack)?;
         all.push(body);
     }
     let nothing = TimeStep { dt: f64::INFINITY, limit: StepLimit::NOTHING, point: None, position: [0.0; 3] };
@@ -137,7 +142,7 @@ fn solver<const D: usize>(
         case: Arc::new(case.clone()),
         options: options.clone(),
         nodes: Nodes::new(&background.layout),
-        boundaries: Boundaries::new(case, 0, &background),
+        boundaries: Boundaries::new(case, 0, &background, obstacles),
         background,
         bodies: Bodies::new(all),
         ledger: Ledger::default(),

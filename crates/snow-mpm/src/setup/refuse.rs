@@ -20,6 +20,13 @@ pub(crate) fn honours() -> Honours {
             "boundaries.wall=smooth",
             "boundaries.wall=frictional",
             "boundaries.wall.bilateral",
+            "obstacles",
+            "obstacles.shape=*",
+            "obstacles.shape.*",
+            "obstacles.wall=rough",
+            "obstacles.wall=smooth",
+            "obstacles.wall=frictional",
+            "obstacles.separation",
             "stages.damping",
             "stages.damping_axes",
             "measures=dissipation",
@@ -30,6 +37,10 @@ pub(crate) fn honours() -> Honours {
         .refuses("bodies.pore_fluid", "snow-mpm has one phase only: use mpm")
         .refuses("boundaries.group", "snow-mpm has no mesh with groups of nodes")
         .refuses("boundaries.wall=absorbing", "snow-mpm has no absorbing boundaries: use mpm")
+        .refuses(
+            "obstacles.wall.adhesion",
+            "snow-mpm knows no area of the nodes that an obstacle holds: leave it out",
+        )
         .refuses("loads", "snow-mpm has no loads on surfaces: use a boundary with a velocity, or mpm")
         .refuses("patches", "snow-mpm has no patches of nodes: use a boundary with a velocity")
         .refuses("stages.excavate", "snow-mpm removes whole bodies only: use remove_bodies")

@@ -3,4 +3,5 @@
 mod common;
 mod input;
 mod motion;
+mod obstacles;
 mod same;
