@@ -110,4 +110,25 @@ mod tests {
         assert_eq!(name, "rate");
         assert!(problem.contains("per metre"), "{problem}");
     }
+
+    /// The rates of the other laws, `e_R = growth h / dt`, against their formulas worked out by hand.
+    #[test]
+    fn other_laws_take_up_what_their_formulas_say() {
+        let (depth, dt) = (2.0, 0.01);
+        let rate = |law: Erosion, speed: f64, tangent: f64, concentration: f64| {
+            law.growth([speed, speed], tangent, depth, concentration, dt) * depth / dt
+        };
+        let near = |found: f64, exact: f64| assert!((found - exact).abs() < 1e-12, "{found} for {exact}");
+        // (tan θ)^2.5 = 0.25^2.5 = 1/32.
+        near(rate(Erosion::BlancPastor { coefficient: 0.016 }, 5.0, 0.25, 0.0), 0.016 / 32.0 * 2.0 * 5.0);
+        // n = 0.4, 2650 and 1000 kg/m³: 990 over 1990. Differences of angles by tan(a - b) = (a - b)/(1 + a b).
+        let egashira = Erosion::Egashira { friction_angle: 45.0 };
+        let balance = 990.0 / 1990.0;
+        near(rate(egashira, 3.0, 0.75, balance), 3.0 * (0.75 - balance) / (1.0 + 0.75 * balance));
+        near(rate(egashira, 3.0, balance, balance), 0.0);
+        near(rate(egashira, 3.0, 0.2, balance), 0.0);
+        let prescribed = Erosion::Prescribed { rate: 0.05 };
+        near(rate(prescribed, 4.0, 0.3, 0.0), 0.05);
+        near(rate(prescribed, 0.0, 0.3, 0.0), 0.0);
+    }
 }

@@ -188,3 +188,41 @@ fn a_stage_that_balances_stress_is_passed_over_with_a_warning() {
     assert_eq!(solver.snapshot().positions, before);
     assert_eq!(solver.equilibrium().map(|e| e.kinetic_ratio), Some(0.0));
 }
+
+#[test]
+fn shear_sucks_on_dense_grains_and_presses_on_loose_ones() {
+    // Hardly permeable, so that nothing drains in a step; porosity 0.4.
+    let run = |critical: f64| {
+        let mut value = fix(heap());
+        value["bodies"][0]["velocity"]["value"] = json!([5, 0, 0]);
+        let options = &mut value["methods"]["depth-sph"];
+        options["mixture"]["drag"]["settling_velocity"] = json!(1e-9);
+        options["column"] = json!({
+            "cells": 8, "excess_ratio": 0.5, "skeleton": { "youngs_modulus": 1e4, "poissons_ratio": 0.3, "confinement": { "kind": "isotropic" } },
+            "dilatancy": { "slope": 1.0, "critical_porosity": critical }
+        });
+        let mut solver = build(&value);
+        advance(solver.as_mut(), 1);
+        (solver.time(), solver.snapshot())
+    };
+    let [(dt, loose), (_, level), (_, dense)] = [0.3, 0.4, 0.5].map(run);
+    let pressure =
+        |snapshot: &colluvium_case::Snapshot, i: usize| snapshot.scalars("excess_pore_pressure").unwrap()[i];
+    // Grains in the middle of the heap.
+    let middle = |i: &usize| {
+        let x = level.positions[*i];
+        (x[0] - 3.0).abs() < 0.8 && (x[1] - 5.0).abs() < 0.8 && pressure(&level, *i) > 0.0
+    };
+    let inside: Vec<usize> = (0..level.positions.len()).filter(middle).collect();
+    assert!(!inside.is_empty());
+    for i in inside {
+        assert!(pressure(&dense, i) < pressure(&level, i) && pressure(&level, i) < pressure(&loose, i));
+        // `K γ' Δn Δt` with `K = E/(3(1 - 2ν))` and `γ' = 2 v/h`: whatever the porosity is, it leaves the difference.
+        let speed = level.vectors("velocity").unwrap()[i][0];
+        let rate = 2.0 * speed / level.scalars("depth").unwrap()[i];
+        let exact = 1e4 / (3.0 * 0.4) * rate * 0.2 * dt;
+        let found = pressure(&loose, i) - pressure(&dense, i);
+        // Speed and depth change by some per cent in the step.
+        assert!((found / exact - 1.0).abs() < 0.05, "{found} for {exact}");
+    }
+}
