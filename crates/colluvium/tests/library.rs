@@ -35,8 +35,8 @@ fn material(symbol: &str) -> serde_json::Value {
 
 fn element_test(folder: &Path, name: &str, material: &serde_json::Value) {
     let test = serde_json::json!({
-        "title": "oedometer", "material": material,
-        "stages": [{ "path": { "kind": "oedometer", "axial_compression": 0.01 }, "steps": 5 }]
+        "title": "compression along x", "material": material,
+        "stages": [{ "path": { "kind": "strain", "increment": [-0.01, 0, 0, 0, 0, 0] }, "steps": 5 }]
     });
     std::fs::write(folder.join(name), test.to_string()).unwrap();
 }
