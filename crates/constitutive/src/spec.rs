@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::laws::*;
 use crate::model::{Facts, Kind, Model};
-use crate::{Material, MaterialError, OtherSpec};
+use crate::{Material, MaterialError};
 
 /// The enum of all models and what is asked of each of them.
 macro_rules! models {

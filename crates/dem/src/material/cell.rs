@@ -197,7 +197,7 @@ fn servo<const D: usize, const R: usize>(
     Err(stuck("the specimen does not come to rest under its pressure: raise damping, or check the contacts"))
 }
 
-/// Compresses the packing (sheet: dem §3.8.5).
+/// Compresses the packing (sheet: dem §3.8).
 pub fn prepare<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     spec: &GranularCellSpec,

@@ -54,7 +54,7 @@ pub struct CellContact {
     pub rolling: Option<RollingSpec>,
 }
 
-/// Isotropic compression of a random packing (sheet: dem §3.8.5).
+/// Isotropic compression of a random packing (sheet: dem §3.8).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Preparation {
