@@ -214,7 +214,7 @@ impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
         point.state.modulus
     }
 
-    /// By forward differences of the strain [`PROBE`]; for disks in their plane, and a stiffness of the same size across it.
+    /// By forward differences of a strain of 1e-4; for disks in their plane, and a stiffness of the same size across it.
     fn tangent(&self, motion: &Motion, old: &Point<CellState>) -> Result<Tangent, MaterialError> {
         let here = StressUpdate::update(self, motion, old)?.stress;
         let mut tangent = [[0.0; 6]; 6];
