@@ -31,7 +31,7 @@ pub use equilibrium::{Equilibrium, Scales};
 pub use error::{CaseError, CaseErrors, printable};
 pub use features::{Feature, Honours, Needs};
 pub use load::spatial;
-pub use obstacle::{Covering, Standing, read_pairs};
+pub use obstacle::{Covering, SLACK, Standing, holding, read_pairs};
 pub use point_list::PointList;
 pub use run::{RunError, RunOptions, RunReport, Safety, run, run_method};
 pub use solver::{

@@ -2,9 +2,12 @@
 //!
 //! All of it is of contacts between grains; those with walls count for whether a grain bears something.
 
+use colluvium_case::spatial;
+use colluvium_constitutive::granular_cell;
+
 use crate::report::Contact;
 use crate::solver::DemSolver;
-use crate::vector::norm;
+use crate::vector::{norm, times};
 
 /// What contacts between grains are on average.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,9 +57,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub fn fabric(&self) -> Option<Fabric<D>> {
         let all = self.contacts();
         let inner: Vec<&Contact<D>> = all.iter().filter(|contact| contact.other.is_some()).collect();
-        if inner.is_empty() {
-            return None;
-        }
+        let normals =
+            inner.iter().map(|contact| spatial(&times(1.0 / norm(&contact.branch), &contact.branch)));
+        let mean = granular_cell::Fabric::of(normals)?.tensor.to_matrix().0;
+        let tensor: [[f64; D]; D] = std::array::from_fn(|a| std::array::from_fn(|b| mean[a][b]));
         let held = &self.grains.held;
         // What is held stands like a wall.
         let pairs: Vec<(usize, Option<usize>)> = all
@@ -75,15 +79,6 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             .filter(|contact| !is_loose(contact.grain) && !contact.other.is_some_and(is_loose))
             .count() as f64;
         let count = inner.len() as f64;
-        let mut tensor = [[0.0; D]; D];
-        for contact in &inner {
-            let length = norm(&contact.branch);
-            for a in 0..D {
-                for b in 0..D {
-                    tensor[a][b] += contact.branch[a] * contact.branch[b] / (length * length * count);
-                }
-            }
-        }
         let mut square = 0.0;
         for a in 0..D {
             for b in 0..D {

@@ -1,17 +1,11 @@
 //! Obstacles on the nodes: those in the solid or on its surface have the velocity that it allows (sheet: mpm §2.11).
 
 use colluvium_case::description::{Measure, Obstacle, ObstacleWall};
-use colluvium_case::{Case, CaseError, Standing, spatial};
+use colluvium_case::{Case, CaseError, Standing, holding};
 use colluvium_grid::{Face, Faces, WallKind};
 
 use crate::background::Background;
 use crate::{MpmOptions, Transfer, WallFriction};
-
-/// How deep points may lie in an obstacle at the start, and nodes above its surface that count as on it, over the cell.
-pub const SLACK: f64 = 1e-9;
-
-/// How deep under the surface nodes are held, over the cell: points do not get below that.
-const DEPTH: f64 = 6.0;
 
 /// Refuses options that do not go with obstacles.
 pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
@@ -49,12 +43,7 @@ pub fn faces<const D: usize>(standing: &[Standing<'_, D>], background: &Backgrou
         return Faces::default();
     }
     Faces::in_space(grid, layout, axis, |place, found| {
-        for Standing { obstacle, surface, .. } in standing {
-            let gap = surface.gap(place, DEPTH * grid.cell);
-            if let Some(gap) = gap.filter(|gap| gap.distance <= SLACK * grid.cell) {
-                found.push(face(obstacle, spatial(&gap.normal)));
-            }
-        }
+        found.extend(holding(standing, place, grid.cell).map(|(obstacle, normal)| face(obstacle, normal)));
     })
 }
 

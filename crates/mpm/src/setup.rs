@@ -7,7 +7,7 @@ mod warnings;
 use std::sync::Arc;
 
 use colluvium_case::description::{Body, LoadCarrier, Space, Wall as CaseWall};
-use colluvium_case::{Case, CaseError, Plan, Solver, StepLimit};
+use colluvium_case::{Case, CaseError, Plan, SLACK, Solver, StepLimit};
 use colluvium_grid::{Axis, Grid, Layout, Node, Walls};
 
 use crate::absorbing::{Absorbing, Impedance};
@@ -181,7 +181,7 @@ pub fn solver<const D: usize>(
         next += set.len();
         set.rigid = case.bodies[number].rigid.then(|| rigid_number(&driven, &case.bodies[number])).flatten();
         if set.rigid.is_none() {
-            case.refuse_covered(&standing, number, &set.position, obstacles::SLACK * options.cell_size)?;
+            case.refuse_covered(&standing, number, &set.position, SLACK * options.cell_size)?;
         }
         sets.push(set);
     }

@@ -31,6 +31,13 @@ fn of(file: &Path) -> impl Fn(String) -> FileError {
     move |problem| FileError { file: file.to_owned(), problem }
 }
 
+/// Mark of byte order, with which some editors begin a file.
+const BYTE_ORDER: char = '\u{feff}';
+
+fn text(file: &Path) -> Result<String, FileError> {
+    std::fs::read_to_string(file).map_err(|e| of(file)(format!("cannot be read: {e}")))
+}
+
 /// The ending of a file's name, in small letters.
 fn ending(file: &Path) -> String {
     file.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
@@ -49,11 +56,7 @@ fn unknown(file: &Path, known: &str) -> FileError {
 /// When the file cannot be read, is not such a raster, is rotated, is empty, or lies in degrees or in units that are not known.
 pub fn read_raster(file: &Path) -> Result<Raster, FileError> {
     let raster = match ending(file).as_str() {
-        "asc" | "grd" | "txt" => {
-            let text = std::fs::read_to_string(file).map_err(|e| of(file)(format!("cannot be read: {e}")))?;
-            // Some editors begin a file with a mark of byte order.
-            ascii_grid::parse(text.trim_start_matches('\u{feff}'))
-        }
+        "asc" | "grd" | "txt" => ascii_grid::parse(text(file)?.trim_start_matches(BYTE_ORDER)),
         "tif" | "tiff" => {
             let bytes = std::fs::read(file).map_err(|e| of(file)(format!("cannot be read: {e}")))?;
             geotiff::parse(&bytes)

@@ -6,7 +6,7 @@ use colluvium_points::Outline;
 use geojson::{GeoJson, GeometryValue, Position};
 use shapefile::{PolygonRing, Shape};
 
-use crate::{FileError, ending, of, unknown};
+use crate::{BYTE_ORDER, FileError, ending, of, text, unknown};
 
 /// Reads the polygons of a GeoJSON file (`.geojson`, `.json`) or of a shapefile (`.shp`) as one outline: what lies in any of them.
 /// Coordinates are metres in the frame of the case; degrees, which GeoJSON has by its standard, are refused.
@@ -15,11 +15,7 @@ use crate::{FileError, ending, of, unknown};
 /// When the file cannot be read, holds no polygon, or one that crosses itself; when it lies in degrees.
 pub fn read_outlines(file: &Path) -> Result<Outline, FileError> {
     let rings = match ending(file).as_str() {
-        "geojson" | "json" => {
-            let text = std::fs::read_to_string(file).map_err(|e| of(file)(format!("cannot be read: {e}")))?;
-            // Some editors begin a file with a mark of byte order.
-            geojson_rings(text.trim_start_matches('\u{feff}'))
-        }
+        "geojson" | "json" => geojson_rings(text(file)?.trim_start_matches(BYTE_ORDER)),
         "shp" => shapefile_rings(file),
         _ => return Err(unknown(file, ".geojson, .json or .shp")),
     };

@@ -9,7 +9,7 @@ pub use build::read_pairs;
 use colluvium_points::{Raster, Surface};
 
 use crate::description::{Obstacle, ObstacleShape};
-use crate::{Case, CaseError};
+use crate::{Case, CaseError, spatial};
 
 /// An obstacle of a case with its surface.
 #[derive(Clone, Debug)]
@@ -20,6 +20,24 @@ pub struct Standing<'a, const D: usize> {
     pub obstacle: &'a Obstacle,
     /// Its surface.
     pub surface: Arc<dyn Surface<D>>,
+}
+
+/// How deep points may lie in an obstacle at the start, and nodes above its surface that count as on it, over the cell of a grid.
+pub const SLACK: f64 = 1e-9;
+
+/// How deep under the surface nodes of a grid are held, over its cell: points do not get below that.
+const DEPTH: f64 = 6.0;
+
+/// The obstacles that a node of a grid with cells of a size (m) lies in or on, each with its normal there.
+pub fn holding<'s, 'a, const D: usize>(
+    standing: &'s [Standing<'a, D>],
+    place: &'s [f64; D],
+    cell: f64,
+) -> impl Iterator<Item = (&'a Obstacle, [f64; 3])> + use<'s, 'a, D> {
+    standing.iter().filter_map(move |Standing { obstacle, surface, .. }| {
+        let gap = surface.gap(place, DEPTH * cell).filter(|gap| gap.distance <= SLACK * cell)?;
+        Some((*obstacle, spatial(&gap.normal)))
+    })
 }
 
 /// A place that an obstacle covers.

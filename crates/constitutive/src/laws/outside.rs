@@ -117,11 +117,10 @@ mod tests {
         let mut modulus = [0.0];
         law.wave_moduli(&stress, &states.blocks()[0], &mut modulus);
         assert!((modulus[0] / 10e6 - 1.0).abs() < 1e-12);
-        let nested =
-            format!(r#"{{"model": "eigenstrain", "material": {other}, "strain": [0,0,0,0,0,0], "end": 1}}"#);
-        if let Ok(spec) = serde_json::from_str::<MaterialSpec>(&nested) {
-            spec.build().unwrap();
-        }
+        let nested = format!(
+            r#"{{"model": "eigenstrain", "material": {other}, "volumetric_strain": 0.1, "duration": 1}}"#
+        );
+        assert_eq!(read(&nested).unwrap().name(), "eigenstrain");
         let wrong = read(&other.replace("doubled\"", "tripled\"")).map(|_| ()).unwrap_err().to_string();
         assert!(wrong.starts_with("law: no law \"tripled\" is offered here; there is doubled"), "{wrong}");
         let wrong = read(&other.replace("5e6", "-1")).map(|_| ()).unwrap_err().to_string();

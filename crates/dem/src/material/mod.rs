@@ -123,7 +123,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
     ) -> Result<T, MaterialError> {
         let idle = held(&self.idle).pop();
         let mut solver = match idle {
-            Some(solver) if state.is_some() => solver,
+            Some(solver) if state.is_some() || solver.step == 0 => solver,
             _ => self.frame.solver()?,
         };
         if let Some(state) = state {

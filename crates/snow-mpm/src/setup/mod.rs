@@ -5,7 +5,7 @@ mod refuse;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, Plan, Size, Solver, StepLimit, TimeStep};
+use colluvium_case::{Case, CaseError, Plan, SLACK, Size, Solver, StepLimit, TimeStep};
 use colluvium_grid::{Node, Square, Sweeps};
 
 pub(crate) use refuse::honours;
@@ -124,7 +124,7 @@ fn solver<const D: usize>(
     for number in 0..case.bodies.len() {
         let body = fill::body(case, options, &background, number, next)?;
         next += body.points.len();
-        let slack = obstacles::SLACK * options.cell_size;
+        let slack = SLACK * options.cell_size;
         case.refuse_covered(&standing, number, &body.points.position, slack)?;
         all.push(body);
     }
