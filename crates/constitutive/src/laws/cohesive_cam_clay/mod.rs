@@ -34,6 +34,9 @@ use newton::Returns;
 pub use ellipse::{Ellipse, Projection};
 pub use parameters::{CamClayHardening, CamClayIntegration, CamClayInvariants, CohesiveCamClaySpec};
 
+/// Iterations of the bracketed return before it only halves; up to a dozen are usual.
+const NEWTON: usize = 60;
+
 const NAME: &str = "cohesive-cam-clay";
 
 /// The law, in small strain; [`CohesiveCamClaySpec`] builds it on logarithmic strains. See the module's
@@ -285,7 +288,7 @@ impl CohesiveCamClay {
         let (mut low, mut high) = if first < 0.0 { (bound, 0.0) } else { (0.0, bound) };
         let small = 0.1 * f64::EPSILON * (trial.0.abs() + trial.1) / self.elasticity.bulk_modulus;
         let mut x = 0.0;
-        for _ in 0..200 {
+        for iteration in 0..200 {
             // At nothing the sign of a softening's slope is that of the flow to come.
             let side = if x == 0.0 { f64::MIN_POSITIVE.copysign(first) } else { x };
             let surface = self.surface(trial, state, side);
@@ -307,7 +310,9 @@ impl CohesiveCamClay {
                 1.0
             };
             let newton = x - residual / slope;
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            // Near the end round-off of the map may turn steps of Newton's method to and fro: the bracket closes by halves then.
+            let inside = newton > low && newton < high && iteration < NEWTON;
+            let next = if inside { newton } else { 0.5 * (low + high) };
             if (next - x).abs() <= f64::EPSILON * x.abs() + small {
                 return Ok(next);
             }
