@@ -1,6 +1,7 @@
 //! What a case file says: plain data, SI units, angles in degrees (converted once, on load).
 
 mod body;
+mod cut;
 mod obstacle;
 mod output;
 mod strength;
@@ -12,6 +13,7 @@ use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 
 pub use body::{Body, InitialStress, Velocity};
+pub use cut::{Bounds, Cut, CutAction, Sweep};
 pub use obstacle::{Obstacle, ObstacleShape, ObstacleWall, ProfilePiece};
 pub use output::{Measure, Output, Rasters};
 use schemars::JsonSchema;
@@ -59,6 +61,9 @@ pub struct Case {
     /// Regions in which the velocity of the grid is prescribed, by the `motions` of the stages; for methods with a grid.
     #[serde(default)]
     pub patches: Vec<Patch>,
+    /// Shapes that move through bodies and take away what they cover.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cuts: Vec<Cut>,
     /// Stages, run one after another.
     pub stages: Vec<Stage>,
     /// What is written.

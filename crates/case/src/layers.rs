@@ -51,11 +51,13 @@ impl Case {
     fn refuse_layers_elsewhere(&mut self) -> Result<(), CaseError> {
         let patches = self.patches.iter_mut().enumerate();
         let patches = patches.map(|(number, patch)| (format!("patches[{number}].region"), &mut patch.region));
+        let cuts = self.cuts.iter_mut().enumerate();
+        let cuts = cuts.map(|(number, cut)| (format!("cuts[{number}].shape"), &mut cut.shape));
         let stages = self.stages.iter_mut().enumerate().flat_map(|(stage, of)| {
             let regions = of.excavate.iter_mut().enumerate();
             regions.map(move |(number, region)| (format!("stages[{stage}].excavate[{number}]"), region))
         });
-        for (path, region) in patches.chain(stages) {
+        for (path, region) in patches.chain(cuts).chain(stages) {
             if let Some((path, _)) = region.layers_mut(path).into_iter().next() {
                 return Err(CaseError::new(path, "a layer is the shape of a body"));
             }

@@ -114,6 +114,7 @@ impl Case {
         }
         self.obstacles.iter_mut().for_each(|of| obstacle(&mut of.shape, visit));
         self.patches.iter_mut().for_each(|patch| shape(&mut patch.region, visit));
+        self.cuts.iter_mut().for_each(|cut| shape(&mut cut.shape, visit));
         for load in &mut self.loads {
             let (Load::Traction { profile, .. }
             | Load::Pressure { profile, .. }

@@ -1,6 +1,7 @@
 //! What a case must satisfy beyond its schema.
 
 mod bodies;
+mod cuts;
 mod equilibrium;
 mod measures;
 mod obstacles;
@@ -44,6 +45,7 @@ pub fn validate(case: &Case) -> Result<(), CaseErrors> {
     findings.obstacles();
     findings.loads();
     findings.patches();
+    findings.cuts();
     findings.stages();
     findings.output();
     findings.measures();

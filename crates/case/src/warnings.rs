@@ -39,6 +39,7 @@ impl Case {
         self.warn_of_walls(&mut warnings);
         self.warn_of_searches(&mut warnings);
         self.warn_of_excavations(&mut warnings);
+        self.warn_of_cuts(&mut warnings);
         for (number, load) in self.loads.iter().enumerate() {
             self.warn_of_load(number, load, &mut warnings);
         }
@@ -88,6 +89,26 @@ impl Case {
                     warnings
                         .push(format!("stages[{stage}].excavate[{number}]: no body is there at the start"));
                 }
+            }
+        }
+    }
+
+    /// Warns of cuts that meet nothing of what is there at the start.
+    fn warn_of_cuts(&self, warnings: &mut Vec<String>) {
+        for (number, cut) in self.cuts.iter().enumerate() {
+            let sweep = cut.sweep(0.0, self.end_time(), &cut.bounds(self.dimension()));
+            let meets = |body: &&Body| {
+                let (low, high) = body.shape.bounds(self.dimension());
+                let overlap = |axis: usize| {
+                    low[axis] <= sweep.bounds()[axis][1] && high[axis] >= sweep.bounds()[axis][0]
+                };
+                cut.takes(&body.name) && (0..self.dimension()).all(overlap)
+            };
+            if !self.bodies.iter().any(|body| meets(&body)) {
+                warnings.push(format!(
+                    "cuts[{number}]: nothing that it cuts lies in its way at the start (look at shape, velocity, start and \
+                     bodies)"
+                ));
             }
         }
     }

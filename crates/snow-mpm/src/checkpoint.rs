@@ -16,7 +16,7 @@ use crate::solver::SnowSolver;
 use crate::walls::Boundaries;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -52,7 +52,7 @@ impl<const D: usize> SnowSolver<D> {
             sums: self.clock.sums,
             external: self.clock.external,
             travel: self.bodies.travel,
-            ledger: self.ledger,
+            ledger: self.ledger.clone(),
             bodies: self.bodies.all.iter().map(body).collect(),
         }
     }
@@ -187,6 +187,9 @@ impl<const D: usize> Solver for SnowSolver<D> {
                 return Err(wrong("its slabs do not fit the case"));
             }
             body.slabs = slabs;
+        }
+        if head.ledger.cuts().len() != self.case.cuts.len() {
+            return Err(wrong("counts other cuts than the case has"));
         }
         self.bodies.travel = head.travel;
         self.ledger = head.ledger;

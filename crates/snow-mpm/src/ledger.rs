@@ -7,7 +7,7 @@ use crate::bodies::Bodies;
 use crate::nodes::Sums;
 
 /// What came in and went since the start (J).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     /// What there was at the start.
     start: f64,
@@ -21,6 +21,19 @@ pub struct Ledger {
     removed: f64,
     /// What the law had dissipated of points that have left.
     dissipated_of_gone: f64,
+    /// What each cut of the case has taken.
+    cuts: Vec<Taken>,
+}
+
+/// What a cut has taken since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Taken {
+    /// How far it has moved (m).
+    pub travel: f64,
+    /// Mass (kg).
+    pub mass: f64,
+    /// Kinetic and recoverable energy (J), part of what was removed.
+    pub energy: f64,
 }
 
 /// What there is at a time (J).
@@ -58,9 +71,19 @@ impl Stored {
 }
 
 impl Ledger {
-    /// At the start of a run.
-    pub fn new(stored: &Stored) -> Self {
-        Self { start: stored.total(), ..Self::default() }
+    /// At the start of a run with so many cuts.
+    pub fn new(stored: &Stored, cuts: usize) -> Self {
+        Self { start: stored.total(), cuts: vec![Taken::default(); cuts], ..Self::default() }
+    }
+
+    /// What cut number `number` has taken.
+    pub fn cut(&mut self, number: usize) -> &mut Taken {
+        &mut self.cuts[number]
+    }
+
+    /// What the cuts have taken, in the order of the case.
+    pub fn cuts(&self) -> &[Taken] {
+        &self.cuts
     }
 
     /// Adds a step.
@@ -75,11 +98,13 @@ impl Ledger {
         self.removed += before.total() - after.total();
     }
 
-    /// Books points that left: what the law had dissipated there stays on the account.
-    pub fn book_gone(&mut self, before: &Stored, after: &Stored) {
+    /// Books points that left: what the law had dissipated there stays on the account. The energy that went with them (J).
+    pub fn book_gone(&mut self, before: &Stored, after: &Stored) -> f64 {
         let gone = before.dissipated - after.dissipated;
+        let removed = before.total() - after.total() - gone;
         self.dissipated_of_gone += gone;
-        self.removed += before.total() - after.total() - gone;
+        self.removed += removed;
+        removed
     }
 
     /// What the law has dissipated since the start (J).

@@ -85,6 +85,13 @@ impl<const D: usize> SnowSolver<D> {
             self.bodies.all.iter().flat_map(|body| &body.points.velocity).map(crate::vectors::square);
         let fastest = squares.fold(0.0, f64::max).sqrt();
         readings.push(("largest_speed".to_owned(), "m/s".to_owned(), fastest));
+        for (cut, taken) in self.case.cuts.iter().zip(self.ledger.cuts()) {
+            let entries =
+                [("travel", "m", taken.travel), ("mass", "kg", taken.mass), ("energy", "J", taken.energy)];
+            let readings_of =
+                entries.map(|(name, unit, value)| (format!("{}.{name}", cut.name), unit.to_owned(), value));
+            readings.extend(readings_of);
+        }
         readings
     }
 

@@ -92,7 +92,7 @@ impl Findings<'_> {
         }
     }
 
-    fn counted_bodies(&mut self, path: &str, names: Option<&[String]>) {
+    pub(super) fn counted_bodies(&mut self, path: &str, names: Option<&[String]>) {
         let Some(names) = names else { return };
         self.require(!names.is_empty(), format!("{path}.bodies"), "name at least one body, or leave it out");
         let bodies: Vec<&str> = self.case.bodies.iter().map(|body| body.name.as_str()).collect();

@@ -146,10 +146,11 @@ fn solver<const D: usize>(
         background,
         bodies: Bodies::new(all),
         ledger: Ledger::default(),
+        blades: case.cuts.iter().map(|cut| cut.bounds(D)).collect(),
         clock,
     };
     solver.bodies.sort(&mut solver.background);
-    solver.ledger = Ledger::new(&solver.stored());
+    solver.ledger = Ledger::new(&solver.stored(), case.cuts.len());
     solver.set_paces();
     match solver.clock.limit.too_long(options.time_step) {
         Some(problem) => Err(own("time_step", problem)),

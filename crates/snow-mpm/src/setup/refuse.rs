@@ -27,6 +27,9 @@ pub(crate) fn honours() -> Honours {
             "obstacles.wall=smooth",
             "obstacles.wall=frictional",
             "obstacles.separation",
+            "cuts",
+            "cuts.*",
+            "cuts.action=remove",
             "stages.damping",
             "stages.damping_axes",
             "measures=dissipation",
@@ -62,6 +65,17 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
         }
     }
     let dimension = case.dimension();
+    for (number, cut) in case.cuts.iter().enumerate() {
+        let ends = cut.bounds(dimension);
+        let thinnest = ends.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min);
+        // Sheet: snow-mpm P12.
+        if thinnest < 2.0 * options.cell_size * (1.0 - 1e-9) {
+            warnings.push(format!(
+                "cuts[{number}].shape: {thinnest} m across at its thinnest, less than two cells; what stands on both sides of so thin \
+                 a cut goes on touching: make it wider, or cells smaller"
+            ));
+        }
+    }
     for (number, body) in case.bodies.iter().enumerate() {
         let (low, high) = body.shape.bounds(dimension);
         let thinnest = (0..dimension).map(|axis| high[axis] - low[axis]).fold(f64::INFINITY, f64::min);

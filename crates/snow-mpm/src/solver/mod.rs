@@ -1,5 +1,7 @@
 //! The solver: its owners and one step.
 
+mod cuts;
+
 use std::sync::Arc;
 
 use colluvium_case::{Case, SolverError, TimeStep, spatial};
@@ -41,6 +43,8 @@ pub struct SnowSolver<const D: usize> {
     pub(crate) nodes: Nodes,
     pub(crate) boundaries: Boundaries,
     pub(crate) ledger: Ledger,
+    /// Bounds of the shapes of the cuts (m).
+    pub(crate) blades: Vec<colluvium_case::description::Bounds>,
     pub(crate) clock: Clock,
 }
 
@@ -97,6 +101,7 @@ impl<const D: usize> SnowSolver<D> {
         if left {
             self.drop_those_that_left();
         }
+        self.make_cuts(dt);
         self.clock.limit = time_step(&self.bodies, self.options.time_step);
         Ok(())
     }
@@ -108,15 +113,17 @@ impl<const D: usize> SnowSolver<D> {
         self.keep(|body, i| !body.drop_outside || inside(&body.points.position[i]));
     }
 
-    /// Keeps the points of which `keep` approves, by body and index, and books the energy of the others.
-    pub(crate) fn keep(&mut self, keep: impl Fn(&crate::bodies::Body<D>, usize) -> bool) {
+    /// Keeps the points of which `keep` approves, by body and index, and books the energy of the others, which it tells (J).
+    pub(crate) fn keep(&mut self, keep: impl Fn(&crate::bodies::Body<D>, usize) -> bool) -> f64 {
         let before = self.stored();
         self.nodes.reset(&self.background.layout);
-        if self.bodies.keep(keep) {
-            self.ledger.book_gone(&before, &self.stored());
-            self.bodies.sort(&mut self.background);
-            self.set_paces();
+        if !self.bodies.keep(keep) {
+            return 0.0;
         }
+        let removed = self.ledger.book_gone(&before, &self.stored());
+        self.bodies.sort(&mut self.background);
+        self.set_paces();
+        removed
     }
 
     /// What there is now (J).

@@ -1,6 +1,7 @@
 //! Tests of the whole solver, through case files.
 
 mod common;
+mod cuts;
 mod input;
 mod motion;
 mod obstacles;

@@ -1,0 +1,160 @@
+//! Shapes that move through bodies and take material away.
+
+use colluvium_points::Shape;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A shape that moves with a velocity of its own and takes away the points that it covers: a saw in a weak layer, a trench that
+/// is dug while the run goes on. Each row of the measures has three columns for it: `NAME.travel`, how far it has moved (m),
+/// `NAME.mass`, what it has taken (kg), and `NAME.energy`, the kinetic and recoverable energy that went with it (J).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cut {
+    /// Name, of letters, digits, _ and -; no measure has it too.
+    pub name: String,
+    /// Where it is when it begins to cut.
+    pub shape: Shape,
+    /// Velocity (m/s), one number per space dimension; it does not turn.
+    pub velocity: Vec<f64>,
+    /// Name of the stage from whose beginning `start` and `stop` count, and with which it ends; when absent they count from the
+    /// beginning of the run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stage: Option<String>,
+    /// When it begins to move and to cut (s), at least 0.
+    #[serde(default)]
+    pub start: f64,
+    /// When it is taken out (s), after `start`; at the end of the stage, or of the run, when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop: Option<f64>,
+    /// Names of the bodies that it cuts; all when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<Vec<String>>,
+    /// What becomes of the points that it covers.
+    #[serde(default)]
+    pub action: CutAction,
+}
+
+/// What a cut does to points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CutAction {
+    /// Takes them away, with their mass, momentum and energy.
+    #[default]
+    Remove,
+}
+
+impl Cut {
+    /// How long it has been moving (s) at `elapsed` seconds after its times begin to count.
+    pub fn moving(&self, elapsed: f64) -> f64 {
+        elapsed.min(self.stop.unwrap_or(f64::INFINITY)).max(self.start) - self.start
+    }
+
+    /// Whether it cuts at some time between two (s), counted as `start` is.
+    pub fn cuts_between(&self, from: f64, to: f64) -> bool {
+        to > self.start && self.stop.is_none_or(|stop| from < stop)
+    }
+
+    /// How fast it is (m/s).
+    pub fn speed(&self) -> f64 {
+        self.velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
+    }
+
+    /// Whether it cuts the body of this name.
+    pub fn takes(&self, body: &str) -> bool {
+        self.bodies.as_ref().is_none_or(|names| names.iter().any(|name| name == body))
+    }
+
+    /// Ends of its shape along each axis of a space of `dimension` coordinates (m), where it begins.
+    pub fn bounds(&self, dimension: usize) -> Bounds {
+        let (low, high) = self.shape.bounds(dimension);
+        let mut bounds = [[f64::NEG_INFINITY, f64::INFINITY]; 3];
+        bounds.iter_mut().zip(low.iter().zip(high)).for_each(|(of, (low, high))| *of = [*low, high]);
+        bounds
+    }
+
+    /// What it sweeps between two times (s), counted as `start` is; `bounds` are those of its shape.
+    pub fn sweep(&self, from: f64, to: f64, bounds: &Bounds) -> Sweep<'_> {
+        let (begun, ended) = (self.moving(from), self.moving(to));
+        let thinnest = bounds.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min);
+        let way = self.speed() * (ended - begun);
+        // A shape that moves by more than a part of its thickness is looked at on the way too.
+        let looks = (way / (LOOK * thinnest)).ceil().clamp(1.0, MOST_LOOKS);
+        let mut bounds = *bounds;
+        for ([low, high], v) in bounds.iter_mut().zip(&self.velocity) {
+            let (a, b) = (v * begun, v * ended);
+            (*low, *high) = (*low + a.min(b), *high + a.max(b));
+        }
+        Sweep { cut: self, begun, ended, looks: looks as usize, bounds }
+    }
+}
+
+/// Lower and upper end along each axis (m); those of axes that the space does not have are infinite.
+pub type Bounds = [[f64; 2]; 3];
+
+/// Share of the thickness of a shape by which it moves between two looks at what it covers.
+const LOOK: f64 = 0.25;
+/// Looks in a step at most.
+const MOST_LOOKS: f64 = 64.0;
+
+/// What a cut covers in a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep<'a> {
+    cut: &'a Cut,
+    begun: f64,
+    ended: f64,
+    looks: usize,
+    bounds: Bounds,
+}
+
+impl Sweep<'_> {
+    /// Ends of what it sweeps along each axis (m).
+    pub fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    /// Whether the shape covers a place (m) at some time of the sweep.
+    pub fn covers<const D: usize>(&self, place: &[f64; D]) -> bool {
+        let within = |axis: usize| place[axis] >= self.bounds[axis][0] && place[axis] <= self.bounds[axis][1];
+        (0..D).all(within) && (0..=self.looks).any(|look| self.covers_at(look, place))
+    }
+
+    fn covers_at<const D: usize>(&self, look: usize, place: &[f64; D]) -> bool {
+        let moved = self.begun + (self.ended - self.begun) * look as f64 / self.looks as f64;
+        let back: [f64; D] = std::array::from_fn(|axis| place[axis] - self.cut.velocity[axis] * moved);
+        self.cut.shape.contains(&back)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn saw() -> Cut {
+        serde_json::from_str(
+            r#"{ "name": "saw", "shape": { "kind": "box", "min": [1, 0], "max": [1.1, 0.2] }, "velocity": [-2, 0],
+            "start": 0.5, "stop": 1 }"#,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn it_moves_from_start_to_stop() {
+        let saw = saw();
+        assert_eq!([0.0, 0.5, 0.75, 1.0, 3.0].map(|t| saw.moving(t)), [0.0, 0.0, 0.25, 0.5, 0.5]);
+        assert!(!saw.cuts_between(0.4, 0.5) && saw.cuts_between(0.4, 0.6));
+        assert!(saw.cuts_between(0.9, 1.1) && !saw.cuts_between(1.0, 1.1));
+    }
+
+    #[test]
+    fn what_it_passes_within_a_step_is_covered_too() {
+        let saw = saw();
+        // From 1 m to 0 m in one go, ten times its width.
+        let sweep = saw.sweep(0.5, 1.0, &saw.bounds(2));
+        for i in 0..=100 {
+            assert!(sweep.covers(&[0.001 + 0.01 * f64::from(i), 0.1]), "{i}");
+        }
+        for outside in [[1.11, 0.1], [-0.01, 0.1], [0.5, 0.21], [0.5, -0.01]] {
+            assert!(!sweep.covers(&outside), "{outside:?}");
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Cuts of the case: shapes that move and take away the points that they cover (sheet: snow-mpm A5).
+
+use std::sync::Arc;
+
+use colluvium_case::description::{Cut, Sweep};
+
+use crate::bodies::Body;
+use crate::solver::SnowSolver;
+
+impl<const D: usize> SnowSolver<D> {
+    /// Takes away what the cuts have covered in the last step, which was `dt` long (s), and books it.
+    pub(super) fn make_cuts(&mut self, dt: f64) {
+        let case = Arc::clone(&self.case);
+        for (number, cut) in case.cuts.iter().enumerate() {
+            let Some(begun) = self.clock_of(cut) else { continue };
+            let (from, to) = (self.clock.time - dt - begun, self.clock.time - begun);
+            if !cut.cuts_between(from, to) {
+                continue;
+            }
+            self.ledger.cut(number).travel += cut.speed() * (cut.moving(to) - cut.moving(from));
+            let sweep = cut.sweep(from, to, &self.blades[number]);
+            let takes = |body: &Body<D>| cut.takes(&case.bodies[body.number as usize].name);
+            let mass = self.mass_in(&sweep, takes);
+            if mass > 0.0 {
+                let keeps =
+                    |body: &Body<D>, i: usize| !(takes(body) && sweep.covers(&body.points.position[i]));
+                let energy = self.keep(keeps);
+                let taken = self.ledger.cut(number);
+                taken.mass += mass;
+                taken.energy += energy;
+            }
+        }
+    }
+
+    /// When the times of a cut began to count (s); `None` where its stage is not the one that runs.
+    fn clock_of(&self, cut: &Cut) -> Option<f64> {
+        match &cut.stage {
+            None => Some(0.0),
+            Some(name) => {
+                (self.case.stages[self.clock.stage].name == *name).then_some(self.clock.stage_start)
+            }
+        }
+    }
+
+    /// Mass of the points that a sweep covers (kg).
+    fn mass_in(&self, sweep: &Sweep<'_>, takes: impl Fn(&Body<D>) -> bool) -> f64 {
+        let mut mass = 0.0;
+        for body in self.bodies.all.iter().filter(|body| takes(body)) {
+            let points = body.points.position.iter().zip(&body.points.mass);
+            mass += points.filter(|(place, _)| sweep.covers(place)).map(|(_, mass)| mass).sum::<f64>();
+        }
+        mass
+    }
+}

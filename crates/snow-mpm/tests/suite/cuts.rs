@@ -1,0 +1,115 @@
+//! Cuts of a case.
+
+use colluvium_case::{Case, Method};
+use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::cases::{advance, advance_to, steps};
+use colluvium_testkit::near;
+use serde_json::{Value, json};
+
+use crate::common::{begun, block, reading, refused};
+
+/// The block, 0.6 m by 0.4 m of 400 kg/m³, that moves to the right with 1 m/s, with a saw through its lower quarter.
+fn sawn() -> Value {
+    let mut case = block(&json!({ "kind": "uniform", "value": [1, 0] }), &json!({}));
+    case["cuts"] = json!([{ "name": "saw", "shape": { "kind": "box", "min": [1.5, 0], "max": [1.7, 0.9] }, "velocity": [-4, 0],
+        "start": 0.01, "stop": 0.085 }]);
+    case
+}
+
+#[test]
+fn a_saw_takes_the_points_in_its_way_and_books_them() {
+    let case = Case::from_json(&sawn().to_string()).unwrap();
+    assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
+    let mut solver = begun(&sawn());
+    let start = solver.budget();
+    advance_to(&mut *solver, 0.09);
+    let end = solver.budget();
+    near(reading(&*solver, "saw.travel"), 0.3, 1e-9);
+    // Its edge comes to 1.2 m when the block's has come to 1.385 m; in the block's own coordinates it cuts from 1.115 m on, which
+    // takes the four columns of points beyond, and the two rows below 0.9 m.
+    let taken = 2.0 * 4.0 * 0.05 * 0.05 * 400.0;
+    near(reading(&*solver, "saw.mass"), taken, 1e-9);
+    near(start.mass - end.mass, taken, 1e-9);
+    near(reading(&*solver, "saw.energy"), 0.5 * taken, 1e-9);
+    near(start.kinetic - end.kinetic, 0.5 * taken, 1e-9);
+    assert!(reading(&*solver, "energy_numerical").abs() < 1e-9);
+    let snapshot = solver.snapshot();
+    let spared = |x: &[f64; 3]| !(x[0] > 1.2 && x[1] < 0.9);
+    assert!(snapshot.positions.iter().all(spared));
+}
+
+#[test]
+fn a_cut_of_a_stage_begins_with_it_and_takes_its_bodies_only() {
+    let mut value = sawn();
+    value["stages"] = json!([{ "name": "wait", "duration": 0.02 }, { "name": "go", "duration": 0.09 }]);
+    value["cuts"][0]["stage"] = json!("go");
+    let mut other = value["bodies"][0].clone();
+    (other["name"], other["shape"]["min"], other["shape"]["max"]) =
+        (json!("other"), json!([1.3, 0.8]), json!([1.4, 1.2]));
+    value["bodies"].as_array_mut().unwrap().push(other);
+    value["cuts"][0]["bodies"] = json!(["other"]);
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let mut solver = begun(&value);
+    advance_to(&mut *solver, 0.02);
+    near(reading(&*solver, "saw.mass"), 0.0, 0.0);
+    solver.end_stage(&case.stages[0]).unwrap();
+    solver.begin_stage(1, 0.02).unwrap();
+    advance_to(&mut *solver, 0.11);
+    near(reading(&*solver, "saw.travel"), 0.3, 1e-9);
+    near(reading(&*solver, "saw.mass"), 2.0 * 2.0 * 0.05 * 0.05 * 400.0, 1e-9);
+}
+
+#[test]
+fn a_restored_solver_goes_on_cutting_bit_for_bit() {
+    let case = Case::from_json(&sawn().to_string()).unwrap();
+    let mut first = begun(&sawn());
+    advance_to(&mut *first, 0.06);
+    assert!(reading(&*first, "saw.mass") > 0.0);
+    let saved = first.saved().unwrap();
+    let mut second = SnowMpm.build(&case).unwrap();
+    second.restore(&mut saved.as_slice()).unwrap();
+    second.begin_stage(0, 0.0).unwrap();
+    let before = first.points();
+    for solver in [&mut first, &mut second] {
+        let dt = solver.limit().dt;
+        steps(&mut **solver, 1, 0.5 * dt);
+        advance(&mut **solver, 120);
+    }
+    assert!(first.points() < before);
+    assert_eq!(first.saved().unwrap(), second.saved().unwrap());
+}
+
+#[test]
+fn cuts_that_cannot_be_made_are_refused_by_path() {
+    let change = |key: &str, to: Value| {
+        let mut case = sawn();
+        case["cuts"][0][key] = to;
+        refused(&case)
+    };
+    for (error, words) in [
+        (change("stop", json!(0.01)), "cuts[0].stop: 0.01 s must be after start, 0.01 s"),
+        (change("start", json!(-1)), "cuts[0].start: -1 must not be negative"),
+        (
+            change("stage", json!("og")),
+            "cuts[0].stage: \"og\" is not the name of a stage; did you mean \"go\"?",
+        ),
+        (change("bodies", json!(["rock"])), "cuts[0].bodies[0]: \"rock\" is not the name of a body"),
+        (change("velocity", json!([1])), "cuts[0].velocity: has 1 entries, the space has 2 dimensions"),
+        (change("name", json!("a saw")), "cuts[0].name: "),
+    ] {
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn doubtful_cuts_are_warned_of() {
+    let change = |key: &str, to: Value| {
+        let mut case = sawn();
+        case["cuts"][0][key] = to;
+        SnowMpm.plan(&Case::from_json(&case.to_string()).unwrap()).unwrap().warnings
+    };
+    let thin = change("shape", json!({ "kind": "box", "min": [1.5, 0], "max": [1.6, 0.9] }));
+    assert!(thin.len() == 1 && thin[0].starts_with("cuts[0].shape: 0.1"), "{thin:?}");
+    let away = change("velocity", json!([4, 0]));
+    assert!(away.len() == 1 && away[0].starts_with("cuts[0]: nothing that it cuts"), "{away:?}");
+}
