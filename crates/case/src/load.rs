@@ -74,7 +74,8 @@ impl Case {
             points.iter_mut().map(|points| &mut points.file).chain(layers::files(shape))
         });
         let surfaces = self.obstacles.iter_mut().filter_map(|obstacle| obstacle.shape.file_mut());
-        bodies.chain(surfaces).chain(self.methods.values_mut().flat_map(files_of_options))
+        let mapped = self.output.rasters.iter_mut().filter_map(|rasters| rasters.mapped.as_mut());
+        bodies.chain(surfaces).chain(mapped).chain(self.methods.values_mut().flat_map(files_of_options))
     }
 
     /// The case as JSON text, with coordinates of the map.

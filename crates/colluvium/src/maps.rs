@@ -12,7 +12,7 @@ use crate::plots::{Cells, TerrainMap};
 pub(crate) const RASTERS: &str = "rasters";
 
 /// Rasters that have a map, the most telling first, and what their colours mean.
-const SHOWN: [(&str, &str); 7] = [
+const SHOWN: [(&str, &str); 8] = [
     ("peak_thickness_vertical", "peak thickness (m)"),
     ("peak_thickness_normal", "peak thickness (m)"),
     ("final_thickness_vertical", "final thickness (m)"),
@@ -20,6 +20,7 @@ const SHOWN: [(&str, &str); 7] = [
     ("peak_velocity", "peak velocity (m/s)"),
     ("peak_dynamic_pressure", "peak dynamic pressure (Pa)"),
     ("arrival_time", "arrival time (s)"),
+    ("bed_change", "change of the bed (m)"),
 ];
 
 /// The map of each raster in the folder of a run, by its name: shaded terrain, the raster in colours, and the outlines of layers.

@@ -483,6 +483,33 @@ fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
 }
 
 #[test]
+fn a_run_hands_its_last_frame_over_to_depth_integrated_flow() {
+    use colluvium::case::output::{Table, read_frame};
+    let folder = tempfile::tempdir().unwrap();
+    let file = write(folder.path(), "column.json", &column());
+    let out = folder.path().join("out");
+    assert_eq!(output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
+    let (code, said, errors) = output(colluvium().args(["export", "--points"]).arg(&out));
+    assert_eq!(code, 0, "{errors}");
+    assert!(said.contains("points at 0.12 s to ") && said.trim_end().ends_with("points.csv"), "{said}");
+    let mut next = column();
+    next["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0, 0], "max": [0.4, 0.12] });
+    next["bodies"][0]["points"] = json!({ "file": "out/points.csv" });
+    next["stages"] = json!([{ "name": "run-out", "duration": 0.1 }]);
+    next["methods"] = json!({ "depth-sph": { "spacing": 0.01 } });
+    next["measures"] = json!({});
+    let file = write(folder.path(), "next.json", &next);
+    let then = folder.path().join("then");
+    let (code, said, errors) = output(colluvium().args(["run", "--out"]).arg(&then).arg(&file));
+    assert_eq!(code, 0, "{said}{errors}");
+    let last = read_frame(&out.join("frames/frame-00006.vtu"), 0.12).unwrap();
+    let handed: f64 = last.scalars("volume").unwrap().iter().sum();
+    let table = Table::read(&then.join("measures.csv")).unwrap();
+    let flow = table.column("flow_volume").unwrap();
+    assert!(flow.iter().all(|volume| (volume / handed - 1.0).abs() < 1e-12), "{handed} {flow:?}");
+}
+
+#[test]
 fn an_export_has_every_frame_and_table_to_the_last_bit() {
     use colluvium::case::output::{Table, Values, read_frame, read_npz};
     let folder = tempfile::tempdir().unwrap();

@@ -3,7 +3,7 @@
 //! The volume of a node is spread over the cells within its kernel, in proportion to it and so that they hold all of it: rasters
 //! of thickness sum to the volume of the flow. It is done after every step.
 
-use colluvium_points::{Georeference, Raster};
+use colluvium_points::{Georeference, Outline, Raster};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -93,6 +93,8 @@ pub struct Maps {
     /// Slope of the bed at each cell.
     slopes: Vec<[f64; 2]>,
     cells: Vec<Cell>,
+    /// Cells whose centres lie within a mapped outline; empty without one.
+    mapped: Vec<bool>,
     over: Vec<Over>,
     patches: Vec<Patch>,
     bands: Vec<Vec<u32>>,
@@ -118,11 +120,33 @@ impl Maps {
             threshold,
             slopes,
             cells: vec![UNTOUCHED; count],
+            mapped: Vec::new(),
             over: vec![[0.0; 4]; count],
             patches: Vec::new(),
             bands,
             grid,
         }
+    }
+
+    /// Compares what has been reached with a mapped outline.
+    pub fn compare(&mut self, outline: &Outline) {
+        let grid = &self.grid;
+        let within = |k: usize| outline.contains(grid.centre(k % grid.counts[0], k / grid.counts[0]));
+        self.mapped = (0..self.cells.len()).into_par_iter().map(within).collect();
+    }
+
+    /// Areas (m²) of the cells reached within the mapped outline, not reached within it, and reached beyond it; `None` without one.
+    pub fn score(&self) -> Option<[f64; 3]> {
+        let mut counts = [0.0; 3];
+        for (cell, within) in self.cells.iter().zip(&self.mapped) {
+            match (!cell.arrival.is_nan(), within) {
+                (true, true) => counts[0] += 1.0,
+                (false, true) => counts[1] += 1.0,
+                (true, false) => counts[2] += 1.0,
+                (false, false) => {}
+            }
+        }
+        (!self.mapped.is_empty()).then(|| counts.map(|count| count * self.grid.area()))
     }
 
     /// What the cells have seen, row by row from the least y.
@@ -225,14 +249,24 @@ impl Maps {
         let left = |value: &dyn Fn(usize) -> f64| {
             raster(&|k| if now.over[k][0] > 0.0 { value(k) } else { f64::NAN })
         };
-        vec![
+        let mut rasters = vec![
             (format!("peak_thickness_{along}"), "m", seen(|cell| cell.thickness)),
             ("peak_velocity".to_owned(), "m/s", seen(|cell| cell.speed)),
             ("peak_dynamic_pressure".to_owned(), "Pa", seen(|cell| cell.pressure)),
             ("arrival_time".to_owned(), "s", seen(|cell| cell.arrival)),
             (format!("final_thickness_{along}"), "m", left(&|k| now.over[k][0])),
             ("final_velocity".to_owned(), "m/s", left(&|k| speed(&now.over[k], &now.slopes[k]))),
-        ]
+        ];
+        if let Some(worn) = flow.worn() {
+            let centre = |k: usize| self.grid.centre(k % self.grid.counts[0], k / self.grid.counts[0]);
+            let change = raster(&|k| {
+                let [x, y] = centre(k);
+                let taken = worn.taken_at(x, y);
+                if taken > 0.0 { -taken } else { f64::NAN }
+            });
+            rasters.push(("bed_change".to_owned(), "m", change));
+        }
+        rasters
     }
 
     /// Whether any cell has been reached.

@@ -166,6 +166,8 @@ pub struct Zone {
     pub drainage: Drainage,
     /// What is taken up from it.
     pub erosion: Option<Erosion>,
+    /// Depth of it that can be taken up (m), infinite without a limit.
+    pub erodible_depth: f64,
 }
 
 impl fmt::Debug for Zone {
@@ -178,7 +180,14 @@ impl fmt::Debug for Zone {
 impl Zone {
     /// A sealed bed of one law everywhere, which nothing is taken from.
     pub fn everywhere(law: Option<BasalRheology>) -> Self {
-        Self { region: None, outline: None, law, drainage: Drainage::Sealed, erosion: None }
+        Self {
+            region: None,
+            outline: None,
+            law,
+            drainage: Drainage::Sealed,
+            erosion: None,
+            erodible_depth: f64::INFINITY,
+        }
     }
 
     /// Whether it holds a place.
@@ -272,6 +281,12 @@ impl<const D: usize> Settings<D> {
     pub fn zone(&self, x: &[f64; D]) -> &Zone {
         let last = self.zones.len() - 1;
         self.zones[..last].iter().find(|zone| zone.holds(x)).unwrap_or(&self.zones[last])
+    }
+
+    /// Depth of the bed that can be taken up at a place (m): none where there is no erosion.
+    pub fn erodible(&self, x: &[f64; D]) -> f64 {
+        let zone = self.zone(x);
+        if zone.erosion.is_some() { zone.erodible_depth } else { 0.0 }
     }
 
     /// Number of sets of nodes.

@@ -1,7 +1,7 @@
 //! What the stages of a case are to this method.
 
 use colluvium_case::Case;
-use colluvium_case::description::Stage;
+use colluvium_case::description::{Stage, Wall};
 
 use crate::flow::Ends;
 
@@ -15,7 +15,7 @@ pub(crate) fn ends<const D: usize>(case: &Case, stage: usize) -> Ends<D> {
     let mut ends = Ends::default();
     for (_, boundary) in case.active_boundaries(stage) {
         let axis = boundary.side.axis();
-        if axis >= D {
+        if axis >= D || matches!(boundary.wall, Wall::Absorbing { .. }) {
             continue;
         }
         let position = boundary.position(&case.domain);

@@ -188,3 +188,116 @@ fn a_stage_that_balances_stress_is_passed_over_with_a_warning() {
     assert_eq!(solver.snapshot().positions, before);
     assert_eq!(solver.equilibrium().map(|e| e.kinetic_ratio), Some(0.0));
 }
+
+/// Excess pressure stands half a step before the output: what one step adds between two outputs is that of a whole step.
+#[test]
+fn shear_sucks_on_dense_grains_and_presses_on_loose_ones() {
+    // Hardly permeable, so that nothing drains in a step; porosity 0.4.
+    let run = |critical: f64, steps: usize| {
+        let mut value = fix(heap());
+        value["bodies"][0]["velocity"]["value"] = json!([5, 0, 0]);
+        let options = &mut value["methods"]["depth-sph"];
+        options["mixture"]["drag"]["settling_velocity"] = json!(1e-9);
+        options["column"] = json!({
+            "cells": 8, "excess_ratio": 0.5, "skeleton": { "youngs_modulus": 1e4, "poissons_ratio": 0.3, "confinement": { "kind": "isotropic" } },
+            "dilatancy": { "slope": 1.0, "critical_porosity": critical }
+        });
+        let mut solver = build(&value);
+        advance(solver.as_mut(), steps);
+        (solver.time(), solver.snapshot())
+    };
+    let pressure =
+        |snapshot: &colluvium_case::Snapshot, i: usize| snapshot.scalars("excess_pore_pressure").unwrap()[i];
+    let mut before = 0.0;
+    for steps in [1, 2, 3] {
+        let [(time, loose), (_, level), (_, dense)] = [0.3, 0.4, 0.5].map(|critical| run(critical, steps));
+        // Grains in the middle of the heap, where nothing of its edge has come yet.
+        let middle = |i: &usize| {
+            let x = level.positions[*i];
+            (x[0] - 3.0).abs() < 0.8 && (x[1] - 5.0).abs() < 0.8 && pressure(&level, *i) > 0.0
+        };
+        let inside: Vec<usize> = (0..level.positions.len()).filter(middle).collect();
+        assert!(inside.len() > 4, "grains in the middle: {}", inside.len());
+        let apart = |i: &usize| pressure(&loose, *i) - pressure(&dense, *i);
+        let found: Vec<f64> = inside.iter().map(apart).collect();
+        for i in &inside {
+            assert!(
+                pressure(&dense, *i) < pressure(&level, *i) && pressure(&level, *i) < pressure(&loose, *i)
+            );
+        }
+        let at = time - 0.5 * (time - before);
+        for (number, i) in inside.iter().enumerate() {
+            // `K γ' Δn t` with `K = E/(3(1 - 2ν))` and `γ' = 2 v/h`: whatever the porosity is, it leaves the difference.
+            let speed = level.vectors("velocity").unwrap()[*i][0];
+            let rate = 2.0 * speed / level.scalars("depth").unwrap()[*i];
+            let exact = 1e4 / (3.0 * 0.4) * rate * 0.2 * at;
+            // Speed and depth change by some per cent in three steps.
+            assert!(
+                (found[number] / exact - 1.0).abs() < 0.05,
+                "{steps} steps: {} for {exact}",
+                found[number]
+            );
+        }
+        before = time;
+    }
+}
+
+/// The sheet's table of bad input (§7), so far as a case says it: each is refused under its own key.
+#[test]
+fn bad_input_is_refused_under_its_key() {
+    let skeleton = |more: Value| {
+        let mut skeleton = json!({ "youngs_modulus": 1e7, "poissons_ratio": 0.3 });
+        skeleton.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        json!({ "skeleton": skeleton })
+    };
+    let table = [
+        ("mixture", json!({ "grain_density": 0 }), "mixture.grain_density"),
+        ("mixture", json!({ "grain_density": 2650, "fluid_density": -1 }), "mixture.fluid_density"),
+        ("mixture", json!({ "grain_density": 2650, "porosity": 0 }), "mixture.porosity"),
+        (
+            "mixture",
+            json!({ "grain_density": 2650, "drag": { "law": "anderson", "settling_velocity": 0.1, "exponent": 11 } }),
+            "mixture.drag.exponent",
+        ),
+        (
+            "mixture",
+            json!({ "grain_density": 2650, "drag": { "law": "darcy", "permeability": 0 } }),
+            "mixture.drag.permeability",
+        ),
+        ("column", skeleton(json!({ "youngs_modulus": -1 })), "column.skeleton.youngs_modulus"),
+        ("column", skeleton(json!({ "poissons_ratio": 0.5 })), "column.skeleton.poissons_ratio"),
+        (
+            "column",
+            skeleton(json!({ "confinement": { "kind": "value", "alpha": 0 } })),
+            "column.skeleton.confinement.alpha",
+        ),
+        (
+            "column",
+            skeleton(json!({ "confinement": { "kind": "lateral", "k0": -0.1 } })),
+            "column.skeleton.confinement.k0",
+        ),
+        ("column", json!({ "consolidation": -1 }), "column.consolidation"),
+        ("column", json!({ "consolidation": 1, "cells": 1001 }), "column.cells"),
+        ("basal", json!({ "model": "coulomb", "friction_angle": 90 }), "basal"),
+        ("basal", json!({ "model": "voellmy", "friction_angle": 10, "turbulence": 0 }), "basal"),
+        ("basal", json!({ "model": "coulomb", "friction_angle": -1 }), "basal"),
+        ("erosion", json!({ "law": "hungr", "rate": -0.1 }), "erosion.rate"),
+        ("drainage", json!({ "kind": "partly", "conductance": 0 }), "drainage.conductance"),
+        ("drainage", json!({ "kind": "leaky" }), "drainage"),
+        ("smoothing", json!(3.5), "smoothing"),
+        ("courant", json!(0), "courant"),
+    ];
+    for (key, value, path) in table {
+        let mut bad = fix(heap());
+        bad["methods"]["depth-sph"][key] = value;
+        let problem = refused(&bad);
+        assert!(problem.starts_with(&format!("methods.depth-sph.{path}")), "{key}: {problem}");
+        assert_eq!(problem.lines().count(), 1, "{problem}");
+    }
+    let mut up = fix(heap());
+    up["gravity"] = json!([0, 0, 9.81]);
+    assert!(refused(&up).starts_with("gravity[2]: "), "{}", refused(&up));
+    let mut small = fix(heap());
+    small["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.1, 3.1, 0], "max": [1.15, 3.15, 1] });
+    assert!(refused(&small).starts_with("bodies: none stands on a point"), "{}", refused(&small));
+}

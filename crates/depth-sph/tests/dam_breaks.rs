@@ -1,11 +1,13 @@
 //! Dam breaks against their closed forms, in few nodes.
 
+use colluvium_constitutive::basal::BasalSpec;
 use colluvium_depth_sph::bed::Bed;
-use colluvium_depth_sph::choices::Continuity;
+use colluvium_depth_sph::choices::{Continuity, Phases};
+use colluvium_depth_sph::drag::{Densities, Drag};
 use colluvium_depth_sph::exact::{Stoker, ritter};
 use colluvium_depth_sph::flow::{Ends, Flow};
 use colluvium_depth_sph::nodes::Node;
-use colluvium_depth_sph::settings::Settings;
+use colluvium_depth_sph::settings::{Mixture, Settings, Zone};
 
 /// Nodes of depth `depth` every `spacing` from `from` to `to`.
 fn layer(from: f64, to: f64, spacing: f64, depth: f64) -> Vec<Node<1>> {
@@ -88,4 +90,33 @@ fn each_rate_of_height_carries_the_bore_of_stoker() {
         assert!(error < 0.015, "{continuity:?}: {error}");
         assert!((velocity - 1.0).abs() < 0.015, "{continuity:?}: {velocity}");
     }
+}
+
+/// Water that leaves its grains: these stand by their friction, and what has left flows as water does.
+#[test]
+fn fluid_leaves_its_skeleton() {
+    let mut settings = Settings::plain(1000.0);
+    settings.phases = Phases::Two;
+    let densities = Densities { grain: 2600.0, fluid: 1000.0, gravity: 9.81 };
+    settings.material = Mixture { densities, porosity: 0.4, saturated: true };
+    settings.drag = Drag::Anderson { settling_velocity: 2.0, exponent: 1.0 };
+    let spec = serde_json::json!({ "model": "coulomb", "friction_angle": 50 });
+    let spec: BasalSpec = serde_json::from_value(spec).unwrap();
+    settings.zones = vec![Zone::everywhere(Some(spec.build().unwrap()))];
+    let ends = Ends { walls: [[Some(0.0), None]], ..Ends::default() };
+    let sets = [layer(0.0, 5.0, 0.05, 0.3), layer(0.0, 5.0, 0.05, 1.0)];
+    let mut flow = Flow::new(settings, Bed::Flat(0.0), ends, &sets).unwrap();
+    let volumes = [0, 1].map(|set| flow.sets[set].nodes.total_volume());
+    run(&mut flow, 2.0);
+    let front = |set: usize| flow.sets[set].nodes.position.iter().map(|x| x[0]).fold(0.0, f64::max);
+    let [grains, water] = [front(0), front(1)];
+    assert!(water > grains + 3.0, "the water is ahead: {grains} {water}");
+    assert_eq!([0, 1].map(|set| flow.sets[set].nodes.total_volume()), volumes);
+    let nodes = &flow.sets[1].nodes;
+    let last = (0..nodes.len()).find(|i| nodes.position[*i][0] == water).unwrap();
+    let [own, all] = [nodes.height[last], nodes.depth[last]];
+    assert!(all < 1.1 * own, "water alone: {own} m of {all} m");
+    assert!(
+        flow.sets[0].nodes.depth.iter().chain(&nodes.depth).all(|depth| depth.is_finite() && *depth > 0.0)
+    );
 }

@@ -112,6 +112,8 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
         (json!({ "discharge": null, "hydrograph": "flood.csv" }), "hydrograph: /"),
         (json!({ "froude": 0 }), "froude: 0 must be"),
         (json!({ "to": [4, 0] }), "to: is where"),
+        (json!({ "to": null }), "to: is missing"),
+        (json!({ "side": "x-min" }), "side: is an end of a profile"),
     ] {
         let error = refused(changes);
         assert!(error.starts_with(&format!("methods.depth-sph.inflows[0].{start}")), "{error}");
@@ -122,5 +124,77 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
         json!({ "grain_density": 1500, "porosity": 0.5, "fluid_density": 500 });
     let error =
         DepthSph.plan(&Case::from_json(&value.to_string()).unwrap()).map(|_| ()).unwrap_err().to_string();
-    assert!(error.starts_with("methods.depth-sph.inflows: are lines in plan"), "{error}");
+    assert!(error.starts_with("methods.depth-sph.inflows: are of a flow of one phase"), "{error}");
+}
+
+/// V28: water that flows into still water of a channel, slower than its waves, rises as the invariant has it, and a bore runs ahead.
+#[test]
+fn an_inflow_into_still_water_sends_a_bore_ahead() {
+    let value = json!({
+        "title": "channel", "space": "plane-strain", "gravity": [0, -GRAVITY],
+        "domain": { "min": [0, 0], "max": [40, 3] },
+        "materials": { "water": {
+            "model": "mohr-coulomb", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
+        } },
+        "bodies": [{ "name": "still", "material": "water", "shape": { "kind": "box", "min": [0, 0], "max": [40, 1] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "flow", "duration": 6 }],
+        "methods": { "depth-sph": { "spacing": 0.05, "smoothing": 2, "inflows": [
+            { "side": "x-min", "discharge": [[0, 0.5], [9, 0.5]] } ] } }
+    });
+    let mut solver = build(&value);
+    until(solver.as_mut(), 6.0);
+    let entered = reading(solver.as_ref(), "volume_entered");
+    assert!((entered - 3.0).abs() < 0.06, "0.5 m²/s for 6 s, to a node: {entered}");
+    let flow = reading(solver.as_ref(), "flow_volume");
+    assert!((flow - 40.0 - entered).abs() < 1e-9, "{flow} {entered}");
+    let snapshot = solver.snapshot();
+    let depth = snapshot.scalars("depth").unwrap();
+    let velocity = snapshot.vectors("velocity").unwrap();
+    let (mut count, mut means) = (0.0, [0.0; 2]);
+    let mut bore = 0.0f64;
+    for (i, x) in snapshot.positions.iter().enumerate() {
+        if (2.0..15.0).contains(&x[0]) {
+            count += 1.0;
+            means = [means[0] + depth[i], means[1] + velocity[i][0]];
+        }
+        if depth[i] > 1.0 + 0.5 * 0.144_364 {
+            bore = bore.max(x[0]);
+        }
+    }
+    let [depth, speed] = means.map(|sum| sum / count);
+    assert!((depth / 1.144_364 - 1.0).abs() < 0.02, "{depth}");
+    assert!((speed / 0.436_924 - 1.0).abs() < 0.02, "{speed}");
+    assert!((bore / (6.0 * 3.463) - 1.0).abs() < 0.02, "{bore}");
+}
+
+/// An inflow onto a dry bed has the depth and speed of its Froude number.
+#[test]
+fn an_inflow_onto_a_dry_profile_has_its_froude_number() {
+    let value = json!({
+        "title": "channel", "space": "plane-strain", "gravity": [0, -GRAVITY],
+        "domain": { "min": [0, 0], "max": [60, 3] },
+        "materials": { "water": {
+            "model": "mohr-coulomb", "density": 1000, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
+        } },
+        "bodies": [{ "name": "pond", "material": "water", "shape": { "kind": "box", "min": [58, 0], "max": [59, 0.2] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "flow", "duration": 4 }],
+        "methods": { "depth-sph": { "spacing": 0.1, "inflows": [
+            { "side": "x-min", "discharge": [[0, 1], [9, 1]], "froude": 2 } ] } }
+    });
+    let mut solver = build(&value);
+    until(solver.as_mut(), 4.0);
+    let depth = (1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0);
+    let snapshot = solver.snapshot();
+    let (found, velocity) = (snapshot.scalars("depth").unwrap(), snapshot.vectors("velocity").unwrap());
+    let inside: Vec<usize> =
+        (0..found.len()).filter(|i| (1.0..4.0).contains(&snapshot.positions[*i][0])).collect();
+    assert!(inside.len() > 20, "{}", inside.len());
+    for i in inside {
+        assert!((found[i] / depth - 1.0).abs() < 0.03, "{} for {depth}", found[i]);
+        assert!((velocity[i][0] * depth - 1.0).abs() < 0.03, "{} for {}", velocity[i][0], 1.0 / depth);
+    }
+    let entered = reading(solver.as_ref(), "volume_entered");
+    assert!((entered - 4.0).abs() < 0.1, "{entered}");
 }

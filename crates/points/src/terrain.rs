@@ -1,5 +1,7 @@
 //! A raster of heights as a smooth surface, for flow that is integrated over depth.
 
+use std::ops::Range;
+
 use crate::{Raster, RasterError};
 
 /// Height, slope and curvature of a terrain at a place in plan.
@@ -36,7 +38,7 @@ impl Terrain {
     /// As [`Raster::validate`].
     pub fn new(raster: Raster, smoothing: usize) -> Result<Self, RasterError> {
         raster.validate()?;
-        let mut terrain = Self { beds: Vec::with_capacity(raster.values.len()), raster, smoothing };
+        let mut terrain = Self { beds: Vec::new(), raster, smoothing };
         terrain.recover();
         Ok(terrain)
     }
@@ -84,64 +86,102 @@ impl Terrain {
     /// Finds slopes and second derivatives anew from the heights. Beside a node without data differences are one-sided; a node
     /// without two neighbours in a row is level along it.
     pub fn recover(&mut self) {
-        let (columns, rows) = (self.raster.columns, self.raster.rows);
-        let raster = &self.raster;
-        let [dx, dy] = raster.spacing;
+        let Raster { columns, rows, .. } = self.raster;
+        let level = Bed { height: f64::NAN, gradient: [0.0; 2], hessian: [0.0; 3] };
+        self.beds.resize(self.raster.values.len(), level);
+        self.recover_within([0..columns, 0..rows]);
+    }
+
+    /// The same for the nodes of some columns and rows only: all those as far as [`Terrain::reach`] from a height that has changed.
+    pub fn recover_within(&mut self, [columns, rows]: [Range<usize>; 2]) {
+        let wide = |range: &Range<usize>, count: usize| {
+            range.start.saturating_sub(self.smoothing)..(range.end + self.smoothing).min(count)
+        };
+        let around = [wide(&columns, self.raster.columns), wide(&rows, self.raster.rows)];
+        let mut bends = Vec::with_capacity(around[0].len() * around[1].len());
+        for j in around[1].clone() {
+            for i in around[0].clone() {
+                bends.push(self.bends(i, j));
+            }
+        }
+        for _ in 0..self.smoothing {
+            bends = self.smoothed(&bends, &around);
+        }
+        for j in rows {
+            for i in columns.clone() {
+                let own = (j - around[1].start) * around[0].len() + i - around[0].start;
+                let bed =
+                    Bed { height: self.raster.at(i, j), gradient: self.gradient(i, j), hessian: bends[own] };
+                self.beds[j * self.raster.columns + i] = bed;
+            }
+        }
+    }
+
+    /// How far a height is felt (nodes): two neighbours beside a rim or a gap, and one for each mean that is taken.
+    pub fn reach(&self) -> usize {
+        2 + self.smoothing
+    }
+
+    fn line_x(&self, j: usize) -> Line<'_> {
+        Line { raster: &self.raster, along: 0, fixed: j }
+    }
+
+    fn line_y(&self, i: usize) -> Line<'_> {
+        Line { raster: &self.raster, along: 1, fixed: i }
+    }
+
+    /// Recovered slope at a node.
+    fn gradient(&self, i: usize, j: usize) -> [f64; 2] {
+        let Raster { columns, rows, spacing: [dx, dy], .. } = self.raster;
         // Means with weights 1, 4, 1 of the nodes that have data.
         let weighted = |terms: [Option<f64>; 3]| {
             let both = terms.iter().zip([1.0, 4.0, 1.0]).filter_map(|(v, w)| v.map(|v| (v * w, w)));
             let (sum, weight) = both.fold((0.0, 0.0), |(s, n), (v, w)| (s + v, n + w));
             if weight > 0.0 { Some(sum / weight) } else { None }
         };
-        let line_x = |j: usize| Line { raster, along: 0, fixed: j };
-        let line_y = |i: usize| Line { raster, along: 1, fixed: i };
-        let around =
-            |k: usize, count: usize| [k.checked_sub(1), Some(k), Some(k + 1).filter(|next| *next < count)];
-        self.beds.clear();
-        for j in 0..rows {
-            for i in 0..columns {
-                let slope_x = |j: usize| line_x(j).slope(i).map(|d| d / dx);
-                let slope_y = |i: usize| line_y(i).slope(j).map(|d| d / dy);
-                let gradient = [
-                    weighted(around(j, rows).map(|j| j.and_then(slope_x))),
-                    weighted(around(i, columns).map(|i| i.and_then(slope_y))),
-                ];
-                let cross = difference(around(j, rows).map(|j| j.and_then(slope_x))).map_or(0.0, |d| d / dy);
-                let bends = [line_x(j).bend(i) / (dx * dx), cross, line_y(i).bend(j) / (dy * dy)];
-                self.beds.push(Bed {
-                    height: raster.at(i, j),
-                    gradient: gradient.map(Option::unwrap_or_default),
-                    hessian: bends,
-                });
-            }
-        }
-        for _ in 0..self.smoothing {
-            self.smooth();
-        }
+        let slope_x = |j: usize| self.line_x(j).slope(i).map(|d| d / dx);
+        let slope_y = |i: usize| self.line_y(i).slope(j).map(|d| d / dy);
+        [
+            weighted(beside(j, rows).map(|j| j.and_then(slope_x))).unwrap_or_default(),
+            weighted(beside(i, columns).map(|i| i.and_then(slope_y))).unwrap_or_default(),
+        ]
     }
 
-    /// Means of the second derivatives over 3 × 3 nodes, of those that are there and have data.
-    fn smooth(&mut self) {
-        let (columns, rows) = (self.raster.columns, self.raster.rows);
-        let before: Vec<[f64; 3]> = self.beds.iter().map(|bed| bed.hessian).collect();
-        for j in 0..rows {
-            for i in 0..columns {
+    /// Second differences at a node.
+    fn bends(&self, i: usize, j: usize) -> [f64; 3] {
+        let Raster { rows, spacing: [dx, dy], .. } = self.raster;
+        let slope_x = |j: usize| self.line_x(j).slope(i).map(|d| d / dx);
+        let cross = difference(beside(j, rows).map(|j| j.and_then(slope_x))).map_or(0.0, |d| d / dy);
+        [self.line_x(j).bend(i) / (dx * dx), cross, self.line_y(i).bend(j) / (dy * dy)]
+    }
+
+    /// Means over 3 × 3 nodes of a window, of those that are there and have data.
+    fn smoothed(&self, before: &[[f64; 3]], [columns, rows]: &[Range<usize>; 2]) -> Vec<[f64; 3]> {
+        let mut after = before.to_vec();
+        for j in rows.clone() {
+            for i in columns.clone() {
                 let (mut sum, mut count) = ([0.0; 3], 0.0);
-                for row in j.saturating_sub(1)..(j + 2).min(rows) {
-                    for column in i.saturating_sub(1)..(i + 2).min(columns) {
-                        let node = row * columns + column;
-                        if self.raster.values[node].is_finite() {
-                            (0..3).for_each(|c| sum[c] += before[node][c]);
+                for row in j.saturating_sub(1).max(rows.start)..(j + 2).min(rows.end) {
+                    for column in i.saturating_sub(1).max(columns.start)..(i + 2).min(columns.end) {
+                        if self.raster.at(column, row).is_finite() {
+                            let own = (row - rows.start) * columns.len() + column - columns.start;
+                            (0..3).for_each(|c| sum[c] += before[own][c]);
                             count += 1.0;
                         }
                     }
                 }
                 if count > 0.0 {
-                    self.beds[j * columns + i].hessian = sum.map(|s| s / count);
+                    after[(j - rows.start) * columns.len() + i - columns.start] = sum.map(|s| s / count);
                 }
             }
         }
+        after
     }
+}
+
+/// A number and those before and after it, so far as there are such among `count`.
+fn beside(k: usize, count: usize) -> [Option<usize>; 3] {
+    [k.checked_sub(1), Some(k), Some(k + 1).filter(|next| *next < count)]
 }
 
 /// Difference per step around the middle one of three values: central, or one-sided where an outer one is missing.
@@ -222,5 +262,23 @@ mod tests {
         }
         assert_eq!(terrain.bed(4.5, 4.5), None);
         assert_eq!(terrain.bed(-0.1, 4.0), None);
+    }
+
+    #[test]
+    fn a_window_recovers_as_the_whole_does() {
+        let mut raster =
+            Raster::from_function([14, 12], [0.0; 2], [0.5; 2], |x, y| (3.0 * x).sin() * y.cos());
+        raster.values[30] = f64::NAN;
+        let mut parts = Terrain::new(raster, 2).unwrap();
+        parts.heights_mut()[6 * 14 + 7] += 0.3;
+        let mut whole = parts.clone();
+        whole.recover();
+        let reach = parts.reach();
+        parts.recover_within([7 - reach..8 + reach, 6 - reach..7 + reach]);
+        let bits = |terrain: &Terrain| -> Vec<u64> {
+            let all = terrain.nodes().iter().flat_map(|bed| bed.gradient.into_iter().chain(bed.hessian));
+            all.map(f64::to_bits).collect()
+        };
+        assert_eq!(bits(&parts), bits(&whole));
     }
 }

@@ -46,6 +46,11 @@ pub struct Rasters {
     /// Thickness from which on a cell counts as reached (m). Cells that never are hold no data but in the rasters of the end.
     #[serde(default = "five_centimetres")]
     pub threshold: f64,
+    /// File of the outline of an event that was mapped, in metres: GeoJSON (`.geojson`, `.json`) or a shapefile (`.shp`), from the folder of
+    /// the case. Each row of the measures then has the area of cells reached within it (`mapped_hit`, m²), not reached (`mapped_missed`), reached
+    /// beyond it (`mapped_beyond`), and `mapped_fit`, the first over the sum of all three: 1 where both are the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mapped: Option<String>,
 }
 
 const fn five_centimetres() -> f64 {

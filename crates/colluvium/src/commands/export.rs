@@ -4,7 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use colluvium::case::output::{Collection, OutputError, Table, frame_arrays, table_arrays, write_npz};
+use colluvium::case::output::{
+    Collection, OutputError, Table, frame_arrays, table_arrays, write_atomically, write_npz,
+};
+use colluvium::case::{Case, FieldData, Snapshot};
 use colluvium::pictures::frame;
 
 use super::{Failure, a_run};
@@ -16,11 +19,21 @@ const FOLDER: &str = "npz";
 pub struct Arguments {
     /// Folder of a run.
     folder: PathBuf,
+    /// Write the last frame as `points.csv` instead: places, volumes, velocities and stresses that `bodies.points` of another case
+    /// takes, by the same method or another one.
+    #[arg(long)]
+    points: bool,
 }
+
+/// Name of the list of points.
+const POINTS: &str = "points.csv";
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let from = &arguments.folder;
     a_run(from)?;
+    if arguments.points {
+        return points(from);
+    }
     let to = from.join(FOLDER);
     fs::create_dir_all(&to).map_err(|error| OutputError::new(&to, error))?;
     clear(&to)?;
@@ -39,6 +52,39 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     say!("wrote {written} archives to {}", to.display());
     Ok(())
+}
+
+/// Writes the last frame as a list of points.
+fn points(from: &Path) -> Result<(), Failure> {
+    let path = from.join("case.json");
+    let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
+    let frames = Collection::read(&from.join("frames.pvd"))?.frames;
+    let last = frames.last().ok_or_else(|| OutputError::new(from, "holds no frame"))?;
+    let snapshot = frame(from, last)?;
+    let to = from.join(POINTS);
+    let text = list(&snapshot, case.dimension())
+        .ok_or_else(|| OutputError::new(&to, "the points of this run have no volume, velocity and stress"))?;
+    write_atomically(&to, text.as_bytes())?;
+    say!("wrote the {} points at {} s to {}", snapshot.positions.len(), snapshot.time, to.display());
+    Ok(())
+}
+
+/// A list of the points of a frame, as a table with a head.
+fn list(snapshot: &Snapshot, dimension: usize) -> Option<String> {
+    let (volume, velocity) = (snapshot.scalars("volume")?, snapshot.vectors("velocity")?);
+    let FieldData::Tensor(stress) = &snapshot.field("stress")?.data else { return None };
+    let axes = &["x", "y", "z"][..dimension];
+    let mut heads: Vec<String> = axes.iter().map(|axis| format!("{axis} (m)")).collect();
+    heads.push("volume (m3)".to_owned());
+    heads.extend(axes.iter().map(|axis| format!("velocity_{axis} (m/s)")));
+    heads.extend(["xx", "yy", "zz", "xy", "yz", "zx"].map(|of| format!("stress_{of} (Pa)")));
+    let mut text = heads.join(",") + "\n";
+    for (i, x) in snapshot.positions.iter().enumerate() {
+        let place = x[..dimension].iter().chain([&volume[i]]).chain(&velocity[i][..dimension]);
+        let row: Vec<String> = place.chain(&stress[i].0).map(|value| format!("{value:?}")).collect();
+        text += &(row.join(",") + "\n");
+    }
+    Some(text)
 }
 
 /// Removes the archives of an earlier export.

@@ -63,7 +63,14 @@ impl DepthOptions {
         for (number, region) in self.regions.iter().enumerate() {
             drainage(&format!("regions[{number}].drainage"), region.drainage.unwrap_or_default())?;
             erosion(&format!("regions[{number}].erosion"), region.erosion)?;
+            let depth = region.erodible_depth;
+            erodible(&format!("regions[{number}].erodible_depth"), depth, region.erosion.is_some())?;
         }
+        let erodes = self.erosion.is_some() || self.regions.iter().any(|region| region.erosion.is_some());
+        erodible("erodible_depth", self.erodible_depth, erodes)?;
+        check(erodes || !self.lower_bed, "lower_bed", || {
+            "nothing is taken up from the bed: give `erosion`, or leave this out".to_owned()
+        })?;
         if let Some(mixture) = &self.mixture {
             mixture.validate(self.phases, self.column.is_some())?;
         }
@@ -117,6 +124,12 @@ fn drainage(key: &str, drainage: Drainage) -> Result<(), Wrong> {
 
 fn erosion(key: &str, erosion: Option<Erosion>) -> Result<(), Wrong> {
     erosion.map_or(Ok(()), |erosion| under(key, erosion.validate()))
+}
+
+fn erodible(key: &str, depth: Option<f64>, erodes: bool) -> Result<(), Wrong> {
+    let Some(depth) = depth else { return Ok(()) };
+    not_negative(key, depth, " (m)")?;
+    check(erodes, key, || "nothing is taken up there: give `erosion`, or leave this out".to_owned())
 }
 
 impl MixtureOptions {
@@ -223,6 +236,12 @@ mod tests {
             (r#"{ "spacing": 1, "smoothing": 0.9 }"#, "smoothing"),
             (r#"{ "spacing": 1, "max_time_step": 0 }"#, "max_time_step"),
             (r#"{ "spacing": 1, "erosion": { "law": "hungr", "rate": 1.1 } }"#, "erosion.rate"),
+            (
+                r#"{ "spacing": 1, "erodible_depth": -1, "erosion": { "law": "hungr", "rate": 0.01 } }"#,
+                "erodible_depth",
+            ),
+            (r#"{ "spacing": 1, "erodible_depth": 1 }"#, "erodible_depth"),
+            (r#"{ "spacing": 1, "lower_bed": true }"#, "lower_bed"),
             (
                 r#"{ "spacing": 1, "mixture": { "grain_density": 900, "drag": { "law": "darcy", "permeability": 1 } } }"#,
                 "mixture.grain_density",

@@ -2,6 +2,7 @@
 
 mod checks;
 
+use colluvium_case::description::Side;
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_points::Shape;
 use schemars::JsonSchema;
@@ -83,7 +84,7 @@ pub struct DepthOptions {
     /// Parts of the bed that differ; the first that holds a place rules there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<Region>,
-    /// Lines that material flows in across: of one phase, in three dimensions.
+    /// Lines that material flows in across in three dimensions, or ends of a profile: of one phase.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inflows: Vec<InflowOptions>,
     /// What the bed lets through of the pore fluid.
@@ -92,6 +93,13 @@ pub struct DepthOptions {
     /// What is taken up from the bed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
+    /// Depth of the bed that can be taken up (m, vertical), at least 0; no limit when absent. The bed must be terrain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub erodible_depth: Option<f64>,
+    /// Whether the bed is lowered where it is eroded. When not, as by default, flows pass over the bed of the start, so that a
+    /// bed that is a plane may erode as well. The bed must be terrain.
+    #[serde(default, skip_serializing_if = "no")]
+    pub lower_bed: bool,
     /// How many phases move on sets of nodes of their own.
     #[serde(default)]
     pub phases: Phases,
@@ -132,18 +140,27 @@ pub struct Region {
     /// What is taken up from it; nothing when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erosion: Option<Erosion>,
+    /// Depth of it that can be taken up (m, vertical), at least 0; as of the rest of the bed when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub erodible_depth: Option<f64>,
 }
 
 /// A line that material flows in across, by a hydrograph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InflowOptions {
-    /// Where the line begins (m), in plan.
-    pub from: [f64; 2],
+    /// Where the line begins (m), in plan. In three dimensions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<[f64; 2]>,
     /// Where it ends (m). The flow goes to the right of who walks along it, and needs ground for a few `spacing` behind.
-    pub to: [f64; 2],
-    /// Times from the start of the flow (s) and discharges (m³/s), linear between them; none before and after. Give this or
-    /// `hydrograph`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to: Option<[f64; 2]>,
+    /// The end that it flows in through, `x-min` or `x-max`. In a profile. Depth and speed there follow the discharge and what stands before
+    /// the end; the Froude number rules where nothing does, and where the flow is faster than its waves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub side: Option<Side>,
+    /// Times from the start of the flow (s) and discharges (m³/s; m²/s in a profile), linear between them; none before and after. Give this
+    /// or `hydrograph`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub discharge: Vec<[f64; 2]>,
     /// The same as a CSV file with two columns, time and discharge, under a line of names, from the folder of the case.
@@ -332,6 +349,10 @@ impl Default for StopOptions {
 const fn yes() -> bool {
     true
 }
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+const fn no(value: &bool) -> bool {
+    !*value
+}
 const fn two() -> usize {
     2
 }
@@ -352,6 +373,12 @@ const fn courant() -> f64 {
 }
 
 impl DepthOptions {
+    /// Whether there is an account of what is taken up from each place of the bed.
+    pub fn wears(&self) -> bool {
+        let limited = self.regions.iter().any(|region| region.erodible_depth.is_some());
+        self.lower_bed || self.erodible_depth.is_some() || limited
+    }
+
     /// Smoothing length over spacing in a plan of `dimension` axes (sheet: depth-sph §0, defaults).
     pub fn smoothing_ratio(&self, dimension: usize) -> f64 {
         self.smoothing.unwrap_or(if dimension == 1 { 1.5 } else { 1.3 })

@@ -35,6 +35,7 @@ impl<const D: usize> Flow<D> {
 
     /// Nodes behind the lines keep their velocity, whatever acts on them.
     pub(super) fn hold(&mut self) {
+        self.hold_beyond();
         if self.held.nodes.is_empty() {
             return;
         }
@@ -48,11 +49,18 @@ impl<const D: usize> Flow<D> {
 
     /// Volume that has flowed in (m³).
     pub fn entered(&self) -> f64 {
-        self.inflows.iter().map(crate::inflow::Inflow::entered).sum()
+        let lines: f64 = self.inflows.iter().map(crate::inflow::Inflow::entered).sum();
+        self.opens.iter().filter(|end| end.is_fed()).fold(lines, |sum, end| sum - end.state.passed)
     }
 
-    /// Volume of the nodes that have not flowed in yet (m³).
+    /// Volume that has passed the open ends that nothing flows in through, less what has come back (m²).
+    pub fn passed(&self) -> f64 {
+        self.opens.iter().filter(|end| !end.is_fed()).map(|end| end.state.passed).sum()
+    }
+
+    /// Volume of the nodes that have not flowed in yet, and of those beyond open ends (m³).
     pub fn waiting(&self) -> f64 {
-        self.inflows.iter().map(crate::inflow::Inflow::waiting).sum()
+        let waiting: f64 = self.inflows.iter().map(crate::inflow::Inflow::waiting).sum();
+        if self.opens.is_empty() { waiting } else { waiting + self.beyond() }
     }
 }

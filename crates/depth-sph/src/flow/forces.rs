@@ -249,3 +249,66 @@ impl<const D: usize> Pairs<'_, D> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drag::Densities;
+    use crate::nodes::Node;
+    use crate::settings::Mixture;
+
+    /// V20: both forms of the pressure force are the same for any heights and excess pressure, and their sum is that of the mixture.
+    #[test]
+    fn node_form_and_symmetric_form_are_one() {
+        let densities = Densities { grain: 2650.0, fluid: 1000.0, gravity: 9.81 };
+        let mut settings = Settings::<1>::plain(1000.0);
+        settings.phases = Phases::Two;
+        settings.material = Mixture { densities, porosity: 0.4, saturated: true };
+        let (rho_s, rho_w, pull) = (densities.grain, densities.fluid, 9.81);
+        // Heights of grains and fluid and depth times excess pressure over gravity, each with its slope.
+        let states = [
+            ([0.6, 0.4, 900.0], [0.3, -0.2, 150.0]),
+            ([1.7, 0.2, -40.0], [-0.8, 0.5, 700.0]),
+            ([0.05, 2.0, 0.0], [0.0, 0.01, 0.0]),
+        ];
+        for ([solid, fluid, excess], [solid_slope, fluid_slope, excess_slope]) in states {
+            let (depth, depth_slope) = (solid + fluid, solid_slope + fluid_slope);
+            let porosity = fluid / depth;
+            let porosity_slope = (fluid_slope * depth - fluid * depth_slope) / (depth * depth);
+            let share_slope = porosity_slope * excess + porosity * excess_slope;
+            let slopes_of = |own: f64, other: f64| [[own], [other], [porosity_slope], [excess_slope], [0.0]];
+            let force = |role: Role, by_differences: bool| {
+                let [own, partner] = if role == Role::Solid { [solid, fluid] } else { [fluid, solid] };
+                let mut set = Set::<1>::default();
+                set.nodes.push(
+                    0,
+                    &Node { body: 0, position: [0.0], velocity: [0.0], volume: own, length: 1.0, scale: 1.0 },
+                );
+                set.nodes.pull[0] = pull;
+                set.seen.height = vec![own];
+                set.seen.partner = vec![partner];
+                set.seen.porosity = vec![porosity];
+                set.seen.excess = vec![excess];
+                set.seen.depth = vec![depth];
+                let weight = |own: f64, slope: f64| 0.5 * (slope * depth + own * depth_slope);
+                let (push, slopes) = if role == Role::Solid {
+                    let pressure = weight(solid, solid_slope) - share_slope / rho_s;
+                    (pressure / solid, slopes_of(solid_slope, fluid_slope))
+                } else {
+                    let pressure = weight(fluid, fluid_slope) + share_slope / rho_w;
+                    (pressure / fluid, slopes_of(fluid_slope, solid_slope))
+                };
+                let sums = Sums { push: [push], viscous: [0.0], slopes, moment: [[1.0]] };
+                Pairs { settings: &settings, set: &set }.push(role, 0, &sums, by_differences)[0]
+            };
+            let near = |a: f64, b: f64, size: f64| assert!((a - b).abs() < 1e-10 * size, "{a} {b}");
+            let [of_solid, of_fluid] = [Role::Solid, Role::Fluid].map(|role| force(role, true));
+            near(of_solid, force(Role::Solid, false), pull);
+            near(of_fluid, force(Role::Fluid, false), pull);
+            let sum = rho_s * solid * of_solid + rho_w * fluid * of_fluid;
+            let mass = rho_s * solid + rho_w * fluid;
+            let mass_slope = rho_s * solid_slope + rho_w * fluid_slope;
+            near(sum, -0.5 * pull * (mass_slope * depth + mass * depth_slope), mass * pull);
+        }
+    }
+}

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::heights::average;
 use super::set::{Set, TASK};
 use super::{Failure, Flow, Outside, failure};
+use crate::bed::Bed;
 use crate::choices::Phases;
 use crate::nodes::{Nodes, Plan, dot, norm};
 
@@ -35,11 +36,18 @@ impl<const D: usize> Flow<D> {
             let found: Vec<f64> =
                 (0..set.nodes.len()).into_par_iter().with_min_len(TASK).map(growth).collect();
             let Set { nodes, bed, .. } = &mut self.sets[number];
-            for (i, growth) in found.into_iter().enumerate() {
+            for (i, mut growth) in found.into_iter().enumerate() {
                 if growth <= 0.0 {
                     continue;
                 }
-                let taken = nodes.volume[i] * growth;
+                let mut taken = nodes.volume[i] * growth;
+                if let Bed::Worn(worn) = &mut self.bed {
+                    taken = worn.give(&nodes.position[i], taken);
+                    growth = taken / nodes.volume[i];
+                    if growth <= 0.0 {
+                        continue;
+                    }
+                }
                 nodes.volume[i] += taken;
                 nodes.eroded[i] += taken;
                 // It slows down while it grows.
@@ -48,6 +56,9 @@ impl<const D: usize> Flow<D> {
                 self.entrained[number] += taken;
                 nodes.velocity[i].iter_mut().for_each(|v| *v /= 1.0 + growth);
             }
+        }
+        if let Bed::Worn(worn) = &mut self.bed {
+            worn.settle::<D>(self.step);
         }
     }
 

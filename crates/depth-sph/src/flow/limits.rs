@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::Flow;
 use super::set::TASK;
-use crate::bed::BedPoint;
+use crate::bed::{Bed, BedPoint, Worn};
 use crate::nodes::{Plan, norm};
 
 /// Share of its smoothing length, and of a cell of the bed, that a node may move in a step.
@@ -75,6 +75,11 @@ impl<const D: usize> Flow<D> {
     /// The bed below a node; level zero beyond its end, where nodes are only until the step is over.
     pub fn bed_below(&self, x: &Plan<D>) -> BedPoint<D> {
         self.bed.at(x).unwrap_or(BedPoint::flat(0.0))
+    }
+
+    /// The bed, where there is an account of what is taken up from it.
+    pub fn worn(&self) -> Option<&Worn> {
+        if let Bed::Worn(worn) = &self.bed { Some(worn) } else { None }
     }
 
     /// Density of a set (kg/m³).

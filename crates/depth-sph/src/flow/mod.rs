@@ -8,6 +8,7 @@ mod heights;
 mod images;
 mod integrate;
 mod limits;
+mod open;
 mod over;
 mod pore;
 mod pressures;
@@ -28,6 +29,7 @@ use set::{TASK, copy};
 pub use forces::{Role, corrected};
 pub use images::{Ends, Image};
 pub use limits::{Limit, Totals};
+pub use open::{Beyond, Feed, OpenEnd, Within};
 pub use pore::{Heads, MOST_CELLS};
 pub use set::Set;
 
@@ -92,6 +94,8 @@ pub struct Flow<const D: usize> {
     pub fastest_start: f64,
     /// Lines that material crosses: of one phase only.
     pub inflows: Vec<Inflow<D>>,
+    /// Ends of a profile that waves leave through: of one phase only.
+    pub opens: Vec<OpenEnd>,
     /// Nodes behind these lines, which have not flowed in yet.
     pub held: Held<D>,
     cells: CellList<D>,
@@ -139,6 +143,7 @@ impl<const D: usize> Flow<D> {
             top: f64::NEG_INFINITY,
             fastest_start: 0.0,
             inflows: Vec::new(),
+            opens: Vec::new(),
             held: Held::default(),
             cells: CellList::new(),
             spare: Spare::default(),
@@ -193,6 +198,7 @@ impl<const D: usize> Flow<D> {
     /// The first node that can no longer be followed.
     pub fn advance(&mut self, dt: f64) -> Result<(), Failure> {
         self.feed();
+        self.pass_ends();
         if self.step.is_multiple_of(STEPS_PER_SORT) {
             self.sort()?;
         }

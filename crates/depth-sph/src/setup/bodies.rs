@@ -1,7 +1,9 @@
 //! Nodes of the bodies: thickness in plan is the vertical length of what stands above (sheet: depth-sph §3.2).
 
+use std::collections::BTreeMap;
+
 use colluvium_case::description::Body;
-use colluvium_case::{Case, CaseError};
+use colluvium_case::{Case, CaseError, PointList};
 use colluvium_points::Shape;
 
 use crate::bed::Bed;
@@ -27,6 +29,16 @@ pub fn nodes<const D: usize>(
         |body: &Body| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(&body.name));
     let lattice = Lattice::<D>::of(case, options.spacing);
     for (number, body) in case.bodies.iter().enumerate() {
+        if let Some(list) = case.point_list(number)? {
+            if list.stresses.is_some() {
+                warnings.push(format!(
+                    "bodies[{number}].points: stresses are passed over: depth-integrated flow has none"
+                ));
+            }
+            let own = handed_over(case, options, number, &list, bed)?;
+            share(options, &mut sets, own, upper(body));
+            continue;
+        }
         let mut own = Vec::new();
         let (mut volume, mut whole) = (0.0, 0.0);
         for x in lattice.within(body, case.dimension()) {
@@ -58,6 +70,47 @@ pub fn nodes<const D: usize>(
         return Err(CaseError::new("bodies", problem));
     }
     Ok((sets, warnings))
+}
+
+/// Nodes of points that another method hands over: those above one square of the lattice become one node, with their volume, their
+/// middle and their momentum (sheet: depth-sph §3.2, 4).
+fn handed_over<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    number: usize,
+    list: &PointList,
+    bed: &Bed<D>,
+) -> Result<Vec<Node<D>>, CaseError> {
+    let lattice = Lattice::<D>::of(case, options.spacing);
+    let mut squares: BTreeMap<[i64; D], [[f64; D]; 3]> = BTreeMap::new();
+    for (point, (x, volume)) in list.positions.iter().zip(&list.volumes).enumerate() {
+        let velocity = match &list.velocities {
+            Some(velocities) => velocities[point],
+            None => case.bodies[number].velocity.at(*x),
+        };
+        let square = std::array::from_fn(|c| ((x[c] - lattice.low[c]) / lattice.spacing).floor() as i64);
+        let sums = squares.entry(square).or_insert([[0.0; D]; 3]);
+        for c in 0..D {
+            sums[0][c] += volume;
+            sums[1][c] += volume * x[c];
+            sums[2][c] += volume * velocity[c];
+        }
+    }
+    let mut nodes = Vec::with_capacity(squares.len());
+    for [volume, moment, momentum] in squares.into_values() {
+        let position = std::array::from_fn(|c| moment[c] / volume[c]);
+        if bed.at(&position).is_none() {
+            let origin = case.origin();
+            let place: Vec<f64> = (0..D).map(|c| position[c] + origin[c]).collect();
+            let problem =
+                format!("there is no ground below points at {place:?} m: the raster of the bed ends there");
+            return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
+        }
+        let mut own = node(&case.bodies[number], number, position, volume[0], options);
+        own.velocity = std::array::from_fn(|c| momentum[c] / volume[c]);
+        nodes.push(own);
+    }
+    Ok(nodes)
 }
 
 fn node<const D: usize>(

@@ -6,8 +6,8 @@ use colluvium_case::description::{Boundary, Obstacle, ObstacleShape, ObstacleWal
 use colluvium_case::{Case, CaseError};
 use colluvium_points::{Raster, Terrain};
 
-use super::sampled::{Sampled, faces};
-use crate::bed::{Bed, BedPoint};
+use super::sampled::faces;
+use crate::bed::{Bed, BedPoint, Sampled, Worn};
 use crate::config::DepthOptions;
 use crate::maps::Grid;
 
@@ -51,6 +51,7 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
             );
             return Err(CaseError::new("boundaries", problem));
         };
+        plane_wears_not(options)?;
         return Ok(Ground { bed: Bed::Flat(level), grid: None, warnings: Vec::new() });
     };
     if let Some(axis) = (0..D).find(|axis| case.gravity[*axis] != 0.0) {
@@ -74,6 +75,7 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
             );
             return Err(CaseError::new(format!("boundaries[{number}]"), problem));
         }
+        plane_wears_not(options)?;
         return Ok(Ground { bed, grid: None, warnings: Vec::new() });
     }
     let (mut raster, path) = raster::<D>(case, options)?;
@@ -91,8 +93,23 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
     let terrain =
         Terrain::new(raster, options.terrain_smoothing).map_err(|error| wrong(error.to_string()))?;
     let warnings = too_steep(case, &terrain).into_iter().collect();
-    let bed = Bed::Surface(Arc::new(Sampled::new(terrain)));
+    let ground = Sampled::new(terrain);
+    let bed = if options.wears() {
+        Bed::Worn(Box::new(Worn::new(ground, options.lower_bed)))
+    } else {
+        Bed::Surface(Arc::new(ground))
+    };
     Ok(Ground { bed, grid: on_map.then_some(grid), warnings })
+}
+
+/// Refuses to keep account of what is taken up from a plane, which has no nodes to keep it at.
+fn plane_wears_not(options: &DepthOptions) -> Result<(), CaseError> {
+    if !options.wears() {
+        return Ok(());
+    }
+    let key = if options.lower_bed { "lower_bed" } else { "erodible_depth" };
+    let problem = "the bed is a plane, which has no heights that could be lowered: give it as a raster";
+    Err(super::own(key, problem))
 }
 
 /// The heights of the bed, and the key of the case that it follows from.

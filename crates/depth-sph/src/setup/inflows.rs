@@ -6,7 +6,7 @@ use super::own;
 use crate::bed::Bed;
 use crate::choices::Phases;
 use crate::config::{DepthOptions, InflowOptions};
-use crate::flow::Flow;
+use crate::flow::{Feed, Flow};
 use crate::inflow::{Inflow, State};
 
 /// Rows behind a line beyond the reach of a kernel.
@@ -17,13 +17,18 @@ pub fn add<const D: usize>(case: &Case, options: &DepthOptions, flow: &mut Flow<
     if options.inflows.is_empty() {
         return Ok(());
     }
-    if D != 2 || options.phases != Phases::One || options.column.is_some() {
-        let problem =
-            "are lines in plan of a flow of one phase without columns: not available with this case";
-        return Err(own("inflows", problem));
+    if options.phases != Phases::One || options.column.is_some() {
+        return Err(own(
+            "inflows",
+            "are of a flow of one phase without columns: not available with this case",
+        ));
     }
     for (number, given) in options.inflows.iter().enumerate() {
         let key = |name: &str| format!("inflows[{number}].{name}");
+        if D == 1 {
+            through_end(case, options, flow, given, &key)?;
+            continue;
+        }
         let inflow = inflow::<D>(case, options, flow, given, &key)?;
         let most = inflow.hydrograph.iter().map(|pair| pair[1]).fold(0.0, f64::max);
         let (depth, speed) = inflow.section(most);
@@ -35,6 +40,55 @@ pub fn add<const D: usize>(case: &Case, options: &DepthOptions, flow: &mut Flow<
     Ok(())
 }
 
+/// Opens an end of a profile for what flows in there.
+fn through_end<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    flow: &mut Flow<D>,
+    given: &InflowOptions,
+    key: &dyn Fn(&str) -> String,
+) -> Result<(), CaseError> {
+    let Some(side) = given.side.filter(|side| side.axis() == 0) else {
+        return Err(own(
+            &key("side"),
+            "give the end of the profile that it flows in through, x-min or x-max",
+        ));
+    };
+    if given.from.is_some() || given.to.is_some() {
+        return Err(own(&key("from"), "is a line in plan, which a profile does not have: leave it out"));
+    }
+    if case.boundaries.iter().any(|boundary| boundary.side == side) {
+        return Err(own(&key("side"), "has a wall: leave the wall out"));
+    }
+    let feed = Feed { hydrograph: hydrograph(given, key)?, froude: given.froude };
+    let place = if side.is_max() { case.domain.max[0] } else { case.domain.min[0] };
+    let outward = if side.is_max() { 1.0 } else { -1.0 };
+    let beyond = [0.0, 4.0 * options.spacing].map(|far| flow.bed.at(&[place + outward * far; D]).is_some());
+    if beyond != [true; 2] {
+        return Err(own(&key("side"), "has no ground beyond it, where the nodes of the inflow stand"));
+    }
+    let opened = flow.open_with(place, outward, options.spacing, Some(feed));
+    opened.map_err(|failure| own(&key("side"), failure.to_string()))
+}
+
+/// The hydrograph of an inflow, checked.
+fn hydrograph(given: &InflowOptions, key: &dyn Fn(&str) -> String) -> Result<Vec<[f64; 2]>, CaseError> {
+    if !(given.froude > 0.0 && given.froude.is_finite()) {
+        return Err(own(&key("froude"), format!("{} must be positive", given.froude)));
+    }
+    let (pairs, name) = match (&given.hydrograph, given.discharge.is_empty()) {
+        (Some(file), true) => {
+            let pairs =
+                read_pairs(file).map_err(|error| own(&key("hydrograph"), format!("{file}: {error}")))?;
+            (pairs, "hydrograph")
+        }
+        (None, false) => (given.discharge.clone(), "discharge"),
+        _ => return Err(own(&key("discharge"), "give either discharge or hydrograph")),
+    };
+    check(&pairs).map_err(|problem| own(&key(name), problem))?;
+    Ok(pairs)
+}
+
 fn inflow<const D: usize>(
     case: &Case,
     options: &DepthOptions,
@@ -44,26 +98,21 @@ fn inflow<const D: usize>(
 ) -> Result<Inflow<D>, CaseError> {
     let origin = case.origin();
     let place = |x: [f64; 2]| std::array::from_fn(|c| x[c] - origin[c]);
-    if given.from == given.to {
+    if given.side.is_some() {
+        return Err(own(&key("side"), "is an end of a profile: give a line in plan, `from` and `to`"));
+    }
+    let (Some(from), Some(to)) = (given.from, given.to) else {
+        let name = if given.from.is_none() { "from" } else { "to" };
+        return Err(own(&key(name), "is missing: a line in plan goes from a place to another"));
+    };
+    if from == to {
         return Err(own(&key("to"), "is where the line begins"));
     }
-    if !(given.froude > 0.0 && given.froude.is_finite()) {
-        return Err(own(&key("froude"), format!("{} must be positive", given.froude)));
-    }
-    let (hydrograph, name) = match (&given.hydrograph, given.discharge.is_empty()) {
-        (Some(file), true) => {
-            let pairs =
-                read_pairs(file).map_err(|error| own(&key("hydrograph"), format!("{file}: {error}")))?;
-            (pairs, "hydrograph")
-        }
-        (None, false) => (given.discharge.clone(), "discharge"),
-        _ => return Err(own(&key("discharge"), "give either discharge or hydrograph")),
-    };
-    check(&hydrograph).map_err(|problem| own(&key(name), problem))?;
+    let hydrograph = hydrograph(given, key)?;
     let ratio = options.smoothing_ratio(D);
     Ok(Inflow {
-        from: place(given.from),
-        to: place(given.to),
+        from: place(from),
+        to: place(to),
         hydrograph,
         froude: given.froude,
         gravity: flow.settings.gravity,

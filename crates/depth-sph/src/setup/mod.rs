@@ -10,7 +10,7 @@ mod sampled;
 
 use std::sync::Arc;
 
-use colluvium_case::description::Space;
+use colluvium_case::description::{Space, Wall};
 use colluvium_case::{Case, CaseError, Plan, Size, Solver};
 use colluvium_points::{Outline, Shape};
 
@@ -18,6 +18,7 @@ use ground::Ground;
 pub(crate) use refuse::honours;
 
 use crate::NAME;
+use crate::bed::Bed;
 use crate::choices::{Frame, Phases};
 use crate::config::{DepthOptions, FluidResistanceOptions, Region};
 use crate::flow::{Failure, Flow, Outside};
@@ -128,14 +129,24 @@ fn made<const D: usize>(
 ) -> Result<(DepthSolver<D>, Vec<String>), CaseError> {
     let ground = ground::ground::<D>(case, options)?;
     let maps = rasters::maps(case, &ground, options.spacing)?;
-    let Ground { bed, mut warnings, .. } = ground;
+    let Ground { mut bed, mut warnings, .. } = ground;
     let settings = settings::<D>(case, options)?;
+    if let Bed::Worn(worn) = &mut bed {
+        worn.limit(|x| settings.erodible(&std::array::from_fn(|c| x[c])));
+    }
     let (nodes, of_bodies) = bodies::nodes::<D>(case, options, &bed)?;
     warnings.extend(of_bodies);
     let ends = ends::<D>(case, 0);
     let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
     let mut flow = Flow::new(settings, bed, ends, &nodes).map_err(failed)?;
     inflows::add(case, options, &mut flow)?;
+    for (number, boundary) in case.boundaries.iter().enumerate() {
+        if matches!(boundary.wall, Wall::Absorbing { .. }) {
+            let outward = if boundary.side.is_max() { 1.0 } else { -1.0 };
+            let found = flow.open(boundary.position(&case.domain), outward, options.spacing);
+            found.map_err(|failure| CaseError::new(format!("boundaries[{number}]"), failure.to_string()))?;
+        }
+    }
     flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
     Ok((DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps), warnings))
 }
@@ -266,6 +277,7 @@ fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError> {
             law,
             drainage: region.drainage.unwrap_or(options.drainage),
             erosion: region.erosion,
+            erodible_depth: region.erodible_depth.or(options.erodible_depth).unwrap_or(f64::INFINITY),
         });
     }
     zones.push(Zone {
@@ -274,6 +286,7 @@ fn zones(case: &Case, options: &DepthOptions) -> Result<Vec<Zone>, CaseError> {
         law,
         drainage: options.drainage,
         erosion: options.erosion,
+        erodible_depth: options.erodible_depth.unwrap_or(f64::INFINITY),
     });
     Ok(zones)
 }

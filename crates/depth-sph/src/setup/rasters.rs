@@ -24,7 +24,12 @@ pub fn maps<const D: usize>(
         Some(grid) => grid.clone(),
         None => divided(case, ground.grid.as_ref(), rasters.cell.unwrap_or(spacing))?,
     };
-    Ok(Some(Maps::new(grid, rasters.threshold, &ground.bed)))
+    let mut maps = Maps::new(grid, rasters.threshold, &ground.bed);
+    if let Some(file) = &rasters.mapped {
+        let outline = case.outline(file);
+        maps.compare(&outline.map_err(|problem| CaseError::new("output.rasters.mapped", problem))?);
+    }
+    Ok(Some(maps))
 }
 
 /// Cells of this width over the terrain, or over the domain.

@@ -5,6 +5,7 @@ use colluvium_case::{Case, CaseError, Honours, Needs};
 
 use super::NAME;
 use super::ground::lowest;
+use crate::choices::Phases;
 use crate::config::DepthOptions;
 use crate::stages::is_passed_over;
 
@@ -36,13 +37,13 @@ pub(crate) fn honours() -> Honours {
             "boundaries.wall=rough",
             "boundaries.wall=smooth",
             "boundaries.wall=frictional",
+            "boundaries.wall=absorbing",
             "stages.damping",
         ])
         .needs(Needs { gravity: true, ..Needs::default() })
         .refuses("space=1d", SPACES)
         .refuses("space=axisymmetric", SPACES)
         .refuses("bodies.rigid", "depth-sph has no rigid bodies")
-        .refuses("bodies.points", "depth-sph sets its nodes from the shape of the body")
         .refuses(
             "bodies.drop_outside",
             "nodes of depth-sph that leave the terrain are removed and counted: see its options",
@@ -50,7 +51,6 @@ pub(crate) fn honours() -> Honours {
         .passes_over("obstacles.separation", "flows of depth-sph stay on their bed")
         .refuses("obstacles.wall.adhesion", "say how the bed resists in methods.depth-sph.basal")
         .refuses("boundaries.group", "depth-sph has no mesh with groups of nodes")
-        .refuses("boundaries.wall=absorbing", "depth-sph has no dashpots")
         .refuses("boundaries.drained", "say what the bed lets through in methods.depth-sph.drainage")
         .refuses("loads", "depth-sph cannot apply tractions")
         .refuses("patches", "depth-sph has no nodes to prescribe")
@@ -68,6 +68,7 @@ pub(super) fn refuse(case: &Case, options: &DepthOptions) -> Result<(), CaseErro
         return Err(CaseError::new(format!("gravity[{last}]"), problem));
     }
     refuse_walls(case)?;
+    refuse_open_ends(case, options)?;
     refuse_bodies(case, options)
 }
 
@@ -83,6 +84,39 @@ fn refuse_walls(case: &Case) -> Result<(), CaseError> {
         }
         if boundary.velocity.as_ref().is_some_and(|velocity| velocity.iter().any(|v| *v != 0.0)) {
             return Err(CaseError::new(path("velocity"), "the walls of depth-sph are at rest"));
+        }
+    }
+    Ok(())
+}
+
+/// Open ends, which stand at the sides of a profile of one phase.
+fn refuse_open_ends(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
+    let up = case.dimension() - 1;
+    for (number, boundary) in case.boundaries.iter().enumerate() {
+        if !matches!(boundary.wall, Wall::Absorbing { .. }) {
+            continue;
+        }
+        let wrong = |problem: &str| Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
+        if boundary.side.axis() == up {
+            return wrong("is a bed that absorbs: only the ends of a profile do");
+        }
+        if up != 1 {
+            return wrong(
+                "depth-sph has absorbing ends of profiles (plane-strain) only: make the terrain larger",
+            );
+        }
+        if options.phases != Phases::One || options.column.is_some() {
+            return wrong(
+                "depth-sph has absorbing ends of one phase without columns only: move the side away",
+            );
+        }
+        let others = || case.boundaries.iter().enumerate().filter(|(other, _)| *other != number);
+        if others().any(|(_, other)| other.side == boundary.side) {
+            return wrong("stands at a side that has another wall: leave one of them out");
+        }
+        if case.stages.iter().any(|stage| stage.remove_boundaries.iter().any(|name| name == boundary.name()))
+        {
+            return wrong("is removed by a stage: an open end of depth-sph stays");
         }
     }
     Ok(())
@@ -132,8 +166,10 @@ pub(super) fn warnings(case: &Case, nodes: usize) -> Vec<String> {
             ));
         }
     }
-    let sticks =
-        |boundary: &&Boundary| boundary.side.axis() + 1 < case.dimension() && boundary.wall != Wall::Smooth;
+    let sticks = |boundary: &&Boundary| {
+        boundary.side.axis() + 1 < case.dimension()
+            && !matches!(boundary.wall, Wall::Smooth | Wall::Absorbing { .. })
+    };
     if let Some(boundary) = case.boundaries.iter().find(sticks) {
         warnings.push(format!(
             "boundaries: the side wall {:?} acts as a smooth mirror; its friction is left out",

@@ -1,10 +1,7 @@
 //! The highest faces of obstacles, at the nodes of a raster.
 
 use colluvium_case::{Case, CaseError, Standing};
-use colluvium_points::{Raster, Terrain};
-
-use crate::bed::{BedPoint, Surface};
-use crate::nodes::Plan;
+use colluvium_points::Raster;
 
 /// Shortest advance towards a face, over the distance of the nodes: beside an upright one the distance from it stays small.
 const ADVANCE: f64 = 1e-2;
@@ -12,40 +9,6 @@ const ADVANCE: f64 = 1e-2;
 const HALVINGS: usize = 60;
 /// Rows of nodes of a bed that is the same along the second axis.
 const ROWS: usize = 4;
-
-/// Terrain as the bed of a plan or, where it is the same along y, of a profile.
-pub struct Sampled {
-    terrain: Terrain,
-    /// Where a profile lies (m).
-    y: f64,
-}
-
-impl Sampled {
-    /// The bed of a terrain.
-    pub fn new(terrain: Terrain) -> Self {
-        let raster = terrain.raster();
-        let y = 0.5 * (raster.origin[1] + raster.end()[1]);
-        Self { terrain, y }
-    }
-}
-
-impl<const D: usize> Surface<D> for Sampled {
-    fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>> {
-        let bed = self.terrain.bed(x[0], x.get(1).copied().unwrap_or(self.y))?;
-        let [xx, xy, yy] = bed.hessian;
-        let curvature = [[xx, xy], [xy, yy]];
-        Some(BedPoint {
-            level: bed.height,
-            slope: std::array::from_fn(|c| bed.gradient[c]),
-            curvature: std::array::from_fn(|c| std::array::from_fn(|k| curvature[c][k])),
-        })
-    }
-
-    fn cell(&self) -> Option<f64> {
-        let [dx, dy] = self.terrain.raster().spacing;
-        Some(dx.min(dy))
-    }
-}
 
 /// The faces that a vertical line meets first from above, at nodes `spacing` (m) apart over the domain, or at those of `raster`.
 /// The obstacle of that number counts by its heights, those of `raster`.

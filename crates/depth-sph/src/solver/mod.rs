@@ -14,15 +14,16 @@ use colluvium_case::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::bed::{Bed, Wear};
 use crate::config::DepthOptions;
-use crate::flow::{Failure, Flow};
+use crate::flow::{Beyond, Failure, Flow};
 use crate::inflow::State;
 use crate::maps::{Cell, Maps};
 use crate::nodes::norm;
 use crate::stages;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// When the flow came to rest (sheet: depth-sph §0, stopping).
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -72,6 +73,8 @@ struct Saved {
     nodes: Vec<Vec<u8>>,
     maps: Option<Vec<Cell>>,
     inflows: Vec<State>,
+    worn: Option<[Vec<f64>; 2]>,
+    opens: Vec<Beyond>,
 }
 
 impl<const D: usize> DepthSolver<D> {
@@ -174,6 +177,8 @@ impl<const D: usize> DepthSolver<D> {
             nodes: flow.sets.iter().map(bytes).collect(),
             maps: self.maps.as_ref().map(|maps| maps.cells().to_vec()),
             inflows: flow.inflows.iter().map(|inflow| inflow.state.clone()).collect(),
+            opens: flow.opens.iter().map(|end| end.state.clone()).collect(),
+            worn: flow.worn().map(|worn| [worn.state().shown.clone(), worn.state().pending.clone()]),
         }
     }
 
@@ -186,8 +191,17 @@ impl<const D: usize> DepthSolver<D> {
         if saved.inflows.len() != flow.inflows.len() {
             return None;
         }
+        if saved.opens.len() != flow.opens.len() {
+            return None;
+        }
+        flow.opens.iter_mut().zip(saved.opens).for_each(|(end, state)| end.state = state);
         for (inflow, state) in flow.inflows.iter_mut().zip(saved.inflows) {
             inflow.state = state;
+        }
+        match (&mut flow.bed, saved.worn) {
+            (Bed::Worn(worn), Some([shown, pending])) => worn.restore::<D>(Wear { shown, pending })?,
+            (Bed::Worn(_), None) | (_, Some(_)) => return None,
+            _ => {}
         }
         if let (Some(maps), Some(cells)) = (&mut self.maps, saved.maps) {
             maps.restore(cells)?;

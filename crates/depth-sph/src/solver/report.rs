@@ -156,16 +156,27 @@ impl<const D: usize> DepthSolver<D> {
                 let whole: f64 = flow.sets.iter().map(|set| set.nodes.total_volume()).sum();
                 whole - flow.waiting()
             }),
-            reading("volume_left", "m3", flow.left.iter().sum()),
+            reading("volume_left", "m3", {
+                let left: f64 = flow.left.iter().sum();
+                if flow.opens.is_empty() { left } else { left + flow.passed() }
+            }),
             reading("largest_depth", "m", most(&|nodes, i| nodes.depth[i])),
             reading("largest_speed", "m/s", most(&|nodes, i| norm(&nodes.velocity[i]))),
             reading("stopped", "s", self.rest.stopped),
         ];
-        if !flow.inflows.is_empty() {
+        if !flow.inflows.is_empty() || flow.opens.iter().any(crate::flow::OpenEnd::is_fed) {
             readings.push(reading("volume_entered", "m3", flow.entered()));
         }
         if flow.settings.zones.iter().any(|zone| zone.erosion.is_some()) {
             readings.push(reading("volume_eroded", "m3", flow.entrained.iter().sum()));
+        }
+        if let Some(worn) = flow.worn() {
+            readings.push(reading("deepest_erosion", "m", worn.taken().fold(0.0, f64::max)));
+        }
+        if let Some(areas) = self.maps.as_ref().and_then(crate::maps::Maps::score) {
+            let names = ["mapped_hit", "mapped_missed", "mapped_beyond"];
+            readings.extend(names.iter().zip(areas).map(|(name, area)| reading(name, "m2", area)));
+            readings.push(reading("mapped_fit", "", areas[0] / areas.iter().sum::<f64>()));
         }
         if !flow.heads.is_empty() {
             let (mut weighted, mut whole) = (0.0, 0.0);

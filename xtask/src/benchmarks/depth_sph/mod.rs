@@ -14,6 +14,7 @@ mod stoker;
 mod terrain;
 mod thacker;
 mod uniform;
+mod yu_tung;
 
 use crate::benchmarks::Benchmark;
 
@@ -34,4 +35,5 @@ pub const ALL: &[Benchmark] = &[
     deposit::MUD,
     terrain::RASTER,
     terrain::DEBRIS,
+    yu_tung::BENCHMARK,
 ];

@@ -87,7 +87,7 @@ fn of_raster(
 }
 
 /// Level of the sheet's channel (m): `x` along it, `y` across.
-fn channel(x: f64, y: f64) -> f64 {
+pub fn channel(x: f64, y: f64) -> f64 {
     let drop = 155.92 / (1.0 - 0.15f64.powf(2.5));
     let smooth = |from: f64, to: f64| {
         let t = ((x - from) / (to - from)).clamp(0.0, 1.0);

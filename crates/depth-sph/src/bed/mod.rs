@@ -1,11 +1,16 @@
 //! The surface that the flow moves over: level, slope and curvature in plan (sheet: depth-sph §2.9).
 
+mod sampled;
+mod worn;
+
 use std::fmt;
 use std::sync::Arc;
 
 use colluvium_points::Terrain;
 
 use crate::nodes::{Plan, dot};
+pub use sampled::Sampled;
+pub use worn::{Wear, Worn};
 
 /// The bed at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +82,8 @@ pub enum Bed<const D: usize> {
     Flat(f64),
     /// Any other.
     Surface(Arc<dyn Surface<D>>),
+    /// Terrain whose erosion is accounted for.
+    Worn(Box<Worn>),
 }
 
 impl<const D: usize> fmt::Debug for Bed<D> {
@@ -84,6 +91,7 @@ impl<const D: usize> fmt::Debug for Bed<D> {
         match self {
             Self::Flat(level) => write!(f, "Flat({level})"),
             Self::Surface(_) => f.write_str("Surface"),
+            Self::Worn(_) => f.write_str("Worn"),
         }
     }
 }
@@ -100,6 +108,7 @@ impl<const D: usize> Bed<D> {
         match self {
             Self::Flat(level) => Some(BedPoint::flat(*level)),
             Self::Surface(surface) => surface.at(x),
+            Self::Worn(worn) => worn.at(x),
         }
     }
 
@@ -108,6 +117,7 @@ impl<const D: usize> Bed<D> {
         match self {
             Self::Flat(_) => None,
             Self::Surface(surface) => surface.cell(),
+            Self::Worn(worn) => worn.cell(),
         }
     }
 

@@ -1,0 +1,159 @@
+//! A bed that is lowered where it is eroded, down to what can be eroded (sheet: depth-sph §2.8, §5.2: eroded bed volume).
+
+use std::path::Path;
+
+use colluvium_case::{Case, Method, Solver};
+use colluvium_depth_sph::DepthSph;
+use serde_json::{Value, json};
+
+/// A slope of 0.6 that bends to a flat, on a grid of 2 m.
+fn terrain(folder: &Path) {
+    let (columns, rows) = (61, 21);
+    let mut text =
+        format!("ncols {columns}\nnrows {rows}\nxllcenter 0\nyllcenter 0\ncellsize 2\nnodata_value -9999\n");
+    for _ in 0..rows {
+        for column in 0..columns {
+            let x = 2.0 * f64::from(column);
+            text += &format!("{:?} ", if x < 80.0 { 0.6 * (80.0 - x) } else { 0.0 });
+        }
+        text.push('\n');
+    }
+    std::fs::write(folder.join("terrain.asc"), text).unwrap();
+}
+
+/// A heap that takes up half as much again over 20 m.
+fn heap(folder: &Path, more: &Value) -> Case {
+    let mut value = json!({
+        "title": "scour", "space": "3d", "gravity": [0, 0, -9.81],
+        "domain": { "min": [0, 0, 0], "max": [120, 40, 80] },
+        "materials": { "debris": {
+            "model": "mohr-coulomb", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
+        } },
+        "bodies": [{ "name": "heap", "material": "debris",
+            "shape": { "kind": "box", "min": [8, 15, 0], "max": [16, 25, 44.2] } }],
+        "obstacles": [{ "name": "slope", "shape": { "kind": "raster", "file": "terrain.asc" },
+            "wall": { "kind": "frictional", "friction_coefficient": 0.2 } }],
+        "stages": [{ "name": "release", "duration": 5 }],
+        "output": { "rasters": { "threshold": 0.05 } },
+        "methods": { "depth-sph": { "spacing": 1, "erosion": { "law": "hungr", "rate": 0.02 } } }
+    });
+    let options = value["methods"]["depth-sph"].as_object_mut().unwrap();
+    options.extend(more.as_object().unwrap().clone());
+    Case::from_value(&value, folder).unwrap()
+}
+
+fn start(case: &Case) -> Box<dyn Solver> {
+    let mut solver = DepthSph.build(case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    solver
+}
+
+fn steps(solver: &mut dyn Solver, count: usize) {
+    for _ in 0..count {
+        let dt = solver.limit().dt;
+        solver.step(dt).unwrap();
+    }
+}
+
+/// A reading of a solver.
+fn reading(solver: &dyn Solver, name: &str) -> f64 {
+    solver.readings().into_iter().find(|(own, _, _)| own == name).unwrap().2
+}
+
+/// Growth of what flows, or has left the terrain (m³), what the raster of the bed's change has lost, and the least change (m).
+fn account(solver: &dyn Solver, before: f64) -> [f64; 3] {
+    let growth = reading(solver, "flow_volume") + reading(solver, "volume_left") - before;
+    let rasters = solver.rasters();
+    let change = &rasters.iter().find(|raster| raster.name == "bed_change").unwrap().raster;
+    // Nodes at the rim stand for half a cell.
+    let half = |k: usize, count: usize| if k == 0 || k + 1 == count { 0.5 } else { 1.0 };
+    let area =
+        |k: usize| 4.0 * half(k % change.columns, change.columns) * half(k / change.columns, change.rows);
+    let cells = change.values.iter().enumerate().filter(|(_, z)| z.is_finite());
+    let lost: f64 = cells.map(|(k, z)| -z * area(k)).sum();
+    let least = change.values.iter().copied().fold(0.0, f64::min);
+    assert!((reading(solver, "deepest_erosion") + least).abs() < 1e-12);
+    [growth, lost, least]
+}
+
+#[test]
+fn what_the_flow_takes_up_is_what_the_bed_has_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    terrain(folder.path());
+    let two = json!({ "grain_density": 2650, "porosity": 0.4, "drag": { "law": "anderson", "settling_velocity": 0.05 } });
+    for more in [
+        json!({ "lower_bed": true }),
+        json!({ "lower_bed": true, "erodible_depth": 0.1 }),
+        json!({ "lower_bed": false, "erodible_depth": 0.1 }),
+        json!({ "lower_bed": true, "erodible_depth": 0.1, "phases": "two", "mixture": two }),
+    ] {
+        let mut solver = start(&heap(folder.path(), &more));
+        let before = reading(solver.as_ref(), "flow_volume");
+        steps(solver.as_mut(), 60);
+        let [growth, lost, least] = account(solver.as_ref(), before);
+        assert!(growth > 1.0, "{growth} m³ of {before} m³: {more}");
+        assert!((growth - lost).abs() < 1e-9 * before, "flow and bed: {growth} {lost}: {more}");
+        let limited = more.get("erodible_depth").is_some();
+        assert!(least < -0.05 && (!limited || least >= -0.1 - 1e-12), "{least} m: {more}");
+        assert!(limited || least < -0.12, "it would go deeper: {least} m");
+    }
+}
+
+#[test]
+fn a_lowered_bed_is_seen_by_the_flow_and_comes_back_with_a_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    terrain(folder.path());
+    let case = heap(folder.path(), &json!({ "lower_bed": true }));
+    let whole = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut solver = start(&case);
+            steps(solver.as_mut(), 80);
+            solver.snapshot().hash()
+        })
+    };
+    let mut solver = start(&case);
+    steps(solver.as_mut(), 43);
+    let mut bytes = Vec::new();
+    solver.save(&mut bytes).unwrap();
+    let mut other = start(&case);
+    other.restore(&mut bytes.as_slice()).unwrap();
+    steps(other.as_mut(), 37);
+    assert_eq!(whole(1), whole(2));
+    assert_eq!(other.snapshot().hash(), whole(1));
+    let level = |more: &Value| {
+        let mut solver = start(&heap(folder.path(), more));
+        steps(solver.as_mut(), 80);
+        let snapshot = solver.snapshot();
+        let bed = snapshot.scalars("bed").unwrap();
+        snapshot
+            .positions
+            .iter()
+            .zip(bed)
+            .map(|(x, bed)| bed - 0.6 * (80.0 - x[0]).max(0.0))
+            .fold(0.0, f64::min)
+    };
+    let lowered = level(&json!({ "lower_bed": true }));
+    assert!(lowered < -0.02, "{lowered}");
+    assert!(level(&json!({})) > -1e-9);
+}
+
+#[test]
+fn rock_gives_nothing_and_a_plane_cannot_be_lowered() {
+    let folder = tempfile::tempdir().unwrap();
+    terrain(folder.path());
+    let region = json!([{ "shape": { "kind": "box", "min": [0, 0], "max": [40, 40] } }]);
+    let mut solver = start(&heap(folder.path(), &json!({ "lower_bed": true, "regions": region })));
+    steps(solver.as_mut(), 60);
+    let rasters = solver.rasters();
+    let change = &rasters.iter().find(|raster| raster.name == "bed_change").unwrap().raster;
+    for row in 0..change.rows {
+        // Nodes at 40 m and less belong to the rock.
+        assert!((0..20).all(|column| change.at(column, row).is_nan()));
+    }
+    let mut value = serde_json::to_value(heap(folder.path(), &json!({ "lower_bed": true }))).unwrap();
+    value["obstacles"][0]["shape"] = json!({ "kind": "plane", "point": [0, 0, 40], "normal": [0.5, 0, 1] });
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let problem = DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string();
+    assert!(problem.starts_with("methods.depth-sph.lower_bed: the bed is a plane"), "{problem}");
+}
