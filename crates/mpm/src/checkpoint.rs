@@ -10,12 +10,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::driven::DrivenState;
 use crate::momentum::RowSums;
+use crate::obstacles::rocks::RockState;
 use crate::points::{PointSet, SavedSet};
 use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 8;
+const FORMAT: u32 = 9;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -35,6 +36,9 @@ struct Saved {
     phase_sums: Option<PhaseSums>,
     /// Displacements at absorbing boundaries, by their number.
     absorbed: Vec<(usize, Vec<[f64; 3]>)>,
+    /// What obstacles on points have borne, and how many points have been in them.
+    rocks: Vec<RockState>,
+    under: u64,
     sets: Vec<SavedSet>,
 }
 
@@ -97,6 +101,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
                     }
                 }),
                 Reset::Displacement => {
+                    self.forget_displacements();
                     self.sets.iter_mut().for_each(|set| set.origin.clone_from(&set.position));
                 }
                 Reset::State => self.reset_states()?,
@@ -118,6 +123,9 @@ impl<const D: usize> Solver for MpmSolver<D> {
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
+        if let Some(rock) = self.rocks.iter().flat_map(|rocks| &rocks.rocks).find(|rock| rock.name == name) {
+            return Some(Reaction { force: rock.state.force, impulse: rock.state.impulse });
+        }
         let driven = self.driven.iter().find(|driven| driven.name == name)?;
         Some(Reaction { force: driven.state.force, impulse: driven.state.impulse })
     }
@@ -137,7 +145,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
              material is far outside of what its law is for (look at its stiffness, at the loads and at what is held)",
             self.points()
         );
-        (crushed > 0).then_some(remark).into_iter().collect()
+        (crushed > 0).then_some(remark).into_iter().chain(self.remark_on_obstacles()).collect()
     }
 
     fn snapshot(&self) -> Snapshot {
@@ -164,6 +172,8 @@ impl<const D: usize> Solver for MpmSolver<D> {
             sums: self.sums,
             phase_sums: self.two_phase.as_ref().map(|phases| phases.sums),
             absorbed: self.absorbing.moved.clone().into_iter().collect(),
+            rocks: self.rocks.iter().flat_map(|rocks| &rocks.rocks).map(|rock| rock.state).collect(),
+            under: self.rocks.as_ref().map_or(0, |rocks| rocks.under),
             sets: self.sets.iter().map(PointSet::save).collect(),
         };
         save_value(&saved, out)
@@ -191,6 +201,13 @@ impl<const D: usize> Solver for MpmSolver<D> {
         }
         if saved.load_starts.len() != self.load_starts.len() {
             return Err(wrong("names loads that the case does not have"));
+        }
+        if saved.rocks.len() != self.rocks.as_ref().map_or(0, |rocks| rocks.rocks.len()) {
+            return Err(wrong("names obstacles that the case does not have"));
+        }
+        if let Some(rocks) = &mut self.rocks {
+            rocks.rocks.iter_mut().zip(saved.rocks).for_each(|(rock, state)| rock.state = state);
+            rocks.under = saved.under;
         }
         self.load_starts = saved.load_starts;
         self.driven.iter_mut().zip(saved.driven).for_each(|(driven, state)| driven.state = state);

@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use choices::{
-    DomainStretch, FixedNodes, Formulation, Integration, Mass, ShapeFunctions, StepCriterion, StressScheme,
+    DomainStretch, FixedNodes, Formulation, Integration, Mass, ObstacleContact, ShapeFunctions, StepCriterion, StressScheme,
     Transfer, VolumetricStrain, WallFriction,
 };
 pub use contact::{Contact, ContactTest, Penalty};
@@ -93,6 +93,14 @@ pub struct MpmOptions {
     /// How frictional walls find the normal force.
     #[serde(default)]
     pub wall_friction: WallFriction,
+    /// Where obstacles act on bodies.
+    #[serde(default)]
+    pub obstacles: ObstacleContact,
+    /// With `obstacles` `points`: stiffness of a point on an obstacle over the wave modulus of its material times its volume over the
+    /// square of the cell size, above 0 and at most 1000. Points sink in by about their stress over wave modulus and stiffness, in
+    /// cells, and the step is shorter by the root of one and a quarter of the stiffness.
+    #[serde(default = "obstacle_stiffness")]
+    pub obstacle_stiffness: f64,
     /// With `wall_friction` `acceleration`: coefficient of friction of a node at rest over that of a node that
     /// slides, at least 1. At rest is a node without any speed along the wall.
     #[serde(default = "one")]
@@ -188,6 +196,12 @@ impl MpmOptions {
             return Err(("domain_stretch", "needs shape cpgimp".to_owned()));
         }
         self.validate_formulation()?;
+        let stiffness = self.obstacle_stiffness;
+        let holds = stiffness > 0.0 && stiffness <= 1000.0;
+        rule("obstacle_stiffness", stiffness, holds, "is not in 0..=1000 (0 excluded)")?;
+        if stiffness != obstacle_stiffness() && self.obstacles != ObstacleContact::Points {
+            return Err(("obstacle_stiffness", "needs obstacles points".to_owned()));
+        }
         let fill = self.full_cell;
         rule("full_cell", fill, fill > 0.0 && fill <= 1.0, "is not in 0..=1 (0 excluded)")?;
         if fill != full_cell() && self.integration != Integration::Mixed {
@@ -297,6 +311,15 @@ impl MpmOptions {
         }
     }
 
+    /// Factor on the wave modulus of a point in the step: at worst the springs of obstacles on points add to the square of the
+    /// largest frequency of a cell, `4 M/(ρ h²)`, the `obstacle_stiffness` times `M/(ρ h²)`.
+    pub(crate) fn stiffening(&self) -> f64 {
+        match self.obstacles {
+            ObstacleContact::Nodes => 1.0,
+            ObstacleContact::Points => 1.0 + 0.25 * self.obstacle_stiffness,
+        }
+    }
+
     /// Checks the shares that single stages of the case have.
     pub(crate) fn validate_stage_flip(&self, case: &Case) -> Result<(), CaseError> {
         for (name, share) in &self.stage_flip {
@@ -349,6 +372,10 @@ fn mass_cutoff() -> f64 {
 /// Of `sheet: mpm §2.16`.
 fn full_cell() -> f64 {
     0.9
+}
+/// What halves the square of the stable step: stiffer points are as deep as the cells are large against the body anyway.
+fn obstacle_stiffness() -> f64 {
+    4.0
 }
 fn volume_cap() -> f64 {
     1.1

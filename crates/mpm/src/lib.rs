@@ -34,6 +34,8 @@ mod nodal;
 mod obstacles;
 mod points;
 mod pore;
+mod pressed;
+mod pressing;
 mod readings;
 mod report;
 mod setup;
@@ -56,7 +58,7 @@ use schemars::Schema;
 
 pub use config::{
     Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, Mass, MeshSource, MpmOptions,
-    Penalty, ShapeFunctions, StepCriterion, StressScheme, Transfer, VolumetricStrain, WallFriction,
+    ObstacleContact, Penalty, ShapeFunctions, StepCriterion, StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};
 pub use solver::MpmSolver;

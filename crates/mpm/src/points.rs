@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::pore::{PoreSet, SavedPore};
+use crate::pressed::{self, Pressed};
 use crate::stretch::right_stretch;
 use crate::surface_load::SurfaceLoad;
 
@@ -75,6 +76,8 @@ pub struct PointSet<const D: usize> {
     pub pending: Vec<[[f64; D]; D]>,
     /// Energy stored at the start and work of the stress since (J); empty where nothing measures it.
     pub work: Vec<f64>,
+    /// What they know of obstacles that act on points; empty without any.
+    pub pressed: Vec<Pressed<D>>,
     /// What pore fluid adds; `None` in a case without.
     pub pore: Option<PoreSet<D>>,
     /// Bounds of the slabs within the arrays.
@@ -97,7 +100,7 @@ impl<const D: usize> PointSet<D> {
         let ids = size_of_val(&self.id[..]) + size_of_val(&self.slabs[..]);
         let vectors = [&self.position, &self.velocity, &self.origin, &self.traction, &self.scratch];
         let scalars = [&self.mass, &self.volume, &self.initial_volume, &self.work];
-        let matrices = size_of_val(&self.affine[..]) + size_of_val(&self.pending[..]);
+        let matrices = size_of_val(&self.pressed[..]) + size_of_val(&self.affine[..]) + size_of_val(&self.pending[..]);
         ids + vectors.iter().map(|v| size_of_val(&v[..])).sum::<usize>()
             + scalars.iter().map(|v| size_of_val(&v[..])).sum::<usize>()
             + matrices
@@ -176,6 +179,7 @@ impl<const D: usize> PointSet<D> {
         permute(&mut self.scratch, order);
         permute(&mut self.pending, order);
         permute(&mut self.work, order);
+        permute(&mut self.pressed, order);
         if let Some(pore) = &mut self.pore {
             pore.permute(order);
         }
@@ -199,6 +203,7 @@ impl<const D: usize> PointSet<D> {
             loads: self.loads.iter().map(|load| load.force.as_flattened().to_vec()).collect(),
             affine: self.affine.as_flattened().as_flattened().to_vec(),
             work: self.work.clone(),
+            pressed: pressed::saved(&self.pressed),
             pore: self.pore.as_ref().map(PoreSet::save),
             slabs: self.slabs.clone(),
         }
@@ -249,6 +254,7 @@ impl<const D: usize> PointSet<D> {
         if !self.work.is_empty() {
             self.work = saved.work;
         }
+        pressed::restore(&mut self.pressed, &saved.pressed, n)?;
         self.slabs = saved.slabs;
         Some(())
     }
@@ -271,6 +277,7 @@ pub struct SavedSet {
     loads: Vec<Vec<f64>>,
     affine: Vec<f64>,
     work: Vec<f64>,
+    pressed: Vec<f64>,
     pore: Option<SavedPore>,
     slabs: Vec<usize>,
 }

@@ -86,6 +86,7 @@ impl<const D: usize> MpmSolver<D> {
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
         let mut least = Limit { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: number, index: first };
+        let stiffening = if self.rocks.is_some() { self.options.stiffening() } else { 1.0 };
         for k in 0..stress.len() {
             let index = first + k;
             let h = set.domain.as_slice().spacing(index, &ground);
@@ -93,7 +94,7 @@ impl<const D: usize> MpmSolver<D> {
             if set.rigid.is_some() {
                 (moduli[k], viscosities[k]) = (0.0, 0.0);
             }
-            let speed = (moduli[k] / (self.options.mass_scaling * density)).sqrt()
+            let speed = (stiffening * moduli[k] / (self.options.mass_scaling * density)).sqrt()
                 + square(&set.velocity[index]).sqrt();
             let wave =
                 Limit { dt: bounds.courant * h / speed, limit: StepLimit::ELASTIC_WAVE, set: number, index };

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use colluvium_case::description::{Body, LoadCarrier, Space, Wall as CaseWall};
 use colluvium_case::{Case, CaseError, Plan, SLACK, Solver, StepLimit};
-use colluvium_grid::{Axis, Grid, Layout, Node, Walls};
+use colluvium_grid::{Axis, Faces, Grid, Layout, Node, Walls};
 
 use crate::absorbing::{Absorbing, Impedance};
 use crate::background::Background;
@@ -20,12 +20,13 @@ use crate::dual::DualNodes;
 use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
+use crate::obstacles::rocks::Rocks;
 use crate::points::PointSet;
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::touch::{filled, filled_on_mesh};
 use crate::{
-    MpmOptions, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh, nodal, obstacles,
+    MpmOptions, ObstacleContact, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh, nodal, obstacles,
     two_phase, walls,
 };
 use bodies::point_set;
@@ -170,7 +171,9 @@ pub fn solver<const D: usize>(
         walls::walls(case, stage, &background, options)?;
     }
     let standing = case.standing::<D>()?;
-    let faces = Arc::new(obstacles::faces(&standing, &background));
+    let at_points = options.obstacles == ObstacleContact::Points && !standing.is_empty();
+    let faces = Arc::new(if at_points { Faces::default() } else { obstacles::faces(&standing, &background) });
+    let rocks = at_points.then(|| Box::new(Rocks::new(&standing, 2.0 * options.cell_size)));
     let driven = driven::driven(case);
     let Background { mesh, layout, .. } = &background;
     let two_phase = two_phase::two_phase(case, options, layout);
@@ -217,6 +220,7 @@ pub fn solver<const D: usize>(
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
         walls: Walls::default(),
         faces,
+        rocks,
         closed: [[false; 2]; D],
         background,
         strains,
@@ -268,6 +272,7 @@ pub fn solver<const D: usize>(
         }
     }
     walls::refuse_walls_that_leave(case, solver.background.spacing())?;
+    solver.begin_pressing();
     solver.remember_starts();
     solver.set_stage_walls(0)?;
     solver.sort();

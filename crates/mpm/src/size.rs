@@ -8,9 +8,10 @@ use crate::config::{MeshSource, StressScheme};
 use crate::dispatch::Chosen;
 use crate::mesh::{points_per_element, terrain};
 use crate::points::PointSet;
+use crate::pressed::Pressed;
 use crate::setup::options;
 use crate::solver::MpmSolver;
-use crate::{MpmOptions, dispatch};
+use crate::{MpmOptions, ObstacleContact, dispatch};
 
 /// Memory to sort points by cell (bytes a point): the order, its keys, and the largest of the arrays a second time.
 fn sorting(state_size: usize) -> usize {
@@ -87,6 +88,8 @@ impl dispatch::Visitor for Estimate<'_> {
             + chosen.sweeps.domains(0).size();
         let matrix = if options.transfer.is_affine() { D * D } else { 0 };
         let arrays = arrays + (matrix + if wet { D + 1 } else { 0 }) * number;
+        let presses = options.obstacles == ObstacleContact::Points;
+        let arrays = arrays + if presses { size_of::<Pressed<D>>() } else { 0 };
         let mut memory = 0.0;
         for (body, points) in case.bodies.iter().zip(&points) {
             let path = || format!("materials.{}", body.material);
@@ -119,6 +122,7 @@ impl<const D: usize> MpmSolver<D> {
             + size_of_val(&self.remapped[..])
             + size_of_val(&self.row_sums[..])
             + self.contacts.bytes()
+            + self.rocks.as_ref().map_or(0, |rocks| rocks.bytes())
             + self.strains.bytes()
             + self.stresses.bytes()
             + self.dual.bytes()

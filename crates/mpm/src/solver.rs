@@ -19,6 +19,7 @@ use crate::free_surface::FreeSurface;
 use crate::mixed::CellStresses;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
 use crate::nodal::NodalLoad;
+use crate::obstacles::rocks::Rocks;
 use crate::points::PointSet;
 use crate::strain::CellStrains;
 use crate::transfer::{PointUpdate, REMAPPED, SOLVED, Scatter};
@@ -54,6 +55,8 @@ pub struct MpmSolver<const D: usize> {
     pub(crate) walls: Walls,
     /// Obstacles on the nodes.
     pub(crate) faces: Arc<Faces>,
+    /// Obstacles on the points; `None` where they are on the nodes.
+    pub(crate) rocks: Option<Box<Rocks<D>>>,
     /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
     pub(crate) closed: [[bool; 2]; D],
     pub(crate) gravity: [f64; 3],

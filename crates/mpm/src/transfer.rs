@@ -133,6 +133,7 @@ impl<const D: usize> MpmSolver<D> {
     pub(crate) fn scatter(&mut self, what: Scatter, dt: f64) {
         self.apply_loads(dt);
         if what != Scatter::Motion {
+            self.press(dt);
             self.average_stresses();
         }
         self.share_stresses();
@@ -151,6 +152,7 @@ impl<const D: usize> MpmSolver<D> {
                 for set in of_field(field) {
                     let domain = set.domain.as_slice();
                     let loaded = !set.traction.is_empty() && what != Scatter::Motion;
+                    let pressed = !set.pressed.is_empty() && what != Scatter::Motion;
                     for block in set.blocks_of(slab) {
                         for (k, p) in block.clone().enumerate() {
                             let mass = if what == Scatter::Forces { 0.0 } else { set.mass[p] };
@@ -170,12 +172,15 @@ impl<const D: usize> MpmSolver<D> {
                             if loaded {
                                 given.body[k] += lanes(&set.traction[p], 0.0);
                             }
+                            if pressed {
+                                given.body[k] += lanes(&set.pressed[p].force, 0.0);
+                            }
                         }
                         let count = block.len();
                         let deposit = Deposit {
                             motion: &given.motion[..count],
                             columns: &given.columns[..count],
-                            body: if axisymmetric || loaded { &given.body[..count] } else { &[] },
+                            body: if axisymmetric || loaded || pressed { &given.body[..count] } else { &[] },
                             affine: affine_of(transfer, set, block.clone())
                                 .filter(|_| what != Scatter::Forces),
                         };

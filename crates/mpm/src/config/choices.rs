@@ -131,6 +131,17 @@ pub enum WallFriction {
     Acceleration,
 }
 
+/// Where obstacles act on bodies (docs/theory/mpm.md, obstacles).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ObstacleContact {
+    /// On nodes in them or on their surface, whose velocity is that which the obstacle allows.
+    #[default]
+    Nodes,
+    /// On points that come nearer than half their width, by springs: of the overlap, and along the surface up to Coulomb's bound.
+    Points,
+}
+
 /// What the domains of `cpgimp` points follow (sheet: mpm §2.5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -60,6 +60,7 @@ pub(super) fn point_set<const D: usize>(
         loads: Vec::new(),
         traction: Vec::new(),
         work: Vec::new(),
+        pressed: Vec::new(),
         pending: if follows_later { vec![[[0.0; D]; D]; samples.len()] } else { Vec::new() },
         pore,
         slabs: Vec::new(),

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, CaseError, Honours};
 
-use crate::{Formulation, Mass, ShapeFunctions};
+use crate::{Formulation, Mass, ObstacleContact, ShapeFunctions};
 
 /// What MPM takes of a case beyond what all methods with points do.
 const TAKEN: [&str; 41] = [
@@ -52,10 +52,13 @@ const TAKEN: [&str; 41] = [
 /// What MPM with the options of the case says to its features.
 pub fn honours(case: &Case) -> Result<Honours, CaseError> {
     let options = super::options(case)?;
-    let mut honours = Honours::of_points("mpm").takes(&TAKEN).refuses(
-        "obstacles.wall.adhesion",
-        "mpm knows no area of the nodes that an obstacle holds: leave it out",
-    );
+    let mut honours = Honours::of_points("mpm").takes(&TAKEN);
+    honours = if options.obstacles == ObstacleContact::Points {
+        honours.takes(&["obstacles.wall.adhesion"])
+    } else {
+        let problem = "mpm knows no area of the nodes that an obstacle holds: take `methods.mpm.obstacles` `points` or leave it out";
+        honours.refuses("obstacles.wall.adhesion", problem)
+    };
     if case.bodies.iter().any(|body| body.pore_fluid.is_some()) {
         honours = without_rigid(honours, "mpm with a pore_fluid")
             .refuses("stages.rayleigh_damping", "mpm with a pore_fluid has no Rayleigh damping")

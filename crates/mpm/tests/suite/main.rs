@@ -9,6 +9,7 @@ mod mesh;
 mod mesh_contact;
 mod mesh_phases;
 mod obstacles;
+mod pressing;
 mod shapes;
 mod solver;
 mod tension;

@@ -13,6 +13,7 @@ pub(super) mod inclined_block;
 mod kinematics;
 mod liquid;
 mod manufactured;
+mod obstacle_points;
 mod rigid_motion;
 mod saturated;
 mod self_weight;
@@ -40,6 +41,7 @@ pub const ALL: &[Benchmark] = &[
     simplices_soil::BENCHMARK,
     contact::BENCHMARK,
     inclined_block::BENCHMARK,
+    obstacle_points::BENCHMARK,
     two_phase::CONSOLIDATION,
     two_phase::WAVES,
     units::BENCHMARK,

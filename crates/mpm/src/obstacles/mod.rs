@@ -1,14 +1,27 @@
-//! Obstacles on the nodes: those in the solid or on its surface have the velocity that it allows (sheet: mpm §2.11).
+//! Obstacles, on the nodes or on the points (sheet: mpm §2.11; docs/theory/mpm.md, obstacles).
+
+mod law;
+pub mod rocks;
 
 use colluvium_case::description::{Measure, Obstacle, ObstacleWall};
 use colluvium_case::{Case, CaseError, Standing, holding};
 use colluvium_grid::{Face, Faces, WallKind};
 
 use crate::background::Background;
-use crate::{MpmOptions, Transfer, WallFriction};
+use crate::{Formulation, MpmOptions, ObstacleContact, Transfer, WallFriction};
 
 /// Refuses options that do not go with obstacles.
 pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
+    let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
+    if options.obstacles == ObstacleContact::Points {
+        if case.obstacles.is_empty() {
+            return refuse("obstacles", "points needs an obstacle in the case");
+        }
+        if options.formulation != Formulation::UpdatedLagrangian {
+            return refuse("obstacles", "points needs points that move in space: formulation updated-lagrangian");
+        }
+        return Ok(());
+    }
     if case.obstacles.is_empty() {
         return Ok(());
     }
@@ -16,11 +29,10 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
         if let Measure::Reaction { of } = measure
             && case.obstacles.iter().any(|obstacle| obstacle.name == *of)
         {
-            let problem = "mpm does not sum up the reaction of an obstacle";
+            let problem = "mpm sums up the reaction of obstacles with `methods.mpm.obstacles` `points`";
             return Err(CaseError::new(format!("measures.{name}.of"), problem));
         }
     }
-    let refuse = |key: &str, problem: &str| Err(CaseError::new(format!("methods.mpm.{key}"), problem));
     if options.mesh.is_some() {
         return refuse("mesh", "nodes of a mesh are held by walls on its groups, not by obstacles");
     }
@@ -36,7 +48,7 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// The faces of the nodes of a grid.
+/// The faces of the nodes of a grid, whose nodes in an obstacle or on its surface have the velocity that it allows.
 pub fn faces<const D: usize>(standing: &[Standing<'_, D>], background: &Background<D>) -> Faces {
     let Background { grid, layout, axis, .. } = background;
     if standing.is_empty() {

@@ -1,0 +1,196 @@
+//! The forces between a point and the surfaces that it presses on: a penalty on the overlap, and a spring along the surface with
+//! Coulomb's cap (docs/theory/mpm.md, obstacles).
+
+/// Surfaces on which a point can press at once; of more the nearest count.
+pub const MOST: usize = 8;
+
+/// A surface that a point overlaps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap<const D: usize> {
+    /// Unit normal out of the obstacle.
+    pub normal: [f64; D],
+    /// Overlap along it (m), positive.
+    pub depth: f64,
+    /// Number of the obstacle.
+    pub rock: usize,
+}
+
+/// Share of the deepest overlap that counts as none.
+const NONE: f64 = 1e-9;
+
+fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    (0..D).map(|c| a[c] * b[c]).sum()
+}
+
+/// Length of a vector.
+pub fn length<const D: usize>(a: &[f64; D]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// The shortest way (m) that brings a point out of all overlaps, `Σ way_i n_i` with the shares `ways` (m), none of them negative.
+///
+/// With the ways times a stiffness as forces, the energy is half the stiffness times the square of the way, whatever the number of
+/// surfaces: where the normals of two facets are almost the same the deeper one counts, where they are square to each other both do
+/// in full, and between these nothing jumps. Where no way leads out, as between two walls, every overlap pushes by itself.
+pub fn way_out<const D: usize>(overlaps: &[Overlap<D>], ways: &mut [f64; MOST]) -> [f64; D] {
+    ways.fill(0.0);
+    let count = overlaps.len().min(MOST);
+    if count == 0 {
+        return [0.0; D];
+    }
+    let deepest = overlaps[..count].iter().map(|overlap| overlap.depth).fold(0.0, f64::max);
+    let mut of = |chosen: &[usize]| solve(overlaps, count, chosen, NONE * deepest, ways);
+    let found = (0..count)
+        .find_map(|i| of(&[i]))
+        .or_else(|| pairs(count).find_map(|[i, j]| of(&[i, j])))
+        .or_else(|| {
+            let triples = pairs(count).flat_map(|[i, j]| (j + 1..count).map(move |k| [i, j, k]));
+            if D < 3 { None } else { triples.into_iter().find_map(|chosen| of(&chosen)) }
+        });
+    found.unwrap_or_else(|| {
+        ways.fill(0.0);
+        let mut way = [0.0; D];
+        for (overlap, own) in overlaps[..count].iter().zip(ways) {
+            *own = overlap.depth;
+            (0..D).for_each(|c| way[c] += overlap.depth * overlap.normal[c]);
+        }
+        way
+    })
+}
+
+fn pairs(count: usize) -> impl Iterator<Item = [usize; 2]> {
+    (0..count).flat_map(move |i| (i + 1..count).map(move |j| [i, j]))
+}
+
+/// The shortest way onto the surfaces of the `chosen` overlaps, where it is made of pushes alone and leads out of all of them.
+fn solve<const D: usize>(
+    overlaps: &[Overlap<D>],
+    count: usize,
+    chosen: &[usize],
+    slack: f64,
+    ways: &mut [f64; MOST],
+) -> Option<[f64; D]> {
+    // Cholesky's factors of the products of their normals.
+    let (mut lower, mut shares) = ([[0.0; 3]; 3], [0.0; 3]);
+    for (a, &i) in chosen.iter().enumerate() {
+        for (b, &j) in chosen[..=a].iter().enumerate() {
+            let rest: f64 = (0..b).map(|c| lower[a][c] * lower[b][c]).sum();
+            let value = dot(&overlaps[i].normal, &overlaps[j].normal) - rest;
+            lower[a][b] = if a == b {
+                if value < NONE {
+                    return None;
+                }
+                value.sqrt()
+            } else {
+                value / lower[b][b]
+            };
+        }
+        let rest: f64 = (0..a).map(|c| lower[a][c] * shares[c]).sum();
+        shares[a] = (overlaps[i].depth - rest) / lower[a][a];
+    }
+    for a in (0..chosen.len()).rev() {
+        let rest: f64 = (a + 1..chosen.len()).map(|c| lower[c][a] * shares[c]).sum();
+        shares[a] = (shares[a] - rest) / lower[a][a];
+    }
+    if shares[..chosen.len()].iter().any(|share| *share < 0.0) {
+        return None;
+    }
+    let mut way = [0.0; D];
+    for (share, &i) in shares.iter().zip(chosen) {
+        (0..D).for_each(|c| way[c] += share * overlaps[i].normal[c]);
+    }
+    if overlaps[..count].iter().any(|overlap| dot(&overlap.normal, &way) < overlap.depth - slack) {
+        return None;
+    }
+    ways.fill(0.0);
+    shares.iter().zip(chosen).for_each(|(share, &i)| ways[i] = *share);
+    Some(way)
+}
+
+/// The spring (m) along a surface with this unit normal after the point has moved on by `moved` (m) against the surface, and how far it
+/// has slipped (m). A spring that the normal has left is turned with it and keeps its length. It grows to `most` (m), which may be
+/// infinite.
+pub fn rub<const D: usize>(
+    spring: &[f64; D],
+    moved: &[f64; D],
+    normal: &[f64; D],
+    most: f64,
+) -> ([f64; D], f64) {
+    let along = |a: &[f64; D]| -> [f64; D] {
+        let out = dot(a, normal);
+        std::array::from_fn(|c| a[c] - out * normal[c])
+    };
+    let laid = along(spring);
+    let (before, after) = (length(spring), length(&laid));
+    let turned = if after > 0.0 { before / after } else { 0.0 };
+    let step = along(moved);
+    let next: [f64; D] = std::array::from_fn(|c| turned * laid[c] + step[c]);
+    let full = length(&next);
+    // Written so that a point without any bound never divides by zero.
+    if full <= most {
+        return (next, 0.0);
+    }
+    (next.map(|c| c * (most / full)), full - most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn overlap<const D: usize>(normal: [f64; D], depth: f64) -> Overlap<D> {
+        Overlap { normal, depth, rock: 0 }
+    }
+
+    #[test]
+    fn one_surface_pushes_by_its_depth_and_a_square_corner_by_both() {
+        let mut ways = [0.0; MOST];
+        let floor = overlap([0.0, 1.0], 0.2);
+        assert_eq!(way_out(&[floor], &mut ways), [0.0, 0.2]);
+        let wall = overlap([1.0, 0.0], 0.1);
+        let way = way_out(&[floor, wall], &mut ways);
+        assert!((way[0] - 0.1).abs() < 1e-15 && (way[1] - 0.2).abs() < 1e-15, "{way:?}");
+        assert!((ways[0] - 0.2).abs() < 1e-15 && (ways[1] - 0.1).abs() < 1e-15);
+        assert_eq!(way_out(&[floor, overlap([0.0, 1.0], 0.15)], &mut ways), [0.0, 0.2], "the deeper of two");
+        let slot = way_out(&[wall, overlap([-1.0, 0.0], 0.3)], &mut ways);
+        assert!((slot[0] + 0.2).abs() < 1e-15, "between two walls: {slot:?}");
+        assert_eq!(way_out::<2>(&[], &mut ways), [0.0; 2]);
+    }
+
+    #[test]
+    fn a_corner_of_three_planes_pushes_along_all() {
+        let mut ways = [0.0; MOST];
+        let planes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let overlaps: Vec<_> = planes.iter().zip([0.1, 0.2, 0.3]).map(|(n, d)| overlap(*n, d)).collect();
+        let way = way_out(&overlaps, &mut ways);
+        assert!((0..3).all(|c| (way[c] - 0.1 * (c + 1) as f64).abs() < 1e-14), "{way:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn the_way_leads_out_and_none_is_shorter(
+            angles in proptest::collection::vec(-1.2..1.2f64, 1..6),
+            depths in proptest::collection::vec(0.01..1.0f64, 6),
+            at in (-2.0..2.0f64, -2.0..2.0f64),
+        ) {
+            let overlaps: Vec<_> =
+                angles.iter().zip(&depths).map(|(a, d)| overlap([a.sin(), a.cos()], *d)).collect();
+            let way = way_out(&overlaps, &mut [0.0; MOST]);
+            prop_assert!(overlaps.iter().all(|o| dot(&o.normal, &way) >= o.depth - 1e-8));
+            let other = [at.0, at.1];
+            let leads_out = overlaps.iter().all(|o| dot(&o.normal, &other) >= o.depth);
+            prop_assert!(!leads_out || length(&other) >= length(&way) - 1e-8);
+        }
+    }
+
+    #[test]
+    fn a_spring_slips_at_its_cap_and_turns_with_the_normal() {
+        let (spring, slip) = rub(&[0.0; 2], &[0.3, 5.0], &[0.0, 1.0], 0.1);
+        assert!((spring[0] - 0.1).abs() < 1e-15 && spring[1] == 0.0 && (slip - 0.2).abs() < 1e-15);
+        let tilted = [0.6, 0.8];
+        let (turned, slip) = rub(&[0.1, 0.0], &[0.0; 2], &tilted, f64::INFINITY);
+        assert!((length(&turned) - 0.1).abs() < 1e-15 && dot(&turned, &tilted).abs() < 1e-15 && slip == 0.0);
+        let (none, slip) = rub(&[0.0; 2], &[0.2, 0.0], &[0.0, 1.0], 0.0);
+        assert_eq!((none, slip), ([0.0; 2], 0.2), "a smooth surface");
+    }
+}

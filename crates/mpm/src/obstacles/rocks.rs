@@ -1,0 +1,299 @@
+//! Obstacles that act on points, and what they have borne.
+
+use std::sync::Arc;
+
+use colluvium_case::Standing;
+use colluvium_case::description::ObstacleWall;
+use colluvium_points::Surface;
+use colluvium_points::surface::{Contacts, Nearest};
+use serde::{Deserialize, Serialize};
+
+use super::law::{MOST, Overlap, length, rub, way_out};
+use crate::pressed::Pressed;
+
+/// How far from its surface a point looks for the next one, over its half width.
+const LOOK: f64 = 2.0;
+
+/// Distance from a surface over the half width of a point within which it counts as touching.
+const TOUCH: f64 = 1e-6;
+
+/// An obstacle.
+#[derive(Clone, Debug)]
+pub struct Rock<const D: usize> {
+    /// Name in the case.
+    pub name: String,
+    /// Its surface.
+    pub surface: Arc<dyn Surface<D>>,
+    /// Coefficient of friction; infinite where nothing slips.
+    pub friction: f64,
+    /// Shear stress borne beside friction (Pa).
+    pub adhesion: f64,
+    /// Whether what touches it stays on it.
+    pub holds: bool,
+    /// What it has borne.
+    pub state: RockState,
+}
+
+/// What an obstacle has borne.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RockState {
+    /// Force of the material on it in the last step (N).
+    pub force: [f64; 3],
+    /// Moment of that force about the origin (N m).
+    pub moment: [f64; 3],
+    /// Impulse of the material on it since the start (N s).
+    pub impulse: [f64; 3],
+    /// Work of friction since the start (J), not negative.
+    pub friction: f64,
+    /// Energy of its springs at the start of the last step (J).
+    pub stored: f64,
+}
+
+/// The obstacles of a case whose bodies press on them with their points.
+#[derive(Debug)]
+pub struct Rocks<const D: usize> {
+    /// The obstacles.
+    pub rocks: Vec<Rock<D>>,
+    /// Room for blocks of points.
+    pub rooms: Vec<Room<D>>,
+    /// How far a point looks around where it finds none near (m).
+    pub horizon: f64,
+    /// Number of points whose centre has been in an obstacle, over all steps.
+    pub under: u64,
+}
+
+/// What a block of points finds and adds up.
+#[derive(Clone, Debug, Default)]
+pub struct Room<const D: usize> {
+    found: Contacts<D>,
+    /// Of each obstacle.
+    pub sums: Vec<Sums>,
+    /// Points whose centres are in an obstacle.
+    pub under: u64,
+}
+
+/// What an obstacle gets from points in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sums {
+    /// Force on it (N).
+    pub force: [f64; 3],
+    /// Moment of it about the origin (N m).
+    pub moment: [f64; 3],
+    /// Work of friction (J).
+    pub friction: f64,
+    /// Energy of the springs (J).
+    pub stored: f64,
+}
+
+/// What a point sees of the obstacles.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen<const D: usize> {
+    overlaps: [Overlap<D>; MOST],
+    count: usize,
+    /// The obstacle that holds it, with the nearest place of its surface.
+    held: Option<(usize, Nearest<D>)>,
+}
+
+impl<const D: usize> Seen<D> {
+    const NOTHING: Self = Self {
+        overlaps: [Overlap { normal: [0.0; D], depth: 0.0, rock: 0 }; MOST],
+        count: 0,
+        held: None,
+    };
+
+    fn add(&mut self, overlap: Overlap<D>) {
+        if self.count < MOST {
+            self.overlaps[self.count] = overlap;
+            self.count += 1;
+        }
+    }
+
+    fn overlaps(&self) -> &[Overlap<D>] {
+        &self.overlaps[..self.count]
+    }
+
+    /// Whether obstacles act on the point.
+    pub fn acts(&self) -> bool {
+        self.count > 0 || self.held.is_some()
+    }
+}
+
+impl<const D: usize> Rocks<D> {
+    /// The obstacles of a case; `horizon` (m) is how far points look around.
+    pub fn new(standing: &[Standing<'_, D>], horizon: f64) -> Self {
+        let rock = |Standing { obstacle, surface, .. }: &Standing<'_, D>| {
+            let (friction, adhesion) = match obstacle.wall {
+                ObstacleWall::Rough => (f64::INFINITY, 0.0),
+                ObstacleWall::Smooth => (0.0, 0.0),
+                ObstacleWall::Frictional { friction_coefficient, adhesion } => {
+                    (friction_coefficient, adhesion)
+                }
+            };
+            Rock {
+                name: obstacle.name.clone(),
+                surface: Arc::clone(surface),
+                friction,
+                adhesion,
+                holds: !obstacle.lets_go(),
+                state: RockState::default(),
+            }
+        };
+        Self { rocks: standing.iter().map(rock).collect(), rooms: Vec::new(), horizon, under: 0 }
+    }
+
+    /// Makes room for so many blocks of points.
+    pub fn make_room(&mut self, blocks: usize) {
+        let room = Room { sums: vec![Sums::default(); self.rocks.len()], ..Room::default() };
+        self.rooms = vec![room; blocks];
+    }
+
+    /// Memory (bytes).
+    pub fn bytes(&self) -> usize {
+        let room = size_of::<Room<D>>() + self.rocks.len() * size_of::<Sums>();
+        self.rooms.len() * room
+    }
+
+    /// A point at `x` (m) of this half width before the first step: where it is nearer to a surface than that it reaches as far as the
+    /// surface, so that nothing presses yet.
+    pub fn begin(&self, x: &[f64; D], half: f64) -> Pressed<D> {
+        let distances = self.rocks.iter().filter_map(|rock| rock.surface.gap(x, half));
+        let nearest = distances.map(|gap| gap.distance).fold(half, f64::min);
+        Pressed { half, reach: nearest.max(0.0), ..Pressed::NEW }
+    }
+}
+
+/// What `rocks` do to a point at `x` (m). The point's reach, what it may move and what holds it follow.
+pub fn look<const D: usize>(
+    rocks: &[Rock<D>],
+    horizon: f64,
+    x: &[f64; D],
+    point: &mut Pressed<D>,
+    room: &mut Room<D>,
+) -> Seen<D> {
+    let mut seen = Seen::NOTHING;
+    let radius = LOOK * point.half;
+    let mut nearest = f64::INFINITY;
+    for (number, rock) in rocks.iter().enumerate() {
+        room.found.clear();
+        rock.surface.touch(x, radius, &mut room.found);
+        let own = room.found.all().first().copied().or_else(|| rock.surface.gap(x, horizon.max(radius)));
+        nearest = nearest.min(own.map_or(horizon.max(radius), |own| own.distance));
+        let Some(own) = own.filter(|own| own.distance < radius) else { continue };
+        room.under += u64::from(own.distance < 0.0);
+        if rock.holds && own.distance - point.reach <= TOUCH * point.half {
+            point.bond = number as u32 + 1;
+        }
+        if point.bond == number as u32 + 1 {
+            seen.held = Some((number, own));
+        }
+        let all = room.found.all();
+        let places = if all.is_empty() { std::slice::from_ref(&own) } else { all };
+        for place in places {
+            let depth = point.reach - place.distance;
+            if depth > 0.0 {
+                seen.add(Overlap { normal: place.normal, depth, rock: number });
+            }
+        }
+    }
+    if point.bond == 0 {
+        // What has gone farther away reaches farther from then on: nothing is done to it by that.
+        point.reach = point.half.min(point.reach.max(nearest));
+    }
+    point.free = nearest - point.half;
+    // A point that presses by less than its width pulls as far as that again.
+    if let Some((_, place)) = seen.held
+        && place.distance - point.reach > point.half
+    {
+        (point.bond, seen.held) = (0, None);
+    } else if seen.held.is_none() {
+        point.bond = 0;
+    }
+    if seen.held.is_some() {
+        point.free = 0.0;
+    }
+    seen
+}
+
+/// What acts on a point that [`look`] has seen something of.
+#[derive(Clone, Copy, Debug)]
+pub struct Grip<const D: usize> {
+    /// Where it is (m).
+    pub place: [f64; D],
+    /// How far it has moved along the obstacles since the last step (m).
+    pub moved: [f64; D],
+    /// Stiffness (N/m) of its springs.
+    pub stiffness: f64,
+    /// Area that it covers of a surface (m²; m in the plane, per radian in axisymmetry).
+    pub area: f64,
+}
+
+impl<const D: usize> Grip<D> {
+    /// Finds the force on the point, and adds the force on the obstacles to `sums`.
+    pub fn act(&self, rocks: &[Rock<D>], seen: &Seen<D>, point: &mut Pressed<D>, sums: &mut [Sums]) {
+        let k = self.stiffness;
+        point.force = [0.0; D];
+        if k <= 0.0 {
+            point.spring = [0.0; D];
+            return;
+        }
+        let mut ways = [0.0; MOST];
+        let way = way_out(seen.overlaps(), &mut ways);
+        let depth = length(&way);
+        let mut cap = 0.0;
+        // The obstacle that bears friction: the one that bears most of it.
+        let (mut bears, mut most) = (None, -1.0);
+        for (overlap, own) in seen.overlaps().iter().zip(ways).filter(|(_, own)| *own > 0.0) {
+            let rock = &rocks[overlap.rock];
+            // Without a normal force infinite friction bears nothing.
+            let bound = if rock.friction == 0.0 { 0.0 } else { rock.friction * own }
+                + rock.adhesion * self.area / k;
+            cap += bound;
+            if bound > most {
+                (bears, most) = (Some((overlap.rock, overlap.normal)), bound);
+            }
+            let push = overlap.normal.map(|n| k * own * n);
+            (0..D).for_each(|c| point.force[c] += push[c]);
+            self.add(&mut sums[overlap.rock], &push);
+            sums[overlap.rock].stored += 0.5 * k * own * overlap.depth;
+        }
+        if let Some((number, place)) = &seen.held {
+            let pulled = place.distance - point.reach;
+            if pulled > 0.0 {
+                let pull = place.normal.map(|n| -k * pulled * n);
+                (0..D).for_each(|c| point.force[c] += pull[c]);
+                self.add(&mut sums[*number], &pull);
+                sums[*number].stored += 0.5 * k * pulled * pulled;
+            }
+            if rocks[*number].friction.is_infinite() {
+                (cap, bears) = (f64::INFINITY, Some((*number, place.normal)));
+            } else if bears.is_none() {
+                bears = Some((*number, place.normal));
+            }
+        }
+        let Some((number, own)) = bears else {
+            point.spring = [0.0; D];
+            return;
+        };
+        let normal = if depth > 0.0 { way.map(|c| c / depth) } else { own };
+        let (spring, slip) = rub(&point.spring, &self.moved, &normal, cap);
+        point.spring = spring;
+        let drag = spring.map(|s| -k * s);
+        (0..D).for_each(|c| point.force[c] += drag[c]);
+        self.add(&mut sums[number], &drag);
+        let stretch = length(&spring);
+        sums[number].stored += 0.5 * k * stretch * stretch;
+        if slip > 0.0 {
+            sums[number].friction += k * cap * slip;
+        }
+    }
+
+    /// The reaction to a force (N) on the point.
+    fn add(&self, sums: &mut Sums, force: &[f64; D]) {
+        let at = |a: &[f64; D], c: usize| a.get(c).copied().unwrap_or(0.0);
+        for c in 0..3 {
+            sums.force[c] -= at(force, c);
+            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+            sums.moment[c] -= at(&self.place, a) * at(force, b) - at(&self.place, b) * at(force, a);
+        }
+    }
+}

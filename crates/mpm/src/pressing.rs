@@ -1,0 +1,145 @@
+//! Bodies press on obstacles with their points (docs/theory/mpm.md, obstacles).
+//!
+//! Forces go by where points are at the start of a step and are scattered with their stresses, before the momentum solve. What a point
+//! has moved along an obstacle is told by its displacement since the step before.
+
+use colluvium_constitutive::{BLOCK, StateBlock};
+use rayon::prelude::*;
+
+use crate::background::Background;
+use crate::obstacles::rocks::{Grip, Rocks, Room, Sums, look};
+use crate::points::PointSet;
+use crate::pressed::Pressed;
+use crate::solver::MpmSolver;
+
+/// Blocks that one thread takes at once.
+const GRAIN: usize = 4;
+
+impl<const D: usize> MpmSolver<D> {
+    /// Lets the points of bodies begin where they are, and makes room.
+    pub(crate) fn begin_pressing(&mut self) {
+        let Some(rocks) = &mut self.rocks else { return };
+        let mut blocks = 0;
+        for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+            let half = |p: usize| {
+                let radius = if self.background.axisymmetric { set.position[p][0] } else { 1.0 };
+                0.5 * (set.initial_volume[p] / radius).powf(1.0 / D as f64)
+            };
+            set.pressed = (0..set.len()).map(|p| rocks.begin(&set.position[p], half(p))).collect();
+            blocks = blocks.max(set.len().div_ceil(BLOCK));
+        }
+        rocks.make_room(blocks);
+    }
+
+    /// Finds the forces of obstacles on points at the start of a step of `dt` (s).
+    pub(crate) fn press(&mut self, dt: f64) {
+        let Some(rocks) = &mut self.rocks else { return };
+        let Rocks { rocks, rooms, horizon, under } = &mut **rocks;
+        for rock in &mut *rocks {
+            (rock.state.force, rock.state.moment, rock.state.stored) = ([0.0; 3], [0.0; 3], 0.0);
+        }
+        let stiffness = self.options.obstacle_stiffness;
+        for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+            let mut pressed = std::mem::take(&mut set.pressed);
+            let of_set = OfSet { set, background: &self.background, stiffness };
+            let blocks = pressed.par_chunks_mut(BLOCK).zip(set.states.blocks()).zip(&mut *rooms);
+            blocks.enumerate().with_min_len(GRAIN).for_each(|(block, ((points, states), room))| {
+                room.sums.fill(Sums::default());
+                room.under = 0;
+                of_set.block(rocks, *horizon, block * BLOCK, points, states, room);
+            });
+            let count = pressed.len().div_ceil(BLOCK);
+            set.pressed = pressed;
+            for room in &rooms[..count] {
+                *under += room.under;
+                for (rock, sums) in rocks.iter_mut().zip(&room.sums) {
+                    for c in 0..3 {
+                        rock.state.force[c] += sums.force[c];
+                        rock.state.moment[c] += sums.moment[c];
+                        rock.state.impulse[c] += dt * sums.force[c];
+                    }
+                    rock.state.friction += sums.friction;
+                    rock.state.stored += sums.stored;
+                }
+            }
+        }
+    }
+
+    /// Begins to count displacements anew from where the points are.
+    pub(crate) fn forget_displacements(&mut self) {
+        for set in &mut self.sets {
+            for ((point, x), origin) in set.pressed.iter_mut().zip(&set.position).zip(&set.origin) {
+                (0..D).for_each(|c| point.seen[c] -= x[c] - origin[c]);
+            }
+        }
+    }
+
+    /// What is to be said of points whose centres have been in obstacles.
+    pub(crate) fn remark_on_obstacles(&self) -> Option<String> {
+        let under = self.rocks.as_ref().map_or(0, |rocks| rocks.under);
+        (under > 0).then(|| {
+            format!(
+                "centres of points have been in an obstacle, {under} times a point and a step: they meet it too fast for its \
+                 springs (raise `obstacle_stiffness`, take smaller cells or a stiffer material)"
+            )
+        })
+    }
+
+    /// Work of friction at obstacles since the start, and energy of their springs (J); `None` where they do not act on points.
+    pub(crate) fn obstacle_energies(&self) -> Option<[f64; 2]> {
+        let rocks = &self.rocks.as_ref()?.rocks;
+        Some([rocks.iter().map(|rock| rock.state.friction).sum(), rocks.iter().map(|rock| rock.state.stored).sum()])
+    }
+}
+
+/// What the points of a set share.
+struct OfSet<'a, const D: usize> {
+    set: &'a PointSet<D>,
+    background: &'a Background<D>,
+    stiffness: f64,
+}
+
+impl<const D: usize> OfSet<'_, D> {
+    /// The points of a block, from number `first` on.
+    fn block(
+        &self,
+        rocks: &[crate::obstacles::rocks::Rock<D>],
+        horizon: f64,
+        first: usize,
+        points: &mut [Pressed<D>],
+        states: &StateBlock,
+        room: &mut Room<D>,
+    ) {
+        let set = self.set;
+        let mut moduli: Option<[f64; BLOCK]> = None;
+        for (k, point) in points.iter_mut().enumerate() {
+            let p = first + k;
+            let x = &set.position[p];
+            let way: [f64; D] = std::array::from_fn(|c| x[c] - set.origin[p][c]);
+            let moved: [f64; D] = std::array::from_fn(|c| way[c] - point.seen[c]);
+            if moved.iter().map(|m| m * m).sum::<f64>() < point.free * point.free.max(0.0) {
+                continue;
+            }
+            point.seen = way;
+            let seen = look(rocks, horizon, x, point, room);
+            if !seen.acts() {
+                (point.force, point.spring) = ([0.0; D], [0.0; D]);
+                continue;
+            }
+            let modulus = moduli.get_or_insert_with(|| {
+                let mut moduli = [0.0; BLOCK];
+                let end = (first + BLOCK).min(set.len());
+                set.material.wave_moduli(&set.stress[first..end], states, &mut moduli[..end - first]);
+                moduli
+            })[k];
+            let h = set.domain.as_slice().spacing(p, &self.background.ground());
+            let grip = Grip {
+                place: *x,
+                moved,
+                stiffness: self.stiffness * modulus * set.volume[p] / (h * h),
+                area: set.volume[p] / (2.0 * point.half),
+            };
+            grip.act(rocks, &seen, point, &mut room.sums);
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Obstacles on the points (docs/theory/mpm.md, obstacles).
+
+use colluvium_case::{Case, Method, Solver};
+use colluvium_mpm::Mpm;
+use colluvium_testkit::cases::{advance, begin, changed};
+use serde_json::{Value, json};
+
+const GRAVITY: f64 = 9.81;
+
+/// A block of 0.6 m by 0.3 m on a floor at y = 0.5 m, whose points stand in rows along it.
+fn block(wall: Value) -> Value {
+    let elastic =
+        json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.0 });
+    json!({
+        "title": "block", "space": "plane-strain", "gravity": [0, -GRAVITY], "materials": { "m": elastic },
+        "domain": { "min": [0, 0], "max": [2, 1.5] },
+        "bodies": [{ "name": "block", "material": "m", "shape": { "kind": "box", "min": [0.3, 0.5], "max": [0.9, 0.8] } }],
+        "obstacles": [{
+            "name": "floor", "wall": wall,
+            "shape": { "kind": "plane", "point": [0, 0.5], "normal": [0, 1] }
+        }],
+        "stages": [{ "name": "rest", "duration": 1, "damping": 0.7 }],
+        "measures": { "reaction": { "kind": "reaction", "of": "floor" } },
+        "methods": { "mpm": { "cell_size": 0.1, "obstacles": "points" } }
+    })
+}
+
+fn frictional(coefficient: f64) -> Value {
+    json!({ "kind": "frictional", "friction_coefficient": coefficient })
+}
+
+fn until(solver: &mut dyn Solver, time: f64) {
+    while solver.time() < time {
+        solver.step(time - solver.time()).unwrap();
+    }
+}
+
+fn reading(solver: &dyn Solver, name: &str) -> f64 {
+    solver.readings().into_iter().find(|(own, ..)| own == name).unwrap().2
+}
+
+#[test]
+fn a_block_at_rest_presses_with_its_weight() {
+    let case = changed(block(frictional(0.5)), &json!({}));
+    let mut solver = begin(&Mpm, &case);
+    until(&mut *solver, 1.0);
+    let weight = 0.6 * 0.3 * 1000.0 * GRAVITY;
+    let reaction = solver.reaction("floor").unwrap();
+    assert!((reaction.force[1] / -weight - 1.0).abs() < 1e-3, "{reaction:?} {weight}");
+    assert!(reaction.force[0].abs() < 1e-3 * weight);
+    assert!((reaction.impulse[1] / -weight - 1.0).abs() < 0.1, "{reaction:?}");
+    // A stress of 2943 Pa on springs of 4 M V/h² a point of half a cell: 2943/1e6 times half a cell, as 0.5/4 = 0.125 and M = E.
+    let lowest = solver.snapshot().positions.iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+    let sunk = 0.525 - lowest;
+    let exact = 2943.0 / 1e6 * 0.5 * 0.1;
+    assert!((sunk / exact - 1.0).abs() < 0.35, "{sunk} {exact}: with the strain of half a point");
+}
+
+#[test]
+fn friction_slows_a_block_by_coulombs_law_and_its_work_is_the_energy_lost() {
+    let mut value = block(frictional(0.3));
+    value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, 0.0] });
+    value["stages"] = json!([{ "name": "slide", "duration": 0.2 }]);
+    value["materials"]["m"]["youngs_modulus"] = json!(1e7);
+    let case = changed(value, &json!({}));
+    let mut solver = begin(&Mpm, &case);
+    let mass = 180.0;
+    let start = solver.budget();
+    let total = |solver: &dyn Solver| {
+        let budget = solver.budget();
+        let own = budget.kinetic + budget.elastic + budget.potential;
+        own + reading(solver, "obstacles.friction") + reading(solver, "obstacles.stored")
+    };
+    let before = total(&*solver);
+    until(&mut *solver, 0.2);
+    let slowed = (start.momentum[0] - solver.budget().momentum[0]) / mass;
+    let exact = 0.3 * GRAVITY * 0.2;
+    assert!((slowed / exact - 1.0).abs() < 0.02, "{slowed} {exact}");
+    let lost = 0.5 * mass * (1.0 - (1.0 - exact).powi(2));
+    let friction = reading(&*solver, "obstacles.friction");
+    assert!((friction / lost - 1.0).abs() < 0.03, "{friction} {lost}");
+    assert!((total(&*solver) - before).abs() < 0.005 * lost, "{} {before}", total(&*solver));
+}
+
+#[test]
+fn rough_obstacles_hold_what_touches_them_and_let_go_with_separation() {
+    let rise = |separation: bool, kind: &str| {
+        let mut value = block(json!({ "kind": kind }));
+        value["obstacles"][0]["separation"] = json!(separation);
+        value["gravity"] = json!([1, 1]);
+        let case = changed(value, &json!({}));
+        let mut solver = begin(&Mpm, &case);
+        until(&mut *solver, 0.3);
+        let places = solver.snapshot().positions;
+        let mean = |c: usize| places.iter().map(|x| x[c]).sum::<f64>() / places.len() as f64;
+        [mean(0) - 0.6, mean(1) - 0.65]
+    };
+    let [slip, up] = rise(false, "rough");
+    assert!(slip.abs() < 1e-3 && up.abs() < 1e-3, "{slip} {up}");
+    let [slip, up] = rise(true, "rough");
+    // Local damping of 0.7 leaves 0.3 of the acceleration.
+    let free = 0.5 * 0.3 * 0.09;
+    assert!((up / free - 1.0).abs() < 0.05 && (slip / free - 1.0).abs() < 0.05, "{slip} {up} {free}");
+    let [slip, up] = rise(false, "smooth");
+    assert!((slip / free - 1.0).abs() < 0.05 && up.abs() < 1e-3, "{slip} {up}");
+}
+
+#[test]
+fn adhesion_holds_what_friction_would_not() {
+    // The base bears 0.6 m times 200 Pa = 120 N of the 180 N that push, and 0.01 of the weight; or 400 Pa.
+    let way = |adhesion: f64| {
+        let mut wall = frictional(0.01);
+        wall["adhesion"] = json!(adhesion);
+        let mut value = block(wall);
+        value["gravity"] = json!([1.0, -1.0]);
+        value["stages"] = json!([{ "name": "push", "duration": 0.4, "gravity_ramp": 0.1 }]);
+        let case = changed(value, &json!({}));
+        let mut solver = begin(&Mpm, &case);
+        until(&mut *solver, 0.4);
+        solver.budget().momentum[0] / 180.0
+    };
+    assert!(way(400.0).abs() < 0.02, "{}", way(400.0));
+    let slides = way(200.0);
+    assert!(slides > 0.05 && slides < 0.2, "{slides}");
+}
+
+#[test]
+fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
+    let mut value = block(frictional(0.3));
+    value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [2.0, -0.5] });
+    value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.6], [0.2, 0.5], [1.0, 0.45], [1.2, 0.6], [3, 0.7]] });
+    let case = changed(value, &json!({}));
+    let run = |threads: usize, cut: bool| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut solver = begin(&Mpm, &case);
+            advance(&mut *solver, 150);
+            if cut {
+                let saved = solver.saved().unwrap();
+                solver = begin(&Mpm, &case);
+                solver.restore(&mut saved.as_slice()).unwrap();
+                solver.begin_stage(0, 0.0).unwrap();
+            }
+            advance(&mut *solver, 250);
+            let readings: Vec<u64> = solver.readings().iter().map(|reading| reading.2.to_bits()).collect();
+            (solver.snapshot(), solver.budget(), solver.reaction("floor").unwrap(), readings)
+        })
+    };
+    let whole = run(1, false);
+    assert!(whole.2.impulse[1] < 0.0);
+    assert!(whole == run(2, false), "two threads");
+    assert!(whole == run(1, true), "restored");
+}
+
+#[test]
+fn no_centre_goes_under_a_line_with_corners() {
+    let mut value = block(frictional(0.2));
+    value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -0.5] });
+    value["stages"] = json!([{ "name": "slide", "duration": 1 }]);
+    value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.7], [0.2, 0.45], [0.9, 0.4], [1.2, 0.55], [3, 1.2]] });
+    let case: Case = changed(value, &json!({}));
+    let standing = case.standing::<2>().unwrap();
+    let mut solver = begin(&Mpm, &case);
+    while solver.time() < 1.0 {
+        advance(&mut *solver, 10);
+        for x in solver.snapshot().positions {
+            assert!(!standing[0].surface.contains(&[x[0], x[1]]), "{x:?} at {}", solver.time());
+        }
+    }
+    assert!(solver.remarks().is_empty(), "{:?}", solver.remarks());
+}
+
+#[test]
+fn what_does_not_go_with_points_on_obstacles_is_refused_where_it_stands() {
+    let refused = |change: &dyn Fn(&mut Value)| {
+        let mut value = block(frictional(0.2));
+        change(&mut value);
+        Mpm.build(&changed(value, &json!({}))).map(|_| ()).unwrap_err().to_string()
+    };
+    let found = refused(&|case| {
+        case["obstacles"] = json!([]);
+        case["measures"] = json!({});
+    });
+    assert!(found.starts_with("methods.mpm.obstacles: points needs an obstacle"), "{found}");
+    let found = refused(&|case| case["methods"]["mpm"]["obstacle_stiffness"] = json!(0));
+    assert!(found.starts_with("methods.mpm.obstacle_stiffness: 0 is not in"), "{found}");
+    let found = refused(&|case| {
+        case["methods"]["mpm"] = json!({ "cell_size": 0.1, "obstacle_stiffness": 2 });
+    });
+    assert!(found.contains("needs obstacles points"), "{found}");
+    let found = refused(&|case| case["methods"]["mpm"]["formulation"] = json!("small-displacement"));
+    assert!(found.starts_with("methods.mpm.obstacles: points needs points that move"), "{found}");
+}
