@@ -112,7 +112,10 @@ impl Case {
         for boundary in &mut self.boundaries {
             boundary.position.iter_mut().for_each(|x| visit(boundary.side.axis(), x));
         }
-        self.obstacles.iter_mut().for_each(|of| obstacle(&mut of.shape, visit));
+        for of in &mut self.obstacles {
+            obstacle(&mut of.shape, visit);
+            of.motion.iter_mut().for_each(|motion| place(&mut motion.centre, visit));
+        }
         self.patches.iter_mut().for_each(|patch| shape(&mut patch.region, visit));
         self.cuts.iter_mut().for_each(|cut| shape(&mut cut.shape, visit));
         for load in &mut self.loads {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::driven::DrivenState;
 use crate::momentum::RowSums;
-use crate::obstacles::rocks::RockState;
+use crate::obstacles::rocks::{Passed, RockState};
 use crate::points::{PointSet, SavedSet};
 use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
@@ -36,9 +36,9 @@ struct Saved {
     phase_sums: Option<PhaseSums>,
     /// Displacements at absorbing boundaries, by their number.
     absorbed: Vec<(usize, Vec<[f64; 3]>)>,
-    /// What obstacles on points have borne, and how many points have been in them.
+    /// What obstacles on points have borne, and what has changed of them.
     rocks: Vec<RockState>,
-    under: u64,
+    passed: Passed,
     sets: Vec<SavedSet>,
 }
 
@@ -173,7 +173,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             phase_sums: self.two_phase.as_ref().map(|phases| phases.sums),
             absorbed: self.absorbing.moved.clone().into_iter().collect(),
             rocks: self.rocks.iter().flat_map(|rocks| &rocks.rocks).map(|rock| rock.state).collect(),
-            under: self.rocks.as_ref().map_or(0, |rocks| rocks.under),
+            passed: self.rocks.as_ref().map_or(Passed::default(), |rocks| rocks.passed),
             sets: self.sets.iter().map(PointSet::save).collect(),
         };
         save_value(&saved, out)
@@ -207,7 +207,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         }
         if let Some(rocks) = &mut self.rocks {
             rocks.rocks.iter_mut().zip(saved.rocks).for_each(|(rock, state)| rock.state = state);
-            rocks.under = saved.under;
+            rocks.passed = saved.passed;
         }
         self.load_starts = saved.load_starts;
         self.driven.iter_mut().zip(saved.driven).for_each(|(driven, state)| driven.state = state);

@@ -11,8 +11,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use choices::{
-    DomainStretch, FixedNodes, Formulation, Integration, Mass, ObstacleContact, ShapeFunctions, StepCriterion, StressScheme,
-    Transfer, VolumetricStrain, WallFriction,
+    DomainStretch, FixedNodes, Formulation, Integration, Mass, ObstacleContact, ShapeFunctions,
+    StepCriterion, StressScheme, Transfer, VolumetricStrain, WallFriction,
 };
 pub use contact::{Contact, ContactTest, Penalty};
 

@@ -58,7 +58,8 @@ use schemars::Schema;
 
 pub use config::{
     Contact, ContactTest, DomainStretch, FixedNodes, Formulation, Integration, Mass, MeshSource, MpmOptions,
-    ObstacleContact, Penalty, ShapeFunctions, StepCriterion, StressScheme, Transfer, VolumetricStrain, WallFriction,
+    ObstacleContact, Penalty, ShapeFunctions, StepCriterion, StressScheme, Transfer, VolumetricStrain,
+    WallFriction,
 };
 pub use manufactured::{Manufactured, Prescribed};
 pub use solver::MpmSolver;

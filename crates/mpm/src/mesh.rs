@@ -1,6 +1,6 @@
 //! Meshes of triangles and tetrahedra in place of the structured grid (sheet: mpm §2.5b, §2.11, §3.1, §3.2).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -186,10 +186,40 @@ pub fn walls<const D: usize>(
             None => on_plane(case, mesh, number, boundary)?,
         };
         if let Some(kind) = walls::kind(boundary, options) {
+            if kind != WallKind::Rough {
+                refuse_leaning(mesh, number, boundary, &nodes)?;
+            }
             walls.push((walls::wall(boundary, 0, kind), nodes));
         }
     }
     Ok(Walls::of_nodes(layout.strides(), layout.len(), walls))
+}
+
+/// Refuses a group with a face that is not normal to the axis of its side, along which alone such a wall acts.
+fn refuse_leaning<const D: usize>(
+    mesh: &Mesh<D>,
+    number: usize,
+    boundary: &Boundary,
+    nodes: &[u32],
+) -> Result<(), CaseError> {
+    let Some(name) = &boundary.group else { return Ok(()) };
+    let (axis, slack) = (boundary.side.axis(), 1e-6 * mesh.height());
+    let held: BTreeSet<u32> = nodes.iter().copied().collect();
+    for (element, opposite) in mesh.boundary(|_| true) {
+        let face: Vec<u32> = mesh.facet_nodes(element, opposite).collect();
+        if !face.iter().all(|node| held.contains(node)) {
+            continue;
+        }
+        let first = &mesh.nodes()[face[0] as usize];
+        if face.iter().any(|&node| (mesh.nodes()[node as usize][axis] - first[axis]).abs() > slack) {
+            let problem = format!(
+                "the face of {name:?} at {first:?} m is not normal to the axis of the boundary's side, along which a smooth or frictional \
+                 wall acts: give that surface as an obstacle with `methods.mpm.obstacles` `points`, or make the wall rough"
+            );
+            return Err(CaseError::new(format!("boundaries[{number}].group"), problem));
+        }
+    }
+    Ok(())
 }
 
 fn numbered<const D: usize>(mesh: &Mesh<D>, picks: impl Fn(&[f64; D]) -> bool) -> Vec<u32> {

@@ -100,7 +100,8 @@ impl<const D: usize> PointSet<D> {
         let ids = size_of_val(&self.id[..]) + size_of_val(&self.slabs[..]);
         let vectors = [&self.position, &self.velocity, &self.origin, &self.traction, &self.scratch];
         let scalars = [&self.mass, &self.volume, &self.initial_volume, &self.work];
-        let matrices = size_of_val(&self.pressed[..]) + size_of_val(&self.affine[..]) + size_of_val(&self.pending[..]);
+        let matrices =
+            size_of_val(&self.pressed[..]) + size_of_val(&self.affine[..]) + size_of_val(&self.pending[..]);
         ids + vectors.iter().map(|v| size_of_val(&v[..])).sum::<usize>()
             + scalars.iter().map(|v| size_of_val(&v[..])).sum::<usize>()
             + matrices

@@ -10,6 +10,8 @@ pub struct Pressed<const D: usize> {
     pub reach: f64,
     /// How far it may go from where it was last looked at before it can come within `half` of a surface (m).
     pub free: f64,
+    /// How far obstacles could have come when it was last looked at (m).
+    pub swept: f64,
     /// Its displacement when it was last looked at (m).
     pub seen: [f64; D],
     /// Elastic slip along the surface (m).
@@ -26,6 +28,7 @@ impl<const D: usize> Pressed<D> {
         half: 0.0,
         reach: 0.0,
         free: 0.0,
+        swept: 0.0,
         seen: [0.0; D],
         spring: [0.0; D],
         bond: 0,
@@ -34,13 +37,13 @@ impl<const D: usize> Pressed<D> {
 }
 
 /// Numbers that are saved of a point, beside two vectors.
-const SCALARS: usize = 4;
+const SCALARS: usize = 5;
 
 /// Everything that changes, for a checkpoint; forces are found anew.
 pub fn saved<const D: usize>(points: &[Pressed<D>]) -> Vec<f64> {
     let mut numbers = Vec::with_capacity(points.len() * (SCALARS + 2 * D));
     for point in points {
-        numbers.extend([point.half, point.reach, point.free, f64::from(point.bond)]);
+        numbers.extend([point.half, point.reach, point.free, f64::from(point.bond), point.swept]);
         numbers.extend(point.seen);
         numbers.extend(point.spring);
     }
@@ -62,6 +65,7 @@ pub fn restore<const D: usize>(points: &mut Vec<Pressed<D>>, numbers: &[f64], co
             reach: numbers[1],
             free: numbers[2],
             bond: numbers[3] as u32,
+            swept: numbers[4],
             seen: vector(SCALARS),
             spring: vector(SCALARS + D),
             force: [0.0; D],
@@ -80,6 +84,7 @@ mod tests {
             half: 0.5,
             reach: 0.25,
             free: -1.0,
+            swept: 2.0,
             seen: [1.0, 2.0],
             spring: [3.0, 4.0],
             bond: 3,

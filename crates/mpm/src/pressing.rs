@@ -7,10 +7,11 @@ use colluvium_constitutive::{BLOCK, StateBlock};
 use rayon::prelude::*;
 
 use crate::background::Background;
-use crate::obstacles::rocks::{Grip, Rocks, Room, Sums, look};
+use crate::obstacles::rocks::{Grip, Rock, RockState, Rocks, Room, Sums, look};
 use crate::points::PointSet;
 use crate::pressed::Pressed;
 use crate::solver::MpmSolver;
+use crate::vectors::square;
 
 /// Blocks that one thread takes at once.
 const GRAIN: usize = 4;
@@ -34,14 +35,13 @@ impl<const D: usize> MpmSolver<D> {
     /// Finds the forces of obstacles on points at the start of a step of `dt` (s).
     pub(crate) fn press(&mut self, dt: f64) {
         let Some(rocks) = &mut self.rocks else { return };
-        let Rocks { rocks, rooms, horizon, under } = &mut **rocks;
-        for rock in &mut *rocks {
-            (rock.state.force, rock.state.moment, rock.state.stored) = ([0.0; 3], [0.0; 3], 0.0);
-        }
+        rocks.advance(self.time, [&self.background.grid.origin, &self.background.upper]);
+        let Rocks { rocks, rooms, horizon, passed } = &mut **rocks;
         let stiffness = self.options.obstacle_stiffness;
         for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {
             let mut pressed = std::mem::take(&mut set.pressed);
-            let of_set = OfSet { set, background: &self.background, stiffness };
+            let swept = passed.swept;
+            let of_set = OfSet { set, background: &self.background, stiffness, swept };
             let blocks = pressed.par_chunks_mut(BLOCK).zip(set.states.blocks()).zip(&mut *rooms);
             blocks.enumerate().with_min_len(GRAIN).for_each(|(block, ((points, states), room))| {
                 room.sums.fill(Sums::default());
@@ -51,7 +51,7 @@ impl<const D: usize> MpmSolver<D> {
             let count = pressed.len().div_ceil(BLOCK);
             set.pressed = pressed;
             for room in &rooms[..count] {
-                *under += room.under;
+                passed.under += room.under;
                 for (rock, sums) in rocks.iter_mut().zip(&room.sums) {
                     for c in 0..3 {
                         rock.state.force[c] += sums.force[c];
@@ -59,6 +59,7 @@ impl<const D: usize> MpmSolver<D> {
                         rock.state.impulse[c] += dt * sums.force[c];
                     }
                     rock.state.friction += sums.friction;
+                    rock.state.work += sums.work;
                     rock.state.stored += sums.stored;
                 }
             }
@@ -76,7 +77,7 @@ impl<const D: usize> MpmSolver<D> {
 
     /// What is to be said of points whose centres have been in obstacles.
     pub(crate) fn remark_on_obstacles(&self) -> Option<String> {
-        let under = self.rocks.as_ref().map_or(0, |rocks| rocks.under);
+        let under = self.rocks.as_ref().map_or(0, |rocks| rocks.passed.under);
         (under > 0).then(|| {
             format!(
                 "centres of points have been in an obstacle, {under} times a point and a step: they meet it too fast for its \
@@ -85,10 +86,13 @@ impl<const D: usize> MpmSolver<D> {
         })
     }
 
-    /// Work of friction at obstacles since the start, and energy of their springs (J); `None` where they do not act on points.
-    pub(crate) fn obstacle_energies(&self) -> Option<[f64; 2]> {
+    /// Work of friction at obstacles since the start, energy of their springs, and work of their motion (J), which is `None` where
+    /// they stand still; `None` where obstacles do not act on points.
+    pub(crate) fn obstacle_energies(&self) -> Option<(f64, f64, Option<f64>)> {
         let rocks = &self.rocks.as_ref()?.rocks;
-        Some([rocks.iter().map(|rock| rock.state.friction).sum(), rocks.iter().map(|rock| rock.state.stored).sum()])
+        let sum = |of: fn(&RockState) -> f64| rocks.iter().map(|rock| of(&rock.state)).sum();
+        let moves = rocks.iter().any(|rock| rock.moving.is_some());
+        Some((sum(|state| state.friction), sum(|state| state.stored), moves.then(|| sum(|state| state.work))))
     }
 }
 
@@ -97,13 +101,15 @@ struct OfSet<'a, const D: usize> {
     set: &'a PointSet<D>,
     background: &'a Background<D>,
     stiffness: f64,
+    /// How far obstacles have come at most (m).
+    swept: f64,
 }
 
 impl<const D: usize> OfSet<'_, D> {
     /// The points of a block, from number `first` on.
     fn block(
         &self,
-        rocks: &[crate::obstacles::rocks::Rock<D>],
+        rocks: &[Rock<D>],
         horizon: f64,
         first: usize,
         points: &mut [Pressed<D>],
@@ -117,10 +123,12 @@ impl<const D: usize> OfSet<'_, D> {
             let x = &set.position[p];
             let way: [f64; D] = std::array::from_fn(|c| x[c] - set.origin[p][c]);
             let moved: [f64; D] = std::array::from_fn(|c| way[c] - point.seen[c]);
-            if moved.iter().map(|m| m * m).sum::<f64>() < point.free * point.free.max(0.0) {
+            if square(&moved).sqrt() + (self.swept - point.swept) < point.free {
                 continue;
             }
-            point.seen = way;
+            // Where nothing was near it may not have been looked at for many steps.
+            let touched = point.free <= 0.0;
+            (point.seen, point.swept) = (way, self.swept);
             let seen = look(rocks, horizon, x, point, room);
             if !seen.acts() {
                 (point.force, point.spring) = ([0.0; D], [0.0; D]);
@@ -135,7 +143,8 @@ impl<const D: usize> OfSet<'_, D> {
             let h = set.domain.as_slice().spacing(p, &self.background.ground());
             let grip = Grip {
                 place: *x,
-                moved,
+                moved: if touched { moved } else { [0.0; D] },
+                touched,
                 stiffness: self.stiffness * modulus * set.volume[p] / (h * h),
                 area: set.volume[p] / (2.0 * point.half),
             };

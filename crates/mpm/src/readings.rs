@@ -25,9 +25,10 @@ impl<const D: usize> MpmSolver<D> {
         let [fewest, mean] = self.points_per_cell();
         push("points_per_cell.min", "", fewest);
         push("points_per_cell.mean", "", mean);
-        if let Some([friction, stored]) = self.obstacle_energies() {
+        if let Some((friction, stored, work)) = self.obstacle_energies() {
             push("obstacles.friction", "J", friction);
             push("obstacles.stored", "J", stored);
+            work.into_iter().for_each(|work| push("obstacles.work", "J", work));
         }
         readings
     }

@@ -26,8 +26,8 @@ use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
 use crate::touch::{filled, filled_on_mesh};
 use crate::{
-    MpmOptions, ObstacleContact, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh, nodal, obstacles,
-    two_phase, walls,
+    MpmOptions, ObstacleContact, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh,
+    nodal, obstacles, two_phase, walls,
 };
 use bodies::point_set;
 pub use honours::honours;

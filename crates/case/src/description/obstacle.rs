@@ -1,9 +1,10 @@
 //! Rigid geometry that bodies meet.
 
+use colluvium_points::surface::Frame;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Rigid geometry of any shape, at rest, that bodies meet. It may reach beyond the domain.
+/// Rigid geometry of any shape that bodies meet, at rest or on a prescribed way. It may reach beyond the domain.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Obstacle {
@@ -16,6 +17,51 @@ pub struct Obstacle {
     /// Whether material may lift off (rough and smooth obstacles hold it otherwise; from frictional ones it always may).
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub separation: bool,
+    /// How it moves; at rest when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<ObstacleMotion>,
+}
+
+/// A prescribed motion of an obstacle: it turns about a line that moves along.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ObstacleMotion {
+    /// Velocity (m/s); none when absent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub velocity: Vec<f64>,
+    /// Rate at which it turns (degrees per second): anticlockwise in 2D, about `axis` by the right-hand rule in 3D.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rotation: f64,
+    /// A place on the line about which it turns, at the start (m); needed with `rotation`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub centre: Vec<f64>,
+    /// In 3D, direction of that line, of any length; needed with `rotation`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub axis: Vec<f64>,
+    /// When it begins (s), not negative.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub start: f64,
+    /// Time in which velocity and rate grow from zero (s), not negative.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub ramp: f64,
+}
+
+impl ObstacleMotion {
+    /// Time (s) for which it would have moved at its full velocity by `time` (s).
+    pub fn full_time(&self, time: f64) -> f64 {
+        let since = (time - self.start).max(0.0);
+        if since < self.ramp { 0.5 * since * since / self.ramp } else { since - 0.5 * self.ramp }
+    }
+
+    /// Where it is at `time` (s).
+    pub fn frame<const D: usize>(&self, time: f64) -> Frame<D> {
+        let full = self.full_time(time);
+        let at = |values: &[f64], c: usize| values.get(c).copied().unwrap_or(0.0);
+        let axis = std::array::from_fn(|c| at(&self.axis, c));
+        let centre = std::array::from_fn(|c| at(&self.centre, c));
+        let turned = Frame::about(centre, axis, self.rotation.to_radians() * full);
+        turned.shifted(&std::array::from_fn(|c| full * at(&self.velocity, c)))
+    }
 }
 
 /// How an obstacle acts on what touches it.

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::Findings;
-use crate::description::{Boundary, Obstacle, ObstacleShape, ObstacleWall};
+use crate::description::{Boundary, Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall};
 
 impl Findings<'_> {
     pub(super) fn obstacles(&mut self) {
@@ -22,7 +22,34 @@ impl Findings<'_> {
                 self.not_negative(format!("{path}.wall.friction_coefficient"), friction_coefficient, "");
                 self.not_negative(format!("{path}.wall.adhesion"), adhesion, " (Pa)");
             }
+            if let Some(motion) = &obstacle.motion {
+                self.obstacle_motion(&format!("{path}.motion"), motion);
+            }
             self.obstacle_shape(&path, obstacle);
+        }
+    }
+
+    fn obstacle_motion(&mut self, path: &str, motion: &ObstacleMotion) {
+        let dimension = self.case.dimension();
+        if !motion.velocity.is_empty() {
+            self.vector(&format!("{path}.velocity"), &motion.velocity);
+        }
+        self.finite(format!("{path}.rotation"), motion.rotation);
+        self.not_negative(format!("{path}.start"), motion.start, " (s)");
+        self.not_negative(format!("{path}.ramp"), motion.ramp, " (s)");
+        if motion.rotation == 0.0 {
+            return;
+        }
+        let problem = "one dimension has no rotation";
+        self.require(dimension > 1, format!("{path}.rotation"), problem);
+        self.vector(&format!("{path}.centre"), &motion.centre);
+        if dimension == 3 {
+            self.vector(&format!("{path}.axis"), &motion.axis);
+            let problem = "must have a length, with rotation";
+            self.require(motion.axis.iter().any(|c| *c != 0.0), format!("{path}.axis"), problem);
+        } else {
+            let problem = "is of three dimensions: in two an obstacle turns in the plane";
+            self.require(motion.axis.is_empty(), format!("{path}.axis"), problem);
         }
     }
 

@@ -18,7 +18,10 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
             return refuse("obstacles", "points needs an obstacle in the case");
         }
         if options.formulation != Formulation::UpdatedLagrangian {
-            return refuse("obstacles", "points needs points that move in space: formulation updated-lagrangian");
+            return refuse(
+                "obstacles",
+                "points needs points that move in space: formulation updated-lagrangian",
+            );
         }
         return Ok(());
     }

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use colluvium_case::Standing;
-use colluvium_case::description::ObstacleWall;
+use colluvium_case::description::{ObstacleMotion, ObstacleWall};
 use colluvium_points::Surface;
-use colluvium_points::surface::{Contacts, Nearest};
+use colluvium_points::surface::{Contacts, Frame, Nearest, Placed};
 use serde::{Deserialize, Serialize};
 
 use super::law::{MOST, Overlap, length, rub, way_out};
@@ -30,8 +30,20 @@ pub struct Rock<const D: usize> {
     pub adhesion: f64,
     /// Whether what touches it stays on it.
     pub holds: bool,
+    /// Its motion; `None` at rest.
+    pub moving: Option<Moving<D>>,
     /// What it has borne.
     pub state: RockState,
+}
+
+/// An obstacle on its way.
+#[derive(Clone, Debug)]
+pub struct Moving<const D: usize> {
+    motion: ObstacleMotion,
+    /// Where it is.
+    placed: Placed<D>,
+    /// Where it was in the step before.
+    before: Frame<D>,
 }
 
 /// What an obstacle has borne.
@@ -45,8 +57,21 @@ pub struct RockState {
     pub impulse: [f64; 3],
     /// Work of friction since the start (J), not negative.
     pub friction: f64,
+    /// Work of its motion on the material since the start (J).
+    pub work: f64,
     /// Energy of its springs at the start of the last step (J).
     pub stored: f64,
+}
+
+/// What changes of all obstacles in the course of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Passed {
+    /// Number of points whose centre has been in an obstacle, over all steps.
+    pub under: u64,
+    /// How far a place of an obstacle in the domain can have come, at most (m).
+    pub swept: f64,
+    /// When obstacles last acted (s).
+    pub at: f64,
 }
 
 /// The obstacles of a case whose bodies press on them with their points.
@@ -58,8 +83,8 @@ pub struct Rocks<const D: usize> {
     pub rooms: Vec<Room<D>>,
     /// How far a point looks around where it finds none near (m).
     pub horizon: f64,
-    /// Number of points whose centre has been in an obstacle, over all steps.
-    pub under: u64,
+    /// What changes.
+    pub passed: Passed,
 }
 
 /// What a block of points finds and adds up.
@@ -81,6 +106,8 @@ pub struct Sums {
     pub moment: [f64; 3],
     /// Work of friction (J).
     pub friction: f64,
+    /// Work of its motion on points (J).
+    pub work: f64,
     /// Energy of the springs (J).
     pub stored: f64,
 }
@@ -95,11 +122,8 @@ pub struct Seen<const D: usize> {
 }
 
 impl<const D: usize> Seen<D> {
-    const NOTHING: Self = Self {
-        overlaps: [Overlap { normal: [0.0; D], depth: 0.0, rock: 0 }; MOST],
-        count: 0,
-        held: None,
-    };
+    const NOTHING: Self =
+        Self { overlaps: [Overlap { normal: [0.0; D], depth: 0.0, rock: 0 }; MOST], count: 0, held: None };
 
     fn add(&mut self, overlap: Overlap<D>) {
         if self.count < MOST {
@@ -135,10 +159,41 @@ impl<const D: usize> Rocks<D> {
                 friction,
                 adhesion,
                 holds: !obstacle.lets_go(),
+                moving: obstacle.motion.as_ref().map(|motion| Moving {
+                    motion: motion.clone(),
+                    placed: Placed { surface: Arc::clone(surface), frame: motion.frame(0.0) },
+                    before: motion.frame(0.0),
+                }),
                 state: RockState::default(),
             }
         };
-        Self { rocks: standing.iter().map(rock).collect(), rooms: Vec::new(), horizon, under: 0 }
+        Self {
+            rocks: standing.iter().map(rock).collect(),
+            rooms: Vec::new(),
+            horizon,
+            passed: Passed::default(),
+        }
+    }
+
+    /// Brings the obstacles to where they are at `time` (s), in a domain with these corners (m); what they bear in the step is
+    /// counted anew.
+    pub fn advance(&mut self, time: f64, [low, high]: [&[f64; D]; 2]) {
+        let at = std::mem::replace(&mut self.passed.at, time);
+        let mut swept = 0f64;
+        for rock in &mut self.rocks {
+            (rock.state.force, rock.state.moment, rock.state.stored) = ([0.0; 3], [0.0; 3], 0.0);
+            let Some(Moving { motion, placed, before }) = &mut rock.moving else { continue };
+            *before = motion.frame(at);
+            placed.frame = motion.frame(time);
+            let centre =
+                placed.frame.outward(&std::array::from_fn(|c| motion.centre.get(c).copied().unwrap_or(0.0)));
+            let farthest: [f64; D] =
+                std::array::from_fn(|c| (low[c] - centre[c]).abs().max((high[c] - centre[c]).abs()));
+            let speed = motion.velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
+                + motion.rotation.to_radians().abs() * length(&farthest);
+            swept = swept.max(speed * (motion.full_time(time) - motion.full_time(at)));
+        }
+        self.passed.swept += swept;
     }
 
     /// Makes room for so many blocks of points.
@@ -149,6 +204,7 @@ impl<const D: usize> Rocks<D> {
 
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
+        // Of the places that a block finds a few.
         let room = size_of::<Room<D>>() + self.rocks.len() * size_of::<Sums>();
         self.rooms.len() * room
     }
@@ -156,9 +212,27 @@ impl<const D: usize> Rocks<D> {
     /// A point at `x` (m) of this half width before the first step: where it is nearer to a surface than that it reaches as far as the
     /// surface, so that nothing presses yet.
     pub fn begin(&self, x: &[f64; D], half: f64) -> Pressed<D> {
-        let distances = self.rocks.iter().filter_map(|rock| rock.surface.gap(x, half));
+        let distances = self.rocks.iter().filter_map(|rock| rock.now().gap(x, half));
         let nearest = distances.map(|gap| gap.distance).fold(half, f64::min);
         Pressed { half, reach: nearest.max(0.0), ..Pressed::NEW }
+    }
+}
+
+impl<const D: usize> Rock<D> {
+    /// Its surface where it is.
+    fn now(&self) -> &dyn Surface<D> {
+        match &self.moving {
+            Some(moving) => &moving.placed,
+            None => &*self.surface,
+        }
+    }
+
+    /// How far its part at `x` (m) has come since the step before (m).
+    fn step_at(&self, x: &[f64; D]) -> [f64; D] {
+        self.moving.as_ref().map_or([0.0; D], |Moving { placed, before, .. }| {
+            let was = before.outward(&placed.frame.inward(x));
+            std::array::from_fn(|c| x[c] - was[c])
+        })
     }
 }
 
@@ -175,8 +249,9 @@ pub fn look<const D: usize>(
     let mut nearest = f64::INFINITY;
     for (number, rock) in rocks.iter().enumerate() {
         room.found.clear();
-        rock.surface.touch(x, radius, &mut room.found);
-        let own = room.found.all().first().copied().or_else(|| rock.surface.gap(x, horizon.max(radius)));
+        let surface = rock.now();
+        surface.touch(x, radius, &mut room.found);
+        let own = room.found.all().first().copied().or_else(|| surface.gap(x, horizon.max(radius)));
         nearest = nearest.min(own.map_or(horizon.max(radius), |own| own.distance));
         let Some(own) = own.filter(|own| own.distance < radius) else { continue };
         room.under += u64::from(own.distance < 0.0);
@@ -219,8 +294,10 @@ pub fn look<const D: usize>(
 pub struct Grip<const D: usize> {
     /// Where it is (m).
     pub place: [f64; D],
-    /// How far it has moved along the obstacles since the last step (m).
+    /// How far it has moved since the last step (m); nothing where it touched nothing then.
     pub moved: [f64; D],
+    /// Whether obstacles were looked at in the last step.
+    pub touched: bool,
     /// Stiffness (N/m) of its springs.
     pub stiffness: f64,
     /// Area that it covers of a surface (m²; m in the plane, per radian in axisymmetry).
@@ -245,15 +322,15 @@ impl<const D: usize> Grip<D> {
         for (overlap, own) in seen.overlaps().iter().zip(ways).filter(|(_, own)| *own > 0.0) {
             let rock = &rocks[overlap.rock];
             // Without a normal force infinite friction bears nothing.
-            let bound = if rock.friction == 0.0 { 0.0 } else { rock.friction * own }
-                + rock.adhesion * self.area / k;
+            let bound =
+                if rock.friction == 0.0 { 0.0 } else { rock.friction * own } + rock.adhesion * self.area / k;
             cap += bound;
             if bound > most {
                 (bears, most) = (Some((overlap.rock, overlap.normal)), bound);
             }
             let push = overlap.normal.map(|n| k * own * n);
             (0..D).for_each(|c| point.force[c] += push[c]);
-            self.add(&mut sums[overlap.rock], &push);
+            self.add(rock, &mut sums[overlap.rock], &push);
             sums[overlap.rock].stored += 0.5 * k * own * overlap.depth;
         }
         if let Some((number, place)) = &seen.held {
@@ -261,7 +338,7 @@ impl<const D: usize> Grip<D> {
             if pulled > 0.0 {
                 let pull = place.normal.map(|n| -k * pulled * n);
                 (0..D).for_each(|c| point.force[c] += pull[c]);
-                self.add(&mut sums[*number], &pull);
+                self.add(&rocks[*number], &mut sums[*number], &pull);
                 sums[*number].stored += 0.5 * k * pulled * pulled;
             }
             if rocks[*number].friction.is_infinite() {
@@ -275,11 +352,13 @@ impl<const D: usize> Grip<D> {
             return;
         };
         let normal = if depth > 0.0 { way.map(|c| c / depth) } else { own };
-        let (spring, slip) = rub(&point.spring, &self.moved, &normal, cap);
+        let way = rocks[number].step_at(&self.place);
+        let moved = std::array::from_fn(|c| self.moved[c] - if self.touched { way[c] } else { 0.0 });
+        let (spring, slip) = rub(&point.spring, &moved, &normal, cap);
         point.spring = spring;
         let drag = spring.map(|s| -k * s);
         (0..D).for_each(|c| point.force[c] += drag[c]);
-        self.add(&mut sums[number], &drag);
+        self.add(&rocks[number], &mut sums[number], &drag);
         let stretch = length(&spring);
         sums[number].stored += 0.5 * k * stretch * stretch;
         if slip > 0.0 {
@@ -288,7 +367,11 @@ impl<const D: usize> Grip<D> {
     }
 
     /// The reaction to a force (N) on the point.
-    fn add(&self, sums: &mut Sums, force: &[f64; D]) {
+    fn add(&self, rock: &Rock<D>, sums: &mut Sums, force: &[f64; D]) {
+        if rock.moving.is_some() {
+            let way = rock.step_at(&self.place);
+            sums.work += (0..D).map(|c| way[c] * force[c]).sum::<f64>();
+        }
         let at = |a: &[f64; D], c: usize| a.get(c).copied().unwrap_or(0.0);
         for c in 0..3 {
             sums.force[c] -= at(force, c);

@@ -54,10 +54,13 @@ pub fn honours(case: &Case) -> Result<Honours, CaseError> {
     let options = super::options(case)?;
     let mut honours = Honours::of_points("mpm").takes(&TAKEN);
     honours = if options.obstacles == ObstacleContact::Points {
-        honours.takes(&["obstacles.wall.adhesion"])
+        honours.takes(&["obstacles.wall.adhesion", "obstacles.motion*"])
     } else {
         let problem = "mpm knows no area of the nodes that an obstacle holds: take `methods.mpm.obstacles` `points` or leave it out";
-        honours.refuses("obstacles.wall.adhesion", problem)
+        honours.refuses("obstacles.wall.adhesion", problem).refuses(
+            "obstacles.motion",
+            "obstacles on nodes stand still: take `methods.mpm.obstacles` `points`",
+        )
     };
     if case.bodies.iter().any(|body| body.pore_fluid.is_some()) {
         honours = without_rigid(honours, "mpm with a pore_fluid")

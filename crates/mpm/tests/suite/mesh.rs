@@ -283,6 +283,11 @@ fn a_file_of_gmsh_gives_mesh_and_walls() {
     let rough = json!({ "kind": "rough" });
     let error = refuse(json!({ "side": "y-min", "group": "top", "wall": rough }), "rectangle.msh");
     assert!(error.contains("boundaries[0].group") && error.contains("[\"base\"]"), "{error}");
+    let leaning = json!({ "side": "x-min", "group": "base", "wall": { "kind": "smooth" } });
+    let error = refuse(leaning, "rectangle.msh");
+    assert!(error.contains("boundaries[0].group") && error.contains("is not normal to the axis"), "{error}");
+    let smooth = json!({ "side": "y-min", "group": "base", "wall": { "kind": "smooth" } });
+    assert!(Mpm.build(&write(smooth, "rectangle.msh")).is_ok());
     let error = refuse(json!({ "side": "y-min", "position": 0.1, "wall": rough }), "rectangle.msh");
     assert!(error.contains("no node of the mesh lies on the wall"), "{error}");
     let error = refuse(json!({ "side": "y-min", "wall": rough }), "none.msh");

@@ -81,6 +81,63 @@ impl Piece {
     fn place(&self, x: &[f64; 2]) -> [f64; 2] {
         self.at(self.nearest(x).0).0
     }
+
+    /// Places at which the line or circle of this piece meets that of another, on or off the pieces.
+    fn meeting(&self, other: &Self) -> Vec<[f64; 2]> {
+        match (self, other) {
+            (Self::Line { from: a, to: b }, Self::Line { from: c, to: d }) => {
+                let (u, v, w) = (minus(b, a), minus(d, c), minus(c, a));
+                let (across, size) = (cross(&u, &v), (dot(&u, &u) * dot(&v, &v)).sqrt());
+                if across.abs() > ROUND * size {
+                    vec![along(a, cross(&w, &v) / across, &u)]
+                } else {
+                    // On one line they meet at the ends of either that lie on the other.
+                    vec![*a, *b, *c, *d]
+                }
+            }
+            (Self::Line { from, to }, Self::Arc { centre, radius, .. })
+            | (Self::Arc { centre, radius, .. }, Self::Line { from, to }) => {
+                let Some(way) = unit(&minus(to, from)) else { return Vec::new() };
+                let foot = along(from, dot(&minus(centre, from), &way), &way);
+                on_both_sides(&foot, &minus(&foot, centre), *radius, &way)
+            }
+            (Self::Arc { centre: a, radius: r, .. }, Self::Arc { centre: b, radius: s, .. }) => {
+                let apart = minus(b, a);
+                let distance = dot(&apart, &apart).sqrt();
+                let Some(way) = unit(&apart).filter(|_| distance > ROUND * r) else {
+                    return vec![self.at(0.0).0, self.at(1.0).0, other.at(0.0).0, other.at(1.0).0];
+                };
+                let foot = along(a, 0.5 * (distance + (r * r - s * s) / distance), &way);
+                on_both_sides(&foot, &minus(&foot, a), *r, &[-way[1], way[0]])
+            }
+        }
+    }
+
+    /// A place at which two pieces cross or touch, but not that of `joint`, and not where they go on there in one line.
+    fn crosses(&self, other: &Self, joint: Option<&[f64; 2]>) -> Option<[f64; 2]> {
+        let slack = ROUND * self.length().max(other.length());
+        let away = |a: &[f64; 2], b: &[f64; 2]| dot(&minus(a, b), &minus(a, b)) > slack * slack;
+        let on_both = |x: &[f64; 2]| !away(x, &self.place(x)) && !away(x, &other.place(x));
+        let apart = |x: &[f64; 2]| {
+            joint.is_none_or(|joint| dot(&minus(x, joint), &minus(x, joint)) > slack * self.length())
+        };
+        self.meeting(other).into_iter().find(|x| on_both(x) && apart(x))
+    }
+}
+
+/// The two places of a circle on a line with this direction; `foot` is the place of the line nearest to its centre, from which it is
+/// `out` away.
+fn on_both_sides(foot: &[f64; 2], out: &[f64; 2], radius: f64, way: &[f64; 2]) -> Vec<[f64; 2]> {
+    let square = radius * radius - dot(out, out);
+    if square < -2.0 * ROUND * radius * radius {
+        return Vec::new();
+    }
+    let half = square.max(0.0).sqrt();
+    vec![along(foot, half, way), along(foot, -half, way)]
+}
+
+fn cross(a: &[f64; 2], b: &[f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
 }
 
 /// The ground below a line of straight pieces and arcs, from one end to the other; beyond its ends there is none. Made from its
@@ -136,7 +193,7 @@ impl Profile {
     /// The profile with its solid below.
     ///
     /// # Errors
-    /// When it has no pieces, or does not go from left to right in all.
+    /// When it has no pieces, does not go from left to right in all, or crosses itself.
     pub fn finished(self) -> Result<Self, SurfaceError> {
         if self.pieces.is_empty() {
             return Err(SurfaceError::new("pieces", "there are none"));
@@ -147,6 +204,16 @@ impl Profile {
                 self.end[0], self.start[0]
             );
             return Err(SurfaceError::new("pieces", problem));
+        }
+        for (number, piece) in self.pieces.iter().enumerate() {
+            for (later, other) in self.pieces.iter().enumerate().skip(number + 1) {
+                let joint = (later == number + 1).then(|| piece.at(1.0).0);
+                if let Some(place) = piece.crosses(other, joint.as_ref()) {
+                    let problem =
+                        format!("meets pieces[{number}] at {place:.6?} m: a profile must not cross itself");
+                    return Err(SurfaceError::new(format!("pieces[{later}]"), problem));
+                }
+            }
         }
         Ok(self)
     }
@@ -272,6 +339,39 @@ mod tests {
         profile.arc([centre[0], centre[1] - radius], centre).unwrap();
         profile.line([9.0, centre[1] - radius]).unwrap();
         profile.finished().unwrap()
+    }
+
+    #[test]
+    fn a_profile_that_crosses_itself_is_refused_with_the_place() {
+        let of = |pieces: &[([f64; 2], Option<[f64; 2]>)]| {
+            let mut profile = Profile::from([0.0, 0.0]);
+            for (to, centre) in pieces {
+                match centre {
+                    Some(centre) => profile.arc(*to, *centre).unwrap(),
+                    None => profile.line(*to).unwrap(),
+                }
+            }
+            profile.finished().map(|_| ()).map_err(|error| error.to_string())
+        };
+        let loops = of(&[([3.0, 0.0], None), ([3.0, 2.0], None), ([1.0, -1.0], None), ([4.0, -1.0], None)]);
+        assert!(loops.unwrap_err().starts_with("pieces[2]: meets pieces[0] at [1.66666"));
+        let arc = of(&[
+            ([4.0, 0.0], None),
+            ([4.0, 2.0], Some([4.0, 1.0])),
+            ([2.0, 0.0], Some([2.0, 2.0])),
+            ([5.0, -3.0], None),
+        ]);
+        assert!(arc.unwrap_err().contains("meets pieces[0] at [2.0"), "an arc that touches a line");
+        let back = of(&[([3.0, 0.0], None), ([1.0, 0.0], None), ([4.0, -1.0], None)]);
+        assert!(back.unwrap_err().starts_with("pieces[1]: meets pieces[0]"), "back on the same line");
+        let smooth = of(&[
+            ([1.0, 0.0], None),
+            ([2.0, 1.0], Some([1.0, 1.0])),
+            ([3.0, 2.0], Some([3.0, 1.0])),
+            ([5.0, 2.0], None),
+            ([7.0, 2.0], None),
+        ]);
+        assert_eq!(smooth, Ok(()), "pieces that go on smoothly");
     }
 
     #[test]

@@ -124,7 +124,8 @@ fn bowl(outcome: &mut Outcome) -> Result<(), String> {
         0.0,
         "none may be under it",
     );
-    let parts = ["kinetic_energy", "elastic_energy", "potential_energy", "obstacles.stored", "obstacles.friction"];
+    let parts =
+        ["kinetic_energy", "elastic_energy", "potential_energy", "obstacles.stored", "obstacles.friction"];
     let parts = parts.map(|name| series(&report, name));
     let energy: Vec<(f64, f64)> =
         (0..parts[0].len()).map(|k| (parts[0][k].0, parts.iter().map(|part| part[k].1).sum())).collect();
@@ -147,8 +148,8 @@ fn bowl(outcome: &mut Outcome) -> Result<(), String> {
         "bowl: kinetic energy at the end over the work of gravity",
         "at rest",
         end.kinetic / fallen,
-        1e-6,
-        "at rest",
+        1e-4,
+        "a hundredth of the largest velocity",
     );
     let mut chart = LineChart {
         title: "Disk in a bowl".into(),
