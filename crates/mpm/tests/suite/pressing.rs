@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 const GRAVITY: f64 = 9.81;
 
 /// A block of 0.6 m by 0.3 m on a floor at y = 0.5 m, whose points stand in rows along it.
-fn block(wall: Value) -> Value {
+fn block(wall: &Value) -> Value {
     let elastic =
         json!({ "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e6, "poissons_ratio": 0.0 });
     json!({
@@ -41,7 +41,7 @@ fn reading(solver: &dyn Solver, name: &str) -> f64 {
 
 #[test]
 fn a_block_at_rest_presses_with_its_weight() {
-    let case = changed(block(frictional(0.5)), &json!({}));
+    let case = changed(block(&frictional(0.5)), &json!({}));
     let mut solver = begin(&Mpm, &case);
     until(&mut *solver, 1.0);
     let weight = 0.6 * 0.3 * 1000.0 * GRAVITY;
@@ -58,7 +58,7 @@ fn a_block_at_rest_presses_with_its_weight() {
 
 #[test]
 fn friction_slows_a_block_by_coulombs_law_and_its_work_is_the_energy_lost() {
-    let mut value = block(frictional(0.3));
+    let mut value = block(&frictional(0.3));
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, 0.0] });
     value["stages"] = json!([{ "name": "slide", "duration": 0.2 }]);
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
@@ -85,7 +85,7 @@ fn friction_slows_a_block_by_coulombs_law_and_its_work_is_the_energy_lost() {
 #[test]
 fn rough_obstacles_hold_what_touches_them_and_let_go_with_separation() {
     let rise = |separation: bool, kind: &str| {
-        let mut value = block(json!({ "kind": kind }));
+        let mut value = block(&json!({ "kind": kind }));
         value["obstacles"][0]["separation"] = json!(separation);
         value["gravity"] = json!([1, 1]);
         let case = changed(value, &json!({}));
@@ -111,7 +111,7 @@ fn adhesion_holds_what_friction_would_not() {
     let way = |adhesion: f64| {
         let mut wall = frictional(0.01);
         wall["adhesion"] = json!(adhesion);
-        let mut value = block(wall);
+        let mut value = block(&wall);
         value["gravity"] = json!([1.0, -1.0]);
         value["stages"] = json!([{ "name": "push", "duration": 0.4, "gravity_ramp": 0.1 }]);
         let case = changed(value, &json!({}));
@@ -126,7 +126,7 @@ fn adhesion_holds_what_friction_would_not() {
 
 #[test]
 fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
-    let mut value = block(frictional(0.3));
+    let mut value = block(&frictional(0.3));
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [2.0, -0.5] });
     value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.6], [0.2, 0.5], [1.0, 0.45], [1.2, 0.6], [3, 0.7]] });
     let case = changed(value, &json!({}));
@@ -154,7 +154,7 @@ fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
 
 #[test]
 fn no_centre_goes_under_a_line_with_corners() {
-    let mut value = block(frictional(0.2));
+    let mut value = block(&frictional(0.2));
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -0.5] });
     value["stages"] = json!([{ "name": "slide", "duration": 1 }]);
     value["obstacles"][0]["shape"] = json!({ "kind": "ground-line", "points": [[-1, 0.7], [0.2, 0.45], [0.9, 0.4], [1.2, 0.55], [3, 1.2]] });
@@ -173,7 +173,7 @@ fn no_centre_goes_under_a_line_with_corners() {
 #[test]
 fn what_does_not_go_with_points_on_obstacles_is_refused_where_it_stands() {
     let refused = |change: &dyn Fn(&mut Value)| {
-        let mut value = block(frictional(0.2));
+        let mut value = block(&frictional(0.2));
         change(&mut value);
         Mpm.build(&changed(value, &json!({}))).map(|_| ()).unwrap_err().to_string()
     };
@@ -194,7 +194,7 @@ fn what_does_not_go_with_points_on_obstacles_is_refused_where_it_stands() {
 
 #[test]
 fn a_moving_floor_takes_a_block_along_as_friction_has_it() {
-    let mut value = block(frictional(0.3));
+    let mut value = block(&frictional(0.3));
     value["obstacles"][0]["motion"] = json!({ "velocity": [0.5, 0.0] });
     value["stages"] = json!([{ "name": "belt", "duration": 1 }]);
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
@@ -217,7 +217,7 @@ fn a_moving_floor_takes_a_block_along_as_friction_has_it() {
 #[test]
 fn a_turning_table_lifts_a_block_with_it() {
     // The floor turns by 10 degrees about a place under the block, within a second after a start of 0.1 s.
-    let mut value = block(json!({ "kind": "rough" }));
+    let mut value = block(&json!({ "kind": "rough" }));
     value["obstacles"][0]["motion"] =
         json!({ "rotation": 20.0, "centre": [0.6, 0.5], "start": 0.1, "ramp": 1.0 });
     value["stages"] = json!([{ "name": "turn", "duration": 1.1, "damping": 0.3 }]);
@@ -239,14 +239,14 @@ fn a_turning_table_lifts_a_block_with_it() {
 #[test]
 fn motions_of_obstacles_are_checked_and_need_points() {
     let problem = |motion: Value| {
-        let mut value = block(frictional(0.2));
+        let mut value = block(&frictional(0.2));
         value["obstacles"][0]["motion"] = motion;
         Case::from_json(&value.to_string()).unwrap_err().to_string()
     };
     assert!(problem(json!({ "velocity": [1] })).starts_with("obstacles[0].motion.velocity: has 1 entries"));
     assert!(problem(json!({ "rotation": 5 })).starts_with("obstacles[0].motion.centre"));
     assert!(problem(json!({ "velocity": [1, 0], "ramp": -1 })).starts_with("obstacles[0].motion.ramp"));
-    let mut value = block(frictional(0.2));
+    let mut value = block(&frictional(0.2));
     value["obstacles"][0]["motion"] = json!({ "velocity": [1, 0] });
     value["methods"]["mpm"] = json!({ "cell_size": 0.1 });
     value["measures"] = json!({});
