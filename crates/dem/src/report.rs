@@ -94,6 +94,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
+    /// Contacts that bore a force in the last step.
+    pub fn contact_count(&self) -> u64 {
+        self.ledger.contacts[0]
+    }
+
     /// All contacts as they are now.
     pub fn contacts(&self) -> Vec<Contact<D>> {
         let mut all = Vec::new();

@@ -4,6 +4,7 @@
 //! The manifest is `validation/hashes.csv`. Where results are meant to change, `COLLUVIUM_HASHES=write cargo test -p colluvium
 //! --test hashes` writes it anew. Sines and powers are those of the C library, so that the hashes are of 64-bit Linux.
 
+mod grains;
 mod particles;
 
 use std::collections::BTreeMap;
@@ -338,12 +339,13 @@ fn runs() -> Runs {
     averages(&mut runs);
     boundaries(&mut runs);
     particles::add(&mut runs);
+    grains::add(&mut runs);
     runs
 }
 
 /// Hash after a run, or what stopped it; `None` for what the method refuses.
 fn outcome(text: &Value) -> Option<String> {
-    let case = Case::from_json(&text.to_string()).unwrap();
+    let case = Case::from_json(&text.to_string()).unwrap_or_else(|error| panic!("{error}: {text}"));
     let name = text["methods"].as_object().unwrap().keys().next().unwrap();
     let mut solver = colluvium::method(name).unwrap().build(&case).ok()?;
     let mut run = || -> Result<String, String> {
