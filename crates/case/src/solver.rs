@@ -16,7 +16,7 @@ use crate::measure::Reading;
 use crate::{Case, CaseError, Equilibrium, Honours};
 
 pub use plan::{Plan, Size};
-pub use snapshot::{Field, FieldData, PlanRaster, Snapshot};
+pub use snapshot::{Field, FieldData, Lines, PlanRaster, Snapshot};
 pub use step::{Advance, StepLimit, TimeStep};
 
 /// A numerical method: its options, and the way from a case to a running solver.
@@ -272,6 +272,11 @@ pub trait Solver: Send {
     /// Rasters of the run so far, where the case asks for them with `output.rasters`.
     fn rasters(&self) -> Vec<PlanRaster> {
         Vec::new()
+    }
+
+    /// Contacts as they are now, where the case asks for them with `output.contacts`.
+    fn contact_lines(&self) -> Lines {
+        Lines::default()
     }
 
     /// Everything on the points, in the order of ids.

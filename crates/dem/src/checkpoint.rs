@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
 use colluvium_case::{
-    Advance, Budget, Equilibrium, Reaction, Snapshot, Solver, SolverError, TimeStep, spatial,
+    Advance, Budget, Equilibrium, Lines, Reaction, Snapshot, Solver, SolverError, TimeStep, spatial,
 };
 use colluvium_points::columns::{foreign, read_column, write_column};
 use serde::{Deserialize, Serialize};
@@ -127,6 +127,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
         self.grains.read(input)?;
         let count = self.grains.len();
+        self.radii = self.grains.radii();
         read_pairs(&mut self.lists.inner, count, input)?;
         read_pairs(&mut self.lists.seam, count, input)?;
         read_column(&mut self.lists.slabs, |value: u32| value, input)?;
@@ -261,6 +262,10 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
                 self.time, self.ledger.overlap
             )
         })
+    }
+
+    fn contact_lines(&self) -> Lines {
+        self.take_lines()
     }
 
     fn snapshot(&self) -> Snapshot {

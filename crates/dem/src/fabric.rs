@@ -2,12 +2,13 @@
 //!
 //! All of it is of contacts between grains; those with walls count for whether a grain bears something.
 
-use colluvium_case::spatial;
+use colluvium_case::measure::Reading;
+use colluvium_case::{Field, FieldData, Lines, spatial};
 use colluvium_constitutive::granular_cell;
 
 use crate::report::Contact;
 use crate::solver::DemSolver;
-use crate::vector::{norm, times};
+use crate::vector::{dot, minus, norm, times};
 
 /// What contacts between grains are on average.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,6 +99,55 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             mean_force,
             weak: weak / count,
         })
+    }
+
+    /// What goes into the rows of the measures: not-a-number where no grains touch.
+    pub(crate) fn fabric_readings(&self) -> Vec<Reading> {
+        let fabric = self.fabric();
+        let number = |of: &dyn Fn(&Fabric<D>) -> f64| fabric.as_ref().map_or(f64::NAN, of);
+        let mut all = vec![
+            ("fabric.mechanical_coordination".to_owned(), "", number(&|f| f.mechanical_coordination)),
+            ("fabric.rattlers".to_owned(), "", number(&|f| f.rattlers)),
+            ("fabric.anisotropy".to_owned(), "", number(&|f| f.anisotropy)),
+            ("fabric.mean_force".to_owned(), "N", number(&|f| f.mean_force)),
+            ("fabric.weak".to_owned(), "", number(&|f| f.weak)),
+        ];
+        let axes = ["x", "y", "z"];
+        for i in 0..D {
+            for j in i..D {
+                let name = format!("fabric.{}{}", axes[i], axes[j]);
+                all.push((name, "", number(&|f| f.tensor[i][j])));
+            }
+        }
+        all.into_iter().map(|(name, unit, value)| (name, unit.to_owned(), value)).collect()
+    }
+
+    /// Contacts as lines: from the other centre, or the place on a wall, to that of the first grain.
+    pub(crate) fn take_lines(&self) -> Lines {
+        let all = self.contacts();
+        let across = |contact: &Contact<D>| {
+            (dot(&contact.force, &contact.force) - contact.normal * contact.normal).max(0.0).sqrt()
+        };
+        let scalar = |name: &str, unit, of: &dyn Fn(&Contact<D>) -> f64| Field {
+            name: name.to_owned(),
+            unit,
+            data: FieldData::Scalar(all.iter().map(of).collect()),
+        };
+        let ends = all.iter().map(|contact| {
+            let to = &self.grains.position[contact.grain];
+            [spatial(&minus(to, &contact.branch)), spatial(to)]
+        });
+        let force = FieldData::Vector(all.iter().map(|contact| spatial(&contact.force)).collect());
+        Lines {
+            ends: ends.collect(),
+            fields: vec![
+                Field { name: "force".to_owned(), unit: "N", data: force },
+                scalar("normal_force", "N", &|contact| contact.normal),
+                scalar("tangential_force", "N", &across),
+                scalar("overlap", "m", &|contact| contact.overlap),
+                scalar("wall", "", &|contact| f64::from(u8::from(contact.other.is_none()))),
+            ],
+        }
     }
 
     /// Share of the contacts between grains in each of `bins` equal parts of the half turn from the x axis towards y, normals

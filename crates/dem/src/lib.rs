@@ -17,6 +17,7 @@ pub mod contact;
 pub mod fabric;
 mod facets;
 mod grains;
+mod homogeneity;
 mod ledger;
 mod lists;
 pub mod material;
@@ -40,6 +41,7 @@ pub use config::{
     Diameters, Fill, Friction, GrainKind, GrainStage, LeverArm, NormalLaw, Packing, PairOverride, PairSpec,
     RollingSpec, SpringReset, TangentialSpec,
 };
+pub use homogeneity::Homogeneity;
 pub use report::Contact;
 pub use solver::DemSolver;
 

@@ -173,11 +173,13 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
         let inertia = inertia(D) * self.mass * self.radius * self.radius;
         sums.squares += dot(&force, &force);
         let mut lost = self.damp(drive, x, v, &mut force);
-        for c in 0..R {
-            let middle = w[c] + 0.5 * dt * torque[c] / inertia;
-            let damped = against(drive.damping[0], torque[c], middle);
-            torque[c] += damped;
-            lost -= damped * middle * kick;
+        if drive.damping[0] != 0.0 {
+            for c in 0..R {
+                let middle = w[c] + 0.5 * dt * torque[c] / inertia;
+                let damped = against(drive.damping[0], torque[c], middle);
+                torque[c] += damped;
+                lost -= damped * middle * kick;
+            }
         }
         let slow = 1.0 / (1.0 + 0.5 * drive.viscous * kick);
         let keep = (1.0 - 0.5 * drive.viscous * kick) * slow;

@@ -132,8 +132,10 @@ fn fill<T: Clone>(column: &mut Vec<T>, count: usize, value: T) {
 pub struct MemoriesMut<'a, const R: usize> {
     /// State of each contact.
     pub state: &'a mut [u8],
-    slide: &'a mut [[f64; R]],
-    dash: &'a mut [f64],
+    /// See [`Memory::slide`].
+    pub slide: &'a mut [[f64; R]],
+    /// See [`Memory::dash`].
+    pub dash: &'a mut [f64],
     roll: &'a mut [[f64; R]],
     twist: &'a mut [f64],
     /// Bonds.

@@ -2,10 +2,75 @@
 //!
 //! What lies across a contact normal `n` is kept in *tangent coordinates*, of `R` components as well: in the plane the
 //! component along `t = (-n_y, n_x)`, in space the vector itself.
+//!
+//! A component is a [`Number`]: one, or those of four contacts side by side.
+
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+use wide::f64x4;
+
+/// What a component is.
+pub trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// The same number everywhere.
+    fn of(value: f64) -> Self;
+    /// Square root.
+    fn root(self) -> Self;
+    /// This, or zero where it is negative.
+    fn or_zero(self) -> Self;
+    /// `one` where this is above `limit`, `two` elsewhere.
+    fn above(self, limit: Self, one: Self, two: Self) -> Self;
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn or_zero(self) -> Self {
+        self.max(0.0)
+    }
+    #[inline(always)]
+    fn above(self, limit: Self, one: Self, two: Self) -> Self {
+        if self > limit { one } else { two }
+    }
+}
+
+impl Number for f64x4 {
+    #[inline(always)]
+    fn of(value: f64) -> Self {
+        Self::splat(value)
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+    #[inline(always)]
+    fn or_zero(self) -> Self {
+        self.fast_max(Self::ZERO)
+    }
+    #[inline(always)]
+    fn above(self, limit: Self, one: Self, two: Self) -> Self {
+        self.simd_gt(limit).bitselect(one, two)
+    }
+}
 
 #[inline(always)]
-pub fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
-    let mut sum = 0.0;
+pub fn dot<const N: usize, T: Number>(a: &[T; N], b: &[T; N]) -> T {
+    let mut sum = T::of(0.0);
     for c in 0..N {
         sum += a[c] * b[c];
     }
@@ -18,25 +83,25 @@ pub fn norm<const N: usize>(a: &[f64; N]) -> f64 {
 }
 
 #[inline(always)]
-pub fn minus<const N: usize>(a: &[f64; N], b: &[f64; N]) -> [f64; N] {
+pub fn minus<const N: usize, T: Number>(a: &[T; N], b: &[T; N]) -> [T; N] {
     std::array::from_fn(|c| a[c] - b[c])
 }
 
 #[inline(always)]
-pub fn times<const N: usize>(s: f64, a: &[f64; N]) -> [f64; N] {
+pub fn times<const N: usize, T: Number>(s: T, a: &[T; N]) -> [T; N] {
     std::array::from_fn(|c| s * a[c])
 }
 
 #[inline(always)]
-pub fn add<const N: usize>(a: &mut [f64; N], s: f64, b: &[f64; N]) {
+pub fn add<const N: usize, T: Number>(a: &mut [T; N], s: T, b: &[T; N]) {
     for c in 0..N {
         a[c] += s * b[c];
     }
 }
 
 #[inline(always)]
-fn cross<const A: usize, const B: usize, const C: usize>(a: &[f64; A], b: &[f64; B]) -> [f64; C] {
-    let mut out = [0.0; C];
+fn cross<const A: usize, const B: usize, const C: usize, T: Number>(a: &[T; A], b: &[T; B]) -> [T; C] {
+    let mut out = [T::of(0.0); C];
     out[0] = a[1] * b[2] - a[2] * b[1];
     out[1] = a[2] * b[0] - a[0] * b[2];
     out[2] = a[0] * b[1] - a[1] * b[0];
@@ -45,8 +110,8 @@ fn cross<const A: usize, const B: usize, const C: usize>(a: &[f64; A], b: &[f64;
 
 /// What of a vector lies across `n`, in tangent coordinates.
 #[inline(always)]
-pub fn across<const D: usize, const R: usize>(v: &[f64; D], n: &[f64; D]) -> [f64; R] {
-    let mut out = [0.0; R];
+pub fn across<const D: usize, const R: usize, T: Number>(v: &[T; D], n: &[T; D]) -> [T; R] {
+    let mut out = [T::of(0.0); R];
     if D == 2 {
         out[0] = v[1] * n[0] - v[0] * n[1];
     } else {
@@ -60,20 +125,20 @@ pub fn across<const D: usize, const R: usize>(v: &[f64; D], n: &[f64; D]) -> [f6
 
 /// `ω × n` in tangent coordinates.
 #[inline(always)]
-pub fn turned<const D: usize, const R: usize>(spin: &[f64; R], n: &[f64; D]) -> [f64; R] {
+pub fn turned<const D: usize, const R: usize, T: Number>(spin: &[T; R], n: &[T; D]) -> [T; R] {
     if D == 2 { *spin } else { cross(spin, n) }
 }
 
 /// `n × f` of a force in tangent coordinates.
 #[inline(always)]
-pub fn moment<const D: usize, const R: usize>(n: &[f64; D], f: &[f64; R]) -> [f64; R] {
+pub fn moment<const D: usize, const R: usize, T: Number>(n: &[T; D], f: &[T; R]) -> [T; R] {
     if D == 2 { *f } else { cross(n, f) }
 }
 
 /// The vector with these tangent coordinates.
 #[inline(always)]
-pub fn spread<const D: usize, const R: usize>(f: &[f64; R], n: &[f64; D]) -> [f64; D] {
-    let mut out = [0.0; D];
+pub fn spread<const D: usize, const R: usize, T: Number>(f: &[T; R], n: &[T; D]) -> [T; D] {
+    let mut out = [T::of(0.0); D];
     if D == 2 {
         out[0] = -f[0] * n[1];
         out[1] = f[0] * n[0];
@@ -85,11 +150,11 @@ pub fn spread<const D: usize, const R: usize>(f: &[f64; R], n: &[f64; D]) -> [f6
 
 /// Component along `n` of a rotation; none in the plane.
 #[inline(always)]
-pub fn along<const D: usize, const R: usize>(spin: &[f64; R], n: &[f64; D]) -> f64 {
+pub fn along<const D: usize, const R: usize, T: Number>(spin: &[T; R], n: &[T; D]) -> T {
+    let mut sum = T::of(0.0);
     if D == 2 {
-        return 0.0;
+        return sum;
     }
-    let mut sum = 0.0;
     for c in 0..D {
         sum += spin[c] * n[c];
     }
@@ -97,16 +162,13 @@ pub fn along<const D: usize, const R: usize>(spin: &[f64; R], n: &[f64; D]) -> f
 }
 
 /// Turns what was across the normal of a step ago into the plane across `n`, its length kept, and about `n` by `angle`
-/// (rad): in the plane it keeps its coordinate (sheet: dem §2.4).
+/// (rad): in the plane it keeps its coordinate (sheet: dem §2.4). The angle is right to its fifth power, the length exact.
 #[inline(always)]
-pub fn follow<const D: usize, const R: usize>(v: &[f64; R], n: &[f64; D], angle: f64) -> [f64; R] {
+pub fn follow<const D: usize, const R: usize, T: Number>(v: &[T; R], n: &[T; D], angle: T) -> [T; R] {
     if D == 2 {
         return *v;
     }
     let square = dot(v, v);
-    if square == 0.0 {
-        return *v;
-    }
     let off = along(v, n);
     let mut out = *v;
     for c in 0..D {
@@ -114,14 +176,15 @@ pub fn follow<const D: usize, const R: usize>(v: &[f64; R], n: &[f64; D], angle:
     }
     let left = dot(&out, &out);
     // Turned by a right angle within a step nothing is left of it.
-    let scale = if left > 1e-12 * square { (square / left).sqrt() } else { 0.0 };
-    let mut out = times(scale, &out);
-    if angle != 0.0 {
-        let side: [f64; R] = moment(n, &out);
-        let (sin, cos) = angle.sin_cos();
-        out = std::array::from_fn(|c| cos * out[c] + sin * side[c]);
-    }
-    out
+    let kept = left.above(T::of(1e-12) * square, square / left, T::of(0.0)).root();
+    let out = times(kept, &out);
+    let half = T::of(0.5) * angle;
+    let tangent = half + half * half * half * T::of(1.0 / 3.0);
+    let (one, tangents) = (T::of(1.0), tangent * tangent);
+    let scale = one / (one + tangents);
+    let (cos, sin) = ((one - tangents) * scale, T::of(2.0) * tangent * scale);
+    let side: [T; R] = moment(n, &out);
+    std::array::from_fn(|c| cos * out[c] + sin * side[c])
 }
 
 #[cfg(test)]
@@ -135,7 +198,7 @@ mod tests {
             v in prop::array::uniform2(-1.0..1.0f64), angle in 0.0..6.0f64, spin in -2.0..2.0f64,
         ) {
             let n = [angle.cos(), angle.sin()];
-            let flat = spread(&across::<2, 1>(&v, &n), &n);
+            let flat = spread(&across::<2, 1, f64>(&v, &n), &n);
             let solid: [f64; 3] = across(&[v[0], v[1], 0.0], &[n[0], n[1], 0.0]);
             for c in 0..2 {
                 prop_assert!((flat[c] - solid[c]).abs() < 1e-14);
@@ -143,7 +206,7 @@ mod tests {
             let flat = spread(&turned(&[spin], &n), &n);
             let solid: [f64; 3] = turned(&[0.0, 0.0, spin], &[n[0], n[1], 0.0]);
             prop_assert!((flat[0] - solid[0]).abs() + (flat[1] - solid[1]).abs() < 1e-14);
-            let force = across::<2, 1>(&v, &n);
+            let force = across::<2, 1, f64>(&v, &n);
             let solid: [f64; 3] = moment(&[n[0], n[1], 0.0], &[v[0], v[1], 0.0]);
             prop_assert!((moment(&n, &force)[0] - solid[2]).abs() < 1e-14);
         }

@@ -2,6 +2,7 @@
 //! pictures come out the same on any machine.
 
 mod animation;
+mod chains;
 mod chart;
 mod cloud;
 mod film;
@@ -16,6 +17,7 @@ use plotters::style::register_font;
 use colluvium_case::output::{OutputError, write_atomically};
 
 pub use animation::{Animation, BYTES, Classes, Panel, SCRIPT, STYLE, Scale, View};
+pub use chains::{ForceChains, Rose};
 pub use chart::{LineChart, Series, Style};
 pub use cloud::{PointCloud, Shared};
 pub use film::to_gif;

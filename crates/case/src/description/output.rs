@@ -19,6 +19,10 @@ pub struct Output {
     /// of the fields weighted with mass, for iso-surfaces and volume rendering. It should be two points wide or more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grid: Option<f64>,
+    /// Contacts of grains with every frame: one line each, from centre to centre or from the place on a wall, with force (N, on the
+    /// first grain), its parts along and across the normal (N), overlap (m) and whether it is one with a wall; for dem.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub contacts: bool,
     /// Rasters over the plan, written at the end as ESRI ASCII grids and GeoTIFFs with the georeference of the terrain: for
     /// methods that follow a flow over terrain.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -31,7 +35,15 @@ pub struct Output {
 
 impl Default for Output {
     fn default() -> Self {
-        Self { frames: None, measures: None, grid: None, rasters: None, checkpoint: 60.0, fields: None }
+        Self {
+            frames: None,
+            measures: None,
+            grid: None,
+            contacts: false,
+            rasters: None,
+            checkpoint: 60.0,
+            fields: None,
+        }
     }
 }
 

@@ -78,6 +78,7 @@ impl Honours {
         Self { method: method.into(), needs: Needs::default(), rules: Vec::new() }
             .takes(&OF_THE_RUN)
             .refuses("output.rasters*", "rasters over the plan are those of depth-integrated flow")
+            .refuses("output.contacts", "only grains (dem) have contacts to write")
     }
 
     /// A method that moves points of bodies in one, two and three dimensions: it takes shapes, points from files, initial

@@ -12,7 +12,7 @@ use vtkio::model::{
 use vtkio::xml::Compressor;
 
 use super::{OutputError, write_atomically};
-use crate::{Field, FieldData, Snapshot};
+use crate::{Field, FieldData, Lines, Snapshot};
 
 /// Full 3×3 components, row by row, as ParaView expects tensors.
 fn full(tensor: &SymTensor) -> [f64; 9] {
@@ -57,6 +57,24 @@ pub fn write_frame(path: &Path, snapshot: &Snapshot, only: Option<&[String]>) ->
         points: IOBuffer::F64(snapshot.positions.as_flattened().to_vec()),
         cells: Cells { cell_verts: vertices, types: vec![CellType::Vertex; count] },
         data: Attributes { point, cell: Vec::new() },
+    };
+    write_xml(path, DataSet::inline(piece))
+}
+
+/// Writes lines as a VTU file that ParaView opens, their fields on the cells.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn write_lines(path: &Path, lines: &Lines) -> Result<(), OutputError> {
+    let count = lines.ends.len();
+    let vertices = VertexNumbers::XML {
+        connectivity: (0..2 * count as u64).collect(),
+        offsets: (1..=count as u64).map(|line| 2 * line).collect(),
+    };
+    let piece = UnstructuredGridPiece {
+        points: IOBuffer::F64(lines.ends.as_flattened().as_flattened().to_vec()),
+        cells: Cells { cell_verts: vertices, types: vec![CellType::Line; count] },
+        data: Attributes { point: Vec::new(), cell: lines.fields.iter().map(attribute).collect() },
     };
     write_xml(path, DataSet::inline(piece))
 }

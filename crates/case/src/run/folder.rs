@@ -16,6 +16,7 @@ pub(super) const SUMMARY: &str = "summary.json";
 pub(super) const MEASURES: &str = "measures.csv";
 pub(super) const COLLECTION: &str = "frames.pvd";
 pub(super) const GRID_COLLECTION: &str = "grid.pvd";
+pub(super) const CONTACT_COLLECTION: &str = "contacts.pvd";
 pub(super) const FRAMES: &str = "frames";
 pub(super) const RASTERS: &str = "rasters";
 
@@ -26,6 +27,11 @@ const ABOUT: &str = "SI units; stress tension-positive, pressure compression-pos
 /// Name of the file with the averages on a grid of a frame.
 pub(super) fn on_grid(frame: &str) -> String {
     frame.replace("/frame-", "/grid-").replace(".vtu", ".vtr")
+}
+
+/// Name of the file with the contacts of a frame.
+pub(super) fn contacts_of(frame: &str) -> String {
+    frame.replace("/frame-", "/contacts-")
 }
 
 /// Name of the file of a profile.
@@ -66,7 +72,7 @@ fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
 
 /// What lies in the folder under a name that a run gives to its own files.
 pub(super) fn taken(out: &Path) -> Result<Option<String>, OutputError> {
-    let own = [CASE, MEASURES, COLLECTION, GRID_COLLECTION, FRAMES, RASTERS];
+    let own = [CASE, MEASURES, COLLECTION, GRID_COLLECTION, CONTACT_COLLECTION, FRAMES, RASTERS];
     let is_own = |name: &String| own.contains(&name.as_str()) || is_profile(name) || is_of_search(name);
     Ok(names(out)?.into_iter().find(is_own))
 }
@@ -163,7 +169,7 @@ pub(super) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
 
 /// Removes everything that a run writes but its case and its summary.
 pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
-    for name in [CHECKPOINT, MEASURES, COLLECTION, GRID_COLLECTION] {
+    for name in [CHECKPOINT, MEASURES, COLLECTION, GRID_COLLECTION, CONTACT_COLLECTION] {
         remove(&out.join(name))?;
     }
     keep_profiles(out, &[])?;
@@ -183,7 +189,7 @@ pub(super) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError
 
 /// Removes files that a killed run was in the middle of writing.
 pub(super) fn remove_torn(out: &Path) -> Result<(), OutputError> {
-    for name in [CASE, CHECKPOINT, SUMMARY, COLLECTION, GRID_COLLECTION] {
+    for name in [CASE, CHECKPOINT, SUMMARY, COLLECTION, GRID_COLLECTION, CONTACT_COLLECTION] {
         remove(&out.join(format!("{name}.tmp")))?;
     }
     let frames = out.join(FRAMES);

@@ -9,14 +9,15 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::folder::{
-    self, CASE, CHECKPOINT, COLLECTION, FRAMES, GRID_COLLECTION, MEASURES, RASTERS, SUMMARY, Tables,
+    self, CASE, CHECKPOINT, COLLECTION, CONTACT_COLLECTION, FRAMES, GRID_COLLECTION, MEASURES, RASTERS,
+    SUMMARY, Tables,
 };
 use super::progress::Progress;
 use super::{RunError, RunOptions, row};
 use crate::description::Measure;
 use crate::output::{
     Collection, GridFrame, OutputError, Table, read_frame, read_json, write_atomically, write_frame,
-    write_grid,
+    write_grid, write_lines,
 };
 use crate::solver::{restore_value, save_value};
 use crate::{Case, PlanRaster, Snapshot, Solver, SolverError, measure};
@@ -182,7 +183,7 @@ impl<'a> Recorder<'a> {
             }
         }
         if frame {
-            self.frame(snapshot, progress)?;
+            self.frame(solver, snapshot, progress)?;
             progress.frames += 1;
         }
         Ok(())
@@ -200,7 +201,7 @@ impl<'a> Recorder<'a> {
             self.row(solver, &snapshot, progress.time_step)?;
         }
         if progress.collection.frames.last().map(|(at, _)| *at) != Some(time) {
-            self.frame(snapshot, progress)?;
+            self.frame(solver, snapshot, progress)?;
         }
         Ok(())
     }
@@ -223,7 +224,12 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    fn frame(&mut self, snapshot: Snapshot, progress: &mut Progress) -> Result<(), RunError> {
+    fn frame(
+        &mut self,
+        solver: &dyn Solver,
+        snapshot: Snapshot,
+        progress: &mut Progress,
+    ) -> Result<(), RunError> {
         self.profiles(&snapshot)?;
         let name = format!("{FRAMES}/frame-{:05}.vtu", progress.collection.frames.len());
         progress.collection.frames.push((snapshot.time, name.clone()));
@@ -234,6 +240,10 @@ impl<'a> Recorder<'a> {
             if let Some(cell) = self.case.output.grid {
                 let averages = GridFrame::new(self.case, cell, &snapshot, only);
                 write_grid(&out.join(folder::on_grid(&name)), &averages)?;
+            }
+            if self.case.output.contacts {
+                let lines = solver.contact_lines().shifted(self.case.origin());
+                write_lines(&out.join(folder::contacts_of(&name)), &lines)?;
             }
             self.write_collections(out, &progress.collection)?;
         }
@@ -246,11 +256,17 @@ impl<'a> Recorder<'a> {
     /// Writes the times of the frames, and of those on a grid.
     fn write_collections(&self, out: &Path, frames: &Collection) -> Result<(), OutputError> {
         frames.write(&out.join(COLLECTION))?;
-        if self.case.output.grid.is_none() {
-            return Ok(());
+        let beside = |name: &str, of: fn(&str) -> String| {
+            let all = frames.frames.iter().map(|(time, frame)| (*time, of(frame)));
+            Collection { frames: all.collect() }.write(&out.join(name))
+        };
+        if self.case.output.grid.is_some() {
+            beside(GRID_COLLECTION, folder::on_grid)?;
         }
-        let on_grid = frames.frames.iter().map(|(time, name)| (*time, folder::on_grid(name)));
-        Collection { frames: on_grid.collect() }.write(&out.join(GRID_COLLECTION))
+        if self.case.output.contacts {
+            beside(CONTACT_COLLECTION, folder::contacts_of)?;
+        }
+        Ok(())
     }
 
     fn profiles(&mut self, snapshot: &Snapshot) -> Result<(), RunError> {

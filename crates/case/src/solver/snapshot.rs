@@ -155,3 +155,23 @@ mod tests {
         assert_eq!(whole.hash(), whole.clone().hash());
     }
 }
+
+/// Lines with fields.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lines {
+    /// Both ends of each line (m).
+    pub ends: Vec<[[f64; 3]; 2]>,
+    /// What they carry, one value a line.
+    pub fields: Vec<Field>,
+}
+
+impl Lines {
+    /// The same with `by` (m) added to all coordinates.
+    #[must_use]
+    pub fn shifted(mut self, by: [f64; 3]) -> Self {
+        for end in self.ends.as_flattened_mut() {
+            end.iter_mut().zip(by).for_each(|(x, by)| *x += by);
+        }
+        self
+    }
+}

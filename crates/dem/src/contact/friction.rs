@@ -1,5 +1,7 @@
 //! A spring across the line of centres with a dashpot and Coulomb friction (sheet: dem §2.4; Cundall and Strack 1979).
 
+use wide::f64x4 as Lanes;
+
 use super::{Elastic, Memory, Tally, Touch};
 use crate::config::SpringReset;
 use crate::vector::{dot, follow, times};
@@ -109,4 +111,41 @@ fn rescaled<const R: usize>(
         tally.rescaled += 0.5 * stiffness * square * (ratio - 1.0);
         old
     }
+}
+
+/// [`Coulomb::left`] of four contacts; `spring` is where the spring is reset to the force of friction.
+#[inline(always)]
+pub fn left_in_lanes<const R: usize>(
+    force: &[Lanes; R],
+    sliding: &[Lanes; R],
+    (stiffness, dashpot): (Lanes, Lanes),
+    limit: Lanes,
+    spring: Lanes,
+) -> [Lanes; R] {
+    let slide: [Lanes; R] = std::array::from_fn(|c| -(force[c] + dashpot * sliding[c]) / stiffness);
+    let size = dot(&slide, &slide).sqrt();
+    let most = limit / stiffness;
+    let clipped = times(most / size, &slide);
+    let plain = times(-Lanes::ONE / stiffness, force);
+    let whole = spring | dashpot.simd_eq(Lanes::ZERO);
+    let (longer, stiff) = (size.simd_gt(most), stiffness.simd_gt(Lanes::ZERO));
+    std::array::from_fn(|c| stiff & whole.bitselect(plain[c], longer.bitselect(clipped[c], slide[c])))
+}
+
+/// [`rescaled`] of four contacts, and the energy that is lost (J).
+#[inline(always)]
+pub fn rescaled_in_lanes<const R: usize>(
+    old: &[Lanes; R],
+    overlap: Lanes,
+    before: Lanes,
+    stiffness: Lanes,
+) -> ([Lanes; R], Lanes) {
+    let square = dot(old, old);
+    let goes_on = before.simd_gt(Lanes::ZERO) & square.simd_ne(Lanes::ZERO);
+    let ratio = (before / overlap.fast_max(Lanes::splat(f64::MIN_POSITIVE))).sqrt();
+    let opens = ratio.simd_lt(Lanes::ONE);
+    let half = Lanes::HALF * stiffness * square;
+    let lost = opens.bitselect(half * ratio * (Lanes::ONE - ratio), half * (ratio - Lanes::ONE));
+    let shrinks = goes_on & opens;
+    (std::array::from_fn(|c| shrinks.bitselect(ratio * old[c], old[c])), goes_on & lost)
 }

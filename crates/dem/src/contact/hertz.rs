@@ -2,23 +2,43 @@
 //! not depend on the speed (sheet: dem §2.8).
 
 use super::{Elastic, Touch};
+use crate::vector::Number;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hertz {
+pub struct Hertz<T = f64> {
     /// `E*`: `1/E* = (1-ν_i²)/E_i + (1-ν_j²)/E_j` (Pa).
-    pub modulus: f64,
+    pub modulus: T,
     /// `G*`: `1/G* = (2-ν_i)/G_i + (2-ν_j)/G_j` (Pa).
-    pub shear_modulus: f64,
+    pub shear_modulus: T,
     /// `2 √(5/6) β`, of a dashpot `that · √(S m_eff)`.
-    pub damping: f64,
+    pub damping: T,
     /// The same of the dashpot across.
-    pub damping_across: f64,
+    pub damping_across: T,
 }
 
 /// Dashpot over `√(S m_eff)` for a damping ratio, `β` of which is the ratio.
 pub fn dashpot(damping_ratio: f64) -> f64 {
     2.0 * (5.0f64 / 6.0).sqrt() * damping_ratio
+}
+
+impl<T: Number> Hertz<T> {
+    /// What it says of an overlap.
+    #[inline]
+    pub fn at<const D: usize, const R: usize>(&self, touch: &Touch<D, R, T>) -> Elastic<T> {
+        let overlap = touch.overlap.or_zero();
+        let width = (touch.radius * overlap).root();
+        let stiffness = T::of(2.0) * self.modulus * width;
+        let across = T::of(8.0) * self.shear_modulus * width;
+        let force = T::of(2.0 / 3.0) * stiffness * overlap;
+        Elastic {
+            force,
+            energy: T::of(0.4) * force * overlap,
+            damping: self.damping * (stiffness * touch.mass).root(),
+            across,
+            damping_across: self.damping_across * (across * touch.mass).root(),
+        }
+    }
 }
 
 impl Hertz {
@@ -31,23 +51,6 @@ impl Hertz {
             shear_modulus: 1.0 / shear,
             damping: dashpot(damping_ratio),
             damping_across: dashpot(damping_ratio_across),
-        }
-    }
-
-    /// What it says of an overlap.
-    #[inline]
-    pub fn at<const D: usize, const R: usize>(&self, touch: &Touch<D, R>) -> Elastic {
-        let overlap = touch.overlap.max(0.0);
-        let width = (touch.radius * overlap).sqrt();
-        let stiffness = 2.0 * self.modulus * width;
-        let across = 8.0 * self.shear_modulus * width;
-        let force = 2.0 / 3.0 * stiffness * overlap;
-        Elastic {
-            force,
-            energy: 0.4 * force * overlap,
-            damping: self.damping * (stiffness * touch.mass).sqrt(),
-            across,
-            damping_across: self.damping_across * (across * touch.mass).sqrt(),
         }
     }
 

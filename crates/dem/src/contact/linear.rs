@@ -1,45 +1,42 @@
 //! A spring and a dashpot (sheet: dem §2.3; Cundall and Strack 1979): `F_n = k δ - γ v_n`.
 
 use super::{Elastic, Touch};
+use crate::vector::Number;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Linear {
+pub struct Linear<T = f64> {
     /// Stiffness (N/m); none where it follows from `modulus`.
-    pub stiffness: f64,
+    pub stiffness: T,
     /// Twice the modulus of the grains (Pa), of which the stiffness is that times the effective radius (m).
-    pub modulus: f64,
+    pub modulus: T,
     /// Damping ratio ζ: `γ = 2 ζ √(k m_eff)`.
-    pub damping_ratio: f64,
+    pub damping_ratio: T,
     /// Stiffness across over that along.
-    pub across: f64,
+    pub across: T,
     /// Damping ratio across.
-    pub damping_ratio_across: f64,
+    pub damping_ratio_across: T,
 }
 
-impl Linear {
+impl<T: Number> Linear<T> {
     /// Stiffness (N/m) between grains of effective radius `radius` (m).
     #[inline]
-    pub fn stiffness(&self, radius: f64) -> f64 {
+    pub fn stiffness(&self, radius: T) -> T {
         self.stiffness + self.modulus * radius
     }
 
     /// What it says of an overlap.
     #[inline]
-    pub fn at<const D: usize, const R: usize>(&self, touch: &Touch<D, R>) -> Elastic {
+    pub fn at<const D: usize, const R: usize>(&self, touch: &Touch<D, R, T>) -> Elastic<T> {
         let stiffness = self.stiffness(touch.radius);
         let across = self.across * stiffness;
-        let damping = 2.0 * (stiffness * touch.mass).sqrt();
+        let (half, two) = (T::of(0.5), T::of(2.0));
         Elastic {
             force: stiffness * touch.overlap,
-            energy: 0.5 * stiffness * touch.overlap * touch.overlap,
-            damping: self.damping_ratio * damping,
+            energy: half * stiffness * touch.overlap * touch.overlap,
+            damping: self.damping_ratio * (two * (stiffness * touch.mass).root()),
             across,
-            damping_across: if self.damping_ratio_across > 0.0 {
-                2.0 * self.damping_ratio_across * (across * touch.mass).sqrt()
-            } else {
-                0.0
-            },
+            damping_across: two * self.damping_ratio_across * (across * touch.mass).root(),
         }
     }
 }

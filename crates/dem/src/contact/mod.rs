@@ -64,25 +64,25 @@ pub struct Law {
 
 /// Two bodies in contact, as they see each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch<const D: usize, const R: usize> {
+pub struct Touch<const D: usize, const R: usize, T = f64> {
     /// Overlap (m); negative for a gap that attraction bridges.
-    pub overlap: f64,
+    pub overlap: T,
     /// From `j` to `i`.
-    pub normal: [f64; D],
+    pub normal: [T; D],
     /// Rate at which they separate (m/s).
-    pub separation: f64,
+    pub separation: T,
     /// Velocity of the surface of `i` against that of `j`, in tangent coordinates (m/s).
-    pub sliding: [f64; R],
+    pub sliding: [T; R],
     /// Angular velocity of `i` less that of `j` (rad/s).
-    pub turning: [f64; R],
+    pub turning: [T; R],
     /// Mean angular velocity about the normal (rad/s).
-    pub spin: f64,
+    pub spin: T,
     /// Effective mass (kg).
-    pub mass: f64,
+    pub mass: T,
     /// Effective radius (m).
-    pub radius: f64,
+    pub radius: T,
     /// The smaller radius (m).
-    pub small: f64,
+    pub small: T,
 }
 
 /// What a contact remembers.
@@ -189,17 +189,17 @@ impl Tally {
 
 /// What the normal law says of an overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Elastic {
+pub struct Elastic<T = f64> {
     /// Force (N).
-    pub force: f64,
+    pub force: T,
     /// Energy (J).
-    pub energy: f64,
+    pub energy: T,
     /// Dashpot along the normal (N s/m).
-    pub damping: f64,
+    pub damping: T,
     /// Stiffness across (N/m).
-    pub across: f64,
+    pub across: T,
     /// Dashpot across (N s/m).
-    pub damping_across: f64,
+    pub damping_across: T,
 }
 
 impl Law {

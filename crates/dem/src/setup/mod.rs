@@ -143,6 +143,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         step: 0,
         last: 0.0,
         fastest,
+        radii: (0.0, 0.0),
         ledger: Ledger::default(),
         virial: [[[0.0; D]; D]; 2],
         broken: Vec::new(),

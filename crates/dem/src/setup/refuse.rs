@@ -33,6 +33,7 @@ pub fn honours() -> Honours {
             "measures=reaction",
             "stages.damping",
             "measures=dissipation",
+            "output.contacts",
         ])
         .needs(Needs { materials: false, ..Needs::default() })
         .refuses("space=1d", SPACES)

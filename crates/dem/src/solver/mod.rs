@@ -17,7 +17,7 @@ use crate::ledger::Ledger;
 use crate::lists::Lists;
 use crate::motion::{Drive, Sums, advance, turn};
 use crate::pairs::Columns;
-use crate::sweep::{Scene, Virial};
+use crate::sweep::{Record, Scene, Virial, Way, records};
 use crate::vector::add;
 use crate::walls::{Wall, WallList, WallListView};
 
@@ -65,6 +65,7 @@ pub struct Scratch<const D: usize, const R: usize> {
     /// Velocities carried on by half a step.
     pub velocity: Vec<[f64; D]>,
     pub spin: Vec<[f64; R]>,
+    pub records: Vec<Record>,
     /// Facets that a grain touches.
     pub facets: Contacts<D>,
 }
@@ -104,6 +105,8 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) last: f64,
     /// Speed of the fastest grain (m/s).
     pub(crate) fastest: f64,
+    /// Smallest and largest radius (m).
+    pub(crate) radii: (f64, f64),
     pub(crate) ledger: Ledger,
     /// Stress times volume of the last step (J): contacts, and motion.
     pub(crate) virial: [Virial<D>; 2],
@@ -163,7 +166,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.carry_velocities_on();
         self.cell.shifts(&mut self.scratch.shifts);
         let slabs = self.lists.slab_count();
-        let Scratch { tallies, reactions, shifts, velocity, spin, .. } = &mut self.scratch;
+        let Scratch { tallies, reactions, shifts, velocity, spin, records: lines, .. } = &mut self.scratch;
         tallies.clear();
         tallies.resize(slabs + 1, (Tally::default(), [[0.0; D]; D]));
         reactions.clear();
@@ -179,6 +182,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         scene.radii = self.options.lever_arm == LeverArm::Radius;
         if self.options.velocity == ContactVelocity::Predicted {
             (scene.velocity, scene.spin) = (velocity, spin);
+        }
+        scene.way = Way::of(&self.laws.pairs);
+        if scene.way != Way::Single {
+            records(&self.grains, (scene.velocity, scene.spin), lines);
+            scene.records = lines;
         }
         scene.contacts(&self.lists, [inner.view(), seam.view()], (&mut force, &mut torque), tallies);
         let WallList { grain, wall, slabs: of_slabs, memory, facet, .. } = &mut self.near;
@@ -358,7 +366,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             *radius *= factor;
             *mass *= factor.powi(D as i32);
         }
-        self.since.others += 2.0 * rate.abs() * dt * self.grains.radii().1;
+        self.radii = self.grains.radii();
+        self.since.others += 2.0 * rate.abs() * dt * self.radii.1;
     }
 
     pub(crate) fn failed(&self, grain: usize, reason: String) -> SolverError {
@@ -373,7 +382,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// The largest step from here (sheet: dem §3.5).
     pub(crate) fn critical_step(&self) -> TimeStep {
-        let least = self.grains.radii().0;
+        let least = self.radii.0;
         let way = if self.fastest > 0.0 { LONGEST_WAY * least / self.fastest } else { f64::INFINITY };
         let of_contacts = self.options.time_step.unwrap_or(self.laws.step[0]);
         let (dt, limit) = match (way < of_contacts, self.options.time_step) {

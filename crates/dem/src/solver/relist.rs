@@ -26,7 +26,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 }
             }
         }
-        let reach = 2.0 * self.grains.radii().1 + self.gap();
+        let reach = 2.0 * self.radii.1 + self.gap();
         2.0 * self.since.moved + strain.sqrt() * reach + self.since.others > self.skin
     }
 
@@ -34,7 +34,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn relist(&mut self) -> Result<(), SolverError> {
         self.cell.reduce();
         self.wrap()?;
-        let reach = Reach { gap: self.gap(), radius: self.grains.radii().1 };
+        self.radii = self.grains.radii();
+        let reach = Reach { gap: self.gap(), radius: self.radii.1 };
         self.near.carry(&self.grains.id, self.columns);
         let built = self.lists.build(&mut self.grains, &self.cell, reach, self.columns);
         built.map_err(|error| self.unlisted(&error))?;

@@ -62,3 +62,31 @@ fn where_no_grains_touch_there_is_no_fabric() {
     assert!(alone.fabric().is_none());
     assert_eq!(alone.rose(3), [0.0; 3]);
 }
+
+#[test]
+fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
+    use colluvium_case::{FieldData, Solver};
+    let mut scene = lattice();
+    scene.boundaries = crate::common::floor(&serde_json::json!({ "kind": "smooth" }));
+    scene.boundaries[0]["position"] = serde_json::json!(-3.0);
+    let lattice = solver(&scene);
+    let lines = lattice.contact_lines();
+    // Six touch the floor.
+    assert_eq!(lines.ends.len(), 66);
+    let scalars = |name: &str| match &lines.fields.iter().find(|field| field.name == name).unwrap().data {
+        FieldData::Scalar(values) => values.clone(),
+        _ => panic!("{name} is no scalar"),
+    };
+    let (normal, wall) = (scalars("normal_force"), scalars("wall"));
+    for (k, [from, to]) in lines.ends.iter().enumerate() {
+        let length = (0..3).map(|c| (to[c] - from[c]).powi(2)).sum::<f64>().sqrt();
+        let (distance, overlap) = if wall[k] == 1.0 { (0.5, 1e-4) } else { (1.0, 2e-4) };
+        near(length, distance, 1e-6);
+        near(normal[k] / (1e4 * overlap), 1.0, 1e-6);
+    }
+    near(wall.iter().sum::<f64>(), 6.0, 1e-12);
+    // Every row says how contacts lie.
+    let rows = lattice.readings();
+    let row = |name: &str| rows.iter().find(|(own, ..)| own == name).unwrap().2;
+    near(row("fabric.xx") + row("fabric.yy"), 1.0, 1e-12);
+}

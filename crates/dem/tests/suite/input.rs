@@ -24,6 +24,25 @@ fn refusal(change: impl Fn(&mut Value)) -> String {
     }
 }
 
+/// A law of elastic spheres with one number changed.
+fn hertz(key: &str, value: f64) -> Value {
+    let mut law = json!({ "law": "hertz", "youngs_modulus": 1e7, "poissons_ratio": 0.3, "restitution": 0.5 });
+    law[key] = json!(value);
+    law
+}
+
+/// A bond with one number changed.
+fn bond(key: &str, value: f64) -> Value {
+    let mut bond = json!({ "normal_stiffness": 1e6, "shear_stiffness": 1e6, "gap": 0.5 });
+    bond[key] = json!(value);
+    bond
+}
+
+/// A grading curve.
+fn beta(min: f64, max: f64, a: f64) -> Value {
+    json!({ "distribution": "cumulative-beta", "min": min, "max": max, "a": a, "b": 4 })
+}
+
 #[test]
 fn what_is_wrong_is_refused_with_its_path() {
     let dem = "/methods/dem";
@@ -48,6 +67,41 @@ fn what_is_wrong_is_refused_with_its_path() {
         ("/time_step", json!(1.0), "methods.dem.time_step"),
         ("/stages", json!({ "al": {} }), "methods.dem.stages.al"),
         ("/bodies/nobody", json!({}), "methods.dem.bodies.nobody"),
+        ("/pairs/0/normal", hertz("poissons_ratio", 0.6), "methods.dem.pairs[0].normal.poissons_ratio"),
+        ("/pairs/0/normal", hertz("poissons_ratio", -1.0), "methods.dem.pairs[0].normal.poissons_ratio"),
+        ("/pairs/0/normal", hertz("youngs_modulus", 0.0), "methods.dem.pairs[0].normal.youngs_modulus"),
+        ("/pairs/0/normal", hertz("restitution", 1.2), "methods.dem.pairs[0].normal.restitution"),
+        ("/pairs/0/normal", hertz("restitution", 0.0), "methods.dem.pairs[0].normal.restitution"),
+        ("/pairs/0/bond", bond("radius_factor", 0.0), "methods.dem.pairs[0].bond.radius_factor"),
+        ("/pairs/0/bond", bond("tensile_strength", -1.0), "methods.dem.pairs[0].bond.tensile_strength"),
+        ("/pairs/0/bond", bond("scatter", 1.5), "methods.dem.pairs[0].bond.scatter"),
+        // The grains stand 0.2 m apart.
+        ("/pairs/0/bond", bond("gap", 0.1), "methods.dem.pairs"),
+        (
+            "/pairs/0/adhesion",
+            json!({ "kind": "capillary", "surface_tension": 0.07, "contact_angle": 90, "volume_ratio": 0.01 }),
+            "methods.dem.pairs[0].adhesion.contact_angle",
+        ),
+        ("/grains/grain/diameter", beta(0.0, 1.0, 4.0), "methods.dem.grains.grain.diameter.min"),
+        ("/grains/grain/diameter", beta(1.0, 0.5, 4.0), "methods.dem.grains.grain.diameter.max"),
+        ("/grains/grain/diameter", beta(0.5, 1.0, 0.0), "methods.dem.grains.grain.diameter.a"),
+        (
+            "/grains/grain/fill",
+            json!({ "kind": "random", "solid_fraction": 1.2 }),
+            "methods.dem.grains.grain.fill.solid_fraction",
+        ),
+        ("/step_fraction", json!(0.2), "methods.dem.step_fraction"),
+        ("/time_step", json!(0), "methods.dem.time_step"),
+        ("/initial_overlap", json!(0.5), "methods.dem.initial_overlap"),
+        ("/bodies/grain 0/spin", json!([1, 0, 0]), "methods.dem.bodies.grain 0.spin"),
+        (
+            "/stages",
+            json!({ "all": { "cell": { "xx": { "stress": -1 } } } }),
+            "methods.dem.stages.all.cell.xx",
+        ),
+        ("/stages", json!({ "all": { "cell": { "zz": { "rate": 0 } } } }), "methods.dem.stages.all.cell.zz"),
+        ("/stages", json!({ "all": { "gravity": [0] } }), "methods.dem.stages.all.gravity"),
+        ("/stages", json!({ "all": { "agitation": -1 } }), "methods.dem.stages.all.agitation"),
         ("/clumps", json!([]), "methods.dem.clumps"),
     ];
     for (pointer, value, path) in cases {

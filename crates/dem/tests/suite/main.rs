@@ -10,4 +10,5 @@ mod material;
 mod obstacles;
 mod options;
 mod piles;
+mod rules;
 mod same;

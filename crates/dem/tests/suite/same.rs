@@ -164,3 +164,43 @@ fn lists_find_the_forces_that_all_pairs_give() {
         }
     }
 }
+
+#[test]
+fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
+    for dimension in [2, 3] {
+        let hertz =
+            json!({ "law": "hertz", "youngs_modulus": 5e9, "poissons_ratio": 0.25, "restitution": 0.5 });
+        let linear = json!({ "law": "linear", "stiffness": 2e6, "restitution": 0.6 });
+        let pulls = json!({ "law": "linear", "grain_modulus": 4e7, "damping_ratio": 0.2, "clamp": false });
+        for (normal, across) in [
+            (linear, json!({ "damping_ratio": 0.0 })),
+            (pulls, json!({ "stiffness_ratio": 0.3, "damping_ratio": 0.2, "reset": "spring" })),
+            (hertz, json!({})),
+        ] {
+            let mut case = heap(dimension);
+            let pair = json!({ "between": ["sand", "sand"], "normal": normal, "tangential": across,
+                               "friction": { "coefficient": 0.3, "at_rest": 0.4 } });
+            case["methods"]["dem"]["pairs"] = json!([pair]);
+            case["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": vec![-1.0; dimension] });
+            let mut fast = begin(&case);
+            // Resistance that resists nothing is of no plain law.
+            case["methods"]["dem"]["stages"] = json!({ "fall": { "pairs": [{ "between": ["sand", "sand"], "rolling": { "friction": 0 } }] } });
+            let mut single = begin(&case);
+            for _ in 0..400 {
+                let dt = fast.limit().dt;
+                fast.step(dt).unwrap();
+                single.step(dt).unwrap();
+            }
+            let (one, two) = (fast.snapshot(), single.snapshot());
+            assert_eq!(one.positions, two.positions);
+            assert_eq!(one.field("velocity"), two.field("velocity"));
+            assert_eq!(one.field("spin"), two.field("spin"));
+            assert!(reading(&*fast, "sliding_contacts") > 3.0);
+            for (own, other) in fast.readings().into_iter().zip(single.readings()) {
+                // Sums in another order.
+                let size = own.2.abs().max(1e-6 * reading(&*fast, "work.gravity").abs());
+                assert!((own.2 - other.2).abs() <= 1e-9 * size || own.2.is_nan(), "{own:?} {other:?}");
+            }
+        }
+    }
+}

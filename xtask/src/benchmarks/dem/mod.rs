@@ -6,6 +6,7 @@ mod bounce;
 mod collisions;
 mod column;
 mod crystal;
+mod fabric;
 mod gas;
 mod laws;
 mod oblique;
@@ -36,4 +37,5 @@ pub const ALL: &[Benchmark] = &[
     column::SWEEP,
     biaxial::BENCHMARK,
     biaxial::CRITICAL,
+    fabric::BENCHMARK,
 ];

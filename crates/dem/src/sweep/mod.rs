@@ -1,12 +1,16 @@
 //! Forces of all contacts: slabs of one parity side by side, then those of the other, then the seam. Every grain receives
 //! its forces in an order that the lists fix.
 
+mod lanes;
+
 use std::ops::Range;
 
 use crate::contact::{APART, Law, Memory, Push, Tally, Touch, act, end};
 use crate::grains::Grains;
 use crate::lists::Lists;
 use crate::pairs::{MemoriesMut, Pairs};
+pub use lanes::{Record, Way, records};
+
 use crate::vector::{across, add, dot, minus, moment, spread, times, turned};
 
 /// What contacts see.
@@ -37,6 +41,10 @@ pub struct Scene<'a, const D: usize, const R: usize> {
     pub radii: bool,
     /// Rate at which radii grow (1/s).
     pub growth: f64,
+    /// How contacts are worked on.
+    pub way: Way,
+    /// Records of the grains, where contacts are worked on side by side.
+    pub records: &'a [Record],
 }
 
 /// A stress times volume, row by row (J).
@@ -99,6 +107,8 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             dt: 0.0,
             radii: false,
             growth: 0.0,
+            way: Way::Single,
+            records: &[],
         }
     }
 
@@ -165,6 +175,15 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
 
     /// Forces of the pairs of some grains. What other grains get is in `shares` too.
     fn rows(&self, pairs: &Pairs<R>, rows: Range<usize>, shares: &mut Shares<'_, D, R>, slab: usize) {
+        match self.way {
+            Way::Single => self.single(pairs, rows, shares, slab),
+            Way::Linear => self.rows_in_lanes::<false>(pairs, rows, shares, slab),
+            Way::Hertz => self.rows_in_lanes::<true>(pairs, rows, shares, slab),
+        }
+    }
+
+    /// The same, one contact after another.
+    fn single(&self, pairs: &Pairs<R>, rows: Range<usize>, shares: &mut Shares<'_, D, R>, slab: usize) {
         let (mut tally, mut virial) = shares.tallies[slab - shares.slab];
         let periodic = !pairs.image.is_empty();
         for i in rows {

@@ -1,0 +1,188 @@
+//! Force chains and roses of contacts.
+
+use std::ops::Range;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::{FONT, PALETTE, Picture, label, range};
+
+/// Grains with the forces between them: a line from centre to centre, as wide as its force.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ForceChains {
+    /// Title above the picture.
+    pub title: String,
+    /// Centre and radius of each grain (m).
+    pub grains: Vec<([f64; 2], f64)>,
+    /// Both ends (m) and force (N) of each contact.
+    pub lines: Vec<([[f64; 2]; 2], f64)>,
+    /// Labels of the two axes.
+    pub axes: [String; 2],
+}
+
+const WIDTH: u32 = 900;
+/// Pixels beside and above what is drawn.
+const MARGINS: [u32; 2] = [90, 90];
+
+impl ForceChains {
+    fn bounds(&self) -> [Range<f64>; 2] {
+        [0, 1].map(|c| range(self.grains.iter().flat_map(|(x, r)| [x[c] - r, x[c] + r]), 0.02))
+    }
+
+    /// Metres of a pixel.
+    fn pixel(&self) -> f64 {
+        let [x, y] = self.bounds();
+        let height = self.size().1 - MARGINS[1];
+        ((x.end - x.start) / f64::from(WIDTH - MARGINS[0])).max((y.end - y.start) / f64::from(height))
+    }
+}
+
+impl Picture for ForceChains {
+    fn size(&self) -> (u32, u32) {
+        let [x, y] = self.bounds();
+        let ratio = ((y.end - y.start) / (x.end - x.start)).clamp(0.15, 1.3);
+        (WIDTH, (f64::from(WIDTH - MARGINS[0]) * ratio) as u32 + MARGINS[1])
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String> {
+        let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
+        area.fill(&WHITE).map_err(text)?;
+        let ([mut x, mut y], pixel, (_, height)) = (self.bounds(), self.pixel(), self.size());
+        let widen = |r: &mut Range<f64>, pixels: u32| {
+            let extra = 0.5 * (pixel * f64::from(pixels) - (r.end - r.start)).max(0.0);
+            *r = r.start - extra..r.end + extra;
+        };
+        widen(&mut x, WIDTH - MARGINS[0]);
+        widen(&mut y, height - MARGINS[1]);
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, (FONT, 20))
+            .margin(10)
+            .x_label_area_size(40)
+            .y_label_area_size(66)
+            .build_cartesian_2d(x, y)
+            .map_err(text)?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .x_desc(&self.axes[0])
+            .y_desc(&self.axes[1])
+            .x_label_formatter(&label)
+            .y_label_formatter(&label)
+            .y_labels(5)
+            .label_style((FONT, 14))
+            .axis_desc_style((FONT, 16))
+            .draw()
+            .map_err(text)?;
+        let grey = RGBColor(214, 214, 214);
+        let disks = self.grains.iter().map(|(c, r)| {
+            Circle::new((c[0], c[1]), (r / pixel).round().max(1.0) as i32, grey.stroke_width(1))
+        });
+        chart.draw_series(disks).map_err(text)?;
+        // The mean force is as wide as a sixth of the mean grain, the widest line as a grain.
+        let forces: f64 = self.lines.iter().map(|(_, force)| force.max(0.0)).sum();
+        let mean = forces / self.lines.len().max(1) as f64;
+        let grain =
+            2.0 * self.grains.iter().map(|(_, r)| r).sum::<f64>() / self.grains.len().max(1) as f64 / pixel;
+        let mut sorted: Vec<&([[f64; 2]; 2], f64)> = self.lines.iter().collect();
+        sorted.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let lines = sorted.into_iter().filter(|(_, force)| *force > 0.0).map(|([from, to], force)| {
+            let width = (force / mean * grain / 6.0).clamp(1.0, grain);
+            let colour = if *force < mean { PALETTE[5] } else { PALETTE[0] };
+            PathElement::new([(from[0], from[1]), (to[0], to[1])], colour.stroke_width(width.round() as u32))
+        });
+        chart.draw_series(lines).map_err(text).map(drop)
+    }
+}
+
+/// A rose: how many of the contacts lie in which direction.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rose {
+    /// Title above the picture.
+    pub title: String,
+    /// Shares in equal parts of the half turn from the x axis towards y.
+    pub shares: Vec<f64>,
+    /// What there should be, by angle (rad), drawn as a line; shares of a part.
+    pub line: Vec<f64>,
+}
+
+impl Picture for Rose {
+    fn size(&self) -> (u32, u32) {
+        (620, 640)
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String> {
+        let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
+        area.fill(&WHITE).map_err(text)?;
+        let most = self.shares.iter().chain(&self.line).copied().fold(1e-12, f64::max);
+        let span = -1.08 * most..1.08 * most;
+        let mut chart = ChartBuilder::on(area)
+            .caption(&self.title, (FONT, 20))
+            .margin(14)
+            .x_label_area_size(36)
+            .y_label_area_size(56)
+            .build_cartesian_2d(span.clone(), span)
+            .map_err(text)?;
+        let shown = |value: &f64| label(&value.abs());
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .x_labels(5)
+            .y_labels(5)
+            .x_desc("share of the contacts in a direction")
+            .x_label_formatter(&shown)
+            .y_label_formatter(&shown)
+            .label_style((FONT, 14))
+            .axis_desc_style((FONT, 16))
+            .draw()
+            .map_err(text)?;
+        let wide = std::f64::consts::PI / self.shares.len().max(1) as f64;
+        let at = |size: f64, angle: f64| (size * angle.cos(), size * angle.sin());
+        // Twice: a contact lies in both directions.
+        let petals = (0..2 * self.shares.len()).map(|k| {
+            let (size, from) = (self.shares[k % self.shares.len()], k as f64 * wide);
+            let mut corners = vec![(0.0, 0.0)];
+            corners.extend((0..=6).map(|part| at(size, from + wide * f64::from(part) / 6.0)));
+            Polygon::new(corners, PALETTE[5].filled())
+        });
+        chart.draw_series(petals).map_err(text)?;
+        if self.line.is_empty() {
+            return Ok(());
+        }
+        let count = self.line.len();
+        let step = std::f64::consts::PI / count as f64;
+        let around = (0..=2 * count).map(|k| at(self.line[k % count], (k as f64 + 0.5) * step));
+        let style = PALETTE[1].stroke_width(2);
+        chart.draw_series([PathElement::new(around.collect::<Vec<_>>(), style)]).map_err(text).map(drop)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stronger_force_is_a_wider_line_above_the_others() {
+        let chains = ForceChains {
+            title: "chains".into(),
+            grains: (0..3).map(|k| ([f64::from(k), 0.0], 0.5)).collect(),
+            lines: vec![([[0.0, 0.0], [1.0, 0.0]], 3.0), ([[1.0, 0.0], [2.0, 0.0]], 1.0)],
+            axes: ["x (m)".into(), "y (m)".into()],
+        };
+        let svg = chains.to_svg().unwrap();
+        let width = |part: &str| -> f64 {
+            let start = part.find("stroke-width=\"").unwrap() + 14;
+            part[start..].split('"').next().unwrap().parse().unwrap()
+        };
+        let lines: Vec<f64> =
+            svg.split("<polyline").skip(1).map(width).filter(|width| *width > 2.0).collect();
+        assert!(lines.len() >= 2 && lines[lines.len() - 1] > 2.5 * lines[lines.len() - 2], "{lines:?}");
+    }
+
+    #[test]
+    fn a_rose_of_nothing_can_be_drawn() {
+        assert!(Rose::default().to_svg().is_ok());
+        assert!(ForceChains::default().to_svg().is_ok());
+        let rose = Rose { title: "rose".into(), shares: vec![0.1, 0.9], line: vec![0.5; 8] };
+        assert_eq!(rose.to_svg().unwrap().matches("<polygon").count(), 4);
+    }
+}
