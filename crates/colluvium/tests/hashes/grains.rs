@@ -96,6 +96,24 @@ fn pairs(dimension: usize) -> Vec<(&'static str, Value)> {
     all
 }
 
+/// Cells that deform.
+fn cells(runs: &mut Runs, dimension: usize) {
+    let axes: Vec<&str> = ["x", "y", "z"][..dimension].to_vec();
+    let top = [1.0, 1.2, 1.0][..dimension].to_vec();
+    let cell = json!({ "domain": { "min": vec![0.0; dimension], "max": top, "periodic": axes }, "boundaries": [], "gravity": vec![0.0; dimension],
+        "bodies": [{ "name": "b", "material": "g", "shape": { "kind": "box", "min": vec![0.0; dimension], "max": top } }] });
+    let control = json!({ "stages": { "s": { "agitation": 0.1, "cell": { "xx": { "stress": -1e3 }, "yy": { "stress": -1e3 }, "xy": { "rate": 0.5 } } } } });
+    let fraction = if dimension == 2 { 0.8 } else { 0.55 };
+    for (name, pair) in [("cell", linear()), ("cell hertz", hertz())] {
+        let mut case = merged(heap(dimension), &cell);
+        let own = merged(json!({ "pairs": [pair] }), &control);
+        case["methods"]["dem"] = merged(case["methods"]["dem"].take(), &own);
+        case["methods"]["dem"]["grains"]["g"]["fill"] =
+            json!({ "kind": "random", "solid_fraction": fraction });
+        runs.insert(format!("dem {dimension}d {name}"), case);
+    }
+}
+
 /// Adds them.
 pub fn add(runs: &mut Runs) {
     for dimension in [2, 3] {
@@ -138,21 +156,7 @@ pub fn add(runs: &mut Runs) {
                             "friction": { "coefficient": 0.2 }, "rolling": { "friction": 0.05 } });
         let mixed = merged(kinds, &json!({ "mix": true, "pairs": [linear(), other] }));
         run("two kinds", &linear(), &two, &mixed);
-        // A cell that deforms.
-        let axes: Vec<&str> = ["x", "y", "z"][..dimension].to_vec();
-        let top = [1.0, 1.2, 1.0][..dimension].to_vec();
-        let cell = json!({ "domain": { "min": vec![0.0; dimension], "max": top, "periodic": axes }, "boundaries": [], "gravity": vec![0.0; dimension],
-            "bodies": [{ "name": "b", "material": "g", "shape": { "kind": "box", "min": vec![0.0; dimension], "max": top } }] });
-        let control = json!({ "stages": { "s": { "agitation": 0.1, "cell": { "xx": { "stress": -1e3 }, "yy": { "stress": -1e3 }, "xy": { "rate": 0.5 } } } } });
-        let fraction = if dimension == 2 { 0.8 } else { 0.55 };
-        for (name, pair) in [("cell", linear()), ("cell hertz", hertz())] {
-            let mut case = merged(heap(dimension), &cell);
-            let own = merged(json!({ "pairs": [pair] }), &control);
-            case["methods"]["dem"] = merged(case["methods"]["dem"].take(), &own);
-            case["methods"]["dem"]["grains"]["g"]["fill"] =
-                json!({ "kind": "random", "solid_fraction": fraction });
-            runs.insert(format!("dem {dimension}d {name}"), case);
-        }
+        cells(runs, dimension);
     }
     let obstacle = json!({ "obstacles": [{ "name": "o", "shape": { "kind": "box", "min": [0.3, 0.0], "max": [0.6, 0.2] },
                                            "wall": { "kind": "frictional", "friction_coefficient": 0.3 } }] });

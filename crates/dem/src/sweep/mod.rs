@@ -2,6 +2,7 @@
 //! its forces in an order that the lists fix.
 
 mod lanes;
+mod side;
 
 use std::ops::Range;
 
@@ -9,7 +10,7 @@ use crate::contact::{APART, Law, Memory, Push, Tally, Touch, act, end};
 use crate::grains::Grains;
 use crate::lists::Lists;
 use crate::pairs::{MemoriesMut, Pairs};
-pub use lanes::{Record, Way, records};
+pub use side::{Record, Way, records};
 
 use crate::vector::{across, add, dot, minus, moment, spread, times, turned};
 

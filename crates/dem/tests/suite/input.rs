@@ -43,30 +43,9 @@ fn beta(min: f64, max: f64, a: f64) -> Value {
     json!({ "distribution": "cumulative-beta", "min": min, "max": max, "a": a, "b": 4 })
 }
 
-#[test]
-fn what_is_wrong_is_refused_with_its_path() {
-    let dem = "/methods/dem";
-    let cases: Vec<(&str, Value, &str)> = vec![
-        ("/grains/grain/density", json!(-1), "methods.dem.grains.grain.density"),
-        ("/pairs/0/normal/stiffness", json!(0), "methods.dem.pairs[0].normal.stiffness"),
-        ("/pairs/0/normal/restitution", json!(0.5), "methods.dem.pairs[0].normal.damping_ratio"),
-        ("/pairs/0/normal/damping_ratio", json!(-0.1), "methods.dem.pairs[0].normal.damping_ratio"),
-        ("/pairs/0/tangential/stiffness_ratio", json!(4), "methods.dem.pairs[0].tangential.stiffness_ratio"),
-        ("/pairs/0/friction/coefficient", json!(-0.2), "methods.dem.pairs[0].friction.coefficient"),
-        ("/pairs/0/friction/at_rest", json!(0.2), "methods.dem.pairs[0].friction.at_rest"),
-        ("/pairs/0/rolling", json!({ "friction": -1 }), "methods.dem.pairs[0].rolling.friction"),
-        ("/pairs/0/twisting", json!({ "friction": 1 }), "methods.dem.pairs[0].twisting"),
-        (
-            "/pairs/0/adhesion",
-            json!({ "kind": "jkr", "work_of_adhesion": 1 }),
-            "methods.dem.pairs[0].adhesion.kind",
-        ),
-        ("/pairs/0/between", json!(["grain", "flor"]), "methods.dem.pairs[0].between[1]"),
-        ("/pairs", json!([]), "methods.dem.pairs"),
-        ("/skin", json!(0), "methods.dem.skin"),
-        ("/time_step", json!(1.0), "methods.dem.time_step"),
-        ("/stages", json!({ "al": {} }), "methods.dem.stages.al"),
-        ("/bodies/nobody", json!({}), "methods.dem.bodies.nobody"),
+/// More of it: laws, sizes, bonds, stages.
+fn numbers() -> Vec<(&'static str, Value, &'static str)> {
+    vec![
         ("/pairs/0/normal", hertz("poissons_ratio", 0.6), "methods.dem.pairs[0].normal.poissons_ratio"),
         ("/pairs/0/normal", hertz("poissons_ratio", -1.0), "methods.dem.pairs[0].normal.poissons_ratio"),
         ("/pairs/0/normal", hertz("youngs_modulus", 0.0), "methods.dem.pairs[0].normal.youngs_modulus"),
@@ -102,9 +81,36 @@ fn what_is_wrong_is_refused_with_its_path() {
         ("/stages", json!({ "all": { "cell": { "zz": { "rate": 0 } } } }), "methods.dem.stages.all.cell.zz"),
         ("/stages", json!({ "all": { "gravity": [0] } }), "methods.dem.stages.all.gravity"),
         ("/stages", json!({ "all": { "agitation": -1 } }), "methods.dem.stages.all.agitation"),
+    ]
+}
+
+#[test]
+fn what_is_wrong_is_refused_with_its_path() {
+    let dem = "/methods/dem";
+    let cases: Vec<(&str, Value, &str)> = vec![
+        ("/grains/grain/density", json!(-1), "methods.dem.grains.grain.density"),
+        ("/pairs/0/normal/stiffness", json!(0), "methods.dem.pairs[0].normal.stiffness"),
+        ("/pairs/0/normal/restitution", json!(0.5), "methods.dem.pairs[0].normal.damping_ratio"),
+        ("/pairs/0/normal/damping_ratio", json!(-0.1), "methods.dem.pairs[0].normal.damping_ratio"),
+        ("/pairs/0/tangential/stiffness_ratio", json!(4), "methods.dem.pairs[0].tangential.stiffness_ratio"),
+        ("/pairs/0/friction/coefficient", json!(-0.2), "methods.dem.pairs[0].friction.coefficient"),
+        ("/pairs/0/friction/at_rest", json!(0.2), "methods.dem.pairs[0].friction.at_rest"),
+        ("/pairs/0/rolling", json!({ "friction": -1 }), "methods.dem.pairs[0].rolling.friction"),
+        ("/pairs/0/twisting", json!({ "friction": 1 }), "methods.dem.pairs[0].twisting"),
+        (
+            "/pairs/0/adhesion",
+            json!({ "kind": "jkr", "work_of_adhesion": 1 }),
+            "methods.dem.pairs[0].adhesion.kind",
+        ),
+        ("/pairs/0/between", json!(["grain", "flor"]), "methods.dem.pairs[0].between[1]"),
+        ("/pairs", json!([]), "methods.dem.pairs"),
+        ("/skin", json!(0), "methods.dem.skin"),
+        ("/time_step", json!(1.0), "methods.dem.time_step"),
+        ("/stages", json!({ "al": {} }), "methods.dem.stages.al"),
+        ("/bodies/nobody", json!({}), "methods.dem.bodies.nobody"),
         ("/clumps", json!([]), "methods.dem.clumps"),
     ];
-    for (pointer, value, path) in cases {
+    for (pointer, value, path) in cases.into_iter().chain(numbers()) {
         let problem = refusal(|case| {
             let (parent, key) = pointer.rsplit_once('/').unwrap();
             case.pointer_mut(&format!("{dem}{parent}")).unwrap()[key] = value.clone();
