@@ -135,7 +135,9 @@ fn window(criterion: &mut Criterion, setting: &Setting, threads: usize) {
                         .filter(|solver| solver.step_count() + setting.steps[1] <= end)
                         .unwrap_or_else(|| {
                             let mut new = self::solver(&setting.specimen, folder.path());
-                            (0..setting.after).for_each(|_| drop(new.step(1.0).expect("a stable step")));
+                            for _ in 0..setting.after {
+                                new.step(1.0).expect("a stable step");
+                            }
                             new
                         });
                     let clock = || if threads == 1 { now(start) } else { start.elapsed() };
