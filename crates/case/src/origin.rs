@@ -134,6 +134,7 @@ impl Case {
             match measure {
                 Measure::RunOut { side, origin, .. } => visit(side.axis(), origin),
                 Measure::Probe { position, .. } | Measure::Gauge { position } => place(position, visit),
+                Measure::CrackTip(tip) => place(&mut tip.from, visit),
                 Measure::Discharge { from, to } => {
                     place(from, visit);
                     place(to, visit);

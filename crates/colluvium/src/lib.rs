@@ -123,7 +123,7 @@ fn checked(test: ElementTest) -> Result<ElementTest, CaseErrors> {
 }
 
 /// Starting cases that need no other file: name and JSON text.
-pub const TEMPLATES: [(&str, &str); 7] = [
+pub const TEMPLATES: [(&str, &str); 8] = [
     ("column-collapse", include_str!("templates/column-collapse.json")),
     ("oedometer", include_str!("templates/oedometer.json")),
     ("disks", include_str!("templates/disks.json")),
@@ -131,6 +131,7 @@ pub const TEMPLATES: [(&str, &str); 7] = [
     ("grains", include_str!("templates/grains.json")),
     ("dam-break", include_str!("templates/dam-break.json")),
     ("snowball", include_str!("templates/snowball.json")),
+    ("saw-test", include_str!("templates/saw-test.json")),
 ];
 
 /// Names of all starting cases.

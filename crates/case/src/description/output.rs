@@ -69,6 +69,38 @@ const fn five_centimetres() -> f64 {
     0.05
 }
 
+/// Sheet: snow-mpm §3.11.
+const fn twenty() -> usize {
+    20
+}
+
+/// A crack through a body, in bins along a line. A bin is cracked where one of its points has failed, and cut where none is left;
+/// points count in the bin in which they were at the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CrackTip {
+    /// Name of the body: the weak layer.
+    pub body: String,
+    /// Name of a field of numbers that tells what has failed: `collapsed` of a weak layer of `cohesive-cam-clay`.
+    pub field: String,
+    /// A point has failed where the field is at least this.
+    #[serde(default = "half")]
+    pub threshold: f64,
+    /// Whether a point has failed where the field is at most the threshold instead.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub below: bool,
+    /// Direction in which the crack runs, of any length.
+    pub direction: Vec<f64>,
+    /// Where it begins (m): an end of the body. Bins and distances are counted from here.
+    pub from: Vec<f64>,
+    /// Width of a bin (m), not less than that of a point: a cell of the method's grid.
+    pub bin: f64,
+}
+
+const fn half() -> f64 {
+    0.5
+}
+
 /// A quantity to follow in time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
@@ -134,6 +166,22 @@ pub enum Measure {
         radius: f64,
         /// Names of fields.
         fields: Vec<String>,
+    },
+    /// How far a crack has run through a body: columns `NAME`, the end of what is cracked or cut away without a gap from where it
+    /// begins, and `NAME.farthest`, the end of the farthest part that is (m), as of a crack that has opened ahead.
+    CrackTip(CrackTip),
+    /// Into how many pieces bodies have come apart: columns `NAME.count`, `NAME.largest` and `NAME.second` (kg), and `NAME.loose`,
+    /// what is in pieces that are too small to count (kg). Rigid bodies do not count, unless `bodies` names them.
+    Fragments {
+        /// Points not farther apart than this (m) hang together: 1 to 1.5 cells of the method's grid.
+        link: f64,
+        /// Points of the smallest piece that counts.
+        #[serde(default = "twenty")]
+        least: usize,
+        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
+        /// included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bodies: Option<Vec<String>>,
     },
     /// Depth of a flow over a place in plan (m), along the vertical, and its velocity in plan (m/s): columns `NAME.depth`,
     /// `NAME.velocity.x`, …; no velocity where it is dry. For methods that follow a flow over terrain.

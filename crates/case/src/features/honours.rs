@@ -45,7 +45,7 @@ pub struct Honours {
 const OF_THE_RUN: [&str; 2] = ["output*", "stages.equilibrium*"];
 
 /// What holds of bodies and stages for every method that moves points.
-const OF_POINTS: [&str; 23] = [
+const OF_POINTS: [&str; 25] = [
     "bodies",
     "materials",
     "gravity",
@@ -68,6 +68,8 @@ const OF_POINTS: [&str; 23] = [
     "measures=run-out",
     "measures=profile",
     "measures=probe",
+    "measures=crack-tip",
+    "measures=fragments",
     "measures=factor-of-safety",
 ];
 

@@ -1,5 +1,7 @@
 //! Measures: numbers read off a snapshot.
 
+mod crack;
+mod fragments;
 mod front;
 
 use std::borrow::Cow;
@@ -8,6 +10,7 @@ use std::collections::BTreeMap;
 use crate::description::{Body, Measure, Side};
 use crate::{Case, Field, FieldData, Reaction, Snapshot, Solver};
 
+pub use fragments::fragments;
 pub use front::{Columns, front};
 
 /// Name, unit and value of a measured number.
@@ -37,6 +40,11 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
             }
             Measure::Probe { position, radius, fields } => {
                 readings.extend(probe(name, snapshot, position, *radius, fields));
+            }
+            Measure::CrackTip(tip) => readings.extend(tip.readings(name, case, snapshot)),
+            Measure::Fragments { link, least, bodies } => {
+                let counted = counted(case, snapshot, bodies.as_deref());
+                readings.extend(fragments::readings(name, &counted, *link, *least));
             }
             Measure::Profile { .. }
             | Measure::Reaction { .. }

@@ -83,6 +83,11 @@ pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
         check(format!("output.fields[{number}]"), name, &in_frames);
     }
     for (measure, description) in &case.measures {
+        if let Measure::CrackTip(tip) = description {
+            let numbers = |name: &&str| snapshot.scalars(name).is_some();
+            let numbers: Vec<&str> = fields.iter().copied().filter(numbers).collect();
+            check(format!("measures.{measure}.field"), &tip.field, &numbers);
+        }
         let Measure::Probe { fields: wanted, .. } = description else { continue };
         for (number, name) in wanted.iter().enumerate() {
             check(format!("measures.{measure}.fields[{number}]"), name, &fields);

@@ -1,7 +1,7 @@
 //! Rules of measures.
 
 use super::{Findings, driven};
-use crate::description::Measure;
+use crate::description::{CrackTip, Measure};
 use crate::output::{PLAIN, is_plain};
 
 impl Findings<'_> {
@@ -39,6 +39,8 @@ impl Findings<'_> {
                     self.require(fits, format!("{path}.axis"), problem);
                     self.positive(format!("{path}.bin"), *bin, "m");
                 }
+                Measure::CrackTip(tip) => self.crack_tip(&path, tip),
+                Measure::Fragments { link, bodies, .. } => self.fragments(&path, *link, bodies.as_deref()),
                 Measure::Reaction { of } => {
                     let mut known = driven(case);
                     known.extend(case.obstacles.iter().map(|obstacle| obstacle.name.as_str()));
@@ -60,6 +62,22 @@ impl Findings<'_> {
                 }
             }
         }
+    }
+
+    fn fragments(&mut self, path: &str, link: f64, bodies: Option<&[String]>) {
+        self.counted_bodies(path, bodies);
+        self.positive(format!("{path}.link"), link, "m");
+    }
+
+    fn crack_tip(&mut self, path: &str, tip: &CrackTip) {
+        let bodies: Vec<&str> = self.case.bodies.iter().map(|body| body.name.as_str()).collect();
+        self.name(&format!("{path}.body"), &tip.body, &bodies, "the name of a body");
+        self.vector(&format!("{path}.direction"), &tip.direction);
+        let still = tip.direction.iter().all(|c| *c == 0.0);
+        self.require(!still, format!("{path}.direction"), "has no length");
+        self.vector(&format!("{path}.from"), &tip.from);
+        self.finite(format!("{path}.threshold"), tip.threshold);
+        self.positive(format!("{path}.bin"), tip.bin, "m");
     }
 
     /// Gauges and lines in plan.

@@ -6,6 +6,7 @@ mod incline;
 mod motion;
 mod oedometer;
 mod returns;
+mod saw;
 mod snowball;
 
 use colluvium::case::{Case, RunReport};
@@ -23,6 +24,8 @@ pub const ALL: &[Benchmark] = &[
     incline::BENCHMARK,
     cantilever::BENCHMARK,
     snowball::BENCHMARK,
+    saw::CRITICAL,
+    saw::SPEED,
 ];
 
 /// The case `validation/snow-mpm/<name>/case.json` with some options of the method changed.

@@ -1,0 +1,85 @@
+//! Into how many pieces bodies have come apart (sheet: snow-mpm §3.11).
+
+use colluvium_points::CellList;
+
+use super::Reading;
+use crate::Snapshot;
+
+/// The masses of the connected pieces (kg), largest first, and the mass of what is in smaller ones than `least` points. Points
+/// not farther apart than `link` (m) hang together. `None` where places or masses are no numbers.
+pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f64>, f64)> {
+    let mass = snapshot.scalars("mass")?;
+    let mut cells = CellList::<3>::new();
+    // A little wider, so that round-off does not keep a neighbour in a cell that is not looked at.
+    cells.build(&snapshot.positions, link * (1.0 + 1e-6)).ok()?;
+    let mut above: Vec<u32> = (0..mass.len() as u32).collect();
+    for (i, place) in snapshot.positions.iter().enumerate() {
+        cells.visit(place, |j| {
+            let other = &snapshot.positions[j as usize];
+            let square: f64 = place.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum();
+            if (j as usize) < i && square <= link * link * (1.0 + 1e-9) {
+                let (a, b) = (root(&mut above, i as u32), root(&mut above, j));
+                // The least number of a piece is its root, so that the order of visits does not matter.
+                above[a.max(b) as usize] = a.min(b);
+            }
+        });
+    }
+    let mut pieces = vec![(0usize, 0.0); mass.len()];
+    for (i, mass) in mass.iter().enumerate() {
+        let piece = &mut pieces[root(&mut above, i as u32) as usize];
+        *piece = (piece.0 + 1, piece.1 + mass);
+    }
+    let loose = pieces.iter().filter(|(count, _)| *count < least).map(|(_, mass)| mass).sum();
+    let mut large: Vec<f64> =
+        pieces.into_iter().filter(|(count, _)| *count > 0 && *count >= least).map(|(_, mass)| mass).collect();
+    large.sort_by(|a, b| b.total_cmp(a));
+    Some((large, loose))
+}
+
+/// The piece of a point, and shorter ways to it.
+fn root(above: &mut [u32], mut of: u32) -> u32 {
+    while above[of as usize] != of {
+        let next = above[above[of as usize] as usize];
+        above[of as usize] = next;
+        of = next;
+    }
+    of
+}
+
+/// The columns of the measure called `name`.
+pub(super) fn readings(name: &str, snapshot: &Snapshot, link: f64, least: usize) -> Vec<Reading> {
+    let found = fragments(snapshot, link, least);
+    let size = |number: usize| {
+        found.as_ref().map_or(f64::NAN, |(large, _)| large.get(number).copied().unwrap_or(0.0))
+    };
+    let count = found.as_ref().map_or(f64::NAN, |(large, _)| large.len() as f64);
+    let loose = found.as_ref().map_or(f64::NAN, |(_, loose)| *loose);
+    let entries =
+        [("count", "", count), ("largest", "kg", size(0)), ("second", "kg", size(1)), ("loose", "kg", loose)];
+    entries.map(|(column, unit, value)| (format!("{name}.{column}"), unit.to_owned(), value)).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Field, FieldData};
+
+    #[test]
+    fn points_within_a_link_hang_together() {
+        // Pieces of five, three and one, in an order that mixes them.
+        let places = [0.0, 5.0, 0.1, 9.0, 0.2, 5.1, 0.3, 5.2, 0.4];
+        let snapshot = Snapshot {
+            time: 0.0,
+            step: 0,
+            ids: (0..9).collect(),
+            bodies: vec![0; 9],
+            positions: places.map(|x| [x, 0.0, 0.0]).into(),
+            extents: vec![[0.1; 3]; 9],
+            fields: vec![Field { name: "mass".into(), unit: "kg", data: FieldData::Scalar(vec![2.0; 9]) }],
+        };
+        assert_eq!(fragments(&snapshot, 0.1, 1), Some((vec![10.0, 6.0, 2.0], 0.0)));
+        assert_eq!(fragments(&snapshot, 0.1, 3), Some((vec![10.0, 6.0], 2.0)));
+        assert_eq!(fragments(&snapshot, 5.0, 3), Some((vec![18.0], 0.0)));
+        assert_eq!(fragments(&snapshot, 0.09, 2), Some((vec![], 18.0)));
+    }
+}
