@@ -170,6 +170,22 @@ pub enum Measure {
     /// How far a crack has run through a body: columns `NAME`, the end of what is cracked or cut away without a gap from where it
     /// begins, and `NAME.farthest`, the end of the farthest part that is (m), as of a crack that has opened ahead.
     CrackTip(CrackTip),
+    /// How far a flow has come along the line of an obstacle in the plane, slope, arcs and all (m): the place along it behind which a
+    /// fraction of the mass lies, by where each point is nearest to it. Rigid bodies do not count, unless `bodies` names them.
+    ArcFront {
+        /// Name of the obstacle, a `profile` or a `ground-line`.
+        of: String,
+        /// Fraction of the mass behind the front; with 1 it is that of the foremost point, with 0.99 stray points do not move it.
+        #[serde(default = "whole")]
+        quantile: f64,
+        /// Length of the line from its beginning to where the front is counted as zero (m).
+        #[serde(default)]
+        zero: f64,
+        /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
+        /// included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        bodies: Option<Vec<String>>,
+    },
     /// Into how many pieces bodies have come apart: columns `NAME.count`, `NAME.largest` and `NAME.second` (kg), and `NAME.loose`,
     /// what is in pieces that are too small to count (kg). Rigid bodies do not count, unless `bodies` names them.
     Fragments {

@@ -45,7 +45,7 @@ pub struct Honours {
 const OF_THE_RUN: [&str; 2] = ["output*", "stages.equilibrium*"];
 
 /// What holds of bodies and stages for every method that moves points.
-const OF_POINTS: [&str; 25] = [
+const OF_POINTS: [&str; 26] = [
     "bodies",
     "materials",
     "gravity",
@@ -68,6 +68,7 @@ const OF_POINTS: [&str; 25] = [
     "measures=run-out",
     "measures=profile",
     "measures=probe",
+    "measures=arc-front",
     "measures=crack-tip",
     "measures=fragments",
     "measures=factor-of-safety",

@@ -1,5 +1,6 @@
 //! Measures: numbers read off a snapshot.
 
+mod arc;
 mod crack;
 mod fragments;
 mod front;
@@ -10,6 +11,7 @@ use std::collections::BTreeMap;
 use crate::description::{Body, Measure, Side};
 use crate::{Case, Field, FieldData, Reaction, Snapshot, Solver};
 
+pub use arc::arc_front;
 pub use fragments::fragments;
 pub use front::{Columns, front};
 
@@ -42,6 +44,14 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
                 readings.extend(probe(name, snapshot, position, *radius, fields));
             }
             Measure::CrackTip(tip) => readings.extend(tip.readings(name, case, snapshot)),
+            Measure::ArcFront { of, quantile, zero, bodies } => {
+                let counted = counted(case, snapshot, bodies.as_deref());
+                readings.push((
+                    name.clone(),
+                    "m".to_owned(),
+                    arc_front(case, &counted, of, *quantile) - zero,
+                ));
+            }
             Measure::Fragments { link, least, bodies } => {
                 let counted = counted(case, snapshot, bodies.as_deref());
                 readings.extend(fragments::readings(name, &counted, *link, *least));

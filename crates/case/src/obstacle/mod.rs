@@ -66,6 +66,14 @@ impl Case {
         Ok(standing)
     }
 
+    /// The line of the obstacle of that name in the plane, along which places have a length; `None` where it has none.
+    pub fn line_of(&self, name: &str) -> Option<Arc<dyn Surface<2>>> {
+        let number = self.obstacles.iter().position(|obstacle| obstacle.name == name)?;
+        let shape = &self.obstacles[number].shape;
+        let is_line = matches!(shape, ObstacleShape::Profile { .. } | ObstacleShape::GroundLine { .. });
+        build::surface(shape, "", &self.origin()).ok().filter(|_| is_line)
+    }
+
     /// The heights (m, from `domain.origin`) of obstacle `number`, where its shape is a raster; the file is read.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! Rules of measures.
 
 use super::{Findings, driven};
-use crate::description::{CrackTip, Measure};
+use crate::description::{CrackTip, Measure, Obstacle, ObstacleShape};
 use crate::output::{PLAIN, is_plain};
 
 impl Findings<'_> {
@@ -16,8 +16,7 @@ impl Findings<'_> {
                 | Measure::RunOut { side, quantile, cell, bodies, .. } => {
                     self.counted_bodies(&path, bodies.as_deref());
                     self.side(&format!("{path}.side"), *side);
-                    let problem = format!("{quantile} is not in 0..=1 (0 excluded)");
-                    self.require(*quantile > 0.0 && *quantile <= 1.0, format!("{path}.quantile"), problem);
+                    self.quantile(&path, *quantile);
                     if let Some(cell) = cell {
                         self.positive(format!("{path}.cell"), *cell, "m");
                         let problem = "a quantile below 1 looks at no cells";
@@ -39,6 +38,7 @@ impl Findings<'_> {
                     self.require(fits, format!("{path}.axis"), problem);
                     self.positive(format!("{path}.bin"), *bin, "m");
                 }
+                Measure::ArcFront { .. } => self.arc_front(&path, measure),
                 Measure::CrackTip(tip) => self.crack_tip(&path, tip),
                 Measure::Fragments { link, bodies, .. } => self.fragments(&path, *link, bodies.as_deref()),
                 Measure::Reaction { of } => {
@@ -62,6 +62,29 @@ impl Findings<'_> {
                 }
             }
         }
+    }
+
+    fn arc_front(&mut self, path: &str, measure: &Measure) {
+        let Measure::ArcFront { of, quantile, zero, bodies } = measure else { return };
+        self.counted_bodies(path, bodies.as_deref());
+        let is_line = |obstacle: &&Obstacle| {
+            matches!(obstacle.shape, ObstacleShape::Profile { .. } | ObstacleShape::GroundLine { .. })
+        };
+        let lines = self.case.obstacles.iter().filter(is_line);
+        let lines: Vec<&str> = lines.map(|obstacle| obstacle.name.as_str()).collect();
+        self.name(
+            &format!("{path}.of"),
+            of,
+            &lines,
+            "the name of an obstacle that is a profile or a ground-line",
+        );
+        self.quantile(path, *quantile);
+        self.finite(format!("{path}.zero"), *zero);
+    }
+
+    fn quantile(&mut self, path: &str, quantile: f64) {
+        let problem = format!("{quantile} is not in 0..=1 (0 excluded)");
+        self.require(quantile > 0.0 && quantile <= 1.0, format!("{path}.quantile"), problem);
     }
 
     fn fragments(&mut self, path: &str, link: f64, bodies: Option<&[String]>) {

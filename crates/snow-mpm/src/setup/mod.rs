@@ -6,7 +6,7 @@ mod refuse;
 use std::sync::Arc;
 
 use colluvium_case::{Case, CaseError, Plan, SLACK, Size, Solver, StepLimit, TimeStep};
-use colluvium_grid::{Node, Square, Sweeps};
+use colluvium_grid::{Node, Sweeps};
 
 pub(crate) use refuse::honours;
 
@@ -69,7 +69,8 @@ pub(crate) fn size(case: &Case) -> Result<Size, CaseError> {
     let cells = |axis: usize| (case.domain.max[axis] - case.domain.min[axis]) / options.cell_size;
     let nodes: f64 = (0..dimension).map(|axis| cells(axis) + 11.0).product();
     let number = size_of::<f64>();
-    let own = (3 * dimension + dimension * dimension + 9) * number + 4 + size_of::<Square<3>>();
+    // Columns of the points, and what sorting takes of their moments.
+    let own = (3 * dimension + 2 * dimension * dimension + 9) * number + 4;
     let mut memory = nodes * size_of::<Node>() as f64;
     for (body, points) in case.bodies.iter().zip(&points) {
         let path = || format!("materials.{}", body.material);
