@@ -7,6 +7,7 @@ mod bench_sph;
 mod benchmarks;
 mod compare;
 mod coverage;
+mod fuzz;
 mod report;
 mod textbook;
 mod tidy;
@@ -33,6 +34,8 @@ enum Command {
     Bench(bench::Arguments),
     /// Writes docs/coverage.md: every row of the checklists of specification sheets, with what implements and what shows it.
     Coverage(coverage::Arguments),
+    /// Tries broken case files, or kills runs and takes them up again.
+    Fuzz(fuzz::Arguments),
     /// Checks what a machine can check of the house rules.
     Tidy(tidy::Arguments),
 }
@@ -44,6 +47,7 @@ fn main() -> ExitCode {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Coverage(arguments) => coverage::run(&arguments),
+        Command::Fuzz(arguments) => fuzz::run(&arguments),
         Command::Tidy(arguments) => tidy::run(&arguments),
     };
     match result {

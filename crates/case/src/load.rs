@@ -1,5 +1,6 @@
 //! From a file to a checked [`Case`], and what every method asks of one.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use schemars::{JsonSchema, Schema};
@@ -7,6 +8,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 use crate::description::{Body, Boundary, Domain, Measure, Velocity};
+use crate::output::Seal;
 use crate::point_list::PointFile;
 use crate::{Case, CaseError, CaseErrors, json, layers, validate};
 
@@ -164,6 +166,20 @@ impl Case {
         self.boundaries.iter().enumerate().filter(|(_, boundary)| !removed(boundary)).collect()
     }
 
+    /// How long each boundary stands (s), in their order: until the stage that removes it.
+    pub fn standing_times(&self) -> Vec<f64> {
+        let mut left: HashMap<&str, f64> = HashMap::new();
+        let mut time = 0.0;
+        for stage in &self.stages {
+            stage.remove_boundaries.iter().for_each(|name| {
+                left.entry(name).or_insert(time);
+            });
+            time += stage.duration;
+        }
+        let stands = |boundary: &Boundary| left.get(boundary.name()).copied().unwrap_or(time);
+        self.boundaries.iter().map(stands).collect()
+    }
+
     /// Whether stage number `stage` or one before it has removed the body of that name.
     pub fn is_removed(&self, body: &str, stage: usize) -> bool {
         self.stages
@@ -209,17 +225,9 @@ fn files_of_options(options: &mut Value) -> Vec<&mut String> {
     files
 }
 
-/// FNV-1a hash of no bytes.
-pub(crate) const SEAL_OF_NOTHING: u64 = 0xcbf2_9ce4_8422_2325;
-
 /// FNV-1a hash of bytes.
 pub(crate) fn fnv1a(bytes: &[u8]) -> u64 {
-    fnv1a_from(SEAL_OF_NOTHING, bytes)
-}
-
-/// The FNV-1a hash of what has the hash `start` with `bytes` behind it.
-pub(crate) fn fnv1a_from(start: u64, bytes: &[u8]) -> u64 {
-    bytes.iter().fold(start, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
+    Seal::of(bytes).fnv1a
 }
 
 /// A vector of one to three components in space; what is not there is zero.

@@ -292,27 +292,29 @@ impl Findings<'_> {
         }
     }
 
-    /// What is gone cannot be moved.
-    fn motions_of_removed(&mut self, stage: usize) {
+    /// What is `gone` cannot be moved.
+    fn motions_of_removed(&mut self, stage: usize, gone: &HashSet<&str>) {
         let case = self.case;
         for (number, motion) in case.stages[stage].motions.iter().enumerate() {
-            let problem = format!("the body {:?} is removed by then", motion.of);
-            let path = format!("stages[{stage}].motions[{number}].of");
-            self.require(!case.is_removed(&motion.of, stage), path, problem);
+            if gone.contains(motion.of.as_str()) {
+                let problem = format!("the body {:?} is removed by then", motion.of);
+                self.report(format!("stages[{stage}].motions[{number}].of"), problem);
+            }
         }
     }
 
     fn stages(&mut self) {
         let case = self.case;
         self.require(!case.stages.is_empty(), "stages", "at least one stage is needed");
-        let mut names = HashSet::new();
+        let (mut names, mut gone) = (HashSet::new(), HashSet::new());
         for (number, stage) in case.stages.iter().enumerate() {
             let path = format!("stages[{number}]");
             if !names.insert(&stage.name) {
                 self.report(format!("{path}.name"), format!("{:?} names two stages", stage.name));
             }
             self.stage(&path, stage);
-            self.motions_of_removed(number);
+            gone.extend(stage.remove_bodies.iter().map(String::as_str));
+            self.motions_of_removed(number, &gone);
             self.equilibrium(number);
             self.weakening(number);
         }
@@ -360,6 +362,8 @@ impl Findings<'_> {
             self.require(fits, path, format!("{interval} s would give {count:.1e} outputs"));
         }
         self.positive("output.checkpoint", output.checkpoint, "s");
+        let some = output.fields.as_ref().is_none_or(|fields| !fields.is_empty());
+        self.require(some, "output.fields", "name at least one field, or leave it out for all of them");
         if let Some(cell) = output.grid {
             self.grid(cell);
         }

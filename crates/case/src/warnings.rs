@@ -36,6 +36,7 @@ impl Case {
             warnings.extend(spec.warnings().into_iter().map(|warning| format!("materials.{name}.{warning}")));
         }
         self.warn_of_weights(&mut warnings);
+        warnings.extend(self.falls_for_ever());
         self.warn_of_walls(&mut warnings);
         self.warn_of_searches(&mut warnings);
         self.warn_of_excavations(&mut warnings);
@@ -44,6 +45,28 @@ impl Case {
             self.warn_of_load(number, load, &mut warnings);
         }
         warnings
+    }
+
+    /// A word where gravity acts and nothing can stop what falls: no wall across its way or with friction along it, no
+    /// obstacle, no rigid or held body.
+    fn falls_for_ever(&self) -> Option<String> {
+        let stops = |boundary: &Boundary| {
+            let outwards = if boundary.side.is_max() { 1.0 } else { -1.0 };
+            let against = outwards * self.gravity[boundary.side.axis()] > 0.0;
+            against || boundary.group.is_some() || !matches!(boundary.wall, Wall::Smooth)
+        };
+        let held = self.bodies.iter().any(|body| body.rigid)
+            || self.methods.values().any(|options| options.get("held").is_some());
+        let bound = held
+            || !self.obstacles.is_empty()
+            || !self.patches.is_empty()
+            || self.boundaries.iter().any(stops);
+        let falls = self.gravity.iter().any(|g| *g != 0.0) && !bound;
+        falls.then(|| {
+            "gravity: nothing is there to fall on: give `boundaries` a wall at the lower end, or an obstacle; without one \
+             bodies leave the domain"
+                .to_owned()
+        })
     }
 
     /// Warns of walls with material on both sides.
@@ -244,6 +267,25 @@ mod tests {
         for side in ["x-min", "x-max", "y-max"] {
             assert_eq!(warnings(side, |_| {}), Vec::<String>::new(), "{side}");
         }
+    }
+
+    #[test]
+    fn gravity_with_nothing_to_fall_on_is_worth_a_word() {
+        let falls = |gravity: [f64; 2], change: fn(&mut Value)| {
+            let all = warnings("y-max", |case| {
+                case["gravity"] = json!(gravity);
+                change(case);
+            });
+            all.iter().any(|warning| warning.starts_with("gravity: nothing is there to fall on"))
+        };
+        assert!(!falls([0.0, -9.81], |_| {}) && !falls([0.0, 0.0], |case| case["boundaries"] = json!([])));
+        assert!(falls([0.0, 9.81], |_| {}) && falls([0.0, -9.81], |case| case["boundaries"] = json!([])));
+        assert!(falls([-9.81, 0.0], |_| {}), "a smooth floor holds nothing along it");
+        assert!(!falls([-9.81, 0.0], |case| case["boundaries"][0]["wall"]["kind"] = json!("rough")));
+        assert!(!falls([0.0, 9.81], |case| {
+            case["obstacles"] = json!([{ "name": "o", "shape": { "kind": "ball", "centre": [2, 1.8], "radius": 0.1 },
+                                         "wall": { "kind": "rough" } }]);
+        }));
     }
 
     #[test]

@@ -5,7 +5,9 @@ mod commands;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use commands::{Failure, check, compare, element_test, export, new, plot, report, run, schema, sweep};
+use commands::{
+    Failure, check, compare, element_test, export, new, plot, report, run, schema, sweep, verify,
+};
 
 /// Point-based numerical methods for geomechanics.
 ///
@@ -44,6 +46,8 @@ enum Command {
     Report(report::Arguments),
     /// Runs a case with many values of its parameters: table, misfit, convergence.
     Sweep(sweep::Arguments),
+    /// Says whether the files of a complete run are still what it wrote.
+    Verify(verify::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -63,6 +67,7 @@ fn main() -> ExitCode {
         Command::Export(arguments) => export::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Sweep(arguments) => sweep::run(&arguments),
+        Command::Verify(arguments) => verify::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -8,6 +8,13 @@ use crate::config::Diameters;
 /// Draws that a grain of a cumulative beta distribution takes at most.
 const DRAWS: usize = 1_000_000;
 
+/// Largest over smallest diameter, to the power of the dimension, up to which sizes are drawn by rejection: beyond it nearly
+/// all draws are rejected.
+const REJECTED: f64 = 1000.0;
+
+/// Cells of the table that wider distributions are drawn from, each a like ratio of diameters wide.
+const CELLS: usize = 4096;
+
 /// Fewer grains than this in a class of sizes stand for nothing (sheet: dem §3.8).
 const LEAST_IN_CLASS: usize = 5;
 
@@ -191,6 +198,27 @@ impl Diameters {
         }
     }
 
+    /// `count` diameters (m) of a distribution by mass of many sizes: numbers per cell are as mass over volume.
+    fn draw_wide(&self, count: usize, dimension: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
+        let (min, max) = self.range();
+        let edge = |cell: usize| min * (max / min).powf(cell as f64 / CELLS as f64);
+        let mut numbers = Vec::with_capacity(CELLS);
+        let mut total = 0.0;
+        for cell in 0..CELLS {
+            let (from, to) = (edge(cell), edge(cell + 1));
+            // Over the largest, so that no power leaves double precision.
+            let middle = 0.5 * (from + to) / max;
+            total += (self.passing(to) - self.passing(from)).max(0.0) / middle.powi(dimension as i32);
+            numbers.push(total);
+        }
+        let one = |_| {
+            let number = random.random::<f64>() * total;
+            let cell = numbers.partition_point(|sum| *sum <= number).min(CELLS - 1);
+            edge(cell) + (edge(cell + 1) - edge(cell)) * random.random::<f64>()
+        };
+        (0..count).map(one).collect()
+    }
+
     /// Diameter (m) below which this share of the mass lies.
     fn of_mass(&self, share: f64) -> f64 {
         let (mut low, mut high) = self.range();
@@ -212,6 +240,11 @@ impl Diameters {
         random: &mut ChaCha8Rng,
     ) -> Result<Vec<f64>, String> {
         let Self::CumulativeBeta { min, max, classes: Some(classes), .. } = self else {
+            let (min, max) = self.range();
+            let by_mass = matches!(self, Self::CumulativeBeta { .. } | Self::Curve { .. });
+            if by_mass && (max / min).powi(dimension as i32) > REJECTED {
+                return Ok(self.draw_wide(count, dimension, random));
+            }
             return Ok((0..count).map(|_| self.draw(dimension, random)).collect());
         };
         let edge = |k: usize| min + (max - min) * k as f64 / *classes as f64;
@@ -285,6 +318,21 @@ mod tests {
             assert!((sizes.mean_power(2, 1) - flat).abs() < 2e-5);
             assert!((sizes.mean_power(3, 1) - solid).abs() < 2e-5);
         }
+    }
+
+    #[test]
+    fn a_wide_sample_has_its_mean_by_number_and_its_grading_by_mass() {
+        let sizes = Diameters::CumulativeBeta { min: 1.0, max: 40.0, a: 1.0, b: 1.0, classes: None };
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let sample = sizes.sample(200_000, 2, &mut random).unwrap();
+        // Mass is uniform between 1 and 40: the number has the density 1/d², its mean is ln 40 / (1 - 1/40).
+        let mean = sample.iter().sum::<f64>() / sample.len() as f64;
+        assert!((mean / (40f64.ln() / (1.0 - 1.0 / 40.0)) - 1.0).abs() < 0.01, "{mean}");
+        let mass = |up_to: f64| sample.iter().filter(|d| **d < up_to).map(|d| d * d).sum::<f64>();
+        for share in [0.25, 0.5, 0.75] {
+            assert!((mass(1.0 + 39.0 * share) / mass(f64::INFINITY) - share).abs() < 0.02, "{share}");
+        }
+        assert!(sample.iter().all(|d| (1.0..=40.0).contains(d)));
     }
 
     #[test]

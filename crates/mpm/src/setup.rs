@@ -167,9 +167,8 @@ pub fn solver<const D: usize>(
 ) -> Result<MpmSolver<D>, CaseError> {
     let axis = chosen.sweeps.axis();
     let background = Background::new(case, chosen, mesh::terrain(case, options, &axis)?);
-    for stage in 0..case.stages.len() {
-        walls::walls(case, stage, &background, options)?;
-    }
+    // Stages only take walls away: those of the first are all that ever stand.
+    walls::walls(case, 0, &background, options)?;
     let standing = case.standing::<D>()?;
     let at_points = options.obstacles == ObstacleContact::Points && !standing.is_empty();
     let faces = Arc::new(if at_points { Faces::default() } else { obstacles::faces(&standing, &background) });

@@ -54,11 +54,8 @@ pub fn walls<const D: usize>(
 
 /// Refuses walls that would go by more than half a `cell` (m): nodes on a wall take its velocity, but its plane stays.
 pub fn refuse_walls_that_leave(case: &Case, cell: f64) -> Result<(), CaseError> {
-    for (number, boundary) in case.boundaries.iter().enumerate() {
+    for (number, (boundary, time)) in case.boundaries.iter().zip(case.standing_times()).enumerate() {
         let normal = boundary.velocity.as_ref().and_then(|velocity| velocity.get(boundary.side.axis()));
-        let stands =
-            |stage: &usize| case.active_boundaries(*stage).iter().any(|(active, _)| *active == number);
-        let time: f64 = (0..case.stages.len()).filter(stands).map(|stage| case.stages[stage].duration).sum();
         let way = normal.map_or(0.0, |speed| speed.abs() * time);
         if way > 0.5 * cell {
             let problem = format!(

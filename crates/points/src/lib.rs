@@ -28,7 +28,7 @@ pub mod surface;
 mod terrain;
 
 pub use bisection::{Bisection, Bounds, halo};
-pub use boxes::Place;
+pub use boxes::{Place, meeting_boxes};
 pub use columns::Spare;
 pub use layer::{Depths, Laid, Layer, LayerError, Measured, Thickness};
 pub use neighbours::{CellList, HalfList, NeighbourList, ROWS, Rows, SearchError};

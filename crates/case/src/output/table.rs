@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::{OutputError, write_atomically};
+use super::{OutputError, Seal, write_atomically};
 
 /// Columns with names and units, rows of numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -93,12 +93,12 @@ fn lines(rows: &[Vec<f64>]) -> String {
 }
 
 /// A table on disk that grows row by row, in the form of [`Table::to_csv`]. What a killed run leaves may
-/// end in a torn row: its length at a checkpoint says how much of it counts.
+/// end in a torn row: its seal at a checkpoint says how much of it counts, and whether that is still what was written.
 #[derive(Debug)]
 pub struct TableFile {
     path: PathBuf,
     file: File,
-    length: u64,
+    seal: Seal,
 }
 
 impl TableFile {
@@ -108,23 +108,27 @@ impl TableFile {
     /// When the disk refuses.
     pub fn create(path: &Path, about: &str, columns: &[(String, String)]) -> Result<Self, OutputError> {
         let file = File::create(path).map_err(|error| OutputError::new(path, error))?;
-        let mut table = Self { path: path.to_owned(), file, length: 0 };
+        let mut table = Self { path: path.to_owned(), file, seal: Seal::default() };
         table.write(&head(about, columns))?;
         Ok(table)
     }
 
-    /// Opens a table of which the first `length` bytes count; nothing changes before [`TableFile::cut`].
+    /// Opens a table of which what had the seal counts; nothing changes before [`TableFile::cut`].
     ///
     /// # Errors
-    /// When the file cannot be opened or is shorter than that.
-    pub fn open(path: &Path, length: u64) -> Result<Self, OutputError> {
+    /// When the file cannot be opened, is shorter than that or has been changed.
+    pub fn open(path: &Path, seal: Seal) -> Result<Self, OutputError> {
         let fail = |problem: &dyn std::fmt::Display| OutputError::new(path, problem);
         let file = OpenOptions::new().write(true).open(path).map_err(|error| fail(&error))?;
         let found = file.metadata().map_err(|error| fail(&error))?.len();
-        if found < length {
-            return Err(fail(&format!("has {found} bytes, the checkpoint was written when it had {length}")));
+        if found < seal.bytes {
+            let had = seal.bytes;
+            return Err(fail(&format!("has {found} bytes, the checkpoint was written when it had {had}")));
         }
-        Ok(Self { path: path.to_owned(), file, length })
+        if Seal::of_file(path, Some(seal.bytes))? != seal {
+            return Err(fail(&"was changed since the checkpoint: run the case anew"));
+        }
+        Ok(Self { path: path.to_owned(), file, seal })
     }
 
     /// Cuts off what does not count.
@@ -132,7 +136,8 @@ impl TableFile {
     /// # Errors
     /// When the disk refuses.
     pub fn cut(&mut self) -> Result<(), OutputError> {
-        let cut = self.file.set_len(self.length).and_then(|()| self.file.seek(SeekFrom::Start(self.length)));
+        let length = self.seal.bytes;
+        let cut = self.file.set_len(length).and_then(|()| self.file.seek(SeekFrom::Start(length)));
         cut.map(|_| ()).map_err(|error| OutputError::new(&self.path, error))
     }
 
@@ -146,17 +151,17 @@ impl TableFile {
 
     fn write(&mut self, text: &str) -> Result<(), OutputError> {
         self.file.write_all(text.as_bytes()).map_err(|error| OutputError::new(&self.path, error))?;
-        self.length += text.len() as u64;
+        self.seal.add(text.as_bytes());
         Ok(())
     }
 
-    /// Brings all rows safely to the disk; the length of the file (bytes).
+    /// Brings all rows safely to the disk; the seal of the file.
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn sync(&self) -> Result<u64, OutputError> {
+    pub fn sync(&self) -> Result<Seal, OutputError> {
         self.file.sync_all().map_err(|error| OutputError::new(&self.path, error))?;
-        Ok(self.length)
+        Ok(self.seal)
     }
 }
 
@@ -187,17 +192,21 @@ mod tests {
         let rows: Vec<Vec<f64>> = (0..5).map(|i| vec![f64::from(i), 1.0 / f64::from(i + 1)]).collect();
         let mut file = TableFile::create(&path, "about", &columns).unwrap();
         file.append(&rows[..2]).unwrap();
-        let length = file.sync().unwrap();
+        let seal = file.sync().unwrap();
         file.append(&rows[3..]).unwrap();
         drop(file);
         OpenOptions::new().append(true).open(&path).unwrap().write_all(b"7e0,1.2").unwrap();
         assert_eq!(Table::read(&path).unwrap().rows.len(), 4, "a torn row does not count");
-        let mut file = TableFile::open(&path, length).unwrap();
+        let mut file = TableFile::open(&path, seal).unwrap();
         file.cut().unwrap();
         file.append(&rows[2..3]).unwrap();
         file.append(&rows[3..]).unwrap();
         let table = Table { columns, rows };
         assert_eq!(std::fs::read_to_string(&path).unwrap(), table.to_csv("about"));
-        assert!(TableFile::open(&path, 1_000_000).is_err(), "rows are missing");
+        assert!(TableFile::open(&path, Seal { bytes: 1_000_000, ..seal }).is_err(), "rows are missing");
+        let edited = std::fs::read_to_string(&path).unwrap().replacen("about", "About", 1);
+        std::fs::write(&path, edited).unwrap();
+        let error = TableFile::open(&path, seal).unwrap_err().to_string();
+        assert!(error.contains("was changed since the checkpoint"), "{error}");
     }
 }

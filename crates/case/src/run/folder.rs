@@ -6,8 +6,7 @@ use std::io::{BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use crate::SolverError;
-use crate::load::{SEAL_OF_NOTHING, fnv1a_from};
-use crate::output::{OutputError, TableFile, write_through};
+use crate::output::{OutputError, Seal, Sealed, TableFile, write_through};
 use crate::run::RunError;
 
 pub(super) const CASE: &str = "case.json";
@@ -50,7 +49,11 @@ pub(super) fn state(stage: usize) -> String {
 }
 
 fn is_of_search(name: &str) -> bool {
-    (name.starts_with("trials-") && name.ends_with(".csv")) || is_state(name)
+    is_trials(name) || is_state(name)
+}
+
+pub(super) fn is_trials(name: &str) -> bool {
+    name.starts_with("trials-") && name.ends_with(".csv")
 }
 
 fn is_state(name: &str) -> bool {
@@ -61,7 +64,8 @@ fn is_profile(name: &str) -> bool {
     name.starts_with("profile-") && name.ends_with(".csv")
 }
 
-fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
+/// The names in a folder; none where there is no folder.
+pub(super) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
     if !folder.is_dir() {
         return Ok(Vec::new());
     }
@@ -97,35 +101,17 @@ pub(super) fn write_state(
 ) -> Result<(), RunError> {
     let mut failed = None;
     let written = write_through(path, |file| {
-        let mut sealed = Sealed { file, seal: SEAL_OF_NOTHING };
+        let mut sealed = Sealed { into: file, seal: Seal::default() };
         if let Err(error) = state(&mut sealed) {
             failed = Some(error);
             return Err(std::io::Error::other("not written"));
         }
-        let seal = sealed.seal.to_le_bytes();
-        sealed.file.write_all(&seal)
+        let seal = sealed.seal.fnv1a.to_le_bytes();
+        sealed.into.write_all(&seal)
     });
     match failed {
         Some(error) => Err(error.into()),
         None => Ok(written?),
-    }
-}
-
-/// Counts what goes through it into a seal.
-struct Sealed<F> {
-    file: F,
-    seal: u64,
-}
-
-impl<F: Write> Write for Sealed<F> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let count = self.file.write(bytes)?;
-        self.seal = fnv1a_from(self.seal, &bytes[..count]);
-        Ok(count)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
     }
 }
 
@@ -139,11 +125,11 @@ pub(super) fn read_state(path: &Path) -> Result<impl Read + use<>, OutputError> 
     let mut file = File::open(path).map_err(fail)?;
     let length = file.metadata().map_err(fail)?.len();
     let length = length.checked_sub(size_of::<u64>() as u64).ok_or_else(damaged)?;
-    let mut sealed = Sealed { file: std::io::sink(), seal: SEAL_OF_NOTHING };
+    let mut sealed = Sealed { into: std::io::sink(), seal: Seal::default() };
     std::io::copy(&mut (&file).take(length), &mut sealed).map_err(fail)?;
     let mut seal = [0; size_of::<u64>()];
     file.read_exact(&mut seal).map_err(fail)?;
-    if u64::from_le_bytes(seal) != sealed.seal {
+    if u64::from_le_bytes(seal) != sealed.seal.fnv1a {
         return Err(damaged());
     }
     file.rewind().map_err(fail)?;
@@ -165,6 +151,17 @@ pub(super) fn lock(out: &Path) -> Result<Option<File>, OutputError> {
         }
         Err(TryLockError::Error(_)) => Ok(None),
     }
+}
+
+/// Room on the disk (bytes) kept for the summary of a run that fails because the disk is full.
+const ROOM: usize = 1 << 16;
+
+/// Keeps room in the folder, beside that for `text`, until the file is closed; it has no name there. `None` where that is not
+/// possible.
+pub(super) fn keep_room(out: &Path, text: &str) -> Option<File> {
+    let mut file = tempfile::tempfile_in(out).ok()?;
+    file.write_all(&vec![1; ROOM + 2 * text.len()]).and_then(|()| file.sync_all()).ok()?;
+    Some(file)
 }
 
 /// Removes everything that a run writes but its case and its summary.
@@ -224,17 +221,17 @@ impl Tables {
         self.files.get_mut(name).map_or(Ok(()), |file| file.append(rows))
     }
 
-    /// Brings all rows safely to the disk; name and length (bytes) of each table.
-    pub(super) fn sync(&self) -> Result<Vec<(String, u64)>, OutputError> {
+    /// Brings all rows safely to the disk; name and seal of each table.
+    pub(super) fn sync(&self) -> Result<Vec<(String, Seal)>, OutputError> {
         self.files.iter().map(|(name, file)| Ok((name.clone(), file.sync()?))).collect()
     }
 
-    /// Takes the tables up again where they had the given lengths: all of them, or none is touched.
-    pub(super) fn resume(&mut self, lengths: &[(String, u64)]) -> Result<(), OutputError> {
+    /// Takes the tables up again where they had the given seals: all of them, or none is touched.
+    pub(super) fn resume(&mut self, seals: &[(String, Seal)]) -> Result<(), OutputError> {
         let Some(out) = &self.out else { return Ok(()) };
         let mut files = BTreeMap::new();
-        for (name, length) in lengths {
-            files.insert(name.clone(), TableFile::open(&out.join(name), *length)?);
+        for (name, seal) in seals {
+            files.insert(name.clone(), TableFile::open(&out.join(name), *seal)?);
         }
         files.values_mut().try_for_each(TableFile::cut)?;
         self.files = files;

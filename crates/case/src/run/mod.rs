@@ -8,6 +8,7 @@ mod row;
 mod safety;
 mod steps;
 mod summary;
+mod verify;
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -28,6 +29,7 @@ use steps::{is_there, stable_step};
 pub use error::RunError;
 pub use row::{check_names, column_names};
 pub use safety::{Safety, Trial};
+pub use verify::{Verified, verify};
 
 /// Wall-clock time between two summaries of a run that goes on, at least: frames may follow each other faster than a disk
 /// has them.
@@ -451,15 +453,25 @@ impl Run<'_> {
     fn finish(&mut self, ending: &str, reason: Option<&str>) -> Result<(), RunError> {
         self.bar.finish_and_clear();
         let completed = ending == "completed";
-        if completed {
-            self.recorder.output_last(&*self.solver, &mut self.progress)?;
-            self.recorder.rasters(&*self.solver)?;
-        }
+        let last = if completed { self.last_output() } else { Ok(()) };
         self.remarks = self.remarks_so_far();
         if completed {
             self.remarks.extend(self.recorder.blind_probes());
         }
-        self.summary(ending, reason, &self.remarks)
+        self.recorder.room = None;
+        match last {
+            Ok(()) => self.summary(ending, reason, &self.remarks),
+            Err(error) => {
+                self.summary("failed", Some(&error.to_string()), &self.remarks)?;
+                Err(error)
+            }
+        }
+    }
+
+    /// What is written once a run is complete.
+    fn last_output(&mut self) -> Result<(), RunError> {
+        self.recorder.output_last(&*self.solver, &mut self.progress)?;
+        Ok(self.recorder.rasters(&*self.solver)?)
     }
 
     fn report(&mut self, ending: Ending) -> RunReport {

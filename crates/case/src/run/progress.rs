@@ -1,8 +1,10 @@
 //! Where a run stands.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
-use crate::output::Collection;
+use crate::output::{Collection, Seal};
 use crate::{Budget, TimeStep};
 
 /// Where a run stands: everything but the solver that a restart needs.
@@ -18,6 +20,8 @@ pub(super) struct Progress {
     pub(super) frames: u64,
     pub(super) rows: u64,
     pub(super) collection: Collection,
+    /// Seals of the files of the frames, by name.
+    pub(super) seals: BTreeMap<String, Seal>,
     /// Steps done at each frame of the collection.
     pub(super) frame_steps: Vec<u64>,
     pub(super) start: Budget,

@@ -16,7 +16,7 @@ use super::progress::Progress;
 use super::{RunError, RunOptions, row};
 use crate::description::Measure;
 use crate::output::{
-    Collection, GridFrame, OutputError, Table, read_frame, read_json, write_atomically, write_frame,
+    Collection, GridFrame, OutputError, Seal, Table, read_frame, read_json, write_atomically, write_frame,
     write_grid, write_lines,
 };
 use crate::solver::{restore_value, save_value};
@@ -28,8 +28,8 @@ struct Checkpoint {
     fingerprint: u64,
     method: String,
     progress: Progress,
-    /// Lengths of the tables on disk (bytes): what stands beyond is written again.
-    tables: Vec<(String, u64)>,
+    /// Seals of the tables on disk: what stands beyond is written again.
+    tables: Vec<(String, Seal)>,
 }
 
 /// Rows of the measures over a whole run, about, where the case names no interval.
@@ -57,6 +57,8 @@ pub(super) struct Recorder<'a> {
     fingerprint: u64,
     /// Keeps other runs out of the folder.
     lock: Option<fs::File>,
+    /// Keeps room on the disk for the last summary.
+    pub(super) room: Option<fs::File>,
 }
 
 impl<'a> Recorder<'a> {
@@ -74,6 +76,7 @@ impl<'a> Recorder<'a> {
             states: BTreeMap::new(),
             fingerprint: case.fingerprint(),
             lock: None,
+            room: None,
         };
         if let Some(out) = &options.out {
             recorder.prepare(out)?;
@@ -100,6 +103,7 @@ impl<'a> Recorder<'a> {
             return Err(folder(problem));
         }
         self.lock = folder::lock(out)?;
+        self.room = folder::keep_room(out, &self.case.to_json());
         if self.options.resume {
             return self.check_resumable(out);
         }
@@ -237,13 +241,18 @@ impl<'a> Recorder<'a> {
         if let Some(out) = &self.options.out {
             let only = self.case.output.fields.as_deref();
             write_frame(&out.join(&name), &self.case.on_map(snapshot.clone()), only)?;
+            progress.seals.insert(name.clone(), Seal::of_file(&out.join(&name), None)?);
             if let Some(cell) = self.case.output.grid {
                 let averages = GridFrame::new(self.case, cell, &snapshot, only);
-                write_grid(&out.join(folder::on_grid(&name)), &averages)?;
+                let grid = folder::on_grid(&name);
+                write_grid(&out.join(&grid), &averages)?;
+                progress.seals.insert(grid.clone(), Seal::of_file(&out.join(&grid), None)?);
             }
             if self.case.output.contacts {
                 let lines = solver.contact_lines().shifted(self.case.origin());
-                write_lines(&out.join(folder::contacts_of(&name)), &lines)?;
+                let contacts = folder::contacts_of(&name);
+                write_lines(&out.join(&contacts), &lines)?;
+                progress.seals.insert(contacts.clone(), Seal::of_file(&out.join(&contacts), None)?);
             }
             self.write_collections(out, &progress.collection)?;
         }
@@ -345,7 +354,7 @@ impl<'a> Recorder<'a> {
         };
         solver.restore(&mut state).map_err(|error: SolverError| self.refuse(out, error.to_string()))?;
         let progress = checkpoint.progress;
-        self.check_frames(out, &progress.collection)?;
+        self.check_frames(out, &progress.seals)?;
         if self.options.keep_frames {
             self.kept = read_frames(out, &progress)?;
         }
@@ -359,16 +368,18 @@ impl<'a> Recorder<'a> {
         Ok(Some(progress))
     }
 
-    /// Refuses to go on without frames of the run: the collection would name files that are not there.
-    fn check_frames(&self, out: &Path, collection: &Collection) -> Result<(), RunError> {
-        let on_grid = |name: &str| self.case.output.grid.map(|_| folder::on_grid(name));
-        let names = collection.frames.iter().flat_map(|(_, name)| [Some(name.clone()), on_grid(name)]);
-        match names.flatten().find(|name| !out.join(name).exists()) {
-            Some(gone) => {
-                Err(self.refuse(out, format!("counts on {gone}, which is gone: run the case anew")))
-            }
-            None => Ok(()),
+    /// Refuses to go on without the frames of the run, or with others: the collection would name what it did not write.
+    fn check_frames(&self, out: &Path, seals: &BTreeMap<String, Seal>) -> Result<(), RunError> {
+        for (name, seal) in seals {
+            let path = out.join(name);
+            let wrong = match path.exists() {
+                false => "gone",
+                true if Seal::of_file(&path, None)? != *seal => "not as it was written",
+                true => continue,
+            };
+            return Err(self.refuse(out, format!("counts on {name}, which is {wrong}: run the case anew")));
         }
+        Ok(())
     }
 
     /// What the checkpoint says of the run, and the state of the solver behind it; `None` where there is none.

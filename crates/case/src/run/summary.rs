@@ -8,7 +8,7 @@ use serde_json::json;
 use super::folder::{CHECKPOINT, SUMMARY};
 use super::progress::{Progress, StepBound};
 use super::record::Recorder;
-use super::{RunError, Safety};
+use super::{RunError, Safety, verify};
 use crate::description::Stage;
 use crate::output::{OutputError, write_atomically};
 use crate::{Budget, Solver};
@@ -67,7 +67,11 @@ impl Recorder<'_> {
             summary["factors_of_safety"] = found.into();
         }
         if completed {
-            self.tables.sync()?;
+            let tables = self.tables.sync()?;
+            if let Some(out) = &self.options.out {
+                let sealed = progress.seals.clone().into_iter().chain(tables).collect();
+                summary["files"] = verify::to_json(&verify::seals(out, sealed)?);
+            }
             summary["end"] = budget(solver.budget());
             summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
         }

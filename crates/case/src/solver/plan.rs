@@ -26,6 +26,10 @@ impl Size {
         if self.memory <= available {
             return Ok(());
         }
+        if !self.memory.is_finite() {
+            let problem = "gives more points or nodes than can be counted: make it larger";
+            return Err(CaseError::new(self.key, problem));
+        }
         let nodes =
             if self.nodes > 0.0 { format!(" and {:.1e} grid nodes", self.nodes) } else { String::new() };
         let problem = format!(
@@ -69,7 +73,7 @@ impl Plan {
             return Err(CaseError::new("bodies", problem));
         }
         let end = case.end_time();
-        if self.time_step.is_lost_in(end) {
+        if !(dt > 0.0) || self.time_step.is_lost_in(end) {
             let problem = format!(
                 "the time step, {dt:.3e} s, limited by: {limit}, is lost beside the end at {end} s, more than 2^53 steps away: look at \
                  stiffness, density and sizes"

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use colluvium_constitutive::MaterialSpec;
-use colluvium_points::overlap;
+use colluvium_points::{meeting_boxes, overlap};
 
 use super::{Findings, OVERLAP_RESOLUTION};
 use crate::description::{InitialStress, PoreFluid, PorePressure, Velocity};
@@ -56,10 +56,11 @@ impl Findings<'_> {
                 self.report(format!("{path}.material"), format!("{:?} {problem}", body.material));
             }
         }
-        for second in 1..case.bodies.len() {
-            for first in (0..second).filter(|&first| sound[first] && sound[second]) {
-                self.apart(first, second);
-            }
+        let placed: Vec<usize> = (0..case.bodies.len()).filter(|number| sound[*number]).collect();
+        let bounds: Vec<_> =
+            placed.iter().map(|number| case.bodies[*number].shape.bounds(dimension)).collect();
+        for (first, second) in meeting_boxes(&bounds) {
+            self.apart(placed[first], placed[second]);
         }
     }
 

@@ -20,6 +20,7 @@ pub mod report;
 pub mod run;
 pub mod schema;
 pub mod sweep;
+pub mod verify;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

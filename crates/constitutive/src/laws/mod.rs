@@ -116,8 +116,11 @@ fn check_initial(
     if stress.is_finite() && excess <= 1e-6 * scale {
         return Ok(());
     }
-    let reason =
-        format!("the stress lies outside the yield surface by {excess:.4e} Pa (stress {:?} Pa)", stress.0);
+    let reason = if excess.is_finite() {
+        format!("the stress lies outside the yield surface by {excess:.4e} Pa (stress {:?} Pa)", stress.0)
+    } else {
+        format!("numbers of this size leave double precision (stress {:?} Pa)", stress.0)
+    };
     Err(MaterialError::Initial { model, reason })
 }
 

@@ -48,7 +48,9 @@ impl StrengthReduction {
 
     /// Dilatancy angle beside the reduced friction angle (degrees).
     pub(crate) fn dilatancy(&self, dilatancy: f64, reduced_friction: f64) -> f64 {
-        if self.keep_dilatancy { dilatancy } else { dilatancy.clamp(-reduced_friction, reduced_friction) }
+        // Of parameters that are refused elsewhere too.
+        let bound = reduced_friction.abs();
+        if self.keep_dilatancy { dilatancy } else { dilatancy.max(-bound).min(bound) }
     }
 
     /// Residual strengths under the scope.

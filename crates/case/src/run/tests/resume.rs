@@ -160,3 +160,51 @@ fn a_checkpoint_of_another_case_is_refused() {
     assert!(error.to_string().contains("another case"), "{error}");
     assert!(left(folder.path()) == before, "a refused resume changes nothing");
 }
+
+#[test]
+fn resuming_with_tables_or_frames_that_were_edited_is_refused() {
+    let case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    let edits = [
+        ("measures.csv", "was changed since the checkpoint"),
+        ("profile-top.csv", "was changed since the checkpoint"),
+        ("frames/frame-00001.vtu", "which is not as it was written"),
+    ];
+    for (name, problem) in edits {
+        let folder = tempfile::tempdir().unwrap();
+        run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
+        let path = folder.path().join(name);
+        let mut bytes = std::fs::read(&path).unwrap();
+        bytes[10] ^= 1;
+        std::fs::write(&path, bytes).unwrap();
+        let before = left(folder.path());
+        let again = RunOptions { resume: true, ..options(folder.path()) };
+        let error = run(&case, Oscillators::boxed(0.1, None), &again).unwrap_err();
+        assert!(error.to_string().contains(problem), "{name}: {error}");
+        assert!(left(folder.path()) == before);
+    }
+}
+
+#[test]
+fn a_complete_run_verifies_until_one_of_its_files_changes() {
+    let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    case.output.grid = Some(0.5);
+    let folder = tempfile::tempdir().unwrap();
+    run(&case, Oscillators::boxed(0.1, Some(1.2)), &options(folder.path())).unwrap_err();
+    let error = verify(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("the run is not complete (failed)"), "{error}");
+    let again = RunOptions { resume: true, ..options(folder.path()) };
+    run(&case, Oscillators::boxed(0.1, None), &again).unwrap();
+    let whole = verify(folder.path()).unwrap();
+    // All that is there but the summary itself.
+    assert_eq!(whole, Verified { files: left(folder.path()).len(), problems: Vec::new() });
+    std::fs::write(folder.path().join("frames.pvd"), "").unwrap();
+    let table = folder.path().join("measures.csv");
+    let edited = std::fs::read_to_string(&table).unwrap().replacen("# SI", "# si", 1);
+    std::fs::write(&table, edited).unwrap();
+    std::fs::remove_file(folder.path().join("frames/grid-00000.vtr")).unwrap();
+    let problems = verify(folder.path()).unwrap().problems;
+    let starts =
+        ["frames.pvd: has 0 bytes", "frames/grid-00000.vtr: ", "measures.csv: is not what the run wrote"];
+    assert_eq!(problems.len(), 3, "{problems:?}");
+    assert!(problems.iter().zip(starts).all(|(problem, start)| problem.starts_with(start)), "{problems:?}");
+}

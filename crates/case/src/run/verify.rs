@@ -1,0 +1,85 @@
+//! Whether the files of a run are still what it wrote.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::folder::{self, CASE, COLLECTION, CONTACT_COLLECTION, GRID_COLLECTION, RASTERS, SUMMARY};
+use crate::output::{OutputError, Seal, read_json};
+
+/// The seals of all files of a run in `out` but its summary, by name: `sealed` while it ran, and those of the files that were
+/// written at its ends.
+pub(super) fn seals(
+    out: &Path,
+    sealed: BTreeMap<String, Seal>,
+) -> Result<BTreeMap<String, Seal>, OutputError> {
+    let mut names: Vec<String> =
+        [CASE, COLLECTION, GRID_COLLECTION, CONTACT_COLLECTION].map(str::to_owned).into();
+    names.extend(folder::names(out)?.into_iter().filter(|name| folder::is_trials(name)));
+    names.extend(folder::names(&out.join(RASTERS))?.iter().map(|name| format!("{RASTERS}/{name}")));
+    let mut seals = sealed;
+    for name in names {
+        let path = out.join(&name);
+        if path.exists() {
+            seals.insert(name, Seal::of_file(&path, None)?);
+        }
+    }
+    Ok(seals)
+}
+
+/// Seals as they stand in a summary.
+pub(super) fn to_json(seals: &BTreeMap<String, Seal>) -> Value {
+    let one = |(name, seal): (&String, &Seal)| {
+        (name.clone(), json!({ "bytes": seal.bytes, "fnv1a": format!("{:016x}", seal.fnv1a) }))
+    };
+    Value::Object(seals.iter().map(one).collect())
+}
+
+/// What is wrong with the files of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Verified {
+    /// Number of files that were looked at.
+    pub files: usize,
+    /// What is not as it was written, a line for each file.
+    pub problems: Vec<String>,
+}
+
+/// Holds the files of a complete run in `out` against the seals in its summary.
+///
+/// # Errors
+/// When there is no summary, when it is not one of a complete run, or names no files: runs of older programs.
+pub fn verify(out: &Path) -> Result<Verified, OutputError> {
+    let path = out.join(SUMMARY);
+    let summary = read_json(&path)?;
+    let fail = |problem: String| OutputError::new(&path, problem);
+    let status = summary["status"].as_str().unwrap_or("unknown");
+    if status != "completed" {
+        return Err(fail(format!("the run is not complete ({status}): only complete ones have seals")));
+    }
+    let Some(files) = summary["files"].as_object() else {
+        return Err(fail("names no files: a program without seals wrote it".to_owned()));
+    };
+    let mut problems = Vec::new();
+    for (name, seal) in files {
+        let (bytes, hash) = (seal["bytes"].as_u64(), seal["fnv1a"].as_str());
+        let path = out.join(name);
+        let found = match fs::metadata(&path) {
+            Ok(about) if Some(about.len()) != bytes => {
+                let was = bytes.unwrap_or(0);
+                problems.push(format!("{name}: has {} bytes, the run wrote {was}", about.len()));
+                continue;
+            }
+            Ok(_) => Seal::of_file(&path, None)?,
+            Err(error) => {
+                problems.push(format!("{name}: {error}"));
+                continue;
+            }
+        };
+        if Some(format!("{:016x}", found.fnv1a).as_str()) != hash {
+            problems.push(format!("{name}: is not what the run wrote"));
+        }
+    }
+    Ok(Verified { files: files.len(), problems })
+}

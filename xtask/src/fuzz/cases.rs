@@ -1,0 +1,281 @@
+//! Broken case files: none may make the program panic, hang or write what is no number.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::panic::{self, AssertUnwindSafe};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use colluvium::case::{Case, CaseErrors, Method};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+
+use super::mutate::mutate;
+
+/// Longest time for one file.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Most memory that a problem may need to be built (bytes), and most points to be run.
+const MEMORY: f64 = 5e8;
+const POINTS: usize = 4000;
+
+/// Longest line that is still a message.
+const LINE: usize = 1500;
+
+/// Steps that a sound case is run for.
+const STEPS: usize = 3;
+
+/// A file to begin from, and the folder it is tried in, where the files that it names lie.
+struct Origin {
+    name: String,
+    value: Value,
+    folder: PathBuf,
+}
+
+/// What may fail while scratch files are written.
+type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
+
+/// How far a file got.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Outcome {
+    Refused,
+    Planned,
+    Run,
+}
+
+/// Tries that many files; prints what failed and keeps it under `target/fuzz`.
+///
+/// # Errors
+/// When scratch files cannot be written.
+pub fn run(files: u64, seed: u64) -> Fallible<bool> {
+    let scratch = crate::root().join("target/fuzz");
+    let origins = origins(&scratch)?;
+    let parts: Vec<Value> = origins.iter().map(|origin| origin.value.clone()).collect();
+    let (mut outcomes, mut failures): (BTreeMap<Outcome, u64>, BTreeMap<String, String>) = Default::default();
+    let watched = watch();
+    let said = listen();
+    let begun = Instant::now();
+    for number in 0..files {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(number);
+        let origin = &origins[random.random_range(0..origins.len())];
+        let mut value = origin.value.clone();
+        mutate(&mut value, &parts, &mut random);
+        let path = origin.folder.join("case.json");
+        fs::write(&path, serde_json::to_string_pretty(&value)?)?;
+        if let Ok(mut watched) = watched.lock() {
+            *watched = Some((Instant::now(), path.clone()));
+        }
+        let element = origin.value.get("material").is_some();
+        let outcome = panic::catch_unwind(AssertUnwindSafe(|| attempt(&path, element)))
+            .unwrap_or_else(|_| Err(said.lock().map_or_else(|_| "panic".to_owned(), |text| text.clone())));
+        if let Ok(mut watched) = watched.lock() {
+            *watched = None;
+        }
+        match outcome {
+            Ok(outcome) => *outcomes.entry(outcome).or_default() += 1,
+            Err(problem) => {
+                let kept = scratch.join(format!("failed-{seed}-{number}.json"));
+                fs::copy(&path, &kept)?;
+                // One of each kind is enough to read.
+                let kind: String = problem.chars().filter(|c| !c.is_ascii_digit()).take(120).collect();
+                failures.entry(kind).or_insert_with(|| {
+                    let line =
+                        format!("file {number}, from {}, kept as {}: {problem}", origin.name, kept.display());
+                    println!("{line}");
+                    line
+                });
+            }
+        }
+        if number % 10_000 == 9999 {
+            println!("{} files in {:.0} s", number + 1, begun.elapsed().as_secs_f64());
+        }
+    }
+    drop(panic::take_hook());
+    let count = |outcome| outcomes.get(&outcome).copied().unwrap_or(0);
+    println!(
+        "{files} files, seed {seed}: {} refused, {} planned, {} run for {STEPS} steps, {} failures of {} kinds, {:.0} s",
+        count(Outcome::Refused),
+        count(Outcome::Planned),
+        count(Outcome::Run),
+        files - outcomes.values().sum::<u64>(),
+        failures.len(),
+        begun.elapsed().as_secs_f64(),
+    );
+    Ok(failures.is_empty())
+}
+
+/// All starting cases, benchmark cases and element tests, each with a folder of its own.
+fn origins(scratch: &Path) -> Fallible<Vec<Origin>> {
+    if scratch.exists() {
+        fs::remove_dir_all(scratch)?;
+    }
+    let mut origins = Vec::new();
+    let mut add = |name: String, text: &str, files: &dyn Fn(&Path) -> Fallible<()>| {
+        let folder = scratch.join(format!("{}", origins.len()));
+        fs::create_dir_all(&folder)?;
+        files(&folder)?;
+        let value: Value = serde_json::from_str(text)?;
+        // Cells of grains are brought under their stress by up to two million steps.
+        let ready = !text.contains("granular-cell");
+        if value.get("stages").is_some() && ready {
+            origins.push(Origin { name, value, folder });
+        }
+        Fallible::Ok(())
+    };
+    for name in colluvium::template_names() {
+        let text = colluvium::template(name).unwrap_or_default();
+        add(name.to_owned(), text, &|folder| Ok(colluvium::write_template_files(name, folder)?))?;
+    }
+    for path in json_files(&crate::root().join("validation"))? {
+        let text = fs::read_to_string(&path)?;
+        let beside = |folder: &Path| {
+            for entry in fs::read_dir(path.parent().unwrap_or(&path))? {
+                let file = entry?.path();
+                if file.is_file() && file.extension().is_none_or(|kind| kind != "json") {
+                    fs::copy(&file, folder.join(file.file_name().unwrap_or_default()))?;
+                }
+            }
+            Ok(())
+        };
+        add(path.display().to_string(), &text, &beside)?;
+    }
+    Ok(origins)
+}
+
+/// The JSON files in a folder and below, in the order of their names.
+fn json_files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut entries: Vec<PathBuf> =
+        fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<_, _>>()?;
+    entries.sort();
+    let mut files = Vec::new();
+    for path in entries {
+        if path.is_dir() {
+            files.extend(json_files(&path)?);
+        } else if path.extension().is_some_and(|kind| kind == "json")
+            && path.file_name() != Some("open-defects.json".as_ref())
+        {
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+/// What `check` does with a file, and the first steps of what it finds sound.
+fn attempt(path: &Path, element: bool) -> Result<Outcome, String> {
+    if element {
+        return match colluvium::load_element_test(path) {
+            Err(errors) => refused(&errors),
+            Ok(_) => Ok(Outcome::Planned),
+        };
+    }
+    let case = match Case::load(path) {
+        Err(errors) => return refused(&errors),
+        Ok(case) => case,
+    };
+    let mut outcome = Outcome::Refused;
+    for name in case.methods.keys() {
+        let Some(method) = colluvium::method(name) else { continue };
+        outcome = outcome.max(with(method, &case)?);
+    }
+    Ok(outcome)
+}
+
+fn with(method: &dyn Method, case: &Case) -> Result<Outcome, String> {
+    let planned = method.size(case).and_then(|size| size.fit(MEMORY)).and_then(|()| method.plan(case));
+    let plan = match planned {
+        Err(error) => return refused(&CaseErrors::one(error)),
+        Ok(plan) => plan,
+    };
+    for warning in plan.all_warnings(case) {
+        readable(&warning)?;
+    }
+    let step = plan.time_step.dt;
+    if !(step.is_finite() && step > 0.0) {
+        return Err(format!("{}: a planned time step of {step} s", method.name()));
+    }
+    if plan.points > POINTS {
+        return Ok(Outcome::Planned);
+    }
+    let mut solver = match method.build(case) {
+        Err(error) => return refused(&CaseErrors::one(error)),
+        Ok(solver) => solver,
+    };
+    if solver.begin_stage(0, 0.0).is_err() {
+        return Ok(Outcome::Planned);
+    }
+    for _ in 0..STEPS {
+        let dt = solver.limit().dt;
+        if !dt.is_finite() || solver.step(dt).is_err() {
+            return Ok(Outcome::Planned);
+        }
+    }
+    let snapshot = solver.snapshot();
+    match snapshot.positions.iter().flatten().find(|x| !x.is_finite()) {
+        Some(x) => Err(format!("{}: a point at {x} after {STEPS} steps", method.name())),
+        None => Ok(Outcome::Run),
+    }
+}
+
+/// What is refused is refused in lines that can be read.
+fn refused(errors: &CaseErrors) -> Result<Outcome, String> {
+    for error in &errors.0 {
+        readable(&error.to_string())?;
+    }
+    if errors.0.is_empty() { Err("is refused without a word".to_owned()) } else { Ok(Outcome::Refused) }
+}
+
+fn readable(line: &str) -> Result<(), String> {
+    let printed = colluvium::case::printable(line);
+    if printed.chars().count() > LINE {
+        let start: String = printed.chars().take(200).collect();
+        return Err(format!("a message of {} characters: {start} …", printed.chars().count()));
+    }
+    if line.contains("NaN") || line.trim().is_empty() {
+        return Err(format!("a message that says nothing: {line:?}"));
+    }
+    Ok(())
+}
+
+/// Ends the program where one file takes too long.
+fn watch() -> Arc<Mutex<Option<(Instant, PathBuf)>>> {
+    let watched: Arc<Mutex<Option<(Instant, PathBuf)>>> = Arc::default();
+    let seen = watched.clone();
+    std::thread::spawn(move || {
+        loop {
+            std::thread::sleep(Duration::from_secs(1));
+            let Ok(seen) = seen.lock() else { return };
+            if let Some((since, path)) = &*seen
+                && since.elapsed() > PATIENCE
+            {
+                println!("{}: takes more than {} s", path.display(), PATIENCE.as_secs());
+                std::process::exit(1);
+            }
+        }
+    });
+    watched
+}
+
+/// Takes what panics say in place of standard error.
+fn listen() -> Arc<Mutex<String>> {
+    let said: Arc<Mutex<String>> = Arc::default();
+    let heard = said.clone();
+    panic::set_hook(Box::new(move |about| {
+        if let Ok(mut heard) = heard.lock() {
+            *heard = format!("panic: {about}").replace('\n', " ");
+        }
+    }));
+    said
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn five_hundred_broken_files_are_refused_or_run() {
+        assert!(run(500, 7).unwrap());
+    }
+}

@@ -1,0 +1,43 @@
+//! Broken case files and killed runs, many of them.
+
+mod cases;
+mod kill;
+mod mutate;
+
+use clap::Args;
+use colluvium::case::Case;
+
+/// Which, and how many.
+#[derive(Args)]
+pub struct Arguments {
+    /// Number of files that are made from all starting cases, benchmark cases and element tests.
+    #[arg(default_value_t = 100_000)]
+    files: u64,
+    /// Seed of the random numbers: the same files again.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Kill runs of all methods at random moments instead, so often in all, and take them up again.
+    #[arg(long, value_name = "TIMES")]
+    kill: Option<u64>,
+    /// Run one case into a folder: what `--kill` starts and kills.
+    #[arg(long, num_args = 2, value_names = ["CASE", "FOLDER"], hide = true)]
+    one: Option<Vec<std::path::PathBuf>>,
+}
+
+/// Runs it; `false` where something failed.
+///
+/// # Errors
+/// When scratch files cannot be written.
+pub fn run(arguments: &Arguments) -> Result<bool, String> {
+    chosen(arguments).map_err(|error| error.to_string())
+}
+
+fn chosen(arguments: &Arguments) -> Result<bool, Box<dyn std::error::Error>> {
+    if let Some([case, out]) = arguments.one.as_deref() {
+        return kill::one(&Case::load(case)?, out);
+    }
+    match arguments.kill {
+        Some(times) => kill::run(times, arguments.seed),
+        None => cases::run(arguments.files, arguments.seed),
+    }
+}
