@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -24,7 +24,7 @@ use crate::output::Table;
 use crate::{Advance, Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, TimeStep};
 use progress::Progress;
 use record::Recorder;
-use steps::{is_there, stable_step};
+use steps::{asked_to_stop, is_there, stable_step};
 
 pub use error::RunError;
 pub use row::{check_names, column_names};
@@ -493,10 +493,6 @@ impl Run<'_> {
             safety: std::mem::take(&mut self.safety),
         }
     }
-}
-
-fn asked_to_stop(options: &RunOptions) -> bool {
-    options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
 }
 
 #[cfg(test)]

@@ -1,8 +1,15 @@
 //! How long steps are.
 
-use super::RunError;
+use std::sync::atomic::Ordering;
+
+use super::{RunError, RunOptions};
 use crate::description::Stage;
 use crate::{Solver, TimeStep};
+
+/// Whether the run is to end at the next step.
+pub(super) fn asked_to_stop(options: &RunOptions) -> bool {
+    options.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+}
 
 /// The solver's stable step in the stage, which ends at `end` (s).
 pub(super) fn stable_step(solver: &mut dyn Solver, stage: &Stage, end: f64) -> Result<TimeStep, RunError> {
