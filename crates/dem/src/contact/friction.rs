@@ -113,7 +113,7 @@ fn rescaled<const R: usize>(
     }
 }
 
-/// [`Coulomb::left`] of four contacts; `spring` is where the spring is reset to the force of friction.
+/// `Coulomb::left` of four contacts; `spring` is where the spring is reset to the force of friction.
 #[inline(always)]
 pub fn left_in_lanes<const R: usize>(
     force: &[Lanes; R],
@@ -132,7 +132,7 @@ pub fn left_in_lanes<const R: usize>(
     std::array::from_fn(|c| stiff & whole.bitselect(plain[c], longer.bitselect(clipped[c], slide[c])))
 }
 
-/// [`rescaled`] of four contacts, and the energy that is lost (J).
+/// `rescaled` of four contacts, and the energy that is lost (J).
 #[inline(always)]
 pub fn rescaled_in_lanes<const R: usize>(
     old: &[Lanes; R],
