@@ -13,7 +13,7 @@ use colluvium_constitutive::MaterialSpec;
 use colluvium_points::Shape;
 
 pub use body::{Body, InitialStress, Velocity};
-pub use cut::{Bounds, Cut, CutAction, Sweep};
+pub use cut::{Bounds, Cut, CutAction, Sweep, thinnest};
 pub use obstacle::{Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall, ProfilePiece};
 pub use output::{CrackTip, Measure, Output, Rasters};
 use schemars::JsonSchema;

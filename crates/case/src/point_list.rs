@@ -47,6 +47,12 @@ pub struct PointList {
 }
 
 impl PointList {
+    /// Columns with the initial velocity (m/s).
+    pub const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
+    /// Columns with the initial stress (Pa, tension-positive).
+    pub const STRESS: [&str; 6] =
+        ["stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_zx"];
+
     /// Places and volumes.
     pub fn samples<const D: usize>(&self) -> Vec<Sample<D>> {
         let sample = |(position, volume): (&[f64; 3], &f64)| Sample {
@@ -111,14 +117,14 @@ impl Case {
         let origin = self.origin();
         let mut rows = Vec::new();
         let mut list = PointList {
-            velocities: columns.has(&VELOCITY).then(Vec::new),
-            stresses: columns.has(&STRESS).then(Vec::new),
+            velocities: columns.has(&PointList::VELOCITY).then(Vec::new),
+            stresses: columns.has(&PointList::STRESS).then(Vec::new),
             ..PointList::default()
         };
         for record in reader.records() {
             let record = record.map_err(|error| shape_of_line(&text, &error))?;
             let row = Row { line: record.position().map_or(0, |at| line(&text, at)), record: &record };
-            let [x, velocity] = [&PLACE, &VELOCITY].map(|names| row.numbers(&columns, names));
+            let [x, velocity] = [&PLACE, &PointList::VELOCITY].map(|names| row.numbers(&columns, names));
             let (mut x, velocity) = (x?, velocity?);
             (0..self.dimension()).for_each(|c| x[c] = taken_off(x[c], origin[c]));
             if !body.shape.contains(&x[..self.dimension()]) {
@@ -131,7 +137,7 @@ impl Case {
                 None => row.volume(&columns)?,
             });
             list.velocities.iter_mut().for_each(|all| all.push(velocity));
-            let stress = row.numbers(&columns, &STRESS)?;
+            let stress = row.numbers(&columns, &PointList::STRESS)?;
             list.stresses.iter_mut().for_each(|all| all.push(SymTensor(stress)));
             rows.push(row.line);
         }
@@ -145,8 +151,6 @@ impl Case {
 
 const PLACE: [&str; 3] = ["x", "y", "z"];
 const VOLUME: &str = "volume";
-const VELOCITY: [&str; 3] = ["velocity_x", "velocity_y", "velocity_z"];
-const STRESS: [&str; 6] = ["stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_zx"];
 
 /// The names of the columns.
 struct Columns(Vec<String>);
@@ -158,8 +162,8 @@ impl Columns {
         let known: Vec<&str> = PLACE[..dimension]
             .iter()
             .chain([&VOLUME])
-            .chain(&VELOCITY[..dimension])
-            .chain(&STRESS)
+            .chain(&PointList::VELOCITY[..dimension])
+            .chain(&PointList::STRESS)
             .copied()
             .collect();
         for (number, name) in names.iter().enumerate() {
@@ -200,13 +204,13 @@ impl Columns {
             }
             _ => {}
         }
-        if self.has(&VELOCITY) && body.velocity != Velocity::Rest {
+        if self.has(&PointList::VELOCITY) && body.velocity != Velocity::Rest {
             return twice("velocities", "velocity");
         }
-        if self.has(&STRESS) && body.stress != InitialStress::None {
+        if self.has(&PointList::STRESS) && body.stress != InitialStress::None {
             return twice("stresses", "stress");
         }
-        if body.rigid && (self.has(&VELOCITY) || self.has(&STRESS)) {
+        if body.rigid && (self.has(&PointList::VELOCITY) || self.has(&PointList::STRESS)) {
             return Err("a rigid body begins at rest and carries no stress".to_owned());
         }
         Ok(())

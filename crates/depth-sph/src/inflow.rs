@@ -10,6 +10,20 @@ use crate::nodes::{Node, Plan};
 /// Nodes behind the line are kept this far beyond their reach (rows), so that none comes and goes.
 const SLACK: f64 = 1.0;
 
+/// Value of a hydrograph at a time (s): linear between its pairs, none before the first and after the last.
+pub fn at_time(hydrograph: &[[f64; 2]], time: f64) -> f64 {
+    let part = hydrograph.windows(2).find(|pair| (pair[0][0]..=pair[1][0]).contains(&time));
+    part.map_or(0.0, |pair| {
+        pair[0][1] + (time - pair[0][0]) / (pair[1][0] - pair[0][0]) * (pair[1][1] - pair[0][1])
+    })
+}
+
+/// Depth (m) and speed (m/s) of a discharge per width (m²/s) that has a Froude number under gravity (m/s²).
+pub fn section(flux: f64, froude: f64, gravity: f64) -> (f64, f64) {
+    let depth = (flux / (froude * gravity.sqrt())).powf(2.0 / 3.0);
+    (depth, if depth > 0.0 { flux / depth } else { 0.0 })
+}
+
 /// A line that material crosses. In plan only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inflow<const D: usize> {
@@ -78,10 +92,7 @@ impl<const D: usize> Inflow<D> {
 
     /// Discharge at a time (m³/s).
     pub fn discharge(&self, time: f64) -> f64 {
-        let part = self.hydrograph.windows(2).find(|pair| (pair[0][0]..=pair[1][0]).contains(&time));
-        part.map_or(0.0, |pair| {
-            pair[0][1] + (time - pair[0][0]) / (pair[1][0] - pair[0][0]) * (pair[1][1] - pair[0][1])
-        })
+        at_time(&self.hydrograph, time)
     }
 
     /// Volume that has flowed in by a time (m³).
@@ -97,9 +108,7 @@ impl<const D: usize> Inflow<D> {
 
     /// Depth (m) and speed (m/s) at a discharge (m³/s): that of the Froude number.
     pub fn section(&self, discharge: f64) -> (f64, f64) {
-        let flux = discharge / self.width();
-        let depth = (flux / (self.froude * self.gravity.sqrt())).powf(2.0 / 3.0);
-        (depth, if depth > 0.0 { flux / depth } else { 0.0 })
+        section(discharge / self.width(), self.froude, self.gravity)
     }
 
     /// Nodes of a row.

@@ -2,6 +2,7 @@
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
+use colluvium_testkit::cases::{advance, begin};
 use serde_json::{Value, json};
 
 /// A column of sand behind a wall, 2 m long and 1 m high, on a rough floor.
@@ -43,17 +44,7 @@ fn fix(mut value: Value) -> Value {
 }
 
 fn build(value: &Value) -> Box<dyn Solver> {
-    let case = Case::from_json(&value.to_string()).unwrap();
-    let mut solver = DepthSph.build(&case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
-    solver
-}
-
-fn advance(solver: &mut dyn Solver, steps: usize) {
-    for _ in 0..steps {
-        let dt = solver.limit().dt;
-        solver.step(dt).unwrap();
-    }
+    begin(&DepthSph, &Case::from_json(&value.to_string()).unwrap())
 }
 
 fn refused(value: &Value) -> String {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
+use colluvium_testkit::cases::{advance, begin};
 use serde_json::{Value, json};
 
 /// A slope of 0.6 that bends to a flat, on a grid of 2 m.
@@ -43,16 +44,7 @@ fn heap(folder: &Path, more: &Value) -> Case {
 }
 
 fn start(case: &Case) -> Box<dyn Solver> {
-    let mut solver = DepthSph.build(case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
-    solver
-}
-
-fn steps(solver: &mut dyn Solver, count: usize) {
-    for _ in 0..count {
-        let dt = solver.limit().dt;
-        solver.step(dt).unwrap();
-    }
+    begin(&DepthSph, case)
 }
 
 /// A reading of a solver.
@@ -89,7 +81,7 @@ fn what_the_flow_takes_up_is_what_the_bed_has_lost() {
     ] {
         let mut solver = start(&heap(folder.path(), &more));
         let before = reading(solver.as_ref(), "flow_volume");
-        steps(solver.as_mut(), 60);
+        advance(solver.as_mut(), 60);
         let [growth, lost, least] = account(solver.as_ref(), before);
         assert!(growth > 1.0, "{growth} m³ of {before} m³: {more}");
         assert!((growth - lost).abs() < 1e-9 * before, "flow and bed: {growth} {lost}: {more}");
@@ -108,22 +100,22 @@ fn a_lowered_bed_is_seen_by_the_flow_and_comes_back_with_a_checkpoint() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut solver = start(&case);
-            steps(solver.as_mut(), 80);
+            advance(solver.as_mut(), 80);
             solver.snapshot().hash()
         })
     };
     let mut solver = start(&case);
-    steps(solver.as_mut(), 43);
+    advance(solver.as_mut(), 43);
     let mut bytes = Vec::new();
     solver.save(&mut bytes).unwrap();
     let mut other = start(&case);
     other.restore(&mut bytes.as_slice()).unwrap();
-    steps(other.as_mut(), 37);
+    advance(other.as_mut(), 37);
     assert_eq!(whole(1), whole(2));
     assert_eq!(other.snapshot().hash(), whole(1));
     let level = |more: &Value| {
         let mut solver = start(&heap(folder.path(), more));
-        steps(solver.as_mut(), 80);
+        advance(solver.as_mut(), 80);
         let snapshot = solver.snapshot();
         let bed = snapshot.scalars("bed").unwrap();
         snapshot
@@ -144,7 +136,7 @@ fn rock_gives_nothing_and_a_plane_cannot_be_lowered() {
     terrain(folder.path());
     let region = json!([{ "shape": { "kind": "box", "min": [0, 0], "max": [40, 40] } }]);
     let mut solver = start(&heap(folder.path(), &json!({ "lower_bed": true, "regions": region })));
-    steps(solver.as_mut(), 60);
+    advance(solver.as_mut(), 60);
     let rasters = solver.rasters();
     let change = &rasters.iter().find(|raster| raster.name == "bed_change").unwrap().raster;
     for row in 0..change.rows {

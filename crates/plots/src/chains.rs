@@ -5,6 +5,7 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
+use super::plane::{plane, scale};
 use super::{FONT, PALETTE, Picture, label, range};
 
 /// Grains with the forces between them: a line from centre to centre, as wide as its force.
@@ -31,9 +32,7 @@ impl ForceChains {
 
     /// Metres of a pixel.
     fn pixel(&self) -> f64 {
-        let [x, y] = self.bounds();
-        let height = self.size().1 - MARGINS[1];
-        ((x.end - x.start) / f64::from(WIDTH - MARGINS[0])).max((y.end - y.start) / f64::from(height))
+        scale(&self.bounds(), [WIDTH - MARGINS[0], self.size().1 - MARGINS[1]])
     }
 }
 
@@ -47,32 +46,9 @@ impl Picture for ForceChains {
     fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>) -> Result<(), String> {
         let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
         area.fill(&WHITE).map_err(text)?;
-        let ([mut x, mut y], pixel, (_, height)) = (self.bounds(), self.pixel(), self.size());
-        let widen = |r: &mut Range<f64>, pixels: u32| {
-            let extra = 0.5 * (pixel * f64::from(pixels) - (r.end - r.start)).max(0.0);
-            *r = r.start - extra..r.end + extra;
-        };
-        widen(&mut x, WIDTH - MARGINS[0]);
-        widen(&mut y, height - MARGINS[1]);
-        let mut chart = ChartBuilder::on(area)
-            .caption(&self.title, (FONT, 20))
-            .margin(10)
-            .x_label_area_size(40)
-            .y_label_area_size(66)
-            .build_cartesian_2d(x, y)
-            .map_err(text)?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .x_desc(&self.axes[0])
-            .y_desc(&self.axes[1])
-            .x_label_formatter(&label)
-            .y_label_formatter(&label)
-            .y_labels(5)
-            .label_style((FONT, 14))
-            .axis_desc_style((FONT, 16))
-            .draw()
-            .map_err(text)?;
+        let (pixel, (_, height)) = (self.pixel(), self.size());
+        let pixels = [WIDTH - MARGINS[0], height - MARGINS[1]];
+        let mut chart = plane(area, &self.title, &self.axes, self.bounds(), pixels)?;
         let grey = RGBColor(214, 214, 214);
         let disks = self.grains.iter().map(|(c, r)| {
             Circle::new((c[0], c[1]), (r / pixel).round().max(1.0) as i32, grey.stroke_width(1))

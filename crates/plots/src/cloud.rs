@@ -6,6 +6,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::plane::plane;
 use super::{FONT, Picture, label, range};
 use colluvium_case::{Field, FieldData, Snapshot};
 
@@ -138,37 +139,8 @@ impl Picture for PointCloud {
         let (main, bar) = area.split_horizontally(WIDTH - 100);
         let own = || range(self.points.iter().map(|p| p.2), 0.0);
         let values = self.shared.as_ref().map_or_else(own, |shared| shared.values.clone());
-        let [mut x, mut y] = self.bounds();
-        // Widen the shorter side where the aspect ratio was clamped.
-        let (_, height) = self.size();
-        let pixel =
-            ((x.end - x.start) / f64::from(WIDTH - 190)).max((y.end - y.start) / f64::from(height - 100));
-        let widen = |r: &mut Range<f64>, pixels: u32| {
-            let extra = 0.5 * (pixel * f64::from(pixels) - (r.end - r.start)).max(0.0);
-            r.start -= extra;
-            r.end += extra;
-        };
-        widen(&mut x, WIDTH - 190);
-        widen(&mut y, height - 100);
-        let mut chart = ChartBuilder::on(&main)
-            .caption(&self.title, (FONT, 20))
-            .margin(10)
-            .x_label_area_size(40)
-            .y_label_area_size(66)
-            .build_cartesian_2d(x, y)
-            .map_err(text)?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .x_desc(&self.axes[0])
-            .y_desc(&self.axes[1])
-            .x_label_formatter(&label)
-            .y_label_formatter(&label)
-            .y_labels(5)
-            .label_style((FONT, 14))
-            .axis_desc_style((FONT, 16))
-            .draw()
-            .map_err(text)?;
+        let pixels = [WIDTH - 190, self.size().1 - 100];
+        let mut chart = plane(&main, &self.title, &self.axes, self.bounds(), pixels)?;
         let share = |v: f64| (v - values.start) / (values.end - values.start);
         let squares = self.points.iter().map(|(p, e, v)| {
             let corner = |s: f64| (p[0] + s * 0.5 * e[0], p[1] + s * 0.5 * e[1]);

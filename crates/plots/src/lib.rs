@@ -7,6 +7,7 @@ mod chart;
 mod cloud;
 mod film;
 mod map;
+mod plane;
 
 use std::path::Path;
 use std::sync::Once;

@@ -12,6 +12,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
+use super::Fallible;
 use super::mutate::mutate;
 
 /// Longest time for one file.
@@ -33,9 +34,6 @@ struct Origin {
     value: Value,
     folder: PathBuf,
 }
-
-/// What may fail while scratch files are written.
-type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
 
 /// How far a file got.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -12,6 +12,8 @@ use colluvium::case::{Case, RunOptions};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::Fallible;
+
 /// Wall-clock time of a whole run (s), about, on one thread of a release build.
 const WALL: f64 = 0.5;
 
@@ -26,7 +28,7 @@ const KILLS: u64 = 4;
 ///
 /// # Errors
 /// When scratch files cannot be written.
-pub fn run(times: u64, seed: u64) -> Result<bool, Box<dyn std::error::Error>> {
+pub fn run(times: u64, seed: u64) -> Fallible<bool> {
     let scratch = crate::root().join("target/fuzz-kill");
     if scratch.exists() {
         fs::remove_dir_all(&scratch)?;
@@ -57,7 +59,7 @@ pub fn run(times: u64, seed: u64) -> Result<bool, Box<dyn std::error::Error>> {
 ///
 /// # Errors
 /// When the run fails.
-pub fn one(case: &Case, out: &Path) -> Result<bool, Box<dyn std::error::Error>> {
+pub fn one(case: &Case, out: &Path) -> Fallible<bool> {
     let name = case.methods.keys().next().ok_or("no method")?;
     let method = colluvium::method(name).ok_or("unknown method")?;
     let resume = out.join("summary.json").exists() || out.join("checkpoint.bin").exists();
@@ -77,7 +79,7 @@ struct Whole {
 }
 
 impl Whole {
-    fn of(name: &'static str, folder: &Path) -> Result<Self, Box<dyn std::error::Error>> {
+    fn of(name: &'static str, folder: &Path) -> Fallible<Self> {
         colluvium::write_template_files(name, folder)?;
         let case = folder.join("case.json");
         fs::write(&case, colluvium::template(name).unwrap_or_default())?;
@@ -107,10 +109,7 @@ impl Whole {
     }
 
     /// Kills a run some times and lets it end; how often it was killed, and what is wrong.
-    fn interrupted(
-        &self,
-        random: &mut ChaCha8Rng,
-    ) -> Result<(u64, Option<String>), Box<dyn std::error::Error>> {
+    fn interrupted(&self, random: &mut ChaCha8Rng) -> Fallible<(u64, Option<String>)> {
         let out = self.folder.join("killed");
         if out.exists() {
             fs::remove_dir_all(&out)?;

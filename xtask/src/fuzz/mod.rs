@@ -7,6 +7,9 @@ mod mutate;
 use clap::Args;
 use colluvium::case::Case;
 
+/// What may fail while scratch files are written.
+type Fallible<T> = Result<T, Box<dyn std::error::Error>>;
+
 /// Which, and how many.
 #[derive(Args)]
 pub struct Arguments {
@@ -32,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
     chosen(arguments).map_err(|error| error.to_string())
 }
 
-fn chosen(arguments: &Arguments) -> Result<bool, Box<dyn std::error::Error>> {
+fn chosen(arguments: &Arguments) -> Fallible<bool> {
     if let Some([case, out]) = arguments.one.as_deref() {
         return kill::one(&Case::load(case)?, out);
     }

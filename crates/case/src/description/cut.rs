@@ -75,10 +75,9 @@ impl Cut {
     /// What it sweeps between two times (s), counted as `start` is; `bounds` are those of its shape.
     pub fn sweep(&self, from: f64, to: f64, bounds: &Bounds) -> Sweep<'_> {
         let (begun, ended) = (self.moving(from), self.moving(to));
-        let thinnest = bounds.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min);
         let way = self.speed() * (ended - begun);
         // A shape that moves by more than a part of its thickness is looked at on the way too.
-        let looks = (way / (LOOK * thinnest)).ceil().clamp(1.0, MOST_LOOKS);
+        let looks = (way / (LOOK * thinnest(bounds))).ceil().clamp(1.0, MOST_LOOKS);
         let mut bounds = *bounds;
         for ([low, high], v) in bounds.iter_mut().zip(&self.velocity) {
             let (a, b) = (v * begun, v * ended);
@@ -90,6 +89,11 @@ impl Cut {
 
 /// Lower and upper end along each axis (m); those of axes that the space does not have are infinite.
 pub type Bounds = [[f64; 2]; 3];
+
+/// Extent along the axis along which it is least (m).
+pub fn thinnest(bounds: &Bounds) -> f64 {
+    bounds.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min)
+}
 
 /// Share of the thickness of a shape by which it moves between two looks at what it covers.
 const LOOK: f64 = 0.25;

@@ -1,22 +1,15 @@
 //! How far a flow has come along the line of an obstacle (sheet: snow-mpm §3.11).
 
+use super::front::foremost;
 use crate::{Case, Snapshot};
 
 /// Distance along the line of the obstacle called `of` (m), behind which the fraction `quantile` of the mass lies; points are looked
 /// at where they are nearest to it. NaN without points, their `mass` or such an obstacle.
 pub fn arc_front(case: &Case, snapshot: &Snapshot, of: &str, quantile: f64) -> f64 {
-    let (Some(line), Some(mass)) = (case.line_of(of), snapshot.scalars("mass")) else { return f64::NAN };
-    let along = |x: &[f64; 3]| line.arc_length(&[x[0], x[1]]).unwrap_or(f64::NAN);
-    let mut places: Vec<(f64, f64)> =
-        snapshot.positions.iter().map(along).zip(mass.iter().copied()).collect();
-    places.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let total: f64 = places.iter().map(|(_, mass)| mass).sum();
-    let mut behind = 0.0;
-    let reached = places.iter().find(|(_, mass)| {
-        behind += mass;
-        behind >= quantile * total
-    });
-    reached.or(places.last()).map_or(f64::NAN, |(along, _)| *along)
+    let Some(line) = case.line_of(of) else { return f64::NAN };
+    let place = |x: &[f64; 3]| line.arc_length(&[x[0], x[1]]).unwrap_or(f64::NAN);
+    let along: Vec<f64> = snapshot.positions.iter().map(place).collect();
+    foremost(snapshot, &along, quantile).map_or(f64::NAN, |i| along[i])
 }
 
 #[cfg(test)]

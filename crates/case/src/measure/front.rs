@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::description::Side;
-use crate::{Case, FieldData, Snapshot};
+use crate::{Case, Snapshot};
 
 /// Width of a column in point widths, where the method tells of no cells: two points per cell and
 /// direction are the usual.
@@ -13,18 +13,24 @@ const POINT_WIDTHS_PER_COLUMN: f64 = 2.0;
 /// of the point there. NaN without points or their `mass`.
 pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
     let (axis, sign) = (side.axis(), sign(side));
-    let mut order: Vec<usize> = (0..snapshot.positions.len()).collect();
-    let along = |i: usize| sign * snapshot.positions[i][axis];
-    order.sort_by(|&a, &b| along(a).total_cmp(&along(b)));
-    let Some(FieldData::Scalar(mass)) = snapshot.field("mass").map(|f| &f.data) else { return f64::NAN };
+    let along: Vec<f64> = snapshot.positions.iter().map(|x| sign * x[axis]).collect();
+    let last = foremost(snapshot, &along, quantile);
+    last.map_or(f64::NAN, |i| sign * (along[i] + 0.5 * snapshot.extents[i][axis]))
+}
+
+/// The point up to which, in the order of the numbers `along`, the fraction `quantile` of the mass lies; `None` without points or
+/// their `mass`.
+pub(super) fn foremost(snapshot: &Snapshot, along: &[f64], quantile: f64) -> Option<usize> {
+    let mass = snapshot.scalars("mass")?;
+    let mut order: Vec<usize> = (0..along.len()).collect();
+    order.sort_by(|&a, &b| along[a].total_cmp(&along[b]));
     let total: f64 = order.iter().map(|&i| mass[i]).sum();
     let mut behind = 0.0;
     let reached = order.iter().find(|&&i| {
         behind += mass[i];
         behind >= quantile * total
     });
-    let last = reached.or(order.last());
-    last.map_or(f64::NAN, |&i| sign * (along(i) + 0.5 * snapshot.extents[i][axis]))
+    reached.or(order.last()).copied()
 }
 
 fn sign(side: Side) -> f64 {
@@ -136,6 +142,7 @@ fn median_width(snapshot: &Snapshot, axis: usize) -> f64 {
 mod tests {
     use super::*;
     use crate::Field;
+    use crate::FieldData;
 
     fn points(positions: Vec<[f64; 3]>, extent: f64) -> Snapshot {
         let count = positions.len();

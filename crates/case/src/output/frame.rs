@@ -11,7 +11,7 @@ use vtkio::model::{
 };
 use vtkio::xml::Compressor;
 
-use super::{OutputError, write_atomically};
+use super::{OutputError, Seal, write_atomically};
 use crate::{Field, FieldData, Lines, Snapshot};
 
 /// Full 3×3 components, row by row, as ParaView expects tensors.
@@ -34,11 +34,11 @@ pub(super) fn attribute(field: &Field) -> Attribute {
 }
 
 /// Writes a snapshot as a VTU file that ParaView opens: one vertex per point, with the fields named
-/// in `only`, or all. Ids, bodies and extents are always there.
+/// in `only`, or all. Ids, bodies and extents are always there. Returns the seal of the file.
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn write_frame(path: &Path, snapshot: &Snapshot, only: Option<&[String]>) -> Result<(), OutputError> {
+pub fn write_frame(path: &Path, snapshot: &Snapshot, only: Option<&[String]>) -> Result<Seal, OutputError> {
     let count = snapshot.ids.len();
     let wanted = |field: &&Field| only.is_none_or(|names| names.contains(&field.name));
     let mut point: Vec<Attribute> = snapshot.fields.iter().filter(wanted).map(attribute).collect();
@@ -61,11 +61,11 @@ pub fn write_frame(path: &Path, snapshot: &Snapshot, only: Option<&[String]>) ->
     write_xml(path, DataSet::inline(piece))
 }
 
-/// Writes lines as a VTU file that ParaView opens, their fields on the cells.
+/// Writes lines as a VTU file that ParaView opens, their fields on the cells; the seal of the file.
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn write_lines(path: &Path, lines: &Lines) -> Result<(), OutputError> {
+pub fn write_lines(path: &Path, lines: &Lines) -> Result<Seal, OutputError> {
     let count = lines.ends.len();
     let vertices = VertexNumbers::XML {
         connectivity: (0..2 * count as u64).collect(),
@@ -79,8 +79,8 @@ pub fn write_lines(path: &Path, lines: &Lines) -> Result<(), OutputError> {
     write_xml(path, DataSet::inline(piece))
 }
 
-/// Writes data as a compressed XML file of VTK.
-pub(super) fn write_xml(path: &Path, data: DataSet) -> Result<(), OutputError> {
+/// Writes data as a compressed XML file of VTK; the seal of the file.
+pub(super) fn write_xml(path: &Path, data: DataSet) -> Result<Seal, OutputError> {
     let vtk = Vtk {
         version: Version::new_xml(1, 0),
         title: String::new(),
@@ -93,7 +93,8 @@ pub(super) fn write_xml(path: &Path, data: DataSet) -> Result<(), OutputError> {
         .map_err(|error| OutputError::new(path, format!("{error}")))?;
     let mut bytes = Vec::new();
     file.write(&mut bytes).map_err(|error| OutputError::new(path, format!("{error}")))?;
-    write_atomically(path, &bytes)
+    write_atomically(path, &bytes)?;
+    Ok(Seal::of(&bytes))
 }
 
 /// Reads a frame back, at the given time.

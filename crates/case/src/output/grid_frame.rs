@@ -5,8 +5,8 @@ use std::path::Path;
 use colluvium_constitutive::SymTensor;
 use vtkio::model::{Attributes, Coordinates, DataSet, Extent, IOBuffer, RectilinearGridPiece};
 
-use super::OutputError;
 use super::frame::{attribute, write_xml};
+use super::{OutputError, Seal};
 use crate::description::Space;
 use crate::{Case, Field, FieldData, Snapshot};
 
@@ -186,11 +186,11 @@ pub fn grid_nodes(case: &Case, cell: f64) -> f64 {
     (0..case.dimension()).map(|axis| nodes_along(case, cell, axis)).product()
 }
 
-/// Writes averages on a grid as a VTR file that ParaView opens.
+/// Writes averages on a grid as a VTR file that ParaView opens; the seal of the file.
 ///
 /// # Errors
 /// When the disk refuses.
-pub fn write_grid(path: &Path, frame: &GridFrame) -> Result<(), OutputError> {
+pub fn write_grid(path: &Path, frame: &GridFrame) -> Result<Seal, OutputError> {
     let coordinates = |axis: usize| -> Vec<f64> {
         (0..frame.count[axis])
             .map(|node| frame.origin[axis] + (frame.low[axis] + frame.cell * node as f64))

@@ -16,6 +16,8 @@ pub(super) const MEASURES: &str = "measures.csv";
 pub(super) const COLLECTION: &str = "frames.pvd";
 pub(super) const GRID_COLLECTION: &str = "grid.pvd";
 pub(super) const CONTACT_COLLECTION: &str = "contacts.pvd";
+/// All collections.
+pub(super) const COLLECTIONS: [&str; 3] = [COLLECTION, GRID_COLLECTION, CONTACT_COLLECTION];
 pub(super) const FRAMES: &str = "frames";
 pub(super) const RASTERS: &str = "rasters";
 
@@ -76,7 +78,7 @@ pub(super) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
 
 /// What lies in the folder under a name that a run gives to its own files.
 pub(super) fn taken(out: &Path) -> Result<Option<String>, OutputError> {
-    let own = [CASE, MEASURES, COLLECTION, GRID_COLLECTION, CONTACT_COLLECTION, FRAMES, RASTERS];
+    let own = [&COLLECTIONS[..], &[CASE, MEASURES, FRAMES, RASTERS]].concat();
     let is_own = |name: &String| own.contains(&name.as_str()) || is_profile(name) || is_of_search(name);
     Ok(names(out)?.into_iter().find(is_own))
 }
@@ -166,7 +168,7 @@ pub(super) fn keep_room(out: &Path, text: &str) -> Option<File> {
 
 /// Removes everything that a run writes but its case and its summary.
 pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
-    for name in [CHECKPOINT, MEASURES, COLLECTION, GRID_COLLECTION, CONTACT_COLLECTION] {
+    for name in COLLECTIONS.into_iter().chain([CHECKPOINT, MEASURES]) {
         remove(&out.join(name))?;
     }
     keep_profiles(out, &[])?;
@@ -186,7 +188,7 @@ pub(super) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError
 
 /// Removes files that a killed run was in the middle of writing.
 pub(super) fn remove_torn(out: &Path) -> Result<(), OutputError> {
-    for name in [CASE, CHECKPOINT, SUMMARY, COLLECTION, GRID_COLLECTION, CONTACT_COLLECTION] {
+    for name in COLLECTIONS.into_iter().chain([CASE, CHECKPOINT, SUMMARY]) {
         remove(&out.join(format!("{name}.tmp")))?;
     }
     let frames = out.join(FRAMES);

@@ -240,19 +240,19 @@ impl<'a> Recorder<'a> {
         progress.frame_steps.push(snapshot.step);
         if let Some(out) = &self.options.out {
             let only = self.case.output.fields.as_deref();
-            write_frame(&out.join(&name), &self.case.on_map(snapshot.clone()), only)?;
-            progress.seals.insert(name.clone(), Seal::of_file(&out.join(&name), None)?);
+            let seal = write_frame(&out.join(&name), &self.case.on_map(snapshot.clone()), only)?;
+            progress.seals.insert(name.clone(), seal);
             if let Some(cell) = self.case.output.grid {
                 let averages = GridFrame::new(self.case, cell, &snapshot, only);
                 let grid = folder::on_grid(&name);
-                write_grid(&out.join(&grid), &averages)?;
-                progress.seals.insert(grid.clone(), Seal::of_file(&out.join(&grid), None)?);
+                let seal = write_grid(&out.join(&grid), &averages)?;
+                progress.seals.insert(grid, seal);
             }
             if self.case.output.contacts {
                 let lines = solver.contact_lines().shifted(self.case.origin());
                 let contacts = folder::contacts_of(&name);
-                write_lines(&out.join(&contacts), &lines)?;
-                progress.seals.insert(contacts.clone(), Seal::of_file(&out.join(&contacts), None)?);
+                let seal = write_lines(&out.join(&contacts), &lines)?;
+                progress.seals.insert(contacts, seal);
             }
             self.write_collections(out, &progress.collection)?;
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::folder::{self, CASE, COLLECTION, CONTACT_COLLECTION, GRID_COLLECTION, RASTERS, SUMMARY};
+use super::folder::{self, CASE, COLLECTIONS, RASTERS, SUMMARY};
 use crate::output::{OutputError, Seal, read_json};
 
 /// The seals of all files of a run in `out` but its summary, by name: `sealed` while it ran, and those of the files that were
@@ -15,8 +15,7 @@ pub(super) fn seals(
     out: &Path,
     sealed: BTreeMap<String, Seal>,
 ) -> Result<BTreeMap<String, Seal>, OutputError> {
-    let mut names: Vec<String> =
-        [CASE, COLLECTION, GRID_COLLECTION, CONTACT_COLLECTION].map(str::to_owned).into();
+    let mut names: Vec<String> = COLLECTIONS.into_iter().chain([CASE]).map(str::to_owned).collect();
     names.extend(folder::names(out)?.into_iter().filter(|name| folder::is_trials(name)));
     names.extend(folder::names(&out.join(RASTERS))?.iter().map(|name| format!("{RASTERS}/{name}")));
     let mut seals = sealed;

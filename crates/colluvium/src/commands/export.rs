@@ -7,7 +7,7 @@ use clap::Args;
 use colluvium::case::output::{
     Collection, OutputError, Table, frame_arrays, table_arrays, write_atomically, write_npz,
 };
-use colluvium::case::{Case, FieldData, Snapshot};
+use colluvium::case::{Case, FieldData, PointList, Snapshot};
 use colluvium::pictures::frame;
 
 use super::{Failure, a_run};
@@ -76,8 +76,8 @@ fn list(snapshot: &Snapshot, dimension: usize) -> Option<String> {
     let axes = &["x", "y", "z"][..dimension];
     let mut heads: Vec<String> = axes.iter().map(|axis| format!("{axis} (m)")).collect();
     heads.push("volume (m3)".to_owned());
-    heads.extend(axes.iter().map(|axis| format!("velocity_{axis} (m/s)")));
-    heads.extend(["xx", "yy", "zz", "xy", "yz", "zx"].map(|of| format!("stress_{of} (Pa)")));
+    heads.extend(PointList::VELOCITY[..dimension].iter().map(|name| format!("{name} (m/s)")));
+    heads.extend(PointList::STRESS.map(|name| format!("{name} (Pa)")));
     let mut text = heads.join(",") + "\n";
     for (i, x) in snapshot.positions.iter().enumerate() {
         let place = x[..dimension].iter().chain([&volume[i]]).chain(&velocity[i][..dimension]);

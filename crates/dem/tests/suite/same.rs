@@ -1,8 +1,8 @@
 //! The same results on any number of threads, and after a restart; lists against all pairs; energy of a gas.
 
-use colluvium_case::{Case, Method, Solver};
+use colluvium_case::{Case, Solver};
 use colluvium_dem::Dem;
-use colluvium_testkit::near;
+use colluvium_testkit::{cases, near};
 use serde_json::{Value, json};
 
 fn reading(solver: &dyn Solver, name: &str) -> f64 {
@@ -49,17 +49,7 @@ fn heap(dimension: usize) -> Value {
 }
 
 fn begin(value: &Value) -> Box<dyn Solver> {
-    let case = Case::from_json(&value.to_string()).unwrap();
-    let mut solver = Dem.build(&case).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
-    solver
-}
-
-fn steps(solver: &mut dyn Solver, count: usize) {
-    for _ in 0..count {
-        let dt = solver.limit().dt;
-        solver.step(dt).unwrap();
-    }
+    cases::begin(&Dem, &Case::from_json(&value.to_string()).unwrap())
 }
 
 #[test]
@@ -70,7 +60,7 @@ fn threads_change_no_bit() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let mut solver = begin(&value);
-                steps(&mut *solver, 500);
+                cases::advance(&mut *solver, 500);
                 solver.snapshot().hash()
             })
         });
@@ -83,13 +73,13 @@ fn a_restart_goes_on_bit_for_bit() {
     for dimension in [2, 3] {
         let value = heap(dimension);
         let mut solver = begin(&value);
-        steps(&mut *solver, 300);
+        cases::advance(&mut *solver, 300);
         let saved = solver.saved().unwrap();
-        steps(&mut *solver, 300);
+        cases::advance(&mut *solver, 300);
         let mut again = begin(&value);
         again.restore(&mut &saved[..]).unwrap();
         again.begin_stage(0, 0.0).unwrap();
-        steps(&mut *again, 300);
+        cases::advance(&mut *again, 300);
         assert_eq!(solver.snapshot().hash(), again.snapshot().hash());
         assert_eq!(solver.saved().unwrap(), again.saved().unwrap());
         assert!(again.restore(&mut &saved[..saved.len() / 2]).is_err());
@@ -101,7 +91,7 @@ fn energy_is_accounted_for_in_a_heap_that_falls() {
     for dimension in [2, 3] {
         let mut solver = begin(&heap(dimension));
         while solver.time() < 0.25 {
-            steps(&mut *solver, 1);
+            cases::advance(&mut *solver, 1);
         }
         assert!(reading(&*solver, "contacts") > 100.0);
         assert!(reading(&*solver, "dissipated.friction") > 0.0);

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Flow;
+use crate::inflow;
 use crate::nodes::{Node, Nodes};
 
 /// Nodes stand beyond an end as far as this many supports of a kernel: the last ones, which lack neighbours, are not felt within.
@@ -59,16 +60,12 @@ pub struct Feed {
 impl Feed {
     /// Discharge per width at a time (m²/s).
     pub fn discharge(&self, time: f64) -> f64 {
-        let part = self.hydrograph.windows(2).find(|pair| (pair[0][0]..=pair[1][0]).contains(&time));
-        part.map_or(0.0, |pair| {
-            pair[0][1] + (time - pair[0][0]) / (pair[1][0] - pair[0][0]) * (pair[1][1] - pair[0][1])
-        })
+        inflow::at_time(&self.hydrograph, time)
     }
 
     /// Depth (m) and speed (m/s) by the Froude number, at a discharge (m²/s) under gravity `pull` (m/s²).
     pub fn section(&self, discharge: f64, pull: f64) -> (f64, f64) {
-        let depth = (discharge / (self.froude * pull.sqrt())).powf(2.0 / 3.0);
-        (depth, if depth > 0.0 { discharge / depth } else { 0.0 })
+        inflow::section(discharge, self.froude, pull)
     }
 
     /// Its largest speed (m/s) by the Froude number, under gravity `pull` (m/s²).

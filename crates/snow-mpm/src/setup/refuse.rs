@@ -1,6 +1,6 @@
 //! What the method takes of a case, what it refuses, and what it warns of.
 
-use colluvium_case::description::Wall;
+use colluvium_case::description::{Wall, thinnest};
 use colluvium_case::{Case, Honours};
 
 use crate::config::{NAME, SnowOptions};
@@ -66,8 +66,7 @@ pub(super) fn warnings(case: &Case, options: &SnowOptions) -> Vec<String> {
     }
     let dimension = case.dimension();
     for (number, cut) in case.cuts.iter().enumerate() {
-        let ends = cut.bounds(dimension);
-        let thinnest = ends.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min);
+        let thinnest = thinnest(&cut.bounds(dimension));
         // Sheet: snow-mpm P12.
         if thinnest < 2.0 * options.cell_size * (1.0 - 1e-9) {
             warnings.push(format!(

@@ -1,0 +1,54 @@
+//! Axes of pictures of a plane.
+
+use std::ops::Range;
+
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+
+use super::{FONT, label};
+
+/// Axes of numbers.
+type Plane<'a, B> = ChartContext<'a, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// Size of a pixel (m) where what is seen along two axes fills no more than so many pixels.
+pub(crate) fn scale([x, y]: &[Range<f64>; 2], pixels: [u32; 2]) -> f64 {
+    ((x.end - x.start) / f64::from(pixels[0])).max((y.end - y.start) / f64::from(pixels[1]))
+}
+
+/// Draws axes of equal scales under a title; what is seen along the one with pixels to spare is widened.
+pub(crate) fn plane<'a, B: DrawingBackend>(
+    area: &'a DrawingArea<B, Shift>,
+    title: &str,
+    axes: &[String; 2],
+    seen: [Range<f64>; 2],
+    pixels: [u32; 2],
+) -> Result<Plane<'a, B>, String> {
+    let text = |error: DrawingAreaErrorKind<B::ErrorType>| error.to_string();
+    let pixel = scale(&seen, pixels);
+    let [mut x, mut y] = seen;
+    for (range, pixels) in [&mut x, &mut y].into_iter().zip(pixels) {
+        let extra = 0.5 * (pixel * f64::from(pixels) - (range.end - range.start)).max(0.0);
+        *range = range.start - extra..range.end + extra;
+    }
+    let mut chart = ChartBuilder::on(area)
+        .caption(title, (FONT, 20))
+        .margin(10)
+        .x_label_area_size(40)
+        .y_label_area_size(66)
+        .build_cartesian_2d(x, y)
+        .map_err(text)?;
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .x_desc(&axes[0])
+        .y_desc(&axes[1])
+        .x_label_formatter(&label)
+        .y_label_formatter(&label)
+        .y_labels(5)
+        .label_style((FONT, 14))
+        .axis_desc_style((FONT, 16))
+        .draw()
+        .map_err(text)?;
+    Ok(chart)
+}
