@@ -48,7 +48,7 @@ pub struct SphOptions {
     /// Time integration.
     #[serde(default)]
     pub integration: TimeIntegration,
-    /// Form of the momentum equation.
+    /// Form of the momentum equation. Where it is left out and bodies differ in density, `rho-rho`, but for `grad-h`.
     #[serde(default)]
     pub momentum: Momentum,
     /// Form of the continuity equation.
@@ -151,7 +151,7 @@ pub struct SphOptions {
     /// What rough walls are made of.
     #[serde(default)]
     pub rough_wall: RoughWall,
-    /// What smooth walls are made of.
+    /// What smooth walls are made of. Particles of fluids that pass the face go on as their images in it; others stop the run.
     #[serde(default)]
     pub smooth_wall: SmoothWall,
     /// Repulsion of particles closer than half a spacing to a particle of a wall, as a share of the square of the

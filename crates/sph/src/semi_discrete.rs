@@ -56,7 +56,7 @@ pub fn prepared<const D: usize>(
     case: &Case,
     given: impl Fn(u32, &[f64; D]) -> Given<D>,
 ) -> Result<SphSolver<D>, CaseError> {
-    let options = case.method_options("sph")?;
+    let options = setup::options(case)?;
     let mut solver: SphSolver<D> = setup::solver(case, &options)?;
     let p = &mut solver.bodies.particles;
     for i in 0..p.len() {

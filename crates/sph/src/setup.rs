@@ -1,6 +1,7 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
 mod bodies;
+mod defaults;
 mod refuse;
 
 use std::f64::consts::PI;
@@ -33,7 +34,8 @@ pub fn options(case: &Case) -> Result<SphOptions, CaseError> {
         let problem = "is missing: smoothed particle hydrodynamics needs at least its `spacing` (m)";
         return Err(CaseError::new("methods.sph", problem));
     }
-    let options: SphOptions = case.method_options("sph")?;
+    let mut options: SphOptions = case.method_options("sph")?;
+    defaults::fit(case, &mut options);
     options.validate().map_err(|(name, problem)| CaseError::new(format!("methods.sph.{name}"), problem))?;
     Ok(options)
 }

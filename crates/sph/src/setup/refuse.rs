@@ -4,6 +4,7 @@ use colluvium_case::description::Wall;
 use colluvium_case::{Case, CaseError, Honours};
 use colluvium_constitutive::{Kind, MaterialSpec};
 
+use super::defaults::{densities, has_jump};
 use crate::config::{
     Confined, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall, SmoothWall,
     SphOptions, Symmetrisation, Tensile, VelocityGradient, WallStress, WallVelocity,
@@ -14,8 +15,6 @@ use crate::walls::mirrors;
 
 /// Share by which the width of listed particles may differ from `spacing` without a word.
 const LISTED_SLACK: f64 = 0.1;
-/// Ratio of densities of bodies from which the form of the momentum equation matters.
-const NOTABLE_JUMP: f64 = 1.2;
 
 /// What SPH says to the features of a case.
 pub(crate) fn honours(options: &SphOptions) -> Honours {
@@ -187,12 +186,6 @@ fn check_periods(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// The least and the largest density of a body (kg/m³).
-fn densities(case: &Case) -> (f64, f64) {
-    let all = case.bodies.iter().filter_map(|b| case.materials.get(&b.material)).map(MaterialSpec::density);
-    all.fold((f64::INFINITY, 0.0f64), |(low, high), density| (low.min(density), high.max(density)))
-}
-
 /// Density by summation across jumps, and what is for fluids only.
 fn check_density_forms(case: &Case, options: &SphOptions) -> Result<(), CaseError> {
     let (low, high) = densities(case);
@@ -245,7 +238,7 @@ fn jump_warnings(case: &Case, options: &SphOptions) -> Vec<String> {
     if options.formulation == Formulation::TotalLagrangian {
         return warnings;
     }
-    if options.momentum == Momentum::Rho2 && high >= NOTABLE_JUMP * low {
+    if options.momentum == Momentum::Rho2 && has_jump(case) {
         warnings.push(format!(
             "methods.sph.momentum: bodies of {low} and {high} kg/m³: where they touch, rho2 sets even a uniform stress in \
              motion and reflects waves too strongly: use rho-rho"

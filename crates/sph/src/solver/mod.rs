@@ -148,7 +148,12 @@ impl<const D: usize> SphSolver<D> {
             rates.current = false;
         }
         shifting.shift(setting, clock, bodies, walls, lists, rates);
-        self.integrate(dt)
+        self.integrate(dt)?;
+        let Self { clock, bodies, walls, lists, rates, .. } = self;
+        if walls.turn_back(bodies, &mut rates.of, clock.time + dt) {
+            (lists.weighed, rates.current) = (false, false);
+        }
+        Ok(())
     }
 
     /// Steps 3 and 4, where neighbours are listed.

@@ -87,7 +87,8 @@ fn astray<const D: usize>(setting: &Setting<D>, walls: &Walls<D>, x: &[f64; D], 
     let (name, axis) = (setting.case.boundaries[wall.boundary].name(), ["x", "y", "z"][wall.axis]);
     format!(
         "it passed the wall {name:?}, whose face stands at {axis} = {} m: methods.sph.wall_guard keeps particles off \
-         walls of particles, methods.sph.hourglass_viscosity off mirrors",
+         walls of particles; mirrors are tighter with methods.sph.hourglass_viscosity, or made of particles \
+         (methods.sph.smooth_wall, rough_wall)",
         wall.face_at(time)
     )
 }

@@ -25,7 +25,7 @@ pub use smooth_bodies::SmoothBodies;
 use crate::algebra::mirrored;
 use crate::config::WallStress;
 use crate::lanes::set_velocity;
-use crate::particles::{Bodies, Particles, Shown};
+use crate::particles::{Bodies, Derivatives, Group, Particles, Shown};
 use crate::setting::Setting;
 
 /// What stands around the particles. The images come behind the particles in the arrays of [`Particles`], then the
@@ -97,6 +97,46 @@ impl<const D: usize> Walls<D> {
             particles.velocity[slot] = std::array::from_fn(|c| image.turn[c] * v[c] + image.lift[c]);
             set_velocity(&mut shown.records[slot], &particles.velocity[slot]);
         }
+    }
+
+    /// Particles of fluids behind smooth walls, as these stand at `time` (s), go on as their images in the face. In a mirror that
+    /// is exact: what the particle would have done behind it its image does before it, and nothing changes but their names. A
+    /// slow particle that sinks onto a mirror is pushed less the closer it is, and passes. Whether there were any.
+    pub fn turn_back(&self, bodies: &mut Bodies<D>, rates: &mut Derivatives<D>, time: f64) -> bool {
+        let mut any = false;
+        let Bodies { particles: p, groups, .. } = bodies;
+        for plane in self
+            .planes
+            .mirrors
+            .iter()
+            .chain(&self.planes.faces)
+            .filter(|plane| plane.contact == Contact::FreeSlip)
+        {
+            let (axis, face, pace) = (plane.axis, plane.face_at(time), plane.pace()[plane.axis]);
+            let flip: [f64; D] = std::array::from_fn(|c| if c == axis { -1.0 } else { 1.0 });
+            for i in groups.iter().filter(|group| group.fluid && group.held.is_none()).flat_map(Group::range)
+            {
+                let x = p.position[i][axis];
+                if !(if plane.upper { x > face } else { x < face }) {
+                    continue;
+                }
+                any = true;
+                p.position[i][axis] = 2.0 * face - x;
+                p.velocity[i][axis] = 2.0 * pace - p.velocity[i][axis];
+                if let Some(previous) = p.previous.get_mut(i) {
+                    previous[axis] = 2.0 * pace - previous[axis];
+                }
+                p.stress[i] = mirrored(&p.stress[i], &flip);
+                if let Some(acceleration) = rates.acceleration.get_mut(i) {
+                    acceleration[axis] = -acceleration[axis];
+                }
+                if let Some(gradient) = rates.gradient.get_mut(i) {
+                    *gradient =
+                        std::array::from_fn(|a| std::array::from_fn(|b| flip[a] * gradient[a][b] * flip[b]));
+                }
+            }
+        }
+        any
     }
 
     /// Everything else of the images.

@@ -312,6 +312,41 @@ fn a_uniform_stress_rests_at_a_jump_of_density_with_rho_rho() {
     assert!(fastest("rho2") > 10.0, "{}", fastest("rho2"));
 }
 
+/// Periodic bars of two densities under one stress, in one dimension and in two, without options.
+#[test]
+fn a_bar_of_two_densities_at_rest_makes_no_energy() {
+    let line = |ratio: f64, sph: &Value| {
+        let mut text = serde_json::to_value(halves(&[solid(1000.0), solid(1000.0 * ratio)], sph)).unwrap();
+        text["space"] = json!("1d");
+        text["gravity"] = json!([0]);
+        text["domain"] = json!({ "min": [0], "max": [1], "periodic": ["x"] });
+        for (number, low) in [0.0, 0.5].into_iter().enumerate() {
+            text["bodies"][number]["shape"] = json!({ "kind": "box", "min": [low], "max": [low + 0.5] });
+        }
+        changed(text, &json!({}))
+    };
+    fn share<const D: usize>(case: &Case) -> f64 {
+        let stress = SymTensor::diagonal(-1e4, -1e4, -1e4);
+        let given =
+            |_: u32, _: &[f64; D]| Given { shift: [0.0; D], velocity: [0.0; D], compression: 1.0, stress };
+        let mut solver = prepared::<D>(case, given).unwrap();
+        advance(&mut solver, 300);
+        let budget = solver.budget();
+        budget.kinetic / budget.elastic
+    }
+    for ratio in [2.0, 4.0] {
+        let of = |sph: Value| {
+            let plane = halves(&[solid(1000.0), solid(1000.0 * ratio)], &sph);
+            [share::<1>(&line(ratio, &sph)), share::<2>(&plane)]
+        };
+        let (own, rho2) = (of(json!({})), of(json!({ "momentum": "rho2" })));
+        assert!(
+            own.iter().all(|share| *share < 1e-20) && rho2.iter().all(|share| *share > 1e-4),
+            "{own:?} {rho2:?}"
+        );
+    }
+}
+
 #[test]
 fn what_the_forms_make_of_a_jump_of_density_is_told_with_its_cure() {
     let told = |densities: [f64; 2], sph: &Value| {
@@ -320,11 +355,12 @@ fn what_the_forms_make_of_a_jump_of_density_is_told_with_its_cure() {
         Sph.plan(&halves(&densities.map(solid), &options)).unwrap().warnings.join("\n")
     };
     let momentum = "methods.sph.momentum: bodies of 1000 and 2000 kg/m³";
-    let bare = told([1000.0, 2000.0], &json!({}));
-    assert!(bare.contains(momentum) && !bare.contains("miscount"), "{bare}");
-    // What is named is the cure.
+    let asked = told([1000.0, 2000.0], &json!({ "momentum": "rho2" }));
+    assert!(asked.contains(momentum) && !asked.contains("miscount"), "{asked}");
+    // What is named is the cure, and what nobody asked for is cured.
     assert!(!told([1000.0, 2000.0], &json!({ "momentum": "rho-rho" })).contains("where they touch"));
-    assert!(!told([1000.0, 1100.0], &json!({})).contains("where they touch"));
+    assert!(!told([1000.0, 2000.0], &json!({})).contains("where they touch"));
+    assert!(!told([1000.0, 1000.0], &json!({ "momentum": "rho2" })).contains("where they touch"));
     for (key, given, cure) in
         [("continuity", "mass", "volume"), ("velocity_gradient", "density-difference", "difference")]
     {

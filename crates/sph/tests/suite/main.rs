@@ -4,6 +4,7 @@ mod common;
 mod diagnostics;
 mod flows;
 mod interfaces;
+mod liquids;
 mod obstacles;
 mod operators;
 mod ranks;

@@ -1,0 +1,120 @@
+//! Water on smooth walls: nothing passes them, and a mirror is the other half of a symmetric flow (sheet: sph §2.13).
+
+use colluvium_case::Case;
+use serde_json::{Value, json};
+
+use crate::common::{advance, begin, changed, solve, vectors};
+
+const SPACING: f64 = 0.05;
+
+/// Water in a box `low` to `high` (m) with a velocity (m/s), between the smooth walls `sides`.
+fn water(bodies: &[([f64; 2], [f64; 2], [f64; 2])], sides: &[&str], sph: &Value) -> Case {
+    let mut methods = json!({ "spacing": SPACING, "kernel": "wendland-c2", "smoothing": 1.3 });
+    methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
+    let body = |(number, (low, high, velocity)): (usize, &([f64; 2], [f64; 2], [f64; 2]))| {
+        json!({ "name": format!("b{number}"), "material": "water", "shape": { "kind": "box", "min": low, "max": high },
+                "velocity": { "kind": "uniform", "value": velocity } })
+    };
+    let wall = |side: &&str| json!({ "side": side, "wall": { "kind": "smooth" } });
+    let text = json!({
+        "title": "water", "space": "plane-strain", "domain": { "min": [0, 0], "max": [4, 4] }, "gravity": [0, 0],
+        "materials": { "water": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 2e6, "viscosity": 1e-3 } },
+        "bodies": bodies.iter().enumerate().map(body).collect::<Vec<_>>(),
+        "boundaries": sides.iter().map(wall).collect::<Vec<_>>(),
+        "stages": [{ "name": "s", "duration": 0.55 }],
+        "methods": { "sph": methods }
+    });
+    changed(text, &json!({}))
+}
+
+/// A column 0.5 m wide and 1 m high between the sides of a tank, `far` of them 1.6 m apart.
+fn column(far: bool, sph: &Value) -> Case {
+    let sides: &[&str] = if far { &["x-min", "y-min", "x-max"] } else { &["x-min", "y-min"] };
+    let mut case = water(&[([0.0; 2], [0.5, 1.0], [0.0; 2])], sides, sph);
+    case.gravity = vec![0.0, -9.81];
+    if far {
+        case.boundaries[2].position = Some(1.6);
+        case.stages[0].duration = 0.9;
+    }
+    case
+}
+
+/// The toe sinks to the face and goes on as its image.
+#[test]
+fn a_column_that_breaks_goes_through_no_smooth_wall() {
+    let choices = [
+        json!({}),
+        json!({ "kernel": "cubic-spline", "smoothing": 1.2 }),
+        json!({ "smooth_wall": "particles" }),
+    ];
+    let fronts = choices.map(|sph| {
+        let inside = |x: &[f64; 3]| x[0] > 0.0 && x[1] > 0.0;
+        let tank = solve(&column(true, &sph)).snapshot;
+        assert!(tank.positions.iter().all(|x| inside(x) && x[0] < 1.6), "{sph}");
+        let spread = solve(&column(false, &sph)).snapshot;
+        assert!(spread.positions.iter().all(inside), "{sph}");
+        spread.positions.iter().map(|x| x[0]).fold(0.0, f64::max)
+    });
+    assert!(
+        fronts.iter().all(|front| *front > 2.0 && (front / fronts[0] - 1.0).abs() < 0.05),
+        "{fronts:?} m"
+    );
+}
+
+/// Two jets that meet at x = 2 m so fast that their particles pass each other, and one of them against a mirror there.
+#[test]
+fn half_of_a_symmetric_collision_with_a_mirror_is_the_whole() {
+    let speed = 27.0;
+    for (axis, plane) in [(0, "x-min"), (1, "y-min")] {
+        let turned = |x: [f64; 2]| if axis == 0 { x } else { [x[1], x[0]] };
+        let right = (turned([2.1, 1.5]), turned([2.5, 1.9]), turned([-speed, 0.3]));
+        let left = (turned([1.5, 1.5]), turned([1.9, 1.9]), turned([speed, 0.3]));
+        let sph = json!({ "smooth_wall": "mirror", "courant": 0.1, "viscosity_linear": 0 });
+        let whole = water(&[right, left], &[], &sph);
+        let mut half = water(&[right], &[plane], &sph);
+        half.boundaries[0].position = Some(2.0);
+        let mut solvers = [&whole, &half].map(begin);
+        let dt = 0.5 * solvers[0].limit().dt;
+        for solver in &mut solvers {
+            (0..200).for_each(|_| {
+                solver.step(dt).unwrap();
+            });
+        }
+        let [whole, half] = solvers.map(|solver| solver.snapshot());
+        let side = |x: &[f64; 3]| x[axis] > 2.0;
+        let passed =
+            whole.positions.iter().zip(&whole.bodies).filter(|(x, body)| side(x) != (**body == 0)).count();
+        assert!(passed > 0 && half.positions.iter().all(side), "{passed} particles passed");
+        let all = whole.positions.iter().zip(vectors(&whole, "velocity"));
+        let there: Vec<_> = all.filter(|(x, _)| side(x)).collect();
+        assert_eq!(there.len(), half.positions.len());
+        for (x, v) in half.positions.iter().zip(vectors(&half, "velocity")) {
+            let off = |y: &[f64; 3], w: &[f64; 3]| {
+                (0..2).map(|c| (x[c] - y[c]).abs() / SPACING + (v[c] - w[c]).abs() / speed).sum::<f64>()
+            };
+            let nearest = there.iter().map(|(y, w)| off(y, w)).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 1e-6, "{x:?} {v:?}: {nearest:e}");
+        }
+    }
+}
+
+/// Slow ones are turned back by their image, fast ones pass it.
+#[test]
+fn a_lone_particle_bounces_off_a_mirror_with_its_energy() {
+    for (fall, integration) in
+        [(1.0, "leapfrog"), (30.0, "leapfrog"), (30.0, "velocity-verlet"), (30.0, "verlet")]
+    {
+        let drop = ([1.0, 0.3], [1.05, 0.35], [0.5, -fall]);
+        let sph = json!({ "smooth_wall": "mirror", "viscosity_linear": 0, "courant": 0.02, "integration": integration });
+        let case = water(&[drop], &["y-min"], &sph);
+        let mut solver = begin(&case);
+        let mut lowest = f64::INFINITY;
+        while solver.time() < 0.6 / fall {
+            advance(&mut *solver, 1);
+            lowest = lowest.min(solver.snapshot().positions[0][1]);
+        }
+        let v = vectors(&solver.snapshot(), "velocity")[0];
+        assert!(lowest > 0.0 && (v[0] - 0.5).abs() < 1e-9, "{lowest} m, {v:?}");
+        assert!((v[1] / fall - 1.0).abs() < 1e-2, "{integration}, {fall} m/s: {v:?}");
+    }
+}
