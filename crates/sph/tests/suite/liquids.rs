@@ -7,11 +7,14 @@ use crate::common::{advance, begin, changed, solve, vectors};
 
 const SPACING: f64 = 0.05;
 
+/// Low and high corner of a box (m) and its velocity (m/s).
+type Body = ([f64; 2], [f64; 2], [f64; 2]);
+
 /// Water in a box `low` to `high` (m) with a velocity (m/s), between the smooth walls `sides`.
-fn water(bodies: &[([f64; 2], [f64; 2], [f64; 2])], sides: &[&str], sph: &Value) -> Case {
+fn water(bodies: &[Body], sides: &[&str], sph: &Value) -> Case {
     let mut methods = json!({ "spacing": SPACING, "kernel": "wendland-c2", "smoothing": 1.3 });
     methods.as_object_mut().unwrap().extend(sph.as_object().unwrap().clone());
-    let body = |(number, (low, high, velocity)): (usize, &([f64; 2], [f64; 2], [f64; 2]))| {
+    let body = |(number, (low, high, velocity)): (usize, &Body)| {
         json!({ "name": format!("b{number}"), "material": "water", "shape": { "kind": "box", "min": low, "max": high },
                 "velocity": { "kind": "uniform", "value": velocity } })
     };
