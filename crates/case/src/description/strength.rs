@@ -37,25 +37,31 @@ fn project(material: &mut MaterialSpec) {
     }
 }
 
-/// Search for a factor of safety by strength reduction (sheet: sph §3.5).
+/// Search for a factor of safety by strength reduction (sheet: sph §3.5, as the override of its §0 has it). Only `after` must be given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactorOfSafety {
     /// Name of the stage at whose end the bodies are at rest with their full strength.
     pub after: String,
-    /// Longest duration of a trial (s): bodies that do not come to rest within it have failed.
-    pub duration: f64,
-    /// Height of the slope (m): bodies of which a hundredth has moved by more than a tenth of it, and
-    /// farther still, have failed.
-    pub height: f64,
+    /// Longest duration of a trial (s), in twelve blocks: bodies that have neither come to rest nor clearly failed by then leave the
+    /// search undecided. When absent, a block is what the bodies need to come to rest, without yielding, after half of their weight
+    /// is taken away.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub duration: Option<f64>,
+    /// Height of the slope (m): bodies of which a hundredth has moved by more than 0.02 of it, and what they settle elastically under
+    /// their weight, have failed. When absent, from the lowest to the highest place of the free surface; the height of all bodies
+    /// where the surface is level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height: Option<f64>,
     /// Least and largest factor.
     #[serde(default = "range")]
     pub range: [f64; 2],
     /// Width of the interval in which the factor is then known to lie.
     #[serde(default = "hundredth")]
     pub tolerance: f64,
-    /// Local damping factor of the trials, 0 to 1, as in a stage.
-    #[serde(default)]
+    /// Local damping factor of the trials, 0 to 1, as in a stage. Trials ask where the bodies come to rest, not how they get there; with
+    /// little damping they swing too long, and stay undecided.
+    #[serde(default = "strong_damping")]
     pub damping: f64,
     /// Which strengths are divided.
     #[serde(default)]
@@ -63,6 +69,13 @@ pub struct FactorOfSafety {
     /// Names of the materials; all that have a strength when absent.
     #[serde(default)]
     pub materials: Option<Vec<String>>,
+}
+
+/// Local damping with which elastic bodies come to rest fastest, about (Cundall 1987).
+const STRONG_DAMPING: f64 = 0.8;
+
+fn strong_damping() -> f64 {
+    STRONG_DAMPING
 }
 
 fn range() -> [f64; 2] {
@@ -75,20 +88,20 @@ fn hundredth() -> f64 {
 }
 
 impl FactorOfSafety {
-    /// The case of a trial with strength divided by `factor`: the stages up to that of the state at rest, and
-    /// one more with the weakened materials.
-    pub fn trial(&self, case: &Case, name: &str, factor: f64) -> Case {
+    /// The case of a trial of at most `duration` (s) with strength divided by `factor`: the stages up to that of the state at rest,
+    /// and one more with the weakened materials.
+    pub fn trial(&self, case: &Case, name: &str, factor: f64, duration: f64) -> Case {
         let mut case = case.clone();
         let rest = case.stages.iter().position(|stage| stage.name == self.after).map_or(0, |n| n + 1);
         case.stages.truncate(rest);
         case.stages.push(Stage {
             name: format!("{name}: {factor}"),
-            duration: self.duration,
+            duration,
             damping: self.damping,
             damping_axes: None,
             rayleigh_damping: 0.0,
             gravity_ramp: 0.0,
-            // For the kinetic energy of what the method solves for.
+            // For the unbalanced force.
             equilibrium: Some(EquilibriumCriterion::default()),
             motions: Vec::new(),
             reset: Vec::new(),
@@ -98,6 +111,17 @@ impl FactorOfSafety {
             weakening: Some(Weakening { factor, scope: self.scope, materials: self.materials.clone() }),
         });
         case.measures.clear();
+        case
+    }
+
+    /// The case in which half of the weight is taken from bodies that do not yield, for at most `duration` (s): as
+    /// [`FactorOfSafety::trial`], with the least factor there is and with strong damping.
+    pub fn unloading(&self, case: &Case, name: &str, duration: f64) -> Case {
+        let mut case = self.trial(case, name, self.range[0].min(1.0), duration);
+        case.gravity.iter_mut().for_each(|g| *g *= 0.5);
+        if let Some(stage) = case.stages.last_mut() {
+            (stage.name, stage.damping) = (format!("{name}: unloading"), STRONG_DAMPING);
+        }
         case
     }
 }

@@ -89,6 +89,19 @@ pub enum RunError {
         /// Why.
         source: Box<RunError>,
     },
+    /// Bodies that do not yield do not come to rest, so that the duration of a trial cannot be found.
+    #[error(
+        "measures.{measure}.duration: cannot be found: with half of their weight taken away the bodies did not come to rest within \
+         {time:.4} s of strong damping (unbalanced force {unbalanced:.1e} of the external one): give the longest duration of a trial (s)"
+    )]
+    NeverSettles {
+        /// Name of the measure.
+        measure: String,
+        /// Unbalanced-force ratio at the end.
+        unbalanced: f64,
+        /// How long it was waited for (s).
+        time: f64,
+    },
     /// The folder cannot be used.
     #[error("{}: {problem}", path.display())]
     Folder {

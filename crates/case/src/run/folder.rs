@@ -45,17 +45,26 @@ pub(super) fn trials(name: &str) -> String {
     format!("trials-{name}.csv")
 }
 
+/// Name of the file of the points at the end of the last failing trial of a search.
+pub(super) fn failing(name: &str) -> String {
+    format!("failing-{name}.vtu")
+}
+
 /// Name of the file with the solver's state at the end of stage number `stage`.
 pub(super) fn state(stage: usize) -> String {
     format!("state-{stage}.bin")
 }
 
 fn is_of_search(name: &str) -> bool {
-    is_trials(name) || is_state(name)
+    is_trials(name) || is_failing(name) || is_state(name)
 }
 
 pub(super) fn is_trials(name: &str) -> bool {
     name.starts_with("trials-") && name.ends_with(".csv")
+}
+
+pub(super) fn is_failing(name: &str) -> bool {
+    name.starts_with("failing-") && name.ends_with(".vtu")
 }
 
 fn is_state(name: &str) -> bool {

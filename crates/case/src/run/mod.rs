@@ -6,6 +6,7 @@ mod progress;
 mod record;
 mod row;
 mod safety;
+mod searches;
 mod steps;
 mod summary;
 mod verify;
@@ -28,7 +29,7 @@ use steps::{asked_to_stop, is_there, stable_step};
 
 pub use error::RunError;
 pub use row::{check_names, column_names};
-pub use safety::{Safety, Trial};
+pub use safety::{Outcome, Safety, Trial, Verdict};
 pub use verify::{Verified, verify};
 
 /// Wall-clock time between two summaries of a run that goes on, at least: frames may follow each other faster than a disk
@@ -100,6 +101,9 @@ pub struct RunReport {
     pub updates_per_second: f64,
     /// What the searches for a factor of safety found, by the name of the measure.
     pub safety: BTreeMap<String, Safety>,
+    /// The points at the end of the last failing trial of each, that with the least factor; `trial_displacement` is counted from its
+    /// start.
+    pub failing: BTreeMap<String, Snapshot>,
 }
 
 /// Runs a case with a method from its start, or from its checkpoint, to the end, and searches for the factors
@@ -152,6 +156,7 @@ fn start(
         shown: Instant::now(),
         first_step: 0,
         safety: BTreeMap::new(),
+        failing: BTreeMap::new(),
         searched: Duration::ZERO,
         earlier: 0.0,
         remarks: Vec::new(),
@@ -187,6 +192,8 @@ struct Run<'a> {
     shown: Instant,
     first_step: u64,
     safety: BTreeMap<String, Safety>,
+    /// The points of its last failing trial, by the name of the measure.
+    failing: BTreeMap<String, Snapshot>,
     /// Wall-clock time of the searches.
     searched: Duration,
     /// Wall-clock time of the sessions before this one (s).
@@ -276,27 +283,6 @@ impl Run<'_> {
         self.solver.restore(&mut state.as_slice())?;
         self.weakened = by;
         Ok(())
-    }
-
-    /// Searches for the factors of safety, from the states that were kept. The checkpoint before lets an interrupted
-    /// search be taken up again.
-    fn search(&mut self) -> Result<Ending, RunError> {
-        let (Some(method), Some(_)) = (self.method, self.case.factors_of_safety().next()) else {
-            return Ok(Ending::Completed);
-        };
-        self.recorder.output_last(&*self.solver, &mut self.progress)?;
-        self.progress.stage = self.case.stages.len();
-        self.save()?;
-        let begun = Instant::now();
-        for (name, search) in self.case.factors_of_safety() {
-            self.bar.set_message(format!("searching for {name}"));
-            let rest = self.recorder.state(&search.after)?;
-            let found = safety::search(method, self.case, (name, search), &rest, self.options);
-            self.searched = begun.elapsed();
-            let Some(found) = found? else { return Ok(Ending::Interrupted) };
-            self.safety.insert(name.to_owned(), found);
-        }
-        Ok(Ending::Completed)
     }
 
     /// Steps through a stage.
@@ -491,6 +477,7 @@ impl Run<'_> {
             wall: self.wall(),
             updates_per_second: updates / (session - self.searched.as_secs_f64()),
             safety: std::mem::take(&mut self.safety),
+            failing: std::mem::take(&mut self.failing),
         }
     }
 }

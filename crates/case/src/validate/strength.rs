@@ -21,8 +21,14 @@ impl Findings<'_> {
     pub(super) fn factor_of_safety(&mut self, path: &str, search: &FactorOfSafety) {
         let stages: Vec<&str> = self.case.stages.iter().map(|stage| stage.name.as_str()).collect();
         self.name(&format!("{path}.after"), &search.after, &stages, "the name of a stage");
-        self.positive(format!("{path}.duration"), search.duration, "s");
-        self.positive(format!("{path}.height"), search.height, "m");
+        for (key, value, unit) in [("duration", search.duration, "s"), ("height", search.height, "m")] {
+            if let Some(value) = value {
+                self.positive(format!("{path}.{key}"), value, unit);
+            }
+        }
+        let weighs = self.case.gravity.iter().any(|g| *g != 0.0);
+        let problem = "there is no gravity by which to find it: give the longest duration of a trial (s)";
+        self.require(weighs || search.duration.is_some(), format!("{path}.duration"), problem);
         self.positive(format!("{path}.tolerance"), search.tolerance, "a width");
         let problem = format!("{} is not in 0..1 (1 excluded)", search.damping);
         self.require((0.0..1.0).contains(&search.damping), format!("{path}.damping"), problem);

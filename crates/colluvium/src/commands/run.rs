@@ -87,17 +87,7 @@ fn print(report: &RunReport, out: &std::path::Path) -> Result<(), Failure> {
     say!("mass {:.6} kg, from {:.6} kg", report.end.mass, report.start.mass);
     say!("kinetic energy {:.4e} J, from {:.4e} J", report.end.kinetic, report.start.kinetic);
     for (name, safety) in &report.safety {
-        match safety.factor() {
-            Some(factor) => say!(
-                "{name}: factor of safety {factor:.3} (stable at {:.3}, failed at {:.3})",
-                safety.stable,
-                safety.failed
-            ),
-            None if safety.stable == 0.0 => {
-                say!("{name}: fails at {:.3}, the least factor", safety.failed);
-            }
-            None => say!("{name}: stable at {:.3}, the largest factor", safety.stable),
-        }
+        say!("{name}: {}", safety.told());
     }
     say!("results in {}", out.display());
     Ok(())

@@ -6,10 +6,11 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use schemars::{JsonSchema, schema_for};
 
 use super::*;
+use crate::description::{Axis, Stage};
 use crate::run::Ending;
 use crate::solver::{restore_value, save_value};
 use crate::{
-    Advance, Budget, CaseError, Equilibrium, Field, Honours, Plan, SolverError, StepLimit, TimeStep,
+    Advance, Budget, CaseError, Equilibrium, Field, Honours, Plan, Solver, SolverError, StepLimit, TimeStep,
     run_method,
 };
 
@@ -22,6 +23,8 @@ const KEPT: f64 = 1.0;
 /// A block that slides where its cohesion (per mass) is less than what pulls at it.
 struct Slider {
     strength: f64,
+    /// What it was accelerated by in the last step (m/s²).
+    rate: f64,
     x: f64,
     v: f64,
     time: f64,
@@ -67,7 +70,7 @@ impl Method for Sliding {
         self.stop.store(built == self.stops_at, Ordering::Relaxed);
         let spec = serde_json::to_value(&case.materials["clay"]).unwrap();
         let strength = spec["cohesion"].as_f64().unwrap() / 1000.0;
-        Ok(Box::new(Slider { strength, x: 0.0, v: 0.0, time: 0.0, steps: 0 }))
+        Ok(Box::new(Slider { strength, rate: 0.0, x: 0.0, v: 0.0, time: 0.0, steps: 0 }))
     }
 }
 
@@ -87,7 +90,9 @@ impl Solver for Slider {
     fn step(&mut self, at_most: f64) -> Result<Advance, SolverError> {
         let limit = self.limit();
         let dt = limit.towards(at_most);
+        let before = self.v;
         self.v = (self.v + dt * (PULL - self.strength)).max(0.0);
+        self.rate = (self.v - before) / dt;
         self.x += dt * self.v;
         self.time += dt;
         self.steps += 1;
@@ -100,7 +105,7 @@ impl Solver for Slider {
         Ok(())
     }
     fn equilibrium(&self) -> Option<Equilibrium> {
-        Some(Equilibrium { unbalanced_force: 0.0, kinetic_ratio: 0.0, kinetic: 0.5 * self.v * self.v })
+        Some(Equilibrium { unbalanced_force: self.rate.abs() / PULL, kinetic_ratio: 0.0, kinetic: 0.5 * self.v * self.v })
     }
     fn snapshot(&self) -> Snapshot {
         let scalar = |name: &str, unit, value| Field {
@@ -196,7 +201,7 @@ fn an_interrupted_search_is_taken_up_where_it_was() {
     };
     let case = searching("[1, 2]");
     let whole = run_method(&Sliding::default(), &case, &options("whole")).unwrap();
-    let cut = Sliding { stops_at: Some(4), ..Sliding::default() };
+    let cut = Sliding { stops_at: Some(5), ..Sliding::default() };
     let report =
         run_method(&cut, &case, &RunOptions { stop: Some(cut.stop.clone()), ..options("cut") }).unwrap();
     assert_eq!((report.ending, report.safety.len()), (Ending::Interrupted, 0));
@@ -207,9 +212,9 @@ fn an_interrupted_search_is_taken_up_where_it_was() {
     let again = Sliding::default();
     let report = run_method(&again, &case, &RunOptions { resume: true, ..options("cut") }).unwrap();
     assert_eq!((report.ending, &report.safety), (Ending::Completed, &whole.safety));
-    // The first build is that of the run.
+    // The first build is that of the run, the second that of the bodies that do not yield.
     let open = whole.safety["safety"].trials.len() - 3;
-    assert_eq!(again.built.into_inner(), 1 + open, "trials that are done are not run again");
+    assert_eq!(again.built.into_inner(), 2 + open, "trials that are done are not run again");
     let (summary, exact) = (status(&out), status(&folder.path().join("whole")));
     for key in ["status", "factors_of_safety", "snapshot_hash", "measures", "end"] {
         assert_eq!(summary[key], exact[key], "{key}");
@@ -225,7 +230,7 @@ fn a_trial_that_fails_fails_the_run_which_can_be_resumed() {
         RunOptions { method: "sliding".into(), out: Some(folder.path().to_owned()), ..RunOptions::default() };
     let case = searching("[1, 2]");
     let error =
-        run_method(&Sliding { refuses_at: Some(2), ..Sliding::default() }, &case, &options).unwrap_err();
+        run_method(&Sliding { refuses_at: Some(3), ..Sliding::default() }, &case, &options).unwrap_err();
     assert_eq!(error.to_string(), "measures.safety: trial with the factor 2: materials.clay: refused");
     let summary = status(folder.path());
     assert_eq!(summary["status"], "failed");
@@ -283,6 +288,7 @@ fn bad_searches_are_refused_by_path() {
         (r#"{ "height": -1 }"#, "measures.safety.height"),
         (r#"{ "range": [2, 1] }"#, "measures.safety.range"),
         (r#"{ "range": [0, 1] }"#, "measures.safety.range"),
+        (r#"{ "duration": -1 }"#, "measures.safety.duration"),
         (r#"{ "tolerance": 0 }"#, "measures.safety.tolerance"),
         (r#"{ "tolerance": 1e-30 }"#, "measures.safety.tolerance"),
         (r#"{ "damping": 1 }"#, "measures.safety.damping"),
@@ -305,7 +311,131 @@ fn displacement_is_of_the_points_that_are_there_both_times() {
         fields: Vec::new(),
     };
     let before = at(&[0, 1, 4, 7], &[0.0, 1.0, 4.0, 7.0]);
+    let mut domain = searching("[1, 2]").domain;
     // Two have left, one has come, and what is left has moved by 0.5 and 0.25.
-    assert_eq!(moved(&at(&[1, 5, 7], &[1.5, 50.0, 7.25]), &before), 0.5);
-    assert_eq!(moved(&at(&[9], &[1.0]), &before), 0.0);
+    let now = at(&[1, 5, 7], &[1.5, 50.0, 7.25]);
+    assert_eq!(bodies::moved(&now, &before, &domain), 0.5);
+    assert_eq!(bodies::displacements(&now, &before, &domain)[1], None);
+    assert_eq!(bodies::moved(&at(&[9], &[1.0]), &before, &domain), 0.0);
+    // One has gone out at the end and come in at the beginning.
+    domain.periodic = vec![Axis::X];
+    assert_eq!(bodies::moved(&at(&[7], &[0.5]), &at(&[7], &[9.75]), &domain), 0.75);
+}
+
+fn slope(extra: &[([f64; 2], f64)]) -> Snapshot {
+    let mut places: Vec<[f64; 3]> = Vec::new();
+    let (spacing, mut extents) = (0.5, Vec::new());
+    for i in 0..40 {
+        // Level at 2 m as far as x = 5 m, a face to 8 m at x = 11 m, level beyond.
+        let x = (f64::from(i) + 0.5) * spacing;
+        let top = (x - 3.0).clamp(2.0, 8.0);
+        places.extend((0..16).map(|j| [x, (f64::from(j) + 0.5) * spacing, 0.0]).filter(|place| place[1] < top));
+    }
+    extents.resize(places.len(), [spacing, spacing, 1.0]);
+    for (place, width) in extra {
+        places.push([place[0], place[1], 0.0]);
+        extents.push([*width, *width, 1.0]);
+    }
+    let count = places.len();
+    let scalar = |name: &str, unit, value: f64| Field {
+        name: name.into(),
+        unit,
+        data: crate::FieldData::Scalar(vec![value; count]),
+    };
+    Snapshot {
+        time: 0.0,
+        step: 0,
+        ids: (0..count as u64).collect(),
+        bodies: vec![0; count],
+        positions: places,
+        extents,
+        fields: vec![scalar("mass", "kg", 500.0), scalar("volume", "m3", 0.25)],
+    }
+}
+
+#[test]
+fn the_height_of_a_slope_is_that_of_its_surface_and_not_of_what_it_stands_on() {
+    let case = searching("[1, 2]");
+    let scale = Scale::of(&case, &slope(&[]), None);
+    assert!((scale.height - 6.0).abs() < 1e-9, "{scale:?}");
+    // γ H² / E of 2000 kg/m³ and 1 MPa.
+    assert!((scale.settlement / (2000.0 * 9.81 * 36.0 / 1e6) - 1.0).abs() < 1e-9, "{scale:?}");
+    assert_eq!(Scale::of(&case, &slope(&[]), Some(3.0)).height, 3.0);
+}
+
+#[test]
+fn the_height_of_a_level_body_is_its_own() {
+    let mut level = slope(&[]);
+    level.positions.iter_mut().for_each(|place| place[0] = place[0].max(12.0));
+    assert!((Scale::of(&searching("[1, 2]"), &level, None).height - 8.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_search_of_which_only_the_stage_is_given_finds_the_rest() {
+    let mut value: Value = serde_json::from_str(&searching("[1, 2]").to_json()).unwrap();
+    value["measures"]["safety"] = json!({ "kind": "factor-of-safety", "after": "rest" });
+    let case = Case::from_json(&value.to_string()).unwrap();
+    let report = run_method(&Sliding::default(), &case, &RunOptions::default()).unwrap();
+    let safety = &report.safety["safety"];
+    assert_eq!((safety.outcome(), safety.tolerance), (Outcome::Found, 0.01));
+    assert!((safety.factor().unwrap() - STRENGTH).abs() <= 0.005, "{safety:?}");
+    assert!(safety.block > 0.0 && safety.height > 0.0);
+    let failing = &report.failing["safety"];
+    let moved = failing.vectors("trial_displacement").unwrap()[0][0];
+    let last = safety.trials.iter().filter(|trial| trial.failed()).map(|trial| (trial.factor, trial.displacement));
+    let (_, displacement) = last.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    assert_eq!(moved, displacement, "the frame is that of the least failing factor");
+    value["gravity"] = json!([0, 0]);
+    let error = Case::from_json(&value.to_string()).unwrap_err().to_string();
+    assert!(error.contains("measures.safety.duration: there is no gravity"), "{error}");
+}
+
+fn safety_of(trials: &[(f64, Verdict)]) -> Safety {
+    let mut safety = Safety {
+        stable: 0.0,
+        failed: f64::INFINITY,
+        tolerance: 0.1,
+        height: 1.0,
+        block: 1.0,
+        trials: Vec::new(),
+    };
+    for &(factor, verdict) in trials {
+        safety.add(Trial {
+            factor,
+            verdict,
+            time: 1.0,
+            displacement: 0.1,
+            dimensionless_displacement: 1.0,
+            unbalanced_force: 0.1,
+        });
+    }
+    safety
+}
+
+#[test]
+fn an_undecided_trial_is_closed_in_from_both_sides_and_never_makes_a_number() {
+    use Verdict::{Failed, Stable, Undecided};
+    let mut trials = vec![(1.0, Stable), (2.0, Failed), (1.5, Undecided)];
+    assert_eq!(safety_of(&trials).next([1.0, 2.0]), Some(1.75));
+    trials.push((1.75, Failed));
+    assert_eq!(safety_of(&trials).next([1.0, 2.0]), Some(1.25));
+    trials.extend([(1.25, Stable), (1.375, Stable), (1.4375, Stable), (1.625, Failed), (1.5625, Failed)]);
+    let safety = safety_of(&trials);
+    assert_eq!((safety.next([1.0, 2.0]), safety.factor(), safety.outcome()), (None, None, Outcome::Undecided));
+    let told = safety.told();
+    assert!(told.starts_with("undecided: stable at 1.438, failed at 1.562; at 1.500 the bodies"), "{told}");
+    assert!(safety.to_json()["factor"].is_null());
+}
+
+#[test]
+fn a_search_whose_ends_are_undecided_is_undecided() {
+    use Verdict::{Failed, Stable, Undecided};
+    let safety = safety_of(&[(1.0, Undecided)]);
+    assert_eq!((safety.next([1.0, 2.0]), safety.outcome()), (None, Outcome::Undecided));
+    assert!(safety.told().contains("stable at none, failed at none"), "{}", safety.told());
+    let mut trials = vec![(1.0, Stable), (1.1, Undecided)];
+    assert_eq!(safety_of(&trials).next([1.0, 1.1]), None);
+    trials.push((1.05, Failed));
+    let found = safety_of(&trials);
+    assert_eq!((found.next([1.0, 1.1]), found.outcome()), (None, Outcome::Found));
 }

@@ -1,0 +1,131 @@
+//! What a search for a factor of safety asks of the bodies: how high they stand, how stiff they are, how far they have moved.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use crate::description::Domain;
+use crate::{Case, Snapshot, measure};
+
+/// Share of the points that must have moved so far: single loose points are no failure.
+const MOVED_SHARE: f64 = 0.01;
+/// Share of the height of all bodies below which their free surface is level.
+const LEVEL: f64 = 0.05;
+
+/// Bodies at rest, by which displacements are judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scale {
+    /// Height of the slope `H` (m).
+    pub height: f64,
+    /// `γ H² / E` (m), by which displacements are made dimensionless; not-a-number where a material has no Young's modulus or the
+    /// bodies no weight.
+    pub settlement: f64,
+}
+
+impl Scale {
+    /// That of the bodies of a case as they are in `rest`; with the height (m) that the case gives, if it does.
+    pub fn of(case: &Case, rest: &Snapshot, height: Option<f64>) -> Self {
+        let gravity = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let height = height.unwrap_or_else(|| relief(case, rest));
+        let moduli: Vec<Option<f64>> = case.bodies.iter().map(|body| young(case, &body.material)).collect();
+        let (mut weight, mut volume, mut stiffness) = (0.0, 0.0, 0.0);
+        let none: &[f64] = &[];
+        let (masses, volumes) =
+            (rest.scalars("mass").unwrap_or(none), rest.scalars("volume").unwrap_or(none));
+        for ((body, mass), own) in rest.bodies.iter().zip(masses).zip(volumes) {
+            let body = *body as usize;
+            if case.bodies.get(body).is_some_and(|body| body.rigid) {
+                continue;
+            }
+            weight += mass * gravity;
+            volume += own;
+            stiffness += own * moduli.get(body).copied().flatten().unwrap_or(f64::NAN);
+        }
+        let settlement = weight / stiffness * height * height;
+        let known = volume > 0.0 && settlement.is_finite() && settlement > 0.0;
+        Self { height, settlement: if known { settlement } else { f64::NAN } }
+    }
+}
+
+/// Young's modulus of a material (Pa), or of the one it is wrapped around.
+fn young(case: &Case, material: &str) -> Option<f64> {
+    fn find(value: &Value) -> Option<f64> {
+        let keys = value.as_object()?;
+        keys.get("youngs_modulus").and_then(Value::as_f64).or_else(|| keys.values().find_map(find))
+    }
+    find(&serde_json::to_value(case.materials.get(material)?).ok()?)
+}
+
+/// From the lowest to the highest place of the free surface, upwards being against gravity; from the lowest to the highest point
+/// where the surface is level or nothing weighs (m).
+fn relief(case: &Case, rest: &Snapshot) -> f64 {
+    let counted = measure::counted(case, rest, None);
+    let size = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let mut up = [0.0, 1.0, 0.0];
+    if size > 0.0 {
+        up = [0.0; 3];
+        case.gravity.iter().enumerate().for_each(|(c, g)| up[c] = -g / size);
+    }
+    let across = across(&up);
+    let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|c| a[c] * b[c]).sum::<f64>();
+    let width = 2.0 * counted.extents.iter().flatten().copied().fold(0.0, f64::max);
+    let mut tops: BTreeMap<[i64; 2], f64> = BTreeMap::new();
+    let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (place, extent) in counted.positions.iter().zip(&counted.extents) {
+        let half = 0.5 * (0..3).map(|c| up[c].abs() * extent[c]).sum::<f64>();
+        let level = dot(place, &up);
+        (lowest, highest) = (lowest.min(level - half), highest.max(level + half));
+        let column = across.map(|axis| (dot(place, &axis) / width).floor() as i64);
+        let top = tops.entry(column).or_insert(f64::NEG_INFINITY);
+        *top = top.max(level + half);
+    }
+    let relief = highest - tops.values().copied().fold(highest, f64::min);
+    if relief > LEVEL * (highest - lowest) { relief } else { highest - lowest }
+}
+
+/// Two directions across one of unit length.
+fn across(up: &[f64; 3]) -> [[f64; 3]; 2] {
+    let cross = |a: &[f64; 3], b: &[f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|c| {
+            let (i, j) = ((c + 1) % 3, (c + 2) % 3);
+            a[i] * b[j] - a[j] * b[i]
+        })
+    };
+    let other = if up[2].abs() < 0.5 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
+    let first = cross(up, &other);
+    let size = first.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let first = first.map(|c| c / size);
+    [first, cross(up, &first)]
+}
+
+/// Displacements (m) of the points that are there both times, by their ids, in the order of those that are there now; `None` for
+/// others. Across the ends of a period the shorter way counts.
+pub(super) fn displacements(now: &Snapshot, before: &Snapshot, domain: &Domain) -> Vec<Option<[f64; 3]>> {
+    let mut known = before.ids.iter().zip(&before.positions).peekable();
+    let way = |place: &[f64; 3], was: &[f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|c| {
+            let way = place[c] - was[c];
+            let periodic = c < domain.min.len() && domain.is_periodic(c);
+            let period = if periodic { domain.max[c] - domain.min[c] } else { f64::INFINITY };
+            if periodic { way - period * (way / period).round() } else { way }
+        })
+    };
+    let mut all = Vec::with_capacity(now.ids.len());
+    for (id, place) in now.ids.iter().zip(&now.positions) {
+        while known.next_if(|(known, _)| *known < id).is_some() {}
+        all.push(known.next_if(|(known, _)| *known == id).map(|(_, was)| way(place, was)));
+    }
+    all
+}
+
+/// The displacement that a hundredth of the points exceed (m).
+pub(super) fn moved(now: &Snapshot, before: &Snapshot, domain: &Domain) -> f64 {
+    let length = |u: [f64; 3]| u.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let mut all: Vec<f64> = displacements(now, before, domain).into_iter().flatten().map(length).collect();
+    let rank = (MOVED_SHARE * all.len() as f64) as usize;
+    if all.is_empty() {
+        return 0.0;
+    }
+    let (_, value, _) = all.select_nth_unstable_by(rank, |a, b| b.total_cmp(a));
+    *value
+}

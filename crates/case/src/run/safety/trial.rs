@@ -1,0 +1,239 @@
+//! A trial: weakened bodies that are let go from rest, in blocks of the time that strong ones need to come to rest again.
+
+use super::bodies::{Scale, displacements, moved};
+use super::settling::Settling;
+use super::{Context, REST};
+use crate::description::Stage;
+use crate::run::RunError;
+use crate::run::steps::{is_there, stable_step};
+use crate::{Field, FieldData, Snapshot, Solver};
+
+/// Steps between two looks at a trial.
+const STEPS_PER_LOOK: u64 = 50;
+/// Blocks of a round of a trial.
+const ROUND: usize = 6;
+/// Blocks of a trial: a round, and one more while it is undecided.
+pub(super) const BLOCKS: usize = 2 * ROUND;
+/// Share of the displacement below which a block adds nothing.
+const NOTHING_MORE: f64 = 0.01;
+/// Share of what the weight settles the bodies that is nothing too: bodies that hardly move have no displacement to compare with.
+const NO_DISPLACEMENT: f64 = 0.1;
+/// Share of the height by which the bodies may move beyond what they settle elastically.
+const MOST_MOVED: f64 = 0.02;
+/// Share of what it was in the block before above which the unbalanced force, or the velocity, does not fall.
+const DOES_NOT_FALL: f64 = 0.9;
+/// Blocks in a row that must not fall against the one before them.
+const HOLD: usize = 2;
+/// How far beyond the noise of the method the unbalanced force is no noise.
+const BEYOND_NOISE: f64 = 1.5;
+
+/// How a trial ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The bodies came to rest again.
+    Stable,
+    /// They moved too far, or were not going to come to rest.
+    Failed,
+    /// Neither.
+    Undecided,
+}
+
+/// What a trial found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// The factor by which strength was divided.
+    pub factor: f64,
+    /// How it ended.
+    pub verdict: Verdict,
+    /// Duration until that was clear (s).
+    pub time: f64,
+    /// Displacement that a hundredth of the points exceed (m).
+    pub displacement: f64,
+    /// That displacement over `γ H² / E`; not-a-number where a material has no Young's modulus.
+    pub dimensionless_displacement: f64,
+    /// Unbalanced force over the external one, in the last block.
+    pub unbalanced_force: f64,
+}
+
+impl Trial {
+    /// Whether the bodies failed.
+    pub fn failed(&self) -> bool {
+        self.verdict == Verdict::Failed
+    }
+}
+
+/// A solver in the stage of a trial.
+pub(super) struct Running<'a> {
+    pub solver: Box<dyn Solver>,
+    /// The points at its start.
+    pub start: Snapshot,
+    pub stage: &'a Stage,
+    /// When it began (s).
+    pub since: f64,
+}
+
+impl Running<'_> {
+    /// Some steps, at most until `end` of the trial (s from its start); whether it is reached.
+    pub fn advance(&mut self, steps: u64, end: f64) -> Result<bool, RunError> {
+        let until = if end.is_finite() { end } else { self.elapsed() + self.stage.duration };
+        for _ in 0..steps {
+            let limit = stable_step(&mut *self.solver, self.stage, self.since + until)?;
+            let left = self.since + until - self.solver.time();
+            if is_there(left, limit.dt.min(until)) {
+                return Ok(true);
+            }
+            self.solver.step(if end.is_finite() { left } else { limit.dt })?;
+        }
+        Ok(false)
+    }
+
+    /// Since its start (s).
+    pub fn elapsed(&self) -> f64 {
+        self.solver.time() - self.since
+    }
+
+    /// Unbalanced force over the external one; not-a-number where the method has no measure of it.
+    pub fn unbalanced(&self) -> f64 {
+        self.solver.equilibrium().map_or(f64::NAN, |equilibrium| equilibrium.unbalanced_force)
+    }
+}
+
+/// Unbalanced-force ratio of a block, and displacement at its end (m).
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Block {
+    unbalanced: f64,
+    displacement: f64,
+}
+
+/// By what a trial is judged.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rule {
+    /// Unbalanced-force ratio below which the bodies rest.
+    rest: f64,
+    /// Displacement (m) below which there is none.
+    none: f64,
+    /// Displacement (m) from which on they have failed.
+    most: f64,
+}
+
+impl Rule {
+    pub fn new(scale: &Scale, settling: &Settling) -> Self {
+        Self {
+            rest: REST.max(BEYOND_NOISE * settling.floor),
+            none: NO_DISPLACEMENT * settling.displacement,
+            most: settling.displacement + MOST_MOVED * scale.height,
+        }
+    }
+
+    /// What the blocks so far say.
+    fn judge(&self, blocks: &[Block]) -> Option<Verdict> {
+        let added = |k: usize| blocks[k].displacement - if k > 0 { blocks[k - 1].displacement } else { 0.0 };
+        let last = blocks.len().checked_sub(1)?;
+        let Block { unbalanced, displacement } = blocks[last];
+        let little = NOTHING_MORE * displacement.max(self.none);
+        if unbalanced < self.rest && added(last) <= little {
+            return Some(Verdict::Stable);
+        }
+        let goes_on = |k: usize| {
+            let force = blocks[k].unbalanced;
+            let held = force < self.rest || force > DOES_NOT_FALL * blocks[k - 1].unbalanced;
+            held && added(k) > DOES_NOT_FALL * added(k - 1)
+        };
+        let long = last > HOLD && (last + 1 - HOLD..=last).all(goes_on);
+        (long && added(last) > little).then_some(Verdict::Failed)
+    }
+}
+
+/// Runs a trial with blocks of `block` seconds; what it found, and the points at its end with their `trial_displacement`. `None`
+/// when it is asked to stop.
+pub(super) fn run_trial(
+    context: &Context<'_>,
+    factor: f64,
+    (scale, rule, block): (&Scale, &Rule, f64),
+) -> Result<Option<(Trial, Snapshot)>, RunError> {
+    let case = context.search.trial(context.case, context.name, factor, BLOCKS as f64 * block);
+    let domain = &context.case.domain;
+    let mut running = context.begin(&case)?;
+    let mut blocks: Vec<Block> = Vec::with_capacity(BLOCKS);
+    let mut displacement = 0.0;
+    let verdict = loop {
+        let (begin, end) = (running.elapsed(), (blocks.len() + 1) as f64 * block);
+        let (mut sum, mut count, mut failed) = (0.0, 0.0, false);
+        loop {
+            if context.is_to_stop() {
+                return Ok(None);
+            }
+            let over = running.advance(STEPS_PER_LOOK, end)?;
+            let now = moved(&running.solver.snapshot(), &running.start, domain);
+            failed = now > rule.most && now > displacement;
+            displacement = now;
+            // What the block began with is not what it comes to.
+            if over || running.elapsed() - begin > 0.5 * block {
+                (sum, count) = (sum + running.unbalanced(), count + 1.0);
+            }
+            if over || failed {
+                break;
+            }
+        }
+        blocks.push(Block { unbalanced: if count > 0.0 { sum / count } else { running.unbalanced() }, displacement });
+        if failed {
+            break Verdict::Failed;
+        }
+        if let Some(verdict) = rule.judge(&blocks) {
+            break verdict;
+        }
+        if blocks.len() == BLOCKS {
+            break Verdict::Undecided;
+        }
+    };
+    let trial = Trial {
+        factor,
+        verdict,
+        time: running.elapsed(),
+        displacement,
+        dimensionless_displacement: displacement / scale.settlement,
+        unbalanced_force: blocks.last().map_or(f64::NAN, |block| block.unbalanced),
+    };
+    let mut snapshot = running.solver.snapshot();
+    let since = displacements(&snapshot, &running.start, domain);
+    let data = FieldData::Vector(since.into_iter().map(Option::unwrap_or_default).collect());
+    snapshot.fields.push(Field { name: "trial_displacement".to_owned(), unit: "m", data });
+    Ok(Some((trial, snapshot)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RULE: Rule = Rule { rest: 1e-3, none: 1e-3, most: 1.0 };
+
+    fn blocks(unbalanced: &[f64], displacement: &[f64]) -> Vec<Block> {
+        let both = unbalanced.iter().zip(displacement);
+        both.map(|(&unbalanced, &displacement)| Block { unbalanced, displacement }).collect()
+    }
+
+    #[test]
+    fn bodies_at_rest_are_stable_however_little_they_have_moved() {
+        assert_eq!(RULE.judge(&blocks(&[1e-4], &[1e-6])), Some(Verdict::Stable));
+        assert_eq!(RULE.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.1005])), Some(Verdict::Stable));
+    }
+
+    #[test]
+    fn bodies_that_move_on_without_force_are_not_at_rest() {
+        assert_eq!(RULE.judge(&blocks(&[1e-4, 1e-4], &[0.1, 0.105])), None);
+        assert_eq!(RULE.judge(&blocks(&[1e-4; 4], &[0.1, 0.12, 0.14, 0.16])), Some(Verdict::Failed));
+    }
+
+    #[test]
+    fn bodies_that_do_not_slow_down_have_failed_after_three_blocks() {
+        let moving = blocks(&[0.02, 0.02, 0.02, 0.02], &[0.01, 0.03, 0.06, 0.10]);
+        assert_eq!(RULE.judge(&moving[..3]), None);
+        assert_eq!(RULE.judge(&moving), Some(Verdict::Failed));
+    }
+
+    #[test]
+    fn bodies_that_slow_down_are_given_time() {
+        assert_eq!(RULE.judge(&blocks(&[0.02, 0.02, 0.02, 0.02], &[0.10, 0.18, 0.24, 0.28])), None);
+        assert_eq!(RULE.judge(&blocks(&[0.02, 0.01, 0.005, 0.0025], &[0.01, 0.03, 0.06, 0.10])), None);
+    }
+}
