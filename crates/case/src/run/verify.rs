@@ -16,7 +16,9 @@ pub(super) fn seals(
     sealed: BTreeMap<String, Seal>,
 ) -> Result<BTreeMap<String, Seal>, OutputError> {
     let mut names: Vec<String> = COLLECTIONS.into_iter().chain([CASE]).map(str::to_owned).collect();
-    names.extend(folder::names(out)?.into_iter().filter(|name| folder::is_trials(name) || folder::is_failing(name)));
+    names.extend(
+        folder::names(out)?.into_iter().filter(|name| folder::is_trials(name) || folder::is_failing(name)),
+    );
     names.extend(folder::names(&out.join(RASTERS))?.iter().map(|name| format!("{RASTERS}/{name}")));
     let mut seals = sealed;
     for name in names {

@@ -2,6 +2,7 @@
 
 mod page;
 mod parameters;
+mod safety;
 mod tables;
 mod words;
 
@@ -121,6 +122,7 @@ struct Pictures {
     points: Vec<Figure>,
     charts: Vec<Figure>,
     maps: Vec<Figure>,
+    safety: Vec<Figure>,
 }
 
 /// Beginnings of the names of columns that say how a run went more than what came out: they come last.
@@ -141,6 +143,7 @@ pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportEr
         points: points(folder, &results, options)?,
         charts: charts(&results)?,
         maps: maps(folder)?,
+        safety: safety::figures(folder, &results, options.plane)?,
     };
     let file = folder.join(REPORT);
     write_atomically(&file, page::page(&results, &pictures).into_string().as_bytes())?;

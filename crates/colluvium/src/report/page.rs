@@ -4,7 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::Value;
 
 use super::words::{duration, short, text};
-use super::{Figure, Pictures, Results, tables};
+use super::{Figure, Pictures, Results, safety, tables};
 
 const STYLE: &str = include_str!("report.css");
 
@@ -30,7 +30,7 @@ pub(super) fn page(results: &Results, pictures: &Pictures) -> Markup {
                     h2 { "Animation" }
                     (PreEscaped(player))
                 }
-                (tables::safety(&results.summary))
+                (safety::section(&results.summary, &pictures.safety))
                 @if !pictures.maps.is_empty() { (figures("Maps", "", &pictures.maps)) }
                 (figures("Results in time, and profiles", "charts", &pictures.charts))
                 (tables::measures(results))

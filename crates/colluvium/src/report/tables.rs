@@ -75,24 +75,6 @@ pub(super) fn limits(summary: &Value) -> Markup {
     }
 }
 
-pub(super) fn safety(summary: &Value) -> Markup {
-    let Some(found) = summary["factors_of_safety"].as_object() else { return html! {} };
-    html! {
-        h2 { "Factors of safety" }
-        div class="wide" { table {
-            tr { th { "Measure" } th { "Factor" } th { "Stable at" } th { "Failed at" } }
-            @for (name, safety) in found {
-                tr {
-                    td { (name) }
-                    td class="number" { (text(&safety["factor"])) }
-                    td class="number" { (text(&safety["stable"])) }
-                    td class="number" { (text(&safety["failed"])) }
-                }
-            }
-        } }
-    }
-}
-
 /// How much more the second is; nothing where rounding makes the difference.
 fn difference(from: f64, to: f64) -> f64 {
     let difference = to - from;

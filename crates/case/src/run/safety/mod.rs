@@ -91,12 +91,20 @@ impl Safety {
         match (self.outcome(), self.factor()) {
             (Outcome::Undecided, _) => {
                 let open: Vec<String> = self.undecided().map(|factor| format!("{factor:.3}")).collect();
-                let from = if *stable > 0.0 { format!("stable at {stable:.3}") } else { "stable at none".to_owned() };
-                let to =
-                    if failed.is_finite() { format!("failed at {failed:.3}") } else { "failed at none".to_owned() };
+                let from = if *stable > 0.0 {
+                    format!("stable at {stable:.3}")
+                } else {
+                    "stable at none".to_owned()
+                };
+                let to = if failed.is_finite() {
+                    format!("failed at {failed:.3}")
+                } else {
+                    "failed at none".to_owned()
+                };
                 format!(
-                    "undecided: {from}, {to}; at {} the bodies neither came to rest nor clearly failed within {:.3} s (give the \
-                     measure a longer `duration`, or look at what moves in its trials)",
+                    "undecided: {from}, {to}; at {} the bodies neither clearly failed nor came to rest within {:.3} s before they had \
+                     slid (look at the displacements of the trials: where they grow fast the slope fails; a longer `duration`, finer \
+                     points or a cure of locking may decide it)",
                     open.join(", "),
                     BLOCKS as f64 * block
                 )
@@ -244,7 +252,14 @@ impl Context<'_> {
                     (false, false) => Verdict::Stable,
                 };
                 let dimensionless_displacement = scaled;
-                Some(Trial { factor, verdict, time, displacement, dimensionless_displacement, unbalanced_force })
+                Some(Trial {
+                    factor,
+                    verdict,
+                    time,
+                    displacement,
+                    dimensionless_displacement,
+                    unbalanced_force,
+                })
             }
             _ => None,
         };

@@ -78,7 +78,11 @@ impl Settling {
             None if search.duration.is_some() => (median(&ratios[ratios.len() / 2..]), ratios.len() - 1),
             None => {
                 let unbalanced = ratios.last().copied().unwrap_or(f64::NAN);
-                return Err(RunError::NeverSettles { measure: (*name).to_owned(), unbalanced, time: trial.elapsed() });
+                return Err(RunError::NeverSettles {
+                    measure: (*name).to_owned(),
+                    unbalanced,
+                    time: trial.elapsed(),
+                });
             }
         };
         let displacement = 2.0 * moved(&trial.solver.snapshot(), &trial.start, &case.domain);
@@ -94,7 +98,8 @@ mod tests {
     fn a_ratio_that_falls_does_not_stay() {
         let falling: Vec<f64> = (0..LOOKS).map(|k| (-0.05 * k as f64).exp()).collect();
         assert_eq!(stays_at(&falling), None);
-        let noisy: Vec<f64> = (0..LOOKS).map(|k| 0.01 + (-0.5 * k as f64).exp() + 1e-4 * (k % 3) as f64).collect();
+        let noisy: Vec<f64> =
+            (0..LOOKS).map(|k| 0.01 + (-0.5 * k as f64).exp() + 1e-4 * (k % 3) as f64).collect();
         assert!((stays_at(&noisy).unwrap() - 0.0101).abs() < 1e-4);
     }
 }

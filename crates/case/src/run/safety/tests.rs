@@ -105,7 +105,11 @@ impl Solver for Slider {
         Ok(())
     }
     fn equilibrium(&self) -> Option<Equilibrium> {
-        Some(Equilibrium { unbalanced_force: self.rate.abs() / PULL, kinetic_ratio: 0.0, kinetic: 0.5 * self.v * self.v })
+        Some(Equilibrium {
+            unbalanced_force: self.rate.abs() / PULL,
+            kinetic_ratio: 0.0,
+            kinetic: 0.5 * self.v * self.v,
+        })
     }
     fn snapshot(&self) -> Snapshot {
         let scalar = |name: &str, unit, value| Field {
@@ -329,7 +333,8 @@ fn slope(extra: &[([f64; 2], f64)]) -> Snapshot {
         // Level at 2 m as far as x = 5 m, a face to 8 m at x = 11 m, level beyond.
         let x = (f64::from(i) + 0.5) * spacing;
         let top = (x - 3.0).clamp(2.0, 8.0);
-        places.extend((0..16).map(|j| [x, (f64::from(j) + 0.5) * spacing, 0.0]).filter(|place| place[1] < top));
+        places
+            .extend((0..16).map(|j| [x, (f64::from(j) + 0.5) * spacing, 0.0]).filter(|place| place[1] < top));
     }
     extents.resize(places.len(), [spacing, spacing, 1.0]);
     for (place, width) in extra {
@@ -382,7 +387,8 @@ fn a_search_of_which_only_the_stage_is_given_finds_the_rest() {
     assert!(safety.block > 0.0 && safety.height > 0.0);
     let failing = &report.failing["safety"];
     let moved = failing.vectors("trial_displacement").unwrap()[0][0];
-    let last = safety.trials.iter().filter(|trial| trial.failed()).map(|trial| (trial.factor, trial.displacement));
+    let last =
+        safety.trials.iter().filter(|trial| trial.failed()).map(|trial| (trial.factor, trial.displacement));
     let (_, displacement) = last.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     assert_eq!(moved, displacement, "the frame is that of the least failing factor");
     value["gravity"] = json!([0, 0]);
@@ -421,7 +427,10 @@ fn an_undecided_trial_is_closed_in_from_both_sides_and_never_makes_a_number() {
     assert_eq!(safety_of(&trials).next([1.0, 2.0]), Some(1.25));
     trials.extend([(1.25, Stable), (1.375, Stable), (1.4375, Stable), (1.625, Failed), (1.5625, Failed)]);
     let safety = safety_of(&trials);
-    assert_eq!((safety.next([1.0, 2.0]), safety.factor(), safety.outcome()), (None, None, Outcome::Undecided));
+    assert_eq!(
+        (safety.next([1.0, 2.0]), safety.factor(), safety.outcome()),
+        (None, None, Outcome::Undecided)
+    );
     let told = safety.told();
     assert!(told.starts_with("undecided: stable at 1.438, failed at 1.562; at 1.500 the bodies"), "{told}");
     assert!(safety.to_json()["factor"].is_null());

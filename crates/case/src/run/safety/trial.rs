@@ -16,7 +16,7 @@ const ROUND: usize = 6;
 pub(super) const BLOCKS: usize = 2 * ROUND;
 /// Share of the displacement below which a block adds nothing.
 const NOTHING_MORE: f64 = 0.01;
-/// Share of what the weight settles the bodies that is nothing too: bodies that hardly move have no displacement to compare with.
+/// Share of what the weight settles the bodies by which those are judged that hardly move.
 const NO_DISPLACEMENT: f64 = 0.1;
 /// Share of the height by which the bodies may move beyond what they settle elastically.
 const MOST_MOVED: f64 = 0.02;
@@ -24,6 +24,9 @@ const MOST_MOVED: f64 = 0.02;
 const DOES_NOT_FALL: f64 = 0.9;
 /// Blocks in a row that must not fall against the one before them.
 const HOLD: usize = 2;
+/// Elastic settlements by which bodies may have moved before they come to rest: those that have moved farther have slid, and what
+/// stopped them is another slope, or a mesh that locks.
+const SLID: f64 = 5.0;
 /// How far beyond the noise of the method the unbalanced force is no noise.
 const BEYOND_NOISE: f64 = 1.5;
 
@@ -32,9 +35,9 @@ const BEYOND_NOISE: f64 = 1.5;
 pub enum Verdict {
     /// The bodies came to rest again.
     Stable,
-    /// They moved too far, or were not going to come to rest.
+    /// They moved too far, or did not slow down.
     Failed,
-    /// Neither.
+    /// Neither, or they came to rest after they had slid.
     Undecided,
 }
 
@@ -110,8 +113,8 @@ struct Block {
 pub(super) struct Rule {
     /// Unbalanced-force ratio below which the bodies rest.
     rest: f64,
-    /// Displacement (m) below which there is none.
-    none: f64,
+    /// What the weight settles the bodies elastically (m).
+    elastic: f64,
     /// Displacement (m) from which on they have failed.
     most: f64,
 }
@@ -120,7 +123,7 @@ impl Rule {
     pub fn new(scale: &Scale, settling: &Settling) -> Self {
         Self {
             rest: REST.max(BEYOND_NOISE * settling.floor),
-            none: NO_DISPLACEMENT * settling.displacement,
+            elastic: settling.displacement,
             most: settling.displacement + MOST_MOVED * scale.height,
         }
     }
@@ -130,9 +133,10 @@ impl Rule {
         let added = |k: usize| blocks[k].displacement - if k > 0 { blocks[k - 1].displacement } else { 0.0 };
         let last = blocks.len().checked_sub(1)?;
         let Block { unbalanced, displacement } = blocks[last];
-        let little = NOTHING_MORE * displacement.max(self.none);
+        let little = NOTHING_MORE * displacement.max(NO_DISPLACEMENT * self.elastic);
         if unbalanced < self.rest && added(last) <= little {
-            return Some(Verdict::Stable);
+            let slid = self.elastic > 0.0 && displacement > SLID * self.elastic;
+            return Some(if slid { Verdict::Undecided } else { Verdict::Stable });
         }
         let goes_on = |k: usize| {
             let force = blocks[k].unbalanced;
@@ -140,7 +144,7 @@ impl Rule {
             held && added(k) > DOES_NOT_FALL * added(k - 1)
         };
         let long = last > HOLD && (last + 1 - HOLD..=last).all(goes_on);
-        (long && added(last) > little).then_some(Verdict::Failed)
+        (long && added(last) > little && displacement > self.elastic).then_some(Verdict::Failed)
     }
 }
 
@@ -158,24 +162,27 @@ pub(super) fn run_trial(
     let mut displacement = 0.0;
     let verdict = loop {
         let (begin, end) = (running.elapsed(), (blocks.len() + 1) as f64 * block);
-        let (mut sum, mut count, mut failed) = (0.0, 0.0, false);
-        loop {
+        let (mut sum, mut count) = (0.0, 0.0);
+        let failed = loop {
             if context.is_to_stop() {
                 return Ok(None);
             }
             let over = running.advance(STEPS_PER_LOOK, end)?;
             let now = moved(&running.solver.snapshot(), &running.start, domain);
-            failed = now > rule.most && now > displacement;
+            let failed = now > rule.most && now > displacement;
             displacement = now;
             // What the block began with is not what it comes to.
             if over || running.elapsed() - begin > 0.5 * block {
                 (sum, count) = (sum + running.unbalanced(), count + 1.0);
             }
             if over || failed {
-                break;
+                break failed;
             }
-        }
-        blocks.push(Block { unbalanced: if count > 0.0 { sum / count } else { running.unbalanced() }, displacement });
+        };
+        blocks.push(Block {
+            unbalanced: if count > 0.0 { sum / count } else { running.unbalanced() },
+            displacement,
+        });
         if failed {
             break Verdict::Failed;
         }
@@ -205,7 +212,7 @@ pub(super) fn run_trial(
 mod tests {
     use super::*;
 
-    const RULE: Rule = Rule { rest: 1e-3, none: 1e-3, most: 1.0 };
+    const RULE: Rule = Rule { rest: 1e-3, elastic: 0.05, most: 1.0 };
 
     fn blocks(unbalanced: &[f64], displacement: &[f64]) -> Vec<Block> {
         let both = unbalanced.iter().zip(displacement);
@@ -229,6 +236,17 @@ mod tests {
         let moving = blocks(&[0.02, 0.02, 0.02, 0.02], &[0.01, 0.03, 0.06, 0.10]);
         assert_eq!(RULE.judge(&moving[..3]), None);
         assert_eq!(RULE.judge(&moving), Some(Verdict::Failed));
+    }
+
+    #[test]
+    fn bodies_that_have_hardly_moved_have_not_failed_yet() {
+        let creeping = blocks(&[0.02, 0.02, 0.02, 0.02], &[0.001, 0.003, 0.006, 0.010]);
+        assert_eq!(RULE.judge(&creeping), None);
+    }
+
+    #[test]
+    fn bodies_that_come_to_rest_after_a_slide_are_not_stable() {
+        assert_eq!(RULE.judge(&blocks(&[1e-2, 1e-4], &[0.3, 0.301])), Some(Verdict::Undecided));
     }
 
     #[test]
