@@ -87,6 +87,15 @@ impl LawPoints<'_> {
         })
     }
 
+    /// Whether the law tells how much energy it stores.
+    pub fn defines_energy(&self) -> bool {
+        let mut out = vec![0.0; BLOCK];
+        let first = self.stress.chunks(BLOCK).zip(self.states.blocks()).next();
+        first.is_none_or(|(stress, states)| {
+            self.material.stored_energies(stress, states, &mut out[..stress.len()])
+        })
+    }
+
     /// Stresses and states with which the law begins anew from the stresses that are there, at the densities (kg/m³) that
     /// `density` gives by the index of a point.
     ///

@@ -180,6 +180,24 @@ impl Case {
         self.boundaries.iter().map(stands).collect()
     }
 
+    /// Whether nothing that a case can say works on the bodies in stage number `stage`, but for gravity at its full size across
+    /// an axis that does not repeat itself.
+    pub fn is_closed(&self, stage: usize) -> bool {
+        let moves =
+            |velocity: &Option<Vec<f64>>| velocity.as_ref().is_some_and(|v| v.iter().any(|c| *c != 0.0));
+        let falls_through = self.domain.periodic.iter().any(|axis| self.gravity[axis.number()] != 0.0);
+        let stages = self.stages.iter().take(stage + 1);
+        self.loads.is_empty()
+            && self.patches.is_empty()
+            && self.cuts.is_empty()
+            && !falls_through
+            && !self.bodies.iter().any(|body| body.rigid || body.pore_fluid.is_some())
+            && !self.boundaries.iter().any(|boundary| moves(&boundary.velocity))
+            && !self.obstacles.iter().any(|obstacle| obstacle.motion.is_some())
+            && stages.clone().all(|stage| stage.motions.is_empty())
+            && self.stages.get(stage).is_some_and(|stage| stage.gravity_ramp == 0.0)
+    }
+
     /// Whether stage number `stage` or one before it has removed the body of that name.
     pub fn is_removed(&self, body: &str, stage: usize) -> bool {
         self.stages

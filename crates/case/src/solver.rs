@@ -100,6 +100,13 @@ pub struct Budget {
     pub liquid: Option<PhaseBudget>,
 }
 
+impl Budget {
+    /// Kinetic, recoverable and potential energy (J).
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.elastic + self.potential
+    }
+}
+
 /// Totals of one phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseBudget {
@@ -256,6 +263,12 @@ pub trait Solver: Send {
     /// does not measure it.
     fn dissipated(&self) -> Option<f64> {
         None
+    }
+
+    /// Whether the budget holds all energy there is and nothing works on it from outside in the stage: no loads, nothing that is
+    /// driven, materials that all tell what they store. The run then says when energy grows. False where a method cannot tell.
+    fn is_closed(&self) -> bool {
+        false
     }
 
     /// What of the state is worth a word while the run goes on: liquids in tension, … Asked at every row of the measures until

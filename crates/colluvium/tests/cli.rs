@@ -376,6 +376,7 @@ const PICTURES: [&str; 16] = [
     "potential_energy",
     "pressure-00009",
     "time_step",
+    "total_energy",
     "volume_ratio.max",
     "volume_ratio.min",
 ];

@@ -134,6 +134,10 @@ impl<const D: usize> Solver for MpmSolver<D> {
         self.case.measures_dissipation().then(|| self.dissipated_energy())
     }
 
+    fn is_closed(&self) -> bool {
+        self.is_left_alone()
+    }
+
     fn warning(&self) -> Option<String> {
         self.word_on_tension()
     }

@@ -187,6 +187,17 @@ impl<const D: usize> MpmSolver<D> {
 }
 
 impl<const D: usize> MpmSolver<D> {
+    /// Whether nothing works on the points from outside, and all their energy is told: that of affine motion, of scaled masses and
+    /// of springs of obstacles is not.
+    pub(crate) fn is_left_alone(&self) -> bool {
+        let plain = !matches!(self.options.transfer, crate::Transfer::Apic | crate::Transfer::Tpic);
+        plain
+            && self.options.mass_scaling <= 1.0
+            && self.case.obstacles.is_empty()
+            && self.case.is_closed(self.stage)
+            && self.sets.iter().all(|set| set.law_points().defines_energy())
+    }
+
     /// Begins to count work, from what is stored.
     pub(crate) fn count_work(&mut self) {
         for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {

@@ -209,6 +209,10 @@ impl<const D: usize> Solver for SphSolver<D> {
         self.take_readings()
     }
 
+    fn is_closed(&self) -> bool {
+        self.is_left_alone()
+    }
+
     fn snapshot(&self) -> Snapshot {
         self.take_snapshot()
     }

@@ -5,6 +5,7 @@ use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, spatial};
 
 use crate::algebra::square;
 use crate::config::{SmoothingLength, TimeIntegration};
+use crate::particles::Group;
 use crate::solver::SphSolver;
 
 fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
@@ -123,6 +124,14 @@ impl<const D: usize> SphSolver<D> {
             }
         }
         order.iter().map(|&i| lengths[i]).collect()
+    }
+
+    /// Whether nothing works on the particles from outside, and their laws tell what they store.
+    pub(crate) fn is_left_alone(&self) -> bool {
+        let (bodies, p) = (&self.bodies, &self.bodies.particles);
+        let open =
+            |group: &Group| group.held.is_some() || group.confined || !p.law_points(group).defines_energy();
+        self.setting.case.is_closed(self.clock.stage) && !bodies.groups.iter().any(open)
     }
 
     /// Totals over the particles.

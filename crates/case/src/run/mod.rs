@@ -1,5 +1,6 @@
 //! The run: stages, steps, measures, frames, checkpoints.
 
+mod energy;
 mod error;
 mod folder;
 mod progress;
@@ -10,6 +11,7 @@ mod searches;
 mod steps;
 mod summary;
 mod verify;
+mod words;
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -22,7 +24,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::description::Stage;
 use crate::output::Table;
-use crate::{Advance, Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver, TimeStep};
+use crate::{Advance, Budget, Case, CaseError, CaseErrors, Method, Snapshot, Solver};
 use progress::Progress;
 use record::Recorder;
 use steps::{asked_to_stop, is_there, stable_step};
@@ -239,6 +241,9 @@ impl Run<'_> {
             }
             self.weaken(stage)?;
             self.solver.begin_stage(stage, self.progress.stage_start())?;
+            if !resumed || self.solver.time() == self.progress.stage_start() {
+                self.begin_energy();
+            }
             if !self.progress.begun {
                 self.progress.begun = true;
                 self.recorder.begin(&*self.solver, &mut self.progress)?;
@@ -383,39 +388,9 @@ impl Run<'_> {
         if self.told.elapsed() < BETWEEN_SUMMARIES { Ok(()) } else { self.tell_so_far() }
     }
 
-    fn remarks_so_far(&self) -> Vec<String> {
-        let Progress { collapse, warning, .. } = &self.progress;
-        collapse.iter().chain(warning).cloned().chain(self.solver.remarks()).collect()
-    }
-
     fn summary(&self, status: &str, reason: Option<&str>, remarks: &[String]) -> Result<(), RunError> {
         let run = (self.wall(), &self.safety, remarks);
         self.recorder.summary(status, reason, &*self.solver, &self.progress, run)
-    }
-
-    /// Says once that the step has become a small part of the first one.
-    fn watch(&mut self, limit: &TimeStep) {
-        let first = *self.progress.first_time_step.get_or_insert(limit.dt);
-        if self.progress.collapse.is_some() {
-            return;
-        }
-        self.progress.collapse = limit.collapse(first, self.solver.time());
-        self.say(self.progress.collapse.clone());
-    }
-
-    /// Says once what the solver warns of.
-    fn listen(&mut self) {
-        if self.progress.warning.is_none() {
-            self.progress.warning = self.solver.warning();
-            self.say(self.progress.warning.clone());
-        }
-    }
-
-    fn say(&mut self, remark: Option<String>) {
-        if let (Some(remark), Some(warn)) = (remark, self.options.warn) {
-            self.bar.suspend(|| warn(&remark));
-            self.said.push(remark);
-        }
     }
 
     fn show(&mut self, &Advance { dt, limit }: &Advance) {

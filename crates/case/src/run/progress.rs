@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::energy::EnergyWatch;
 use crate::output::{Collection, Seal};
 use crate::{Budget, TimeStep};
 
@@ -33,6 +34,10 @@ pub(super) struct Progress {
     pub(super) collapse: Option<String>,
     /// What the solver warned of first.
     pub(super) warning: Option<String>,
+    /// The energy of the stage.
+    pub(super) energy: EnergyWatch,
+    /// What was to be said of the energy of the stages before.
+    pub(super) grown: Option<String>,
     /// When the stages that are over ended (s).
     pub(super) stage_ends: Vec<f64>,
     /// What has bounded the steps so far.

@@ -27,6 +27,7 @@ pub(super) fn of_run(solver: &dyn Solver, time_step: Option<f64>) -> Vec<Reading
     push("kinetic_energy", "J", budget.kinetic);
     push("elastic_energy", "J", budget.elastic);
     push("potential_energy", "J", budget.potential);
+    push("total_energy", "J", budget.total() + solver.dissipated().unwrap_or(0.0));
     if let Some(liquid) = budget.liquid {
         push("liquid_mass", "kg", liquid.mass);
         for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {

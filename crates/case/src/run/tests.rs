@@ -5,6 +5,7 @@ mod taken;
 use std::io::{Read, Write};
 
 use super::*;
+use crate::TimeStep;
 use crate::description::Reset;
 use crate::output::Collection;
 use crate::solver::{restore_value, save_value};

@@ -10,7 +10,8 @@ use crate::plots::{LineChart, Series, Style};
 /// Columns of the measures that say how a run went, not what came out.
 const HOUSEKEEPING: [&str; 4] = ["time", "step", "time_step", "mass"];
 /// Beginnings of the names of totals, in the order in which they are shown; measures of the case come before them.
-const TOTALS: [&str; 5] = ["kinetic_energy", "elastic_energy", "potential_energy", "liquid_", "momentum"];
+const TOTALS: [&str; 6] =
+    ["kinetic_energy", "elastic_energy", "potential_energy", "total_energy", "liquid_", "momentum"];
 
 /// Runs by the names of their methods.
 pub(super) type Runs<'a> = [(&'static str, &'a Ran)];

@@ -8,11 +8,12 @@ use super::{Results, parameters};
 use crate::case::output::heading;
 
 /// Columns of the measures that are an energy or a mass, in the order of the table.
-const BUDGET: [&str; 8] = [
+const BUDGET: [&str; 9] = [
     "mass",
     "kinetic_energy",
     "elastic_energy",
     "potential_energy",
+    "total_energy",
     "liquid_mass",
     "liquid_kinetic_energy",
     "liquid_elastic_energy",

@@ -2,7 +2,7 @@
 
 use colluvium_case::{Case, Method, RunOptions, run_method};
 use colluvium_mpm::Mpm;
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// A liquid 1 m high whose upper part begins under a tension (Pa), with the strength against that.
 fn hanging(tension: f64, strength: f64, gravity: f64) -> Case {
@@ -47,4 +47,59 @@ fn a_liquid_in_more_tension_than_its_weight_makes_is_remarked_once() {
     assert!(remarks(&hanging(2e3, 1e5, 10.0)).is_empty(), "less than its weight");
     assert!(remarks(&hanging(0.0, 0.0, 10.0)).is_empty(), "it opens");
     assert!(remarks(&hanging(2e4, 1e5, 0.0)).is_empty(), "nothing to compare with");
+}
+
+/// A still liquid 1 m deep on cells of 0.0625 m, its modulus `stiffness` times `ρgH`.
+fn still(stiffness: f64, mpm: &Value) -> Case {
+    let mut methods = json!({ "cell_size": 0.0625, "points_per_cell": 2 });
+    methods.as_object_mut().unwrap().extend(mpm.as_object().unwrap().clone());
+    let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
+    let text = json!({
+        "title": "tank", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1.5] }, "gravity": [0, -10],
+        "materials": { "m": { "model": "newtonian-fluid", "density": 1000, "bulk_modulus": 1e4 * stiffness } },
+        "bodies": [{ "name": "water", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+                     "velocity": { "kind": "uniform", "value": [0.01, 0] },
+                     "stress": { "kind": "k0", "surface": 1.0, "coefficient": 1 } }],
+        "boundaries": [wall("x-min"), wall("x-max"), wall("y-min")],
+        "stages": [{ "name": "s", "duration": 2 }], "output": { "measures": 0.05 },
+        "methods": { "mpm": methods }
+    });
+    colluvium_testkit::cases::changed(text, &json!({}))
+}
+
+#[test]
+fn liquids_at_rest_are_told_of_what_grows_in_them() {
+    let told = |stiffness: f64, mpm: &Value| Mpm.plan(&still(stiffness, mpm)).unwrap().warnings.join("\n");
+    let soft = "its bulk modulus is less than 200 ρgH, 2.00e6 Pa";
+    assert!(told(100.0, &json!({ "shape": "linear" })).contains(soft));
+    for (stiffness, mpm) in [
+        (250.0, json!({ "shape": "linear" })),
+        (100.0, json!({ "shape": "ugimp" })),
+        (100.0, json!({ "shape": "linear", "integration": "mixed" })),
+        (100.0, json!({ "shape": "quadratic", "volumetric_strain": "cell-average" })),
+    ] {
+        assert!(!told(stiffness, &mpm).contains("at rest"), "{mpm}");
+    }
+    let shared = json!({ "shape": "ugimp", "volumetric_strain": "cell-average" });
+    assert!(told(250.0, &shared).contains("methods.mpm.volumetric_strain: in the liquid water at rest"));
+}
+
+/// Averaged volumetric strains make energy in a liquid at rest, its own ones do not.
+#[test]
+fn energy_that_grows_of_itself_is_told() {
+    let of = |volumetric: &str| {
+        let report = colluvium_testkit::cases::solve(
+            &Mpm,
+            &still(100.0, &json!({ "shape": "ugimp", "volumetric_strain": volumetric })),
+        );
+        let total = report.table.column("total_energy").unwrap();
+        let parts = ["kinetic_energy", "elastic_energy", "potential_energy"]
+            .map(|name| report.table.column(name).unwrap());
+        for (row, total) in total.iter().enumerate() {
+            assert!((parts.iter().map(|part| part[row]).sum::<f64>() - total).abs() < 1e-9 * total.abs());
+        }
+        report.remarks.join("\n")
+    };
+    assert!(of("cell-average").contains("the total energy has grown by"), "{}", of("cell-average"));
+    assert!(!of("point").contains("has grown"), "{}", of("point"));
 }

@@ -86,6 +86,10 @@ impl<const D: usize> Solver for RankedSolver<D> {
         is_confined(&self.first().setting, &self.first().clock)
     }
 
+    fn is_closed(&self) -> bool {
+        self.gather().is_left_alone()
+    }
+
     fn readings(&self) -> Vec<Reading> {
         self.gather().take_readings()
     }

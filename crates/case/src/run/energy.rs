@@ -1,0 +1,88 @@
+//! Whether the energy of a run grows of itself.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Budget;
+
+/// Share of the largest exchange of energy by which the total may grow without a word.
+const SLACK: f64 = 0.01;
+
+/// Share of the recoverable energy below which an exchange counts as none: what is nearly still is known no better.
+const STILL: f64 = 0.1;
+
+/// The total energy of a stage: kinetic, recoverable and potential.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct EnergyWatch {
+    /// Kinetic, recoverable and potential energy at its first row (J).
+    first: Option<[f64; 3]>,
+    /// Least total so far (J).
+    least: f64,
+    /// Largest change of one of the three since the first row (J).
+    exchange: f64,
+    /// Largest recoverable energy so far (J).
+    stored: f64,
+    /// Most that the total was above an earlier one (J), and when (s).
+    growth: (f64, f64),
+}
+
+impl EnergyWatch {
+    /// A row at `time` (s).
+    pub(super) fn take(&mut self, budget: &Budget, time: f64) {
+        let now = [budget.kinetic, budget.elastic, budget.potential];
+        let total = budget.total();
+        if !total.is_finite() {
+            return;
+        }
+        self.stored = self.stored.max(budget.elastic);
+        let Some(first) = self.first else {
+            (self.first, self.least) = (Some(now), total);
+            return;
+        };
+        let changes = now.iter().zip(first).map(|(now, first)| (now - first).abs());
+        self.exchange = changes.fold(self.exchange, f64::max);
+        self.least = self.least.min(total);
+        if total - self.least > self.growth.0 {
+            self.growth = (total - self.least, time);
+        }
+    }
+
+    /// What is worth a word.
+    pub(super) fn remark(&self) -> Option<String> {
+        let (growth, time) = self.growth;
+        if growth <= SLACK * self.exchange.max(STILL * self.stored) {
+            return None;
+        }
+        Some(format!(
+            "the total energy has grown by {growth:.2e} J until {time:.4} s, {:.1} % of the largest change of kinetic, recoverable or \
+             potential energy, and nothing works on the bodies from outside: the computation makes it (column total_energy of the \
+             measures; a shorter step, other shape functions or schemes, or some damping show by what)",
+            100.0 * growth / self.exchange
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn watched(total: impl Fn(f64) -> f64) -> Option<String> {
+        let mut watch = EnergyWatch::default();
+        for step in 0..200 {
+            let time = 0.01 * f64::from(step);
+            let kinetic = total(time) * (5.0 * time).sin().powi(2);
+            watch.take(&Budget { kinetic, elastic: total(time) - kinetic, ..Budget::default() }, time);
+        }
+        watch.remark()
+    }
+
+    #[test]
+    fn energy_that_swings_or_falls_is_no_matter_and_what_grows_is_told() {
+        assert_eq!(watched(|_| 3.0), None);
+        assert_eq!(watched(|time| 3.0 * (-time).exp()), None);
+        assert_eq!(watched(|time| 3.0 + 0.01 * (40.0 * time).sin()), None);
+        let told = watched(|time| 3.0 + 0.1 * time).unwrap();
+        assert!(told.contains("grown by 1.99e-1 J until 1.9900 s"), "{told}");
+        // Also after it fell.
+        assert!(watched(|time| if time < 1.0 { 3.0 - time } else { 2.0 + 0.2 * (time - 1.0) }).is_some());
+    }
+}

@@ -1,0 +1,50 @@
+//! What a run says while it goes on.
+
+use super::Run;
+use super::progress::Progress;
+use crate::TimeStep;
+
+impl Run<'_> {
+    pub(super) fn remarks_so_far(&self) -> Vec<String> {
+        let Progress { collapse, warning, grown, energy, .. } = &self.progress;
+        let said = collapse.iter().chain(warning).chain(grown).cloned();
+        said.chain(energy.remark()).chain(self.solver.remarks()).collect()
+    }
+
+    /// Says once that the step has become a small part of the first one.
+    pub(super) fn watch(&mut self, limit: &TimeStep) {
+        let first = *self.progress.first_time_step.get_or_insert(limit.dt);
+        if self.progress.collapse.is_some() {
+            return;
+        }
+        self.progress.collapse = limit.collapse(first, self.solver.time());
+        self.say(self.progress.collapse.clone());
+    }
+
+    /// Says once what the solver warns of, and follows its energy. Asked at every row.
+    pub(super) fn listen(&mut self) {
+        if self.solver.is_closed() {
+            self.progress.energy.take(&self.solver.budget(), self.solver.time());
+        }
+        if self.progress.warning.is_none() {
+            self.progress.warning = self.solver.warning();
+            self.say(self.progress.warning.clone());
+        }
+    }
+
+    /// A stage begins: what changes with it is no growth, and what grew before is kept in words.
+    pub(super) fn begin_energy(&mut self) {
+        let grown = std::mem::take(&mut self.progress.energy).remark();
+        self.progress.grown = self.progress.grown.take().or(grown);
+        if self.solver.is_closed() {
+            self.progress.energy.take(&self.solver.budget(), self.solver.time());
+        }
+    }
+
+    fn say(&mut self, remark: Option<String>) {
+        if let (Some(remark), Some(warn)) = (remark, self.options.warn) {
+            self.bar.suspend(|| warn(&remark));
+            self.said.push(remark);
+        }
+    }
+}
