@@ -361,7 +361,7 @@ fn a_folder_with_results_is_safe() {
 }
 
 /// What `plot --field pressure` draws of the disks, without extension.
-const PICTURES: [&str; 16] = [
+const PICTURES: [&str; 17] = [
     "angular_momentum.z",
     "elastic_energy",
     "kinetic_energy",
