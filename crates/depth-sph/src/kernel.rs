@@ -51,8 +51,11 @@ impl Kernel {
     pub fn shape<const D: usize>(self, q: f64) -> f64 {
         let part = |edge: f64| (edge - q).max(0.0);
         match self {
-            Self::CubicSpline if q < 1.0 => 1.0 + q * q * (0.75 * q - 1.5),
-            Self::CubicSpline => 0.25 * part(2.0).powi(3),
+            Self::CubicSpline => {
+                // Both, so that there is no jump.
+                let (near, far) = (1.0 + q * q * (0.75 * q - 1.5), 0.25 * part(2.0).powi(3));
+                if q < 1.0 { near } else { far }
+            }
             Self::WendlandC2 if D == 1 => (0.5 * part(2.0)).powi(3) * (1.5 * q + 1.0),
             Self::WendlandC2 => (0.5 * part(2.0)).powi(4) * (2.0 * q + 1.0),
             Self::QuinticSpline => part(3.0).powi(5) - 6.0 * part(2.0).powi(5) + 15.0 * part(1.0).powi(5),
@@ -66,8 +69,10 @@ impl Kernel {
     pub fn slope<const D: usize>(self, q: f64) -> f64 {
         let part = |edge: f64| (edge - q).max(0.0);
         match self {
-            Self::CubicSpline if q < 1.0 => 2.25 * q - 3.0,
-            Self::CubicSpline => -0.75 * part(2.0).powi(2) / q,
+            Self::CubicSpline => {
+                let (near, far) = (2.25 * q - 3.0, -0.75 * part(2.0).powi(2) / q);
+                if q < 1.0 { near } else { far }
+            }
             // d/dq (1 - q/2)³(3q/2 + 1) = -3 q (1 - q/2)².
             Self::WendlandC2 if D == 1 => -3.0 * (0.5 * part(2.0)).powi(2),
             // d/dq (1 - q/2)⁴(2q + 1) = -5 q (1 - q/2)³.

@@ -19,6 +19,9 @@ pub enum SearchError {
     TooSpread(f64),
 }
 
+/// Share of a cell by which a search reaches beyond its radius.
+const ROUND_OFF: f64 = 1e-9;
+
 /// Points in bins: cells of a grid around all points, each with the list of its points.
 #[derive(Clone, Debug, Default)]
 pub struct CellList<const D: usize> {
@@ -117,19 +120,32 @@ impl<const D: usize> CellList<D> {
 
     /// As [`CellList::lines`] for a ball of `radius` (m).
     fn lines_within(&self, x: &[f64; D], radius: f64, visit: impl FnMut(Range<usize>)) {
-        // More cells than there are along any axis are all of them.
-        self.lines_across(x, (radius / self.edge).ceil().clamp(1.0, 1e9) as i64, visit);
+        // A little more, so that round-off loses no point at the radius.
+        let reach = radius / self.edge + ROUND_OFF;
+        self.lines_between(x, |cell| [cell - reach, cell + reach], visit);
     }
 
     /// Lines of cells at most `reach` cells away.
-    fn lines_across(&self, x: &[f64; D], reach: i64, mut visit: impl FnMut(Range<usize>)) {
+    fn lines_across(&self, x: &[f64; D], reach: i64, visit: impl FnMut(Range<usize>)) {
+        let reach = reach as f64;
+        self.lines_between(x, |cell| [cell.floor() - reach, cell.floor() + reach], visit);
+    }
+
+    /// Lines of cells; `window` gives the ends along an axis, in cells, for a place in cells.
+    fn lines_between(
+        &self,
+        x: &[f64; D],
+        window: impl Fn(f64) -> [f64; 2],
+        mut visit: impl FnMut(Range<usize>),
+    ) {
         if self.order.is_empty() {
             return;
         }
         let span = |axis: usize| {
-            let cell = ((x[axis] - self.low[axis]) / self.edge).floor() as i64;
+            let ends = window((x[axis] - self.low[axis]) / self.edge);
             let last = self.cells[axis] as i64 - 1;
-            (((cell - reach).clamp(0, last)) as usize, ((cell + reach).clamp(0, last)) as usize)
+            let [first, end] = ends.map(|end| (end.floor() as i64).clamp(0, last) as usize);
+            (first, end)
         };
         let spans: [(usize, usize); D] = std::array::from_fn(span);
         let lines: usize = spans[..D - 1].iter().map(|(a, b)| b - a + 1).product();
@@ -321,6 +337,7 @@ fn select<const D: usize>(
     const MANY: usize = 64;
     for (number, points) in points.chunks(MANY).enumerate() {
         let mut distances = [0.0; MANY];
+        let distances = &mut distances[..points.len()];
         for axis in 0..D {
             let places = &places[axis][number * MANY..][..points.len()];
             for (distance, place) in distances.iter_mut().zip(places) {
@@ -331,9 +348,6 @@ fn select<const D: usize>(
         let mut near = 0u64;
         for (k, &distance) in distances.iter().enumerate() {
             near |= u64::from(distance <= square) << k;
-        }
-        if points.len() < MANY {
-            near &= (1 << points.len()) - 1;
         }
         while near != 0 {
             let point = points[near.trailing_zeros() as usize];

@@ -11,6 +11,8 @@ use crate::settings::Settings;
 const ILL_CONDITIONED: f64 = 1e-3;
 /// Fields whose gradients are taken: height, that of the other phase, porosity, excess pressure, level of the bed.
 const FIELDS: usize = 5;
+/// Neighbours that are looked at in one go.
+const MANY: usize = 64;
 /// Keeps the viscosity finite for nodes that meet, in squares of the smoothing length.
 const SOFTENING: f64 = 0.01;
 
@@ -79,15 +81,24 @@ impl<const D: usize> Pairs<'_, D> {
         let mut sums =
             Sums { push: [0.0; D], viscous: [0.0; D], slopes: [[0.0; D]; FIELDS], moment: [[0.0; D]; D] };
         let factor = kernel.factor::<D>();
-        for &j in self.set.near.of(i) {
+        let mut within = [0; MANY];
+        let near = self.set.near.of(i).chunks(MANY).flat_map(|near| {
+            // Those within reach first, without a jump that depends on a distance.
+            let mut count = 0;
+            for &j in near {
+                let y = &seen.position[j as usize];
+                let square: f64 = (0..D).map(|c| (x[c] - y[c]) * (x[c] - y[c])).sum();
+                let reach = half_support * (length + seen.length[j as usize]);
+                within[count] = j;
+                count += usize::from(square < reach * reach);
+            }
+            within.into_iter().take(count)
+        });
+        for j in near {
             let j = j as usize;
             let apart: Plan<D> = std::array::from_fn(|c| x[c] - seen.position[j][c]);
             let square = dot(&apart, &apart);
             let both = length + seen.length[j];
-            let reach = half_support * both;
-            if square >= reach * reach {
-                continue;
-            }
             let mean = 0.5 * both;
             let inverse = 1.0 / mean;
             let weight = factor

@@ -8,6 +8,7 @@ mod heights;
 mod images;
 mod integrate;
 mod limits;
+mod longest;
 mod open;
 mod over;
 mod pore;

@@ -4,6 +4,7 @@ use colluvium_points::{CellList, NeighbourList, SearchError, Spare};
 use rayon::prelude::*;
 
 use super::images::{Ends, Image, images};
+use super::longest::Longest;
 use crate::bed::BedPoint;
 use crate::nodes::{Nodes, Plan, Seen};
 
@@ -43,6 +44,7 @@ pub struct Set<const D: usize> {
     /// Scalars of use within one sub-step.
     pub scalars: Vec<f64>,
     listed: Vec<(Plan<D>, f64)>,
+    around: Longest<D>,
 }
 
 impl<const D: usize> Set<D> {
@@ -94,27 +96,28 @@ impl<const D: usize> Set<D> {
             images(ends, &self.nodes.position, reach, &mut self.images);
         }
         self.place_images();
+        self.around.follow(&self.seen.position, &self.seen.length, (1.0 + SKIN) * support);
         let (seen, own) = (&self.seen, &self.nodes);
-        let search = Search { support, longest, edge: edge(support, &own.length) };
+        let search = Search { support, around: &self.around };
         self.near.build_between(
             &own.position,
-            |i| search.radius(own.length[i]),
+            |i| search.radius(&own.position[i], own.length[i]),
             &seen.position,
-            search.edge,
+            edge(support, &own.length),
             |i, j| i != j && search.is_near(own, i, seen, j),
         )
     }
 
     /// Makes the list of neighbours of the other phase, which has its images.
     pub fn list_across(&mut self, other: &Seen<D>, support: f64) -> Result<(), SearchError> {
+        self.around.follow(&other.position, &other.length, (1.0 + SKIN) * support);
         let own = &self.nodes;
-        let longest = other.length.iter().copied().fold(0.0, f64::max);
-        let search = Search { support, longest, edge: edge(support, &own.length) };
+        let search = Search { support, around: &self.around };
         self.across.build_between(
             &own.position,
-            |i| search.radius(own.length[i]),
+            |i| search.radius(&own.position[i], own.length[i]),
             &other.position,
-            search.edge,
+            edge(support, &own.length),
             |i, j| search.is_near(own, i, other, j),
         )
     }
@@ -171,26 +174,25 @@ pub fn copy<const D: usize, T: Copy>(images: &[Image<D>], own: &[T], seen: &mut 
     seen.extend(images.iter().map(|image| own[image.source as usize]));
 }
 
-/// Edge of the cells of a search: that of the usual radius.
+/// Edge of the cells of a search: half of the usual radius.
 fn edge(support: f64, lengths: &[f64]) -> f64 {
     let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
-    let edge = (1.0 + SKIN) * support * mean;
+    let edge = 0.5 * (1.0 + SKIN) * support * mean;
     if edge > 0.0 { edge } else { 1.0 }
 }
 
 /// Which neighbours are listed: all within the support of the node, or of the mean of both lengths, and the skin.
-struct Search {
+struct Search<'a, const D: usize> {
     support: f64,
-    longest: f64,
-    edge: f64,
+    around: &'a Longest<D>,
 }
 
-impl Search {
-    fn radius(&self, length: f64) -> f64 {
-        (1.0 + SKIN) * 0.5 * self.support * (length + self.longest.max(length))
+impl<const D: usize> Search<'_, D> {
+    fn radius(&self, x: &Plan<D>, length: f64) -> f64 {
+        (1.0 + SKIN) * 0.5 * self.support * (length + self.around.at(x).max(length))
     }
 
-    fn is_near<const D: usize>(&self, own: &Nodes<D>, i: u32, other: &Seen<D>, j: u32) -> bool {
+    fn is_near(&self, own: &Nodes<D>, i: u32, other: &Seen<D>, j: u32) -> bool {
         let (i, j) = (i as usize, j as usize);
         let length = own.length[i];
         let reach = (1.0 + SKIN) * 0.5 * self.support * (length + other.length[j].max(length));
