@@ -60,6 +60,27 @@ pub fn corrected<const D: usize>(matrix: &[Plan<D>; D], vector: &Plan<D>) -> Pla
     result
 }
 
+/// Those of up to [`MANY`] neighbours that node `i` reaches, found without a jump that depends on a distance.
+#[inline]
+fn within<const D: usize>(
+    seen: &Seen<D>,
+    half_support: f64,
+    i: usize,
+    near: &[u32],
+) -> impl Iterator<Item = u32> + use<D> {
+    let (x, length) = (&seen.position[i], seen.length[i]);
+    let mut found = [0; MANY];
+    let mut count = 0;
+    for &j in near {
+        let y = &seen.position[j as usize];
+        let square: f64 = (0..D).map(|c| (x[c] - y[c]) * (x[c] - y[c])).sum();
+        let reach = half_support * (length + seen.length[j as usize]);
+        found[count] = j;
+        count += usize::from(square < reach * reach);
+    }
+    found.into_iter().take(count)
+}
+
 /// The sums of the forces between the nodes of one set.
 struct Pairs<'a, const D: usize> {
     settings: &'a Settings<D>,
@@ -81,19 +102,7 @@ impl<const D: usize> Pairs<'_, D> {
         let mut sums =
             Sums { push: [0.0; D], viscous: [0.0; D], slopes: [[0.0; D]; FIELDS], moment: [[0.0; D]; D] };
         let factor = kernel.factor::<D>();
-        let mut within = [0; MANY];
-        let near = self.set.near.of(i).chunks(MANY).flat_map(|near| {
-            // Those within reach first, without a jump that depends on a distance.
-            let mut count = 0;
-            for &j in near {
-                let y = &seen.position[j as usize];
-                let square: f64 = (0..D).map(|c| (x[c] - y[c]) * (x[c] - y[c])).sum();
-                let reach = half_support * (length + seen.length[j as usize]);
-                within[count] = j;
-                count += usize::from(square < reach * reach);
-            }
-            within.into_iter().take(count)
-        });
+        let near = self.set.near.of(i).chunks(MANY).flat_map(|near| within(seen, half_support, i, near));
         for j in near {
             let j = j as usize;
             let apart: Plan<D> = std::array::from_fn(|c| x[c] - seen.position[j][c]);
