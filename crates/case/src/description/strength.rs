@@ -37,7 +37,7 @@ fn project(material: &mut MaterialSpec) {
     }
 }
 
-/// Search for a factor of safety by strength reduction (sheet: sph §3.5, as the override of its §0 has it). Only `after` must be given.
+/// Search for a factor of safety by strength reduction (after sheet: sph §3.5; the criteria differ, docs/theory/sph-applications.md). Only `after` must be given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FactorOfSafety {

@@ -1,4 +1,4 @@
-//! Factors of safety by strength reduction (sheet: sph §3.5 with its override; Bui & Nguyen 2021, section 4.1): trials from one
+//! Factors of safety by strength reduction (after sheet: sph §3.5, whose criteria are others; Bui & Nguyen 2021, section 4.1): trials from one
 //! state at rest, bisected between a factor at which the bodies come to rest again and one at which they do not.
 
 mod bodies;
