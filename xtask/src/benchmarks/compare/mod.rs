@@ -4,14 +4,20 @@ mod aluminium_bars;
 mod dam_break;
 mod inclined_block;
 mod slide;
+mod slope_cut;
 
 use colluvium::plots::LineChart;
 
 use crate::benchmarks::Benchmark;
 
 /// The benchmarks, in the order of the report.
-pub const ALL: &[Benchmark] =
-    &[inclined_block::BENCHMARK, dam_break::BENCHMARK, aluminium_bars::BENCHMARK, slide::BENCHMARK];
+pub const ALL: &[Benchmark] = &[
+    inclined_block::BENCHMARK,
+    dam_break::BENCHMARK,
+    aluminium_bars::BENCHMARK,
+    slope_cut::BENCHMARK,
+    slide::BENCHMARK,
+];
 
 /// A chart with its labels.
 fn chart(title: &str, x: &str, y: &str) -> LineChart {

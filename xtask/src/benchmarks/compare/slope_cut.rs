@@ -1,0 +1,69 @@
+//! The factor of safety of a homogeneous slope, by MPM and SPH (sheet: sph §3.5).
+
+use colluvium::plots::{PointCloud, Series, Style};
+
+use super::chart;
+use crate::benchmarks::{Benchmark, Outcome, case, run_by};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "compare/slope-cut",
+    title: "Factor of safety of a cut slope of 2:1, MPM and SPH",
+    source: "Griffiths & Lane 1999, example 1; Bishop & Morgenstern 1960; Davis 1968",
+    quick: None,
+    full: 240,
+    run: benchmark,
+};
+
+/// Factor of the charts of Bishop & Morgenstern (1960).
+const CHARTS: f64 = 1.38;
+
+/// That factor with the strength that soil without dilatancy mobilises on a slip line (Davis 1968).
+fn without_dilatancy() -> f64 {
+    CHARTS * (20f64.to_radians().tan() / CHARTS).atan().cos()
+}
+
+fn benchmark(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let case = case("compare/slope-cut")?;
+    let mut picture =
+        chart("Displacement of trials at rest and in failure", "factor", "E u / (γ H²), no more than 3");
+    for method in ["mpm", "sph"] {
+        let report = run_by(method, &case)?;
+        let found = report.safety.get("safety").ok_or("no factor of safety")?;
+        outcome.within(
+            format!("{method}: factor of safety"),
+            "1.38 by charts, 1.4 by finite elements",
+            found.factor().unwrap_or(f64::NAN),
+            (CHARTS - 0.05, CHARTS + 0.05),
+            "± 0.05 on 20 cells over the height, without dilatancy",
+        );
+        outcome.within(
+            format!("{method}: largest factor with which it stands"),
+            "at most the factor of the charts",
+            found.stable,
+            (0.0, CHARTS),
+            "an upper end of what soil without dilatancy can have",
+        );
+        outcome.within(
+            format!("{method}: least factor with which it fails"),
+            &format!("at least {:.3}, by Davis's strength", without_dilatancy()),
+            found.failed,
+            (without_dilatancy(), f64::INFINITY),
+            "the lower end",
+        );
+        let mut points: Vec<(f64, f64)> =
+            found.trials.iter().map(|trial| (trial.factor, trial.dimensionless_displacement)).collect();
+        points.retain(|(_, displacement)| *displacement <= 3.0);
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        picture.series.push(Series::new(method, points, Style::Line));
+        if let Some(cloud) =
+            report.failing.get("safety").and_then(|failing| PointCloud::of(failing, "displacement", [0, 1]))
+        {
+            outcome
+                .png(&format!("{method}: displacement in the failing trial of the least factor."), &cloud)?;
+        }
+    }
+    outcome.svg("Displacement that a hundredth of the points exceed, over the factor.", &picture)?;
+    Ok(outcome)
+}
