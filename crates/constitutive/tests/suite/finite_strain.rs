@@ -107,6 +107,41 @@ fn hencky_shear_has_a_closed_form() {
 }
 
 #[test]
+fn fixed_corotated_shear_and_stretch_have_closed_forms() {
+    // Sheet: snow-mpm V2; Kirchhoff stress over the shear modulus, λ/μ = 1.5.
+    let law = build(&fixed_corotated());
+    for (gamma, exact) in [
+        (0.1, [0.100_124_766_1, 0.012_507_798_9, 0.002_495_322_2]),
+        (0.5, [0.514_928_749_9, 0.317_179_374_7, 0.059_714_999_7]),
+        (1.0, [1.105_572_809_0, 1.316_718_427_0, 0.211_145_618_0]),
+        (2.0, [2.585_786_437_6, 5.757_359_312_9, 0.585_786_437_6]),
+    ] {
+        let stress = after(&*law, &Mat3([[1.0, gamma, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])).0;
+        for (component, exact) in [3, 0, 1].into_iter().zip(exact) {
+            assert!((stress[component] / SHEAR - exact).abs() < 1e-9, "{gamma}: {stress:?}");
+        }
+    }
+    for stretch in [0.6, 0.9, 1.3f64] {
+        let stress = after(&*law, &Mat3([[stretch, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])).0;
+        let exact = (2.0 + 1.5) * (stretch - 1.0);
+        assert!((stress[0] / SHEAR - exact).abs() < 1e-12, "{stretch}: {stress:?}");
+    }
+}
+
+#[test]
+fn a_rotation_strains_nothing() {
+    // Sheet: snow-mpm V3.
+    for spec in [hencky(), st_venant_kirchhoff(), fixed_corotated()] {
+        let law = build(&spec);
+        for turn in 0..16 {
+            let (sine, cosine) = (0.125 * std::f64::consts::PI * f64::from(turn)).sin_cos();
+            let f = Mat3([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]);
+            assert!(after(&*law, &f).0.norm() < 1e-9 * SHEAR, "{turn}");
+        }
+    }
+}
+
+#[test]
 fn quadratic_volumetric_law_replaces_the_logarithm() {
     let law = build(&neo_hookean(laws::VolumetricLaw::Quadratic));
     let f = general();

@@ -136,6 +136,26 @@ fn along_x(stretch: f64) -> Mat3 {
 }
 
 #[test]
+fn the_step_in_the_plane_is_that_of_the_snow_sheet() {
+    // Sheet: snow-mpm W3.
+    let law = spec(SnowElasticity::FixedCorotated).law().unwrap();
+    let trial = Mat3([[1.02, 0.03, 0.0], [-0.01, 0.95, 0.0], [0.0, 0.0, 1.0]]);
+    let new = moved(&law, &trial, &at_rest(1.0));
+    near(new.state.plastic_volume, 0.986_753_197_2, 5.1e-11);
+    near(law.hardening(new.state.plastic_volume), 1.141_642_515_2, 5.1e-11);
+    let kirchhoff = new.stress * trial.determinant();
+    for (component, exact) in [(0, 164.662_263), (3, 542.563_115), (1, -3_947.551_076)] {
+        near(kirchhoff[component], exact, 5.1e-7);
+    }
+    let energy = law.stored_energy(&new).unwrap() * trial.determinant();
+    near(energy, 52.313_179_2, 5.1e-8);
+    // Sheet: snow-mpm V10: what is beyond the clamp is plastic.
+    let packed = moved(&law, &along_x(0.9), &at_rest(1.0));
+    near(packed.state.plastic_volume, 0.9 / 0.975, 1e-14);
+    near(law.hardening(packed.state.plastic_volume), (10.0 * (1.0 - 0.9 / 0.975f64)).exp(), 1e-12);
+}
+
+#[test]
 fn stiffening_is_bounded() {
     let law = spec(SnowElasticity::FixedCorotated).law().unwrap();
     assert_eq!(law.hardening(0.3), law.hardening(0.6));

@@ -1,5 +1,6 @@
 //! Finite-strain material point method of snow.
 
+mod avalanche;
 mod bar;
 mod cantilever;
 mod incline;
@@ -26,6 +27,7 @@ pub const ALL: &[Benchmark] = &[
     snowball::BENCHMARK,
     saw::CRITICAL,
     saw::SPEED,
+    avalanche::BENCHMARK,
 ];
 
 /// The case `validation/snow-mpm/<name>/case.json` with some options of the method changed.

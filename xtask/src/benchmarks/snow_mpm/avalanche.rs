@@ -1,0 +1,138 @@
+//! Avalanches on a track of slope, arc and flat: how far the fronts of four kinds of snow come (sheet: snow-mpm A6).
+
+use colluvium::plots::{LineChart, PointCloud, Series, Style};
+use serde_json::{Value, json};
+
+use super::{changed, solved};
+use crate::benchmarks::{Benchmark, Outcome, series, set_material};
+use colluvium::case::RunReport;
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "snow-mpm/avalanche",
+    title: "Four flow regimes of snow on a slope with a run-out",
+    source: "Gaume et al. 2020, section 5.3, Figs. 9 and 10; Coulomb's law; sheet: snow-mpm A6",
+    quick: Some(25),
+    full: 600,
+    run: benchmark,
+};
+
+/// A kind of snow: name, slope of the critical state, cohesion, hardening, strength (Pa), and the front of the sheet's prototype
+/// after 3 s and at the end (m).
+struct Regime {
+    name: &'static str,
+    law: [f64; 4],
+    sheet: [f64; 2],
+}
+
+/// The four of the sheet, the foremost first.
+const REGIMES: [Regime; 4] = [
+    Regime { name: "cold dense", law: [0.5, 0.0, 1.0, 3e3], sheet: [-1.85, 37.7] },
+    Regime { name: "warm shear", law: [0.8, 0.3, 1.0, 3e3], sheet: [-7.74, 23.9] },
+    Regime { name: "warm plug", law: [1.2, 0.3, 0.1, 8e3], sheet: [-16.11, 15.53] },
+    Regime { name: "sliding slab", law: [1.5, 1.0, 10.0, 3e4], sheet: [-16.14, 15.18] },
+];
+
+impl Regime {
+    fn run(&self, duration: f64) -> Result<RunReport, String> {
+        let mut case = changed("avalanche", &json!({}))?;
+        let keys = ["critical_state_slope", "cohesion_ratio", "hardening_factor", "compressive_strength"];
+        let keys: Vec<(&str, Value)> = keys.into_iter().zip(self.law.map(|value| json!(value))).collect();
+        set_material(&mut case, "snow", &keys)?;
+        case.stages[0].duration = duration;
+        solved(&case)
+    }
+}
+
+/// The front at a time (m).
+fn front(report: &RunReport, time: f64) -> f64 {
+    let fronts = series(report, "front");
+    let at = fronts.iter().find(|(t, _)| *t >= time - 1e-9).or(fronts.last());
+    at.map_or(f64::NAN, |(_, front)| *front)
+}
+
+/// Way of a block by Coulomb's law (m).
+fn coulomb(time: f64) -> f64 {
+    let angle = 40f64.to_radians();
+    0.5 * 9.81 * (angle.sin() - 0.4 * angle.cos()) * time * time
+}
+
+fn benchmark(quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let duration = if quick { 1.0 } else { 10.0 };
+    let mut chart = LineChart {
+        title: "Fronts of four kinds of snow".into(),
+        x_label: "time (s)".into(),
+        y_label: "front along the track (m)".into(),
+        ..LineChart::default()
+    };
+    let mut reports = Vec::new();
+    for regime in REGIMES.iter().filter(|regime| !quick || ["cold dense", "warm plug"].contains(&regime.name))
+    {
+        let report = regime.run(duration)?;
+        chart.series.push(Series::new(regime.name, series(&report, "front"), Style::Line));
+        if let Some(mut cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1]) {
+            cloud.title = format!("{} after {duration} s", regime.name);
+            outcome.png(&format!("A6: {}, speed.", regime.name), &cloud)?;
+        }
+        reports.push((regime, report));
+    }
+    for (regime, report) in &reports {
+        block_law(&mut outcome, regime, report, if quick { &[1.0] } else { &[1.0, 2.0, 3.0] });
+    }
+    order(&mut outcome, &reports, if quick { 1.0 } else { 3.0 });
+    if !quick {
+        at_rest(&mut outcome, &reports, duration);
+    }
+    outcome.svg("A6.", &chart)?;
+    Ok(outcome)
+}
+
+/// Snow that holds together slides as a block on the slope.
+fn block_law(outcome: &mut Outcome, regime: &Regime, report: &RunReport, times: &[f64]) {
+    if regime.law[0] < 1.0 {
+        return;
+    }
+    for time in times {
+        let way = front(report, *time) - front(report, 0.0);
+        let name = format!("A6 {}: way of the front after {time} s (m)", regime.name);
+        outcome.near(name, coulomb(*time), 0.01, way, "the sheet's criterion");
+    }
+}
+
+/// The softer the snow, the farther its front.
+fn order(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
+    for pair in reports.windows(2) {
+        let [(ahead, first), (behind, second)] = pair else { continue };
+        let name = format!("A6: front of {} before that of {} after {time} s (m)", ahead.name, behind.name);
+        let lead = front(first, time) - front(second, time);
+        outcome.within(name, "above 0", lead, (0.0, f64::INFINITY), "the order of the source");
+    }
+}
+
+fn at_rest(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
+    order(outcome, reports, time);
+    for (regime, report) in reports {
+        for (at, sheet) in [(3.0, regime.sheet[0]), (time, regime.sheet[1])] {
+            let claim = format!("{sheet} (sheet's prototype)");
+            let name = format!("A6 {}: front after {at} s (m)", regime.name);
+            outcome.show(
+                name,
+                &claim,
+                front(report, at),
+                "the sheet proposes the snow, and judges the order",
+            );
+        }
+        let pieces = report.table.last("pieces.count").unwrap_or(f64::NAN);
+        let range = match regime.name {
+            "sliding slab" => Some(("2 or more", (2.0, f64::INFINITY))),
+            "warm plug" => Some(("1", (1.0, 1.0))),
+            _ => None,
+        };
+        let name = format!("A6 {}: pieces of 20 points and more", regime.name);
+        match range {
+            Some((claim, range)) => outcome.within(name, claim, pieces, range, "the sheet's criterion"),
+            None => outcome.show(name, "many", pieces, "the sheet judges slab and plug"),
+        }
+    }
+}
