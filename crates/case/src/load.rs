@@ -149,6 +149,11 @@ impl Case {
         spatial(&self.gravity)
     }
 
+    /// Size of gravity (m/s²).
+    pub fn gravity_size(&self) -> f64 {
+        self.gravity.iter().map(|g| g * g).sum::<f64>().sqrt()
+    }
+
     /// Sum of the durations of the stages (s).
     pub fn end_time(&self) -> f64 {
         self.stages.iter().map(|stage| stage.duration).sum()

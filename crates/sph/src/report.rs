@@ -2,18 +2,12 @@
 
 use colluvium_case::law::{LawPoints, law_fields};
 use colluvium_case::{Budget, Field, FieldData, Scales, Snapshot, spatial};
+use colluvium_points::surface::cross;
 
 use crate::algebra::square;
 use crate::config::{SmoothingLength, TimeIntegration};
 use crate::particles::Group;
 use crate::solver::SphSolver;
-
-fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|c| {
-        let (i, j) = ((c + 1) % 3, (c + 2) % 3);
-        a[i] * b[j] - a[j] * b[i]
-    })
-}
 
 impl<const D: usize> SphSolver<D> {
     /// What to compare unbalanced force and kinetic energy with where nothing acts from outside.

@@ -26,6 +26,11 @@ pub(super) struct EnergyWatch {
 }
 
 impl EnergyWatch {
+    /// Whether the stage began with a row: nothing works on its bodies from outside.
+    pub(super) fn is_followed(&self) -> bool {
+        self.first.is_some()
+    }
+
     /// A row at `time` (s).
     pub(super) fn take(&mut self, budget: &Budget, time: f64) {
         let now = [budget.kinetic, budget.elastic, budget.potential];

@@ -23,7 +23,7 @@ impl Run<'_> {
 
     /// Says once what the solver warns of, and follows its energy. Asked at every row.
     pub(super) fn listen(&mut self) {
-        if self.solver.is_closed() {
+        if self.progress.energy.is_followed() {
             self.progress.energy.take(&self.solver.budget(), self.solver.time());
         }
         if self.progress.warning.is_none() {

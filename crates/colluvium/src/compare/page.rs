@@ -216,22 +216,14 @@ fn methods(results: &[Contender]) -> Markup {
 /// Factors of safety.
 fn safety(case: &Case, runs: &Runs<'_>) -> Markup {
     let names: Vec<&str> = case.factors_of_safety().map(|(name, _)| name).collect();
-    let tolerance =
-        |name: &str| case.factors_of_safety().find(|(known, _)| *known == name).map(|(_, s)| s.tolerance);
-    // A search that is not undecided closes its bracket, or leaves its range by one end.
-    let open = |name: &str, stable: f64, failed: f64| {
-        let inside = stable > 0.0 && failed.is_finite();
-        let none = stable == 0.0 && failed.is_infinite();
-        none || inside && tolerance(name).is_some_and(|tolerance| failed - stable > tolerance * (1.0 + 1e-9))
-    };
-    let found = |ran: &Ran, name: &str| match ran.safety.iter().find(|(known, _)| known == name) {
+    let found = |ran: &Ran, name: &str| match ran.safety.iter().find(|(known, ..)| known == name) {
         None => "–".to_owned(),
-        Some((_, [stable, failed])) if open(name, *stable, *failed) => {
+        Some((_, [stable, failed], true)) => {
             format!("undecided (stable at {stable:.3}, failed at {failed:.3})")
         }
-        Some((_, [stable, failed])) if *stable == 0.0 => format!("below {failed:.3}"),
-        Some((_, [stable, failed])) if failed.is_infinite() => format!("above {stable:.3}"),
-        Some((_, [stable, failed])) => {
+        Some((_, [stable, failed], _)) if *stable == 0.0 => format!("below {failed:.3}"),
+        Some((_, [stable, failed], _)) if failed.is_infinite() => format!("above {stable:.3}"),
+        Some((_, [stable, failed], _)) => {
             format!("{:.3} ({stable:.3} to {failed:.3})", 0.5 * (stable + failed))
         }
     };

@@ -25,8 +25,9 @@ pub struct Ran {
     pub kinetic: f64,
     /// What of the run is worth a word.
     pub remarks: Vec<String>,
-    /// Factors of safety by the names of their measures: the largest that was stable, the least that failed.
-    pub safety: Vec<(String, [f64; 2])>,
+    /// Factors of safety by the names of their measures: the largest that was stable, the least that failed, and whether the search
+    /// left it undecided between the two.
+    pub safety: Vec<(String, [f64; 2], bool)>,
     /// Hash of all bits of the state at the end.
     pub hash: String,
 }
@@ -79,7 +80,9 @@ impl Ran {
             wall: summary["wall_time"].as_f64().unwrap_or(f64::NAN),
             kinetic: summary["end"]["kinetic_energy"].as_f64().unwrap_or(f64::NAN),
             remarks: texts(&summary["remarks"]),
-            safety: safety.map(|(name, found)| (name.clone(), bounds(found))).collect(),
+            safety: safety
+                .map(|(name, found)| (name.clone(), bounds(found), found["outcome"] == "undecided"))
+                .collect(),
             hash: summary["snapshot_hash"].as_str().unwrap_or_default().to_owned(),
         })
     }

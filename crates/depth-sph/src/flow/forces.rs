@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::heights::{MANY, square};
 use super::set::{Set, TASK};
 use crate::choices::{Metric, Momentum, Phases};
 use crate::nodes::{Plan, Seen, dot};
@@ -11,8 +12,6 @@ use crate::settings::Settings;
 const ILL_CONDITIONED: f64 = 1e-3;
 /// Fields whose gradients are taken: height, that of the other phase, porosity, excess pressure, level of the bed.
 const FIELDS: usize = 5;
-/// Neighbours that are looked at in one go.
-const MANY: usize = 64;
 /// Keeps the viscosity finite for nodes that meet, in squares of the smoothing length.
 const SOFTENING: f64 = 0.01;
 
@@ -72,11 +71,9 @@ fn within<const D: usize>(
     let mut found = [0; MANY];
     let mut count = 0;
     for &j in near {
-        let y = &seen.position[j as usize];
-        let square: f64 = (0..D).map(|c| (x[c] - y[c]) * (x[c] - y[c])).sum();
         let reach = half_support * (length + seen.length[j as usize]);
         found[count] = j;
-        count += usize::from(square < reach * reach);
+        count += usize::from(square(x, &seen.position[j as usize]) < reach * reach);
     }
     found.into_iter().take(count)
 }

@@ -13,11 +13,11 @@ use crate::settings::Numerics;
 const NO_PARTNER: f64 = 1e-6;
 
 /// Neighbours that are looked at in one go.
-const MANY: usize = 64;
+pub const MANY: usize = 64;
 
 /// Square of the distance of two places (m²).
 #[inline]
-fn square<const D: usize>(a: &Plan<D>, b: &Plan<D>) -> f64 {
+pub fn square<const D: usize>(a: &Plan<D>, b: &Plan<D>) -> f64 {
     (0..D).map(|c| (a[c] - b[c]).powi(2)).sum()
 }
 

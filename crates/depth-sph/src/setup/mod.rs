@@ -167,8 +167,7 @@ fn settings<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Setti
         None if tilted => Frame::BedFitted,
         None => Frame::Horizontal,
     };
-    let whole = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let material = material::mixture(case, options, whole)?;
+    let material = material::mixture(case, options, case.gravity_size())?;
     let drag = options.mixture.as_ref().map(|mixture| mixture.drag).unwrap_or_default();
     Ok(Settings {
         phases: options.phases,

@@ -69,7 +69,7 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
         return Vec::new();
     }
     let shared = options.volumetric_strain != VolumetricStrain::Point;
-    let gravity = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let gravity = case.gravity_size();
     let mut found = Vec::new();
     for body in &case.bodies {
         let Some(MaterialSpec::NewtonianFluid(spec)) = case.materials.get(&body.material) else { continue };
@@ -83,7 +83,9 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
         let wanted = STIFF * spec.density * gravity * height;
         if shared {
             found.push(format!(
-                "methods.mpm.volumetric_strain: in the liquid {} at rest, averages leave motions within cells without stiffness, and the                  pressure makes them grow, with musl and usl alike: use point with ugimp or quadratic functions, or mixed                  integration",
+                "methods.mpm.volumetric_strain: in the liquid {} at rest, averages leave motions within cells without stiffness, and the \
+                 pressure makes them grow, with musl and usl alike: use point with ugimp or quadratic functions, or mixed \
+                 integration",
                 body.name
             ));
         } else if linear && spec.bulk_modulus < wanted {

@@ -22,6 +22,6 @@ pub(crate) fn unit<const D: usize>(a: &[f64; D]) -> Option<[f64; D]> {
 }
 
 /// Vector product.
-pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+pub fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

@@ -112,8 +112,8 @@ impl<const D: usize> Walls<D> {
             .chain(&self.planes.faces)
             .filter(|plane| plane.contact == Contact::FreeSlip)
         {
-            let (axis, face, pace) = (plane.axis, plane.face_at(time), plane.pace()[plane.axis]);
-            let flip: [f64; D] = std::array::from_fn(|c| if c == axis { -1.0 } else { 1.0 });
+            let (axis, face) = (plane.axis, plane.face_at(time));
+            let image = Image::of(0).flipped(0, plane);
             for i in groups.iter().filter(|group| group.fluid && group.held.is_none()).flat_map(Group::range)
             {
                 let x = p.position[i][axis];
@@ -122,17 +122,16 @@ impl<const D: usize> Walls<D> {
                 }
                 any = true;
                 p.position[i][axis] = 2.0 * face - x;
-                p.velocity[i][axis] = 2.0 * pace - p.velocity[i][axis];
+                p.velocity[i][axis] = image.turn[axis] * p.velocity[i][axis] + image.lift[axis];
                 if let Some(previous) = p.previous.get_mut(i) {
-                    previous[axis] = 2.0 * pace - previous[axis];
+                    previous[axis] = image.turn[axis] * previous[axis] + image.lift[axis];
                 }
-                p.stress[i] = mirrored(&p.stress[i], &flip);
+                p.stress[i] = mirrored(&p.stress[i], &image.bend);
                 if let Some(acceleration) = rates.acceleration.get_mut(i) {
                     acceleration[axis] = -acceleration[axis];
                 }
                 if let Some(gradient) = rates.gradient.get_mut(i) {
-                    *gradient =
-                        std::array::from_fn(|a| std::array::from_fn(|b| flip[a] * gradient[a][b] * flip[b]));
+                    *gradient = image.gradient(gradient);
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! Factor of safety of a slope and its run-out once it has failed (sheet: sph V-40, V-41).
 
 use colluvium::case::description::Measure;
-use colluvium::case::{Case, RunReport, Safety, Snapshot, Verdict};
+use colluvium::case::{Case, RunReport, Safety, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 
 use serde_json::{Value, json};
@@ -145,12 +145,8 @@ fn proposed(outcome: &mut Outcome, bishop: f64) -> Result<(), String> {
 
 fn trials(outcome: &mut Outcome, name: &str, found: &Safety) {
     for trial in &found.trials {
-        let state = match trial.verdict {
-            Verdict::Stable => "stable",
-            Verdict::Failed => "failed",
-            Verdict::Undecided => "undecided",
-        };
-        let name = format!("{name}: trial at {:.4}, {state}: displacement (m)", trial.factor);
+        let name =
+            format!("{name}: trial at {:.4}, {}: displacement (m)", trial.factor, trial.verdict.name());
         outcome.show(name, "", trial.displacement, "how the search went");
     }
 }

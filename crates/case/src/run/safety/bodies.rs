@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use colluvium_points::surface::cross;
 use serde_json::Value;
 
 use crate::description::Domain;
@@ -25,7 +26,7 @@ pub(super) struct Scale {
 impl Scale {
     /// That of the bodies of a case as they are in `rest`; with the height (m) that the case gives, if it does.
     pub fn of(case: &Case, rest: &Snapshot, height: Option<f64>) -> Self {
-        let gravity = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let gravity = case.gravity_size();
         let height = height.unwrap_or_else(|| relief(case, rest));
         let moduli: Vec<Option<f64>> = case.bodies.iter().map(|body| young(case, &body.material)).collect();
         let (mut weight, mut volume, mut stiffness) = (0.0, 0.0, 0.0);
@@ -60,7 +61,7 @@ fn young(case: &Case, material: &str) -> Option<f64> {
 /// where the surface is level or nothing weighs (m).
 fn relief(case: &Case, rest: &Snapshot) -> f64 {
     let counted = measure::counted(case, rest, None);
-    let size = case.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let size = case.gravity_size();
     let mut up = [0.0, 1.0, 0.0];
     if size > 0.0 {
         up = [0.0; 3];
@@ -85,12 +86,6 @@ fn relief(case: &Case, rest: &Snapshot) -> f64 {
 
 /// Two directions across one of unit length.
 fn across(up: &[f64; 3]) -> [[f64; 3]; 2] {
-    let cross = |a: &[f64; 3], b: &[f64; 3]| -> [f64; 3] {
-        std::array::from_fn(|c| {
-            let (i, j) = ((c + 1) % 3, (c + 2) % 3);
-            a[i] * b[j] - a[j] * b[i]
-        })
-    };
     let other = if up[2].abs() < 0.5 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
     let first = cross(up, &other);
     let size = first.iter().map(|c| c * c).sum::<f64>().sqrt();

@@ -329,11 +329,7 @@ pub(super) fn search(context: &Context<'_>) -> Result<Option<Found>, RunError> {
 }
 
 fn told(name: &str, trial: &Trial) -> String {
-    let what = match trial.verdict {
-        Verdict::Stable => "stable",
-        Verdict::Failed => "failed",
-        Verdict::Undecided => "undecided",
-    };
+    let what = trial.verdict.name();
     let Trial { factor, time, displacement, unbalanced_force, .. } = trial;
     format!(
         "{name}: trial at {factor:.4}: {what} after {time:.4} s, moved {displacement:.3e} m, unbalanced force {unbalanced_force:.1e}"

@@ -41,6 +41,17 @@ pub enum Verdict {
     Undecided,
 }
 
+impl Verdict {
+    /// Its name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Failed => "failed",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
 /// What a trial found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
