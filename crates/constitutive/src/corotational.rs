@@ -1,11 +1,12 @@
 //! The co-rotational adapter: an objective stress update from a small-strain law.
 
 use crate::lanes::{Lanes, Rotations};
+use crate::laws::Elasticity;
 use crate::laws::substep::{self, Advance, substepped};
 use crate::tangent::numerical_tangent;
 use crate::{
-    BatchError, InitialCondition, Mat3, MaterialError, Motion, Point, SmallStrain, StressUpdate, SymTensor,
-    Tangent,
+    BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, SmallStrain,
+    StressUpdate, SymTensor, Tangent,
 };
 
 /// Makes a [`SmallStrain`] law objective (sheet: constitutive §3.2): stress is carried by half the
@@ -118,17 +119,65 @@ impl<L: SmallStrain> Corotational<L> {
     }
 }
 
-impl<L: SmallStrain> StressUpdate for Corotational<L> {
-    type State = L::State;
-
+impl<L: SmallStrain> Law for Corotational<L> {
     fn name(&self) -> &'static str {
         self.0.name()
+    }
+
+    fn is_isotropic(&self) -> bool {
+        self.0.is_isotropic()
+    }
+
+    fn stress_tolerance(&self) -> f64 {
+        self.0.stress_tolerance()
+    }
+
+    fn is_in_rate_form(&self) -> bool {
+        true
+    }
+
+    fn is_time_dependent(&self) -> bool {
+        self.0.is_time_dependent()
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        self.0.output_names()
+    }
+}
+
+impl<L: SmallStrain> Pointwise for Corotational<L> {
+    type State = L::State;
+
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        self.0.linear_elasticity()
     }
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<L::State>, MaterialError> {
         self.0.initial(initial)
     }
 
+    fn wave_modulus(&self, point: &Point<L::State>) -> f64 {
+        self.0.wave_modulus(point)
+    }
+
+    fn yield_value(&self, point: &Point<L::State>) -> Option<f64> {
+        self.0.yield_value(point)
+    }
+
+    fn stored_energy(&self, point: &Point<L::State>) -> Option<f64> {
+        self.0.stored_energy(point)
+    }
+
+    fn viscosity(&self, point: &Point<L::State>) -> f64 {
+        self.0.viscosity(point)
+    }
+
+    fn outputs(&self, point: &Point<L::State>, out: &mut [f64]) {
+        self.0.outputs(point, out);
+    }
+}
+
+impl<L: SmallStrain> StressUpdate for Corotational<L> {
     #[inline]
     fn update(&self, motion: &Motion, old: &Point<L::State>) -> Result<Point<L::State>, MaterialError> {
         let strain = motion.strain_increment();
@@ -188,18 +237,6 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         Ok(())
     }
 
-    fn is_in_rate_form(&self) -> bool {
-        true
-    }
-
-    fn is_time_dependent(&self) -> bool {
-        self.0.is_time_dependent()
-    }
-
-    fn wave_modulus(&self, point: &Point<L::State>) -> f64 {
-        self.0.wave_modulus(point)
-    }
-
     fn tangent(&self, motion: &Motion, old: &Point<L::State>) -> Result<Tangent, MaterialError> {
         let strain = motion.strain_increment();
         let analytic = match half_rotation(&motion.gradient) {
@@ -214,18 +251,6 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         }
     }
 
-    fn yield_value(&self, point: &Point<L::State>) -> Option<f64> {
-        self.0.yield_value(point)
-    }
-
-    fn stored_energy(&self, point: &Point<L::State>) -> Option<f64> {
-        self.0.stored_energy(point)
-    }
-
-    fn viscosity(&self, point: &Point<L::State>) -> f64 {
-        self.0.viscosity(point)
-    }
-
     fn dissipation(&self, motion: &Motion, old: &Point<L::State>, new: &Point<L::State>) -> Option<f64> {
         let strain = motion.strain_increment();
         let rotation = half_rotation(&motion.gradient).unwrap_or(Mat3::IDENTITY);
@@ -236,14 +261,6 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
         }
         Some(whole)
     }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        self.0.output_names()
-    }
-
-    fn outputs(&self, point: &Point<L::State>, out: &mut [f64]) {
-        self.0.outputs(point, out);
-    }
 }
 
 /// The one-term spin update of Algorithms 1 and 2 of Bui & Nguyen 2021, with the sign mended
@@ -252,22 +269,17 @@ impl<L: SmallStrain> StressUpdate for Corotational<L> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirstOrderSpin<L>(pub L);
 
-impl<L: SmallStrain> StressUpdate for FirstOrderSpin<L> {
-    type State = L::State;
-
+impl<L: SmallStrain> Law for FirstOrderSpin<L> {
     fn name(&self) -> &'static str {
         self.0.name()
     }
 
-    fn initial(&self, initial: &InitialCondition) -> Result<Point<L::State>, MaterialError> {
-        self.0.initial(initial)
+    fn is_isotropic(&self) -> bool {
+        self.0.is_isotropic()
     }
 
-    fn update(&self, motion: &Motion, old: &Point<L::State>) -> Result<Point<L::State>, MaterialError> {
-        let (spin, stress) = (motion.gradient.skew(), old.stress.to_matrix());
-        // W σ - σ W is symmetric, and twice the symmetric part of W σ.
-        let turned = Point { stress: old.stress + (spin * stress).sym() * 2.0, state: old.state.clone() };
-        self.0.update(&motion.strain_increment(), motion, &turned)
+    fn stress_tolerance(&self) -> f64 {
+        self.0.stress_tolerance()
     }
 
     fn is_in_rate_form(&self) -> bool {
@@ -277,8 +289,25 @@ impl<L: SmallStrain> StressUpdate for FirstOrderSpin<L> {
     fn is_time_dependent(&self) -> bool {
         self.0.is_time_dependent()
     }
+}
+
+impl<L: SmallStrain> Pointwise for FirstOrderSpin<L> {
+    type State = L::State;
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<L::State>, MaterialError> {
+        self.0.initial(initial)
+    }
 
     fn wave_modulus(&self, point: &Point<L::State>) -> f64 {
         self.0.wave_modulus(point)
+    }
+}
+
+impl<L: SmallStrain> StressUpdate for FirstOrderSpin<L> {
+    fn update(&self, motion: &Motion, old: &Point<L::State>) -> Result<Point<L::State>, MaterialError> {
+        let (spin, stress) = (motion.gradient.skew(), old.stress.to_matrix());
+        // W σ - σ W is symmetric, and twice the symmetric part of W σ.
+        let turned = Point { stress: old.stress + (spin * stress).sym() * 2.0, state: old.state.clone() };
+        self.0.update(&motion.strain_increment(), motion, &turned)
     }
 }

@@ -3,7 +3,10 @@
 use std::any::Any;
 use std::fmt;
 
-use crate::{BatchError, InitialCondition, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
+use crate::{
+    BatchError, InitialCondition, Law, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor,
+    Tangent,
+};
 
 /// Points per block of [`States`]: the batch for which one virtual call is paid. A block's motions
 /// stay in the first-level cache.
@@ -245,10 +248,7 @@ impl States {
 /// every [`StressUpdate`]; solvers hold `Arc<dyn Material>`.
 ///
 /// In all batch calls `motions`, `stresses` and the block have the same length, at most [`BLOCK`].
-pub trait Material: Send + Sync {
-    /// Name of the model as it stands in a case file.
-    fn name(&self) -> &'static str;
-
+pub trait Material: Law {
     /// Stresses and states of points that start from `initial`.
     ///
     /// # Errors
@@ -267,15 +267,6 @@ pub trait Material: Send + Sync {
         states: &mut StateBlock,
     ) -> Result<(), BatchError>;
 
-    /// See [`StressUpdate::is_in_rate_form`].
-    fn is_in_rate_form(&self) -> bool;
-
-    /// See [`StressUpdate::is_time_dependent`].
-    fn is_time_dependent(&self) -> bool;
-
-    /// See [`StressUpdate::stress_tolerance`].
-    fn stress_tolerance(&self) -> f64;
-
     /// Upper bounds on the P-wave modulus (Pa), one per point.
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
@@ -289,10 +280,7 @@ pub trait Material: Send + Sync {
     /// Yield function values (Pa), `-inf` for laws without one.
     fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
-    /// Names of the scalars worth plotting.
-    fn output_names(&self) -> &[&'static str];
-
-    /// The scalars worth plotting, point after point: `out.len() = points × names`.
+    /// The scalars of [`Law::output_names`], point after point: `out.len() = points × names`.
     fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]);
 
     /// Consistent tangent of the step `motion` from point `index` of the block.
@@ -336,16 +324,12 @@ fn finite(model: &'static str, initial: &InitialCondition) -> Result<(), Materia
 }
 
 impl<L: StressUpdate> Material for L {
-    fn name(&self) -> &'static str {
-        StressUpdate::name(self)
-    }
-
     fn initial(&self, initial: &[InitialCondition]) -> Result<(Vec<SymTensor>, States), BatchError> {
         let mut stresses = Vec::with_capacity(initial.len());
         let mut states = Vec::with_capacity(initial.len());
         for (index, condition) in initial.iter().enumerate() {
-            let name = StressUpdate::name(self);
-            let point = finite(name, condition).and_then(|()| StressUpdate::initial(self, condition));
+            let start = || Pointwise::initial(self, condition);
+            let point = finite(self.name(), condition).and_then(|()| start());
             let point = point.map_err(|source| BatchError { index, source })?;
             stresses.push(point.stress);
             states.push(point.state);
@@ -360,22 +344,10 @@ impl<L: StressUpdate> Material for L {
         states: &mut StateBlock,
     ) -> Result<(), BatchError> {
         for (index, motion) in motions.iter().enumerate() {
-            motion.check(StressUpdate::name(self)).map_err(|source| BatchError { index, source })?;
+            motion.check(self.name()).map_err(|source| BatchError { index, source })?;
         }
         let done = self.update_batch(motions, stresses, typed_mut::<L::State>(states));
         done.map_err(|error| error.with_step(motions, stresses))
-    }
-
-    fn is_in_rate_form(&self) -> bool {
-        StressUpdate::is_in_rate_form(self)
-    }
-
-    fn is_time_dependent(&self) -> bool {
-        StressUpdate::is_time_dependent(self)
-    }
-
-    fn stress_tolerance(&self) -> f64 {
-        StressUpdate::stress_tolerance(self)
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
@@ -401,18 +373,14 @@ impl<L: StressUpdate> Material for L {
         each::<L>(stresses, states, out, |point| self.yield_value(point).unwrap_or(f64::NEG_INFINITY));
     }
 
-    fn output_names(&self) -> &[&'static str] {
-        StressUpdate::output_names(self)
-    }
-
     fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
-        let width = StressUpdate::output_names(self).len();
+        let width = self.output_names().len();
         if width == 0 {
             return;
         }
         let states = typed::<L::State>(states);
         for ((stress, state), row) in stresses.iter().zip(states).zip(out.chunks_mut(width)) {
-            StressUpdate::outputs(self, &Point { stress: *stress, state: state.clone() }, row);
+            Pointwise::outputs(self, &Point { stress: *stress, state: state.clone() }, row);
         }
     }
 

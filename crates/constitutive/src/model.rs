@@ -13,9 +13,6 @@ pub trait Model: Sized {
     /// What a reader of the table of models should know.
     const FACTS: Facts;
 
-    /// Initial density (kg/m³).
-    fn density(&self) -> f64;
-
     /// The law, parameters checked and angles converted. Models around another write [`Model::around`] in its place.
     ///
     /// # Errors

@@ -9,9 +9,20 @@ use crate::laws::*;
 use crate::model::{Facts, Kind, Model};
 use crate::{Material, MaterialError};
 
-/// The enum of all models and what is asked of each of them.
+/// Initial density of a model's parameters: their field `density`, or where else it stands.
+macro_rules! density {
+    ($spec:ident) => {
+        $spec.density
+    };
+    ($spec:ident, $($place:tt)+) => {
+        $spec.$($place)+
+    };
+}
+
+/// The enum of all models and what is asked of each of them. Where parameters have no field `density` of their own, the list
+/// says where it stands.
 macro_rules! models {
-    ($($(#[$doc:meta])* $name:literal => $variant:ident($spec:ty),)*) => {
+    ($($(#[$doc:meta])* $name:literal => $variant:ident($spec:ty $(, $($density:tt)+)?),)*) => {
         /// A material of a case file: the model's name and its parameters, angles in degrees.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(tag = "model")]
@@ -35,7 +46,7 @@ macro_rules! models {
 
             /// Initial density (kg/m³).
             pub fn density(&self) -> f64 {
-                match self { $(Self::$variant(spec) => spec.density(),)* }
+                match self { $(Self::$variant(spec) => density!(spec $(, $($density)+)?),)* }
             }
 
             /// The law, parameters checked and angles converted.
@@ -120,7 +131,7 @@ models! {
     /// Modified Cam-clay.
     "modified-cam-clay" => CamClay(CamClaySpec),
     /// Original Cam-clay.
-    "original-cam-clay" => OriginalCamClay(OriginalCamClaySpec),
+    "original-cam-clay" => OriginalCamClay(OriginalCamClaySpec, 0.density),
     /// Snow that breaks and packs (Stomakhin), finite strain.
     "snow" => Snow(SnowSpec),
     /// Cohesive Cam Clay: snow slabs and weak layers, finite strain.
@@ -128,13 +139,13 @@ models! {
     /// Elasticity with a tension cut-off.
     "tension-cut" => TensionCut(TensionCutSpec),
     /// Undrained saturated soil around a skeleton in effective stresses.
-    "undrained" => Undrained(UndrainedSpec),
+    "undrained" => Undrained(UndrainedSpec, skeleton.density()),
     /// Stress-free shrinkage or swelling of another material.
-    "eigenstrain" => Eigenstrain(EigenstrainSpec),
+    "eigenstrain" => Eigenstrain(EigenstrainSpec, material.density()),
     /// Another material with its strength divided by a factor.
-    "strength-reduced" => StrengthReduced(StrengthReducedSpec),
+    "strength-reduced" => StrengthReduced(StrengthReducedSpec, material.density()),
     /// Another material that loses cohesion by wetting.
-    "saturation-softened" => SaturationSoftened(SaturationSoftenedSpec),
+    "saturation-softened" => SaturationSoftened(SaturationSoftenedSpec, material.density()),
     /// Hypoplasticity with critical state, and an acceleration-based viscous part.
     "hypoplastic" => Hypoplastic(HypoplasticSpec),
     /// Critical-state sand.

@@ -3,6 +3,7 @@
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::lanes::Lanes;
+use crate::laws::Elasticity;
 use crate::tangent::numerical_tangent;
 use crate::{BatchError, MaterialError, Motion, SymTensor, Tangent};
 
@@ -24,16 +25,43 @@ pub struct InitialCondition {
     pub density: f64,
 }
 
-/// A material law: how stress and state follow the motion of a point.
-///
-/// `old` is never touched, so an implicit solver can call [`StressUpdate::update`] once per Newton
-/// iteration. A law never panics: what it cannot do is a [`MaterialError`].
-pub trait StressUpdate: Send + Sync + 'static {
-    /// Internal variables of one point (hardening, elastic strain, …): a typed struct.
-    type State: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
-
+/// What holds of a law whatever its point: stands once for [`StressUpdate`], [`SmallStrain`] and [`crate::Material`].
+pub trait Law: Send + Sync {
     /// Name of the model as it stands in a case file.
     fn name(&self) -> &'static str;
+
+    /// Whether the law knows no direction but those of its stress and state: turned motions give turned stresses.
+    fn is_isotropic(&self) -> bool {
+        true
+    }
+
+    /// Whether the law is in rate form: a step starts from the stress of the point, so that one changed from outside
+    /// (smoothed, diffused) is kept. Other laws find their stress from the state or the motion alone.
+    fn is_in_rate_form(&self) -> bool {
+        false
+    }
+
+    /// Whether stress or state change with time in a step without motion, as by viscosity.
+    fn is_time_dependent(&self) -> bool {
+        false
+    }
+
+    /// Change of stress over the stress that the law cannot tell from noise: implicit solvers and the element driver do not
+    /// look for more.
+    fn stress_tolerance(&self) -> f64 {
+        0.0
+    }
+
+    /// Names of the scalars worth plotting, in the order of [`Pointwise::outputs`].
+    fn output_names(&self) -> &[&'static str] {
+        &[]
+    }
+}
+
+/// What a law says of one point: stands once for [`StressUpdate`] and [`SmallStrain`].
+pub trait Pointwise: Law + 'static {
+    /// Internal variables of one point (hardening, elastic strain, …): a typed struct.
+    type State: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
 
     /// Stress and state at the start.
     ///
@@ -41,6 +69,39 @@ pub trait StressUpdate: Send + Sync + 'static {
     /// When the initial stress is not admissible for the law.
     fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError>;
 
+    /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
+    fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
+
+    /// Elastic constants of laws whose stress is linear in the elastic strain: energy and dissipation follow from them.
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        None
+    }
+
+    /// Yield function at the point (Pa), `<= 0` inside; `None` for laws without one.
+    fn yield_value(&self, _point: &Point<Self::State>) -> Option<f64> {
+        None
+    }
+
+    /// Effective dynamic viscosity (Pa s), for the viscous time-step limit.
+    fn viscosity(&self, _point: &Point<Self::State>) -> f64 {
+        0.0
+    }
+
+    /// Recoverable energy per unit current volume (J/m³), that of linear elasticity where the law has it; `None` where it is
+    /// not defined.
+    fn stored_energy(&self, point: &Point<Self::State>) -> Option<f64> {
+        self.linear_elasticity().map(|elasticity| elasticity.energy(&point.stress))
+    }
+
+    /// The scalars named by [`Law::output_names`]; `out` has that length.
+    fn outputs(&self, _point: &Point<Self::State>, _out: &mut [f64]) {}
+}
+
+/// A material law: how stress and state follow the motion of a point.
+///
+/// `old` is never touched, so an implicit solver can call [`StressUpdate::update`] once per Newton
+/// iteration. A law never panics: what it cannot do is a [`MaterialError`].
+pub trait StressUpdate: Pointwise {
     /// One step.
     ///
     /// # Errors
@@ -73,47 +134,12 @@ pub trait StressUpdate: Send + Sync + 'static {
         size_of::<Self::State>()
     }
 
-    /// Whether the law is in rate form: a step starts from the stress of the point, so that one changed from outside
-    /// (smoothed, diffused) is kept. Other laws find their stress from the state or the motion alone.
-    fn is_in_rate_form(&self) -> bool {
-        false
-    }
-
-    /// Whether stress or state change with time in a step without motion, as by viscosity.
-    fn is_time_dependent(&self) -> bool {
-        false
-    }
-
-    /// Change of stress over the stress that the law cannot tell from noise: implicit solvers and the element driver do not
-    /// look for more.
-    fn stress_tolerance(&self) -> f64 {
-        0.0
-    }
-
-    /// Upper bound on the P-wave modulus at this state (Pa): the solvers' time-step limit.
-    fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
-
     /// Consistent tangent of [`StressUpdate::update`]; central differences unless the law knows better.
     ///
     /// # Errors
     /// As [`StressUpdate::update`].
     fn tangent(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Tangent, MaterialError> {
         numerical_tangent(motion, |m| self.update(m, old).map(|p| p.stress))
-    }
-
-    /// Yield function at the point (Pa), `<= 0` inside; `None` for laws without one.
-    fn yield_value(&self, _point: &Point<Self::State>) -> Option<f64> {
-        None
-    }
-
-    /// Effective dynamic viscosity (Pa s), for the viscous time-step limit.
-    fn viscosity(&self, _point: &Point<Self::State>) -> f64 {
-        0.0
-    }
-
-    /// Recoverable energy per unit current volume (J/m³); `None` where it is not defined.
-    fn stored_energy(&self, _point: &Point<Self::State>) -> Option<f64> {
-        None
     }
 
     /// Work dissipated by the step from `old` to `new`, per unit current volume (J/m³): never negative
@@ -126,33 +152,13 @@ pub trait StressUpdate: Send + Sync + 'static {
     ) -> Option<f64> {
         None
     }
-
-    /// Names of the scalars worth plotting, in the order of [`StressUpdate::outputs`].
-    fn output_names(&self) -> &'static [&'static str] {
-        &[]
-    }
-
-    /// The scalars named by [`StressUpdate::output_names`]; `out` has that length.
-    fn outputs(&self, _point: &Point<Self::State>, _out: &mut [f64]) {}
 }
 
 /// A small-strain law: strain increment in, stress out, in a frame that turns with the material.
 ///
-/// Implement this and wrap the law in [`crate::Corotational`] to get an objective [`StressUpdate`].
-pub trait SmallStrain: Send + Sync + 'static {
-    /// Internal variables of one point. A tensorial variable is carried with the material by
-    /// [`SmallStrain::rotate_state`].
-    type State: Clone + Send + Sync + Serialize + DeserializeOwned + 'static;
-
-    /// Name of the model as it stands in a case file.
-    fn name(&self) -> &'static str;
-
-    /// Stress and state at the start.
-    ///
-    /// # Errors
-    /// When the initial stress is not admissible.
-    fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError>;
-
+/// Implement this and wrap the law in [`crate::Corotational`] to get an objective [`StressUpdate`]. A tensorial internal
+/// variable is carried with the material by [`SmallStrain::rotate_state`].
+pub trait SmallStrain: Pointwise {
     /// New stress and state after the strain increment `strain` (tension-positive) over `motion.dt`.
     ///
     /// # Errors
@@ -182,50 +188,22 @@ pub trait SmallStrain: Send + Sync + 'static {
     #[inline]
     fn rotate_state(&self, _state: &mut Self::State, _rotation: &crate::Mat3) {}
 
-    /// See [`StressUpdate::is_time_dependent`].
-    fn is_time_dependent(&self) -> bool {
-        false
-    }
-
-    /// See [`StressUpdate::wave_modulus`].
-    fn wave_modulus(&self, point: &Point<Self::State>) -> f64;
-
     /// `∂σ/∂ε` of [`SmallStrain::update`], where the law has it in closed form.
     fn tangent(&self, _strain: &SymTensor, _motion: &Motion, _old: &Point<Self::State>) -> Option<Tangent> {
         None
     }
 
-    /// See [`StressUpdate::yield_value`].
-    fn yield_value(&self, _point: &Point<Self::State>) -> Option<f64> {
-        None
-    }
-
-    /// See [`StressUpdate::stored_energy`].
-    fn stored_energy(&self, _point: &Point<Self::State>) -> Option<f64> {
-        None
-    }
-
-    /// Effective dynamic viscosity (Pa s), see [`StressUpdate::viscosity`].
-    fn viscosity(&self, _point: &Point<Self::State>) -> f64 {
-        0.0
-    }
-
-    /// See [`StressUpdate::dissipation`]; both stresses in the co-rotating frame.
+    /// See [`StressUpdate::dissipation`]; both stresses in the co-rotating frame. With linear elasticity it is the work on
+    /// the strain between elastic trial and new stress.
     fn dissipation(
         &self,
-        _strain: &SymTensor,
+        strain: &SymTensor,
         _motion: &Motion,
-        _old: &Point<Self::State>,
-        _new: &Point<Self::State>,
+        old: &Point<Self::State>,
+        new: &Point<Self::State>,
     ) -> Option<f64> {
-        None
+        let elasticity = self.linear_elasticity()?;
+        let trial = old.stress + elasticity.stress(strain);
+        Some(elasticity.dissipation(&trial, &new.stress))
     }
-
-    /// See [`StressUpdate::output_names`].
-    fn output_names(&self) -> &'static [&'static str] {
-        &[]
-    }
-
-    /// See [`StressUpdate::outputs`].
-    fn outputs(&self, _point: &Point<Self::State>, _out: &mut [f64]) {}
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
-    BLOCK, BatchError, InitialCondition, Material, MaterialError, Motion, StateBlock, States, SymTensor,
+    BLOCK, BatchError, InitialCondition, Law, Material, MaterialError, Motion, StateBlock, States, SymTensor,
     Tangent,
 };
 
@@ -30,7 +30,7 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
     /// Motion the inner law sees, and own state at the end of the step.
     fn step(&self, motion: &Motion, own: &Self::Own) -> (Motion, Self::Own);
 
-    /// Whether the motion that the inner law sees depends on time, see [`crate::StressUpdate::is_time_dependent`].
+    /// Whether the motion that the inner law sees depends on time, see [`crate::Law::is_time_dependent`].
     const TIME_DEPENDENT: bool = false;
 
     /// What is added to the wave modulus of the inner law (Pa).
@@ -80,11 +80,33 @@ impl<W: Wrapper> Around<W> {
     }
 }
 
-impl<W: Wrapper> Material for Around<W> {
+impl<W: Wrapper> Law for Around<W> {
     fn name(&self) -> &'static str {
         W::NAME
     }
 
+    fn is_isotropic(&self) -> bool {
+        self.inner.is_isotropic()
+    }
+
+    fn is_in_rate_form(&self) -> bool {
+        self.inner.is_in_rate_form()
+    }
+
+    fn is_time_dependent(&self) -> bool {
+        W::TIME_DEPENDENT || self.inner.is_time_dependent()
+    }
+
+    fn stress_tolerance(&self) -> f64 {
+        self.inner.stress_tolerance()
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        &self.outputs
+    }
+}
+
+impl<W: Wrapper> Material for Around<W> {
     fn initial(&self, initial: &[InitialCondition]) -> Result<(Vec<SymTensor>, States), BatchError> {
         let own = self.wrapper.start();
         let inside = |condition: &InitialCondition| InitialCondition {
@@ -125,18 +147,6 @@ impl<W: Wrapper> Material for Around<W> {
         Ok(())
     }
 
-    fn is_in_rate_form(&self) -> bool {
-        self.inner.is_in_rate_form()
-    }
-
-    fn is_time_dependent(&self) -> bool {
-        W::TIME_DEPENDENT || self.inner.is_time_dependent()
-    }
-
-    fn stress_tolerance(&self) -> f64 {
-        self.inner.stress_tolerance()
-    }
-
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
         let (own, block) = states.parts::<W::Own>();
         self.inner.wave_moduli(&self.inner_stresses(stresses, own)[..stresses.len()], block, out);
@@ -161,10 +171,6 @@ impl<W: Wrapper> Material for Around<W> {
     fn yield_values(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {
         let (own, block) = states.parts::<W::Own>();
         self.inner.yield_values(&self.inner_stresses(stresses, own)[..stresses.len()], block, out);
-    }
-
-    fn output_names(&self) -> &[&'static str] {
-        &self.outputs
     }
 
     fn outputs(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {

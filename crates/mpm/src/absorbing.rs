@@ -14,6 +14,7 @@ use colluvium_constitutive::{BLOCK, Motion};
 use colluvium_grid::{Grid, Lanes, Node, OnAxis, Walls};
 
 use crate::background::Background;
+use crate::clock::Clock;
 use crate::points::PointSet;
 use crate::pore::{LIQUID, SOLID};
 use crate::solver::MpmSolver;
@@ -128,11 +129,12 @@ struct Law {
 impl<const D: usize> MpmSolver<D> {
     /// Remembers the points behind absorbing faces, before anything moves.
     pub(crate) fn remember_starts(&mut self) {
-        let laws: Vec<Law> = self.case.boundaries.iter().filter_map(|boundary| self.law(boundary)).collect();
-        for set in &self.sets {
+        let laws: Vec<Law> =
+            self.clock.case.boundaries.iter().filter_map(|boundary| self.law(boundary)).collect();
+        for set in &self.bodies.sets {
             for (id, x) in set.id.iter().zip(&set.position) {
                 if laws.iter().any(|law| behind(&self.background.grid, law, x)) {
-                    self.absorbing.starts.insert(*id, spatial(x));
+                    self.boundary.absorbing.starts.insert(*id, spatial(x));
                 }
             }
         }
@@ -142,7 +144,7 @@ impl<const D: usize> MpmSolver<D> {
     fn law(&self, boundary: &Boundary) -> Option<Law> {
         let CaseWall::Absorbing { normal, tangential, spring_length } = boundary.wall else { return None };
         let axis = boundary.side.axis();
-        let line = (boundary.position(&self.case.domain) - self.background.grid.origin[axis])
+        let line = (boundary.position(&self.clock.case.domain) - self.background.grid.origin[axis])
             / self.background.grid.cell;
         let (face, upper) = (line.round() as usize, boundary.side.is_max());
         Some(Law { axis, upper, face, normal, tangential, spring_length })
@@ -151,11 +153,11 @@ impl<const D: usize> MpmSolver<D> {
     /// Takes the absorbing boundaries of a stage; what stood before keeps the displacements of its springs.
     pub(crate) fn set_absorbing(&mut self, stage: usize) {
         let mut faces = Vec::new();
-        for (number, boundary) in self.case.active_boundaries(stage) {
+        for (number, boundary) in self.clock.case.active_boundaries(stage) {
             let Some(law) = self.law(boundary) else { continue };
             faces.push(Face { number, nodes: self.face_nodes(&law) });
         }
-        let moved = &mut self.absorbing.moved;
+        let moved = &mut self.boundary.absorbing.moved;
         moved.retain(|number, _| faces.iter().any(|face| face.number == *number));
         for face in &faces {
             let nodes = moved.entry(face.number).or_default();
@@ -163,7 +165,7 @@ impl<const D: usize> MpmSolver<D> {
                 *nodes = vec![[0.0; 3]; face.nodes.len()];
             }
         }
-        self.absorbing.faces = faces;
+        self.boundary.absorbing.faces = faces;
     }
 
     /// Nodes of a face with their dashpots, in the order of their numbers.
@@ -172,7 +174,10 @@ impl<const D: usize> MpmSolver<D> {
         let normal_index = self.background.axis.node_on(law.face, grid.cells[law.axis]);
         let mut found: BTreeMap<usize, FaceNode> = BTreeMap::new();
         for (_, start, number, p) in self.points_behind(law) {
-            let (set, impedance) = (&self.sets[number], &self.impedances[self.sets[number].body as usize]);
+            let (set, impedance) = (
+                &self.bodies.sets[number],
+                &self.boundary.impedances[self.bodies.sets[number].body as usize],
+            );
             let mut area = set.initial_volume[p] / grid.cell;
             if self.background.axisymmetric && law.axis == 0 {
                 // Its volume is per radian at its own radius.
@@ -194,9 +199,9 @@ impl<const D: usize> MpmSolver<D> {
     /// they are sorted at the time.
     fn points_behind(&self, law: &Law) -> Vec<(u32, [f64; D], usize, usize)> {
         let mut points = Vec::new();
-        for (number, set) in self.sets.iter().enumerate() {
+        for (number, set) in self.bodies.sets.iter().enumerate() {
             for (p, id) in set.id.iter().enumerate() {
-                let Some(start) = self.absorbing.starts.get(id) else { continue };
+                let Some(start) = self.boundary.absorbing.starts.get(id) else { continue };
                 let start: [f64; D] = std::array::from_fn(|c| start[c]);
                 if behind(&self.background.grid, law, &start) {
                     points.push((*id, start, number, p));
@@ -206,38 +211,45 @@ impl<const D: usize> MpmSolver<D> {
         points.sort_unstable_by_key(|(id, ..)| *id);
         points
     }
+}
 
+impl Absorbing {
     /// Dashpots and springs on the solved nodes of one phase.
-    pub(crate) fn absorb(&mut self, dt: f64) {
-        let inertia = self.options.mass_scaling;
-        for face in &self.absorbing.faces {
-            let Some(moved) = self.absorbing.moved.get_mut(&face.number) else { continue };
+    pub fn absorb(&mut self, clock: &Clock, solved: &mut [Node], walls: &Walls) {
+        let (dt, inertia) = (clock.dt, clock.options.mass_scaling);
+        for face in &self.faces {
+            let Some(moved) = self.moved.get_mut(&face.number) else { continue };
             for (at, moved) in face.nodes.iter().zip(moved) {
-                let node = &mut self.nodes[at.place];
+                let node = &mut solved[at.place];
                 let mass = inertia * node.motion.as_array()[3];
                 if mass > 0.0 {
-                    let free = self.walls.free_components(&at.index);
+                    let free = walls.free_components(&at.index);
                     brake(node, mass, &at.solid, &at.spring, moved, &free, dt);
                 }
             }
         }
     }
 
-    /// Dashpots and springs on the solved nodes of both phases; `walls` are those of the liquid.
-    pub(crate) fn absorb_phases(&mut self, nodes: &mut [[Node; 2]], walls: &Walls, dt: f64) {
-        let inertia = self.options.mass_scaling;
-        for face in &self.absorbing.faces {
-            let Some(moved) = self.absorbing.moved.get_mut(&face.number) else { continue };
+    /// Dashpots and springs on the solved nodes of both phases, each with its walls.
+    pub fn absorb_phases(
+        &mut self,
+        clock: &Clock,
+        nodes: &mut [[Node; 2]],
+        [walls, walls_of_liquid]: [&Walls; 2],
+    ) {
+        let (dt, inertia) = (clock.dt, clock.options.mass_scaling);
+        for face in &self.faces {
+            let Some(moved) = self.moved.get_mut(&face.number) else { continue };
             for (at, moved) in face.nodes.iter().zip(moved) {
                 let node = &mut nodes[at.place];
                 let [solid, liquid] = [SOLID, LIQUID].map(|phase| node[phase].motion.as_array()[3]);
                 if solid <= 0.0 {
                     continue;
                 }
-                let free_solid = self.walls.free_components(&at.index);
+                let free_solid = walls.free_components(&at.index);
                 if liquid > 0.0 {
                     let before = node[LIQUID].motion;
-                    let free = walls.free_components(&at.index);
+                    let free = walls_of_liquid.free_components(&at.index);
                     let (moving, inert) = (&mut node[LIQUID], inertia * liquid);
                     brake(moving, inert, &at.liquid, &[0.0; 3], &mut [0.0; 3], &free, dt);
                     // What the liquid no longer takes of the force on the mixture is the skeleton's.
@@ -328,7 +340,8 @@ mod tests {
             });
             let case = Case::from_json(&text.to_string()).unwrap();
             let solver = begun::<2>(&case);
-            let dashpot: f64 = solver.absorbing.faces[0].nodes.iter().map(|node| node.solid[0]).sum();
+            let dashpot: f64 =
+                solver.boundary.absorbing.faces[0].nodes.iter().map(|node| node.solid[0]).sum();
             let exact = 1e9f64.sqrt() * 0.3 * radius;
             assert!((dashpot / exact - 1.0).abs() < 1e-12, "{low}, {radius}: {dashpot} for {exact}");
         }

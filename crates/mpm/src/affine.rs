@@ -3,46 +3,51 @@
 
 use colluvium_grid::Points;
 
+use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::clock::Clock;
 use crate::config::Transfer;
+use crate::nodes::Nodes;
 use crate::points::in_chunks;
-use crate::solver::MpmSolver;
 
-impl<const D: usize> MpmSolver<D> {
-    /// Moments or gradients of the initial velocities, from differences over a cell.
-    pub(crate) fn start_affine(&mut self) {
-        let ground = self.background.ground();
-        let cell = ground.grid.cell;
-        for set in self.sets.iter_mut().filter(|set| !set.affine.is_empty()) {
-            let field = &self.case.bodies[set.body as usize].velocity;
-            let mut moments = vec![[0.0; D]; set.affine.len()];
-            self.background.sweeps.second_moments(&ground, &set.points(), &mut moments);
-            for ((affine, squares), position) in set.affine.iter_mut().zip(&moments).zip(&set.position) {
-                for j in 0..D {
-                    let at = |shift: f64| {
-                        let place = |c: usize| position.get(c).copied().unwrap_or(0.0);
-                        field.at(std::array::from_fn(|c| place(c) + if c == j { shift } else { 0.0 }))
-                    };
-                    let (above, below) = (at(0.5 * cell), at(-0.5 * cell));
-                    let scale = if self.options.transfer == Transfer::Apic { squares[j] } else { 1.0 };
-                    for i in 0..D {
-                        affine[i][j] = scale * (above[i] - below[i]) / cell;
-                    }
+/// Moments or gradients of the initial velocities, from differences over a cell.
+pub fn start_affine<const D: usize>(clock: &Clock, background: &Background<D>, bodies: &mut Bodies<D>) {
+    let ground = background.ground();
+    let cell = ground.grid.cell;
+    for set in bodies.sets.iter_mut().filter(|set| !set.affine.is_empty()) {
+        let field = &clock.case.bodies[set.body as usize].velocity;
+        let mut moments = vec![[0.0; D]; set.affine.len()];
+        background.sweeps.second_moments(&ground, &set.points(), &mut moments);
+        for ((affine, squares), position) in set.affine.iter_mut().zip(&moments).zip(&set.position) {
+            for j in 0..D {
+                let at = |shift: f64| {
+                    let place = |c: usize| position.get(c).copied().unwrap_or(0.0);
+                    field.at(std::array::from_fn(|c| place(c) + if c == j { shift } else { 0.0 }))
+                };
+                let (above, below) = (at(0.5 * cell), at(-0.5 * cell));
+                let scale = if clock.options.transfer == Transfer::Apic { squares[j] } else { 1.0 };
+                for i in 0..D {
+                    affine[i][j] = scale * (above[i] - below[i]) / cell;
                 }
             }
         }
     }
+}
 
-    /// Moments (APIC) or gradients (TPIC) of the solved velocities, at the positions at the start of the step.
-    pub(crate) fn gather_affine(&mut self) {
-        let (ground, sweeps) = (self.background.ground(), self.background.sweeps);
-        let moments = self.options.transfer == Transfer::Apic;
-        for set in &mut self.sets {
-            let nodes = &self.nodes[set.field * self.background.layout.len()..];
-            let points =
-                Points { position: &set.position, domain: set.domain.as_slice(), extent: &set.extent };
-            in_chunks(&mut set.affine, &points, &|affine, points| {
-                sweeps.gather_affine(&ground, points, nodes, moments, affine);
-            });
-        }
+/// Moments (APIC) or gradients (TPIC) of the solved velocities, at the positions at the start of the step.
+pub fn gather_affine<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    nodes: &Nodes,
+) {
+    let (ground, sweeps) = (background.ground(), background.sweeps);
+    let moments = clock.options.transfer == Transfer::Apic;
+    for set in &mut bodies.sets {
+        let nodes = &nodes.solved[set.field * background.layout.len()..];
+        let points = Points { position: &set.position, domain: set.domain.as_slice(), extent: &set.extent };
+        in_chunks(&mut set.affine, &points, &|affine, points| {
+            sweeps.gather_affine(&ground, points, nodes, moments, affine);
+        });
     }
 }

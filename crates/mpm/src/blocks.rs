@@ -1,5 +1,7 @@
 //! Points in blocks, handed to the threads.
 
+use std::sync::atomic::AtomicBool;
+
 use colluvium_constitutive::{BLOCK, StateBlock, SymTensor};
 use colluvium_grid::{DomainsMut, Points, Square};
 
@@ -179,6 +181,8 @@ pub struct OfSet<'a, const D: usize> {
     pub fluid: Option<Fluid>,
     /// Whether points that leave are taken away.
     pub drop_outside: bool,
+    /// Where it is noted that points have left.
+    pub left: &'a AtomicBool,
 }
 
 /// Keeps the larger move, or the failure with the lowest index.

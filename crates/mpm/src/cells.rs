@@ -149,8 +149,10 @@ impl<const D: usize> Cells<D> for MeshCells<'_, D> {
 #[cfg(test)]
 mod tests {
     use crate::dispatch::tests::begun;
+    use crate::points::PointSet;
     use crate::solver::MpmSolver;
-    use crate::transfer::{PointUpdate, REMAPPED, Scatter};
+    use crate::strain::share_strains_of_one_phase;
+    use crate::update::{PointUpdate, REMAPPED, update_points};
     use crate::vectors::lanes;
     use colluvium_case::Case;
     use serde_json::{Value, json};
@@ -186,10 +188,20 @@ mod tests {
     fn strain<const D: usize>(solver: &mut MpmSolver<D>, velocity: impl Fn(&[f64; D]) -> [f64; D]) {
         let mesh = solver.background.mesh.clone();
         for (node, x) in mesh.nodes().iter().enumerate() {
-            solver.remapped[node] = lanes(&velocity(x), 0.0);
+            solver.nodes.remapped[node] = lanes(&velocity(x), 0.0);
         }
-        solver.share_strain_if_asked::<REMAPPED>(1.0);
-        solver.update_points::<REMAPPED>(1.0, PointUpdate { stress: true, ..PointUpdate::NONE }).unwrap();
+        let MpmSolver { clock, background, bodies, nodes, boundary, averages, .. } = solver;
+        clock.dt = 1.0;
+        let strains = &mut averages.strains;
+        share_strains_of_one_phase::<REMAPPED, D>(clock, background, bodies, nodes, strains);
+        let stress = PointUpdate { stress: true, ..PointUpdate::NONE };
+        update_points::<REMAPPED, D>(clock, background, bodies, nodes, boundary, averages, stress).unwrap();
+    }
+
+    /// Shared volumetric strains of skeleton and liquid at a point.
+    fn shared_strain<const D: usize>(solver: &MpmSolver<D>, set: &PointSet<D>, p: usize) -> [f64; 2] {
+        let cell = set.domain.as_slice().cell(p, &solver.background.ground(), &set.position[p]);
+        solver.averages.strains.at(set.body, solver.background.cell_layout().len(), cell)
     }
 
     /// A velocity field of uniform symmetric gradient, small enough to add to 1 without loss.
@@ -201,9 +213,9 @@ mod tests {
         for kind in ["nodal", "cell-average"] {
             let mut solver = solver::<D>(&json!({ "volumetric_strain": kind }), &json!({}));
             strain(&mut solver, |x| std::array::from_fn(|i| (0..D).map(|j| RATES[i][j] * x[j]).sum()));
-            for set in &solver.sets {
+            for set in &solver.bodies.sets {
                 for p in 0..set.len() {
-                    let [shared, _] = solver.shared_strain(set.body, &set.points(), p);
+                    let [shared, _] = shared_strain(&solver, set, p);
                     assert!((shared / trace - 1.0).abs() < 1e-12, "{kind}: {shared} for {trace}");
                     let s = &set.stress[p].0;
                     for (place, [i, j]) in
@@ -242,7 +254,7 @@ mod tests {
         let trace = |e: usize| (0..D).map(|c| own[e][c][c]).sum::<f64>();
         let mut differs = false;
         let material = |e: usize| mesh.place(e as u32, &[1.0 / (D + 1) as f64; 4][..=D])[D - 1] > 2.0;
-        for set in &solver.sets {
+        for set in &solver.bodies.sets {
             for p in 0..set.len() {
                 let element = mesh.locate(&set.position[p]).unwrap() as usize;
                 let of_node = |node: u32| {
@@ -254,7 +266,7 @@ mod tests {
                 };
                 let mean = mesh.elements()[element].nodes[..=D].iter().map(|&n| of_node(n)).sum::<f64>()
                     / (D + 1) as f64;
-                let [shared, _] = solver.shared_strain(set.body, &set.points(), p);
+                let [shared, _] = shared_strain(&solver, set, p);
                 assert!((shared / mean - 1.0).abs() < 1e-12, "{shared} for {mean}");
                 differs |= (mean / trace(element) - 1.0).abs() > 0.1;
                 // λ = μ = 0.4: σ_ii = λ tr ε + 2 μ ε_ii. Rotations of 1e-9 change the ninth digit.
@@ -281,10 +293,10 @@ mod tests {
     fn forces<const D: usize>(options: &Value, gap: impl Fn(&[f64; D]) -> bool) -> Vec<[f64; 4]> {
         let stress = json!({ "stress": { "kind": "uniform", "value": [7, 7, 7, 0, 0, 0] } });
         let mut solver = solver::<D>(options, &stress);
-        solver.sets.iter_mut().for_each(|set| set.retain(|x| !gap(x)));
+        solver.bodies.sets.iter_mut().for_each(|set| set.retain(|x| !gap(x)));
         solver.sort();
-        solver.scatter(Scatter::Everything, 1e-3);
-        solver.nodes.iter().map(|node| node.force.to_array()).collect()
+        solver.scatter_all();
+        solver.nodes.solved.iter().map(|node| node.force.to_array()).collect()
     }
 
     fn full_elements_do_not_notice<const D: usize>() {
@@ -294,7 +306,7 @@ mod tests {
         let within = |x: &[f64; D]| {
             x.iter().enumerate().all(|(c, x)| *x > 0.5 && *x < if c + 1 == D { 3.5 } else { 1.5 })
         };
-        let missing = *whole.sets[0].position.iter().find(|x| within(x)).unwrap();
+        let missing = *whole.bodies.sets[0].position.iter().find(|x| within(x)).unwrap();
         let element = mesh.locate(&missing).unwrap();
         let share = mesh.elements()[element as usize].volume / (D + 1) as f64;
         let inner = |x: &[f64; D]| (0..D).all(|c| x[c] > 0.0 && x[c] < if c + 1 == D { 4.0 } else { 2.0 });

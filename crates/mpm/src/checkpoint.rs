@@ -8,10 +8,13 @@ use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{Advance, Budget, Equilibrium, Reaction, Snapshot, Solver, SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
+use crate::bodies::failed;
 use crate::driven::DrivenState;
+use crate::loads::begin_loads;
 use crate::momentum::RowSums;
 use crate::obstacles::rocks::{Passed, RockState};
 use crate::points::{PointSet, SavedSet};
+use crate::pressing::{forget_displacements, remark_on_obstacles};
 use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
@@ -44,15 +47,15 @@ struct Saved {
 
 impl<const D: usize> Solver for MpmSolver<D> {
     fn time(&self) -> f64 {
-        self.time
+        self.clock.time
     }
 
     fn step_count(&self) -> u64 {
-        self.step
+        self.clock.step
     }
 
     fn points(&self) -> usize {
-        self.sets.iter().map(PointSet::len).sum()
+        self.bodies.sets.iter().map(PointSet::len).sum()
     }
 
     fn limit(&mut self) -> TimeStep {
@@ -67,22 +70,22 @@ impl<const D: usize> Solver for MpmSolver<D> {
     }
 
     fn begin_stage(&mut self, stage: usize, start: f64) -> Result<(), SolverError> {
-        let fresh = start == self.time;
-        self.stage = stage;
-        self.stage_start = start;
-        self.flip = self.options.flip_share(&self.case.stages[stage]);
-        let case = self.case.clone();
+        let fresh = start == self.clock.time;
+        self.clock.stage = stage;
+        self.clock.stage_start = start;
+        self.clock.flip = self.clock.options.flip_share(&self.clock.case.stages[stage]);
+        let case = self.clock.case.clone();
         let points = self.points();
-        self.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));
+        self.bodies.sets.retain(|set| !case.is_removed(&case.bodies[set.body as usize].name, stage));
         if fresh {
             let pits = &case.stages[stage].excavate;
-            self.keep_points(|x| !pits.iter().any(|pit| pit.contains(x)));
+            self.bodies.keep(|x| !pits.iter().any(|pit| pit.contains(x)));
         }
         self.set_stage_walls(stage).map_err(|error| SolverError::Checkpoint(error.to_string()))?;
         if fresh {
-            self.external_work = 0.0;
-            self.limit = None;
-            self.begin_loads(stage, start);
+            self.nodes.external_work = 0.0;
+            self.clock.limit = None;
+            begin_loads(&self.clock, &mut self.boundary.load_starts, stage, start);
         }
         if self.points() != points {
             self.sort();
@@ -93,7 +96,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
     fn end_stage(&mut self, stage: &Stage) -> Result<(), SolverError> {
         for reset in &stage.reset {
             match reset {
-                Reset::Velocity => self.sets.iter_mut().for_each(|set| {
+                Reset::Velocity => self.bodies.sets.iter_mut().for_each(|set| {
                     set.velocity.fill([0.0; D]);
                     set.affine.fill([[0.0; D]; D]);
                     if let Some(pore) = &mut set.pore {
@@ -101,8 +104,8 @@ impl<const D: usize> Solver for MpmSolver<D> {
                     }
                 }),
                 Reset::Displacement => {
-                    self.forget_displacements();
-                    self.sets.iter_mut().for_each(|set| set.origin.clone_from(&set.position));
+                    forget_displacements(&mut self.bodies);
+                    self.bodies.sets.iter_mut().for_each(|set| set.origin.clone_from(&set.position));
                 }
                 Reset::State => self.reset_states()?,
             }
@@ -111,7 +114,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
     }
 
     fn cell_size(&self) -> Option<f64> {
-        Some(self.options.cell_size)
+        Some(self.clock.options.cell_size)
     }
 
     fn equilibrium(&self) -> Option<Equilibrium> {
@@ -123,15 +126,17 @@ impl<const D: usize> Solver for MpmSolver<D> {
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
-        if let Some(rock) = self.rocks.iter().flat_map(|rocks| &rocks.rocks).find(|rock| rock.name == name) {
+        if let Some(rock) =
+            self.boundary.rocks.iter().flat_map(|rocks| &rocks.rocks).find(|rock| rock.name == name)
+        {
             return Some(Reaction { force: rock.state.force, impulse: rock.state.impulse });
         }
-        let driven = self.driven.iter().find(|driven| driven.name == name)?;
+        let driven = self.boundary.driven.iter().find(|driven| driven.name == name)?;
         Some(Reaction { force: driven.state.force, impulse: driven.state.impulse })
     }
 
     fn dissipated(&self) -> Option<f64> {
-        self.case.measures_dissipation().then(|| self.dissipated_energy())
+        self.clock.case.measures_dissipation().then(|| self.dissipated_energy())
     }
 
     fn is_closed(&self) -> bool {
@@ -149,7 +154,11 @@ impl<const D: usize> Solver for MpmSolver<D> {
              material is far outside of what its law is for (look at its stiffness, at the loads and at what is held)",
             self.points()
         );
-        (crushed > 0).then_some(remark).into_iter().chain(self.remark_on_obstacles()).collect()
+        (crushed > 0)
+            .then_some(remark)
+            .into_iter()
+            .chain(remark_on_obstacles(self.boundary.rocks.as_deref()))
+            .collect()
     }
 
     fn snapshot(&self) -> Snapshot {
@@ -165,20 +174,20 @@ impl<const D: usize> Solver for MpmSolver<D> {
             format: FORMAT,
             dimension: D,
             shape: self.background.axis.name.to_owned(),
-            time: self.time,
-            step: self.step,
-            travel: self.travel,
-            limit: self.limit,
-            limit_age: self.limit_age,
-            external_work: self.external_work,
-            driven: self.driven.iter().map(|driven| driven.state).collect(),
-            load_starts: self.load_starts.clone(),
-            sums: self.sums,
+            time: self.clock.time,
+            step: self.clock.step,
+            travel: self.bodies.travel,
+            limit: self.clock.limit,
+            limit_age: self.clock.limit_age,
+            external_work: self.nodes.external_work,
+            driven: self.boundary.driven.iter().map(|driven| driven.state).collect(),
+            load_starts: self.boundary.load_starts.clone(),
+            sums: self.nodes.sums,
             phase_sums: self.two_phase.as_ref().map(|phases| phases.sums),
-            absorbed: self.absorbing.moved.clone().into_iter().collect(),
-            rocks: self.rocks.iter().flat_map(|rocks| &rocks.rocks).map(|rock| rock.state).collect(),
-            passed: self.rocks.as_ref().map_or(Passed::default(), |rocks| rocks.passed),
-            sets: self.sets.iter().map(PointSet::save).collect(),
+            absorbed: self.boundary.absorbing.moved.clone().into_iter().collect(),
+            rocks: self.boundary.rocks.iter().flat_map(|rocks| &rocks.rocks).map(|rock| rock.state).collect(),
+            passed: self.boundary.rocks.as_ref().map_or(Passed::default(), |rocks| rocks.passed),
+            sets: self.bodies.sets.iter().map(PointSet::save).collect(),
         };
         save_value(&saved, out)
     }
@@ -190,40 +199,40 @@ impl<const D: usize> Solver for MpmSolver<D> {
             return Err(wrong("was written by another version or for another case"));
         }
         let keep: Vec<u32> = saved.sets.iter().map(|set| set.body).collect();
-        self.sets.retain(|set| keep.contains(&set.body));
-        if self.sets.len() != saved.sets.len() {
+        self.bodies.sets.retain(|set| keep.contains(&set.body));
+        if self.bodies.sets.len() != saved.sets.len() {
             return Err(wrong("names bodies that the case does not have"));
         }
-        for (set, saved) in self.sets.iter_mut().zip(saved.sets) {
+        for (set, saved) in self.bodies.sets.iter_mut().zip(saved.sets) {
             let fits = set.body == saved.body && set.restore(saved).is_some();
             if !fits {
                 return Err(wrong("its arrays do not fit together"));
             }
         }
-        if saved.driven.len() != self.driven.len() {
+        if saved.driven.len() != self.boundary.driven.len() {
             return Err(wrong("names rigid bodies or patches that the case does not have"));
         }
-        if saved.load_starts.len() != self.load_starts.len() {
+        if saved.load_starts.len() != self.boundary.load_starts.len() {
             return Err(wrong("names loads that the case does not have"));
         }
-        if saved.rocks.len() != self.rocks.as_ref().map_or(0, |rocks| rocks.rocks.len()) {
+        if saved.rocks.len() != self.boundary.rocks.as_ref().map_or(0, |rocks| rocks.rocks.len()) {
             return Err(wrong("names obstacles that the case does not have"));
         }
-        if let Some(rocks) = &mut self.rocks {
+        if let Some(rocks) = &mut self.boundary.rocks {
             rocks.rocks.iter_mut().zip(saved.rocks).for_each(|(rock, state)| rock.state = state);
             rocks.passed = saved.passed;
         }
-        self.load_starts = saved.load_starts;
-        self.driven.iter_mut().zip(saved.driven).for_each(|(driven, state)| driven.state = state);
-        self.time = saved.time;
-        self.step = saved.step;
-        self.external_work = saved.external_work;
-        self.sums = saved.sums;
+        self.boundary.load_starts = saved.load_starts;
+        self.boundary.driven.iter_mut().zip(saved.driven).for_each(|(driven, state)| driven.state = state);
+        self.clock.time = saved.time;
+        self.clock.step = saved.step;
+        self.nodes.external_work = saved.external_work;
+        self.nodes.sums = saved.sums;
         if let (Some(phases), Some(sums)) = (&mut self.two_phase, saved.phase_sums) {
             phases.sums = sums;
         }
-        (self.limit, self.limit_age) = (saved.limit, saved.limit_age);
-        self.absorbing.moved = saved.absorbed.into_iter().collect();
+        (self.clock.limit, self.clock.limit_age) = (saved.limit, saved.limit_age);
+        self.boundary.absorbing.moved = saved.absorbed.into_iter().collect();
         self.restore_layout(saved.travel);
         Ok(())
     }
@@ -233,21 +242,22 @@ impl<const D: usize> MpmSolver<D> {
     /// Active nodes and slabs after a restart. Slab bounds come from the checkpoint: since the sort
     /// points may have drifted, and the order of summation must stay what it was.
     fn restore_layout(&mut self, travel: f64) {
-        let slabs: Vec<Vec<usize>> = self.sets.iter().map(|set| set.slabs.clone()).collect();
+        let slabs: Vec<Vec<usize>> = self.bodies.sets.iter().map(|set| set.slabs.clone()).collect();
         self.find_active_nodes();
-        for (set, slabs) in self.sets.iter_mut().zip(slabs) {
+        for (set, slabs) in self.bodies.sets.iter_mut().zip(slabs) {
             set.slabs = slabs;
         }
-        self.travel = travel;
+        self.bodies.travel = travel;
     }
 
     fn reset_states(&mut self) -> Result<(), SolverError> {
-        for number in 0..self.sets.len() {
-            let set = &self.sets[number];
+        for number in 0..self.bodies.sets.len() {
+            let set = &self.bodies.sets[number];
             let begun = set.law_points().begun_anew(|i| set.mass[i] / set.volume[i]);
-            let (stress, states) = begun.map_err(|(index, reason)| self.failed(number, index, reason))?;
-            self.sets[number].stress = stress;
-            self.sets[number].states = states;
+            let (stress, states) =
+                begun.map_err(|(index, reason)| failed(&self.clock, set, index, reason))?;
+            self.bodies.sets[number].stress = stress;
+            self.bodies.sets[number].states = states;
         }
         Ok(())
     }

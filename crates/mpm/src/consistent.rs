@@ -12,12 +12,13 @@
 use colluvium_case::description::{Boundary, Wall};
 use colluvium_case::{Case, CaseError, SolverError};
 use colluvium_constitutive::BLOCK;
-use colluvium_grid::{Lanes, Layout, Node, Window};
+use colluvium_grid::{Lanes, Layout, Node, Walls, Window};
 
 use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::clock::Clock;
 use crate::config::{Mass, ShapeFunctions};
 use crate::momentum::{sign, slowed};
-use crate::solver::MpmSolver;
 use crate::vectors::three;
 use crate::{FixedNodes, MpmOptions, StressScheme, Transfer};
 
@@ -231,153 +232,164 @@ fn solve<const D: usize>(
     false
 }
 
-impl<const D: usize> MpmSolver<D> {
-    /// `out = ((1 - θ) M + θ M_L) x`; the masses of the nodes are in their fourth lane.
-    fn mass_times(&self, x: &[Lanes], out: &mut [Lanes]) {
-        let Background { layout, sweeps, .. } = &self.background;
-        let (ground, strides) = (self.background.ground(), layout.strides());
-        let share = self.options.lumped_share;
-        let own = 1.0 - share;
-        layout.reset(out);
-        layout.scatter(out, |slab, window, offset| {
-            let mut all = [Lanes::ZERO; BLOCK];
-            for set in &self.sets {
-                for block in set.blocks_of(slab) {
-                    let (points, values) = (set.points().range(block.clone()), &mut all[..block.len()]);
-                    sweeps.interpolate(&ground, &points, x, values);
-                    let masses = &set.mass[block];
-                    values.iter_mut().zip(masses).for_each(|(value, mass)| *value *= own * mass);
-                    let to = Window { nodes: &mut *window, first: offset };
-                    sweeps.deposit_values(&ground, &points, to, values, None);
-                }
-            }
-        });
-        layout.each(out, |row, active, line| {
-            for number in active {
-                let node = row * strides[0] + number;
-                line[number] += x[node] * (share * self.nodes[node].motion.as_array()[3]);
-            }
-        });
-    }
-
-    /// `Σ_p m_p N_ip²`.
-    fn mass_squares(&self, squares: &mut [f64]) {
-        let Background { layout, sweeps, .. } = &self.background;
-        let ground = self.background.ground();
-        layout.reset(squares);
-        layout.scatter(squares, |slab, window, offset| {
-            for set in &self.sets {
-                let points = set.slabs[slab]..set.slabs[slab + 1];
+/// `out = ((1 - θ) M + θ M_L) x`; the masses of the nodes are in their fourth lane.
+fn mass_times<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    solved: &[Node],
+    x: &[Lanes],
+    out: &mut [Lanes],
+) {
+    let Background { layout, sweeps, .. } = background;
+    let (ground, strides) = (background.ground(), layout.strides());
+    let share = clock.options.lumped_share;
+    let own = 1.0 - share;
+    layout.reset(out);
+    layout.scatter(out, |slab, window, offset| {
+        let mut all = [Lanes::ZERO; BLOCK];
+        for set in &bodies.sets {
+            for block in set.blocks_of(slab) {
+                let (points, values) = (set.points().range(block.clone()), &mut all[..block.len()]);
+                sweeps.interpolate(&ground, &points, x, values);
+                let masses = &set.mass[block];
+                values.iter_mut().zip(masses).for_each(|(value, mass)| *value *= own * mass);
                 let to = Window { nodes: &mut *window, first: offset };
-                sweeps.deposit_squares(&ground, &set.points().range(points.clone()), to, &set.mass[points]);
+                sweeps.deposit_values(&ground, &points, to, values, None);
             }
-        });
-    }
-
-    /// The momentum solve with the consistent mass (steps 2 to 4): velocity at the end of the step and acceleration.
-    pub(crate) fn solve_consistent(&mut self, dt: f64) -> Result<(), SolverError> {
-        let mut mass = std::mem::take(&mut self.consistent);
-        let solved = self.solve_with(&mut mass, dt);
-        self.consistent = mass;
-        if solved {
-            return Ok(());
         }
-        Err(SolverError::Step {
-            step: self.step,
-            time: self.time,
-            reason: format!(
-                "the consistent mass matrix has not been solved with in {ITERATIONS} iterations: use mass lumped, or \
-                 more points per cell"
-            ),
-        })
-    }
+    });
+    layout.each(out, |row, active, line| {
+        for number in active {
+            let node = row * strides[0] + number;
+            line[number] += x[node] * (share * solved[node].motion.as_array()[3]);
+        }
+    });
+}
 
-    fn solve_with(&mut self, mass: &mut ConsistentMass, dt: f64) -> bool {
-        let layout = &self.background.layout;
-        let row_length = layout.strides()[0];
-        let (light, share) = (self.options.node_mass_cutoff * self.heaviest, self.options.lumped_share);
-        self.mass_squares(&mut mass.squares);
-        let ConsistentMass { squares, inverse, velocity, acceleration, residual, direction, product, rows } =
-            mass;
-        // 2: guess of the velocities, what walls hold, and the diagonal.
-        let (nodes, walls) = (&self.nodes, &self.walls);
-        let at = |node: usize| -> [f64; 3] {
-            let lumped = nodes[node].motion.as_array()[3];
-            three(nodes[node].motion).map(|p| if lumped > 0.0 { p / lumped } else { 0.0 })
+/// `Σ_p m_p N_ip²`.
+fn mass_squares<const D: usize>(background: &Background<D>, bodies: &Bodies<D>, squares: &mut [f64]) {
+    let Background { layout, sweeps, .. } = background;
+    let ground = background.ground();
+    layout.reset(squares);
+    layout.scatter(squares, |slab, window, offset| {
+        for set in &bodies.sets {
+            let points = set.slabs[slab]..set.slabs[slab + 1];
+            let to = Window { nodes: &mut *window, first: offset };
+            sweeps.deposit_squares(&ground, &set.points().range(points.clone()), to, &set.mass[points]);
+        }
+    });
+}
+
+/// The momentum solve with the consistent mass (steps 2 to 4): velocity at the end of the step and acceleration.
+pub fn solve_momentum<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    solved: &mut [Node],
+    walls: &Walls,
+    mass: &mut ConsistentMass,
+) -> Result<(), SolverError> {
+    if solve_with(clock, background, bodies, solved, walls, mass) {
+        return Ok(());
+    }
+    Err(clock.failed(format!(
+        "the consistent mass matrix has not been solved with in {ITERATIONS} iterations: use mass lumped, or \
+         more points per cell"
+    )))
+}
+
+fn solve_with<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    solved: &mut [Node],
+    walls: &Walls,
+    mass: &mut ConsistentMass,
+) -> bool {
+    let layout = &background.layout;
+    let row_length = layout.strides()[0];
+    let (light, share) = (bodies.light(clock), clock.options.lumped_share);
+    mass_squares(background, bodies, &mut mass.squares);
+    let ConsistentMass { squares, inverse, velocity, acceleration, residual, direction, product, rows } =
+        mass;
+    // 2: guess of the velocities, what walls hold, and the diagonal.
+    let nodes = &*solved;
+    let at = |node: usize| -> [f64; 3] {
+        let lumped = nodes[node].motion.as_array()[3];
+        three(nodes[node].motion).map(|p| if lumped > 0.0 { p / lumped } else { 0.0 })
+    };
+    sum_over(layout, velocity, rows, &|node, velocity| {
+        let mut start = at(node);
+        let index = layout.index(node / row_length, node % row_length);
+        walls.constrain(&index, &mut start, &mut [0.0; 3], false);
+        *velocity = Lanes::new([start[0], start[1], start[2], 0.0]);
+        Lanes::ZERO
+    });
+    sum_over(layout, inverse, rows, &|node, inverse| {
+        let lumped = nodes[node].motion.as_array()[3];
+        let index = layout.index(node / row_length, node % row_length);
+        let diagonal = (1.0 - share) * squares[node] + share * lumped;
+        let own = if lumped > light { 1.0 / diagonal } else { 0.0 };
+        let [x, y, z] = walls.free_components(&index);
+        let in_space = |axis: usize| if axis < D { own } else { 0.0 };
+        *inverse = Lanes::new([x * in_space(0), y * in_space(1), z * in_space(2), 0.0]);
+        Lanes::ZERO
+    });
+    let multiply = |x: &[Lanes], out: &mut [Lanes]| mass_times(clock, background, bodies, nodes, x, out);
+    let spatial = Lanes::new([1.0, 1.0, 1.0, 0.0]);
+    let system = System { solution: velocity, residual, direction, product, inverse, rows };
+    if !solve(layout, system, &multiply, &|node| nodes[node].motion * spatial) {
+        return false;
+    }
+    // 3: forces.
+    let stage = clock.stage();
+    let (damping, scaling) = (stage.damping_of_axes(), clock.options.mass_scaling);
+    let (gravity, dt) = (clock.gravity_at_end(), clock.dt);
+    let start = &*velocity;
+    let force = |node: usize| -> Lanes {
+        let (force, lumped) = (nodes[node].force.to_array(), nodes[node].motion.as_array()[3]);
+        let start = start[node].to_array();
+        let along = |c: usize| {
+            let total = force[c] + lumped * gravity[c];
+            (total - damping[c] * total.abs() * sign(start[c])) / scaling
         };
-        sum_over(layout, velocity, rows, &|node, velocity| {
-            let mut start = at(node);
-            let index = layout.index(node / row_length, node % row_length);
-            walls.constrain(&index, &mut start, &mut [0.0; 3], false);
-            *velocity = Lanes::new([start[0], start[1], start[2], 0.0]);
-            Lanes::ZERO
-        });
-        sum_over(layout, inverse, rows, &|node, inverse| {
-            let lumped = nodes[node].motion.as_array()[3];
-            let index = layout.index(node / row_length, node % row_length);
-            let diagonal = (1.0 - share) * squares[node] + share * lumped;
-            let own = if lumped > light { 1.0 / diagonal } else { 0.0 };
-            let [x, y, z] = walls.free_components(&index);
-            let in_space = |axis: usize| if axis < D { own } else { 0.0 };
-            *inverse = Lanes::new([x * in_space(0), y * in_space(1), z * in_space(2), 0.0]);
-            Lanes::ZERO
-        });
-        let multiply = |x: &[Lanes], out: &mut [Lanes]| self.mass_times(x, out);
-        let spatial = Lanes::new([1.0, 1.0, 1.0, 0.0]);
-        let system = System { solution: velocity, residual, direction, product, inverse, rows };
-        if !solve(layout, system, &multiply, &|node| nodes[node].motion * spatial) {
-            return false;
-        }
-        // 3: forces.
-        let stage = &self.case.stages[self.stage];
-        let (damping, scaling) = (stage.damping_of_axes(), self.options.mass_scaling);
-        let gravity = self.gravity_at(dt);
-        let start = &*velocity;
-        let force = |node: usize| -> Lanes {
-            let (force, lumped) = (nodes[node].force.to_array(), nodes[node].motion.as_array()[3]);
-            let start = start[node].to_array();
-            let along = |c: usize| {
-                let total = force[c] + lumped * gravity[c];
-                (total - damping[c] * total.abs() * sign(start[c])) / scaling
+        Lanes::new([along(0), along(1), along(2), 0.0])
+    };
+    sum_over(layout, acceleration, rows, &|_, acceleration| {
+        *acceleration = Lanes::ZERO;
+        Lanes::ZERO
+    });
+    let system = System { solution: acceleration, residual, direction, product, inverse, rows };
+    if !solve(layout, system, &multiply, &force) {
+        return false;
+    }
+    // 4.
+    let (velocity, acceleration, rayleigh) = (&*velocity, &*acceleration, stage.rayleigh_damping * dt);
+    layout.each(solved, |row, active, line| {
+        for number in active {
+            let node = row * row_length + number;
+            let (start, rate) = (velocity[node].to_array(), acceleration[node].to_array());
+            let lumped = line[number].motion.as_array()[3];
+            let moves = inverse[node].to_array();
+            let mut end: [f64; 4] = std::array::from_fn(|c| start[c] + dt * rate[c]);
+            for c in (0..3).filter(|c| rayleigh > 0.0 && moves[*c] > 0.0) {
+                end[c] = slowed(start[c], end[c], rayleigh);
+            }
+            let rate = |c: usize| (end[c] - start[c]) / dt;
+            line[number] = Node {
+                motion: Lanes::new([end[0], end[1], end[2], lumped]),
+                force: Lanes::new([rate(0), rate(1), rate(2), 0.0]),
             };
-            Lanes::new([along(0), along(1), along(2), 0.0])
-        };
-        sum_over(layout, acceleration, rows, &|_, acceleration| {
-            *acceleration = Lanes::ZERO;
-            Lanes::ZERO
-        });
-        let system = System { solution: acceleration, residual, direction, product, inverse, rows };
-        if !solve(layout, system, &multiply, &force) {
-            return false;
         }
-        // 4.
-        let (velocity, acceleration, rayleigh) = (&*velocity, &*acceleration, stage.rayleigh_damping * dt);
-        layout.each(&mut self.nodes, |row, active, line| {
-            for number in active {
-                let node = row * row_length + number;
-                let (start, rate) = (velocity[node].to_array(), acceleration[node].to_array());
-                let lumped = line[number].motion.as_array()[3];
-                let moves = inverse[node].to_array();
-                let mut end: [f64; 4] = std::array::from_fn(|c| start[c] + dt * rate[c]);
-                for c in (0..3).filter(|c| rayleigh > 0.0 && moves[*c] > 0.0) {
-                    end[c] = slowed(start[c], end[c], rayleigh);
-                }
-                let rate = |c: usize| (end[c] - start[c]) / dt;
-                line[number] = Node {
-                    motion: Lanes::new([end[0], end[1], end[2], lumped]),
-                    force: Lanes::new([rate(0), rate(1), rate(2), 0.0]),
-                };
-            }
-        });
-        true
-    }
+    });
+    true
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::dispatch::tests::begun;
-    use crate::transfer::Scatter;
 
     /// The rows of the matrix sum to the lumped masses, and it is symmetric.
     fn sums(shape: &str) {
@@ -391,12 +403,15 @@ mod tests {
         });
         let case = Case::from_json(&text.to_string()).unwrap();
         let mut solver = begun::<2>(&case);
-        solver.scatter(Scatter::Everything, 1e-3);
+        solver.scatter_all();
         let count = solver.background.layout.len();
         let mut out = vec![Lanes::ZERO; count];
-        solver.mass_times(&vec![Lanes::ONE; count], &mut out);
+        let times = |x: &[Lanes], out: &mut [Lanes]| {
+            mass_times(&solver.clock, &solver.background, &solver.bodies, &solver.nodes.solved, x, out);
+        };
+        times(&vec![Lanes::ONE; count], &mut out);
         let mut total = 0.0;
-        for (node, row) in solver.nodes.iter().zip(&out) {
+        for (node, row) in solver.nodes.solved.iter().zip(&out) {
             let lumped = node.motion.as_array()[3];
             total += lumped;
             assert!(
@@ -409,7 +424,7 @@ mod tests {
             (0..count).map(|n| Lanes::splat((n as f64 * 1.3 + phase).sin())).collect()
         };
         let mut product = |x: &[Lanes], y: &[Lanes]| -> f64 {
-            solver.mass_times(x, &mut out);
+            times(x, &mut out);
             out.iter().zip(y).map(|(a, b)| a.as_array()[0] * b.as_array()[0]).sum()
         };
         let (x, y) = (wave(0.0), wave(0.7));

@@ -99,17 +99,17 @@ pub struct Contacts {
     pub filled: Vec<f64>,
     /// Radii of the nodes (m) in axisymmetry, where areas are per radian; empty elsewhere.
     pub radii: Vec<f64>,
-    /// Room for what the rows of nodes report, pair after pair.
-    pub rows: Vec<RowTouch>,
 }
 
 impl Contacts {
     /// Memory of the nodes (bytes).
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.surfaces[..])
-            + size_of_val(&self.filled[..])
-            + size_of_val(&self.radii[..])
-            + self.rows.iter().map(RowTouch::bytes).sum::<usize>()
+        size_of_val(&self.surfaces[..]) + size_of_val(&self.filled[..]) + size_of_val(&self.radii[..])
+    }
+
+    /// Whether a velocity field is that of a rigid body.
+    pub fn is_rigid(&self, field: usize) -> bool {
+        self.rigid.get(field).is_some_and(Option::is_some)
     }
 
     /// Number of velocity fields: with `n` of them there are `n (n - 1) / 2` pairs.

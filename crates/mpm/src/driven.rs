@@ -10,9 +10,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::MpmOptions;
 use crate::background::Background;
+use crate::bodies::{Bodies, failed};
+use crate::clock::Clock;
 use crate::config::Formulation;
+use crate::contact::Contacts;
 use crate::pore::{LIQUID, SOLID};
-use crate::solver::MpmSolver;
 
 /// Distance (cells; least heights of the elements of a mesh) from the surface of a patch within which nodes still belong
 /// to it: round-off.
@@ -197,174 +199,231 @@ impl Place<'_> {
     }
 }
 
-impl<const D: usize> MpmSolver<D> {
-    /// Velocities at the end of a step of `dt`; forces are counted anew.
-    pub(crate) fn drive(&mut self, dt: f64) {
-        let stage = &self.case.stages[self.stage];
-        let elapsed = self.time + dt - self.stage_start;
-        for driven in &mut self.driven {
-            let motion = stage.motions.iter().find(|motion| motion.of == driven.name);
-            driven.before = driven.state.velocity;
-            driven.state.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
-            driven.state.force = [0.0; 3];
-        }
-        for set in &mut self.sets {
-            let Some(driven) = set.rigid else { continue };
-            let velocity = self.driven[driven].rigid_velocity();
-            set.velocity.fill(std::array::from_fn(|c| velocity[c]));
-        }
+/// Velocities at the end of a step of `dt`; forces are counted anew.
+pub fn drive<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, driven: &mut [Driven]) {
+    let stage = clock.stage();
+    let elapsed = clock.time + clock.dt - clock.stage_start;
+    for driven in &mut *driven {
+        let motion = stage.motions.iter().find(|motion| motion.of == driven.name);
+        driven.before = driven.state.velocity;
+        driven.state.velocity = motion.map_or([None; 3], |motion| motion.velocity_at(elapsed));
+        driven.state.force = [0.0; 3];
     }
-
-    /// Numbers of the patches that hold no node where they begin.
-    pub(crate) fn empty_patches(&self) -> Vec<usize> {
-        let is_empty = |driven: &&Driven| {
-            let mut nodes = 0;
-            let Some(place) = driven.place(&self.case, &self.options) else { return false };
-            place.nodes(&self.background, |_, _| nodes += 1);
-            nodes == 0
-        };
-        self.driven.iter().filter(is_empty).filter_map(|driven| driven.patch).collect()
+    for set in &mut bodies.sets {
+        let Some(number) = set.rigid else { continue };
+        let velocity = driven[number].rigid_velocity();
+        set.velocity.fill(std::array::from_fn(|c| velocity[c]));
     }
+}
 
-    /// Moves what is driven, at the end of a step of `dt`; returns the largest move of a point along an axis (m).
-    ///
-    /// # Errors
-    /// When a point of a rigid body leaves the domain or the mesh.
-    pub(crate) fn move_driven(&mut self, dt: f64) -> Result<f64, SolverError> {
-        let mut moved = 0f64;
-        for driven in &mut self.driven {
-            let velocity = driven.rigid_velocity();
-            (0..3).for_each(|c| driven.state.way[c] += dt * velocity[c]);
+/// Numbers of the patches that hold no node where they begin.
+pub fn empty_patches<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    driven: &[Driven],
+) -> Vec<usize> {
+    let is_empty = |driven: &&Driven| {
+        let mut nodes = 0;
+        let Some(place) = driven.place(&clock.case, &clock.options) else { return false };
+        place.nodes(background, |_, _| nodes += 1);
+        nodes == 0
+    };
+    driven.iter().filter(is_empty).filter_map(|driven| driven.patch).collect()
+}
+
+/// Moves what is driven, at the end of a step of `dt`; returns the largest move of a point along an axis (m).
+///
+/// # Errors
+/// When a point of a rigid body leaves the domain or the mesh.
+pub fn move_driven<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    driven: &mut [Driven],
+) -> Result<f64, SolverError> {
+    let (mut moved, dt) = (0f64, clock.dt);
+    for driven in &mut *driven {
+        let velocity = driven.rigid_velocity();
+        (0..3).for_each(|c| driven.state.way[c] += dt * velocity[c]);
+    }
+    let (ground, mut lost) = (background.ground(), None);
+    if clock.options.formulation == Formulation::SmallDisplacement {
+        for set in &mut bodies.sets {
+            let Some(number) = set.rigid else { continue };
+            let velocity = driven[number].rigid_velocity();
+            set.origin.iter_mut().for_each(|x| (0..D).for_each(|c| x[c] -= dt * velocity[c]));
         }
-        let (ground, mut lost) = (self.background.ground(), None);
-        if self.options.formulation == Formulation::SmallDisplacement {
-            for set in &mut self.sets {
-                let Some(driven) = set.rigid else { continue };
-                let velocity = self.driven[driven].rigid_velocity();
-                set.origin.iter_mut().for_each(|x| (0..D).for_each(|c| x[c] -= dt * velocity[c]));
+        return Ok(0.0);
+    }
+    let within = !background.is_meshed() && background.periodic == [false; D];
+    for (place, set) in bodies.sets.iter_mut().enumerate() {
+        let Some(number) = set.rigid else { continue };
+        let velocity = driven[number].rigid_velocity();
+        let anchored = set.domain.are_anchored();
+        let mut domain = set.domain.as_mut();
+        for (p, position) in set.position.iter_mut().enumerate() {
+            (0..D).for_each(|c| position[c] += dt * velocity[c]);
+            let mut settled = domain.settle(p, &ground, position);
+            if within && !anchored && !background.grid.contains(position) {
+                settled = Err("a rigid body left the domain: enlarge the domain".to_owned());
             }
-            return Ok(0.0);
+            lost = lost.or(settled.err().map(|reason| (place, p, reason)));
         }
-        let within = !self.background.is_meshed() && self.background.periodic == [false; D];
-        for (number, set) in self.sets.iter_mut().enumerate() {
-            let Some(driven) = set.rigid else { continue };
-            let velocity = self.driven[driven].rigid_velocity();
-            let anchored = set.domain.are_anchored();
-            let mut domain = set.domain.as_mut();
-            for (p, position) in set.position.iter_mut().enumerate() {
-                (0..D).for_each(|c| position[c] += dt * velocity[c]);
-                let mut settled = domain.settle(p, &ground, position);
-                if within && !anchored && !self.background.grid.contains(position) {
-                    settled = Err("a rigid body left the domain: enlarge the domain".to_owned());
-                }
-                lost = lost.or(settled.err().map(|reason| (number, p, reason)));
+        moved = velocity.iter().fold(moved, |most, v| most.max((dt * v).abs()));
+    }
+    match lost {
+        Some((set, point, reason)) => Err(failed(clock, &bodies.sets[set], point, reason)),
+        None => Ok(moved),
+    }
+}
+
+/// Gives the nodes of rigid bodies their velocity.
+pub fn hold_rigid<const D: usize>(
+    background: &Background<D>,
+    driven: &[Driven],
+    contacts: &Contacts,
+    solved: &mut [Node],
+) {
+    for (field, number) in contacts.rigid.iter().enumerate() {
+        let Some(number) = number else { continue };
+        let [x, y, z] = driven[*number].rigid_velocity();
+        let len = background.layout.len();
+        let nodes = &mut solved[field * len..(field + 1) * len];
+        background.layout.each(nodes, |_, active, line| {
+            for node in &mut line[active] {
+                let mass = node.motion.as_array()[3];
+                *node = Node { motion: Lanes::new([x, y, z, mass]), force: Lanes::ZERO };
             }
-            moved = velocity.iter().fold(moved, |most, v| most.max((dt * v).abs()));
-        }
-        match lost {
-            Some((set, point, reason)) => Err(self.failed(set, point, reason)),
-            None => Ok(moved),
-        }
-    }
-
-    /// Gives the nodes of rigid bodies their velocity.
-    pub(crate) fn hold_rigid(&mut self) {
-        for (field, driven) in self.contacts.rigid.iter().enumerate() {
-            let Some(driven) = driven else { continue };
-            let [x, y, z] = self.driven[*driven].rigid_velocity();
-            let len = self.background.layout.len();
-            let nodes = &mut self.nodes[field * len..(field + 1) * len];
-            self.background.layout.each(nodes, |_, active, line| {
-                for node in &mut line[active] {
-                    let mass = node.motion.as_array()[3];
-                    *node = Node { motion: Lanes::new([x, y, z, mass]), force: Lanes::ZERO };
-                }
-            });
-        }
-    }
-
-    /// Gives the solved nodes of the patches their velocity, and the acceleration of the prescribed motion, and `books` the
-    /// force that takes. What motion begins with, nodes take from what they have.
-    pub(crate) fn hold_patches(&mut self, dt: f64, books: bool) {
-        let mut nodes = std::mem::take(&mut self.nodes);
-        self.hold_solved(one_phase(&mut nodes), dt, books);
-        self.nodes = nodes;
-    }
-
-    /// The same of the nodes of two phases: of the skeleton, and of the pore fluid that a patch does not let through.
-    pub(crate) fn hold_phases(&mut self, nodes: &mut [[Node; 2]], dt: f64) {
-        self.hold_solved(nodes, dt, true);
-    }
-
-    fn hold_solved<const N: usize>(&mut self, nodes: &mut [[Node; N]], dt: f64, books: bool) {
-        let keep_start = self.options.fixed_nodes == crate::FixedNodes::Momentum;
-        let inertia = if books { self.options.mass_scaling } else { 0.0 };
-        let mut all = std::mem::take(&mut self.driven);
-        for driven in &mut all {
-            let mut total = [0.0; 3];
-            self.at_patch(driven, nodes, |node, first| {
-                let given = driven.hold(node, keep_start, dt);
-                if first {
-                    (0..D).for_each(|c| total[c] += inertia * given[c]);
-                }
-            });
-            driven.take(total, dt);
-        }
-        self.driven = all;
-    }
-
-    /// Marks the components of velocity that patches hold, of both phases: one bit an axis.
-    pub(crate) fn mark_held(&self, held: &mut [[u8; 2]]) {
-        self.at_patches(held, |driven, held| {
-            let axes = (0..D).filter(|c| driven.state.velocity[*c].is_some());
-            *held |= axes.map(|c| 1 << c).sum::<u8>();
         });
     }
+}
 
-    /// Gives the nodes of the patches their velocity where it is re-mapped.
-    pub(crate) fn hold_patches_again(&mut self) {
-        let mut nodes = std::mem::take(&mut self.remapped);
-        self.at_patches(one_phase(&mut nodes), Driven::hold_velocity);
-        self.remapped = nodes;
-    }
+/// Gives the solved nodes of the patches their velocity, and the acceleration of the prescribed motion, and `books` the
+/// force that takes. What motion begins with, nodes take from what they have.
+pub fn hold_patches<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    driven: &mut [Driven],
+    contacts: &Contacts,
+    solved: &mut [Node],
+    books: bool,
+) {
+    hold_solved(clock, background, driven, contacts, one_phase(solved), books);
+}
 
-    /// The same of two phases.
-    pub(crate) fn hold_phases_again(&self, nodes: &mut [[Lanes; 2]]) {
-        self.at_patches(nodes, Driven::hold_velocity);
-    }
+/// The same of the nodes of two phases: of the skeleton, and of the pore fluid that a patch does not let through.
+pub fn hold_phases<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    driven: &mut [Driven],
+    contacts: &Contacts,
+    nodes: &mut [[Node; 2]],
+) {
+    hold_solved(clock, background, driven, contacts, nodes, true);
+}
 
-    /// Leaves nothing of what is re-mapped in the components that patches hold.
-    pub(crate) fn clear_patches(&mut self) {
-        let mut nodes = std::mem::take(&mut self.remapped);
-        self.at_patches(one_phase(&mut nodes), |driven, rest| {
-            let free = driven.state.velocity.map(|v| f64::from(u8::from(v.is_none())));
-            *rest *= Lanes::new([free[0], free[1], free[2], 1.0]);
+fn hold_solved<const N: usize, const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    driven: &mut [Driven],
+    contacts: &Contacts,
+    nodes: &mut [[Node; N]],
+    books: bool,
+) {
+    let keep_start = clock.keeps_start();
+    let inertia = if books { clock.options.mass_scaling } else { 0.0 };
+    for driven in driven {
+        let mut total = [0.0; 3];
+        at_patch(clock, background, contacts, driven, nodes, |node, first| {
+            let given = driven.hold(node, keep_start, clock.dt);
+            if first {
+                (0..D).for_each(|c| total[c] += inertia * given[c]);
+            }
         });
-        self.remapped = nodes;
+        driven.take(total, clock.dt);
     }
+}
 
-    fn at_patches<T, const N: usize>(&self, nodes: &mut [[T; N]], act: impl Fn(&Driven, &mut T)) {
-        for driven in &self.driven {
-            self.at_patch(driven, nodes, |held, _| act(driven, held));
-        }
+/// Marks the components of velocity that patches hold, of both phases: one bit an axis.
+pub fn mark_held<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    driven: &[Driven],
+    contacts: &Contacts,
+    held: &mut [[u8; 2]],
+) {
+    at_patches(clock, background, driven, contacts, held, |driven, held| {
+        let axes = (0..D).filter(|c| driven.state.velocity[*c].is_some());
+        *held |= axes.map(|c| 1 << c).sum::<u8>();
+    });
+}
+
+/// Gives the nodes of the patches their velocity where it is re-mapped.
+pub fn hold_patches_again<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    driven: &[Driven],
+    contacts: &Contacts,
+    remapped: &mut [Lanes],
+) {
+    at_patches(clock, background, driven, contacts, one_phase(remapped), Driven::hold_velocity);
+}
+
+/// The same of two phases.
+pub fn hold_phases_again<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    driven: &[Driven],
+    contacts: &Contacts,
+    nodes: &mut [[Lanes; 2]],
+) {
+    at_patches(clock, background, driven, contacts, nodes, Driven::hold_velocity);
+}
+
+/// Leaves nothing of what is re-mapped in the components that patches hold.
+pub fn clear_patches<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    driven: &[Driven],
+    contacts: &Contacts,
+    remapped: &mut [Lanes],
+) {
+    at_patches(clock, background, driven, contacts, one_phase(remapped), |driven, rest| {
+        let free = driven.state.velocity.map(|v| f64::from(u8::from(v.is_none())));
+        *rest *= Lanes::new([free[0], free[1], free[2], 1.0]);
+    });
+}
+
+fn at_patches<T, const N: usize, const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    driven: &[Driven],
+    contacts: &Contacts,
+    nodes: &mut [[T; N]],
+    act: impl Fn(&Driven, &mut T),
+) {
+    for driven in driven {
+        at_patch(clock, background, contacts, driven, nodes, |held, _| act(driven, held));
     }
+}
 
-    /// Calls `act(what it holds, whether it is the first of those that are one node)` for each node of a patch, in each field
-    /// of a body that deforms and each phase that it holds.
-    fn at_patch<T, const N: usize>(
-        &self,
-        driven: &Driven,
-        nodes: &mut [[T; N]],
-        mut act: impl FnMut(&mut T, bool),
-    ) {
-        let Some(place) = driven.place(&self.case, &self.options) else { return };
-        let len = self.background.layout.len();
-        for field in soft_fields(nodes.len() / len, &self.contacts.rigid) {
-            place.nodes(&self.background, |number, first| {
-                let held = &mut nodes[field * len + number][place.phases(N)];
-                held.iter_mut().for_each(|held| act(held, first));
-            });
-        }
+/// Calls `act(what it holds, whether it is the first of those that are one node)` for each node of a patch, in each field
+/// of a body that deforms and each phase that it holds.
+fn at_patch<T, const N: usize, const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    contacts: &Contacts,
+    driven: &Driven,
+    nodes: &mut [[T; N]],
+    mut act: impl FnMut(&mut T, bool),
+) {
+    let Some(place) = driven.place(&clock.case, &clock.options) else { return };
+    let len = background.layout.len();
+    for field in soft_fields(nodes.len() / len, &contacts.rigid) {
+        place.nodes(background, |number, first| {
+            let held = &mut nodes[field * len + number][place.phases(N)];
+            held.iter_mut().for_each(|held| act(held, first));
+        });
     }
 }
 

@@ -16,9 +16,11 @@ use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Grid, Lanes, Layout, Node};
 
+use crate::background::Background;
+use crate::bodies::Bodies;
 use crate::config::{ShapeFunctions, VolumetricStrain};
+use crate::nodes::Nodes;
 use crate::points::PointSet;
-use crate::solver::MpmSolver;
 use crate::{MpmOptions, Transfer};
 
 /// Stresses, volumes and velocity gradients of nodes, velocity field after velocity field. Empty where another shape is
@@ -273,51 +275,56 @@ impl DualNodes {
     }
 }
 
-impl<const D: usize> MpmSolver<D> {
-    /// Gives the nodes their share of the points' stresses.
-    pub(crate) fn share_stresses(&mut self) {
-        if !self.dual.is_used() {
-            return;
-        }
-        let mut dual = std::mem::take(&mut self.dual);
-        for field in 0..self.contacts.fields() {
-            let of_field = |set: &&PointSet<D>| set.field == field;
-            let sets = &self.sets;
-            dual.take(field, &self.background.grid, &self.background.layout, &|slab, visit| {
-                for set in sets.iter().filter(of_field) {
-                    let points = set.slabs[slab]..set.slabs[slab + 1];
-                    visit(&set.position[points.clone()], &set.stress[points.clone()], &set.volume[points]);
-                }
-            });
-        }
-        self.dual = dual;
+/// Gives the nodes their share of the points' stresses.
+pub fn share_stresses<const D: usize>(
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    fields: usize,
+    dual: &mut DualNodes,
+) {
+    if !dual.is_used() {
+        return;
     }
-
-    /// Adds the force of the stresses of the nodes.
-    pub(crate) fn pull_with_nodes(&mut self) {
-        if !self.dual.is_used() {
-            return;
-        }
-        let (grid, layout) = (&self.background.grid, &self.background.layout);
-        for (field, nodes) in self.nodes.chunks_exact_mut(layout.len()).enumerate() {
-            self.dual.pull(field, grid, layout, nodes);
-        }
+    for field in 0..fields {
+        let of_field = |set: &&PointSet<D>| set.field == field;
+        let sets = &bodies.sets;
+        dual.take(field, &background.grid, &background.layout, &|slab, visit| {
+            for set in sets.iter().filter(of_field) {
+                let points = set.slabs[slab]..set.slabs[slab + 1];
+                visit(&set.position[points.clone()], &set.stress[points.clone()], &set.volume[points]);
+            }
+        });
     }
+}
 
-    /// Averages the velocity gradients around the nodes.
-    pub(crate) fn average_slopes<const FROM_SOLVED: bool>(&mut self) {
-        if !self.dual.is_used() {
-            return;
-        }
-        let (grid, layout, nodes, remapped) =
-            (&self.background.grid, &self.background.layout, &self.nodes, &self.remapped);
-        for field in 0..self.contacts.fields() {
-            let first = field * layout.len();
-            let of = |number: usize| {
-                if FROM_SOLVED { nodes[first + number].motion } else { remapped[first + number] }
-            };
-            self.dual.average(field, grid, layout, of);
-        }
+/// Adds the force of the stresses of the nodes.
+pub fn pull_with_nodes<const D: usize>(background: &Background<D>, dual: &DualNodes, solved: &mut [Node]) {
+    if !dual.is_used() {
+        return;
+    }
+    let (grid, layout) = (&background.grid, &background.layout);
+    for (field, nodes) in solved.chunks_exact_mut(layout.len()).enumerate() {
+        dual.pull(field, grid, layout, nodes);
+    }
+}
+
+/// Averages the velocity gradients around the nodes.
+pub fn average_slopes<const FROM_SOLVED: bool, const D: usize>(
+    background: &Background<D>,
+    nodes: &Nodes,
+    dual: &mut DualNodes,
+) {
+    if !dual.is_used() {
+        return;
+    }
+    let (grid, layout) = (&background.grid, &background.layout);
+    let Nodes { solved, remapped, .. } = nodes;
+    for field in 0..nodes.fields(layout) {
+        let first = field * layout.len();
+        let of = |number: usize| {
+            if FROM_SOLVED { solved[first + number].motion } else { remapped[first + number] }
+        };
+        dual.average(field, grid, layout, of);
     }
 }
 

@@ -3,6 +3,8 @@
 use colluvium_case::{Equilibrium, Scales};
 use colluvium_constitutive::BLOCK;
 
+use crate::boundary::Boundary;
+use crate::nodal::nodal_squares;
 use crate::points::PointSet;
 use crate::solver::MpmSolver;
 use crate::vectors::square_sum;
@@ -10,16 +12,16 @@ use crate::vectors::square_sum;
 impl<const D: usize> MpmSolver<D> {
     /// Unbalanced force and kinetic energy over what acts from outside; `None` where the stage does not ask.
     pub(crate) fn measure_equilibrium(&self) -> Option<Equilibrium> {
-        self.case.stages[self.stage].equilibrium?;
+        self.clock.stage().equilibrium?;
         let (scales, traction) = (self.scales(), self.traction_square());
         if let Some(phases) = &self.two_phase {
             return Some(self.phase_equilibrium(phases, traction, scales));
         }
-        let external = (self.sums.external + traction).sqrt();
+        let external = (self.nodes.sums.external + traction).sqrt();
         Some(Equilibrium {
-            unbalanced_force: scales.force_ratio(self.sums.unbalanced.sqrt(), external),
-            kinetic_ratio: scales.energy_ratio(self.sums.kinetic, self.external_work),
-            kinetic: self.sums.kinetic,
+            unbalanced_force: scales.force_ratio(self.nodes.sums.unbalanced.sqrt(), external),
+            kinetic_ratio: scales.energy_ratio(self.nodes.sums.kinetic, self.nodes.external_work),
+            kinetic: self.nodes.sums.kinetic,
         })
     }
 
@@ -41,8 +43,9 @@ impl<const D: usize> MpmSolver<D> {
 
     /// Sum of the squares of the tractions (N²).
     fn traction_square(&self) -> f64 {
-        let [on_nodes, _] = self.nodal_squares();
-        self.sets.iter().map(|set| square_sum(&set.traction)).sum::<f64>() + on_nodes
+        let Boundary { nodal, load_starts, .. } = &self.boundary;
+        let [on_nodes, _] = nodal_squares(&self.clock, &self.bodies, nodal, load_starts);
+        self.bodies.sets.iter().map(|set| square_sum(&set.traction)).sum::<f64>() + on_nodes
     }
 }
 

@@ -12,9 +12,9 @@ use rayon::prelude::*;
 
 use crate::MpmOptions;
 use crate::background::Background;
+use crate::bodies::Bodies;
 use crate::cells::{Cells, GridCells};
 use crate::points::PointSet;
-use crate::solver::MpmSolver;
 
 /// What detection needs.
 pub struct FreeSurface<const D: usize> {
@@ -74,32 +74,54 @@ pub fn free_surface<const D: usize>(
 }
 
 impl<const D: usize> FreeSurface<D> {
-    const NO_WIDTH: [f64; D] = [0.0; D];
-
     /// Where points find the nodes of the ratios.
     fn ground<'a>(&self, background: &'a Background<D>) -> Ground<'a, D> {
         Ground::new(&background.grid, &background.mesh, &self.layout)
     }
 
-    /// The points of a set as the ratios see them.
-    fn points<'a>(
-        &'a self,
-        position: &'a [[f64; D]],
-        domain: &'a Domains<D>,
-        extent: &'a [f64; D],
-    ) -> Points<'a, D> {
-        match &self.thin {
-            None => Points { position, domain: domain.as_slice(), extent },
-            Some(thin) => {
-                let domain = DomainSlice::Fixed(&thin[..position.len()]);
-                Points { position, domain, extent: &Self::NO_WIDTH }
-            }
-        }
-    }
-
     /// Memory (bytes).
     pub fn bytes(&self) -> usize {
         size_of_val(&self.sums[..]) + size_of_val(&self.occupied[..]) + size_of_val(&self.fill[..])
+    }
+
+    /// Finds the fill ratios of the nodes.
+    fn find(&mut self, background: &Background<D>, sets: &[PointSet<D>]) {
+        let Self { layout, sums, occupied, sweeps, thin, densities, .. } = self;
+        let (layout, thin) = (&*layout, thin.as_deref());
+        let ground = Ground::new(&background.grid, &background.mesh, layout);
+        sums.fill(Lanes::ZERO);
+        occupied.fill(false);
+        layout.scatter(sums, |slab, window, offset| {
+            let mut volumes = [Lanes::ZERO; BLOCK];
+            for set in sets {
+                let scale = 1.0 / densities[set.body as usize];
+                let points = points(thin, &set.position, &set.domain, &set.extent);
+                for block in set.blocks_of(slab) {
+                    let masses = &set.mass[block.clone()];
+                    volumes
+                        .iter_mut()
+                        .zip(masses)
+                        .for_each(|(value, mass)| *value = Lanes::splat(scale * mass));
+                    let (to, volumes) =
+                        (Window { nodes: &mut *window, first: offset }, &volumes[..block.len()]);
+                    sweeps.deposit_values(&ground, &points.range(block), to, volumes, None);
+                }
+            }
+        });
+        background.elements.as_ref().unwrap_or(layout).scatter(occupied, |slab, window, offset| {
+            for set in sets {
+                let points = points(thin, &set.position, &set.domain, &set.extent);
+                for p in set.slabs[slab]..set.slabs[slab + 1] {
+                    window[points.domain.cell(p, &ground, &set.position[p]) - offset] = true;
+                }
+            }
+        });
+        if background.is_meshed() {
+            self.divide(&background.mesh_cells());
+        } else {
+            let (grid, strides) = (&background.grid, self.layout.strides());
+            self.divide(&GridCells { grid, strides, ghosts: 0, axisymmetric: false });
+        }
     }
 
     /// Fill ratios from the sums.
@@ -126,96 +148,65 @@ impl<const D: usize> FreeSurface<D> {
     }
 }
 
+/// The points of a set as the ratios see them: on a grid with the domains of no width of `thin`.
+fn points<'a, const D: usize>(
+    thin: Option<&'a [FixedDomain]>,
+    position: &'a [[f64; D]],
+    domain: &'a Domains<D>,
+    extent: &'a [f64; D],
+) -> Points<'a, D> {
+    match thin {
+        None => Points { position, domain: domain.as_slice(), extent },
+        Some(thin) => {
+            Points { position, domain: DomainSlice::Fixed(&thin[..position.len()]), extent: &[0.0; D] }
+        }
+    }
+}
+
 /// Corners of one of the cells.
 fn corners<const D: usize, C: Cells<D>>(_cells: &C) -> usize {
     C::CORNERS
 }
 
-impl<const D: usize> MpmSolver<D> {
-    /// Takes the stress off the liquid points on the free surface.
-    pub(crate) fn free_surface(&mut self) {
-        let Some(mut surface) = self.free_surface.take() else { return };
-        self.fill_ratios(&mut surface);
-        let mut sets = std::mem::take(&mut self.sets);
-        for set in sets.iter_mut().filter(|set| surface.liquid[set.body as usize]) {
-            self.relieve(&surface, set);
-        }
-        self.sets = sets;
-        self.free_surface = Some(surface);
+/// Takes the stress off the liquid points on the free surface.
+pub fn relieve_surface<const D: usize>(
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    surface: &mut Option<Box<FreeSurface<D>>>,
+) {
+    let Some(surface) = surface else { return };
+    surface.find(background, &bodies.sets);
+    for set in bodies.sets.iter_mut().filter(|set| surface.liquid[set.body as usize]) {
+        relieve(background, surface, set);
     }
+}
 
-    /// Takes the stress off the points of a set where the fill ratio is small.
-    fn relieve(&self, surface: &FreeSurface<D>, set: &mut PointSet<D>) {
-        let ground = surface.ground(&self.background);
-        let density = surface.densities[set.body as usize];
-        let PointSet { stress, volume, mass, position, domain, extent, .. } = set;
-        let points = surface.points(position, domain, extent);
-        let own = stress.par_chunks_mut(BLOCK).zip(volume.par_chunks_mut(BLOCK));
-        own.zip(mass.par_chunks(BLOCK)).enumerate().for_each(|(number, ((stresses, volumes), masses))| {
-            let first = number * BLOCK;
-            let mut all = [Lanes::ZERO; BLOCK];
-            let ratios = &mut all[..stresses.len()];
-            let points = points.range(first..first + stresses.len());
-            surface.sweeps.interpolate(&ground, &points, &surface.fill, ratios);
-            for (k, ratio) in ratios.iter().enumerate() {
-                if ratio.as_array()[0] <= surface.factor {
-                    stresses[k].0 = [0.0; 6];
-                    volumes[k] = masses[k] / density;
-                }
+/// Takes the stress off the points of a set where the fill ratio is small.
+fn relieve<const D: usize>(background: &Background<D>, surface: &FreeSurface<D>, set: &mut PointSet<D>) {
+    let ground = surface.ground(background);
+    let density = surface.densities[set.body as usize];
+    let PointSet { stress, volume, mass, position, domain, extent, .. } = set;
+    let points = points(surface.thin.as_deref(), position, domain, extent);
+    let own = stress.par_chunks_mut(BLOCK).zip(volume.par_chunks_mut(BLOCK));
+    own.zip(mass.par_chunks(BLOCK)).enumerate().for_each(|(number, ((stresses, volumes), masses))| {
+        let first = number * BLOCK;
+        let mut all = [Lanes::ZERO; BLOCK];
+        let ratios = &mut all[..stresses.len()];
+        let points = points.range(first..first + stresses.len());
+        surface.sweeps.interpolate(&ground, &points, &surface.fill, ratios);
+        for (k, ratio) in ratios.iter().enumerate() {
+            if ratio.as_array()[0] <= surface.factor {
+                stresses[k].0 = [0.0; 6];
+                volumes[k] = masses[k] / density;
             }
-        });
-    }
-
-    fn fill_ratios(&self, surface: &mut FreeSurface<D>) {
-        surface.sums.fill(Lanes::ZERO);
-        surface.occupied.fill(false);
-        let (mut sums, mut occupied) =
-            (std::mem::take(&mut surface.sums), std::mem::take(&mut surface.occupied));
-        let (of, ground) = (&*surface, surface.ground(&self.background));
-        of.layout.scatter(&mut sums, |slab, window, offset| {
-            let mut volumes = [Lanes::ZERO; BLOCK];
-            for set in &self.sets {
-                let scale = 1.0 / of.densities[set.body as usize];
-                let points = of.points(&set.position, &set.domain, &set.extent);
-                for block in set.blocks_of(slab) {
-                    let masses = &set.mass[block.clone()];
-                    volumes
-                        .iter_mut()
-                        .zip(masses)
-                        .for_each(|(value, mass)| *value = Lanes::splat(scale * mass));
-                    let (to, volumes) =
-                        (Window { nodes: &mut *window, first: offset }, &volumes[..block.len()]);
-                    of.sweeps.deposit_values(&ground, &points.range(block), to, volumes, None);
-                }
-            }
-        });
-        let cells = self.background.elements.as_ref().unwrap_or(&of.layout);
-        cells.scatter(&mut occupied, |slab, window, offset| {
-            for set in &self.sets {
-                let points = of.points(&set.position, &set.domain, &set.extent);
-                for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    window[points.domain.cell(p, &ground, &set.position[p]) - offset] = true;
-                }
-            }
-        });
-        (surface.sums, surface.occupied) = (sums, occupied);
-        if self.background.is_meshed() {
-            surface.divide(&self.background.mesh_cells());
-        } else {
-            let strides = surface.layout.strides();
-            surface.divide(&GridCells {
-                grid: &self.background.grid,
-                strides,
-                ghosts: 0,
-                axisymmetric: false,
-            });
         }
-    }
+    });
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::MpmSolver;
     use crate::dispatch::tests::begun;
 
     /// A stack of water of two whole cells and half a cell, in a tank as wide.
@@ -238,8 +229,8 @@ mod tests {
     #[test]
     fn fill_ratios_are_those_of_the_sheet() {
         let mut solver = stack();
-        let mut surface = solver.free_surface.take().unwrap();
-        solver.fill_ratios(&mut surface);
+        let mut surface = solver.averages.free_surface.take().unwrap();
+        surface.find(&solver.background, &solver.bodies.sets);
         // A surface cell filled to f = 0.5: f² above and (1 + 2 f - f²)/2 below it, but for the points' midpoint rule.
         let at = |x: usize, y: usize| surface.fill[x * surface.layout.strides()[0] + y].as_array()[0];
         for x in 0..4 {
@@ -252,10 +243,11 @@ mod tests {
     #[test]
     fn points_near_the_surface_carry_no_stress() {
         let mut solver = stack();
-        solver.sets[0].volume.iter_mut().for_each(|volume| *volume *= 0.9);
-        solver.free_surface();
+        solver.bodies.sets[0].volume.iter_mut().for_each(|volume| *volume *= 0.9);
+        let MpmSolver { background, bodies, averages, .. } = &mut solver;
+        relieve_surface(background, bodies, &mut averages.free_surface);
         // Between 0.875 and 0.25 the ratio falls to 0.7 at 0.28 of the cell.
-        let set = &solver.sets[0];
+        let set = &solver.bodies.sets[0];
         for p in 0..set.len() {
             let relieved = set.position[p][1] > 2.28;
             assert_eq!(set.stress[p].0 == [0.0; 6], relieved, "{:?}", set.position[p]);
@@ -272,8 +264,8 @@ mod tests {
         options["mesh"] = serde_json::json!({ "kind": "box" });
         options["points_per_cell"] = 2.into();
         let mut solver = begun::<2>(&case);
-        let mut surface = solver.free_surface.take().unwrap();
-        solver.fill_ratios(&mut surface);
+        let mut surface = solver.averages.free_surface.take().unwrap();
+        surface.find(&solver.background, &solver.bodies.sets);
         for (x, ratio) in
             solver.background.mesh.nodes().iter().zip(&surface.fill).filter(|(x, _)| x[0] > 0.0 && x[0] < 3.0)
         {
@@ -288,9 +280,8 @@ mod tests {
             };
             assert!((ratio.as_array()[0] - exact).abs() < 1e-12, "{x:?}: {ratio:?} for {exact}");
         }
-        solver.free_surface = Some(surface);
-        solver.free_surface();
-        let set = &solver.sets[0];
+        relieve_surface(&solver.background, &mut solver.bodies, &mut Some(surface));
+        let set = &solver.bodies.sets[0];
         let relieved = |p: usize| set.stress[p].0 == [0.0; 6];
         let within = |p: &usize| set.position[*p][0] > 1.0 && set.position[*p][0] < 2.0;
         // Linear between 8/9 at 2 m and 2/9 at 3 m: 0.7 at 2.283 m.

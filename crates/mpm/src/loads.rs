@@ -11,9 +11,12 @@ use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::BLOCK;
 use colluvium_grid::{Gathered, Mesh, Points};
 
+use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::clock::Clock;
 use crate::mesh;
+use crate::nodes::Nodes;
 use crate::points::PointSet;
-use crate::solver::MpmSolver;
 use crate::surface_load::SurfaceLoad;
 
 /// When the loads of a case begin (s): at once, or never as long as their stage has not.
@@ -119,60 +122,79 @@ impl<const D: usize> PointSet<D> {
     }
 }
 
-impl<const D: usize> MpmSolver<D> {
-    /// Sets the forces of the loads to those at the end of a step of `dt`.
-    pub(crate) fn apply_loads(&mut self, dt: f64) {
-        for set in self.sets.iter_mut().filter(|set| !set.loads.is_empty()) {
-            set.apply_loads(&self.case, &self.load_starts, self.time + dt);
-        }
-    }
-
-    /// Begins the loads that begin with a stage, at `start` (s).
-    pub(crate) fn begin_loads(&mut self, stage: usize, start: f64) {
-        for (load, begins) in self.case.loads.iter().zip(&mut self.load_starts) {
-            if load.stage().is_some_and(|name| name == self.case.stages[stage].name) {
-                *begins = start;
-            }
-        }
-    }
-
-    /// Turns and stretches what follows the surface with the motion that `read` finds on the nodes of a velocity
-    /// field, before the points move.
-    pub(crate) fn follow_surfaces(&mut self, dt: f64, read: &Read<'_, D>) {
-        if !self.sets.iter().any(|set| set.loads.iter().any(|load| load.follows)) {
-            return;
-        }
-        let mut sets = std::mem::take(&mut self.sets);
-        let mut all = [Gathered::ZERO; BLOCK];
-        for set in &mut sets {
-            let points =
-                Points { position: &set.position, domain: set.domain.as_slice(), extent: &set.extent };
-            for load in set.loads.iter_mut().filter(|load| load.follows) {
-                for run in runs(&load.force) {
-                    let (points, reads) = (points.range(run.clone()), &mut all[..run.len()]);
-                    read(self, set.field, &points, reads);
-                    let forces = load.force[run].iter_mut();
-                    for ((force, motion), position) in forces.zip(&*reads).zip(points.position) {
-                        let step: [[f64; D]; D] = std::array::from_fn(|i| {
-                            std::array::from_fn(|j| dt * motion.gradient[j].as_array()[i])
-                        });
-                        // In axisymmetry the circle that the point stands for widens.
-                        let hoop = if self.background.axisymmetric {
-                            dt * motion.velocity.as_array()[0] / position[0]
-                        } else {
-                            0.0
-                        };
-                        *force = nanson(&step, force).map(|c| c * (1.0 + hoop));
-                    }
-                }
-            }
-        }
-        self.sets = sets;
+/// Sets the forces of the loads to those at the end of a step of `dt`.
+pub fn apply_loads<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, starts: &[f64]) {
+    for set in bodies.sets.iter_mut().filter(|set| !set.loads.is_empty()) {
+        set.apply_loads(&clock.case, starts, clock.time + clock.dt);
     }
 }
 
+/// Begins the loads that begin with a stage, at `start` (s).
+pub fn begin_loads(clock: &Clock, starts: &mut [f64], stage: usize, start: f64) {
+    for (load, begins) in clock.case.loads.iter().zip(starts) {
+        if load.stage().is_some_and(|name| name == clock.case.stages[stage].name) {
+            *begins = start;
+        }
+    }
+}
+
+/// Turns and stretches what follows the surface with the motion that `read` finds on the nodes of a velocity
+/// field, before the points move.
+pub fn follow_surfaces<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    read: &Read<'_, D>,
+) {
+    if !bodies.sets.iter().any(|set| set.loads.iter().any(|load| load.follows)) {
+        return;
+    }
+    let dt = clock.dt;
+    let mut all = [Gathered::ZERO; BLOCK];
+    for set in &mut bodies.sets {
+        let points = Points { position: &set.position, domain: set.domain.as_slice(), extent: &set.extent };
+        for load in set.loads.iter_mut().filter(|load| load.follows) {
+            for run in runs(&load.force) {
+                let (points, reads) = (points.range(run.clone()), &mut all[..run.len()]);
+                read(set.field, &points, reads);
+                let forces = load.force[run].iter_mut();
+                for ((force, motion), position) in forces.zip(&*reads).zip(points.position) {
+                    let step: [[f64; D]; D] = std::array::from_fn(|i| {
+                        std::array::from_fn(|j| dt * motion.gradient[j].as_array()[i])
+                    });
+                    // In axisymmetry the circle that the point stands for widens.
+                    let hoop = if background.axisymmetric {
+                        dt * motion.velocity.as_array()[0] / position[0]
+                    } else {
+                        0.0
+                    };
+                    *force = nanson(&step, force).map(|c| c * (1.0 + hoop));
+                }
+            }
+        }
+    }
+}
+
+/// Lets the loads follow the motion of the nodes of one phase.
+pub fn follow_loads<const FROM_SOLVED: bool, const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    nodes: &Nodes,
+) {
+    let Background { layout, sweeps, .. } = background;
+    follow_surfaces(clock, background, bodies, &|field, points, reads| {
+        let (ground, first) = (background.ground(), field * layout.len());
+        if FROM_SOLVED {
+            sweeps.gather(&ground, points, &nodes.solved[first..], reads);
+        } else {
+            sweeps.gather_velocity(&ground, points, &nodes.remapped[first..], reads);
+        }
+    });
+}
+
 /// Finds what points of a velocity field read off the nodes.
-type Read<'a, const D: usize> = dyn Fn(&MpmSolver<D>, usize, &Points<'_, D>, &mut [Gathered<D>]) + 'a;
+type Read<'a, const D: usize> = dyn Fn(usize, &Points<'_, D>, &mut [Gathered<D>]) + 'a;
 
 /// Runs of points with a force, of [`BLOCK`] or fewer.
 fn runs<const D: usize>(forces: &[[f64; D]]) -> Vec<Range<usize>> {

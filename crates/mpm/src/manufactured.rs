@@ -6,6 +6,8 @@ use colluvium_case::{Case, CaseError, Solver, spatial};
 use colluvium_constitutive::{BLOCK, Mat3, Motion, Pore};
 use colluvium_grid::Square;
 
+use crate::affine::start_affine;
+use crate::bodies::Bodies;
 use crate::dispatch::Chosen;
 use crate::solver::MpmSolver;
 use crate::stretch::right_stretch;
@@ -61,7 +63,7 @@ impl dispatch::Visitor for Build<'_> {
 
 impl<const D: usize> MpmSolver<D> {
     fn start_manufactured(&mut self, solution: &Manufactured) -> Result<(), String> {
-        for set in &mut self.sets {
+        for set in &mut self.bodies.sets {
             let mut motions = Vec::with_capacity(set.len());
             let mut gradients: Vec<Square<D>> = Vec::with_capacity(set.len());
             for p in 0..set.len() {
@@ -90,18 +92,19 @@ impl<const D: usize> MpmSolver<D> {
             }
             set.traction = vec![[0.0; D]; set.len()];
         }
-        self.limit = None;
+        self.clock.limit = None;
         self.sort();
-        self.start_affine();
+        start_affine(&self.clock, &self.background, &mut self.bodies);
         Ok(())
     }
+}
 
-    /// Sets the body forces of the step.
-    pub(crate) fn push_manufactured(&mut self) {
-        let Some(solution) = &self.manufactured else { return };
-        for set in &mut self.sets {
+impl Manufactured {
+    /// Sets the body forces of a step from `time` (s) on.
+    pub(crate) fn push<const D: usize>(&self, bodies: &mut Bodies<D>, time: f64) {
+        for set in &mut bodies.sets {
             for p in 0..set.len() {
-                let force = (solution.force)(spatial(&set.origin[p]), self.time);
+                let force = (self.force)(spatial(&set.origin[p]), time);
                 set.traction[p] = std::array::from_fn(|c| set.mass[p] * force[c]);
             }
         }

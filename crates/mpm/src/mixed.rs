@@ -11,11 +11,13 @@ use colluvium_grid::{Lanes, Layout, Node};
 use rayon::prelude::*;
 
 use crate::MpmOptions;
+use crate::background::Background;
+use crate::bodies::Bodies;
 use crate::cells::Cells;
+use crate::clock::Clock;
 use crate::config::{Integration, ShapeFunctions};
 use crate::points::PointSet;
 use crate::pore::{LIQUID, SOLID};
-use crate::solver::MpmSolver;
 use crate::transfer::force_columns;
 
 /// The average stresses of cells ([`crate::cells`]), velocity field after velocity field. Empty where every point pulls by itself.
@@ -149,7 +151,7 @@ impl CellStresses {
 }
 
 /// A node that cells pull at.
-trait Pulled: Send {
+pub trait Pulled: Send {
     /// Takes the force of a cell from its sums and the integrals of the gradient of the node's function over it, and in
     /// axisymmetry of the function over the radius.
     fn pull<const D: usize>(&mut self, sums: &[Lanes; 2], slopes: ([f64; D], f64));
@@ -187,98 +189,95 @@ fn force<const D: usize>(stress: &SymTensor, (slope, hoop): ([f64; D], f64)) -> 
     along.fold(Lanes::new([stress.0[2] * hoop, 0.0, 0.0, 0.0]), |sum, part| sum + part)
 }
 
-impl<const D: usize> MpmSolver<D> {
-    /// Average stresses of the cells, and which of them are full.
-    pub(crate) fn average_stresses(&mut self) {
-        if !self.stresses.is_used() {
-            return;
-        }
-        let mut stresses = std::mem::take(&mut self.stresses);
-        let layout = self.background.cell_layout();
-        stresses.reset(layout);
-        let ground = self.background.ground();
-        for (field, cells) in stresses.cells.chunks_exact_mut(layout.len()).enumerate() {
-            let of_field = |set: &&PointSet<D>| set.field == field;
-            layout.scatter(cells, |slab, window, offset| {
-                for set in self.sets.iter().filter(of_field) {
-                    let domain = set.domain.as_slice();
-                    for p in set.slabs[slab]..set.slabs[slab + 1] {
-                        let cell = domain.cell(p, &ground, &set.position[p]);
-                        let (s, pressure, volume) =
-                            (set.total_stress(p).0, set.pore_pressure(p), set.volume[p]);
-                        window[cell - offset][0] += Lanes::new([s[0], s[1], s[2], s[3]]) * volume;
-                        window[cell - offset][1] += Lanes::new([s[4], s[5], 1.0, pressure]) * volume;
-                    }
+/// Average stresses of the cells, and which of them are full.
+pub fn average_stresses<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    stresses: &mut CellStresses,
+) {
+    if !stresses.is_used() {
+        return;
+    }
+    let layout = background.cell_layout();
+    stresses.reset(layout);
+    let ground = background.ground();
+    for (field, cells) in stresses.cells.chunks_exact_mut(layout.len()).enumerate() {
+        let of_field = |set: &&PointSet<D>| set.field == field;
+        layout.scatter(cells, |slab, window, offset| {
+            for set in bodies.sets.iter().filter(of_field) {
+                let domain = set.domain.as_slice();
+                for p in set.slabs[slab]..set.slabs[slab + 1] {
+                    let cell = domain.cell(p, &ground, &set.position[p]);
+                    let (s, pressure, volume) = (set.total_stress(p).0, set.pore_pressure(p), set.volume[p]);
+                    window[cell - offset][0] += Lanes::new([s[0], s[1], s[2], s[3]]) * volume;
+                    window[cell - offset][1] += Lanes::new([s[4], s[5], 1.0, pressure]) * volume;
                 }
-            });
-        }
-        let gauss = self.options.integration == Integration::Gauss;
-        let fill = if gauss { 0.0 } else { self.options.full_cell };
-        if self.background.is_meshed() {
-            stresses.mark_full(layout, &self.background.mesh_cells(), fill);
-        } else {
-            stresses.mark_full(layout, &self.background.grid_cells(), fill);
-        }
-        if self.options.mixed_reset {
-            self.reset_stresses(&stresses);
-        }
-        self.stresses = stresses;
-    }
-
-    /// Gives the points of full cells the average stress, and the average pore pressure, as their own (`mixed_reset`).
-    fn reset_stresses(&mut self, stresses: &CellStresses) {
-        let cells = self.background.cell_layout().len();
-        let ground = self.background.ground();
-        for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {
-            let first = set.field * cells;
-            let domain = set.domain.as_slice();
-            let of_cell = |(p, position): (usize, &[f64; D])| {
-                let cell = first + domain.cell(p, &ground, position);
-                stresses.full[cell].then(|| averages(&stresses.cells[cell]))
-            };
-            let places = || set.position.par_iter().enumerate().map(of_cell);
-            set.stress.par_iter_mut().zip(places()).for_each(|(own, average)| {
-                *own = average.map_or(*own, |(total, pressure)| total + SymTensor::isotropic(pressure));
-            });
-            if let Some(pore) = set.pore.as_mut().filter(|pore| pore.fluid.is_some()) {
-                pore.pressure.par_iter_mut().zip(places()).for_each(|(own, average)| {
-                    *own = average.map_or(*own, |(_, pressure)| pressure);
-                });
             }
+        });
+    }
+    let gauss = clock.options.integration == Integration::Gauss;
+    let fill = if gauss { 0.0 } else { clock.options.full_cell };
+    if background.is_meshed() {
+        stresses.mark_full(layout, &background.mesh_cells(), fill);
+    } else {
+        stresses.mark_full(layout, &background.grid_cells(), fill);
+    }
+    if clock.options.mixed_reset {
+        reset_stresses(background, bodies, stresses);
+    }
+}
+
+/// Gives the points of full cells the average stress, and the average pore pressure, as their own (`mixed_reset`).
+fn reset_stresses<const D: usize>(
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    stresses: &CellStresses,
+) {
+    let cells = background.cell_layout().len();
+    let ground = background.ground();
+    for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+        let first = set.field * cells;
+        let domain = set.domain.as_slice();
+        let of_cell = |(p, position): (usize, &[f64; D])| {
+            let cell = first + domain.cell(p, &ground, position);
+            stresses.full[cell].then(|| averages(&stresses.cells[cell]))
+        };
+        let places = || set.position.par_iter().enumerate().map(of_cell);
+        set.stress.par_iter_mut().zip(places()).for_each(|(own, average)| {
+            *own = average.map_or(*own, |(total, pressure)| total + SymTensor::isotropic(pressure));
+        });
+        if let Some(pore) = set.pore.as_mut().filter(|pore| pore.fluid.is_some()) {
+            pore.pressure.par_iter_mut().zip(places()).for_each(|(own, average)| {
+                *own = average.map_or(*own, |(_, pressure)| pressure);
+            });
         }
     }
+}
 
-    /// Adds the internal force of the full cells to the nodes.
-    pub(crate) fn pull_with_cells(&mut self) {
-        let mut nodes = std::mem::take(&mut self.nodes);
-        self.pull_at(&mut nodes);
-        self.nodes = nodes;
+/// Adds the internal force of the full cells to the nodes, of one phase or both.
+pub fn pull_with_cells<const D: usize>(
+    background: &Background<D>,
+    stresses: &CellStresses,
+    nodes: &mut [impl Pulled],
+) {
+    if !stresses.is_used() {
+        return;
     }
-
-    /// The same with the nodes of both phases.
-    pub(crate) fn pull_phases_with_cells(&self, nodes: &mut [[Node; 2]]) {
-        self.pull_at(nodes);
-    }
-
-    fn pull_at(&self, nodes: &mut [impl Pulled]) {
-        if !self.stresses.is_used() {
-            return;
-        }
-        let layouts = [&self.background.layout, self.background.cell_layout()];
-        if self.background.is_meshed() {
-            self.stresses.pull(nodes, layouts, &self.background.mesh_cells());
-        } else {
-            self.stresses.pull(nodes, layouts, &self.background.grid_cells());
-        }
+    let layouts = [&background.layout, background.cell_layout()];
+    if background.is_meshed() {
+        stresses.pull(nodes, layouts, &background.mesh_cells());
+    } else {
+        stresses.pull(nodes, layouts, &background.grid_cells());
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::MpmSolver;
     use crate::dispatch::tests::begun;
     use crate::setup;
-    use crate::transfer::Scatter;
     use colluvium_case::Case;
     use serde_json::{Value, json};
 
@@ -308,11 +307,12 @@ mod tests {
     fn nodal(shape: &str, integration: &str, out: &[u32]) -> [f64; 4] {
         let case = bar(shape, integration, &json!({}));
         let mut solver = begun::<1>(&case);
-        let set = &mut solver.sets[0];
+        let set = &mut solver.bodies.sets[0];
         set.retain(|x| !out.iter().any(|i| (x[0] - (f64::from(*i) + 0.5) / 3.0).abs() < 1e-9));
         solver.sort();
-        solver.scatter(Scatter::Everything, 1e-3);
-        [0, 1, 2, 3].map(|node| -solver.nodes[node + solver.background.axis.ghosts].force.to_array()[0])
+        solver.scatter_all();
+        [0, 1, 2, 3]
+            .map(|node| -solver.nodes.solved[node + solver.background.axis.ghosts].force.to_array()[0])
     }
 
     #[test]
@@ -345,19 +345,22 @@ mod tests {
         for (case, wet) in resettable_bars().iter().zip([false, true]) {
             let mut solver = begun::<1>(case);
             // Two of three points are left in the last cell.
-            solver.sets[0].retain(|x| (x[0] - 8.5 / 3.0).abs() > 1e-9);
+            solver.bodies.sets[0].retain(|x| (x[0] - 8.5 / 3.0).abs() > 1e-9);
             solver.sort();
-            let set = &mut solver.sets[0];
+            let set = &mut solver.bodies.sets[0];
             for (p, stress) in set.stress.iter_mut().enumerate() {
                 *stress = SymTensor([p as f64, 1.0, 2.0, 3.0, 4.0, 5.0]);
             }
             let before = set.pore.as_ref().map_or(vec![0.0; 8], |pore| pore.pressure.clone());
-            solver.average_stresses();
-            let stresses: Vec<f64> = solver.sets[0].stress.iter().map(|stress| stress.0[0]).collect();
+            let MpmSolver { clock, background, bodies, averages, .. } = &mut solver;
+            average_stresses(clock, background, bodies, &mut averages.stresses);
+            let stresses: Vec<f64> = solver.bodies.sets[0].stress.iter().map(|stress| stress.0[0]).collect();
             let exact = [1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 6.0, 7.0];
             assert!(stresses.iter().zip(exact).all(|(s, e)| (s - e).abs() < 1e-13), "{wet}: {stresses:?}");
-            assert!(solver.sets[0].stress.iter().all(|s| (s.0[1] - 1.0).abs() < 1e-13 && s.0[5] == 5.0));
-            let Some(pore) = &solver.sets[0].pore else { continue };
+            assert!(
+                solver.bodies.sets[0].stress.iter().all(|s| (s.0[1] - 1.0).abs() < 1e-13 && s.0[5] == 5.0)
+            );
+            let Some(pore) = &solver.bodies.sets[0].pore else { continue };
             let exact =
                 [before[1], before[1], before[1], before[4], before[4], before[4], before[6], before[7]];
             assert!(

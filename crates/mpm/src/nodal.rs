@@ -11,10 +11,12 @@ use colluvium_grid::{Lanes, Node};
 
 use crate::absorbing::for_each_across;
 use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::clock::Clock;
 use crate::config::ShapeFunctions;
+use crate::loads::factor;
 use crate::points::PointSet;
 use crate::pore::{LIQUID, SOLID};
-use crate::solver::MpmSolver;
 use crate::vectors::lanes;
 use crate::{MpmOptions, loads, mesh};
 
@@ -119,68 +121,109 @@ fn on_grid<const D: usize>(
     Ok(areas)
 }
 
-impl<const D: usize> MpmSolver<D> {
-    /// Share of a load at `time` (s).
-    fn share_of(&self, load: &NodalLoad, time: f64) -> f64 {
-        let stands = self.sets.iter().any(|set| set.body == load.body);
-        if stands { loads::factor(&self.case, load.number, &self.load_starts, time) } else { 0.0 }
-    }
+/// Share of a load at `time` (s).
+fn share_of<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    starts: &[f64],
+    load: &NodalLoad,
+    time: f64,
+) -> f64 {
+    let stands = bodies.sets.iter().any(|set| set.body == load.body);
+    if stands { factor(&clock.case, load.number, starts, time) } else { 0.0 }
+}
 
-    /// Adds the loads at the end of a step of `dt` to the forces on the nodes of one phase.
-    pub(crate) fn load_nodes(&mut self, dt: f64) {
-        for load in &self.nodal {
-            let share = self.share_of(load, self.time + dt);
-            let nodes = &mut self.nodes[load.field * self.background.layout.len()..];
-            for at in &load.nodes {
-                push(&mut nodes[at.place], at, share);
-            }
+/// Adds the loads at the end of a step of `dt` to the forces on the nodes of one phase.
+pub fn load_nodes<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    solved: &mut [Node],
+    loads: &[NodalLoad],
+    starts: &[f64],
+) {
+    for load in loads {
+        let share = share_of(clock, bodies, starts, load, clock.time + clock.dt);
+        let nodes = &mut solved[load.field * background.layout.len()..];
+        for at in &load.nodes {
+            push(&mut nodes[at.place], at, share);
         }
     }
+}
 
-    /// The same with the nodes of both phases.
-    pub(crate) fn load_phase_nodes(&self, nodes: &mut [[Node; 2]], dt: f64) {
-        for load in &self.nodal {
-            let share = self.share_of(load, self.time + dt);
-            let phase = if load.porosity.is_some() { LIQUID } else { SOLID };
-            for at in &load.nodes {
-                push(&mut nodes[at.place][phase], at, share);
-            }
+/// The same with the nodes of both phases.
+pub fn load_phase_nodes<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    loads: &[NodalLoad],
+    starts: &[f64],
+    nodes: &mut [[Node; 2]],
+) {
+    for load in loads {
+        let share = share_of(clock, bodies, starts, load, clock.time + clock.dt);
+        let phase = if load.porosity.is_some() { LIQUID } else { SOLID };
+        for at in &load.nodes {
+            push(&mut nodes[at.place][phase], at, share);
         }
     }
+}
 
-    /// Sum of the squares of the loads on the whole and of those on the fluid, its share of the volume only (N²).
-    pub(crate) fn nodal_squares(&self) -> [f64; 2] {
-        let mut squares = [0.0; 2];
-        for load in &self.nodal {
-            let share = load.porosity.unwrap_or(1.0) * self.share_of(load, self.time);
-            let own = load.nodes.iter().filter(|at| !at.repeated).map(|at| dot(at.force, at.force));
-            squares[usize::from(load.porosity.is_some())] += share * share * own.sum::<f64>();
-        }
-        squares
+/// Sum of the squares of the loads on the whole and of those on the fluid, its share of the volume only (N²).
+pub fn nodal_squares<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    loads: &[NodalLoad],
+    starts: &[f64],
+) -> [f64; 2] {
+    let mut squares = [0.0; 2];
+    for load in loads {
+        let share = load.porosity.unwrap_or(1.0) * share_of(clock, bodies, starts, load, clock.time);
+        let own = load.nodes.iter().filter(|at| !at.repeated).map(|at| dot(at.force, at.force));
+        squares[usize::from(load.porosity.is_some())] += share * share * own.sum::<f64>();
     }
+    squares
+}
 
-    /// Work (J) of the loads in a step of `dt` on the solved nodes of one phase.
-    pub(crate) fn work_on_nodes(&self, dt: f64) -> f64 {
-        let len = self.background.layout.len();
-        self.work_with(dt, |load, place| self.nodes[load.field * len + place].motion)
-    }
+/// Work (J) of the loads in a step of `dt` on the solved nodes of one phase.
+pub fn work_on_nodes<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    solved: &[Node],
+    loads: &[NodalLoad],
+    starts: &[f64],
+) -> f64 {
+    let len = background.layout.len();
+    work_with(clock, bodies, loads, starts, |load, place| solved[load.field * len + place].motion)
+}
 
-    /// The same with both phases; of loads on the fluid, what they do beyond that on the mixture.
-    pub(crate) fn work_on_phase_nodes(&self, nodes: &[[Node; 2]], dt: f64) -> f64 {
-        self.work_with(dt, |load, place| {
-            let [solid, liquid] = [SOLID, LIQUID].map(|phase| nodes[place][phase].motion);
-            load.porosity.map_or(solid, |n| (liquid - solid) * n)
-        })
-    }
+/// The same with both phases; of loads on the fluid, what they do beyond that on the mixture.
+pub fn work_on_phase_nodes<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    loads: &[NodalLoad],
+    starts: &[f64],
+    nodes: &[[Node; 2]],
+) -> f64 {
+    work_with(clock, bodies, loads, starts, |load, place| {
+        let [solid, liquid] = [SOLID, LIQUID].map(|phase| nodes[place][phase].motion);
+        load.porosity.map_or(solid, |n| (liquid - solid) * n)
+    })
+}
 
-    fn work_with(&self, dt: f64, velocity: impl Fn(&NodalLoad, usize) -> Lanes) -> f64 {
-        let of_load = |load: &NodalLoad| {
-            let own = load.nodes.iter().filter(|at| !at.repeated);
-            let power: f64 = own.map(|at| dot(at.force, velocity(load, at.place))).sum();
-            self.share_of(load, self.time + dt) * power
-        };
-        dt * self.nodal.iter().map(of_load).sum::<f64>()
-    }
+fn work_with<const D: usize>(
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    loads: &[NodalLoad],
+    starts: &[f64],
+    velocity: impl Fn(&NodalLoad, usize) -> Lanes,
+) -> f64 {
+    let of_load = |load: &NodalLoad| {
+        let own = load.nodes.iter().filter(|at| !at.repeated);
+        let power: f64 = own.map(|at| dot(at.force, velocity(load, at.place))).sum();
+        share_of(clock, bodies, starts, load, clock.time + clock.dt) * power
+    };
+    clock.dt * loads.iter().map(of_load).sum::<f64>()
 }
 
 /// Adds a share of a load to the force on a node that holds material.

@@ -3,102 +3,117 @@
 //! Forces go by where points are at the start of a step and are scattered with their stresses, before the momentum solve. What a point
 //! has moved along an obstacle is told by its displacement since the step before.
 
-use colluvium_constitutive::{BLOCK, StateBlock};
+use colluvium_constitutive::{BLOCK, Material, StateBlock, SymTensor};
+use colluvium_grid::DomainSlice;
 use rayon::prelude::*;
 
 use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::clock::Clock;
 use crate::obstacles::rocks::{Grip, Rock, RockState, Rocks, Room, Sums, look};
 use crate::points::PointSet;
 use crate::pressed::Pressed;
-use crate::solver::MpmSolver;
 use crate::vectors::square;
 
 /// Blocks that one thread takes at once.
 const GRAIN: usize = 4;
 
-impl<const D: usize> MpmSolver<D> {
-    /// Lets the points of bodies begin where they are, and makes room.
-    pub(crate) fn begin_pressing(&mut self) {
-        let Some(rocks) = &mut self.rocks else { return };
-        let mut blocks = 0;
-        for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {
-            let half = |p: usize| {
-                let radius = if self.background.axisymmetric { set.position[p][0] } else { 1.0 };
-                0.5 * (set.initial_volume[p] / radius).powf(1.0 / D as f64)
-            };
-            set.pressed = (0..set.len()).map(|p| rocks.begin(&set.position[p], half(p))).collect();
-            blocks = blocks.max(set.len().div_ceil(BLOCK));
-        }
-        rocks.make_room(blocks);
+/// Lets the points of bodies begin where they are, and makes room.
+pub fn begin_pressing<const D: usize>(
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    rocks: &mut Option<Box<Rocks<D>>>,
+) {
+    let Some(rocks) = rocks else { return };
+    let mut blocks = 0;
+    for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+        let half = |p: usize| {
+            let radius = if background.axisymmetric { set.position[p][0] } else { 1.0 };
+            0.5 * (set.initial_volume[p] / radius).powf(1.0 / D as f64)
+        };
+        set.pressed = (0..set.len()).map(|p| rocks.begin(&set.position[p], half(p))).collect();
+        blocks = blocks.max(set.len().div_ceil(BLOCK));
     }
+    rocks.make_room(blocks);
+}
 
-    /// Finds the forces of obstacles on points at the start of a step of `dt` (s).
-    pub(crate) fn press(&mut self, dt: f64) {
-        let Some(rocks) = &mut self.rocks else { return };
-        rocks.advance(self.time, [&self.background.grid.origin, &self.background.upper]);
-        let Rocks { rocks, rooms, horizon, passed } = &mut **rocks;
-        let stiffness = self.options.obstacle_stiffness;
-        for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {
-            let mut pressed = std::mem::take(&mut set.pressed);
-            let swept = passed.swept;
-            let of_set = OfSet { set, background: &self.background, stiffness, swept };
-            let blocks = pressed.par_chunks_mut(BLOCK).zip(set.states.blocks()).zip(&mut *rooms);
-            blocks.enumerate().with_min_len(GRAIN).for_each(|(block, ((points, states), room))| {
-                room.sums.fill(Sums::default());
-                room.under = 0;
-                of_set.block(rocks, *horizon, block * BLOCK, points, states, room);
-            });
-            let count = pressed.len().div_ceil(BLOCK);
-            set.pressed = pressed;
-            for room in &rooms[..count] {
-                passed.under += room.under;
-                for (rock, sums) in rocks.iter_mut().zip(&room.sums) {
-                    for c in 0..3 {
-                        rock.state.force[c] += sums.force[c];
-                        rock.state.moment[c] += sums.moment[c];
-                        rock.state.impulse[c] += dt * sums.force[c];
-                    }
-                    rock.state.friction += sums.friction;
-                    rock.state.work += sums.work;
-                    rock.state.stored += sums.stored;
+/// Finds the forces of obstacles on points at the start of a step of `dt` (s).
+pub fn press<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    rocks: &mut Option<Box<Rocks<D>>>,
+) {
+    let Some(rocks) = rocks else { return };
+    rocks.advance(clock.time, [&background.grid.origin, &background.upper]);
+    let Rocks { rocks, rooms, horizon, passed } = &mut **rocks;
+    let stiffness = clock.options.obstacle_stiffness;
+    for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+        let PointSet { pressed, states, material, position, origin, stress, volume, domain, .. } = set;
+        let domain = domain.as_slice();
+        let (material, swept) = (&**material, passed.swept);
+        let of_set =
+            OfSet { material, position, origin, stress, volume, domain, background, stiffness, swept };
+        let blocks = pressed.par_chunks_mut(BLOCK).zip(states.blocks()).zip(&mut *rooms);
+        blocks.enumerate().with_min_len(GRAIN).for_each(|(block, ((points, states), room))| {
+            room.sums.fill(Sums::default());
+            room.under = 0;
+            of_set.block(rocks, *horizon, block * BLOCK, points, states, room);
+        });
+        let count = pressed.len().div_ceil(BLOCK);
+        for room in &rooms[..count] {
+            passed.under += room.under;
+            for (rock, sums) in rocks.iter_mut().zip(&room.sums) {
+                for c in 0..3 {
+                    rock.state.force[c] += sums.force[c];
+                    rock.state.moment[c] += sums.moment[c];
+                    rock.state.impulse[c] += clock.dt * sums.force[c];
                 }
+                rock.state.friction += sums.friction;
+                rock.state.work += sums.work;
+                rock.state.stored += sums.stored;
             }
         }
     }
+}
 
-    /// Begins to count displacements anew from where the points are.
-    pub(crate) fn forget_displacements(&mut self) {
-        for set in &mut self.sets {
-            for ((point, x), origin) in set.pressed.iter_mut().zip(&set.position).zip(&set.origin) {
-                (0..D).for_each(|c| point.seen[c] -= x[c] - origin[c]);
-            }
+/// Begins to count displacements anew from where the points are.
+pub fn forget_displacements<const D: usize>(bodies: &mut Bodies<D>) {
+    for set in &mut bodies.sets {
+        for ((point, x), origin) in set.pressed.iter_mut().zip(&set.position).zip(&set.origin) {
+            (0..D).for_each(|c| point.seen[c] -= x[c] - origin[c]);
         }
     }
+}
 
-    /// What is to be said of points whose centres have been in obstacles.
-    pub(crate) fn remark_on_obstacles(&self) -> Option<String> {
-        let under = self.rocks.as_ref().map_or(0, |rocks| rocks.passed.under);
-        (under > 0).then(|| {
-            format!(
-                "centres of points have been in an obstacle, {under} times a point and a step: they meet it too fast for its \
-                 springs (raise `obstacle_stiffness`, take smaller cells or a stiffer material)"
-            )
-        })
-    }
+/// What is to be said of points whose centres have been in obstacles.
+pub fn remark_on_obstacles<const D: usize>(rocks: Option<&Rocks<D>>) -> Option<String> {
+    let under = rocks.map_or(0, |rocks| rocks.passed.under);
+    (under > 0).then(|| {
+        format!(
+            "centres of points have been in an obstacle, {under} times a point and a step: they meet it too fast for its \
+             springs (raise `obstacle_stiffness`, take smaller cells or a stiffer material)"
+        )
+    })
+}
 
-    /// Work of friction at obstacles since the start, energy of their springs, and work of their motion (J), which is `None` where
-    /// they stand still; `None` where obstacles do not act on points.
-    pub(crate) fn obstacle_energies(&self) -> Option<(f64, f64, Option<f64>)> {
-        let rocks = &self.rocks.as_ref()?.rocks;
-        let sum = |of: fn(&RockState) -> f64| rocks.iter().map(|rock| of(&rock.state)).sum();
-        let moves = rocks.iter().any(|rock| rock.moving.is_some());
-        Some((sum(|state| state.friction), sum(|state| state.stored), moves.then(|| sum(|state| state.work))))
-    }
+/// Work of friction at obstacles since the start, energy of their springs, and work of their motion (J), which is `None` where
+/// they stand still; `None` where obstacles do not act on points.
+pub fn obstacle_energies<const D: usize>(rocks: Option<&Rocks<D>>) -> Option<(f64, f64, Option<f64>)> {
+    let rocks = &rocks?.rocks;
+    let sum = |of: fn(&RockState) -> f64| rocks.iter().map(|rock| of(&rock.state)).sum();
+    let moves = rocks.iter().any(|rock| rock.moving.is_some());
+    Some((sum(|state| state.friction), sum(|state| state.stored), moves.then(|| sum(|state| state.work))))
 }
 
 /// What the points of a set share.
 struct OfSet<'a, const D: usize> {
-    set: &'a PointSet<D>,
+    material: &'a dyn Material,
+    position: &'a [[f64; D]],
+    origin: &'a [[f64; D]],
+    stress: &'a [SymTensor],
+    volume: &'a [f64],
+    domain: DomainSlice<'a, D>,
     background: &'a Background<D>,
     stiffness: f64,
     /// How far obstacles have come at most (m).
@@ -116,12 +131,11 @@ impl<const D: usize> OfSet<'_, D> {
         states: &StateBlock,
         room: &mut Room<D>,
     ) {
-        let set = self.set;
         let mut moduli: Option<[f64; BLOCK]> = None;
         for (k, point) in points.iter_mut().enumerate() {
             let p = first + k;
-            let x = &set.position[p];
-            let way: [f64; D] = std::array::from_fn(|c| x[c] - set.origin[p][c]);
+            let x = &self.position[p];
+            let way: [f64; D] = std::array::from_fn(|c| x[c] - self.origin[p][c]);
             let moved: [f64; D] = std::array::from_fn(|c| way[c] - point.seen[c]);
             if square(&moved).sqrt() + (self.swept - point.swept) < point.free {
                 continue;
@@ -136,17 +150,17 @@ impl<const D: usize> OfSet<'_, D> {
             }
             let modulus = moduli.get_or_insert_with(|| {
                 let mut moduli = [0.0; BLOCK];
-                let end = (first + BLOCK).min(set.len());
-                set.material.wave_moduli(&set.stress[first..end], states, &mut moduli[..end - first]);
+                let end = (first + BLOCK).min(self.stress.len());
+                self.material.wave_moduli(&self.stress[first..end], states, &mut moduli[..end - first]);
                 moduli
             })[k];
-            let h = set.domain.as_slice().spacing(p, &self.background.ground());
+            let h = self.domain.spacing(p, &self.background.ground());
             let grip = Grip {
                 place: *x,
                 moved: if touched { moved } else { [0.0; D] },
                 touched,
-                stiffness: self.stiffness * modulus * set.volume[p] / (h * h),
-                area: set.volume[p] / (2.0 * point.half),
+                stiffness: self.stiffness * modulus * self.volume[p] / (h * h),
+                area: self.volume[p] / (2.0 * point.half),
             };
             grip.act(rocks, &seen, point, &mut room.sums);
         }

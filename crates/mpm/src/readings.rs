@@ -3,6 +3,7 @@
 use colluvium_case::measure::Reading;
 
 use crate::points::PointSet;
+use crate::pressing::obstacle_energies;
 use crate::solver::MpmSolver;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -17,15 +18,15 @@ impl<const D: usize> MpmSolver<D> {
         for (axis, energy) in AXES.into_iter().zip(self.kinetic_energies()) {
             push(&format!("kinetic_energy.{axis}"), "J", energy);
         }
-        let audited = self.case.stages[self.stage].equilibrium.is_some();
-        push("external_work", "J", if audited { self.external_work } else { f64::NAN });
+        let audited = self.clock.stage().equilibrium.is_some();
+        push("external_work", "J", if audited { self.nodes.external_work } else { f64::NAN });
         let [least, most] = self.volume_ratios();
         push("volume_ratio.min", "", least);
         push("volume_ratio.max", "", most);
         let [fewest, mean] = self.points_per_cell();
         push("points_per_cell.min", "", fewest);
         push("points_per_cell.mean", "", mean);
-        if let Some((friction, stored, work)) = self.obstacle_energies() {
+        if let Some((friction, stored, work)) = obstacle_energies(self.boundary.rocks.as_deref()) {
             push("obstacles.friction", "J", friction);
             push("obstacles.stored", "J", stored);
             work.into_iter().for_each(|work| push("obstacles.work", "J", work));
@@ -39,7 +40,7 @@ impl<const D: usize> MpmSolver<D> {
         let mut add = |mass: f64, velocity: &[f64; D]| {
             energies.iter_mut().zip(velocity).for_each(|(energy, v)| *energy += 0.5 * mass * v * v);
         };
-        for set in &self.sets {
+        for set in &self.bodies.sets {
             set.mass.iter().zip(&set.velocity).for_each(|(mass, velocity)| add(*mass, velocity));
             if let Some(pore) = &set.pore {
                 pore.velocity.iter().enumerate().for_each(|(p, velocity)| add(set.liquid_mass(p), velocity));
@@ -50,7 +51,7 @@ impl<const D: usize> MpmSolver<D> {
 
     /// The bodies that deform.
     pub(crate) fn soft_sets(&self) -> impl Iterator<Item = &PointSet<D>> {
-        self.sets.iter().filter(|set| set.rigid.is_none())
+        self.bodies.sets.iter().filter(|set| set.rigid.is_none())
     }
 
     /// Least and largest volume of a point over its initial one; NaN without points.

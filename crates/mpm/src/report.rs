@@ -53,16 +53,16 @@ impl<const D: usize> MpmSolver<D> {
     /// The largest step that the waves, the motion and the viscosity of the points allow at a Courant number of `courant`;
     /// the critical one at 1.
     pub(crate) fn wave_limit(&self, courant: f64) -> TimeStep {
-        let bounds = self.options.step_bounds(D, courant);
+        let bounds = self.clock.options.step_bounds(D, courant);
         let none = Limit { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: 0, index: 0 };
         let mut least = none;
-        for (number, set) in self.sets.iter().enumerate() {
+        for (number, set) in self.bodies.sets.iter().enumerate() {
             let of_block = |first: usize, stress: &[SymTensor], states: &StateBlock| {
                 self.block_limit(bounds, number, first, stress, states)
             };
             least = least.smaller(least_of_blocks(&set.stress, &set.states, none, &of_block));
         }
-        let point = self.sets.get(least.set).filter(|set| least.index < set.len());
+        let point = self.bodies.sets.get(least.set).filter(|set| least.index < set.len());
         TimeStep {
             dt: least.dt,
             limit: least.limit,
@@ -79,14 +79,14 @@ impl<const D: usize> MpmSolver<D> {
         stress: &[SymTensor],
         states: &StateBlock,
     ) -> Limit {
-        let set = &self.sets[number];
+        let set = &self.bodies.sets[number];
         let ground = self.background.ground();
         let mut moduli = [0.0; BLOCK];
         let mut viscosities = [0.0; BLOCK];
         set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
         set.material.viscosities(stress, states, &mut viscosities[..stress.len()]);
         let mut least = Limit { dt: f64::INFINITY, limit: StepLimit::NOTHING, set: number, index: first };
-        let stiffening = if self.rocks.is_some() { self.options.stiffening() } else { 1.0 };
+        let stiffening = if self.boundary.rocks.is_some() { self.clock.options.stiffening() } else { 1.0 };
         for k in 0..stress.len() {
             let index = first + k;
             let h = set.domain.as_slice().spacing(index, &ground);
@@ -94,14 +94,14 @@ impl<const D: usize> MpmSolver<D> {
             if set.rigid.is_some() {
                 (moduli[k], viscosities[k]) = (0.0, 0.0);
             }
-            let speed = (stiffening * moduli[k] / (self.options.mass_scaling * density)).sqrt()
+            let speed = (stiffening * moduli[k] / (self.clock.options.mass_scaling * density)).sqrt()
                 + square(&set.velocity[index]).sqrt();
             let wave =
                 Limit { dt: bounds.courant * h / speed, limit: StepLimit::ELASTIC_WAVE, set: number, index };
             least = least.smaller(self.phase_limit(bounds, wave, moduli[k]));
             if viscosities[k] > 0.0 {
                 // Explicit diffusion of momentum, sheet: mpm §2.10.
-                let inertia = self.options.mass_scaling * density;
+                let inertia = self.clock.options.mass_scaling * density;
                 let dt = bounds.diffusion * inertia * h * h / viscosities[k];
                 least = least.smaller(Limit { dt, limit: StepLimit::VISCOSITY, set: number, index });
             }
@@ -112,15 +112,15 @@ impl<const D: usize> MpmSolver<D> {
     /// Everything on the points, in the order of ids.
     pub(crate) fn take_snapshot(&self) -> Snapshot {
         let mut order: Vec<(u32, usize, usize)> = Vec::new();
-        for (number, set) in self.sets.iter().enumerate() {
+        for (number, set) in self.bodies.sets.iter().enumerate() {
             order.extend(set.id.iter().enumerate().map(|(index, &id)| (id, number, index)));
         }
         order.par_sort_unstable();
         let scalar = |value: &dyn Fn(&PointSet<D>, usize) -> f64| -> FieldData {
-            FieldData::Scalar(order.iter().map(|&(_, s, i)| value(&self.sets[s], i)).collect())
+            FieldData::Scalar(order.iter().map(|&(_, s, i)| value(&self.bodies.sets[s], i)).collect())
         };
         let vector = |value: &dyn Fn(&PointSet<D>, usize) -> [f64; 3]| -> Vec<[f64; 3]> {
-            order.iter().map(|&(_, s, i)| value(&self.sets[s], i)).collect()
+            order.iter().map(|&(_, s, i)| value(&self.bodies.sets[s], i)).collect()
         };
         let displacement = |set: &PointSet<D>, i: usize| -> [f64; 3] {
             spatial(&std::array::from_fn::<f64, D, _>(|c| set.position[i][c] - set.origin[i][c]))
@@ -132,7 +132,7 @@ impl<const D: usize> MpmSolver<D> {
             field(
                 "stress",
                 "Pa",
-                FieldData::Tensor(order.iter().map(|&(_, s, i)| self.sets[s].stress[i]).collect()),
+                FieldData::Tensor(order.iter().map(|&(_, s, i)| self.bodies.sets[s].stress[i]).collect()),
             ),
             field("pressure", "Pa", scalar(&|s, i| s.stress[i].pressure())),
             field("deviatoric_stress", "Pa", scalar(&|s, i| s.stress[i].q())),
@@ -141,17 +141,17 @@ impl<const D: usize> MpmSolver<D> {
             field("density", "kg/m3", scalar(&|s, i| (s.mass[i] + s.liquid_mass(i)) / s.volume[i])),
         ];
         fields.extend(self.pore_fields(&order));
-        let bodies: Vec<LawPoints<'_>> = self.sets.iter().map(PointSet::law_points).collect();
+        let bodies: Vec<LawPoints<'_>> = self.bodies.sets.iter().map(PointSet::law_points).collect();
         let places: Vec<(usize, usize)> = order.iter().map(|&(_, set, index)| (set, index)).collect();
         fields.extend(law_fields(&bodies, &places));
         let extents = |s: &PointSet<D>, i: usize| {
             spatial(&s.domain.as_slice().extent(i, &s.extent, self.background.grid.cell))
         };
         Snapshot {
-            time: self.time,
-            step: self.step,
+            time: self.clock.time,
+            step: self.clock.step,
             ids: order.iter().map(|&(id, ..)| u64::from(id)).collect(),
-            bodies: order.iter().map(|&(_, s, _)| self.sets[s].body).collect(),
+            bodies: order.iter().map(|&(_, s, _)| self.bodies.sets[s].body).collect(),
             positions: vector(&|s, i| spatial(&s.position[i])),
             extents: vector(&extents),
             fields,
@@ -161,7 +161,7 @@ impl<const D: usize> MpmSolver<D> {
     /// Totals over the points.
     pub(crate) fn take_budget(&self) -> Budget {
         let mut budget = Budget::default();
-        for set in &self.sets {
+        for set in &self.bodies.sets {
             let energies = stored_energies(set);
             for i in 0..set.len() {
                 let (x, v, m) = (spatial(&set.position[i]), spatial(&set.velocity[i]), set.mass[i]);
@@ -172,8 +172,8 @@ impl<const D: usize> MpmSolver<D> {
                     let (a, b) = ((c + 1) % 3, (c + 2) % 3);
                     budget.momentum[c] += m * v[c];
                     budget.angular_momentum[c] += m * (x[a] * v[b] - x[b] * v[a]);
-                    budget.potential -= m * self.gravity[c] * x[c];
-                    if self.options.transfer == crate::Transfer::Apic && a < D && b < D {
+                    budget.potential -= m * self.clock.gravity[c] * x[c];
+                    if self.clock.options.transfer == crate::Transfer::Apic && a < D && b < D {
                         // What turns within the point.
                         let moment = &set.affine[i];
                         budget.angular_momentum[c] += m * (moment[b][a] - moment[a][b]);
@@ -190,24 +190,24 @@ impl<const D: usize> MpmSolver<D> {
     /// Whether nothing works on the points from outside, and all their energy is told: that of affine motion, of scaled masses and
     /// of springs of obstacles is not.
     pub(crate) fn is_left_alone(&self) -> bool {
-        let plain = !matches!(self.options.transfer, crate::Transfer::Apic | crate::Transfer::Tpic);
+        let plain = !matches!(self.clock.options.transfer, crate::Transfer::Apic | crate::Transfer::Tpic);
         plain
-            && self.options.mass_scaling <= 1.0
-            && self.case.obstacles.is_empty()
-            && self.case.is_closed(self.stage)
-            && self.sets.iter().all(|set| set.law_points().defines_energy())
+            && self.clock.options.mass_scaling <= 1.0
+            && self.clock.case.obstacles.is_empty()
+            && self.clock.case.is_closed(self.clock.stage)
+            && self.bodies.sets.iter().all(|set| set.law_points().defines_energy())
     }
 
     /// Begins to count work, from what is stored.
     pub(crate) fn count_work(&mut self) {
-        for set in self.sets.iter_mut().filter(|set| set.rigid.is_none()) {
+        for set in self.bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
             set.work = stored_energies(set);
         }
     }
 
     /// Energy dissipated since the start (J), of the points that are there.
     pub(crate) fn dissipated_energy(&self) -> f64 {
-        let counted = self.sets.iter().filter(|set| !set.work.is_empty());
+        let counted = self.bodies.sets.iter().filter(|set| !set.work.is_empty());
         let lost = counted.map(|set| {
             let stored = stored_energies(set);
             set.work.iter().zip(stored).map(|(work, stored)| work - stored).sum::<f64>()

@@ -11,7 +11,12 @@ use colluvium_case::{Case, CaseError, Plan, SLACK, Solver, StepLimit};
 use colluvium_grid::{Axis, Faces, Grid, Layout, Node, Walls};
 
 use crate::absorbing::{Absorbing, Impedance};
+use crate::affine::start_affine;
+use crate::averages::Averages;
 use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::boundary::Boundary;
+use crate::clock::Clock;
 use crate::config::ShapeFunctions;
 use crate::consistent::ConsistentMass;
 use crate::dispatch::Chosen;
@@ -20,11 +25,13 @@ use crate::dual::DualNodes;
 use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
+use crate::nodes::Nodes;
 use crate::obstacles::rocks::Rocks;
 use crate::points::PointSet;
+use crate::pressing::begin_pressing;
 use crate::solver::MpmSolver;
 use crate::strain::CellStrains;
-use crate::touch::{filled, filled_on_mesh};
+use crate::touch::{filled, filled_on_mesh, radii};
 use crate::{
     MpmOptions, ObstacleContact, StressScheme, Transfer, contact, dispatch, dual, free_surface, loads, mesh,
     nodal, obstacles, two_phase, walls,
@@ -116,14 +123,14 @@ impl dispatch::Visitor for Measure<'_> {
         let time_step = solver.critical_step();
         let points = solver.points();
         let duration: f64 = self.case.stages.iter().map(|stage| stage.duration).sum();
-        let nodes = solver.background.layout.len() * solver.contacts.fields();
+        let nodes = solver.background.layout.len() * solver.boundary.contacts.fields();
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
         let mut volumes = vec![0.0; self.case.bodies.len()];
-        for set in &solver.sets {
+        for set in &solver.bodies.sets {
             volumes[set.body as usize] += set.initial_volume.iter().sum::<f64>();
         }
         let mut warnings = warnings(self.case, self.options, points);
-        for patch in solver.empty_patches() {
+        for patch in driven::empty_patches(&solver.clock, &solver.background, &solver.boundary.driven) {
             warnings.push(format!("patches[{patch}].region: holds no node at the start"));
         }
         if time_step.limit == StepLimit::SEEPAGE_DRAG {
@@ -210,72 +217,63 @@ pub fn solver<const D: usize>(
     let most = sets.iter().map(PointSet::len).max().unwrap_or(0);
     let free_surface = free_surface::free_surface(case, options, &background, most)?;
     let own_nodes = if two_phase.is_none() { contacts.fields() * layout.len() } else { 0 };
-    let mut solver = MpmSolver {
-        case: Arc::new(case.clone()),
-        options: options.clone(),
-        flip: options.flip_share(&case.stages[0]),
-        nodes: vec![Node::default(); own_nodes],
-        remapped: Vec::new(),
+    let nodes = Nodes {
+        solved: vec![Node::default(); own_nodes],
         row_sums: vec![RowSums::default(); layout.nodes()[0]],
+        ..Nodes::default()
+    };
+    let boundary = Boundary {
         walls: Walls::default(),
+        closed: [[false; 2]; D],
         faces,
         rocks,
-        closed: [[false; 2]; D],
-        background,
-        strains,
-        stresses,
-        dual,
-        consistent,
-        sets,
+        driven,
         contacts,
+        touched: Vec::new(),
         load_starts: loads::starts(case),
         nodal,
-        driven,
-        gravity: case.gravity3(),
-        stage: 0,
-        stage_start: 0.0,
-        time: 0.0,
-        step: 0,
-        travel: 0.0,
-        heaviest: 0.0,
-        left: Box::default(),
-        limit: None,
-        limit_age: 0,
-        sums: RowSums::default(),
-        external_work: 0.0,
-        two_phase,
-        manufactured: None,
-        free_surface,
         absorbing: Absorbing::default(),
         impedances,
     };
+    let mut solver = MpmSolver {
+        clock: Clock::new(case, options),
+        averages: Averages { strains, stresses, dual, free_surface },
+        bodies: Bodies::new(sets),
+        background,
+        nodes,
+        boundary,
+        consistent,
+        two_phase,
+        manufactured: None,
+    };
     // XPIC sweeps over the same nodes before they hold re-mapped velocities.
     if options.stress_update != StressScheme::Usl || options.transfer == Transfer::Xpic {
-        solver.remapped = vec![Default::default(); solver.nodes.len()];
+        solver.nodes.remapped = vec![Default::default(); solver.nodes.solved.len()];
     }
-    if solver.contacts.fields() > 1 {
-        solver.contacts.surfaces = vec![Default::default(); solver.nodes.len()];
-        solver.contacts.rows = crate::touch::rows(
-            &solver.contacts,
-            solver.row_sums.len(),
+    if solver.boundary.contacts.fields() > 1 {
+        solver.boundary.contacts.surfaces = vec![Default::default(); solver.nodes.solved.len()];
+        solver.boundary.touched = crate::touch::rows(
+            &solver.boundary.contacts,
+            solver.nodes.row_sums.len(),
             solver.background.layout.strides()[0],
         );
         if solver.background.axisymmetric {
-            solver.contacts.radii = solver.radii();
+            solver.boundary.contacts.radii = radii(&solver.background);
         }
         if solver.background.is_meshed() {
-            solver.contacts.filled = filled_on_mesh(&solver.background.mesh, solver.background.layout.len());
+            solver.boundary.contacts.filled =
+                filled_on_mesh(&solver.background.mesh, solver.background.layout.len());
         } else {
-            solver.contacts.filled = filled(&solver.background, options.points_per_cell);
-            solver.contacts.distance = SurfaceDistance::new(&solver.background.axis);
+            solver.boundary.contacts.filled = filled(&solver.background, options.points_per_cell);
+            solver.boundary.contacts.distance = SurfaceDistance::new(&solver.background.axis);
         }
     }
     walls::refuse_walls_that_leave(case, solver.background.spacing())?;
-    solver.begin_pressing();
+    begin_pressing(&solver.background, &mut solver.bodies, &mut solver.boundary.rocks);
     solver.remember_starts();
     solver.set_stage_walls(0)?;
     solver.sort();
-    solver.start_affine();
+    start_affine(&solver.clock, &solver.background, &mut solver.bodies);
     if case.measures_dissipation() {
         solver.count_work();
     }
@@ -298,17 +296,17 @@ impl<const D: usize> MpmSolver<D> {
     /// Takes the walls of a stage, of all phases.
     pub(crate) fn set_stage_walls(&mut self, stage: usize) -> Result<(), CaseError> {
         let walls = |case: &Case| -> Result<Walls, CaseError> {
-            let mut walls = walls::walls(case, stage, &self.background, &self.options)?;
-            walls.set_off(self.step == 0);
-            Ok(walls.with_faces(Arc::clone(&self.faces)))
+            let mut walls = walls::walls(case, stage, &self.background, &self.clock.options)?;
+            walls.set_off(self.clock.step == 0);
+            Ok(walls.with_faces(Arc::clone(&self.boundary.faces)))
         };
-        let own = walls(&self.case)?;
+        let own = walls(&self.clock.case)?;
         let of_liquid =
-            self.two_phase.is_some().then(|| walls(&two_phase::of_liquid(&self.case))).transpose()?;
+            self.two_phase.is_some().then(|| walls(&two_phase::of_liquid(&self.clock.case))).transpose()?;
         if let (Some(phases), Some(of_liquid)) = (&mut self.two_phase, of_liquid) {
             phases.walls = of_liquid;
         }
-        self.set_walls(own);
+        self.boundary.set_walls(&self.background, own);
         self.set_absorbing(stage);
         Ok(())
     }

@@ -5,6 +5,7 @@ use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Axis, Lanes, Mesh, Node};
 
 use crate::config::{MeshSource, StressScheme};
+use crate::contact::RowTouch;
 use crate::dispatch::Chosen;
 use crate::mesh::{points_per_element, terrain};
 use crate::points::PointSet;
@@ -117,18 +118,19 @@ impl<const D: usize> MpmSolver<D> {
             self.background.mesh.nodes().len() as f64,
             self.background.mesh.elements().len() as f64,
         );
-        self.sets.iter().map(points).sum::<usize>()
-            + size_of_val(&self.nodes[..])
-            + size_of_val(&self.remapped[..])
-            + size_of_val(&self.row_sums[..])
-            + self.contacts.bytes()
-            + self.rocks.as_ref().map_or(0, |rocks| rocks.bytes())
-            + self.strains.bytes()
-            + self.stresses.bytes()
-            + self.dual.bytes()
+        self.bodies.sets.iter().map(points).sum::<usize>()
+            + size_of_val(&self.nodes.solved[..])
+            + size_of_val(&self.nodes.remapped[..])
+            + size_of_val(&self.nodes.row_sums[..])
+            + self.boundary.contacts.bytes()
+            + self.boundary.touched.iter().map(RowTouch::bytes).sum::<usize>()
+            + self.boundary.rocks.as_ref().map_or(0, |rocks| rocks.bytes())
+            + self.averages.strains.bytes()
+            + self.averages.stresses.bytes()
+            + self.averages.dual.bytes()
             + self.consistent.bytes()
             + self.two_phase.as_ref().map_or(0, |phases| phases.bytes())
-            + self.free_surface.as_ref().map_or(0, |surface| surface.bytes())
+            + self.averages.free_surface.as_ref().map_or(0, |surface| surface.bytes())
             + mesh as usize
     }
 }

@@ -6,15 +6,16 @@ use std::ops::Range;
 
 use colluvium_case::Case;
 use colluvium_constitutive::{BLOCK, Motion};
-use colluvium_grid::{Gathered, Lanes, Layout, Points};
+use colluvium_grid::{Gathered, Lanes, Layout};
 
 use crate::MpmOptions;
 use crate::background::Background;
+use crate::bodies::Bodies;
 use crate::cells::Cells;
+use crate::clock::Clock;
 use crate::config::VolumetricStrain;
+use crate::nodes::Nodes;
 use crate::points::PointSet;
-use crate::solver::MpmSolver;
-use crate::transfer::SOLVED;
 
 /// The volumetric strains of a step, by cell ([`crate::cells`]) and by node.
 #[derive(Clone, Debug, Default)]
@@ -134,79 +135,77 @@ pub fn set_volumetric(motion: &mut Motion, normal: usize, dilation: f64) {
 }
 
 /// Finds the volumetric strains of skeleton and liquid of some points of a set.
-type Strains<'a, const D: usize> =
-    dyn Fn(&MpmSolver<D>, &PointSet<D>, Range<usize>, &mut [[f64; 2]]) + Sync + 'a;
+type Strains<'a, const D: usize> = dyn Fn(&PointSet<D>, Range<usize>, &mut [[f64; 2]]) + Sync + 'a;
 
-impl<const D: usize> MpmSolver<D> {
-    /// Shares the volumetric strains of the step, which `read` gives for skeleton and liquid at the points of a block.
-    pub(crate) fn share_strains(&mut self, read: &Strains<'_, D>) {
-        let mut strains = std::mem::take(&mut self.strains);
-        let background = &self.background;
-        let layouts = [&background.layout, background.cell_layout()];
-        strains.reset(layouts);
-        let (ground, [_, of_cells]) = (background.ground(), layouts);
-        for (material, cells) in strains.cells.chunks_exact_mut(of_cells.len()).enumerate() {
-            let of_material =
-                |set: &&PointSet<D>| strains.materials[set.body as usize] == material && set.rigid.is_none();
-            of_cells.scatter(cells, |slab, window, offset| {
-                let (mut all, mut places) = ([[0.0; 2]; BLOCK], [0; BLOCK]);
-                for set in self.sets.iter().filter(of_material) {
-                    let wet = set.pore.as_ref().is_some_and(|pore| pore.fluid.is_some());
-                    for block in set.blocks_of(slab) {
-                        let (all, places) = (&mut all[..block.len()], &mut places[..block.len()]);
-                        read(self, set, block.clone(), all);
-                        set.domain.as_slice().range(block.clone()).cells(
-                            &ground,
-                            &set.position[block.clone()],
-                            places,
-                        );
-                        for ((p, cell), [solid, liquid]) in block.zip(&*places).zip(&*all) {
-                            let volume = set.volume[p];
-                            let moved = if wet { volume } else { 0.0 };
-                            window[*cell - offset] +=
-                                Lanes::new([volume, volume * solid, moved, moved * liquid]);
-                        }
+/// Shares the volumetric strains of the step, which `read` gives for skeleton and liquid at the points of a block.
+pub fn share_strains<const D: usize>(
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    strains: &mut CellStrains,
+    read: &Strains<'_, D>,
+) {
+    if !strains.is_shared() {
+        return;
+    }
+    let layouts = [&background.layout, background.cell_layout()];
+    strains.reset(layouts);
+    let (ground, [_, of_cells]) = (background.ground(), layouts);
+    let CellStrains { materials, cells, .. } = &mut *strains;
+    for (material, cells) in cells.chunks_exact_mut(of_cells.len()).enumerate() {
+        let of_material =
+            |set: &&PointSet<D>| materials[set.body as usize] == material && set.rigid.is_none();
+        of_cells.scatter(cells, |slab, window, offset| {
+            let (mut all, mut places) = ([[0.0; 2]; BLOCK], [0; BLOCK]);
+            for set in bodies.sets.iter().filter(of_material) {
+                let wet = set.pore.as_ref().is_some_and(|pore| pore.fluid.is_some());
+                for block in set.blocks_of(slab) {
+                    let (all, places) = (&mut all[..block.len()], &mut places[..block.len()]);
+                    read(set, block.clone(), all);
+                    set.domain.as_slice().range(block.clone()).cells(
+                        &ground,
+                        &set.position[block.clone()],
+                        places,
+                    );
+                    for ((p, cell), [solid, liquid]) in block.zip(&*places).zip(&*all) {
+                        let volume = set.volume[p];
+                        let moved = if wet { volume } else { 0.0 };
+                        window[*cell - offset] += Lanes::new([volume, volume * solid, moved, moved * liquid]);
                     }
                 }
-            });
-        }
-        if !strains.nodes.is_empty() {
-            if background.is_meshed() {
-                strains.pass_through_nodes(layouts, &background.mesh_cells());
-            } else {
-                strains.pass_through_nodes(layouts, &background.grid_cells());
-            }
-        }
-        self.strains = strains;
-    }
-
-    /// Shares the volumetric strains of one phase, where the case asks for it.
-    pub(crate) fn share_strain_if_asked<const FROM_SOLVED: bool>(&mut self, dt: f64) {
-        if !self.strains.is_shared() {
-            return;
-        }
-        self.share_strains(&|solver, set, block, out| {
-            let Background { layout, sweeps, .. } = &solver.background;
-            let (ground, points) = (solver.background.ground(), set.points().range(block));
-            let mut all = [Gathered::ZERO; BLOCK];
-            let (reads, first) = (&mut all[..points.len()], set.field * layout.len());
-            if FROM_SOLVED == SOLVED {
-                sweeps.gather(&ground, &points, &solver.nodes[first..], reads);
-            } else {
-                sweeps.gather_velocity(&ground, &points, &solver.remapped[first..], reads);
-            }
-            for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
-                *out = [dt * solver.background.dilation(read, position[0]), 0.0];
             }
         });
     }
-
-    /// Shared volumetric strains of skeleton and liquid at a point of a body.
-    #[inline(always)]
-    pub(crate) fn shared_strain(&self, body: u32, points: &Points<'_, D>, p: usize) -> [f64; 2] {
-        let cell = points.domain.cell(p, &self.background.ground(), &points.position[p]);
-        self.strains.at(body, self.background.cell_layout().len(), cell)
+    if !strains.nodes.is_empty() {
+        if background.is_meshed() {
+            strains.pass_through_nodes(layouts, &background.mesh_cells());
+        } else {
+            strains.pass_through_nodes(layouts, &background.grid_cells());
+        }
     }
+}
+
+/// Shares the volumetric strains of one phase, where the case asks for it.
+pub fn share_strains_of_one_phase<const FROM_SOLVED: bool, const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    nodes: &Nodes,
+    strains: &mut CellStrains,
+) {
+    let Background { layout, sweeps, .. } = background;
+    share_strains(background, bodies, strains, &|set, block, out| {
+        let (ground, points) = (background.ground(), set.points().range(block));
+        let mut all = [Gathered::ZERO; BLOCK];
+        let (reads, first) = (&mut all[..points.len()], set.field * layout.len());
+        if FROM_SOLVED {
+            sweeps.gather(&ground, &points, &nodes.solved[first..], reads);
+        } else {
+            sweeps.gather_velocity(&ground, &points, &nodes.remapped[first..], reads);
+        }
+        for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
+            *out = [clock.dt * background.dilation(read, position[0]), 0.0];
+        }
+    });
 }
 
 #[cfg(test)]

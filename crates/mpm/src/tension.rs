@@ -14,19 +14,19 @@ impl<const D: usize> MpmSolver<D> {
     /// `cavitation_strength` beyond that it hangs together where a real one opens. Without gravity nothing tells what is
     /// too much.
     pub(crate) fn word_on_tension(&self) -> Option<String> {
-        self.sets.iter().find_map(|set| self.tension_of(set))
+        self.bodies.sets.iter().find_map(|set| self.tension_of(set))
     }
 
     fn tension_of(&self, set: &PointSet<D>) -> Option<String> {
-        let body = &self.case.bodies[set.body as usize];
-        let spec = &self.case.materials[&body.material];
-        let gravity = square(&self.gravity).sqrt();
+        let body = &self.clock.case.bodies[set.body as usize];
+        let spec = &self.clock.case.materials[&body.material];
+        let gravity = square(&self.clock.gravity).sqrt();
         if !spec.is_fluid() || set.rigid.is_some() || gravity == 0.0 {
             return None;
         }
         let (low, high) = body.shape.bounds(D);
         let height: f64 =
-            (0..D).map(|axis| (high[axis] - low[axis]) * self.gravity[axis].abs() / gravity).sum();
+            (0..D).map(|axis| (high[axis] - low[axis]) * self.clock.gravity[axis].abs() / gravity).sum();
         let speed = set.velocity.iter().map(square).fold(0.0, f64::max);
         let allowed = spec.density() * (gravity * height + 0.5 * speed);
         let tension = |i: usize| -set.stress[i].pressure();
@@ -41,7 +41,7 @@ impl<const D: usize> MpmSolver<D> {
             "t = {} s: {:.0} % of the liquid {:?} are in tension of more than {allowed:.3e} Pa, its weight and motion, most point {} \
              at {:?} m with {:.3e} Pa: a real liquid opens there (lower materials.{}.cavitation_strength, or give it a pressure to \
              begin with)",
-            self.time,
+            self.clock.time,
             100.0 * share,
             body.name,
             set.id[worst],

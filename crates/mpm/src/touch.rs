@@ -4,9 +4,13 @@ use colluvium_constitutive::BLOCK;
 use colluvium_grid::{Axis, Lanes, Mesh, Node, Walls, Window};
 
 use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::boundary::Boundary;
+use crate::clock::Clock;
 use crate::contact::{ContactLaw, Contacts, Given, Interface, Pair, RowTouch};
+use crate::driven::Driven;
 use crate::gap::{SurfaceDistance, THIN};
-use crate::solver::MpmSolver;
+use crate::nodes::Nodes;
 use crate::vectors::{dot, norm, three};
 
 /// Most sweeps over the pairs of three or more bodies, whose contacts act on each other.
@@ -172,156 +176,175 @@ fn together(masses: [f64; 2], velocities: [&[f64; 3]; 2]) -> [f64; 3] {
     std::array::from_fn(|c| (inverse[1] * velocities[0][c] + inverse[0] * velocities[1][c]) / sum)
 }
 
-impl<const D: usize> MpmSolver<D> {
-    /// Surface integrals `Σ_p Ω_p ∇N_i` of the bodies, for normals, areas and distances. In axisymmetry they are those
-    /// of the section.
-    pub(crate) fn scatter_surfaces(&mut self) {
-        let Background { layout, sweeps, axisymmetric, .. } = &self.background;
-        let (ground, length) = (self.background.ground(), layout.strides()[0]);
-        for (field, nodes) in self.contacts.surfaces.chunks_exact_mut(layout.len()).enumerate() {
-            layout.reset(nodes);
-            layout.scatter(nodes, |slab, window, offset| {
-                let (mut volumes, mut columns) = ([Lanes::ZERO; BLOCK], [[Lanes::ZERO; D]; BLOCK]);
-                for set in self.sets.iter().filter(|set| set.field == field) {
-                    let domain = set.domain.as_slice();
-                    for block in set.blocks_of(slab) {
-                        for (k, p) in block.clone().enumerate() {
-                            let section =
-                                set.volume[p] / if *axisymmetric { set.position[p][0] } else { 1.0 };
-                            columns[k] = std::array::from_fn(|j| {
-                                let at = |i: usize| if i == j { section } else { 0.0 };
-                                Lanes::new([at(0), at(1), at(2), 0.0])
-                            });
-                            volumes[k] = Lanes::new([0.0, 0.0, 0.0, section / domain.spacing(p, &ground)]);
-                        }
-                        let (volumes, columns) = (&volumes[..block.len()], &columns[..block.len()]);
-                        let to = Window { nodes: &mut *window, first: offset };
-                        sweeps.deposit_slopes(&ground, &set.points().range(block), to, volumes, columns);
+/// Surface integrals `Σ_p Ω_p ∇N_i` of the bodies, for normals, areas and distances. In axisymmetry they are those
+/// of the section.
+pub fn scatter_surfaces<const D: usize>(
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    walls: &Walls,
+    contacts: &mut Contacts,
+) {
+    let Background { layout, sweeps, axisymmetric, .. } = background;
+    let (ground, length) = (background.ground(), layout.strides()[0]);
+    for (field, nodes) in contacts.surfaces.chunks_exact_mut(layout.len()).enumerate() {
+        layout.reset(nodes);
+        layout.scatter(nodes, |slab, window, offset| {
+            let (mut volumes, mut columns) = ([Lanes::ZERO; BLOCK], [[Lanes::ZERO; D]; BLOCK]);
+            for set in bodies.sets.iter().filter(|set| set.field == field) {
+                let domain = set.domain.as_slice();
+                for block in set.blocks_of(slab) {
+                    for (k, p) in block.clone().enumerate() {
+                        let section = set.volume[p] / if *axisymmetric { set.position[p][0] } else { 1.0 };
+                        columns[k] = std::array::from_fn(|j| {
+                            let at = |i: usize| if i == j { section } else { 0.0 };
+                            Lanes::new([at(0), at(1), at(2), 0.0])
+                        });
+                        volumes[k] = Lanes::new([0.0, 0.0, 0.0, section / domain.spacing(p, &ground)]);
                     }
+                    let (volumes, columns) = (&volumes[..block.len()], &columns[..block.len()]);
+                    let to = Window { nodes: &mut *window, first: offset };
+                    sweeps.deposit_slopes(&ground, &set.points().range(block), to, volumes, columns);
                 }
-            });
-            self.background.layout.fold(nodes, |sum, node| *sum += *node);
-            // A face that lies on a wall is none that another body can touch: as if the body went on behind it.
-            for (place, node) in nodes.iter_mut().enumerate().filter(|(_, node)| **node != Lanes::ZERO) {
-                let index = self.background.layout.index(place / length, place % length);
-                let bare = |axis: usize| if self.walls.at(axis, &index).is_some() { 0.0 } else { 1.0 };
-                let keep = std::array::from_fn(|c| if c < D { bare(c) } else { 1.0 });
-                *node *= Lanes::new(keep);
             }
+        });
+        background.layout.fold(nodes, |sum, node| *sum += *node);
+        // A face that lies on a wall is none that another body can touch: as if the body went on behind it.
+        for (place, node) in nodes.iter_mut().enumerate().filter(|(_, node)| **node != Lanes::ZERO) {
+            let index = background.layout.index(place / length, place % length);
+            let bare = |axis: usize| if walls.at(axis, &index).is_some() { 0.0 } else { 1.0 };
+            let keep = std::array::from_fn(|c| if c < D { bare(c) } else { 1.0 });
+            *node *= Lanes::new(keep);
         }
     }
+}
 
-    /// Radii of the nodes (m); none on the other side of the axis.
-    pub(crate) fn radii(&self) -> Vec<f64> {
-        let radius = |node: usize| match self.background.is_meshed() {
-            true => self.background.mesh.nodes().get(node).map_or(0.0, |x| x[0]),
-            false => {
-                let row = node / self.background.layout.strides()[0];
-                let Background { grid, axis, .. } = &self.background;
-                grid.origin[0] + grid.cell * axis.coordinate(row, grid.cells[0])
-            }
-        };
-        (0..self.background.layout.len()).map(|node| radius(node).max(0.0)).collect()
+/// Radii of the nodes (m); none on the other side of the axis.
+pub fn radii<const D: usize>(background: &Background<D>) -> Vec<f64> {
+    let radius = |node: usize| match background.is_meshed() {
+        true => background.mesh.nodes().get(node).map_or(0.0, |x| x[0]),
+        false => {
+            let row = node / background.layout.strides()[0];
+            let Background { grid, axis, .. } = background;
+            grid.origin[0] + grid.cell * axis.coordinate(row, grid.cells[0])
+        }
+    };
+    (0..background.layout.len()).map(|node| radius(node).max(0.0)).collect()
+}
+
+fn touching<'a, const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    light: f64,
+    walls: &'a Walls,
+    contacts: &'a Contacts,
+    pair: &Pair,
+    dt: f64,
+) -> Touch<'a> {
+    let len = background.layout.len();
+    Touch {
+        law: pair.law,
+        surfaces: pair.fields.map(|field| &contacts.surfaces[field * len..(field + 1) * len]),
+        rigid: pair.fields.map(|field| contacts.rigid[field].is_some()),
+        distance: &contacts.distance,
+        walls,
+        keep_start: clock.keeps_start(),
+        light,
+        inertia: clock.options.mass_scaling,
+        filled: &contacts.filled,
+        radii: &contacts.radii,
+        cell: background.grid.cell,
+        dt,
     }
+}
 
-    fn touching(&self, pair: &Pair, dt: f64) -> Touch<'_> {
-        let len = self.background.layout.len();
-        Touch {
-            law: pair.law,
-            surfaces: pair.fields.map(|field| &self.contacts.surfaces[field * len..(field + 1) * len]),
-            rigid: pair.fields.map(|field| self.contacts.rigid[field].is_some()),
-            distance: &self.contacts.distance,
-            walls: &self.walls,
-            keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
-            light: self.options.node_mass_cutoff * self.heaviest,
-            inertia: self.options.mass_scaling,
-            filled: &self.contacts.filled,
-            radii: &self.contacts.radii,
-            cell: self.background.grid.cell,
-            dt,
+/// Contact of the solved velocities, pair after pair. The contacts of three and more bodies at a node act on each
+/// other: they are gone through until none changes anything. Every impulse is one that the law allows, and it
+/// acts on both bodies.
+pub fn touch<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    light: f64,
+    solved: &mut [Node],
+    boundary: &mut Boundary<D>,
+) {
+    let Boundary { walls, driven, contacts, touched, .. } = boundary;
+    touched.iter_mut().for_each(|row| row.given.fill(Given::default()));
+    let count = background.layout.nodes()[0];
+    for _ in 0..SWEEPS {
+        let mut changed = false;
+        for (number, pair) in contacts.pairs.iter().enumerate() {
+            if pair.fields.iter().all(|field| contacts.is_rigid(*field)) {
+                continue;
+            }
+            let rows = &mut touched[number * count..][..count];
+            let touch = touching(clock, background, light, walls, contacts, pair, clock.dt);
+            touch_pair(background, &touch, pair, solved, rows);
+            changed |= rows.iter().any(|row| row.changed);
+            react(driven, contacts, pair, rows, clock.dt);
+        }
+        if !changed || contacts.fields() < 3 {
+            break;
         }
     }
+}
 
-    /// Contact of the solved velocities, pair after pair. The contacts of three and more bodies at a node act on each
-    /// other: they are gone through until none changes anything. Every impulse is one that the law allows, and it
-    /// acts on both bodies.
-    pub(crate) fn touch(&mut self, dt: f64) {
-        let mut nodes = std::mem::take(&mut self.nodes);
-        let mut all = std::mem::take(&mut self.contacts.rows);
-        all.iter_mut().for_each(|row| row.given.fill(Given::default()));
-        for _ in 0..SWEEPS {
-            let mut changed = false;
-            for number in 0..self.contacts.pairs.len() {
-                let pair = self.contacts.pairs[number];
-                let rows = &mut all[number * self.row_sums.len()..][..self.row_sums.len()];
-                if pair.fields.iter().all(|field| self.contacts.rigid[*field].is_some()) {
-                    continue;
-                }
-                self.touch_pair(&pair, &mut nodes, rows, dt);
-                changed |= rows.iter().any(|row| row.changed);
-                self.react(&pair, rows, dt);
-            }
-            if !changed || self.contacts.fields() < 3 {
-                break;
-            }
-        }
-        self.contacts.rows = all;
-        self.nodes = nodes;
-    }
-
-    fn touch_pair(&self, pair: &Pair, nodes: &mut [Node], rows: &mut [RowTouch], dt: f64) {
-        let (len, row_length) = (self.background.layout.len(), self.background.layout.strides()[0]);
-        let touch = self.touching(pair, dt);
-        self.background.layout.two_rows(
-            two(nodes, len, pair.fields),
-            rows,
-            &|row, active, [a, b], result| {
-                (result.changed, result.impulse) = (false, [0.0; 3]);
-                for number in active {
-                    let index = self.background.layout.index(row, number);
-                    let mut alone = Given::default();
-                    let given = result.given.get_mut(number).unwrap_or(&mut alone);
-                    let nodes = [&mut a[number], &mut b[number]];
-                    let touched = touch.solved(row * row_length + number, &index, nodes, given);
-                    let Some((changed, impulse)) = touched else { continue };
-                    result.changed |= changed;
-                    if !self.background.layout.is_repeated(&index) {
-                        (0..3).for_each(|c| result.impulse[c] += impulse[c]);
-                    }
-                }
-            },
-        );
-    }
-
-    /// Books the impulses of a pair on the rigid body in it, if there is one.
-    fn react(&mut self, pair: &Pair, rows: &[RowTouch], dt: f64) {
-        for (side, field) in pair.fields.into_iter().enumerate() {
-            if let Some(driven) = self.contacts.rigid[field] {
-                let sign = if side == 0 { 1.0 } else { -1.0 };
-                rows.iter().for_each(|row| self.driven[driven].take(row.impulse.map(|i| sign * i), dt));
+fn touch_pair<const D: usize>(
+    background: &Background<D>,
+    touch: &Touch<'_>,
+    pair: &Pair,
+    solved: &mut [Node],
+    rows: &mut [RowTouch],
+) {
+    let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
+    background.layout.two_rows(two(solved, len, pair.fields), rows, &|row, active, [a, b], result| {
+        (result.changed, result.impulse) = (false, [0.0; 3]);
+        for number in active {
+            let index = background.layout.index(row, number);
+            let mut alone = Given::default();
+            let given = result.given.get_mut(number).unwrap_or(&mut alone);
+            let nodes = [&mut a[number], &mut b[number]];
+            let touched = touch.solved(row * row_length + number, &index, nodes, given);
+            let Some((changed, impulse)) = touched else { continue };
+            result.changed |= changed;
+            if !background.layout.is_repeated(&index) {
+                (0..3).for_each(|c| result.impulse[c] += impulse[c]);
             }
         }
-    }
+    });
+}
 
-    /// Contact of the re-mapped velocities.
-    pub(crate) fn touch_again(&mut self) {
-        let (len, row_length) = (self.background.layout.len(), self.background.layout.strides()[0]);
-        let mut velocities = std::mem::take(&mut self.remapped);
-        let mut rows = std::mem::take(&mut self.contacts.rows);
-        for pair in &self.contacts.pairs {
-            let touch = self.touching(pair, 1.0);
-            let [first, second] = pair.fields;
-            let both = two(&mut velocities, len, pair.fields);
-            self.background.layout.two_rows(both, &mut rows, &|row, active, [a, b], _| {
-                for number in active {
-                    let place = row * row_length + number;
-                    let solved = [&self.nodes[first * len + place], &self.nodes[second * len + place]];
-                    touch.again(place, solved, [&mut a[number], &mut b[number]]);
-                }
-            });
+/// Books the impulses of a pair on the rigid body in it, if there is one.
+fn react(driven: &mut [Driven], contacts: &Contacts, pair: &Pair, rows: &[RowTouch], dt: f64) {
+    for (side, field) in pair.fields.into_iter().enumerate() {
+        if let Some(number) = contacts.rigid[field] {
+            let sign = if side == 0 { 1.0 } else { -1.0 };
+            rows.iter().for_each(|row| driven[number].take(row.impulse.map(|i| sign * i), dt));
         }
-        self.contacts.rows = rows;
-        self.remapped = velocities;
+    }
+}
+
+/// Contact of the re-mapped velocities.
+pub fn touch_again<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    light: f64,
+    nodes: &mut Nodes,
+    boundary: &mut Boundary<D>,
+) {
+    let (len, row_length) = (background.layout.len(), background.layout.strides()[0]);
+    let Boundary { walls, contacts, touched, .. } = boundary;
+    let Nodes { solved, remapped, .. } = nodes;
+    for pair in &contacts.pairs {
+        let touch = touching(clock, background, light, walls, contacts, pair, 1.0);
+        let [first, second] = pair.fields;
+        let both = two(remapped, len, pair.fields);
+        background.layout.two_rows(both, touched, &|row, active, [a, b], _| {
+            for number in active {
+                let place = row * row_length + number;
+                let solved = [&solved[first * len + place], &solved[second * len + place]];
+                touch.again(place, solved, [&mut a[number], &mut b[number]]);
+            }
+        });
     }
 }
 

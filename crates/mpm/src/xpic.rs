@@ -7,60 +7,73 @@
 use colluvium_grid::{Lanes, Points};
 
 use crate::Transfer;
+use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::boundary::Boundary;
+use crate::clock::Clock;
+use crate::driven::clear_patches;
+use crate::nodes::Nodes;
 use crate::points::{CHUNK, PointSet, in_chunks};
-use crate::solver::MpmSolver;
 use crate::transfer::deposit_of;
 
-impl<const D: usize> MpmSolver<D> {
-    /// Takes `(I - S S⁺)^m V` from the velocities of the points; the update with `Δt S a` is that of FLIP.
-    pub(crate) fn filter_velocities(&mut self, dt: f64) {
-        let (len, ground, sweeps) =
-            (self.background.layout.len(), self.background.ground(), self.background.sweeps);
-        for set in &mut self.sets {
-            set.scratch.copy_from_slice(&set.velocity);
-            let nodes = &self.nodes[set.field * len..];
-            // The velocity at the start of the step, walls included.
-            subtract(set, &|points, out| sweeps.interpolate_start(&ground, points, nodes, dt, out));
-        }
-        for _ in 1..self.options.xpic_order {
-            self.sweep();
-        }
-        for set in &mut self.sets {
-            let velocities = set.velocity.as_flattened_mut().iter_mut();
-            velocities.zip(set.scratch.as_flattened()).for_each(|(velocity, rest)| *velocity -= rest);
-        }
+/// Takes `(I - S S⁺)^m V` from the velocities of the points; the update with `Δt S a` is that of FLIP.
+pub fn filter_velocities<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    nodes: &mut Nodes,
+    boundary: &Boundary<D>,
+) {
+    let (len, ground, sweeps) = (background.layout.len(), background.ground(), background.sweeps);
+    for set in &mut bodies.sets {
+        set.scratch.copy_from_slice(&set.velocity);
+        let nodes = &nodes.solved[set.field * len..];
+        // The velocity at the start of the step, walls included.
+        subtract(set, &|points, out| sweeps.interpolate_start(&ground, points, nodes, clock.dt, out));
     }
+    for _ in 1..clock.options.xpic_order {
+        sweep(clock, background, bodies, nodes, boundary);
+    }
+    for set in &mut bodies.sets {
+        let velocities = set.velocity.as_flattened_mut().iter_mut();
+        velocities.zip(set.scratch.as_flattened()).for_each(|(velocity, rest)| *velocity -= rest);
+    }
+}
 
-    /// `R ← R - S S⁺ R` for the rest `R` in the scratch of the points. Components that a wall or a patch holds have no
-    /// part in it: there the grid's velocity is theirs.
-    fn sweep(&mut self) {
-        self.reset_remapped();
-        let (layout, walls) = (&self.background.layout, &self.walls);
-        let row_length = layout.strides()[0];
-        let momentum = |set: &PointSet<D>, p: usize| {
-            let at = |c: usize| if c < D { set.mass[p] * set.scratch[p][c] } else { 0.0 };
-            Lanes::new([at(0), at(1), at(2), 0.0])
-        };
-        let fields = self.remapped.chunks_exact_mut(layout.len());
-        for (field, (rest, nodes)) in fields.zip(self.nodes.chunks_exact(layout.len())).enumerate() {
-            deposit_of(&self.background, &self.sets, field, rest, &momentum, Transfer::Xpic);
-            layout.fold(rest, |sum, node| *sum += *node);
-            layout.each(rest, |row, active, line| {
-                for number in active {
-                    let mass = nodes[row * row_length + number].motion.as_array()[3];
-                    line[number] *= if mass > 0.0 { 1.0 / mass } else { 0.0 };
-                    let [x, y, z] = walls.free_components(&layout.index(row, number));
-                    line[number] *= Lanes::new([x, y, z, 1.0]);
-                }
-            });
-        }
-        self.clear_patches();
-        let (len, ground, sweeps) =
-            (self.background.layout.len(), self.background.ground(), self.background.sweeps);
-        for set in &mut self.sets {
-            let nodes = &self.remapped[set.field * len..];
-            subtract(set, &|points, out| sweeps.interpolate(&ground, points, nodes, out));
-        }
+/// `R ← R - S S⁺ R` for the rest `R` in the scratch of the points. Components that a wall or a patch holds have no
+/// part in it: there the grid's velocity is theirs.
+fn sweep<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    nodes: &mut Nodes,
+    boundary: &Boundary<D>,
+) {
+    nodes.reset_remapped(&background.layout);
+    let (layout, walls) = (&background.layout, &boundary.walls);
+    let row_length = layout.strides()[0];
+    let momentum = |set: &PointSet<D>, p: usize| {
+        let at = |c: usize| if c < D { set.mass[p] * set.scratch[p][c] } else { 0.0 };
+        Lanes::new([at(0), at(1), at(2), 0.0])
+    };
+    let fields = nodes.remapped.chunks_exact_mut(layout.len());
+    for (field, (rest, nodes)) in fields.zip(nodes.solved.chunks_exact(layout.len())).enumerate() {
+        deposit_of(background, &bodies.sets, field, rest, &momentum, Transfer::Xpic);
+        layout.fold(rest, |sum, node| *sum += *node);
+        layout.each(rest, |row, active, line| {
+            for number in active {
+                let mass = nodes[row * row_length + number].motion.as_array()[3];
+                line[number] *= if mass > 0.0 { 1.0 / mass } else { 0.0 };
+                let [x, y, z] = walls.free_components(&layout.index(row, number));
+                line[number] *= Lanes::new([x, y, z, 1.0]);
+            }
+        });
+    }
+    clear_patches(clock, background, &boundary.driven, &boundary.contacts, &mut nodes.remapped);
+    let (len, ground, sweeps) = (background.layout.len(), background.ground(), background.sweeps);
+    for set in &mut bodies.sets {
+        let nodes = &nodes.remapped[set.field * len..];
+        subtract(set, &|points, out| sweeps.interpolate(&ground, points, nodes, out));
     }
 }
 

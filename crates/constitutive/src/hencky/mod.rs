@@ -9,8 +9,8 @@ use crate::laws::Elasticity;
 use crate::laws::substep::{self, divided};
 use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent, shear_moduli};
 use crate::{
-    BatchError, InitialCondition, Mat3, MaterialError, Motion, Point, SmallStrain, Spectrum, StressUpdate,
-    SymTensor, Tangent,
+    BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, SmallStrain, Spectrum,
+    StressUpdate, SymTensor, Tangent,
 };
 
 pub use few::Few;
@@ -175,12 +175,26 @@ impl<L: PrincipalReturn> Hencky<L> {
     }
 }
 
-impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
-    type State = HenckyState<L::State>;
-
+impl<L: PrincipalReturn> Law for Hencky<L> {
     fn name(&self) -> &'static str {
         self.0.name()
     }
+
+    fn is_isotropic(&self) -> bool {
+        self.0.is_isotropic()
+    }
+
+    fn stress_tolerance(&self) -> f64 {
+        self.0.stress_tolerance()
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        self.0.output_names()
+    }
+}
+
+impl<L: PrincipalReturn> Pointwise for Hencky<L> {
+    type State = HenckyState<L::State>;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
         let inner = self.0.initial(initial)?;
@@ -190,6 +204,29 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
         Ok(Point { stress: inner.stress, state })
     }
 
+    fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
+        // max (c_AAAA + τ_A) / J of §3.9, from which the floor (λ + 2μ) / J follows.
+        let least = point.stress.principal_values()[2] * point.state.jacobian;
+        (self.0.elasticity().p_wave_modulus() - least.min(0.0)) / point.state.jacobian
+    }
+
+    fn yield_value(&self, point: &Point<Self::State>) -> Option<f64> {
+        let stress = point.stress * point.state.jacobian;
+        self.0.yield_value(&Point { stress, state: point.state.inner.clone() })
+    }
+
+    fn stored_energy(&self, point: &Point<Self::State>) -> Option<f64> {
+        let stress = point.stress * point.state.jacobian;
+        Some(self.0.elasticity().energy(&stress) / point.state.jacobian)
+    }
+
+    fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
+        let stress = point.stress * point.state.jacobian;
+        self.0.outputs(&Point { stress, state: point.state.inner.clone() }, out);
+    }
+}
+
+impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
     #[inline]
     fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError> {
         let (strain, largest) = (motion.strain_increment(), self.0.largest_step());
@@ -254,30 +291,5 @@ impl<L: PrincipalReturn> StressUpdate for Hencky<L> {
             return parts.ok().map(|(sum, _)| sum);
         }
         self.undivided_dissipation(motion, old, new)
-    }
-
-    fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
-        // max (c_AAAA + τ_A) / J of §3.9, from which the floor (λ + 2μ) / J follows.
-        let least = point.stress.principal_values()[2] * point.state.jacobian;
-        (self.0.elasticity().p_wave_modulus() - least.min(0.0)) / point.state.jacobian
-    }
-
-    fn yield_value(&self, point: &Point<Self::State>) -> Option<f64> {
-        let stress = point.stress * point.state.jacobian;
-        self.0.yield_value(&Point { stress, state: point.state.inner.clone() })
-    }
-
-    fn stored_energy(&self, point: &Point<Self::State>) -> Option<f64> {
-        let stress = point.stress * point.state.jacobian;
-        Some(self.0.elasticity().energy(&stress) / point.state.jacobian)
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        self.0.output_names()
-    }
-
-    fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
-        let stress = point.stress * point.state.jacobian;
-        self.0.outputs(&Point { stress, state: point.state.inner.clone() }, out);
     }
 }

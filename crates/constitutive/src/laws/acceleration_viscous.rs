@@ -21,7 +21,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::{check, not_negative, positive};
 use crate::tangent::numerical_tangent;
-use crate::{InitialCondition, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
+use crate::{
+    InitialCondition, Law, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor, Tangent,
+};
 
 /// Largest ratio of a component of `T` to that of `T_i`.
 const LARGEST: f64 = 10.0;
@@ -152,12 +154,30 @@ impl<L: StressUpdate> Viscous<L> {
     }
 }
 
-impl<L: StressUpdate> StressUpdate for Viscous<L> {
-    type State = ViscousState<L::State>;
-
+impl<L: StressUpdate> Law for Viscous<L> {
     fn name(&self) -> &'static str {
         self.frictional.name()
     }
+
+    fn is_isotropic(&self) -> bool {
+        self.frictional.is_isotropic()
+    }
+
+    fn stress_tolerance(&self) -> f64 {
+        self.frictional.stress_tolerance()
+    }
+
+    fn is_time_dependent(&self) -> bool {
+        true
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        self.frictional.output_names()
+    }
+}
+
+impl<L: StressUpdate> Pointwise for Viscous<L> {
+    type State = ViscousState<L::State>;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
         let Point { stress, state } = self.frictional.initial(initial)?;
@@ -168,6 +188,24 @@ impl<L: StressUpdate> StressUpdate for Viscous<L> {
         })
     }
 
+    fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
+        let phi = self.viscosity.phi(point.state.stretching.norm());
+        let factor = (1.0 - 2.0 * phi.abs()).max(1.0 / LARGEST);
+        self.frictional.wave_modulus(&Self::inner(point)) / factor
+    }
+
+    /// Of the viscous stress at the current rate and pressure: `T_v ≈ 2 |η| p D` for a small change of `D`.
+    fn viscosity(&self, point: &Point<Self::State>) -> f64 {
+        let own = self.viscosity.eta(point.state.stretching.norm()).abs() * point.stress.pressure().abs();
+        own + 0.5 * self.viscosity.eta1
+    }
+
+    fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
+        self.frictional.outputs(&Self::inner(point), out);
+    }
+}
+
+impl<L: StressUpdate> StressUpdate for Viscous<L> {
     fn update(&self, motion: &Motion, old: &Point<Self::State>) -> Result<Point<Self::State>, MaterialError> {
         let invalid = |reason| MaterialError::Motion { model: self.name(), reason };
         if !(motion.dt > 0.0) {
@@ -223,30 +261,6 @@ impl<L: StressUpdate> StressUpdate for Viscous<L> {
             }
         }
         Ok(tangent)
-    }
-
-    fn is_time_dependent(&self) -> bool {
-        true
-    }
-
-    fn wave_modulus(&self, point: &Point<Self::State>) -> f64 {
-        let phi = self.viscosity.phi(point.state.stretching.norm());
-        let factor = (1.0 - 2.0 * phi.abs()).max(1.0 / LARGEST);
-        self.frictional.wave_modulus(&Self::inner(point)) / factor
-    }
-
-    /// Of the viscous stress at the current rate and pressure: `T_v ≈ 2 |η| p D` for a small change of `D`.
-    fn viscosity(&self, point: &Point<Self::State>) -> f64 {
-        let own = self.viscosity.eta(point.state.stretching.norm()).abs() * point.stress.pressure().abs();
-        own + 0.5 * self.viscosity.eta1
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        self.frictional.output_names()
-    }
-
-    fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
-        self.frictional.outputs(&Self::inner(point), out);
     }
 }
 

@@ -223,10 +223,6 @@ impl Model for BinghamSpec {
         tangent: TANGENT,
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         self.common().build(self.rheology()?)
     }
@@ -262,10 +258,6 @@ impl Model for FrictionalFluidSpec {
         strain: "rate",
         tangent: TANGENT,
     };
-
-    fn density(&self) -> f64 {
-        self.density
-    }
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         self.common().build(self.rheology()?)

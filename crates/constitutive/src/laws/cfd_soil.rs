@@ -87,10 +87,6 @@ impl Model for CfdSoilSpec {
         tangent: "analytic",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(Arc::new(Corotational(self.law()?)))
     }

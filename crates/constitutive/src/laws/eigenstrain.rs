@@ -33,10 +33,6 @@ impl Model for EigenstrainSpec {
         tangent: "the inner law's",
     };
 
-    fn density(&self) -> f64 {
-        self.material.density()
-    }
-
     fn inner(&self) -> Option<&MaterialSpec> {
         Some(&self.material)
     }

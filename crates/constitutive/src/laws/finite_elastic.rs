@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::Elasticity;
 use crate::hencky::carried;
 use crate::tangent::from_spatial;
-use crate::{InitialCondition, Mat3, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent};
+use crate::{
+    InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor, Tangent,
+};
 
 /// Left Cauchy–Green tensor of a point less the unit tensor, `b - 1`: small strains keep their digits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -45,18 +47,31 @@ pub trait FiniteElastic: Send + Sync + 'static {
     fn initial_energy(&self, b: &SymTensor) -> f64;
 }
 
-impl<L: FiniteElastic> StressUpdate for L {
-    type State = LeftCauchyGreen;
-
+impl<L: FiniteElastic> Law for L {
     fn name(&self) -> &'static str {
         L::NAME
     }
+}
+
+impl<L: FiniteElastic> Pointwise for L {
+    type State = LeftCauchyGreen;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<LeftCauchyGreen>, MaterialError> {
         let b = self.carrying(&initial.stress)?;
         Ok(Point { stress: self.cauchy_stress(&b), state: LeftCauchyGreen(b) })
     }
 
+    fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
+        self.largest_modulus(&point.state.0, &point.stress)
+    }
+
+    fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
+        let b = &point.state.0;
+        Some(self.initial_energy(b) * (-log_jacobian(b)).exp())
+    }
+}
+
+impl<L: FiniteElastic> StressUpdate for L {
     #[inline]
     fn update(
         &self,
@@ -72,15 +87,6 @@ impl<L: FiniteElastic> StressUpdate for L {
         let b = &new.state.0;
         let singular = MaterialError::Motion { model: L::NAME, reason: "the step inverts the point" };
         from_spatial(&self.spatial_tangent(b), motion, log_jacobian(b).exp(), &new.stress).ok_or(singular)
-    }
-
-    fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
-        self.largest_modulus(&point.state.0, &point.stress)
-    }
-
-    fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
-        let b = &point.state.0;
-        Some(self.initial_energy(b) * (-log_jacobian(b)).exp())
     }
 
     fn dissipation(

@@ -37,10 +37,6 @@ impl Model for FixedCorotatedSpec {
         tangent: "analytic",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
         Ok(Arc::new(FixedCorotated { elasticity }))

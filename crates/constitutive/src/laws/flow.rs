@@ -8,7 +8,8 @@
 use super::equation_of_state::{Barotropic, FluidState};
 use super::{Elasticity, check_initial};
 use crate::{
-    InitialCondition, Mat3, MaterialError, Motion, Point, SmallStrain, StressUpdate, SymTensor, Tangent,
+    InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, SmallStrain, StressUpdate,
+    SymTensor, Tangent,
 };
 
 /// Names and values of what is worth plotting of a flow.
@@ -60,12 +61,22 @@ pub struct Viscous<V> {
     pub pressure: Barotropic,
 }
 
-impl<V: EffectiveViscosity> StressUpdate for Viscous<V> {
-    type State = FluidState;
-
+impl<V: EffectiveViscosity> Law for Viscous<V> {
     fn name(&self) -> &'static str {
         V::NAME
     }
+
+    fn is_time_dependent(&self) -> bool {
+        true
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        V::OUTPUTS
+    }
+}
+
+impl<V: EffectiveViscosity> Pointwise for Viscous<V> {
+    type State = FluidState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<FluidState>, MaterialError> {
         let pressure = initial.stress.pressure();
@@ -77,6 +88,25 @@ impl<V: EffectiveViscosity> StressUpdate for Viscous<V> {
         Ok(Point { stress: SymTensor::isotropic(-pressure), state })
     }
 
+    fn wave_modulus(&self, point: &Point<FluidState>) -> f64 {
+        self.pressure.modulus(point.state.ratio())
+    }
+
+    fn viscosity(&self, point: &Point<FluidState>) -> f64 {
+        self.rheology.viscosity(point.state.shear_rate, point.stress.pressure())
+    }
+
+    fn stored_energy(&self, point: &Point<FluidState>) -> Option<f64> {
+        Some(self.pressure.energy(point.state.ratio()))
+    }
+
+    fn outputs(&self, point: &Point<FluidState>, out: &mut [f64]) {
+        let (shear, pressure) = (point.stress.j2().sqrt(), point.stress.pressure());
+        self.rheology.outputs(point.state.shear_rate, shear, pressure, out);
+    }
+}
+
+impl<V: EffectiveViscosity> StressUpdate for Viscous<V> {
     #[inline]
     fn update(&self, motion: &Motion, old: &Point<FluidState>) -> Result<Point<FluidState>, MaterialError> {
         let mut state = self.pressure.step(V::NAME, motion, &old.state)?;
@@ -98,33 +128,8 @@ impl<V: EffectiveViscosity> StressUpdate for Viscous<V> {
         Ok(Point { stress, state })
     }
 
-    fn is_time_dependent(&self) -> bool {
-        true
-    }
-
-    fn wave_modulus(&self, point: &Point<FluidState>) -> f64 {
-        self.pressure.modulus(point.state.ratio())
-    }
-
-    fn viscosity(&self, point: &Point<FluidState>) -> f64 {
-        self.rheology.viscosity(point.state.shear_rate, point.stress.pressure())
-    }
-
-    fn stored_energy(&self, point: &Point<FluidState>) -> Option<f64> {
-        Some(self.pressure.energy(point.state.ratio()))
-    }
-
     fn dissipation(&self, motion: &Motion, _: &Point<FluidState>, new: &Point<FluidState>) -> Option<f64> {
         Some(new.stress.dot(&motion.strain_increment().deviator()))
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        V::OUTPUTS
-    }
-
-    fn outputs(&self, point: &Point<FluidState>, out: &mut [f64]) {
-        let (shear, pressure) = (point.stress.j2().sqrt(), point.stress.pressure());
-        self.rheology.outputs(point.state.shear_rate, shear, pressure, out);
     }
 }
 
@@ -161,12 +166,24 @@ impl<R: FlowCurve> Viscoplastic<R> {
     }
 }
 
-impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
-    type State = FluidState;
-
+impl<R: FlowCurve> Law for Viscoplastic<R> {
     fn name(&self) -> &'static str {
         R::NAME
     }
+
+    /// A stress above yield relaxes where the flow curve rises with the rate.
+    fn is_time_dependent(&self) -> bool {
+        let pressure = self.pressure.bulk_modulus;
+        self.rheology.strength(1.0, pressure) > self.rheology.strength(0.0, pressure)
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        R::OUTPUTS
+    }
+}
+
+impl<R: FlowCurve> Pointwise for Viscoplastic<R> {
+    type State = FluidState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<FluidState>, MaterialError> {
         let state = self.pressure.initial(R::NAME, initial)?;
@@ -176,6 +193,28 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
         Ok(Point { stress, state })
     }
 
+    fn wave_modulus(&self, point: &Point<FluidState>) -> f64 {
+        self.pressure.modulus(point.state.ratio()) + 4.0 / 3.0 * self.shear_modulus
+    }
+
+    /// Shear stress less that of the flow curve at the plastic shear rate of the last step (Pa).
+    fn yield_value(&self, point: &Point<FluidState>) -> Option<f64> {
+        let strength = self.rheology.strength(point.state.shear_rate, point.stress.pressure());
+        Some(point.stress.j2().sqrt() - strength)
+    }
+
+    fn stored_energy(&self, point: &Point<FluidState>) -> Option<f64> {
+        let shear = point.stress.j2() / (2.0 * self.shear_modulus);
+        Some(self.pressure.energy(point.state.ratio()) + shear)
+    }
+
+    fn outputs(&self, point: &Point<FluidState>, out: &mut [f64]) {
+        let (shear, pressure) = (point.stress.j2().sqrt(), point.stress.pressure());
+        self.rheology.outputs(point.state.shear_rate, shear, pressure, out);
+    }
+}
+
+impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
     #[inline]
     fn update(
         &self,
@@ -206,16 +245,6 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
         f64::INFINITY
     }
 
-    /// A stress above yield relaxes where the flow curve rises with the rate.
-    fn is_time_dependent(&self) -> bool {
-        let pressure = self.pressure.bulk_modulus;
-        self.rheology.strength(1.0, pressure) > self.rheology.strength(0.0, pressure)
-    }
-
-    fn wave_modulus(&self, point: &Point<FluidState>) -> f64 {
-        self.pressure.modulus(point.state.ratio()) + 4.0 / 3.0 * self.shear_modulus
-    }
-
     /// By the implicit-function theorem: `s = τ(τᵗʳ, p) m` along `m = sᵗʳ/τᵗʳ`, and
     /// `dp = -ρ p'(ρ) H : dε`, `H = (1 - A²/4)⁻¹`, the change of `ln det f` with the mid-step gradient.
     fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<FluidState>) -> Option<Tangent> {
@@ -241,17 +270,6 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
         Some(tangent)
     }
 
-    /// Shear stress less that of the flow curve at the plastic shear rate of the last step (Pa).
-    fn yield_value(&self, point: &Point<FluidState>) -> Option<f64> {
-        let strength = self.rheology.strength(point.state.shear_rate, point.stress.pressure());
-        Some(point.stress.j2().sqrt() - strength)
-    }
-
-    fn stored_energy(&self, point: &Point<FluidState>) -> Option<f64> {
-        let shear = point.stress.j2() / (2.0 * self.shear_modulus);
-        Some(self.pressure.energy(point.state.ratio()) + shear)
-    }
-
     fn dissipation(
         &self,
         strain: &SymTensor,
@@ -261,15 +279,6 @@ impl<R: FlowCurve> SmallStrain for Viscoplastic<R> {
     ) -> Option<f64> {
         let lost = self.trial(strain, &old.stress).deviator - new.stress.deviator();
         Some(new.stress.deviator().dot(&lost) / (2.0 * self.shear_modulus))
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        R::OUTPUTS
-    }
-
-    fn outputs(&self, point: &Point<FluidState>, out: &mut [f64]) {
-        let (shear, pressure) = (point.stress.j2().sqrt(), point.stress.pressure());
-        self.rheology.outputs(point.state.shear_rate, shear, pressure, out);
     }
 }
 

@@ -12,8 +12,8 @@ use crate::hencky::Few;
 use crate::lanes::Lanes;
 use crate::model::{Facts, Kind, Model, StrainMeasure};
 use crate::{
-    BLOCK, InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
-    Tangent,
+    BLOCK, InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, PrincipalReturn,
+    SmallStrain, SymTensor, Tangent,
 };
 
 /// Parameters of `linear-elastic`.
@@ -38,10 +38,6 @@ impl Model for LinearElasticSpec {
         strain: "rate or Hencky",
         tangent: "analytic",
     };
-
-    fn density(&self) -> f64 {
-        self.density
-    }
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         let law = LinearElastic { elasticity: Elasticity::new(self.youngs_modulus, self.poissons_ratio)? };
@@ -188,17 +184,29 @@ pub struct LinearElastic {
     pub elasticity: Elasticity,
 }
 
-impl SmallStrain for LinearElastic {
-    type State = ();
-
+impl Law for LinearElastic {
     fn name(&self) -> &'static str {
         "linear-elastic"
     }
+}
+
+impl Pointwise for LinearElastic {
+    type State = ();
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<()>, MaterialError> {
         Ok(Point { stress: initial.stress, state: () })
     }
 
+    fn wave_modulus(&self, _point: &Point<()>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        Some(&self.elasticity)
+    }
+}
+
+impl SmallStrain for LinearElastic {
     #[inline]
     fn update(
         &self,
@@ -219,16 +227,8 @@ impl SmallStrain for LinearElastic {
         f64::INFINITY
     }
 
-    fn wave_modulus(&self, _point: &Point<()>) -> f64 {
-        self.elasticity.p_wave_modulus()
-    }
-
     fn tangent(&self, _strain: &SymTensor, _motion: &Motion, _old: &Point<()>) -> Option<Tangent> {
         Some(self.elasticity.tangent())
-    }
-
-    fn stored_energy(&self, point: &Point<()>) -> Option<f64> {
-        Some(self.elasticity.energy(&point.stress))
     }
 
     fn dissipation(&self, _: &SymTensor, _: &Motion, _: &Point<()>, _: &Point<()>) -> Option<f64> {

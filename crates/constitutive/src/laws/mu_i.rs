@@ -150,10 +150,6 @@ impl Model for MuISpec {
         tangent: "analytic (viscous forms: numerical)",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         let law = self.viscoplastic()?;
         Ok(match self.form {

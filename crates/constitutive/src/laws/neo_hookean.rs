@@ -51,10 +51,6 @@ impl Model for NeoHookeanSpec {
         tangent: "analytic",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
         Ok(Arc::new(NeoHookean { elasticity, volumetric_law: self.volumetric_law }))

@@ -63,10 +63,6 @@ impl Model for NewtonianFluidSpec {
         tangent: "numerical",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(Arc::new(self.law()?))
     }

@@ -18,7 +18,8 @@ use super::root::{falling_root, less_round_off};
 use super::substep::Advance;
 use crate::model::{Facts, Kind, Model};
 use crate::{
-    Corotational, InitialCondition, Material, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent,
+    Corotational, InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, SmallStrain,
+    SymTensor, Tangent,
 };
 
 const NAME: &str = "original-cam-clay";
@@ -59,10 +60,6 @@ impl Model for OriginalCamClaySpec {
         strain: "rate",
         tangent: "analytic",
     };
-
-    fn density(&self) -> f64 {
-        self.0.density
-    }
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(Arc::new(Corotational(self.law()?)))
@@ -212,18 +209,40 @@ impl OriginalCamClay {
     }
 }
 
-impl SmallStrain for OriginalCamClay {
-    type State = CamClayState;
-
+impl Law for OriginalCamClay {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        OUTPUTS
+    }
+}
+
+impl Pointwise for OriginalCamClay {
+    type State = CamClayState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<CamClayState>, MaterialError> {
         let m = self.constants.critical;
         self.constants.initial(NAME, &initial.stress, |p, q| p * (q / (m * p)).exp())
     }
 
+    fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
+        self.constants.wave_modulus(point)
+    }
+
+    /// `F p`, so that it is a stress.
+    fn yield_value(&self, point: &Point<CamClayState>) -> Option<f64> {
+        let size = point.state.preconsolidation_pressure;
+        Some(point.stress.q() - self.strength(point.stress.pressure(), size))
+    }
+
+    fn outputs(&self, point: &Point<CamClayState>, out: &mut [f64]) {
+        point.state.outputs(out);
+    }
+}
+
+impl SmallStrain for OriginalCamClay {
     fn update(
         &self,
         strain: &SymTensor,
@@ -233,18 +252,8 @@ impl SmallStrain for OriginalCamClay {
         self.step(strain, old).map(|advance| advance.point)
     }
 
-    fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
-        self.constants.wave_modulus(point)
-    }
-
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<CamClayState>) -> Option<Tangent> {
         self.step_tangent(strain, old)
-    }
-
-    /// `F p`, so that it is a stress.
-    fn yield_value(&self, point: &Point<CamClayState>) -> Option<f64> {
-        let size = point.state.preconsolidation_pressure;
-        Some(point.stress.q() - self.strength(point.stress.pressure(), size))
     }
 
     fn dissipation(
@@ -255,13 +264,5 @@ impl SmallStrain for OriginalCamClay {
         _new: &Point<CamClayState>,
     ) -> Option<f64> {
         self.step(strain, old).ok().map(|advance| advance.dissipated)
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        OUTPUTS
-    }
-
-    fn outputs(&self, point: &Point<CamClayState>, out: &mut [f64]) {
-        point.state.outputs(out);
     }
 }

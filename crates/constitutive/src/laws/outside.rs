@@ -57,10 +57,6 @@ impl Model for OtherSpec {
         tangent: "the law's",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         let known = FACTORIES.read().unwrap_or_else(PoisonError::into_inner);
         let Some(factory) = known.iter().find(|factory| factory.name() == self.law) else {

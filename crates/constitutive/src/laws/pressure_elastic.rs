@@ -18,7 +18,8 @@ use super::linear_elastic::stiff_warnings;
 use super::radial::RadialTrial;
 use crate::model::{Facts, Kind, Model, between, check, positive};
 use crate::{
-    Corotational, InitialCondition, Material, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent,
+    Corotational, InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, SmallStrain,
+    SymTensor, Tangent,
 };
 
 const NAME: &str = "pressure-dependent-elastic";
@@ -119,10 +120,6 @@ impl Model for PressureElasticSpec {
         strain: "rate",
         tangent: "analytic",
     };
-
-    fn density(&self) -> f64 {
-        self.density
-    }
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(Arc::new(Corotational(self.law()?)))
@@ -304,18 +301,35 @@ impl PressureElastic {
     }
 }
 
-impl SmallStrain for PressureElastic {
-    type State = VoidRatio;
-
+impl Law for PressureElastic {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        &["void_ratio"]
+    }
+}
+
+impl Pointwise for PressureElastic {
+    type State = VoidRatio;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<VoidRatio>, MaterialError> {
         super::check_compressive(NAME, &initial.stress)?;
         Ok(Point { stress: initial.stress, state: VoidRatio { void_ratio: self.spec.void_ratio } })
     }
 
+    fn wave_modulus(&self, point: &Point<VoidRatio>) -> f64 {
+        let modulus = self.bulk_modulus(point.stress.pressure(), point.state.void_ratio);
+        1.1 * modulus * (1.0 + 4.0 / 3.0 * self.shear_ratio)
+    }
+
+    fn outputs(&self, point: &Point<VoidRatio>, out: &mut [f64]) {
+        out[0] = point.state.void_ratio;
+    }
+}
+
+impl SmallStrain for PressureElastic {
     fn update(
         &self,
         strain: &SymTensor,
@@ -331,21 +345,8 @@ impl SmallStrain for PressureElastic {
         f64::INFINITY
     }
 
-    fn wave_modulus(&self, point: &Point<VoidRatio>) -> f64 {
-        let modulus = self.bulk_modulus(point.stress.pressure(), point.state.void_ratio);
-        1.1 * modulus * (1.0 + 4.0 / 3.0 * self.shear_ratio)
-    }
-
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<VoidRatio>) -> Option<Tangent> {
         let (step, trial) = self.trial(strain, old);
         Some(trial.tangent(1.0, &SymTensor::isotropic(-step.tangent), &SymTensor::ZERO))
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        &["void_ratio"]
-    }
-
-    fn outputs(&self, point: &Point<VoidRatio>, out: &mut [f64]) {
-        out[0] = point.state.void_ratio;
     }
 }

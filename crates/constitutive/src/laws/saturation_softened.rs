@@ -9,11 +9,11 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{DruckerPrager, MohrCoulomb, PlasticStrain};
+use super::{DruckerPrager, Elasticity, MohrCoulomb, PlasticStrain};
 use crate::model::{Facts, Kind, Model, StrainMeasure, check};
 use crate::{
-    Corotational, InitialCondition, Material, MaterialError, MaterialSpec, Motion, Point, SmallStrain,
-    SymTensor, Tangent,
+    Corotational, InitialCondition, Law, Material, MaterialError, MaterialSpec, Motion, Point, Pointwise,
+    SmallStrain, SymTensor, Tangent,
 };
 
 const NAME: &str = "saturation-softened";
@@ -35,10 +35,6 @@ impl Model for SaturationSoftenedSpec {
         strain: "rate",
         tangent: "the inner law's",
     };
-
-    fn density(&self) -> f64 {
-        self.material.density()
-    }
 
     fn inner(&self) -> Option<&MaterialSpec> {
         Some(&self.material)
@@ -128,18 +124,42 @@ impl<L: Cohesive> SaturationSoftened<L> {
     }
 }
 
-impl<L: Cohesive> SmallStrain for SaturationSoftened<L> {
-    type State = Wetted;
-
+impl<L: Cohesive> Law for SaturationSoftened<L> {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        self.law.output_names()
+    }
+}
+
+impl<L: Cohesive> Pointwise for SaturationSoftened<L> {
+    type State = Wetted;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<Wetted>, MaterialError> {
         let Point { stress, state } = self.law.initial(initial)?;
         Ok(Point { stress, state: Wetted { inner: state, saturation: 0.0 } })
     }
 
+    fn wave_modulus(&self, point: &Point<Wetted>) -> f64 {
+        self.law.wave_modulus(&Self::inner(point))
+    }
+
+    fn yield_value(&self, point: &Point<Wetted>) -> Option<f64> {
+        self.at(point.state.saturation).yield_value(&Self::inner(point))
+    }
+
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        self.law.linear_elasticity()
+    }
+
+    fn outputs(&self, point: &Point<Wetted>, out: &mut [f64]) {
+        self.law.outputs(&Self::inner(point), out);
+    }
+}
+
+impl<L: Cohesive> SmallStrain for SaturationSoftened<L> {
     fn update(
         &self,
         strain: &SymTensor,
@@ -154,37 +174,7 @@ impl<L: Cohesive> SmallStrain for SaturationSoftened<L> {
         Ok(Point { stress, state: Wetted { inner: state, saturation } })
     }
 
-    fn wave_modulus(&self, point: &Point<Wetted>) -> f64 {
-        self.law.wave_modulus(&Self::inner(point))
-    }
-
     fn tangent(&self, strain: &SymTensor, motion: &Motion, old: &Point<Wetted>) -> Option<Tangent> {
         self.at(motion.pore.saturation).tangent(strain, motion, &Self::inner(old))
-    }
-
-    fn yield_value(&self, point: &Point<Wetted>) -> Option<f64> {
-        self.at(point.state.saturation).yield_value(&Self::inner(point))
-    }
-
-    fn stored_energy(&self, point: &Point<Wetted>) -> Option<f64> {
-        self.law.stored_energy(&Self::inner(point))
-    }
-
-    fn dissipation(
-        &self,
-        strain: &SymTensor,
-        motion: &Motion,
-        old: &Point<Wetted>,
-        new: &Point<Wetted>,
-    ) -> Option<f64> {
-        self.law.dissipation(strain, motion, &Self::inner(old), &Self::inner(new))
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        self.law.output_names()
-    }
-
-    fn outputs(&self, point: &Point<Wetted>, out: &mut [f64]) {
-        self.law.outputs(&Self::inner(point), out);
     }
 }

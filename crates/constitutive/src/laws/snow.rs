@@ -24,8 +24,8 @@ use super::{Elasticity, FixedCorotated};
 use crate::model::{Facts, Kind, Model, check, not_negative, positive};
 use crate::tangent::{from_spatial, kirchhoff_tangent, numerical_tangent};
 use crate::{
-    InitialCondition, Mat3, Material, MaterialError, Motion, Point, Spectrum, StressUpdate, SymTensor,
-    Tangent,
+    InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, Pointwise, Spectrum, StressUpdate,
+    SymTensor, Tangent,
 };
 
 const NAME: &str = "snow";
@@ -127,10 +127,6 @@ impl Model for SnowSpec {
         strain: "finite",
         tangent: "analytic",
     };
-
-    fn density(&self) -> f64 {
-        self.density
-    }
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(Arc::new(self.law()?))
@@ -265,12 +261,18 @@ impl Snow {
     }
 }
 
-impl StressUpdate for Snow {
-    type State = SnowState;
-
+impl Law for Snow {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        &["plastic_volume", "hardening"]
+    }
+}
+
+impl Pointwise for Snow {
+    type State = SnowState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<SnowState>, MaterialError> {
         let elastic = deformation_of(NAME, &initial.stress, &self.elasticity, |e| self.principal(e))?;
@@ -285,40 +287,6 @@ impl StressUpdate for Snow {
             return Err(MaterialError::Initial { model: NAME, reason });
         }
         self.point(&clamped)
-    }
-
-    #[inline]
-    fn update(&self, motion: &Motion, old: &Point<SnowState>) -> Result<Point<SnowState>, MaterialError> {
-        if motion.deformation == Mat3::IDENTITY {
-            return Ok(*old);
-        }
-        let step = |part: &Motion, from: &Point<SnowState>| self.point(&self.step(part, &from.state)?);
-        let strain = motion.strain_increment();
-        if strain.dot(&strain) <= LARGEST_STEP * LARGEST_STEP {
-            return step(motion, old);
-        }
-        divided(motion, LARGEST_STEP, old, step)
-    }
-
-    /// Consistent tangent: a clamped stretch feeds the volume, and through it the moduli.
-    fn tangent(&self, motion: &Motion, old: &Point<SnowState>) -> Result<Tangent, MaterialError> {
-        if motion.strain_increment().norm() > LARGEST_STEP {
-            return numerical_tangent(motion, |m| StressUpdate::update(self, m, old).map(|p| p.stress));
-        }
-        let clamped = self.step(motion, &old.state)?;
-        let PrincipalStress { stress, slope } = self.principal(clamped.elongations);
-        let (h, rate) =
-            (self.hardening(clamped.plastic_volume), self.hardening_slope(clamped.plastic_volume));
-        let block = std::array::from_fn(|a| {
-            std::array::from_fn(|b| if clamped.cut[b] { rate * stress[a] } else { h * slope[a][b] })
-        });
-        let stress = stress.map(|s| h * s);
-        let squares = clamped.spectrum.values.map(|b| 1.0 + b);
-        let c = kirchhoff_tangent(&clamped.spectrum, stress, squares, &block);
-        let jacobian = clamped.jacobian();
-        let cauchy = clamped.spectrum.compose(stress) * (1.0 / jacobian);
-        let singular = MaterialError::Motion { model: NAME, reason: "the step inverts the point" };
-        from_spatial(&c, motion, jacobian, &cauchy).ok_or(singular)
     }
 
     fn wave_modulus(&self, point: &Point<SnowState>) -> f64 {
@@ -355,12 +323,44 @@ impl StressUpdate for Snow {
         Some(energy * self.hardening(point.state.plastic_volume) / jacobian)
     }
 
-    fn output_names(&self) -> &'static [&'static str] {
-        &["plastic_volume", "hardening"]
-    }
-
     fn outputs(&self, point: &Point<SnowState>, out: &mut [f64]) {
         out[0] = point.state.plastic_volume;
         out[1] = self.hardening(point.state.plastic_volume);
+    }
+}
+
+impl StressUpdate for Snow {
+    #[inline]
+    fn update(&self, motion: &Motion, old: &Point<SnowState>) -> Result<Point<SnowState>, MaterialError> {
+        if motion.deformation == Mat3::IDENTITY {
+            return Ok(*old);
+        }
+        let step = |part: &Motion, from: &Point<SnowState>| self.point(&self.step(part, &from.state)?);
+        let strain = motion.strain_increment();
+        if strain.dot(&strain) <= LARGEST_STEP * LARGEST_STEP {
+            return step(motion, old);
+        }
+        divided(motion, LARGEST_STEP, old, step)
+    }
+
+    /// Consistent tangent: a clamped stretch feeds the volume, and through it the moduli.
+    fn tangent(&self, motion: &Motion, old: &Point<SnowState>) -> Result<Tangent, MaterialError> {
+        if motion.strain_increment().norm() > LARGEST_STEP {
+            return numerical_tangent(motion, |m| StressUpdate::update(self, m, old).map(|p| p.stress));
+        }
+        let clamped = self.step(motion, &old.state)?;
+        let PrincipalStress { stress, slope } = self.principal(clamped.elongations);
+        let (h, rate) =
+            (self.hardening(clamped.plastic_volume), self.hardening_slope(clamped.plastic_volume));
+        let block = std::array::from_fn(|a| {
+            std::array::from_fn(|b| if clamped.cut[b] { rate * stress[a] } else { h * slope[a][b] })
+        });
+        let stress = stress.map(|s| h * s);
+        let squares = clamped.spectrum.values.map(|b| 1.0 + b);
+        let c = kirchhoff_tangent(&clamped.spectrum, stress, squares, &block);
+        let jacobian = clamped.jacobian();
+        let cauchy = clamped.spectrum.compose(stress) * (1.0 / jacobian);
+        let singular = MaterialError::Motion { model: NAME, reason: "the step inverts the point" };
+        from_spatial(&c, motion, jacobian, &cauchy).ok_or(singular)
     }
 }

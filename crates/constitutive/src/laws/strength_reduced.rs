@@ -101,10 +101,6 @@ impl Model for StrengthReducedSpec {
         tangent: "the inner law's",
     };
 
-    fn density(&self) -> f64 {
-        self.material.density()
-    }
-
     fn inner(&self) -> Option<&MaterialSpec> {
         Some(&self.material)
     }

@@ -14,8 +14,8 @@ use super::{Elasticity, LinearElasticSpec};
 use crate::hencky::small_strain_tangent;
 use crate::model::{Facts, Kind, Model, StrainMeasure, not_negative};
 use crate::{
-    InitialCondition, Material, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor,
-    Tangent,
+    InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain,
+    SymTensor, Tangent,
 };
 
 const NAME: &str = "tension-cut";
@@ -60,10 +60,6 @@ impl Model for TensionCutSpec {
         strain: "rate or Hencky",
         tangent: "analytic",
     };
-
-    fn density(&self) -> f64 {
-        self.density
-    }
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(self.strain_measure.wrap(self.law()?))
@@ -113,12 +109,14 @@ impl TensionCut {
     }
 }
 
-impl SmallStrain for TensionCut {
-    type State = ();
-
+impl Law for TensionCut {
     fn name(&self) -> &'static str {
         NAME
     }
+}
+
+impl Pointwise for TensionCut {
+    type State = ();
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<()>, MaterialError> {
         if self.project && initial.stress.is_finite() {
@@ -130,6 +128,20 @@ impl SmallStrain for TensionCut {
         Ok(Point { stress: initial.stress, state: () })
     }
 
+    fn wave_modulus(&self, _point: &Point<()>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    fn yield_value(&self, point: &Point<()>) -> Option<f64> {
+        Some(point.stress.spectrum().values[0] - self.strength)
+    }
+
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        Some(&self.elasticity)
+    }
+}
+
+impl SmallStrain for TensionCut {
     #[inline]
     fn update(
         &self,
@@ -144,25 +156,8 @@ impl SmallStrain for TensionCut {
         Ok(Point { stress, state: () })
     }
 
-    fn wave_modulus(&self, _point: &Point<()>) -> f64 {
-        self.elasticity.p_wave_modulus()
-    }
-
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<()>) -> Option<Tangent> {
         small_strain_tangent(self, &(old.stress + self.elasticity.stress(strain)), &old.state)
-    }
-
-    fn yield_value(&self, point: &Point<()>) -> Option<f64> {
-        Some(point.stress.spectrum().values[0] - self.strength)
-    }
-
-    fn stored_energy(&self, point: &Point<()>) -> Option<f64> {
-        Some(self.elasticity.energy(&point.stress))
-    }
-
-    fn dissipation(&self, strain: &SymTensor, _: &Motion, old: &Point<()>, new: &Point<()>) -> Option<f64> {
-        let trial = old.stress + self.elasticity.stress(strain);
-        Some(self.elasticity.dissipation(&trial, &new.stress))
     }
 }
 

@@ -23,7 +23,8 @@ use super::foreign;
 use crate::corotational::half_rotation;
 use crate::model::{Facts, Kind, Model, check, positive};
 use crate::{
-    InitialCondition, Mat3, Material, MaterialError, Motion, Point, StressUpdate, SymTensor, Tangent,
+    InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor,
+    Tangent,
 };
 
 const NAME: &str = "umat";
@@ -119,10 +120,6 @@ impl Model for UmatSpec {
         strain: "the library's",
         tangent: "the library's (DDSDDE)",
     };
-
-    fn density(&self) -> f64 {
-        self.density
-    }
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         positive("pascals", self.pascals, "")?;
@@ -343,12 +340,28 @@ impl Umat {
     }
 }
 
-impl StressUpdate for Umat {
-    type State = UmatState;
-
+impl Law for Umat {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    /// What a library knows of directions is its own.
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+
+    fn is_in_rate_form(&self) -> bool {
+        true
+    }
+
+    /// What a library does with time is its own.
+    fn is_time_dependent(&self) -> bool {
+        true
+    }
+}
+
+impl Pointwise for Umat {
+    type State = UmatState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<UmatState>, MaterialError> {
         if !initial.stress.is_finite() {
@@ -373,6 +386,12 @@ impl StressUpdate for Umat {
         Ok(Point { stress: initial.stress, state })
     }
 
+    fn wave_modulus(&self, point: &Point<UmatState>) -> f64 {
+        point.state.modulus
+    }
+}
+
+impl StressUpdate for Umat {
     fn update(&self, motion: &Motion, old: &Point<UmatState>) -> Result<Point<UmatState>, MaterialError> {
         Self::usable(motion)?;
         let rotation = Self::rotation(motion);
@@ -390,19 +409,6 @@ impl StressUpdate for Umat {
     fn state_size(&self) -> usize {
         // A library that asks for no variable gets one all the same.
         size_of::<UmatState>() + self.spec.state_variables.len().max(1) * size_of::<f64>()
-    }
-
-    fn is_in_rate_form(&self) -> bool {
-        true
-    }
-
-    /// What a library does with time is its own.
-    fn is_time_dependent(&self) -> bool {
-        true
-    }
-
-    fn wave_modulus(&self, point: &Point<UmatState>) -> f64 {
-        point.state.modulus
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<UmatState>) -> Result<Tangent, MaterialError> {

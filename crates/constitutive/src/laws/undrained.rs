@@ -40,10 +40,6 @@ impl Model for UndrainedSpec {
         tangent: "the skeleton's",
     };
 
-    fn density(&self) -> f64 {
-        self.skeleton.density()
-    }
-
     const INNER: &'static str = "skeleton";
 
     fn inner(&self) -> Option<&MaterialSpec> {

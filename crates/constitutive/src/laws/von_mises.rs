@@ -114,10 +114,6 @@ impl Model for VonMisesSpec {
         tangent: "analytic",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(self.strain_measure.wrap(self.law()?))
     }

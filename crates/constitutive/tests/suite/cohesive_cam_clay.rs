@@ -7,7 +7,7 @@ use colluvium_constitutive::laws::{
     CohesiveCamClayState, Elasticity,
 };
 use colluvium_constitutive::{
-    Hencky, HenckyState, InitialCondition, Mat3, Model, Motion, Point, PrincipalReturn, SmallStrain,
+    Hencky, HenckyState, InitialCondition, Mat3, Model, Motion, Point, Pointwise, PrincipalReturn,
     StressUpdate, SymTensor,
 };
 
@@ -429,14 +429,14 @@ fn parameters_out_of_range_are_named() {
     let snap = CohesiveCamClaySpec { hardening: weak(3.0), ..weak_layer() };
     assert!(snap.warnings()[0].starts_with("hardening.softening_factor: 3"));
     let outside = InitialCondition { stress: SymTensor::isotropic(-11e3), density: 250.0 };
-    let error = SmallStrain::initial(&slab().law().unwrap(), &outside).unwrap_err().to_string();
+    let error = Pointwise::initial(&slab().law().unwrap(), &outside).unwrap_err().to_string();
     assert!(error.contains("outside the yield surface"), "{error}");
 }
 
 #[test]
 fn an_initial_stress_outside_is_moved_to_the_surface_on_wish() {
     let law = CohesiveCamClaySpec { project: true, ..slab() }.law().unwrap();
-    let initial = |stress| SmallStrain::initial(&law, &InitialCondition { stress, density: 250.0 }).unwrap();
+    let initial = |stress| Pointwise::initial(&law, &InitialCondition { stress, density: 250.0 }).unwrap();
     // The hydrostatic and the shear trial of §2.15, at frozen p0.
     let trial = stress(&slab().law().unwrap().elasticity().clone(), [-8e-3, -1e-3, 0.0]);
     let moved = initial(trial);

@@ -6,7 +6,7 @@ use colluvium_constitutive::laws::{
     CamClaySpec, OriginalCamClaySpec, PressureElasticSpec, PressureStiffness, SimsandSpec,
 };
 use colluvium_constitutive::{
-    Corotational, InitialCondition, Mat3, MaterialError, MaterialSpec, Motion, Point, SmallStrain,
+    Corotational, InitialCondition, Mat3, MaterialError, MaterialSpec, Motion, Point, Pointwise, SmallStrain,
     StressUpdate, SymTensor,
 };
 
@@ -159,7 +159,7 @@ fn elastic_triaxial_slope_is_three_times_the_shear_modulus() {
 #[test]
 fn modified_cam_clay_returns_as_the_sheet_prints() {
     let law = clay(120.0).law().unwrap();
-    let old = SmallStrain::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let old = Pointwise::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
     let strain = SymTensor([-0.02, 0.004, 0.004, 0.003, 0.0, 0.0]);
     let new = SmallStrain::update(&law, &strain, &still(), &old).unwrap();
     digits(new.stress[0], -145_694.100, 1e-3);
@@ -178,7 +178,7 @@ fn modified_cam_clay_returns_as_the_sheet_prints() {
 fn modified_cam_clay_trial_is_the_one_of_the_sheet() {
     // So strong that the same step stays elastic.
     let law = clay(1e4).law().unwrap();
-    let old = SmallStrain::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let old = Pointwise::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
     let strain = SymTensor([-0.02, 0.004, 0.004, 0.003, 0.0, 0.0]);
     let new = SmallStrain::update(&law, &strain, &still(), &old).unwrap();
     digits(new.stress.pressure(), 161_607.440, 1e-3);
@@ -256,10 +256,10 @@ fn overconsolidation_sizes_the_surface_through_the_initial_stress() {
             overconsolidation_ratio: Some(ratio),
             ..clay(1.0)
         };
-        let modified = SmallStrain::initial(&spec.law().unwrap(), &start(stress)).unwrap();
+        let modified = Pointwise::initial(&spec.law().unwrap(), &start(stress)).unwrap();
         near(modified.state.preconsolidation_pressure, ratio * (p + q * q / p), 1e-14);
         let original = OriginalCamClaySpec(spec).law().unwrap();
-        let original = SmallStrain::initial(&original, &start(stress)).unwrap();
+        let original = Pointwise::initial(&original, &start(stress)).unwrap();
         near(original.state.preconsolidation_pressure, ratio * p * (q / p).exp(), 1e-14);
     }
 }
@@ -302,7 +302,7 @@ fn original_cam_clay_reaches_its_undrained_strength() {
 #[test]
 fn original_cam_clay_returns_to_its_tip() {
     let law = OriginalCamClaySpec(clay(100.0)).law().unwrap();
-    let old = SmallStrain::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let old = Pointwise::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
     let returned = |shear: f64| {
         let strain = SymTensor([-0.002, -0.002, -0.002, shear, 0.0, 0.0]);
         SmallStrain::update(&law, &strain, &still(), &old).unwrap()
@@ -419,7 +419,7 @@ fn sand_sheared_with_drainage_ends_at_one_strength() {
 #[test]
 fn stretched_sand_liquefies_and_recovers_when_compressed() {
     let law = SimsandSpec::bui_nguyen(0.81).law().unwrap();
-    let old = SmallStrain::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let old = Pointwise::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
     let step = |strain: f64, old: &Point<_>| {
         SmallStrain::update(&law, &SymTensor::isotropic(strain), &still(), old).unwrap()
     };
@@ -541,7 +541,7 @@ fn inadmissible_initial_stresses_are_refused() {
 #[test]
 fn large_strain_increments_are_refused() {
     let law = Corotational(clay(200.0).law().unwrap());
-    let old = StressUpdate::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
+    let old = Pointwise::initial(&law, &start(SymTensor::isotropic(-100e3))).unwrap();
     let motion = Motion { gradient: SymTensor::isotropic(-0.7).to_matrix(), ..still() };
     let refused = StressUpdate::update(&law, &motion, &old);
     assert!(matches!(refused, Err(MaterialError::Motion { .. })));

@@ -14,8 +14,8 @@ use colluvium_constitutive::laws::{
     NewtonianFluidSpec, ShearNorm, YieldForm,
 };
 use colluvium_constitutive::{
-    Corotational, InitialCondition, Mat3, MaterialError, MaterialSpec, Motion, Point, SmallStrain,
-    StressUpdate, SymTensor,
+    Corotational, InitialCondition, Law, Mat3, MaterialError, MaterialSpec, Motion, Point, Pointwise,
+    SmallStrain, StressUpdate, SymTensor,
 };
 
 /// The set of §2.9.

@@ -8,7 +8,8 @@ use colluvium_constitutive::laws::hypoplastic::{
 };
 use colluvium_constitutive::laws::{AccelerationViscosity, ViscousMode};
 use colluvium_constitutive::{
-    InitialCondition, Mat3, MaterialError, MaterialSpec, Model, Motion, Point, StressUpdate, SymTensor,
+    InitialCondition, Mat3, MaterialError, MaterialSpec, Model, Motion, Point, Pointwise, StressUpdate,
+    SymTensor,
 };
 
 const VISCOSITY: AccelerationViscosity = AccelerationViscosity {

@@ -11,7 +11,7 @@ use colluvium_constitutive::localisation::{
 };
 use colluvium_constitutive::{
     Corotational, InitialCondition, InterfaceLaw, InterfacePoint, Mat3, MaterialError, MaterialSpec, Model,
-    Motion, Point, SmallStrain, StressUpdate, SymTensor, Tangent,
+    Motion, Point, Pointwise, SmallStrain, StressUpdate, SymTensor, Tangent,
 };
 
 /// `c = 4.5`, `f_t = 3` MPa, `μ = 0.6`; stiffness high enough not to be seen.
@@ -330,14 +330,14 @@ fn traction_is_continuous_and_the_normal_turns_with_the_material() {
     let law = spec(band).law(band.law().unwrap()).unwrap();
     let start =
         InitialCondition { stress: SymTensor([-1e6, -2e6, -1.5e6, 0.3e6, 0.0, 0.0]), density: 2400.0 };
-    let mut point = SmallStrain::initial(&law, &start).unwrap();
+    let mut point = Pointwise::initial(&law, &start).unwrap();
     let strain = SymTensor([2e-5, -6e-5, 1e-5, 3e-5, 1e-5, -1e-5]);
     for _ in 0..40 {
         point = SmallStrain::update(&law, &strain, &motion(&strain, 0.02), &point).unwrap();
     }
     assert!(point.state.localised);
     // The band carries no more than its strength, and exactly that while it slides.
-    assert!(SmallStrain::yield_value(&law, &point).unwrap().abs() <= 1e-9 * point.stress.norm());
+    assert!(Pointwise::yield_value(&law, &point).unwrap().abs() <= 1e-9 * point.stress.norm());
     let objective = Corotational(law);
     let quarter = Mat3::rotation_z(std::f64::consts::FRAC_PI_2);
     let turn = Motion::from_deformation(&quarter, 1.0, 2400.0, 0.02).unwrap();
@@ -358,7 +358,7 @@ fn a_band_follows_the_critical_plane_or_the_largest_principal_stress() {
     let compress = SymTensor([0.0, -1e-5, 0.0, 0.0, 0.0, 0.0]);
     let slant = SymTensor([0.0, -1e-5, 0.0, 1e-9, 0.0, 0.0]);
     let localised = |strain: &SymTensor| {
-        let mut point = SmallStrain::initial(&law, &start).unwrap();
+        let mut point = Pointwise::initial(&law, &start).unwrap();
         for _ in 0..1000 {
             point = SmallStrain::update(&law, strain, &motion(strain, 0.02), &point).unwrap();
             if point.state.localised {
@@ -375,7 +375,7 @@ fn a_band_follows_the_critical_plane_or_the_largest_principal_stress() {
         near(1.0 - 2.0 * y * y, cosine, 2e-3);
     }
     let rankine = DoubleScaleSpec { onset: Onset::Rankine, ..spec(band) }.law(band.law().unwrap()).unwrap();
-    let mut point = SmallStrain::initial(&rankine, &start).unwrap();
+    let mut point = Pointwise::initial(&rankine, &start).unwrap();
     let pull = SymTensor([0.0, 0.0, 2e-5, 0.0, 0.0, 0.0]);
     while !point.state.localised {
         assert!(point.stress[2] <= 3e6);
@@ -390,7 +390,7 @@ fn a_broken_band_may_be_forgotten() {
     let forgetful = DoubleScaleSpec { intact_reset: true, ..spec(band) };
     let law = forgetful.law(band.law().unwrap()).unwrap();
     let mut point =
-        SmallStrain::initial(&law, &InitialCondition { stress: SymTensor::ZERO, density: 2400.0 }).unwrap();
+        Pointwise::initial(&law, &InitialCondition { stress: SymTensor::ZERO, density: 2400.0 }).unwrap();
     let pull = SymTensor::diagonal(1e-4, 0.0, 0.0);
     let mut history = vec![false];
     for _ in 0..600 {

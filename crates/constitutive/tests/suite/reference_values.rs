@@ -8,7 +8,7 @@ use colluvium_constitutive::laws::{
     drucker_prager::Cone, multi_surface,
 };
 use colluvium_constitutive::{
-    Corotational, FirstOrderSpin, Hencky, InitialCondition, Mat3, MaterialSpec, Motion, Point,
+    Corotational, FirstOrderSpin, Hencky, InitialCondition, Mat3, MaterialSpec, Motion, Point, Pointwise,
     PrincipalReturn, SmallStrain, StressUpdate, SymTensor,
 };
 
@@ -277,7 +277,7 @@ fn associated_returns_are_closest_in_energy() {
 fn hencky_mohr_coulomb_step_of_the_sheet() {
     let law = Hencky(mohr_coulomb(10.0).law().unwrap());
     let start = InitialCondition { stress: SymTensor::isotropic(-100.0), density: 2.0 };
-    let old = StressUpdate::initial(&law, &start).unwrap();
+    let old = Pointwise::initial(&law, &start).unwrap();
     let f = Mat3([[0.99, 0.02, 0.0], [0.0, 1.003, 0.0], [0.0, 0.0, 1.0]]);
     let motion = Motion::from_deformation(&f, 1.0, 2.0, 1.0).unwrap();
     // The trial: b of the initial stress, carried; its return in principal Kirchhoff stresses.

@@ -2,7 +2,9 @@
 
 use crate::common::near;
 use colluvium_constitutive::laws::{Snow, SnowElasticity, SnowSpec, SnowState};
-use colluvium_constitutive::{InitialCondition, Mat3, Model, Motion, Point, StressUpdate, SymTensor};
+use colluvium_constitutive::{
+    InitialCondition, Mat3, Model, Motion, Point, Pointwise, StressUpdate, SymTensor,
+};
 
 /// The published defaults of the sheet.
 fn spec(elastic_law: SnowElasticity) -> SnowSpec {

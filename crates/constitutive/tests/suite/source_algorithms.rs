@@ -6,7 +6,7 @@ use colluvium_constitutive::laws::{
     StrainMeasure,
 };
 use colluvium_constitutive::{
-    Corotational, InitialCondition, Mat3, Motion, Point, SmallStrain, StressUpdate, SymTensor,
+    Corotational, InitialCondition, Mat3, Motion, Point, Pointwise, SmallStrain, StressUpdate, SymTensor,
 };
 use proptest::prelude::*;
 
@@ -140,14 +140,14 @@ proptest! {
         let (law, q) = (law(Integration::Explicit), Mat3::rotation_z(angle));
         let start = |stress| InitialCondition { stress, density: 2.0 };
         let compressed = SymTensor([-300.0, -250.0, -280.0, 20.0, -10.0, 5.0]);
-        let mut here = StressUpdate::initial(&law, &start(compressed)).unwrap();
-        let mut there = StressUpdate::initial(&law, &start(compressed.rotated(&q))).unwrap();
+        let mut here = Pointwise::initial(&law, &start(compressed)).unwrap();
+        let mut there = Pointwise::initial(&law, &start(compressed.rotated(&q))).unwrap();
         for a in &path {
             let step = motion(a);
             let next = law.update(&step, &here).unwrap();
             there = law.update(&motion(&(q * *a * q.transpose())), &there).unwrap();
             let handled = here.stress.norm() + 27e3 * a.sym().norm();
-            let excess = StressUpdate::yield_value(&law, &next).unwrap();
+            let excess = Pointwise::yield_value(&law, &next).unwrap();
             prop_assert!(excess <= 1e-9 * (next.stress.pressure().abs() + 1.0), "f = {excess}");
             let turned = (there.stress - next.stress.rotated(&q)).norm();
             prop_assert!(turned <= 1e-10 * handled, "{turned} of {handled}");
@@ -163,7 +163,7 @@ fn divided_forward_steps_follow_the_return() {
     let run = |integration| {
         let law = law(integration);
         let start = InitialCondition { stress: SymTensor::isotropic(-100.0), density: 2.0 };
-        let mut point = StressUpdate::initial(&law, &start).unwrap();
+        let mut point = Pointwise::initial(&law, &start).unwrap();
         for _ in 0..4 {
             let a = Mat3([[0.002, 0.01, 0.0], [0.0, -0.01, 0.0], [0.0, 0.0, 0.0]]);
             point = law.update(&motion(&a), &point).unwrap();

@@ -4,7 +4,7 @@ use crate::cohesive_cam_clay::{compressed, fresh, returned, weak_layer};
 use crate::common::near;
 use colluvium_constitutive::laws::{CamClayHardening, CohesiveCamClaySpec};
 use colluvium_constitutive::{
-    Hencky, InitialCondition, Mat3, Model, Motion, PrincipalReturn, StressUpdate, SymTensor,
+    Hencky, InitialCondition, Mat3, Model, Motion, Pointwise, PrincipalReturn, StressUpdate, SymTensor,
 };
 
 #[test]

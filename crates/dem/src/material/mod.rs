@@ -16,8 +16,8 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use colluvium_constitutive::{
-    InitialCondition, Material, MaterialError, MaterialFactory, Motion, Point, StressUpdate, SymTensor,
-    Tangent,
+    InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, Pointwise, StressUpdate,
+    SymTensor, Tangent,
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
@@ -180,12 +180,27 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
 /// Strain by which tangents are found: small against the strain to failure, large against noise.
 const PROBE: f64 = 1e-4;
 
-impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
-    type State = CellState;
-
+impl<const D: usize, const R: usize> Law for GranularCell<D, R> {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    /// A cell of few grains has a fabric, and its periods a direction.
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+
+    fn stress_tolerance(&self) -> f64 {
+        self.spec.tolerance
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        &["porosity", "coordination", "unbalanced_force"]
+    }
+}
+
+impl<const D: usize, const R: usize> Pointwise for GranularCell<D, R> {
+    type State = CellState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<CellState>, MaterialError> {
         cell::check_initial::<D>(&initial.stress)?;
@@ -193,6 +208,16 @@ impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
         Ok(Point { stress, state })
     }
 
+    fn wave_modulus(&self, point: &Point<CellState>) -> f64 {
+        point.state.modulus
+    }
+
+    fn outputs(&self, point: &Point<CellState>, out: &mut [f64]) {
+        out.copy_from_slice(&[point.state.porosity, point.state.coordination, point.state.unbalanced]);
+    }
+}
+
+impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
     fn update(&self, motion: &Motion, old: &Point<CellState>) -> Result<Point<CellState>, MaterialError> {
         cell::check_motion::<D>(motion)?;
         if motion.deformation == colluvium_constitutive::Mat3::IDENTITY {
@@ -204,14 +229,6 @@ impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
     fn state_size(&self) -> usize {
         let bytes = self.prepared.get().and_then(|prepared| prepared.as_ref().ok());
         size_of::<CellState>() + bytes.map_or(self.frame.bytes, |(_, state)| state.bytes.0.len())
-    }
-
-    fn stress_tolerance(&self) -> f64 {
-        self.spec.tolerance
-    }
-
-    fn wave_modulus(&self, point: &Point<CellState>) -> f64 {
-        point.state.modulus
     }
 
     /// By forward differences of a strain of 1e-4; for disks in their plane, and a stiffness of the same size across it.
@@ -235,13 +252,5 @@ impl<const D: usize, const R: usize> StressUpdate for GranularCell<D, R> {
             }
         }
         Ok(Tangent(tangent))
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        &["porosity", "coordination", "unbalanced_force"]
-    }
-
-    fn outputs(&self, point: &Point<CellState>, out: &mut [f64]) {
-        out.copy_from_slice(&[point.state.porosity, point.state.coordination, point.state.unbalanced]);
     }
 }

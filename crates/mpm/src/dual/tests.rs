@@ -1,6 +1,5 @@
 use super::*;
 use crate::dispatch::tests::begun;
-use crate::transfer::Scatter;
 use colluvium_grid::{Linear, Stencil, Support};
 use proptest::prelude::*;
 
@@ -147,7 +146,7 @@ fn power<const D: usize>(space: &str) {
     });
     let case = Case::from_json(&text.to_string()).unwrap();
     let mut solver = begun::<D>(&case);
-    let set = &mut solver.sets[0];
+    let set = &mut solver.bodies.sets[0];
     for (p, position) in set.position.iter_mut().enumerate() {
         let wave = rough([0.37 * p as f64; 1]);
         (0..D).for_each(|c| position[c] += 0.1 * wave[c]);
@@ -156,10 +155,10 @@ fn power<const D: usize>(space: &str) {
         set.stress[p] = SymTensor([a, b, c, in_space(1, a * b), in_space(2, b * c), in_space(2, c * a)]);
     }
     solver.sort();
-    solver.scatter(Scatter::Everything, 1e-3);
+    solver.scatter_all();
     let mut power = 0.0;
     let mut total = [0.0; 3];
-    for (n, node) in solver.nodes.iter_mut().enumerate() {
+    for (n, node) in solver.nodes.solved.iter_mut().enumerate() {
         let (force, mass) = (node.force.to_array(), node.motion.as_array()[3]);
         assert!(mass > 0.0 || force[..3] == [0.0; 3], "force on a node without mass: {force:?}");
         let velocity = rough([0.2 + 0.11 * n as f64; 1]);
@@ -170,12 +169,12 @@ fn power<const D: usize>(space: &str) {
         node.motion = Lanes::new([velocity[0], velocity[1], velocity[2], mass]);
     }
     assert!(total.iter().all(|force| force.abs() < 1e-14), "{space}: {total:?}");
-    solver.average_slopes::<true>();
-    let (set, mut exact) = (&solver.sets[0], 0.0);
+    average_slopes::<true, D>(&solver.background, &solver.nodes, &mut solver.averages.dual);
+    let (set, mut exact) = (&solver.bodies.sets[0], 0.0);
     for (p, x) in set.position.iter().enumerate() {
         let support: Stencil<D, 2> = Stencil::new::<Linear>(&solver.background.grid, x, &set.extent);
-        let mut gradient = support.gather(&solver.nodes, &solver.background.layout.strides()).gradient;
-        solver.dual.blend(0, &solver.background.grid, &solver.background.layout, x, &mut gradient);
+        let mut gradient = support.gather(&solver.nodes.solved, &solver.background.layout.strides()).gradient;
+        solver.averages.dual.blend(0, &solver.background.grid, &solver.background.layout, x, &mut gradient);
         for (j, column) in gradient.into_iter().enumerate() {
             let column = column.to_array();
             exact -= (0..D).map(|i| set.volume[p] * set.stress[p].at(i, j) * column[i]).sum::<f64>();

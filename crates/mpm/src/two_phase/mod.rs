@@ -23,14 +23,25 @@ use colluvium_grid::{Gathered, Lanes, Layout, Node, Walls};
 pub use momentum::PhaseSums;
 pub use setup::{cleared, of_liquid, pore_set, two_phase};
 
+use crate::averages::Averages;
+use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::boundary::Boundary;
+use crate::clock::Clock;
 use crate::config::StressScheme;
+use crate::driven::{hold_phases, mark_held};
+use crate::loads::follow_surfaces;
 use crate::momentum::RowSums;
+use crate::nodal::{nodal_squares, work_on_phase_nodes};
+use crate::nodes::Nodes;
 use crate::points::PointSet;
 use crate::pore::SOLID;
-use crate::solver::MpmSolver;
-use crate::transfer::{PointUpdate, REMAPPED, SOLVED};
+use crate::solver::{MpmSolver, work_of_loads};
+use crate::update::{PointUpdate, REMAPPED, SOLVED};
 use crate::vectors::{power, square_sum};
 use momentum::PhaseSolve;
+use strain::share_phase_strains;
+use transfer::{remap_phases, scatter_phases, update_phases};
 
 /// What a solver with pore fluid holds beside its points.
 pub struct TwoPhase {
@@ -62,113 +73,145 @@ impl TwoPhase {
     }
 }
 
+impl TwoPhase {
+    /// Finds the largest liquid mass of a point.
+    pub fn find_heaviest<const D: usize>(&mut self, bodies: &Bodies<D>) {
+        let masses = bodies.sets.iter().flat_map(|set| (0..set.len()).map(|p| set.liquid_mass(p)));
+        self.heaviest = masses.fold(0.0, f64::max);
+    }
+}
+
+/// Steps 1 to 9 of both phases (sheet: mpm §3.4); the numbers are those of the sheet. Returns the largest move of a point along
+/// an axis (m).
+pub fn step_phases<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    nodes: &mut Nodes,
+    boundary: &mut Boundary<D>,
+    averages: &mut Averages<D>,
+    phases: &mut TwoPhase,
+) -> Result<f64, SolverError> {
+    background.layout.reset(&mut phases.nodes); // 0
+    let velocity = PointUpdate { velocity: true, ..PointUpdate::NONE };
+    let stress = PointUpdate { stress: true, ..PointUpdate::NONE };
+    let position = PointUpdate { position: true, ..PointUpdate::NONE };
+    let moved = match clock.options.stress_update {
+        StressScheme::Usl => {
+            scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
+            solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
+            share_phase_strains::<SOLVED, D>(clock, background, bodies, &mut averages.strains, phases); // 7
+            follow_phases::<SOLVED, D>(clock, background, bodies, phases);
+            let all = PointUpdate { velocity: true, position: true, ..stress };
+            update_phases::<SOLVED, D>(clock, background, bodies, boundary, averages, phases, all) // 5, 7–9
+        }
+        StressScheme::Musl => {
+            scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
+            solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
+            update_phases::<SOLVED, D>(clock, background, bodies, boundary, averages, phases, velocity)?; // 5
+            remap_phases(clock, background, bodies, boundary, phases, false); // 6
+            share_phase_strains::<REMAPPED, D>(clock, background, bodies, &mut averages.strains, phases); // 7
+            follow_phases::<REMAPPED, D>(clock, background, bodies, phases);
+            let rest = PointUpdate { position: true, ..stress };
+            update_phases::<REMAPPED, D>(clock, background, bodies, boundary, averages, phases, rest) // 7–9
+        }
+        StressScheme::Usf => {
+            remap_phases(clock, background, bodies, boundary, phases, true); // 1, momenta and masses
+            share_phase_strains::<REMAPPED, D>(clock, background, bodies, &mut averages.strains, phases); // 7
+            update_phases::<REMAPPED, D>(clock, background, bodies, boundary, averages, phases, stress)?; // 7, 8
+            scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
+            solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
+            follow_phases::<SOLVED, D>(clock, background, bodies, phases);
+            let rest = PointUpdate { velocity: true, ..position };
+            update_phases::<SOLVED, D>(clock, background, bodies, boundary, averages, phases, rest) // 5, 9
+        }
+    };
+    phases.walls.set_off(false);
+    moved
+}
+
+/// Loads that follow the surface, from the velocity of the skeleton.
+fn follow_phases<const FROM_SOLVED: bool, const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    phases: &TwoPhase,
+) {
+    follow_surfaces(clock, background, bodies, &|_, points, out| {
+        let (ground, sweeps) = (background.ground(), background.sweeps);
+        let mut all = [[Gathered::ZERO; 2]; BLOCK];
+        let reads = &mut all[..points.len()];
+        if FROM_SOLVED {
+            sweeps.gather_phases(&ground, points, &phases.nodes, reads);
+        } else {
+            sweeps.gather_velocities(&ground, points, &phases.remapped, reads);
+        }
+        out.iter_mut().zip(&*reads).for_each(|(out, read)| *out = read[SOLID]);
+    });
+}
+
+fn solve_phases<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut Nodes,
+    boundary: &mut Boundary<D>,
+    phases: &mut TwoPhase,
+) {
+    let Boundary { walls: own_walls, driven, contacts, nodal, load_starts, absorbing, .. } = boundary;
+    let (stage, dt) = (clock.stage(), clock.dt);
+    let audit = stage.equilibrium.is_some();
+    phases.held.clear();
+    if (audit || stage.damping > 0.0) && !clock.case.patches.is_empty() {
+        phases.held.resize(phases.nodes.len(), [0; 2]);
+        mark_held(clock, background, driven, contacts, &mut phases.held);
+    }
+    let TwoPhase { nodes: of_phases, row_sums, walls, heaviest, sums, held, .. } = phases;
+    let cutoff = clock.options.node_mass_cutoff;
+    let solve = PhaseSolve {
+        dt,
+        gravity: clock.gravity_at_end(),
+        damping: stage.damping,
+        keep_start: clock.keeps_start(),
+        inertia: clock.options.mass_scaling,
+        light: [bodies.light(clock), cutoff * *heaviest],
+        audit,
+        held,
+        walls: [&*own_walls, &*walls],
+        layout: &background.layout,
+    };
+    background.layout.rows(of_phases, row_sums, |row, active, line| solve.row(row, active, line));
+    absorbing.absorb_phases(clock, of_phases, [&*own_walls, &*walls]);
+    hold_phases(clock, background, driven, contacts, of_phases);
+    if audit {
+        *sums = PhaseSums::default();
+        row_sums.iter().for_each(|row| sums.add(row));
+        nodes.external_work +=
+            sums.mixture.work + work_of_loads(bodies, driven, dt) + work_of_pore_loads(bodies, dt);
+        nodes.external_work += work_on_phase_nodes(clock, bodies, nodal, load_starts, of_phases);
+    }
+}
+
+/// Work in the step (J) of prescribed pore pressures on the fluid beyond what they do on the mixture.
+fn work_of_pore_loads<const D: usize>(bodies: &Bodies<D>, dt: f64) -> f64 {
+    let of_set = |set: &PointSet<D>| -> f64 {
+        let Some(pore) = &set.pore else { return 0.0 };
+        let seepage = |p: usize| std::array::from_fn(|c| pore.velocity[p][c] - set.velocity[p][c]);
+        set.pore_loads().map(|(p, force)| power(&[force], &[seepage(p)])).sum()
+    };
+    dt * bodies.sets.iter().map(of_set).sum::<f64>()
+}
+
 impl<const D: usize> MpmSolver<D> {
-    /// One step of both phases (sheet: mpm §3.4); the numbers are those of the sheet.
-    pub(crate) fn advance_two_phase(&mut self, dt: f64) -> Result<(), SolverError> {
-        self.sort_if_moved();
-        let Some(mut phases) = self.two_phase.take() else { return Ok(()) };
-        self.drive(dt);
-        let moved = self.step_phases(&mut phases, dt);
-        phases.walls.set_off(false);
-        self.two_phase = Some(phases);
-        self.end_step(moved?, dt)
-    }
-
-    fn step_phases(&mut self, phases: &mut TwoPhase, dt: f64) -> Result<f64, SolverError> {
-        self.background.layout.reset(&mut phases.nodes); // 0
-        let velocity = PointUpdate { velocity: true, ..PointUpdate::NONE };
-        let stress = PointUpdate { stress: true, ..PointUpdate::NONE };
-        let position = PointUpdate { position: true, ..PointUpdate::NONE };
-        match self.options.stress_update {
-            StressScheme::Usl => {
-                self.scatter_phases(phases, dt); // 1
-                self.solve_phases(phases, dt); // 2–4
-                self.share_phase_strains::<SOLVED>(phases, dt); // 7
-                self.follow_phases::<SOLVED>(phases, dt);
-                // 5, 7–9
-                self.update_phases::<SOLVED>(
-                    phases,
-                    dt,
-                    PointUpdate { velocity: true, position: true, ..stress },
-                )
-            }
-            StressScheme::Musl => {
-                self.scatter_phases(phases, dt); // 1
-                self.solve_phases(phases, dt); // 2–4
-                self.update_phases::<SOLVED>(phases, dt, velocity)?; // 5
-                self.remap_phases(phases, false); // 6
-                self.share_phase_strains::<REMAPPED>(phases, dt); // 7
-                self.follow_phases::<REMAPPED>(phases, dt);
-                self.update_phases::<REMAPPED>(phases, dt, PointUpdate { position: true, ..stress }) // 7–9
-            }
-            StressScheme::Usf => {
-                self.remap_phases(phases, true); // 1, momenta and masses
-                self.share_phase_strains::<REMAPPED>(phases, dt); // 7
-                self.update_phases::<REMAPPED>(phases, dt, stress)?; // 7, 8
-                self.scatter_phases(phases, dt); // 1
-                self.solve_phases(phases, dt); // 2–4
-                self.follow_phases::<SOLVED>(phases, dt);
-                self.update_phases::<SOLVED>(phases, dt, PointUpdate { velocity: true, ..position }) // 5, 9
-            }
-        }
-    }
-
-    /// Loads that follow the surface, from the velocity of the skeleton.
-    fn follow_phases<const FROM_SOLVED: bool>(&mut self, phases: &TwoPhase, dt: f64) {
-        self.follow_surfaces(dt, &|solver, _, points, out| {
-            let (ground, sweeps) = (solver.background.ground(), solver.background.sweeps);
-            let mut all = [[Gathered::ZERO; 2]; BLOCK];
-            let reads = &mut all[..points.len()];
-            if FROM_SOLVED {
-                sweeps.gather_phases(&ground, points, &phases.nodes, reads);
-            } else {
-                sweeps.gather_velocities(&ground, points, &phases.remapped, reads);
-            }
-            out.iter_mut().zip(&*reads).for_each(|(out, read)| *out = read[SOLID]);
-        });
-    }
-
-    fn solve_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
-        let stage = &self.case.stages[self.stage];
-        let audit = stage.equilibrium.is_some();
-        phases.held.clear();
-        if (audit || stage.damping > 0.0) && !self.case.patches.is_empty() {
-            phases.held.resize(phases.nodes.len(), [0; 2]);
-            self.mark_held(&mut phases.held);
-        }
-        let TwoPhase { nodes, row_sums, walls, heaviest, sums, held, .. } = phases;
-        let cutoff = self.options.node_mass_cutoff;
-        let solve = PhaseSolve {
-            dt,
-            gravity: self.gravity_at(dt),
-            damping: stage.damping,
-            keep_start: self.options.fixed_nodes == crate::FixedNodes::Momentum,
-            inertia: self.options.mass_scaling,
-            light: [cutoff * self.heaviest, cutoff * *heaviest],
-            audit,
-            held,
-            walls: [&self.walls, walls],
-            layout: &self.background.layout,
-        };
-        self.background.layout.rows(nodes, row_sums, |row, active, line| solve.row(row, active, line));
-        self.absorb_phases(nodes, walls, dt);
-        self.hold_phases(nodes, dt);
-        if audit {
-            *sums = PhaseSums::default();
-            row_sums.iter().for_each(|row| sums.add(row));
-            self.external_work += sums.mixture.work + self.work_of_loads(dt) + self.work_of_pore_loads(dt);
-            self.external_work += self.work_on_phase_nodes(nodes, dt);
-        }
-    }
-
     /// Distance from equilibrium: the larger one of mixture and liquid (sheet: mpm §2.14); the energy of the mixture is that of
     /// both phases. `traction` is the sum of the squares of the tractions (N²).
     pub(crate) fn phase_equilibrium(&self, phases: &TwoPhase, traction: f64, scales: Scales) -> Equilibrium {
         let PhaseSums { mixture, liquid } = &phases.sums;
         let of_mixture = (mixture.external + traction).sqrt();
-        let pore_loads = self.sets.iter().flat_map(PointSet::pore_loads);
+        let pore_loads = self.bodies.sets.iter().flat_map(PointSet::pore_loads);
         let pore_loads: f64 = pore_loads.map(|(_, force)| square_sum(&[force])).sum();
-        let [_, on_nodes] = self.nodal_squares();
+        let Boundary { nodal, load_starts, .. } = &self.boundary;
+        let [_, on_nodes] = nodal_squares(&self.clock, &self.bodies, nodal, load_starts);
         let mut of_liquid = (liquid.external + pore_loads + on_nodes).sqrt();
         if of_liquid == 0.0 {
             // Without weight and pressures the liquid has no external force of its own.
@@ -177,18 +220,8 @@ impl<const D: usize> MpmSolver<D> {
         let unbalanced = |sums: &RowSums, external| scales.force_ratio(sums.unbalanced.sqrt(), external);
         Equilibrium {
             unbalanced_force: unbalanced(mixture, of_mixture).max(unbalanced(liquid, of_liquid)),
-            kinetic_ratio: scales.energy_ratio(mixture.kinetic, self.external_work),
+            kinetic_ratio: scales.energy_ratio(mixture.kinetic, self.nodes.external_work),
             kinetic: mixture.kinetic,
         }
-    }
-
-    /// Work in the step (J) of prescribed pore pressures on the fluid beyond what they do on the mixture.
-    fn work_of_pore_loads(&self, dt: f64) -> f64 {
-        let of_set = |set: &PointSet<D>| -> f64 {
-            let Some(pore) = &set.pore else { return 0.0 };
-            let seepage = |p: usize| std::array::from_fn(|c| pore.velocity[p][c] - set.velocity[p][c]);
-            set.pore_loads().map(|(p, force)| power(&[force], &[seepage(p)])).sum()
-        };
-        dt * self.sets.iter().map(of_set).sum::<f64>()
     }
 }

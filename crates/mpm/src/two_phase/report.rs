@@ -43,14 +43,14 @@ impl<const D: usize> MpmSolver<D> {
         if self.two_phase.is_none() {
             return Vec::new();
         }
-        let wet = |s: usize| self.sets[s].pore.as_ref().filter(|pore| pore.fluid.is_some());
+        let wet = |s: usize| self.bodies.sets[s].pore.as_ref().filter(|pore| pore.fluid.is_some());
         let pressure = |&(_, s, i): &(u32, usize, usize)| wet(s).map_or(f64::NAN, |pore| pore.pressure[i]);
         let velocity = |&(_, s, i): &(u32, usize, usize)| {
             wet(s).map_or([f64::NAN; 3], |pore| spatial(&pore.velocity[i]))
         };
         let porosity =
-            |&(_, s, i): &(u32, usize, usize)| wet(s).map_or(f64::NAN, |_| self.sets[s].porosity(i));
-        let total = |&(_, s, i): &(u32, usize, usize)| self.sets[s].total_stress(i);
+            |&(_, s, i): &(u32, usize, usize)| wet(s).map_or(f64::NAN, |_| self.bodies.sets[s].porosity(i));
+        let total = |&(_, s, i): &(u32, usize, usize)| self.bodies.sets[s].total_stress(i);
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
         vec![
             field("pore_pressure", "Pa", FieldData::Scalar(order.iter().map(pressure).collect())),
@@ -63,16 +63,16 @@ impl<const D: usize> MpmSolver<D> {
     /// The limit of a point from that of its skeleton's wave: with pore fluid that of both phases.
     #[inline]
     pub(crate) fn phase_limit(&self, bounds: StepBounds, wave: Limit, modulus: f64) -> Limit {
-        let (set, i) = (&self.sets[wave.set], wave.index);
+        let (set, i) = (&self.bodies.sets[wave.set], wave.index);
         let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
         let (n, dry) = (set.porosity(i), set.mass[i] / set.volume[i]);
         let h = set.domain.as_slice().spacing(i, &self.background.ground());
         // In time over the root of the scale of inertia the equations are those without it, with a weaker drag.
-        let scale = self.options.mass_scaling.sqrt();
+        let scale = self.clock.options.mass_scaling.sqrt();
         let scaled = Fluid { resistance: fluid.resistance / scale, ..fluid };
         let moving =
             |step: f64| bounds.courant / (1.0 / (scale * step) + square(&set.velocity[i]).sqrt() / h);
-        let (dt, by_drag) = match self.options.step_criterion {
+        let (dt, by_drag) = match self.clock.options.step_criterion {
             StepCriterion::Combined => {
                 let (step, by_drag) = critical_step(&scaled, n, dry, modulus, h);
                 (moving(step), by_drag)
@@ -92,7 +92,7 @@ impl<const D: usize> MpmSolver<D> {
             return;
         }
         let mut liquid = PhaseBudget::default();
-        for set in &self.sets {
+        for set in &self.bodies.sets {
             let Some(pore) = &set.pore else { continue };
             let Some(fluid) = pore.fluid else { continue };
             for i in 0..set.len() {
@@ -105,7 +105,7 @@ impl<const D: usize> MpmSolver<D> {
                     let (a, b) = ((c + 1) % 3, (c + 2) % 3);
                     liquid.momentum[c] += m * v[c];
                     budget.angular_momentum[c] += m * (x[a] * v[b] - x[b] * v[a]);
-                    liquid.potential -= m * self.gravity[c] * x[c];
+                    liquid.potential -= m * self.clock.gravity[c] * x[c];
                 }
             }
         }

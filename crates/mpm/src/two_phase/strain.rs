@@ -4,28 +4,31 @@ use colluvium_constitutive::BLOCK;
 use colluvium_grid::Gathered;
 
 use super::TwoPhase;
+use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::clock::Clock;
 use crate::pore::{LIQUID, SOLID};
-use crate::solver::MpmSolver;
+use crate::strain::{CellStrains, share_strains};
 
-impl<const D: usize> MpmSolver<D> {
-    /// Shares the volumetric strains of the step, phase by phase, where the case asks for it.
-    pub(super) fn share_phase_strains<const FROM_SOLVED: bool>(&mut self, phases: &TwoPhase, dt: f64) {
-        if !self.strains.is_shared() {
-            return;
+/// Shares the volumetric strains of the step, phase by phase, where the case asks for it.
+pub(super) fn share_phase_strains<const FROM_SOLVED: bool, const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    strains: &mut CellStrains,
+    phases: &TwoPhase,
+) {
+    share_strains(background, bodies, strains, &|set, block, out| {
+        let (ground, points) = (background.ground(), set.points().range(block));
+        let mut all = [[Gathered::ZERO; 2]; BLOCK];
+        let reads = &mut all[..points.len()];
+        if FROM_SOLVED {
+            background.sweeps.gather_phases(&ground, &points, &phases.nodes, reads);
+        } else {
+            background.sweeps.gather_velocities(&ground, &points, &phases.remapped, reads);
         }
-        self.share_strains(&|solver, set, block, out| {
-            let (ground, points) = (solver.background.ground(), set.points().range(block));
-            let mut all = [[Gathered::ZERO; 2]; BLOCK];
-            let reads = &mut all[..points.len()];
-            if FROM_SOLVED {
-                solver.background.sweeps.gather_phases(&ground, &points, &phases.nodes, reads);
-            } else {
-                solver.background.sweeps.gather_velocities(&ground, &points, &phases.remapped, reads);
-            }
-            for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
-                *out =
-                    [SOLID, LIQUID].map(|phase| dt * solver.background.dilation(&read[phase], position[0]));
-            }
-        });
-    }
+        for ((out, read), position) in out.iter_mut().zip(&*reads).zip(points.position) {
+            *out = [SOLID, LIQUID].map(|phase| clock.dt * background.dilation(&read[phase], position[0]));
+        }
+    });
 }

@@ -5,151 +5,168 @@ use colluvium_constitutive::{BLOCK, Motion, Pore, SymTensor};
 use colluvium_grid::{Gathered, Lanes, PhaseDeposit, Window};
 
 use super::TwoPhase;
+use crate::averages::Averages;
 use crate::background::Background;
 use crate::blocks::{Block, BlockReport, Failure, OfSet};
+use crate::bodies::Bodies;
+use crate::boundary::Boundary;
+use crate::clock::Clock;
+use crate::driven::hold_phases_again;
+use crate::loads::apply_loads;
+use crate::mixed::{average_stresses, pull_with_cells};
+use crate::nodal::load_phase_nodes;
 use crate::pore::{Fluid, LIQUID, SOLID};
-use crate::solver::MpmSolver;
 use crate::strain::set_volumetric;
-use crate::transfer::{Moved, PointUpdate, force_columns, still};
+use crate::transfer::force_columns;
+use crate::update::{Moved, PointUpdate, UpdateOfPoints, still};
 use crate::vectors::{lanes, three};
 
-impl<const D: usize> MpmSolver<D> {
-    /// Point to grid (step 1), slab by slab.
-    pub(super) fn scatter_phases(&mut self, phases: &mut TwoPhase, dt: f64) {
-        self.apply_loads(dt);
-        self.average_stresses();
-        let full = self.stresses.full_cells(0, self.background.cell_layout().len());
-        let Background { layout, sweeps, axisymmetric, .. } = &self.background;
-        let (sets, ground, axisymmetric) = (&self.sets, self.background.ground(), *axisymmetric);
-        layout.scatter(&mut phases.nodes, |slab, window, offset| {
-            let mut given = Given::NOTHING;
-            for set in sets {
-                let Some(pore) = &set.pore else { continue };
-                let domain = set.domain.as_slice();
-                for block in set.blocks_of(slab) {
-                    for (k, p) in block.clone().enumerate() {
-                        let volume = set.volume[p];
-                        let fluid = pore.fluid.map_or([0.0; 3], |fluid| {
-                            let n = fluid.porosity_at(volume, set.initial_volume[p]);
-                            let values = [n * fluid.density, n * fluid.resistance, fluid.density];
-                            values.map(|value| value * volume)
-                        });
-                        let [liquid_mass, drag, full_mass] = fluid;
-                        given.motion[k] = [
-                            lanes(&set.velocity[p], 1.0) * set.mass[p],
-                            lanes(&pore.velocity[p], 1.0) * liquid_mass,
-                        ];
-                        let liquid_stress = SymTensor::isotropic(-pore.pressure[p]);
-                        let total = set.total_stress(p);
-                        let left_to_cell =
-                            full.is_some_and(|full| full[domain.cell(p, &ground, &set.position[p])]);
-                        let pulling = if left_to_cell { 0.0 } else { volume };
-                        given.columns[k] = [
-                            force_columns::<D>(&total, pulling),
-                            force_columns::<D>(&liquid_stress, pulling),
-                        ];
-                        let of_loads = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
-                        let mut body = [
-                            lanes(&of_loads(&set.traction), drag),
-                            lanes(&of_loads(&pore.traction), full_mass),
-                        ];
-                        if axisymmetric {
-                            let hoop = |stress: &SymTensor| -pulling * stress[2] / set.position[p][0];
-                            body[SOLID] += Lanes::new([hoop(&total), 0.0, 0.0, 0.0]);
-                            body[LIQUID] += Lanes::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
-                        }
-                        given.body[k] = body;
+/// Point to grid (step 1), slab by slab.
+pub(super) fn scatter_phases<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    boundary: &Boundary<D>,
+    averages: &mut Averages<D>,
+    phases: &mut TwoPhase,
+) {
+    apply_loads(clock, bodies, &boundary.load_starts);
+    average_stresses(clock, background, bodies, &mut averages.stresses);
+    let full = averages.stresses.full_cells(0, background.cell_layout().len());
+    let Background { layout, sweeps, axisymmetric, .. } = background;
+    let (sets, ground, axisymmetric) = (&bodies.sets, background.ground(), *axisymmetric);
+    layout.scatter(&mut phases.nodes, |slab, window, offset| {
+        let mut given = Given::NOTHING;
+        for set in sets {
+            let Some(pore) = &set.pore else { continue };
+            let domain = set.domain.as_slice();
+            for block in set.blocks_of(slab) {
+                for (k, p) in block.clone().enumerate() {
+                    let volume = set.volume[p];
+                    let fluid = pore.fluid.map_or([0.0; 3], |fluid| {
+                        let n = fluid.porosity_at(volume, set.initial_volume[p]);
+                        let values = [n * fluid.density, n * fluid.resistance, fluid.density];
+                        values.map(|value| value * volume)
+                    });
+                    let [liquid_mass, drag, full_mass] = fluid;
+                    given.motion[k] = [
+                        lanes(&set.velocity[p], 1.0) * set.mass[p],
+                        lanes(&pore.velocity[p], 1.0) * liquid_mass,
+                    ];
+                    let liquid_stress = SymTensor::isotropic(-pore.pressure[p]);
+                    let total = set.total_stress(p);
+                    let left_to_cell =
+                        full.is_some_and(|full| full[domain.cell(p, &ground, &set.position[p])]);
+                    let pulling = if left_to_cell { 0.0 } else { volume };
+                    given.columns[k] =
+                        [force_columns::<D>(&total, pulling), force_columns::<D>(&liquid_stress, pulling)];
+                    let of_loads = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
+                    let mut body =
+                        [lanes(&of_loads(&set.traction), drag), lanes(&of_loads(&pore.traction), full_mass)];
+                    if axisymmetric {
+                        let hoop = |stress: &SymTensor| -pulling * stress[2] / set.position[p][0];
+                        body[SOLID] += Lanes::new([hoop(&total), 0.0, 0.0, 0.0]);
+                        body[LIQUID] += Lanes::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
                     }
-                    let count = block.len();
-                    let (motion, columns) = (&given.motion[..count], &given.columns[..count]);
-                    let deposit = PhaseDeposit { motion, columns, body: &given.body[..count] };
-                    let to = Window { nodes: &mut *window, first: offset };
-                    sweeps.deposit_phases(&ground, &set.points().range(block), to, &deposit);
+                    given.body[k] = body;
                 }
+                let count = block.len();
+                let (motion, columns) = (&given.motion[..count], &given.columns[..count]);
+                let deposit = PhaseDeposit { motion, columns, body: &given.body[..count] };
+                let to = Window { nodes: &mut *window, first: offset };
+                sweeps.deposit_phases(&ground, &set.points().range(block), to, &deposit);
             }
-        });
-        self.background.layout.fold(&mut phases.nodes, |sum, node| {
+        }
+    });
+    background.layout.fold(&mut phases.nodes, |sum, node| {
+        for phase in [SOLID, LIQUID] {
+            sum[phase].motion += node[phase].motion;
+            sum[phase].force += node[phase].force;
+        }
+    });
+    pull_with_cells(background, &averages.stresses, &mut phases.nodes);
+    load_phase_nodes(clock, bodies, &boundary.nodal, &boundary.load_starts, &mut phases.nodes);
+}
+
+/// Maps the velocities of the points to the nodes, walls included: the updated ones back (step 6) or, at the `start` of
+/// the step, those that there are.
+pub(super) fn remap_phases<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    boundary: &Boundary<D>,
+    phases: &mut TwoPhase,
+    start: bool,
+) {
+    let TwoPhase { nodes, remapped, walls, .. } = phases;
+    background.layout.reset(remapped);
+    let Background { layout, sweeps, .. } = background;
+    let (ground, sets) = (background.ground(), &bodies.sets);
+    layout.scatter(remapped, |slab, window, offset| {
+        let mut momenta = [[Lanes::ZERO; 2]; BLOCK];
+        for set in sets {
+            let Some(pore) = &set.pore else { continue };
+            for block in set.blocks_of(slab) {
+                for (p, momenta) in block.clone().zip(&mut momenta) {
+                    *momenta = [
+                        lanes(&set.velocity[p], 1.0) * set.mass[p],
+                        lanes(&pore.velocity[p], 1.0) * set.liquid_mass(p),
+                    ];
+                }
+                let to = Window { nodes: &mut *window, first: offset };
+                let momenta = &momenta[..block.len()];
+                sweeps.deposit_motions(&ground, &set.points().range(block), to, momenta);
+            }
+        }
+    });
+    background.layout.fold(remapped, |sum, node| [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]));
+    let walls = [&boundary.walls, &*walls];
+    let row_length = layout.strides()[0];
+    background.layout.each(remapped, |row, active, line| {
+        for number in active {
+            let index = layout.index(row, number);
             for phase in [SOLID, LIQUID] {
-                sum[phase].motion += node[phase].motion;
-                sum[phase].force += node[phase].force;
-            }
-        });
-        self.pull_phases_with_cells(&mut phases.nodes);
-        self.load_phase_nodes(&mut phases.nodes, dt);
-    }
-
-    /// Maps the velocities of the points to the nodes, walls included: the updated ones back (step 6) or, at the `start` of
-    /// the step, those that there are.
-    pub(super) fn remap_phases(&mut self, phases: &mut TwoPhase, start: bool) {
-        let TwoPhase { nodes, remapped, walls, .. } = phases;
-        self.background.layout.reset(remapped);
-        let Background { layout, sweeps, .. } = &self.background;
-        let (ground, sets) = (self.background.ground(), &self.sets);
-        layout.scatter(remapped, |slab, window, offset| {
-            let mut momenta = [[Lanes::ZERO; 2]; BLOCK];
-            for set in sets {
-                let Some(pore) = &set.pore else { continue };
-                for block in set.blocks_of(slab) {
-                    for (p, momenta) in block.clone().zip(&mut momenta) {
-                        *momenta = [
-                            lanes(&set.velocity[p], 1.0) * set.mass[p],
-                            lanes(&pore.velocity[p], 1.0) * set.liquid_mass(p),
-                        ];
-                    }
-                    let to = Window { nodes: &mut *window, first: offset };
-                    let momenta = &momenta[..block.len()];
-                    sweeps.deposit_motions(&ground, &set.points().range(block), to, momenta);
+                let velocity = &mut line[number][phase];
+                let mass = velocity.as_array()[3];
+                let solved = match start {
+                    true => Lanes::splat(f64::NAN),
+                    false => nodes[row * row_length + number][phase].motion,
+                };
+                if mass <= 0.0 {
+                    *velocity = Lanes::ZERO;
+                    continue;
                 }
+                *velocity *= 1.0 / mass;
+                let mut held = three(*velocity);
+                walls[phase].constrain_again(&index, &three(solved), &mut held);
+                *velocity = lanes(&held, 0.0);
             }
-        });
-        self.background
-            .layout
-            .fold(remapped, |sum, node| [SOLID, LIQUID].into_iter().for_each(|i| sum[i] += node[i]));
-        let walls = [&self.walls, &*walls];
-        let row_length = layout.strides()[0];
-        self.background.layout.each(remapped, |row, active, line| {
-            for number in active {
-                let index = layout.index(row, number);
-                for phase in [SOLID, LIQUID] {
-                    let velocity = &mut line[number][phase];
-                    let mass = velocity.as_array()[3];
-                    let solved = match start {
-                        true => Lanes::splat(f64::NAN),
-                        false => nodes[row * row_length + number][phase].motion,
-                    };
-                    if mass <= 0.0 {
-                        *velocity = Lanes::ZERO;
-                        continue;
-                    }
-                    *velocity *= 1.0 / mass;
-                    let mut held = three(*velocity);
-                    walls[phase].constrain_again(&index, &three(solved), &mut held);
-                    *velocity = lanes(&held, 0.0);
-                }
-            }
-        });
-        self.hold_phases_again(remapped);
-    }
+        }
+    });
+    hold_phases_again(clock, background, &boundary.driven, &boundary.contacts, remapped);
+}
 
-    /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
-    pub(super) fn update_phases<const FROM_SOLVED: bool>(
-        &mut self,
-        phases: &TwoPhase,
-        dt: f64,
-        what: PointUpdate,
-    ) -> Result<f64, SolverError> {
-        self.update_blocks(|solver, set, block| {
-            solver.update_phase_block::<FROM_SOLVED>(phases, set, block, dt, what)
-        })
-    }
+/// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
+pub(super) fn update_phases<const FROM_SOLVED: bool, const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    boundary: &Boundary<D>,
+    averages: &Averages<D>,
+    phases: &TwoPhase,
+    what: PointUpdate,
+) -> Result<f64, SolverError> {
+    let update = UpdateOfPoints { clock, background, strains: &averages.strains, closed: &boundary.closed };
+    bodies.update_blocks(clock, |set, block| update.phase_block::<FROM_SOLVED>(phases, set, block, what))
+}
 
+impl<const D: usize> UpdateOfPoints<'_, D> {
     #[inline]
-    fn update_phase_block<const FROM_SOLVED: bool>(
+    fn phase_block<const FROM_SOLVED: bool>(
         &self,
         phases: &TwoPhase,
         set: &OfSet<'_, D>,
         block: &mut Block<'_, D>,
-        dt: f64,
         what: PointUpdate,
     ) -> BlockReport {
         if block.pressure.is_empty() {
@@ -166,13 +183,13 @@ impl<const D: usize> MpmSolver<D> {
         let reads = &*reads;
         if what.velocity {
             for (p, read) in reads.iter().enumerate() {
-                self.follow_node(&mut block.velocity[p], &read[SOLID], dt);
+                self.follow_node(&mut block.velocity[p], &read[SOLID]);
                 if set.fluid.is_some() {
-                    self.follow_node(&mut block.liquid_velocity[p], &read[LIQUID], dt);
+                    self.follow_node(&mut block.liquid_velocity[p], &read[LIQUID]);
                 }
             }
         }
-        let mut motions = [still(dt, set.extent[0]); BLOCK];
+        let mut motions = [still(self.clock.dt, set.extent[0]); BLOCK];
         if what.stress {
             self.deform_phases(set, block, reads, &mut motions[..n])?;
         }
@@ -180,7 +197,7 @@ impl<const D: usize> MpmSolver<D> {
         if what.position {
             block.stretch_at_last();
             for (p, read) in reads.iter().enumerate() {
-                moves[p] = self.move_point(block, p, read[SOLID].velocity.as_array(), dt);
+                moves[p] = self.move_point(block, p, read[SOLID].velocity.as_array());
             }
         }
         let moved = if what.position { self.settle(set, block, &moves)? } else { 0.0 };
@@ -195,8 +212,8 @@ impl<const D: usize> MpmSolver<D> {
 
     /// FLIP and PIC (sheet: mpm §2.6), alike for both phases.
     #[inline(always)]
-    fn follow_node(&self, velocity: &mut [f64; D], read: &Gathered<D>, dt: f64) {
-        let flip = self.flip;
+    fn follow_node(&self, velocity: &mut [f64; D], read: &Gathered<D>) {
+        let (flip, dt) = (self.clock.flip, self.clock.dt);
         let (new, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
         for c in 0..D {
             velocity[c] = flip * (velocity[c] + dt * acceleration[c]) + (1.0 - flip) * new[c];
@@ -280,6 +297,7 @@ impl<const D: usize> Given<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::MpmSolver;
     use crate::dispatch::tests::begun;
     use colluvium_case::Case;
 
@@ -298,10 +316,12 @@ mod tests {
         });
         let case = Case::from_json(&text.to_string()).unwrap();
         let mut solver = begun::<1>(&case);
-        solver.sets[0].retain(|x| (x[0] - 1.5).abs() > 1e-9);
+        solver.bodies.sets[0].retain(|x| (x[0] - 1.5).abs() > 1e-9);
         solver.sort();
-        let mut phases = solver.two_phase.take().unwrap();
-        solver.scatter_phases(&mut phases, 1e-3);
+        let MpmSolver { clock, background, bodies, boundary, averages, two_phase, .. } = &mut solver;
+        let phases = two_phase.as_deref_mut().unwrap();
+        clock.dt = 1e-3;
+        scatter_phases(clock, background, bodies, boundary, averages, phases);
         [1, 2].map(|node| [SOLID, LIQUID].map(|phase| -phases.nodes[node][phase].force.as_array()[0]))
     }
 

@@ -2,7 +2,7 @@
 
 use colluvium::constitutive::driver::{ElementPath, ElementTest, Path, TestStage};
 use colluvium::constitutive::laws::SimsandSpec;
-use colluvium::constitutive::{InitialCondition, MaterialSpec, Motion, SmallStrain, SymTensor};
+use colluvium::constitutive::{InitialCondition, MaterialSpec, Motion, Pointwise, SmallStrain, SymTensor};
 use colluvium::plots::{LineChart, Series, Style};
 use serde_json::json;
 
@@ -95,7 +95,7 @@ fn single_step(outcome: &mut Outcome) -> Result<(), String> {
     };
     let law = spec.law().map_err(|error| error.to_string())?;
     let start = InitialCondition { stress: SymTensor::isotropic(-100e3), density: spec.density };
-    let old = SmallStrain::initial(&law, &start).map_err(|error| error.to_string())?;
+    let old = Pointwise::initial(&law, &start).map_err(|error| error.to_string())?;
     let strain = SymTensor([-0.02, 0.004, 0.004, 0.003, 0.0, 0.0]);
     let motion = Motion::from_velocity_gradient(&strain.to_matrix(), 1.0, spec.density, 1.0)
         .ok_or("singular motion")?;

@@ -2,22 +2,30 @@
 
 use super::*;
 use crate::laws::Elasticity;
-use crate::{Corotational, Point, SmallStrain};
+use crate::{Corotational, Law, Point, Pointwise, SmallStrain};
 
 /// Linear elastic, without a solution beyond 1 % of stretch in y.
 struct Stubborn(Elasticity);
 
-impl SmallStrain for Stubborn {
-    type State = f64;
-
+impl Law for Stubborn {
     fn name(&self) -> &'static str {
         "stubborn"
     }
+}
+
+impl Pointwise for Stubborn {
+    type State = f64;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<f64>, MaterialError> {
         Ok(Point { stress: initial.stress, state: 0.0 })
     }
 
+    fn wave_modulus(&self, _: &Point<f64>) -> f64 {
+        self.0.p_wave_modulus()
+    }
+}
+
+impl SmallStrain for Stubborn {
     fn update(
         &self,
         strain: &SymTensor,
@@ -33,10 +41,6 @@ impl SmallStrain for Stubborn {
 
     fn tangent(&self, _: &SymTensor, _: &Motion, _: &Point<f64>) -> Option<crate::Tangent> {
         Some(self.0.tangent())
-    }
-
-    fn wave_modulus(&self, _: &Point<f64>) -> f64 {
-        self.0.p_wave_modulus()
     }
 }
 

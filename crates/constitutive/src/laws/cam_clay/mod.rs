@@ -11,7 +11,9 @@ mod parameters;
 mod return_map;
 mod shared;
 
-use crate::{InitialCondition, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent};
+use crate::{
+    InitialCondition, Law, MaterialError, Motion, Point, Pointwise, SmallStrain, SymTensor, Tangent,
+};
 
 pub use parameters::CamClaySpec;
 pub use return_map::CamClayReturn;
@@ -26,18 +28,40 @@ pub struct CamClay {
     constants: CamClayConstants,
 }
 
-impl SmallStrain for CamClay {
-    type State = CamClayState;
-
+impl Law for CamClay {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        OUTPUTS
+    }
+}
+
+impl Pointwise for CamClay {
+    type State = CamClayState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<CamClayState>, MaterialError> {
         let m2 = self.constants.critical.powi(2);
         self.constants.initial(NAME, &initial.stress, |p, q| p + q * q / (m2 * p))
     }
 
+    fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
+        self.constants.wave_modulus(point)
+    }
+
+    /// `f/p_c`, so that it is a stress.
+    fn yield_value(&self, point: &Point<CamClayState>) -> Option<f64> {
+        let size = point.state.preconsolidation_pressure;
+        Some(self.yield_function(point.stress.pressure(), point.stress.q(), size) / size)
+    }
+
+    fn outputs(&self, point: &Point<CamClayState>, out: &mut [f64]) {
+        point.state.outputs(out);
+    }
+}
+
+impl SmallStrain for CamClay {
     fn update(
         &self,
         strain: &SymTensor,
@@ -47,18 +71,8 @@ impl SmallStrain for CamClay {
         self.step(strain, old).map(|advance| advance.point)
     }
 
-    fn wave_modulus(&self, point: &Point<CamClayState>) -> f64 {
-        self.constants.wave_modulus(point)
-    }
-
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<CamClayState>) -> Option<Tangent> {
         self.step_tangent(strain, old)
-    }
-
-    /// `f/p_c`, so that it is a stress.
-    fn yield_value(&self, point: &Point<CamClayState>) -> Option<f64> {
-        let size = point.state.preconsolidation_pressure;
-        Some(self.yield_function(point.stress.pressure(), point.stress.q(), size) / size)
     }
 
     fn dissipation(
@@ -69,13 +83,5 @@ impl SmallStrain for CamClay {
         _new: &Point<CamClayState>,
     ) -> Option<f64> {
         self.step(strain, old).ok().map(|advance| advance.dissipated)
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        OUTPUTS
-    }
-
-    fn outputs(&self, point: &Point<CamClayState>, out: &mut [f64]) {
-        point.state.outputs(out);
     }
 }

@@ -148,10 +148,6 @@ impl Model for CamClaySpec {
         tangent: "analytic",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(Arc::new(Corotational(self.law()?)))
     }

@@ -26,7 +26,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
 use crate::hencky::Few;
-use crate::{InitialCondition, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor};
+use crate::{
+    InitialCondition, Law, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain, SymTensor,
+};
 
 use ellipse::{Conditions, Surface};
 use newton::Returns;
@@ -322,12 +324,18 @@ impl CohesiveCamClay {
     }
 }
 
-impl SmallStrain for CohesiveCamClay {
-    type State = CohesiveCamClayState;
-
+impl Law for CohesiveCamClay {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        &["plastic_strain", "plastic_volumetric_strain", "compressive_strength", "collapsed"]
+    }
+}
+
+impl Pointwise for CohesiveCamClay {
+    type State = CohesiveCamClayState;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<CohesiveCamClayState>, MaterialError> {
         let stress = initial.stress;
@@ -348,6 +356,28 @@ impl SmallStrain for CohesiveCamClay {
         Ok(Point { stress, state })
     }
 
+    fn wave_modulus(&self, _point: &Point<CohesiveCamClayState>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    fn yield_value(&self, point: &Point<CohesiveCamClayState>) -> Option<f64> {
+        Some(self.ellipse(&point.state).yield_value(point.stress.pressure(), point.stress.q()))
+    }
+
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        Some(&self.elasticity)
+    }
+
+    fn outputs(&self, point: &Point<CohesiveCamClayState>, out: &mut [f64]) {
+        let state = &point.state;
+        out[0] = state.deviatoric;
+        out[1] = state.volumetric;
+        out[2] = self.ellipse(state).strength;
+        out[3] = f64::from(u8::from(state.collapsed));
+    }
+}
+
+impl SmallStrain for CohesiveCamClay {
     #[inline]
     fn update(
         &self,
@@ -367,41 +397,6 @@ impl SmallStrain for CohesiveCamClay {
             }
         };
         Ok(Point { stress, state })
-    }
-
-    fn wave_modulus(&self, _point: &Point<CohesiveCamClayState>) -> f64 {
-        self.elasticity.p_wave_modulus()
-    }
-
-    fn yield_value(&self, point: &Point<CohesiveCamClayState>) -> Option<f64> {
-        Some(self.ellipse(&point.state).yield_value(point.stress.pressure(), point.stress.q()))
-    }
-
-    fn stored_energy(&self, point: &Point<CohesiveCamClayState>) -> Option<f64> {
-        Some(self.elasticity.energy(&point.stress))
-    }
-
-    fn dissipation(
-        &self,
-        strain: &SymTensor,
-        _motion: &Motion,
-        old: &Point<CohesiveCamClayState>,
-        new: &Point<CohesiveCamClayState>,
-    ) -> Option<f64> {
-        let trial = old.stress + self.elasticity.stress(strain);
-        Some(self.elasticity.dissipation(&trial, &new.stress))
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        &["plastic_strain", "plastic_volumetric_strain", "compressive_strength", "collapsed"]
-    }
-
-    fn outputs(&self, point: &Point<CohesiveCamClayState>, out: &mut [f64]) {
-        let state = &point.state;
-        out[0] = state.deviatoric;
-        out[1] = state.volumetric;
-        out[2] = self.ellipse(state).strength;
-        out[3] = f64::from(u8::from(state.collapsed));
     }
 }
 

@@ -118,10 +118,6 @@ impl Model for CohesiveCamClaySpec {
         tangent: "analytic",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(match self.invariants {
             CamClayInvariants::Space => Arc::new(Hencky(self.law()?)),

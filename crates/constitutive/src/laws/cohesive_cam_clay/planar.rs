@@ -7,7 +7,10 @@
 use super::{CohesiveCamClay, CohesiveCamClayState, Landing};
 use crate::hencky::{HenckyState, carried};
 use crate::laws::substep::divided;
-use crate::{InitialCondition, Mat3, MaterialError, Motion, Point, SmallStrain, StressUpdate, SymTensor};
+use crate::{
+    InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, SmallStrain, StressUpdate,
+    SymTensor,
+};
 
 /// The law at finite strain in the plane.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,22 +92,29 @@ impl Planar {
     }
 }
 
-impl StressUpdate for Planar {
-    type State = State;
-
+impl Law for Planar {
     fn name(&self) -> &'static str {
         super::NAME
     }
 
+    /// The axis across the plane is another than those in it.
+    fn is_isotropic(&self) -> bool {
+        false
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        Law::output_names(&self.0)
+    }
+}
+
+impl Pointwise for Planar {
+    type State = State;
+
     fn initial(&self, initial: &InitialCondition) -> Result<Point<State>, MaterialError> {
         let [xx, yy, _, xy, ..] = initial.stress.0;
         let plane = SymTensor([xx, yy, 0.5 * (xx + yy), xy, 0.0, 0.0]);
-        let inner = SmallStrain::initial(&self.0, &InitialCondition { stress: plane, ..*initial })?;
+        let inner = Pointwise::initial(&self.0, &InitialCondition { stress: plane, ..*initial })?;
         Ok(self.point(inner.stress.pressure(), &inner.stress.deviator(), 1.0, inner.state))
-    }
-
-    fn update(&self, motion: &Motion, old: &Point<State>) -> Result<Point<State>, MaterialError> {
-        divided(motion, self.0.largest_step(), old, |part, from| self.undivided(part, from))
     }
 
     fn wave_modulus(&self, point: &Point<State>) -> f64 {
@@ -115,14 +125,16 @@ impl StressUpdate for Planar {
     }
 
     fn yield_value(&self, point: &Point<State>) -> Option<f64> {
-        SmallStrain::yield_value(&self.0, &Self::inner(point))
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        SmallStrain::output_names(&self.0)
+        Pointwise::yield_value(&self.0, &Self::inner(point))
     }
 
     fn outputs(&self, point: &Point<State>, out: &mut [f64]) {
-        SmallStrain::outputs(&self.0, &Self::inner(point), out);
+        Pointwise::outputs(&self.0, &Self::inner(point), out);
+    }
+}
+
+impl StressUpdate for Planar {
+    fn update(&self, motion: &Motion, old: &Point<State>) -> Result<Point<State>, MaterialError> {
+        divided(motion, self.0.largest_step(), old, |part, from| self.undivided(part, from))
     }
 }

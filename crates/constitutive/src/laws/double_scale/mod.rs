@@ -22,8 +22,8 @@ use super::cohesive_band::CohesiveBand;
 use super::linear_elastic::{Elasticity, LinearElastic};
 use crate::localisation::least_isotropic_ellipticity;
 use crate::{
-    InitialCondition, InterfaceLaw, InterfacePoint, Mat3, MaterialError, Motion, Point, PrincipalReturn,
-    SmallStrain, Spectrum, SymTensor, Tangent,
+    InitialCondition, InterfaceLaw, InterfacePoint, Law, Mat3, MaterialError, Motion, Point, Pointwise,
+    PrincipalReturn, SmallStrain, Spectrum, SymTensor, Tangent,
 };
 
 pub use parameters::{BandSpec, DoubleScaleSpec, LocalSolve, Onset, OutsideStrength};
@@ -73,9 +73,9 @@ pub struct BandedState<S, T = ()> {
 }
 
 /// Jump increment (m), band and point outside after a step.
-type Solved<B, M> = ([f64; 3], InterfacePoint<<B as InterfaceLaw>::State>, Point<<M as SmallStrain>::State>);
+type Solved<B, M> = ([f64; 3], InterfacePoint<<B as InterfaceLaw>::State>, Point<<M as Pointwise>::State>);
 
-type State<B, M> = BandedState<<B as InterfaceLaw>::State, <M as SmallStrain>::State>;
+type State<B, M> = BandedState<<B as InterfaceLaw>::State, <M as Pointwise>::State>;
 
 /// A step of a banded point: the strain increment outside is `strain - n ⊗ Δu / H`.
 struct Step<'s, B: InterfaceLaw, M: SmallStrain> {
@@ -369,12 +369,18 @@ fn conjugate(spectrum: &Spectrum, cosine: f64, strain: &SymTensor, motion: &Moti
     frame_between(first, third, second, along, aside)
 }
 
-impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
-    type State = State<B, M>;
-
+impl<B: InterfaceLaw, M: Outside> Law for DoubleScale<B, M> {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        &["localised", "damage", "opening", "slip"]
+    }
+}
+
+impl<B: InterfaceLaw, M: Outside> Pointwise for DoubleScale<B, M> {
+    type State = State<B, M>;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<Self::State>, MaterialError> {
         let Point { stress, state: outside } = self.outside.initial(initial)?;
@@ -385,6 +391,35 @@ impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
         Ok(Point { stress, state })
     }
 
+    fn wave_modulus(&self, _point: &Point<Self::State>) -> f64 {
+        self.elasticity().p_wave_modulus()
+    }
+
+    fn yield_value(&self, point: &Point<Self::State>) -> Option<f64> {
+        let band = if point.state.localised {
+            self.band.yield_value(&Self::interface(&point.state, &point.stress))
+        } else {
+            self.intact(&point.stress).0
+        };
+        let outside = Point { stress: point.stress, state: point.state.outside };
+        Some(self.outside.yield_value(&outside).map_or(band, |value| value.max(band)))
+    }
+
+    /// Of the material outside the band.
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        Some(self.elasticity())
+    }
+
+    fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
+        let BandedState { localised, jump, band, .. } = &point.state;
+        out[0] = f64::from(u8::from(*localised));
+        out[1] = if *localised { self.band.damage(band) } else { 0.0 };
+        out[2] = jump[0];
+        out[3] = jump[1].hypot(jump[2]);
+    }
+}
+
+impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
     fn update(
         &self,
         strain: &SymTensor,
@@ -407,10 +442,6 @@ impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
             state.frame = state.frame * rotation.transpose();
         }
         self.outside.rotate_state(&mut state.outside, rotation);
-    }
-
-    fn wave_modulus(&self, _point: &Point<Self::State>) -> f64 {
-        self.elasticity().p_wave_modulus()
     }
 
     /// `D - (D n)(K + n·D·n/H)⁻¹(n D)/H` (sheet: constitutive §3.7.11); in the step that inserts the band its direction
@@ -440,21 +471,6 @@ impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
         Some(tangent)
     }
 
-    fn yield_value(&self, point: &Point<Self::State>) -> Option<f64> {
-        let band = if point.state.localised {
-            self.band.yield_value(&Self::interface(&point.state, &point.stress))
-        } else {
-            self.intact(&point.stress).0
-        };
-        let outside = Point { stress: point.stress, state: point.state.outside };
-        Some(self.outside.yield_value(&outside).map_or(band, |value| value.max(band)))
-    }
-
-    /// Of the material outside the band.
-    fn stored_energy(&self, point: &Point<Self::State>) -> Option<f64> {
-        Some(self.elasticity().energy(&point.stress))
-    }
-
     fn dissipation(
         &self,
         strain: &SymTensor,
@@ -465,12 +481,8 @@ impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
         let outside = |point: &Point<Self::State>| Point { stress: point.stress, state: point.state.outside };
         if !new.state.localised {
             // A band that was dropped in this step took its account with it.
-            let whole = !old.state.localised;
-            return if whole {
-                self.outside.dissipation(strain, motion, &outside(old), &outside(new))
-            } else {
-                None
-            };
+            let lost = || self.outside.dissipation(strain, motion, &outside(old), &outside(new));
+            return if old.state.localised { None } else { lost() };
         }
         let (frame, size) = (new.state.frame, new.state.size);
         let (band, start) = if old.state.localised {
@@ -484,17 +496,5 @@ impl<B: InterfaceLaw, M: Outside> SmallStrain for DoubleScale<B, M> {
         let jump = std::array::from_fn(|k| new.state.jump[k] - start[k]);
         let lost = self.outside.dissipation(&step.reduced(jump), motion, &step.old, &outside(new))?;
         Some(lost + self.band.dissipation(&before, &after) / size)
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        &["localised", "damage", "opening", "slip"]
-    }
-
-    fn outputs(&self, point: &Point<Self::State>, out: &mut [f64]) {
-        let BandedState { localised, jump, band, .. } = &point.state;
-        out[0] = f64::from(u8::from(*localised));
-        out[1] = if *localised { self.band.damage(band) } else { 0.0 };
-        out[2] = jump[0];
-        out[3] = jump[1].hypot(jump[2]);
     }
 }

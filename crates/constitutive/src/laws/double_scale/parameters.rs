@@ -196,10 +196,6 @@ impl Model for DoubleScaleSpec {
         tangent: "analytic",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         match &self.band {
             BandSpec::CohesiveFriction(band) => self.material(band.law()?),

@@ -19,7 +19,8 @@ use super::Elasticity;
 use crate::hencky::Few;
 use crate::lanes::Lanes;
 use crate::{
-    BLOCK, InitialCondition, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor, Tangent,
+    BLOCK, InitialCondition, Law, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain,
+    SymTensor, Tangent,
 };
 
 use return_map::{Invariants, Return};
@@ -47,6 +48,15 @@ pub struct DruckerPrager {
 pub struct PlasticStrain {
     /// `κ = ∫ √(2/3 dε^p : dε^p)` of the deviatoric plastic strain.
     pub deviatoric: f64,
+}
+
+/// Names of the scalars of laws whose state is a [`PlasticStrain`].
+pub(in crate::laws) const OUTPUTS: &[&str] = &["plastic_strain"];
+
+impl PlasticStrain {
+    pub(in crate::laws) fn outputs(self, out: &mut [f64]) {
+        out[0] = self.deviatoric;
+    }
 }
 
 impl DruckerPrager {
@@ -79,12 +89,18 @@ impl DruckerPrager {
     }
 }
 
-impl SmallStrain for DruckerPrager {
-    type State = PlasticStrain;
-
+impl Law for DruckerPrager {
     fn name(&self) -> &'static str {
         self.name
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        OUTPUTS
+    }
+}
+
+impl Pointwise for DruckerPrager {
+    type State = PlasticStrain;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
         let stress = initial.stress;
@@ -100,6 +116,25 @@ impl SmallStrain for DruckerPrager {
         Ok(Point { stress, state: PlasticStrain::default() })
     }
 
+    fn wave_modulus(&self, _point: &Point<PlasticStrain>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {
+        let cone = self.cone_at(point.state.deviatoric);
+        Some(cone.yield_value(point.stress.j2().sqrt(), point.stress.trace()))
+    }
+
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        Some(&self.elasticity)
+    }
+
+    fn outputs(&self, point: &Point<PlasticStrain>, out: &mut [f64]) {
+        point.state.outputs(out);
+    }
+}
+
+impl SmallStrain for DruckerPrager {
     #[inline]
     fn update(
         &self,
@@ -137,10 +172,6 @@ impl SmallStrain for DruckerPrager {
         }
     }
 
-    fn wave_modulus(&self, _point: &Point<PlasticStrain>) -> f64 {
-        self.elasticity.p_wave_modulus()
-    }
-
     /// Consistent tangent (sheet: constitutive §3.10).
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
         if self.spec.integration != Integration::ClosestPoint {
@@ -157,34 +188,6 @@ impl SmallStrain for DruckerPrager {
                 Some(self.cone_tangent(&deviator, root_j2, i1, multiplier, kappa))
             }
         }
-    }
-
-    fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {
-        let cone = self.cone_at(point.state.deviatoric);
-        Some(cone.yield_value(point.stress.j2().sqrt(), point.stress.trace()))
-    }
-
-    fn stored_energy(&self, point: &Point<PlasticStrain>) -> Option<f64> {
-        Some(self.elasticity.energy(&point.stress))
-    }
-
-    fn dissipation(
-        &self,
-        strain: &SymTensor,
-        _motion: &Motion,
-        old: &Point<PlasticStrain>,
-        new: &Point<PlasticStrain>,
-    ) -> Option<f64> {
-        let trial = old.stress + self.elasticity.stress(strain);
-        Some(self.elasticity.dissipation(&trial, &new.stress))
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        &["plastic_strain"]
-    }
-
-    fn outputs(&self, point: &Point<PlasticStrain>, out: &mut [f64]) {
-        out[0] = point.state.deviatoric;
     }
 }
 

@@ -143,10 +143,6 @@ impl Model for DruckerPragerSpec {
         tangent: "analytic",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(self.strain_measure.wrap(self.law()?))
     }

@@ -23,7 +23,9 @@ use serde::{Deserialize, Serialize};
 
 use super::pressure_elastic::VoidRatio;
 use crate::model::{check, not_negative};
-use crate::{InitialCondition, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent};
+use crate::{
+    InitialCondition, Law, MaterialError, Motion, Point, Pointwise, SmallStrain, SymTensor, Tangent,
+};
 
 pub use parameters::{Calibration, HypoplasticParameters, HypoplasticSpec};
 
@@ -262,12 +264,18 @@ impl Hypoplastic {
     }
 }
 
-impl SmallStrain for Hypoplastic {
-    type State = VoidRatio;
-
+impl Law for Hypoplastic {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        &["void_ratio", "failure"]
+    }
+}
+
+impl Pointwise for Hypoplastic {
+    type State = VoidRatio;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<VoidRatio>, MaterialError> {
         let trace = initial.stress.trace();
@@ -281,6 +289,30 @@ impl SmallStrain for Hypoplastic {
         Ok(Point { stress: initial.stress, state: VoidRatio { void_ratio: self.void_ratio } })
     }
 
+    fn wave_modulus(&self, point: &Point<VoidRatio>) -> f64 {
+        // Norm inequality on the rate equation.
+        let stress = &point.stress;
+        let Constants { c1, c2, c3, c4 } = self.constants;
+        let density = self.density_function(stress, point.state.void_ratio).abs();
+        let trace = stress.trace().abs().max(3.0 * self.minimum_pressure);
+        let deviator = stress.deviator();
+        trace * c1.abs()
+            + stress.dot(stress) / trace * (c2.abs() + density * c3.abs())
+            + deviator.dot(&deviator) / trace * density * c4.abs()
+    }
+
+    fn outputs(&self, point: &Point<VoidRatio>, out: &mut [f64]) {
+        let void_ratio = point.state.void_ratio;
+        out[0] = void_ratio;
+        // 1 on the failure surface.
+        out[1] = self
+            .constants
+            .failure_flow(&point.stress, self.density_function(&point.stress, void_ratio))
+            .norm();
+    }
+}
+
+impl SmallStrain for Hypoplastic {
     fn update(
         &self,
         strain: &SymTensor,
@@ -301,31 +333,5 @@ impl SmallStrain for Hypoplastic {
 
     fn largest_step(&self) -> f64 {
         f64::INFINITY
-    }
-
-    fn wave_modulus(&self, point: &Point<VoidRatio>) -> f64 {
-        // Norm inequality on the rate equation.
-        let stress = &point.stress;
-        let Constants { c1, c2, c3, c4 } = self.constants;
-        let density = self.density_function(stress, point.state.void_ratio).abs();
-        let trace = stress.trace().abs().max(3.0 * self.minimum_pressure);
-        let deviator = stress.deviator();
-        trace * c1.abs()
-            + stress.dot(stress) / trace * (c2.abs() + density * c3.abs())
-            + deviator.dot(&deviator) / trace * density * c4.abs()
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        &["void_ratio", "failure"]
-    }
-
-    fn outputs(&self, point: &Point<VoidRatio>, out: &mut [f64]) {
-        let void_ratio = point.state.void_ratio;
-        out[0] = void_ratio;
-        // 1 on the failure surface.
-        out[1] = self
-            .constants
-            .failure_flow(&point.stress, self.density_function(&point.stress, void_ratio))
-            .norm();
     }
 }

@@ -174,10 +174,6 @@ impl Model for HypoplasticSpec {
         tangent: "analytic (viscous mode rate-material: numerical)",
     };
 
-    fn density(&self) -> f64 {
-        self.density
-    }
-
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         let frictional = Corotational(self.law()?);
         Ok(match self.viscous {

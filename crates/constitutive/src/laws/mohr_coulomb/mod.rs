@@ -12,11 +12,12 @@ mod return_map;
 mod softening;
 
 use super::Elasticity;
-use super::drucker_prager::{PlasticStrain, Softening};
+use super::drucker_prager::{OUTPUTS, PlasticStrain, Softening};
 use crate::hencky::small_strain_tangent;
 use crate::lanes::{Lanes, Spectra};
 use crate::{
-    BLOCK, InitialCondition, MaterialError, Motion, Point, PrincipalReturn, SmallStrain, SymTensor, Tangent,
+    BLOCK, InitialCondition, Law, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain,
+    SymTensor, Tangent,
 };
 
 use pyramid::dot;
@@ -93,12 +94,18 @@ impl MohrCoulomb {
     }
 }
 
-impl SmallStrain for MohrCoulomb {
-    type State = PlasticStrain;
-
+impl Law for MohrCoulomb {
     fn name(&self) -> &'static str {
         self.name
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        OUTPUTS
+    }
+}
+
+impl Pointwise for MohrCoulomb {
+    type State = PlasticStrain;
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<PlasticStrain>, MaterialError> {
         if self.spec.project && initial.stress.is_finite() {
@@ -114,6 +121,24 @@ impl SmallStrain for MohrCoulomb {
         Ok(Point { stress: initial.stress, state: PlasticStrain::default() })
     }
 
+    fn wave_modulus(&self, _point: &Point<PlasticStrain>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {
+        Some(self.pyramid_at(point.state.deviatoric).yield_value(point.stress.spectrum().values))
+    }
+
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        Some(&self.elasticity)
+    }
+
+    fn outputs(&self, point: &Point<PlasticStrain>, out: &mut [f64]) {
+        point.state.outputs(out);
+    }
+}
+
+impl SmallStrain for MohrCoulomb {
     #[inline]
     fn update(
         &self,
@@ -168,40 +193,9 @@ impl SmallStrain for MohrCoulomb {
         true
     }
 
-    fn wave_modulus(&self, _point: &Point<PlasticStrain>) -> f64 {
-        self.elasticity.p_wave_modulus()
-    }
-
     /// Consistent tangent (sheet: constitutive §3.10).
     fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<PlasticStrain>) -> Option<Tangent> {
         small_strain_tangent(self, &(old.stress + self.elasticity.stress(strain)), &old.state)
-    }
-
-    fn yield_value(&self, point: &Point<PlasticStrain>) -> Option<f64> {
-        Some(self.pyramid_at(point.state.deviatoric).yield_value(point.stress.spectrum().values))
-    }
-
-    fn stored_energy(&self, point: &Point<PlasticStrain>) -> Option<f64> {
-        Some(self.elasticity.energy(&point.stress))
-    }
-
-    fn dissipation(
-        &self,
-        strain: &SymTensor,
-        _motion: &Motion,
-        old: &Point<PlasticStrain>,
-        new: &Point<PlasticStrain>,
-    ) -> Option<f64> {
-        let trial = old.stress + self.elasticity.stress(strain);
-        Some(self.elasticity.dissipation(&trial, &new.stress))
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        &["plastic_strain"]
-    }
-
-    fn outputs(&self, point: &Point<PlasticStrain>, out: &mut [f64]) {
-        out[0] = point.state.deviatoric;
     }
 }
 

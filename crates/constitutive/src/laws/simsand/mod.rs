@@ -17,7 +17,9 @@ mod return_map;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{InitialCondition, MaterialError, Motion, Point, SmallStrain, SymTensor, Tangent};
+use crate::{
+    InitialCondition, Law, MaterialError, Motion, Point, Pointwise, SmallStrain, SymTensor, Tangent,
+};
 
 use critical_state::lode_cosine;
 
@@ -62,12 +64,18 @@ impl Simsand {
     }
 }
 
-impl SmallStrain for Simsand {
-    type State = SimsandState;
-
+impl Law for Simsand {
     fn name(&self) -> &'static str {
         NAME
     }
+
+    fn output_names(&self) -> &[&'static str] {
+        &["void_ratio", "plastic_strain", "liquefied"]
+    }
+}
+
+impl Pointwise for Simsand {
+    type State = SimsandState;
 
     /// The plastic shear at the start is what puts the yield surface through the initial stress.
     fn initial(&self, initial: &InitialCondition) -> Result<Point<SimsandState>, MaterialError> {
@@ -94,25 +102,9 @@ impl SmallStrain for Simsand {
         Ok(Point { stress, state: self.start(through.max(FIRST_SHEAR)) })
     }
 
-    fn update(
-        &self,
-        strain: &SymTensor,
-        _motion: &Motion,
-        old: &Point<SimsandState>,
-    ) -> Result<Point<SimsandState>, MaterialError> {
-        if *strain == SymTensor::ZERO {
-            return Ok(*old);
-        }
-        self.step(strain, old).map(|advance| advance.point)
-    }
-
     fn wave_modulus(&self, point: &Point<SimsandState>) -> f64 {
         let bulk = self.bulk_modulus(point.stress.pressure(), point.state.void_ratio);
         1.1 * bulk * (1.0 + 4.0 / 3.0 * self.shear_ratio)
-    }
-
-    fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<SimsandState>) -> Option<Tangent> {
-        self.step_tangent(strain, old)
     }
 
     /// `f p`, so that it is a stress.
@@ -126,6 +118,29 @@ impl SmallStrain for Simsand {
         Some(point.stress.q() - p * peak.value * self.mobilised(point.state.plastic_strain).0)
     }
 
+    fn outputs(&self, point: &Point<SimsandState>, out: &mut [f64]) {
+        let SimsandState { void_ratio, plastic_strain, liquefied } = point.state;
+        out.copy_from_slice(&[void_ratio, plastic_strain, f64::from(u8::from(liquefied))]);
+    }
+}
+
+impl SmallStrain for Simsand {
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<SimsandState>,
+    ) -> Result<Point<SimsandState>, MaterialError> {
+        if *strain == SymTensor::ZERO {
+            return Ok(*old);
+        }
+        self.step(strain, old).map(|advance| advance.point)
+    }
+
+    fn tangent(&self, strain: &SymTensor, _motion: &Motion, old: &Point<SimsandState>) -> Option<Tangent> {
+        self.step_tangent(strain, old)
+    }
+
     fn dissipation(
         &self,
         strain: &SymTensor,
@@ -134,14 +149,5 @@ impl SmallStrain for Simsand {
         _new: &Point<SimsandState>,
     ) -> Option<f64> {
         self.step(strain, old).ok().map(|advance| advance.dissipated)
-    }
-
-    fn output_names(&self) -> &'static [&'static str] {
-        &["void_ratio", "plastic_strain", "liquefied"]
-    }
-
-    fn outputs(&self, point: &Point<SimsandState>, out: &mut [f64]) {
-        let SimsandState { void_ratio, plastic_strain, liquefied } = point.state;
-        out.copy_from_slice(&[void_ratio, plastic_strain, f64::from(u8::from(liquefied))]);
     }
 }

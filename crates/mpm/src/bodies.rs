@@ -1,0 +1,149 @@
+//! The points of all bodies.
+
+use std::sync::atomic::AtomicBool;
+
+use colluvium_case::{SolverError, spatial};
+use rayon::prelude::*;
+
+use crate::background::Background;
+use crate::blocks::{Block, BlockReport, OfSet};
+use crate::clock::Clock;
+use crate::points::PointSet;
+
+/// The points, body by body.
+pub struct Bodies<const D: usize> {
+    pub(crate) sets: Vec<PointSet<D>>,
+    /// Sum over the steps since the last sort of the largest move along an axis (m).
+    pub(crate) travel: f64,
+    /// Whether points have left in the step that are to be taken away; they have no place (NaN). Boxed, so that what a step
+    /// reads is known not to change.
+    pub(crate) left: Box<AtomicBool>,
+    /// Largest mass of a point (kg).
+    pub(crate) heaviest: f64,
+}
+
+impl<const D: usize> Bodies<D> {
+    /// Points that are not sorted yet.
+    pub fn new(sets: Vec<PointSet<D>>) -> Self {
+        Self { sets, travel: 0.0, left: Box::default(), heaviest: 0.0 }
+    }
+
+    /// Mass (kg) up to which a node is too light for forces to mean anything.
+    pub fn light(&self, clock: &Clock) -> f64 {
+        clock.options.node_mass_cutoff * self.heaviest
+    }
+
+    /// Sorts all points by cell.
+    pub fn sort(&mut self, background: &Background<D>) {
+        self.sets.iter_mut().for_each(|set| set.sort(&background.grid));
+        self.travel = 0.0;
+    }
+
+    /// Active nodes and slab bounds from the sorted points.
+    pub fn find_active_nodes(&mut self, background: &mut Background<D>) {
+        background.layout.clear();
+        for set in &mut self.sets {
+            set.slabs = background.layout.add_points(&set.anchors());
+        }
+        self.heaviest = self.sets.iter().flat_map(|s| &s.mass).fold(0.0, |a: f64, &b| a.max(b));
+    }
+
+    /// Says whether points have left since it was asked last, and takes those away.
+    pub fn drop_those_that_left(&mut self) -> bool {
+        let left = std::mem::replace(self.left.get_mut(), false);
+        if left {
+            self.keep(|x| !x[0].is_nan());
+        }
+        left
+    }
+
+    /// Takes away all points but those at places (m) that `keep` names, and bodies without any left.
+    pub fn keep(&mut self, keep: impl Fn(&[f64; D]) -> bool) {
+        self.sets.iter_mut().for_each(|set| set.retain(&keep));
+        self.sets.retain(|set| set.len() > 0);
+    }
+
+    /// Brings points back that left through a periodic side, on the other one.
+    pub fn wrap(&mut self, background: &Background<D>) {
+        if background.periodic == [false; D] {
+            return;
+        }
+        let (low, high, periodic) = (background.grid.origin, background.upper, background.periodic);
+        let mut wrapped = false;
+        for set in &mut self.sets {
+            wrapped |= wrap([&low, &high], &periodic, &mut set.position, &mut set.origin);
+        }
+        if wrapped {
+            // They are in other slabs now.
+            self.travel = f64::INFINITY;
+        }
+    }
+
+    /// Updates every block of every body that deforms; returns the largest move along an axis (m).
+    pub fn update_blocks(
+        &mut self,
+        clock: &Clock,
+        update: impl Fn(&OfSet<'_, D>, &mut Block<'_, D>) -> BlockReport + Sync,
+    ) -> Result<f64, SolverError> {
+        let Self { sets, left, .. } = self;
+        let mut moved = 0f64;
+        for number in 0..sets.len() {
+            let set = &mut sets[number];
+            if set.rigid.is_some() {
+                continue;
+            }
+            let material = set.material.clone();
+            let of_set = OfSet {
+                material: &*material,
+                extent: set.extent,
+                body: set.body,
+                field: set.field,
+                anchored: set.domain.are_anchored(),
+                fluid: set.pore.as_ref().and_then(|pore| pore.fluid),
+                drop_outside: clock.case.bodies[set.body as usize].drop_outside,
+                left,
+            };
+            match set.whole().update(&|block| update(&of_set, block)) {
+                Ok(m) => moved = moved.max(m),
+                Err(failure) => return Err(failed(clock, &sets[number], failure.index, failure.reason)),
+            }
+        }
+        Ok(moved)
+    }
+}
+
+/// The error of a point of a set that cannot be followed.
+pub fn failed<const D: usize>(clock: &Clock, set: &PointSet<D>, index: usize, reason: String) -> SolverError {
+    SolverError::Point {
+        step: clock.step,
+        time: clock.time,
+        point: u64::from(set.id[index]),
+        position: spatial(&set.position[index]),
+        reason,
+    }
+}
+
+/// Moves points beyond the corners `low` and `high` (m) of a box to its other side along the axes that are periodic,
+/// and what displacement is counted from with them; says whether there were any.
+fn wrap<const D: usize>(
+    [low, high]: [&[f64; D]; 2],
+    periodic: &[bool; D],
+    positions: &mut [[f64; D]],
+    origins: &mut [[f64; D]],
+) -> bool {
+    let points = positions.par_iter_mut().zip(origins).map(|(position, origin)| {
+        let mut any = false;
+        for axis in (0..D).filter(|axis| periodic[*axis]) {
+            let shift = match position[axis] {
+                x if x < low[axis] => high[axis] - low[axis],
+                x if x >= high[axis] => low[axis] - high[axis],
+                _ => continue,
+            };
+            position[axis] = (position[axis] + shift).clamp(low[axis], high[axis]);
+            origin[axis] += shift;
+            any = true;
+        }
+        any
+    });
+    points.reduce(|| false, |a, b| a | b)
+}

@@ -1,0 +1,37 @@
+//! Velocity fields of the nodes.
+
+use colluvium_grid::{Lanes, Layout, Node};
+
+use crate::momentum::RowSums;
+
+/// The nodes of all velocity fields, field after field; those of two phases are in [`crate::two_phase::TwoPhase`].
+#[derive(Default)]
+pub struct Nodes {
+    /// Mass and momentum, then velocity at the end of the step; force, then acceleration.
+    pub(crate) solved: Vec<Node>,
+    /// Velocities mapped from the points once more; empty where nothing asks for them.
+    pub(crate) remapped: Vec<Lanes>,
+    /// Room for what the rows add to the measures of equilibrium.
+    pub(crate) row_sums: Vec<RowSums>,
+    /// Measures of equilibrium of the last step that took them.
+    pub(crate) sums: RowSums,
+    /// Work of external forces since the stage began (J).
+    pub(crate) external_work: f64,
+}
+
+impl Nodes {
+    /// Empties the active nodes of all velocity fields.
+    pub fn reset<const D: usize>(&mut self, layout: &Layout<D>) {
+        self.solved.chunks_exact_mut(layout.len()).for_each(|nodes| layout.reset(nodes));
+    }
+
+    /// Number of velocity fields.
+    pub fn fields<const D: usize>(&self, layout: &Layout<D>) -> usize {
+        self.solved.len() / layout.len()
+    }
+
+    /// Empties the active nodes of what re-mapping and XPIC sum up.
+    pub fn reset_remapped<const D: usize>(&mut self, layout: &Layout<D>) {
+        self.remapped.chunks_exact_mut(layout.len()).for_each(|nodes| layout.reset(nodes));
+    }
+}

@@ -1,0 +1,295 @@
+//! What happens at the points between the transfers (sheet: mpm §3.3, steps 5 and 7 to 9).
+
+use std::sync::atomic::Ordering;
+
+use colluvium_case::SolverError;
+use colluvium_constitutive::{BLOCK, Motion, SymTensor};
+use colluvium_grid::{Gathered, Lanes, Points};
+
+use crate::averages::Averages;
+use crate::background::Background;
+use crate::blocks::{Block, BlockReport, Failure, OfSet};
+use crate::bodies::Bodies;
+use crate::boundary::Boundary;
+use crate::clock::Clock;
+use crate::config::Formulation;
+use crate::dual::{DualNodes, average_slopes};
+use crate::nodes::Nodes;
+use crate::points::LEAST_VOLUME;
+use crate::strain::{CellStrains, set_volumetric};
+use crate::work::Before;
+
+/// Points read the solved nodes: velocity at the end of the step and acceleration.
+pub const SOLVED: bool = true;
+/// Points read re-mapped (or start-of-step) velocities.
+pub const REMAPPED: bool = false;
+
+/// What changes at the points in a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PointUpdate {
+    /// Velocities.
+    pub velocity: bool,
+    /// Deformation, volume, stress and state.
+    pub stress: bool,
+    /// Positions.
+    pub position: bool,
+}
+
+/// How a point has moved in a step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Moved {
+    /// Largest move along an axis (m).
+    pub step: f64,
+    /// First coordinate of where it was (m).
+    pub radius: f64,
+}
+
+impl PointUpdate {
+    /// Nothing changes.
+    pub const NONE: Self = Self { velocity: false, stress: false, position: false };
+}
+
+/// No motion of a point of some width (m) in a step (s).
+#[inline(always)]
+pub fn still(dt: f64, size: f64) -> Motion {
+    Motion { dt, size, ..Motion::STILL }
+}
+
+/// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
+pub fn update_points<const FROM_SOLVED: bool, const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &mut Bodies<D>,
+    nodes: &Nodes,
+    boundary: &Boundary<D>,
+    averages: &mut Averages<D>,
+    what: PointUpdate,
+) -> Result<f64, SolverError> {
+    if what.stress {
+        average_slopes::<FROM_SOLVED, D>(background, nodes, &mut averages.dual);
+    }
+    let Averages { strains, dual, .. } = &*averages;
+    let update = UpdateOfPoints { clock, background, strains, closed: &boundary.closed };
+    bodies.update_blocks(clock, |set, block| update.block::<FROM_SOLVED>(nodes, dual, set, block, what))
+}
+
+/// What an update of points reads.
+pub struct UpdateOfPoints<'a, const D: usize> {
+    /// The step.
+    pub clock: &'a Clock,
+    /// Where points and nodes are.
+    pub background: &'a Background<D>,
+    /// Volumetric strains that points share.
+    pub strains: &'a CellStrains,
+    /// Whether a wall stands on the lower and on the upper side of the domain, per axis.
+    pub closed: &'a [[bool; 2]; D],
+}
+
+impl<const D: usize> UpdateOfPoints<'_, D> {
+    fn block<const FROM_SOLVED: bool>(
+        &self,
+        nodes: &Nodes,
+        dual: &DualNodes,
+        set: &OfSet<'_, D>,
+        block: &mut Block<'_, D>,
+        what: PointUpdate,
+    ) -> BlockReport {
+        let Background { grid, layout, sweeps, .. } = self.background;
+        let (ground, extent, n) = (self.background.ground(), &set.extent, block.position.len());
+        let (flip, dt) = (self.clock.flip, self.clock.dt);
+        let first_node = set.field * layout.len();
+        let mut all = [Gathered::ZERO; BLOCK];
+        let reads = &mut all[..n];
+        if FROM_SOLVED {
+            sweeps.gather(&ground, &block.points(extent), &nodes.solved[first_node..], reads);
+        } else {
+            sweeps.gather_velocity(&ground, &block.points(extent), &nodes.remapped[first_node..], reads);
+        }
+        if what.velocity {
+            for (own, read) in block.velocity.iter_mut().zip(&*reads) {
+                let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
+                for c in 0..D {
+                    own[c] = flip * (own[c] + dt * acceleration[c]) + (1.0 - flip) * velocity[c];
+                }
+            }
+        }
+        if what.stress && dual.is_used() {
+            for (read, position) in reads.iter_mut().zip(&*block.position) {
+                dual.blend(set.field, grid, layout, position, &mut read.gradient);
+            }
+        }
+        let mut motions = [still(dt, extent[0]); BLOCK];
+        if what.stress {
+            self.deform(set, block, reads, &mut motions[..n])?;
+        }
+        let moved = if what.position {
+            block.stretch_at_last();
+            let velocity = |p: usize| std::array::from_fn(|c| reads[p].velocity.as_array()[c]);
+            block.domain.convect(&ground, block.position, extent, velocity, dt, |number| {
+                if FROM_SOLVED {
+                    nodes.solved[first_node + number].motion
+                } else {
+                    nodes.remapped[first_node + number]
+                }
+            });
+            let mut moves = [Moved::default(); BLOCK];
+            for (p, read) in reads.iter().enumerate() {
+                moves[p] = self.move_point(block, p, read.velocity.as_array());
+            }
+            self.settle(set, block, &moves)?
+        } else {
+            0.0
+        };
+        if what.stress {
+            let before = (!block.work.is_empty()).then(|| Before::of(block.stress));
+            set.material.update(&motions[..n], block.stress, &mut block.states[0]).map_err(|error| {
+                Failure { index: block.first + error.index, reason: error.source.to_string() }
+            })?;
+            if let Some(before) = before {
+                before.add_work(&motions[..n], block.stress, block.volume, block.work);
+            }
+            self.cap_volumes(block.volume, block.initial_volume, block.stress);
+        }
+        Ok(moved)
+    }
+
+    /// Motions, volumes and domains of a block from what its points have read (steps 7, 8).
+    #[inline]
+    fn deform(
+        &self,
+        set: &OfSet<'_, D>,
+        block: &mut Block<'_, D>,
+        reads: &[Gathered<D>],
+        motions: &mut [Motion],
+    ) -> Result<(), Failure> {
+        let mut gradients = [[[0.0; D]; D]; BLOCK];
+        let mut failure = None;
+        for (p, (read, motion)) in reads.iter().zip(&mut *motions).enumerate() {
+            let radius = block.position[p][0];
+            self.set_gradient(motion, &read.gradient, read.velocity.as_array()[0], radius);
+            if self.strains.is_shared() {
+                let shared = self.shared_strain(set.body, &block.points(&set.extent), p);
+                set_volumetric(motion, self.background.normal_strains(), shared[0]);
+            }
+            let stretch = motion.deformation.determinant();
+            // Written so that NaN counts as a failure.
+            if !(stretch > 0.0) {
+                let reason = format!("the step would turn it inside out (volume ratio {stretch})");
+                failure = Some(Failure { index: block.first + p, reason });
+                break;
+            }
+            block.volume[p] *= stretch;
+            motion.density = block.mass[p] / block.volume[p];
+            gradients[p] = std::array::from_fn(|i| std::array::from_fn(|j| motion.gradient.0[i][j]));
+        }
+        block.stretch(&gradients[..reads.len()]);
+        block.refuse(failure, &set.extent, self.background.grid.cell)
+    }
+
+    /// Motion of the step from the columns of the velocity gradient.
+    #[inline(always)]
+    pub fn set_gradient(&self, motion: &mut Motion, columns: &[Lanes; D], radial: f64, radius: f64) {
+        for (j, column) in columns.iter().enumerate() {
+            let column = (*column * motion.dt).to_array();
+            for i in 0..D {
+                motion.gradient.0[i][j] = column[i];
+                motion.deformation.0[i][j] = column[i] + if i == j { 1.0 } else { 0.0 };
+            }
+        }
+        if self.background.axisymmetric {
+            let hoop = motion.dt * radial / radius;
+            motion.gradient.0[2][2] = hoop;
+            motion.deformation.0[2][2] = 1.0 + hoop;
+        }
+    }
+
+    /// A point without stress does not grow beyond the cap, and none shrinks below a tenth (sheet: mpm §2.8, pitfall P-09).
+    #[inline]
+    pub fn cap_volumes(&self, volumes: &mut [f64], initial: &[f64], stresses: &[SymTensor]) {
+        let cap = self.clock.options.volume_cap;
+        for ((volume, initial), stress) in volumes.iter_mut().zip(initial).zip(stresses) {
+            let largest = cap * initial;
+            if *volume > largest && stress.0 == [0.0; 6] {
+                *volume = largest;
+            }
+            *volume = volume.max(LEAST_VOLUME * initial);
+        }
+    }
+
+    /// Moves a point with `velocity` (m/s), or what its displacement is counted from where points keep their places.
+    #[inline(always)]
+    pub fn move_point(&self, block: &mut Block<'_, D>, p: usize, velocity: &[f64; 4]) -> Moved {
+        let dt = self.clock.dt;
+        let step = velocity[..D].iter().fold(0f64, |step, v| step.max((dt * v).abs()));
+        let radius = block.position[p][0];
+        if self.clock.options.formulation == Formulation::SmallDisplacement {
+            (0..D).for_each(|c| block.origin[p][c] -= dt * velocity[c]);
+        } else {
+            (0..D).for_each(|c| block.position[p][c] += dt * velocity[c]);
+        }
+        Moved { step, radius }
+    }
+
+    /// Looks at where the points of a block have come: refuses moves that cannot be right, keeps them off the axis, puts back
+    /// what round-off carried through a wall on a side of the domain, and leaves those without a place (NaN) that have left a
+    /// body which lets them. Returns the largest move along an axis (m).
+    #[inline(never)]
+    pub fn settle(&self, set: &OfSet<'_, D>, block: &mut Block<'_, D>, moves: &[Moved]) -> BlockReport {
+        let (ground, cell) = (self.background.ground(), self.background.grid.cell);
+        let mut moved = 0f64;
+        for (p, (position, Moved { step, radius })) in block.position.iter_mut().zip(moves).enumerate() {
+            let domain = block.domain.as_slice();
+            let fail = |reason| Failure { index: block.first + p, reason };
+            // Written so that NaN counts as a failure.
+            if !(*step <= 0.5 * domain.spacing(p, &ground)) {
+                return Err(fail(format!(
+                    "it would move {step:.3e} m in one step, more than half a cell or element: the run has become \
+                     unstable (reduce courant or time_step)"
+                )));
+            }
+            if self.background.axisymmetric && !set.anchored {
+                // Its domain does not reach over the axis, where its hoop strain has no bound (pitfall P-26).
+                let least = 0.5 * domain.extent(p, &set.extent, cell)[0];
+                position[0] = position[0].max(least.min(*radius));
+            }
+            let settled = if self.background.is_meshed() {
+                block.domain.settle(p, &ground, position)
+            } else if !set.anchored && !self.background.grid.contains(position) {
+                self.put_back(position)
+            } else {
+                Ok(())
+            };
+            match settled {
+                Err(_) if set.drop_outside => {
+                    position.fill(f64::NAN);
+                    set.left.store(true, Ordering::Relaxed);
+                }
+                settled => settled.map_err(fail)?,
+            }
+            moved = moved.max(if set.anchored { 0.0 } else { *step });
+        }
+        Ok(moved)
+    }
+
+    /// Puts a point that is beyond walls on sides of the domain back onto them.
+    fn put_back(&self, position: &mut [f64; D]) -> Result<(), String> {
+        for axis in (0..D).filter(|axis| !self.background.periodic[*axis]) {
+            let (low, high) = (self.background.grid.origin[axis], self.background.upper[axis]);
+            if (position[axis] < low && !self.closed[axis][0])
+                || (position[axis] > high && !self.closed[axis][1])
+            {
+                let reason = "it left the domain: enlarge the domain, add a wall on that side or let the body drop_outside";
+                return Err(reason.to_owned());
+            }
+            position[axis] = position[axis].clamp(low, high);
+        }
+        Ok(())
+    }
+
+    /// Shared volumetric strains of skeleton and liquid at a point of a body.
+    #[inline(always)]
+    pub fn shared_strain(&self, body: u32, points: &Points<'_, D>, p: usize) -> [f64; 2] {
+        let cell = points.domain.cell(p, &self.background.ground(), &points.position[p]);
+        self.strains.at(body, self.background.cell_layout().len(), cell)
+    }
+}
