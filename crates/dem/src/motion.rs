@@ -103,6 +103,7 @@ pub fn advance<const D: usize, const R: usize>(
     buffer.clear();
     buffer.resize(grains.len().div_ceil(TASK), Sums::default());
     let Grains { id: _, held, radius, mass, position, listed, velocity, spin, force, torque, .. } = grains;
+    let kick = Kick::of(drive);
     let moving = position
         .par_chunks_mut(TASK)
         .zip(velocity.par_chunks_mut(TASK))
@@ -114,7 +115,7 @@ pub fn advance<const D: usize, const R: usize>(
             let i = block * TASK + k;
             let grain =
                 One { held: held[i], radius: radius[i], mass: mass[i], force: &force[i], torque: &torque[i] };
-            grain.advance(drive, &mut position[k], &mut velocity[k], &mut spin[k], sums);
+            grain.advance((drive, &kick), &mut position[k], &mut velocity[k], &mut spin[k], sums);
             let reference = match &drive.carried {
                 None => listed[i],
                 Some((map, corner)) => {
@@ -130,6 +131,28 @@ pub fn advance<const D: usize, const R: usize>(
         }
     });
     buffer.iter().fold(Sums::default(), Sums::join)
+}
+
+/// What a step does to all velocities alike.
+struct Kick {
+    /// Time over which forces act (s).
+    time: f64,
+    /// Share of it before the time of the forces.
+    share: f64,
+    /// What is left of a velocity by damping by mass, and of what forces add.
+    keep: f64,
+    slow: f64,
+}
+
+impl Kick {
+    fn of<const D: usize>(drive: &Drive<D>) -> Self {
+        let time = 0.5 * (drive.last + drive.dt);
+        let slow = 1.0 / (1.0 + 0.5 * drive.viscous * time);
+        let keep = (1.0 - 0.5 * drive.viscous * time) * slow;
+        // At the time of the forces, half a step after the old velocity.
+        let share = if time > 0.0 { 0.5 * drive.last / time } else { 0.0 };
+        Self { time, share, keep, slow }
+    }
 }
 
 /// One grain.
@@ -151,14 +174,13 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
     #[inline]
     fn advance(
         &self,
-        drive: &Drive<D>,
+        (drive, &Kick { time: kick, share, keep, slow }): (&Drive<D>, &Kick),
         x: &mut [f64; D],
         v: &mut [f64; D],
         w: &mut [f64; R],
         sums: &mut Sums<D>,
     ) {
         let dt = drive.dt;
-        let kick = 0.5 * (drive.last + dt);
         sums.fastest = sums.fastest.max(dot(v, v));
         if self.held {
             sums.held -= dot(self.force, v) * kick;
@@ -181,21 +203,21 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
                 lost -= damped * middle * kick;
             }
         }
-        let slow = 1.0 / (1.0 + 0.5 * drive.viscous * kick);
-        let keep = (1.0 - 0.5 * drive.viscous * kick) * slow;
-        // At the time of the forces, half a step after the old velocity.
-        let share = if kick > 0.0 { 0.5 * drive.last / kick } else { 0.0 };
         let (mut now, mut turning) = ([0.0; D], [0.0; R]);
         for c in 0..D {
             let new = keep * v[c] + slow * kick * force[c] / self.mass;
             now[c] = v[c] + share * (new - v[c]);
-            lost += drive.viscous * self.mass * 0.5 * (v[c] + new) * now[c] * kick;
+            if drive.viscous != 0.0 {
+                lost += drive.viscous * self.mass * 0.5 * (v[c] + new) * now[c] * kick;
+            }
             v[c] = new;
         }
         for c in 0..R {
             let new = keep * w[c] + slow * kick * torque[c] / inertia;
             turning[c] = w[c] + share * (new - w[c]);
-            lost += drive.viscous * inertia * 0.5 * (w[c] + new) * turning[c] * kick;
+            if drive.viscous != 0.0 {
+                lost += drive.viscous * inertia * 0.5 * (w[c] + new) * turning[c] * kick;
+            }
             w[c] = new;
         }
         sums.damping += lost;
