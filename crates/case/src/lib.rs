@@ -35,6 +35,6 @@ pub use obstacle::{Covering, SLACK, Standing, holding, read_pairs};
 pub use point_list::PointList;
 pub use run::{RunError, RunOptions, RunReport, Safety, Verdict, run, run_method};
 pub use solver::{
-    Advance, Budget, Field, FieldData, Lines, Method, PhaseBudget, Plan, PlanRaster, Reaction, Size,
+    Advance, Budget, Field, FieldData, Lattice, Lines, Method, PhaseBudget, Plan, PlanRaster, Reaction, Size,
     Snapshot, Solver, SolverError, StepLimit, TimeStep,
 };

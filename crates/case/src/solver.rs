@@ -16,7 +16,7 @@ use crate::measure::Reading;
 use crate::{Case, CaseError, Equilibrium, Honours};
 
 pub use plan::{Plan, Size};
-pub use snapshot::{Field, FieldData, Lines, PlanRaster, Snapshot};
+pub use snapshot::{Field, FieldData, Lattice, Lines, PlanRaster, Snapshot};
 pub use step::{Advance, StepLimit, TimeStep};
 
 /// A numerical method: its options, and the way from a case to a running solver.
@@ -280,6 +280,11 @@ pub trait Solver: Send {
     /// What of the state is worth a word when a run ends: points that are where their law is no longer meant to hold, …
     fn remarks(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// Fields at the nodes of `output.grid`, in place of averages of the points; `None` where those are all there is.
+    fn on_lattice(&self, _lattice: &Lattice) -> Option<Vec<Field>> {
+        None
     }
 
     /// Rasters of the run so far, where the case asks for them with `output.rasters`.

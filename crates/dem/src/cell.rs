@@ -154,6 +154,38 @@ mod tests {
     use super::*;
 
     #[test]
+    fn images_of_a_sheared_cell_are_those_of_lees_and_edwards() {
+        // Sheet: dem §2.11. Shear of 3.7 in a cell of 2 m × 1 m: images above are 3.7 mod 2 m ahead, and 3 m/s faster.
+        let (wide, high, rate) = (2.0, 1.0, 3.0);
+        let mut cell = PeriodicCell::new([0.0; 2], [wide, high], [true; 2]);
+        cell.rate[0][1] = rate;
+        cell.h[0][1] = 3.7;
+        cell.reduce();
+        let ahead = 3.7f64.rem_euclid(wide);
+        let (unit, _) = inverse(&cell.h);
+        for k in 0..200 {
+            let [x, y] =
+                [0.754_877_666, 0.569_840_291].map(|f: f64| 0.6 * ((f64::from(k) * f).fract() - 0.5));
+            for (up, along) in [(0.0, 0.0), (1.0, 0.0), (-1.0, 1.0), (2.0, -3.0)] {
+                // The same pair, written with an image of the second grain.
+                let apart = [x + up * 3.7 + along * wide, y + up * high];
+                let s = apply(&unit, &apart);
+                let steps = s.map(|c| c.round());
+                let near = apply(&cell.h, &[s[0] - steps[0], s[1] - steps[1]]);
+                let rows = (apart[1] / high).round();
+                let mut exact = [apart[0] - rows * ahead, apart[1] - rows * high];
+                exact[0] -= wide * (exact[0] / wide).round();
+                assert!(
+                    (near[0] - exact[0]).abs() + (near[1] - exact[1]).abs() < 1e-12,
+                    "{near:?} {exact:?}"
+                );
+                let jump = apply(&cell.rate, &apply(&cell.h, &steps));
+                assert!((jump[0] - rows * rate * high).abs() < 1e-12 && jump[1] == 0.0);
+            }
+        }
+    }
+
+    #[test]
     fn codes_name_their_steps_and_shear_is_reduced() {
         for code in 0..27 {
             assert_eq!(PeriodicCell::<3>::code(&PeriodicCell::<3>::steps(code)), code);

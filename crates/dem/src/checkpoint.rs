@@ -5,19 +5,21 @@ use std::io::{self, Read, Write};
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
 use colluvium_case::{
-    Advance, Budget, Equilibrium, Lines, Reaction, Snapshot, Solver, SolverError, TimeStep, spatial,
+    Advance, Budget, Equilibrium, Field, Lattice, Lines, Reaction, Snapshot, Solver, SolverError, TimeStep,
+    spatial,
 };
 use colluvium_points::columns::{foreign, read_column, write_column};
 use serde::{Deserialize, Serialize};
 
 use crate::ledger::Ledger;
 use crate::pairs::Pairs;
+use crate::rain::Entered;
 use crate::setup;
 use crate::solver::DemSolver;
 use crate::surfaces::Facet;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -35,6 +37,8 @@ struct Head {
     since: Option<(Vec<f64>, f64, f64)>,
     walls: Vec<(u32, Vec<f64>)>,
     broken: Vec<(f64, u32, u32)>,
+    entered: Vec<Entered>,
+    next_id: u32,
 }
 
 fn flat<const D: usize>(matrix: &[[f64; D]; D]) -> Vec<f64> {
@@ -97,6 +101,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             since: self.since.cell.map(|then| (flat(&then), self.since.moved, self.since.others)),
             walls: self.walls.iter().map(wall).collect(),
             broken: self.broken.clone(),
+            entered: self.sources.iter().map(|source| source.entered).collect(),
+            next_id: self.next_id,
         };
         let head = postcard::to_stdvec(&head).map_err(io::Error::other)?;
         write_column(&head, |byte| byte, out)?;
@@ -169,11 +175,18 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         for (wall, (_, numbers)) in self.walls.iter_mut().zip(&head.walls) {
             let (position, reaction) = numbers.split_first()?;
             wall.position = *position;
+            wall.moving.iter_mut().for_each(|moving| moving.go_to(head.time, head.last));
             let (force, impulse) = reaction.split_at_checked(D)?;
             wall.reaction = [<[f64; D]>::try_from(force).ok()?, <[f64; D]>::try_from(impulse).ok()?];
         }
         (self.time, self.step, self.last, self.fastest) = (head.time, head.step, head.last, head.fastest);
-        (self.ledger, self.broken) = (head.ledger, head.broken);
+        (self.ledger, self.broken, self.next_id) = (head.ledger, head.broken, head.next_id);
+        if self.sources.len() != head.entered.len() {
+            return None;
+        }
+        for (source, entered) in self.sources.iter_mut().zip(head.entered) {
+            source.entered = entered;
+        }
         Some(())
     }
 }
@@ -219,6 +232,9 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
                     g.spin.fill([0.0; R]);
                     // The next step starts from rest: it kicks by half.
                     self.last = 0.0;
+                    for moving in self.walls.iter_mut().filter_map(|wall| wall.moving.as_mut()) {
+                        moving.go_to(self.time, 0.0);
+                    }
                 }
                 Reset::Displacement => self.grains.origin.clone_from(&self.grains.position),
                 Reset::State => self.reset_contacts(),
@@ -254,6 +270,9 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
     }
 
     fn warning(&self) -> Option<String> {
+        if let Some(full) = self.full_region() {
+            return Some(full);
+        }
         // Sheet: dem §3.5.
         (self.ledger.overlap > 0.05).then(|| {
             format!(
@@ -262,6 +281,10 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
                 self.time, self.ledger.overlap
             )
         })
+    }
+
+    fn on_lattice(&self, lattice: &Lattice) -> Option<Vec<Field>> {
+        Some(self.take_lattice(lattice))
     }
 
     fn contact_lines(&self) -> Lines {

@@ -6,6 +6,7 @@
 //! fine the fields are. Below two mean diameters they show single grains. Contacts with walls are spread from the place on
 //! the wall to the centre.
 
+use colluvium_case::{Field, FieldData, Lattice, spatial};
 use colluvium_constitutive::SymTensor;
 
 use crate::cell::PeriodicCell;
@@ -44,6 +45,12 @@ pub struct Averages<const D: usize> {
     pub kinetic: SymTensor,
     /// Stress of contacts, `-Σ F ⊗ l ∫ W` (Pa, tension-positive), its symmetric part.
     pub contact: SymTensor,
+}
+
+impl<const D: usize> Averages<D> {
+    /// Where there is nothing.
+    const EMPTY: Self =
+        Self { density: 0.0, velocity: [0.0; D], kinetic: SymTensor::ZERO, contact: SymTensor::ZERO };
 }
 
 /// The kernel of Lucy, `c (1 + 3 q) (1 - q)³` with `q` the distance over its width.
@@ -139,9 +146,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub fn coarse_grained(&self, nodes: &Nodes<D>, width: f64) -> Vec<Averages<D>> {
         let kernel = Kernel::<D>::new(width);
         let images = images(&self.cell);
-        let empty =
-            Averages { density: 0.0, velocity: [0.0; D], kinetic: SymTensor::ZERO, contact: SymTensor::ZERO };
-        let mut fields = vec![empty; nodes.len()];
+        let mut fields = vec![Averages::EMPTY; nodes.len()];
         let g = &self.grains;
         let spread = |x: &[f64; D], visit: &mut dyn FnMut(usize, f64, &[f64; D])| {
             for (shift, lift) in &images {
@@ -176,6 +181,33 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             }
         }
         fields
+    }
+}
+
+impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// The fields at the nodes of `output.grid`.
+    pub(crate) fn take_lattice(&self, lattice: &Lattice) -> Vec<Field> {
+        let nodes = Nodes {
+            origin: std::array::from_fn(|c| lattice.low[c]),
+            spacing: lattice.spacing,
+            count: std::array::from_fn(|c| lattice.count[c]),
+        };
+        let mean = 2.0 * self.grains.radius.iter().sum::<f64>() / self.grains.len().max(1) as f64;
+        let width = self.options.coarse_graining * mean;
+        let fields =
+            if mean > 0.0 { self.coarse_grained(&nodes, width) } else { vec![Averages::EMPTY; nodes.len()] };
+        let tensor = |of: fn(&Averages<D>) -> SymTensor| FieldData::Tensor(fields.iter().map(of).collect());
+        let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
+        vec![
+            field("density", "kg/m3", FieldData::Scalar(fields.iter().map(|own| own.density).collect())),
+            field(
+                "velocity",
+                "m/s",
+                FieldData::Vector(fields.iter().map(|own| spatial(&own.velocity)).collect()),
+            ),
+            field("stress", "Pa", tensor(|own| own.contact + own.kinetic)),
+            field("kinetic_stress", "Pa", tensor(|own| own.kinetic)),
+        ]
     }
 }
 

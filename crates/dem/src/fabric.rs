@@ -25,6 +25,9 @@ pub struct Fabric<const D: usize> {
     pub tensor: [[f64; D]; D],
     /// Norm of `4 (G - 1/2)` in the plane, of `15/2 (G - 1/3)` in space: 0 where contacts lie in all directions alike.
     pub anisotropy: f64,
+    /// `A = n_F : n_s`, of the unit deviators of the tensor and of the compressive stress of these contacts: 1 where both have the same
+    /// directions (in the plane the cosine of twice the angle between them); not-a-number where one has no deviator.
+    pub alignment: f64,
     /// Mean force along the normal (N).
     pub mean_force: f64,
     /// Share of the contacts whose force along the normal is below the mean.
@@ -51,6 +54,19 @@ fn rattlers(count: usize, pairs: &[(usize, Option<usize>)]) -> Vec<bool> {
             return out;
         }
     }
+}
+
+/// Contraction of the unit deviators of two tensors.
+fn alignment<const D: usize>(a: &[[f64; D]; D], b: &[[f64; D]; D]) -> f64 {
+    let deviator = |t: &[[f64; D]; D]| -> [[f64; D]; D] {
+        let mean = (0..D).map(|c| t[c][c]).sum::<f64>() / D as f64;
+        std::array::from_fn(|i| std::array::from_fn(|j| t[i][j] - if i == j { mean } else { 0.0 }))
+    };
+    let (a, b) = (deviator(a), deviator(b));
+    let product = |a: &[[f64; D]; D], b: &[[f64; D]; D]| -> f64 {
+        a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| a * b).sum()
+    };
+    product(&a, &b) / (product(&a, &a) * product(&b, &b)).sqrt()
 }
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
@@ -80,7 +96,15 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             .filter(|contact| !is_loose(contact.grain) && !contact.other.is_some_and(is_loose))
             .count() as f64;
         let count = inner.len() as f64;
-        let mut square = 0.0;
+        let (mut square, mut pressed) = (0.0, [[0.0; D]; D]);
+        for contact in &inner {
+            for a in 0..D {
+                for b in 0..D {
+                    let (f, l) = (&contact.force, &contact.branch);
+                    pressed[a][b] += 0.5 * (f[a] * l[b] + f[b] * l[a]);
+                }
+            }
+        }
         for a in 0..D {
             for b in 0..D {
                 let even = if a == b { 1.0 / D as f64 } else { 0.0 };
@@ -95,6 +119,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             mechanical_coordination: if free > idle { 2.0 * bearing / (free - idle) } else { 0.0 },
             rattlers: idle / free,
             tensor,
+            alignment: alignment(&tensor, &pressed),
             anisotropy: if D == 2 { 4.0 } else { 7.5 } * square.sqrt(),
             mean_force,
             weak: weak / count,
@@ -109,6 +134,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             ("fabric.mechanical_coordination".to_owned(), "", number(&|f| f.mechanical_coordination)),
             ("fabric.rattlers".to_owned(), "", number(&|f| f.rattlers)),
             ("fabric.anisotropy".to_owned(), "", number(&|f| f.anisotropy)),
+            ("fabric.alignment".to_owned(), "", number(&|f| f.alignment)),
             ("fabric.mean_force".to_owned(), "N", number(&|f| f.mean_force)),
             ("fabric.weak".to_owned(), "", number(&|f| f.weak)),
         ];
@@ -173,6 +199,19 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tensors_of_the_same_directions_are_aligned_and_turned_ones_by_twice_the_angle() {
+        let turned = |angle: f64, k: f64| {
+            let (sin, cos) = angle.sin_cos();
+            [[1.0 + k * cos * cos, k * sin * cos], [k * sin * cos, 1.0 + k * sin * sin]]
+        };
+        let found = alignment(&turned(0.3, 0.5), &turned(0.7, 9.0));
+        assert!((found - 0.8f64.cos()).abs() < 1e-12, "{found}");
+        let space = [[3.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        assert!((alignment(&space, &space) - 1.0).abs() < 1e-12);
+        assert!(alignment(&space, &[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]).is_nan());
+    }
 
     #[test]
     fn a_chain_that_hangs_on_a_ring_bears_nothing() {

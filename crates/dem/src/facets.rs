@@ -23,7 +23,7 @@ impl<const R: usize> WallList<R> {
         let mut k = 0;
         while k < self.key.len() {
             let (i, wall) = (self.grain[k] as usize, &walls[self.wall[k] as usize]);
-            let Some(surface) = &wall.surface else {
+            let Some(surface) = wall.now() else {
                 k += 1;
                 continue;
             };

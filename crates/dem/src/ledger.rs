@@ -25,6 +25,8 @@ pub struct Ledger {
     pub gravity: f64,
     /// Work of walls, held grains, a moving cell and growth since the start.
     pub boundary: f64,
+    /// Kinetic energy of grains that entered since the start.
+    pub entered: f64,
     /// Changes between stages: other laws, velocities set.
     pub switches: f64,
     /// Taken by friction.
@@ -81,13 +83,17 @@ impl Ledger {
 
     /// What there is and went, less what there was and came: nothing.
     pub fn balance(&self) -> f64 {
-        let came = self.start.unwrap_or(0.0) + self.gravity + self.boundary + self.switches;
+        let came = self.start.unwrap_or(0.0) + self.gravity + self.boundary + self.entered + self.switches;
         self.stored() + self.dissipated() - came
     }
 
     /// What came in, by size.
     pub fn input(&self) -> f64 {
-        self.start.unwrap_or(0.0) + self.gravity.abs() + self.boundary.abs() + self.switches.abs()
+        self.start.unwrap_or(0.0)
+            + self.gravity.abs()
+            + self.boundary.abs()
+            + self.entered
+            + self.switches.abs()
     }
 
     /// When a stage begins what changes with it is no error.
@@ -147,6 +153,7 @@ impl Ledger {
             ("energy.bonds", self.elastic_bonds),
             ("work.gravity", self.gravity),
             ("work.boundaries", self.boundary),
+            ("energy.entered", self.entered),
             ("work.stages", self.switches),
             ("dissipated.friction", self.friction),
             ("dissipated.dashpots", self.dashpots),

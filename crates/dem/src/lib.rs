@@ -10,6 +10,7 @@
 //! [`Dem`] is the way in: it turns a [`Case`] into a [`Solver`].
 
 pub mod cell;
+mod chains;
 mod checkpoint;
 pub mod coarse;
 mod config;
@@ -23,6 +24,7 @@ mod lists;
 pub mod material;
 mod motion;
 mod pairs;
+mod rain;
 mod report;
 mod setup;
 pub mod sizes;
@@ -31,6 +33,7 @@ pub mod specimen;
 mod surfaces;
 mod sweep;
 mod vector;
+pub mod voronoi;
 mod walls;
 
 use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
@@ -39,7 +42,7 @@ use schemars::Schema;
 pub use config::{
     Adhesion, BodyGrains, BondSpec, CellControl, CellEntry, ContactVelocity, DampingForm, DemOptions,
     Diameters, Fill, Friction, GrainKind, GrainStage, LeverArm, NormalLaw, Packing, PairOverride, PairSpec,
-    RollingSpec, SpringReset, TangentialSpec,
+    Rain, RollingSpec, SpringReset, TangentialSpec,
 };
 pub use homogeneity::Homogeneity;
 pub use report::Contact;

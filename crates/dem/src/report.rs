@@ -13,6 +13,7 @@ use crate::pairs::Pairs;
 use crate::solver::DemSolver;
 use crate::sweep::{Scene, look};
 use crate::vector::{add, dot, minus, spread, times};
+use crate::voronoi::Tessellation;
 
 /// A contact at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +46,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let mut facets = Contacts::default();
         for k in 0..self.near.grain.len() {
             let (i, wall) = (self.near.grain[k] as usize, &self.walls[self.near.wall[k] as usize]);
-            let seen = match &wall.surface {
+            let seen = match wall.now() {
                 None => wall.distance(&self.grains.position[i]),
                 Some(surface) => {
                     facets.clear();
@@ -124,7 +125,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// Stress of each grain from its contacts, over its own volume (Pa), and its contacts.
-    fn grain_stresses(&self) -> (Vec<SymTensor>, Vec<f64>) {
+    pub(crate) fn grain_stresses(&self) -> (Vec<SymTensor>, Vec<f64>) {
         let g = &self.grains;
         let (mut sums, mut counts) = (vec![[[0.0; 3]; 3]; g.len()], vec![0.0; g.len()]);
         self.visit(|contact, _, _| {
@@ -173,6 +174,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             1 => scalar(&|i| self.spin(i, ahead)[0]),
             _ => FieldData::Vector(order.iter().map(|&i| spatial(&self.spin(i, ahead))).collect()),
         };
+        let cells = if self.options.voronoi { self.tessellation() } else { Tessellation::default() };
         let mut fields = vec![
             field("velocity", "m/s", FieldData::Vector(vector(&|i| self.velocity(i, &gravity, ahead)))),
             field("displacement", "m", FieldData::Vector(vector(&|i| minus(&g.position[i], &g.origin[i])))),
@@ -187,6 +189,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             field("contacts", "", scalar(&|i| counts[i])),
             field("kind", "", scalar(&|i| f64::from(g.kind[i]))),
         ];
+        if !cells.area.is_empty() {
+            let share = |i: usize| volume(D, g.radius[i]) / cells.area[i];
+            fields.push(field("cell_area", "m2", scalar(&|i| cells.area[i])));
+            fields.push(field("cell_solid_fraction", "", scalar(&share)));
+            fields.push(field("cell_of_surface", "", scalar(&|i| f64::from(u8::from(cells.surface[i])))));
+        }
         if !g.orientation.is_empty() {
             let turned = |c: usize| scalar(&|i| g.orientation[i][c]);
             match R {
@@ -274,6 +282,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let count = self.grains.held.iter().filter(|held| !**held).count() as f64;
         read("coordination", "", 2.0 * self.ledger.contacts[0] as f64 / count);
         read("unbalanced_force", "", self.unbalanced());
+        if self.options.voronoi {
+            read("inner_solid_fraction", "", self.inner_solid_fraction());
+        }
         if self.cell.is_periodic() {
             let grains: f64 = self.grains.radius.iter().map(|r| volume(D, *r)).sum();
             let stress = self.stress();
@@ -290,6 +301,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             }
         }
         readings.extend(self.fabric_readings());
+        readings.extend(self.chain_readings());
         readings
     }
 

@@ -7,15 +7,17 @@ use colluvium_points::Surface;
 
 use crate::contact::{APART, Law, Tally, Touch, act, end};
 use crate::pairs::{Columns, Memories, MemoriesMut};
-use crate::surfaces::{FREE, Facet, SLOTS};
+use crate::surfaces::{FREE, Facet, Moving, SLOTS};
 use crate::sweep::{Scene, Virial, count};
 use crate::vector::{across, add, along, dot, minus, moment, spread, turned};
 
 /// A plane beyond which no grain goes, or an obstacle.
 #[derive(Clone, Debug)]
 pub struct Wall<const D: usize> {
-    /// The surface of an obstacle, at rest; `None` for a plane across an axis.
+    /// The surface of an obstacle, where it is at the start; `None` for a plane across an axis.
     pub surface: Option<Arc<dyn Surface<D>>>,
+    /// The way of an obstacle that moves.
+    pub moving: Option<Moving<D>>,
     /// Index into the boundaries of the case; obstacles follow them.
     pub boundary: usize,
     /// Name.
@@ -44,9 +46,23 @@ impl<const D: usize> Wall<D> {
         (sign * (x[self.axis] - self.position), normal)
     }
 
+    /// The surface of an obstacle where it is; `None` for a plane across an axis.
+    pub fn now(&self) -> Option<&dyn Surface<D>> {
+        match &self.moving {
+            Some(moving) => Some(&moving.placed),
+            None => self.surface.as_deref(),
+        }
+    }
+
+    /// Velocity of its part at `x` (m/s).
+    #[inline]
+    fn velocity_at(&self, x: &[f64; D]) -> [f64; D] {
+        self.moving.as_ref().map_or(self.velocity, |moving| moving.velocity(x))
+    }
+
     /// Whether a place is nearer than `reach` (m).
     fn is_near(&self, x: &[f64; D], reach: f64) -> bool {
-        match &self.surface {
+        match self.now() {
             None => self.distance(x).0 < reach,
             Some(surface) => surface.gap(x, reach).is_some(),
         }
@@ -212,8 +228,14 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
     ) -> (Touch<D, R>, f64) {
         let radius = self.radius[i];
         let arm = if self.radii { radius } else { distance };
-        let relative = minus(&self.velocity[i], &wall.velocity);
-        let spin = &self.spin[i];
+        let of_wall = wall.velocity_at(&place(&self.position[i], arm, &normal));
+        let relative = minus(&self.velocity[i], &of_wall);
+        let (spin, mut turning, mut twist) =
+            (&self.spin[i], self.spin[i], 0.5 * along(&self.spin[i], &normal));
+        if let Some(moving) = &wall.moving {
+            turning = minus(spin, &moving.spin());
+            twist += 0.5 * along(&moving.spin::<R>(), &normal);
+        }
         let rolling = turned(&spin.map(|c| arm * c), &normal);
         let mut sliding: [f64; R] = across(&relative, &normal);
         for c in 0..R {
@@ -224,8 +246,8 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             normal,
             separation: dot(&relative, &normal),
             sliding,
-            turning: *spin,
-            spin: 0.5 * along(spin, &normal),
+            turning,
+            spin: twist,
             mass: self.mass[i],
             radius,
             small: radius,
@@ -303,13 +325,25 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             add(&mut shares.torque[at], -arm, &moment(&touch.normal, &push.across));
             add(&mut shares.torque[at], 1.0, &push.moment);
             add(&mut shares.reactions[(slab - shares.slab) * walls.len() + number], -1.0, &on);
-            tally.boundary += dot(&on, &wall.velocity) * self.dt;
+            tally.boundary += match &wall.moving {
+                None => dot(&on, &wall.velocity) * self.dt,
+                Some(moving) => {
+                    let at = place(&self.position[i], arm, &touch.normal);
+                    (dot(&on, &moving.velocity(&at)) + dot(&push.moment, &moving.spin())) * self.dt
+                }
+            };
             count(tally, &touch, &on, i);
         } else {
             end(law, &touch, &mut memory, self.dt, tally);
         }
         shares.memory.set(slot, &memory);
     }
+}
+
+/// Where a lever arm (m) of a grain at `x` (m) ends on a wall with this normal.
+#[inline]
+fn place<const D: usize>(x: &[f64; D], arm: f64, normal: &[f64; D]) -> [f64; D] {
+    std::array::from_fn(|c| x[c] - arm * normal[c])
 }
 
 /// The entries of a wall list.

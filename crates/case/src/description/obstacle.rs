@@ -53,6 +53,18 @@ impl ObstacleMotion {
         if since < self.ramp { 0.5 * since * since / self.ramp } else { since - 0.5 * self.ramp }
     }
 
+    /// Share of its full velocity that it has at `time` (s), 0 to 1.
+    pub fn pace(&self, time: f64) -> f64 {
+        let since = time - self.start;
+        if since < 0.0 {
+            0.0
+        } else if since < self.ramp {
+            since / self.ramp
+        } else {
+            1.0
+        }
+    }
+
     /// Where it is at `time` (s).
     pub fn frame<const D: usize>(&self, time: f64) -> Frame<D> {
         let full = self.full_time(time);

@@ -16,7 +16,8 @@ pub struct Output {
     /// whole run, after the first step that has got there, and no step is shortened for it.
     pub measures: Option<f64>,
     /// Cell size (m) of a regular grid over the domain on which every frame is averaged as well: density in space, and averages
-    /// of the fields weighted with mass, for iso-surfaces and volume rendering. It should be two points wide or more.
+    /// of the fields weighted with mass, for iso-surfaces and volume rendering. It should be two points wide or more. dem spreads
+    /// grains and contacts by a kernel in their place: density, velocity, stress, and what of it is of velocities.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grid: Option<f64>,
     /// Contacts of grains with every frame: one line each, from centre to centre or from the place on a wall, with force (N, on the

@@ -8,7 +8,7 @@ use vtkio::model::{Attributes, Coordinates, DataSet, Extent, IOBuffer, Rectiline
 use super::frame::{attribute, write_xml};
 use super::{OutputError, Seal};
 use crate::description::Space;
-use crate::{Case, Field, FieldData, Snapshot};
+use crate::{Case, Field, FieldData, Lattice, Snapshot};
 
 /// Fields that are amounts of a point, and have no average.
 const AMOUNTS: [&str; 3] = ["mass", "volume", "density"];
@@ -74,6 +74,11 @@ impl GridFrame {
         fields.insert(0, Field { name: "density".into(), unit: "kg/m3", data: density });
         frame.fields = fields;
         frame
+    }
+
+    /// Its nodes.
+    pub fn lattice(&self) -> Lattice {
+        Lattice { low: self.low, spacing: self.cell, count: self.count }
     }
 
     /// Sums over the points of shares times what they carry, a node after the other.

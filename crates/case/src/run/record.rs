@@ -243,7 +243,11 @@ impl<'a> Recorder<'a> {
             let seal = write_frame(&out.join(&name), &self.case.on_map(snapshot.clone()), only)?;
             progress.seals.insert(name.clone(), seal);
             if let Some(cell) = self.case.output.grid {
-                let averages = GridFrame::new(self.case, cell, &snapshot, only);
+                let mut averages = GridFrame::new(self.case, cell, &snapshot, only);
+                if let Some(mut fields) = solver.on_lattice(&averages.lattice()) {
+                    fields.retain(|field| only.is_none_or(|names| names.contains(&field.name)));
+                    averages.fields = fields;
+                }
                 let grid = folder::on_grid(&name);
                 let seal = write_grid(&out.join(&grid), &averages)?;
                 progress.seals.insert(grid, seal);

@@ -36,6 +36,17 @@ pub struct PlanRaster {
     pub raster: Raster,
 }
 
+/// Nodes at equal distances, the first axis fastest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice {
+    /// The first node (m).
+    pub low: [f64; 3],
+    /// Distance of the nodes along each axis (m).
+    pub spacing: f64,
+    /// Nodes along each axis; one along those that the space has not.
+    pub count: [usize; 3],
+}
+
 /// The state of all points at an instant, in the order of their ids, whatever order the solver keeps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Snapshot {

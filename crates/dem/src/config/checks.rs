@@ -242,6 +242,12 @@ impl DemOptions {
         if let Some(step) = self.time_step {
             rules.positive("time_step", step, " (s)");
         }
+        rules.rule(
+            !self.voronoi || dimension == 2,
+            "voronoi",
+            "cells of grains are those of disks in the plane",
+        );
+        rules.within("coarse_graining", self.coarse_graining, 0.5, 20.0);
         rules.within("initial_overlap", self.initial_overlap, 0.0, 0.3);
         rules.first.map_or(Ok(()), Err)
     }
@@ -268,6 +274,17 @@ impl DemOptions {
             let fits = body.spin.is_empty() || body.spin.len() == count;
             let problem = format!("has {} entries, {count} needed", body.spin.len());
             rules.rule(fits, format!("{path}.spin"), problem);
+            if let Some(rain) = &body.rain {
+                let path = format!("{path}.rain");
+                rules.positive(format!("{path}.rate"), rain.rate, " (kg/s)");
+                rules.not_negative(format!("{path}.start"), rain.start, " (s)");
+                let problem = format!("must come after the start, {} s", rain.start);
+                let ends = rain.end.is_none_or(|end| end.is_finite() && end > rain.start);
+                rules.rule(ends, format!("{path}.end"), problem);
+                rules.rule(!body.held, format!("{path}"), "held grains do not enter: leave held out");
+                let problem = "the body begins empty, and its grains enter one by one: leave fill out";
+                rules.rule(body.fill.is_none(), format!("bodies.{name}.fill"), problem);
+            }
             let finite = body.spin.iter().all(|spin| spin.is_finite());
             rules.rule(finite, format!("{path}.spin"), "must be finite (rad/s)");
         }

@@ -113,4 +113,21 @@ pub struct BodyGrains {
     pub held: bool,
     /// Angular velocity at the start (rad/s): one number in the plane, three in space.
     pub spin: Vec<f64>,
+    /// Has its grains enter during the run, through its shape; it begins empty.
+    pub rain: Option<Rain>,
+}
+
+/// Grains that enter during a run: their sizes are those of their kind, their velocity is that of the body, their places are
+/// drawn at random in its shape, where there is room. Where there is none they wait, which the run tells.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rain {
+    /// Mass that enters in a second (kg/s; in the plane per metre of thickness), positive.
+    pub rate: f64,
+    /// When it begins (s), not negative.
+    #[serde(default)]
+    pub start: f64,
+    /// When it ends (s), after its start; with the run when absent.
+    #[serde(default)]
+    pub end: Option<f64>,
 }

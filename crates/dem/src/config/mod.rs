@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 pub use contact::{
     Adhesion, BondSpec, Friction, NormalLaw, PairOverride, PairSpec, RollingSpec, SpringReset, TangentialSpec,
 };
-pub use grains::{BodyGrains, Diameters, Fill, GrainKind, Packing};
+pub use grains::{BodyGrains, Diameters, Fill, GrainKind, Packing, Rain};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use stages::{CellControl, CellEntry, DampingForm, GrainStage};
@@ -55,6 +55,15 @@ pub struct DemOptions {
     /// Keeps how far each grain has turned: the angle in the plane, a quaternion in space, written as `orientation`.
     #[serde(default)]
     pub orientation: bool,
+    /// In the plane, writes the area of the cell of each grain in the power diagram of Laguerre (m²), the solid fraction of the cell, and
+    /// whether it is one of a surface (it reaches farther than three mean diameters); rows of the measures have the solid
+    /// fraction of all others.
+    #[serde(default)]
+    pub voronoi: bool,
+    /// Width of the kernel with which grains and contacts are spread on `output.grid`, over the mean diameter, 0.5 to 20: below 2
+    /// single grains show.
+    #[serde(default = "coarse_graining")]
+    pub coarse_graining: f64,
     /// Seed of what is drawn at random: sizes, places, strengths of bonds.
     #[serde(default)]
     pub seed: u64,
@@ -90,6 +99,10 @@ fn skin() -> f64 {
 /// Sheet: dem §3.5.
 fn step_fraction() -> f64 {
     1.0 / 30.0
+}
+/// Sheet: dem §3.9, one to three.
+fn coarse_graining() -> f64 {
+    2.0
 }
 /// Sheet: dem §7.
 fn initial_overlap() -> f64 {

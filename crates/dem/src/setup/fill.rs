@@ -41,6 +41,9 @@ pub(super) fn fill<const D: usize, const R: usize>(
 ) -> Result<(), CaseError> {
     for (number, body) in case.bodies.iter().enumerate() {
         let path = format!("bodies[{number}]");
+        if options.bodies.get(&body.name).is_some_and(|own| own.rain.is_some()) {
+            continue;
+        }
         let kind = &options.grains[&body.material];
         let index = options.grains.keys().position(|name| *name == body.material).unwrap_or(0) as u32;
         let mut random = ChaCha8Rng::seed_from_u64(options.seed.wrapping_add(number as u64));
@@ -150,7 +153,7 @@ fn place<const D: usize>(
 }
 
 /// Whether a ball lies in a shape: its centre and its ends along the axes do.
-fn holds<const D: usize>(shape: &Shape, x: &[f64; D], radius: f64) -> bool {
+pub(crate) fn holds<const D: usize>(shape: &Shape, x: &[f64; D], radius: f64) -> bool {
     let inner = radius * (1.0 - 1e-9);
     shape.contains(x)
         && (0..2 * D).all(|end| {

@@ -17,6 +17,7 @@ use crate::contact::restitution::{clamped_ratio, unclamped_ratio};
 use crate::contact::rolling::Resistance;
 use crate::contact::{Attraction, Law, Normal};
 use crate::grains::Grains;
+use crate::rain::{Source, sources};
 use crate::solver::{Kind, Laws};
 
 /// Share of the stable step of a lone undamped contact that no step exceeds (sheet: dem §3.5).
@@ -176,7 +177,8 @@ pub(super) fn laws<const D: usize, const R: usize>(
     grains: &Grains<D, R>,
     stage: usize,
 ) -> Result<Laws, CaseError> {
-    let largest = grains.radii().1;
+    let coming: Vec<_> = sources(case, options).iter().map(Source::extremes::<D>).collect();
+    let largest = coming.iter().map(|(_, [_, high])| high.0).fold(grains.radii().1, f64::max);
     let overrides = case.stages.get(stage).and_then(|stage| options.stages.get(&stage.name));
     let overrides = overrides.map_or(&[][..], |stage| &stage.pairs);
     let find = |a: &str, b: &str| options.pairs.iter().find(|pair| is_between(&pair.between, a, b));
@@ -211,7 +213,9 @@ pub(super) fn laws<const D: usize, const R: usize>(
         }
         walls.push(of_kinds);
     }
-    let step = steps(&pairs, &walls, grains, kinds.len(), options.step_fraction);
+    let least = least(grains, &coming, kinds.len());
+    let held = grains.held.iter().any(|held| *held);
+    let step = steps::<D>(&pairs, &walls, &least, held, options.step_fraction);
     let bridge = pairs
         .iter()
         .chain(walls.iter().flatten())
@@ -248,15 +252,12 @@ fn longest_bridge(law: &Law, largest: f64) -> f64 {
     bridged.max(law.bond.map_or(0.0, |bond| 2.0 * bond.gap * largest))
 }
 
-/// Stable step of the stiffest contact (s), and the one above which none is (sheet: dem §3.5).
-fn steps<const D: usize, const R: usize>(
-    pairs: &[Law],
-    walls: &[Vec<Law>],
+/// The smallest grain of each kind, those that will enter among them, as radius (m) and mass (kg).
+fn least<const D: usize, const R: usize>(
     grains: &Grains<D, R>,
+    coming: &[(usize, [(f64, f64); 2])],
     kinds: usize,
-    fraction: f64,
-) -> [f64; 2] {
-    // The smallest grain of each kind, as radius and mass.
+) -> Vec<(f64, f64)> {
     let mut least = vec![(f64::INFINITY, f64::INFINITY); kinds];
     for i in 0..grains.len() {
         let kind = grains.kind[i] as usize;
@@ -264,7 +265,24 @@ fn steps<const D: usize, const R: usize>(
             least[kind] = (grains.radius[i], grains.mass[i]);
         }
     }
-    let held = grains.held.iter().any(|held| *held);
+    for (kind, [low, _]) in coming {
+        if low.0 < least[*kind].0 {
+            least[*kind] = *low;
+        }
+    }
+    least
+}
+
+/// Stable step of the stiffest contact (s), and the one above which none is (sheet: dem §3.5). `least` has radius (m) and mass
+/// (kg) of the smallest grain of each kind.
+fn steps<const D: usize>(
+    pairs: &[Law],
+    walls: &[Vec<Law>],
+    least: &[(f64, f64)],
+    held: bool,
+    fraction: f64,
+) -> [f64; 2] {
+    let kinds = least.len();
     let mut limits = [f64::INFINITY; 2];
     let mut take = |law: &Law, radius: f64, mass: f64, small: f64| {
         let own = limits_of::<D>(law, radius, mass, small, fraction);

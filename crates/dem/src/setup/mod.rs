@@ -11,6 +11,7 @@ use colluvium_points::Surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+pub(crate) use fill::holds;
 pub(crate) use refuse::honours;
 
 use crate::cell::PeriodicCell;
@@ -20,7 +21,9 @@ use crate::grains::{Grains, volume};
 use crate::ledger::Ledger;
 use crate::lists::Lists;
 use crate::pairs::Columns;
+use crate::rain;
 use crate::solver::{DemSolver, Kind, Scratch, Since};
+use crate::surfaces::Moving;
 use crate::vector::{dot, minus};
 use crate::walls::{Wall, WallList};
 
@@ -67,6 +70,7 @@ pub fn size(case: &Case) -> Result<Size, CaseError> {
         let kind = &options.grains[&body.material];
         let fill = fill::of_body(&options, body);
         points += match (fill, &kind.diameter) {
+            _ if options.bodies.get(&body.name).is_some_and(|own| own.rain.is_some()) => 0.0,
             _ if body.points.is_some() => case.points_at(1.0)[number],
             (Some(Fill::Single) | None, _) | (_, None) => 1.0,
             (Some(_), Some(sizes)) => {
@@ -76,6 +80,8 @@ pub fn size(case: &Case) -> Result<Size, CaseError> {
             }
         };
     }
+    let end = case.end_time();
+    points += rain::sources(case, &options).iter().map(|source| source.expected(dimension, end)).sum::<f64>();
     let bytes = (BYTES_OF_GRAIN + PAIRS * BYTES_OF_PAIR) as f64;
     Ok(Size { points, nodes: 0.0, memory: points * bytes, key: "methods.dem.grains" })
 }
@@ -119,7 +125,11 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     let laws = laws::laws(case, &options, &kinds, &grains, 0)?;
     let columns =
         Columns::of(&laws.pairs.iter().chain(laws.walls.iter().flatten()).copied().collect::<Vec<_>>());
-    let mean = 2.0 * grains.radius.iter().sum::<f64>() / grains.len() as f64;
+    let count = grains.len();
+    let mean = match rain::sources(case, &options).first() {
+        Some(source) if count == 0 => source.mean(D),
+        _ => 2.0 * grains.radius.iter().sum::<f64>() / count as f64,
+    };
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
     let fastest = grains.velocity.iter().map(|v| dot(v, v)).fold(0.0, f64::max).sqrt();
@@ -148,6 +158,8 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         virial: [[[0.0; D]; D]; 2],
         broken: Vec::new(),
         imposed: None,
+        sources: rain::sources(case, &options),
+        next_id: count as u32,
         options,
     };
     solver.walls = walls(&solver, 0);
@@ -261,8 +273,11 @@ fn strength(scatter: f64, random: &mut ChaCha8Rng) -> f64 {
 /// The walls that stand in a stage.
 fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize) -> Vec<Wall<D>> {
     let case = &solver.case;
+    let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
+    let domain: ([f64; D], [f64; D]) = (corner(&case.domain.min), corner(&case.domain.max));
     let wall = |(number, boundary): (usize, &colluvium_case::description::Boundary)| Wall {
         surface: None,
+        moving: None,
         boundary: number,
         name: boundary.name().to_owned(),
         axis: boundary.side.axis(),
@@ -277,6 +292,7 @@ fn walls<const D: usize, const R: usize>(solver: &DemSolver<D, R>, stage: usize)
     };
     let obstacle = |(number, surface): (usize, &Arc<dyn Surface<D>>)| Wall {
         surface: Some(Arc::clone(surface)),
+        moving: case.obstacles[number].motion.as_ref().map(|motion| Moving::new(motion, surface, domain)),
         boundary: case.boundaries.len() + number,
         name: case.obstacles[number].name.clone(),
         axis: 0,

@@ -30,8 +30,10 @@ pub fn honours() -> Honours {
             "obstacles.wall=smooth",
             "obstacles.wall=frictional",
             "obstacles.separation",
+            "obstacles.motion*",
             "measures=reaction",
             "stages.damping",
+            "stages.rayleigh_damping",
             "measures=dissipation",
             "output.contacts",
         ])
@@ -63,7 +65,35 @@ pub fn honours() -> Honours {
 /// Refuses by name what its options do not go with.
 pub(super) fn refuse(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     names(case, options)?;
+    rains(case, options)?;
     cells(case, options)
+}
+
+/// Grains that enter need sizes, and a body that is not made of points or moved as one.
+fn rains(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
+    for (number, body) in case.bodies.iter().enumerate() {
+        if options.bodies.get(&body.name).is_none_or(|own| own.rain.is_none()) {
+            continue;
+        }
+        if options.grains[&body.material].diameter.is_none() {
+            let problem = format!("is missing: grains rain into the body {:?}", body.name);
+            return Err(CaseError::new(format!("methods.dem.grains.{}.diameter", body.material), problem));
+        }
+        let path = format!("methods.dem.bodies.{}.rain", body.name);
+        if body.points.is_some() {
+            return Err(CaseError::new(
+                path,
+                format!("bodies[{number}] has points: grains enter at random places"),
+            ));
+        }
+        if body.rigid {
+            return Err(CaseError::new(
+                path,
+                format!("bodies[{number}] is rigid: its grains do not enter one by one"),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The error of a name that is not there.

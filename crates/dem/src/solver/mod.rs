@@ -17,6 +17,8 @@ use crate::ledger::Ledger;
 use crate::lists::Lists;
 use crate::motion::{Drive, Sums, advance, turn};
 use crate::pairs::Columns;
+use crate::rain::Source;
+use crate::surfaces::Moving;
 use crate::sweep::{Record, Scene, Virial, Way, records};
 use crate::vector::add;
 use crate::walls::{Wall, WallList, WallListView};
@@ -114,6 +116,10 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) skin: f64,
     /// Velocity gradient (1/s) that the cell takes in place of what its stage says.
     pub(crate) imposed: Option<[[f64; D]; D]>,
+    /// Bodies whose grains enter during the run.
+    pub(crate) sources: Vec<Source>,
+    /// Number of the next grain that enters.
+    pub(crate) next_id: u32,
     /// Bonds that broke: time (s) and ids of the grains.
     pub(crate) broken: Vec<(f64, u32, u32)>,
 }
@@ -126,6 +132,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
     /// One step.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
+        self.rain();
         if self.is_stale() {
             self.relist()?;
         }
@@ -183,7 +190,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if self.options.velocity == ContactVelocity::Predicted {
             (scene.velocity, scene.spin) = (velocity, spin);
         }
-        scene.way = Way::of(&self.laws.pairs);
+        // Lanes that are left over look at the first grain.
+        scene.way = if self.grains.is_empty() { Way::Single } else { Way::of(&self.laws.pairs) };
         if scene.way != Way::Single {
             records(&self.grains, (scene.velocity, scene.spin), lines);
             scene.records = lines;
@@ -345,7 +353,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             wall.position += speed * dt;
             fastest = fastest.max(speed.abs());
         }
-        self.since.others += fastest * dt;
+        let mut way = fastest * dt;
+        for moving in self.walls.iter_mut().filter_map(|wall| wall.moving.as_mut()) {
+            way = way.max(moving.way(self.time, dt));
+            moving.go_to(self.time + dt, dt);
+        }
+        self.since.others += way;
     }
 
     fn stage_growth(&self) -> f64 {
@@ -383,7 +396,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// The largest step from here (sheet: dem §3.5).
     pub(crate) fn critical_step(&self) -> TimeStep {
         let least = self.radii.0;
-        let way = if self.fastest > 0.0 { LONGEST_WAY * least / self.fastest } else { f64::INFINITY };
+        let moving = self.walls.iter().filter_map(|wall| wall.moving.as_ref());
+        let fastest = moving.map(Moving::fastest).fold(self.fastest, f64::max);
+        let way = if fastest > 0.0 { LONGEST_WAY * least / fastest } else { f64::INFINITY };
         let of_contacts = self.options.time_step.unwrap_or(self.laws.step[0]);
         let (dt, limit) = match (way < of_contacts, self.options.time_step) {
             (true, _) => (way, TRAVEL),

@@ -1,11 +1,12 @@
 //! Coarse graining (sheet: dem §3.9).
 
-use colluvium_case::Solver;
+use colluvium_case::{Case, FieldData, Lattice, Solver};
 use colluvium_dem::coarse::Nodes;
+use colluvium_dem::disks;
 use colluvium_testkit::near;
 use serde_json::json;
 
-use crate::common::{Scene, linear};
+use crate::common::{Scene, begun, linear};
 
 fn nodes(half: f64, count: usize) -> Nodes<2> {
     Nodes { origin: [-half; 2], spacing: 2.0 * half / (count - 1) as f64, count: [count; 2] }
@@ -73,4 +74,32 @@ fn a_periodic_row_is_as_dense_at_its_ends_as_within() {
     for field in &fields {
         near(field.density / fields[3].density, 1.0, 1e-12);
     }
+}
+
+#[test]
+fn a_run_has_the_fields_on_its_grid_and_cells_of_grains_in_its_frames() {
+    let mut value = Scene::new(linear(1e4, 0.0, 0.5, 0.5)).disk([0.0, 0.0], 1.0, [0.0; 2], 0.0).json();
+    value["domain"] = json!({ "min": [0, 0], "max": [6, 6], "periodic": ["x", "y"] });
+    value["bodies"] = json!([{ "name": "all", "material": "grain", "shape": { "kind": "box", "min": [0, 0], "max": [6, 6] },
+        "velocity": { "kind": "uniform", "value": [0.5, 0] } }]);
+    value["methods"]["dem"]["bodies"] = json!({});
+    value["methods"]["dem"]["voronoi"] = json!(true);
+    value["methods"]["dem"]["grains"] = json!({ "grain": { "density": 3, "diameter": { "distribution": "equal", "value": 1 },
+        "fill": { "kind": "lattice", "packing": "square" } } });
+    let solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
+    let lattice = Lattice { low: [0.0; 3], spacing: 0.25, count: [25, 25, 1] };
+    let fields = solver.on_lattice(&lattice).unwrap();
+    let names: Vec<&str> = fields.iter().map(|field| &*field.name).collect();
+    assert_eq!(names, ["density", "velocity", "stress", "kinetic_stress"]);
+    let FieldData::Scalar(density) = &fields[0].data else { panic!("density") };
+    let mean = density.iter().sum::<f64>() / 625.0;
+    near(mean / (3.0 * 0.25 * std::f64::consts::PI), 1.0, 0.01);
+    let FieldData::Vector(velocity) = &fields[1].data else { panic!("velocity") };
+    assert!(velocity.iter().all(|v| (v[0] - 0.5).abs() < 1e-12));
+    let snapshot = solver.snapshot();
+    let fraction = snapshot.scalars("cell_solid_fraction").unwrap();
+    assert!(fraction.iter().all(|own| (own - 0.785_398).abs() < 1e-6), "{fraction:?}");
+    let rows = solver.readings();
+    let inner = rows.iter().find(|(name, ..)| name == "inner_solid_fraction").unwrap().2;
+    near(inner, 0.785_398, 1e-6);
 }

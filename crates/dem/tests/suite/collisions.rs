@@ -182,3 +182,33 @@ fn rolling_resistance_stops_a_disk_where_it_should() {
     near(snapshot.vectors("velocity").unwrap()[0][0], 0.0, 2e-3);
     near(reading(&solver.readings(), "energy_error"), 0.0, 0.01);
 }
+
+#[test]
+fn steps_of_a_collision_are_those_of_the_scheme_in_positions() {
+    // Sheet: dem §3.4, x(t + Δt) = Δt² f / m + 2 x(t) - x(t - Δt).
+    let mut solver = Scene::new(linear(1e5, 0.2, 0.5, 0.5))
+        .disk([-0.51, 0.1], 0.5, [1.0, 0.3], 3.0)
+        .disk([0.32, -0.1], 0.3, [-0.5, 0.0], -7.0)
+        .solver();
+    let dt = 1e-4;
+    let mut places = vec![solver.snapshot().positions];
+    let mut largest = 0.0f64;
+    for step in 0..400 {
+        solver.step(dt).unwrap();
+        let snapshot = solver.snapshot();
+        places.push(snapshot.positions.clone());
+        if step == 0 {
+            continue;
+        }
+        let (force, mass) = (snapshot.vectors("force").unwrap(), snapshot.scalars("mass").unwrap());
+        for i in 0..2 {
+            for c in 0..2 {
+                let acceleration = force[i][c] / mass[i];
+                let [before, now, after] = [0, 1, 2].map(|k| places[step + k - 1][i][c]);
+                assert!((after - 2.0 * now + before - dt * dt * acceleration).abs() < 1e-15);
+                largest = largest.max(acceleration.abs());
+            }
+        }
+    }
+    assert!(largest > 100.0, "they touch: {largest}");
+}

@@ -49,6 +49,7 @@ fn contacts_of_a_single_row_all_lie_along_it() {
     near(fabric.tensor[0][0], 1.0, 1e-9);
     // 4 (G - 1/2) has the entries 2 and -2.
     near(fabric.anisotropy, 8.0f64.sqrt(), 1e-6);
+    near(fabric.alignment, 1.0, 1e-9);
     near(fabric.coordination, 14.0 / 8.0, 1e-12);
     // Its ends are held by nothing, and without them the next ones are not either.
     near(fabric.mechanical_coordination, 0.0, 1e-12);
@@ -89,4 +90,28 @@ fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
     let rows = lattice.readings();
     let row = |name: &str| rows.iter().find(|(own, ..)| own == name).unwrap().2;
     near(row("fabric.xx") + row("fabric.yy"), 1.0, 1e-12);
+}
+
+#[test]
+fn rows_that_are_pressed_more_than_others_are_chains_of_force() {
+    // Two rows of six one pressed ten times as much as the other, and a row that bears nothing.
+    let mut scene = Scene::new(linear(1e4, 0.0, 0.5, 0.5));
+    for k in 0..6 {
+        let x = f64::from(k);
+        scene = scene.disk([0.9998 * x, 0.0], 0.5, [0.0; 2], 0.0);
+        scene = scene.disk([0.99998 * x, 3.0], 0.5, [0.0; 2], 0.0);
+    }
+    for k in 0..4 {
+        scene = scene.disk([f64::from(k), 6.0], 0.499, [0.0; 2], 0.0);
+    }
+    let rows = solver(&scene);
+    let chains = rows.force_chains();
+    assert_eq!(chains.iter().map(Vec::len).collect::<Vec<_>>(), [6]);
+    let contacts = rows.contacts();
+    let inside = |i: usize| chains[0].contains(&i);
+    // All contacts of the chain are those of the row that is pressed most.
+    let overlaps = contacts.iter().filter(|contact| inside(contact.grain)).map(|contact| contact.overlap);
+    assert!(overlaps.clone().count() == 5 && overlaps.fold(f64::INFINITY, f64::min) > 1e-4);
+    let read = colluvium_case::Solver::readings(&rows).into_iter().find(|(name, ..)| name == "chains.grains");
+    near(read.unwrap().2, 6.0 / 16.0, 1e-12);
 }

@@ -3,14 +3,18 @@
 mod biaxial;
 mod bookkeeping;
 mod bounce;
+mod cells;
 mod collisions;
 mod column;
 mod crystal;
+mod drum;
 mod fabric;
 mod gas;
+mod incline;
 mod laws;
 mod oblique;
 mod plane_shear;
+mod representative;
 mod rest;
 mod scene;
 mod slope;
@@ -21,6 +25,7 @@ use crate::benchmarks::Benchmark;
 pub const ALL: &[Benchmark] = &[
     collisions::BENCHMARK,
     bookkeeping::BENCHMARK,
+    cells::BENCHMARK,
     bounce::BENCHMARK,
     oblique::BENCHMARK,
     slope::BENCHMARK,
@@ -33,9 +38,13 @@ pub const ALL: &[Benchmark] = &[
     crystal::STRENGTH,
     plane_shear::BENCHMARK,
     plane_shear::TABLE,
+    incline::BENCHMARK,
     column::BENCHMARK,
     column::SWEEP,
+    drum::BENCHMARK,
+    drum::FINE,
     biaxial::BENCHMARK,
     biaxial::CRITICAL,
     fabric::BENCHMARK,
+    representative::BENCHMARK,
 ];

@@ -81,6 +81,10 @@ fn run(_quick: bool) -> Result<Outcome, String> {
             reason,
         );
     }
+    // The note under the table: a rigid body would have ψ - μ (1 + ε) = 4.55.
+    let (v, _) = strike(row(false, 0.3, 1.0 / 3.0, 0.5, 5.0))?;
+    let name = "B7, disk, μ 0.3, ε 0.5, ψ 5, gross sliding: velocity";
+    outcome.within(name, "4.558", v, (4.553, 4.563), reason);
     for (sphere, across, q) in [(false, 1.0 / 3.0, 0.5), (true, 2.0 / 7.0, 0.4)] {
         matched(&mut outcome, sphere, across, q)?;
     }

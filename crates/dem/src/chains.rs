@@ -1,0 +1,69 @@
+//! Chains of forces, grain by grain (Peters et al. 2005; sheet: dem §3.9).
+//!
+//! A grain is part of a chain where the largest compressive stress of its contacts is above the mean of all grains, and links to a grain of
+//! this kind that it touches where the line of centres lies within 45° of the direction of that stress in both. Chains are
+//! what links join, of three grains or more.
+
+use colluvium_case::measure::Reading;
+
+use crate::solver::DemSolver;
+use crate::vector::{dot, norm};
+
+/// Cosine of the largest angle between the direction of stress and the line of centres.
+const LEANS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Grains of the shortest chain.
+const SHORTEST: usize = 3;
+
+impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// Chains of forces, each by the numbers of its grains, ascending; the longest first, and of equal ones that with the least
+    /// number.
+    pub fn force_chains(&self) -> Vec<Vec<usize>> {
+        let (stresses, _) = self.grain_stresses();
+        let count = stresses.len();
+        // Compression is the lowest of tension-positive values.
+        let major: Vec<(f64, [f64; D])> = stresses
+            .iter()
+            .map(|stress| {
+                let spectrum = stress.spectrum();
+                let direction = spectrum.directions[2];
+                (-spectrum.values[2], std::array::from_fn(|c| direction[c]))
+            })
+            .collect();
+        let free = (0..count).filter(|&i| !self.grains.held[i]);
+        let mean = free.clone().map(|i| major[i].0).sum::<f64>() / free.count().max(1) as f64;
+        let strong = |i: usize| major[i].0 > mean && major[i].0 > 0.0 && !self.grains.held[i];
+        // Each grain's chain, by the least number in it.
+        let mut chain: Vec<usize> = (0..count).collect();
+        let root = |chain: &[usize], mut i: usize| {
+            while chain[i] != i {
+                i = chain[i];
+            }
+            i
+        };
+        for contact in self.contacts() {
+            let (i, Some(j)) = (contact.grain, contact.other) else { continue };
+            let along = |k: usize| dot(&major[k].1, &contact.branch).abs() >= LEANS * norm(&contact.branch);
+            if contact.normal > 0.0 && strong(i) && strong(j) && along(i) && along(j) {
+                let (a, b) = (root(&chain, i), root(&chain, j));
+                chain[a.max(b)] = a.min(b);
+            }
+        }
+        let mut of: Vec<Vec<usize>> = vec![Vec::new(); count];
+        (0..count).for_each(|i| of[root(&chain, i)].push(i));
+        of.retain(|grains| grains.len() >= SHORTEST);
+        of.sort_by_key(|grains| (std::cmp::Reverse(grains.len()), grains[0]));
+        of
+    }
+
+    /// What goes into the rows of the measures.
+    pub(crate) fn chain_readings(&self) -> Vec<Reading> {
+        let chains = self.force_chains();
+        let free = self.grains.held.iter().filter(|held| !**held).count() as f64;
+        let inside = chains.iter().map(Vec::len).sum::<usize>() as f64;
+        let longest = chains.first().map_or(0.0, |grains| grains.len() as f64);
+        [("chains.count", chains.len() as f64), ("chains.longest", longest), ("chains.grains", inside / free)]
+            .map(|(name, value)| (name.to_owned(), String::new(), value))
+            .to_vec()
+    }
+}
