@@ -281,7 +281,7 @@ impl DemOptions {
                 let problem = format!("must come after the start, {} s", rain.start);
                 let ends = rain.end.is_none_or(|end| end.is_finite() && end > rain.start);
                 rules.rule(ends, format!("{path}.end"), problem);
-                rules.rule(!body.held, format!("{path}"), "held grains do not enter: leave held out");
+                rules.rule(!body.held, path.clone(), "held grains do not enter: leave held out");
                 let problem = "the body begins empty, and its grains enter one by one: leave fill out";
                 rules.rule(body.fill.is_none(), format!("bodies.{name}.fill"), problem);
             }

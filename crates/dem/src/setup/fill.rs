@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::config::{BodyGrains, DemOptions, Diameters, Fill, GrainKind, Packing};
 use crate::grains::{Grains, volume};
+use crate::rain::holds;
 use crate::specimen::{Container, pack};
 
 /// More grains than this do not fit in numbers.
@@ -150,17 +151,6 @@ fn place<const D: usize>(
             .map_err(|problem| CaseError::new(format!("{path}.shape"), problem)),
         Fill::Single => Ok(Vec::new()),
     }
-}
-
-/// Whether a ball lies in a shape: its centre and its ends along the axes do.
-pub(crate) fn holds<const D: usize>(shape: &Shape, x: &[f64; D], radius: f64) -> bool {
-    let inner = radius * (1.0 - 1e-9);
-    shape.contains(x)
-        && (0..2 * D).all(|end| {
-            let mut y = *x;
-            y[end / 2] += if end % 2 == 0 { inner } else { -inner };
-            shape.contains(&y)
-        })
 }
 
 /// Places of a lattice that begins half a pitch within a corner.

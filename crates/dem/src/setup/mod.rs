@@ -11,7 +11,6 @@ use colluvium_points::Surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-pub(crate) use fill::holds;
 pub(crate) use refuse::honours;
 
 use crate::cell::PeriodicCell;
@@ -126,16 +125,12 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     let columns =
         Columns::of(&laws.pairs.iter().chain(laws.walls.iter().flatten()).copied().collect::<Vec<_>>());
     let count = grains.len();
-    let mean = match rain::sources(case, &options).first() {
-        Some(source) if count == 0 => source.mean(D),
-        _ => 2.0 * grains.radius.iter().sum::<f64>() / count as f64,
-    };
     let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
     let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
     let fastest = grains.velocity.iter().map(|v| dot(v, v)).fold(0.0, f64::max).sqrt();
     let mut solver = DemSolver {
         case: Arc::new(case.clone()),
-        skin: options.skin * mean,
+        skin: options.skin * mean_diameter(case, &options, &grains),
         kinds,
         laws,
         columns,
@@ -168,6 +163,18 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     check_overlaps(&solver)?;
     bond(&mut solver)?;
     Ok(solver)
+}
+
+/// Mean diameter (m) of the grains that there are, or of those that will enter.
+fn mean_diameter<const D: usize, const R: usize>(
+    case: &Case,
+    options: &DemOptions,
+    grains: &Grains<D, R>,
+) -> f64 {
+    match rain::sources(case, options).first() {
+        Some(source) if grains.is_empty() => source.mean(D),
+        _ => 2.0 * grains.radius.iter().sum::<f64>() / grains.len() as f64,
+    }
 }
 
 /// A step that the case fixes must be one that contacts allow.

@@ -1,6 +1,7 @@
 //! The solver: its data and one step (sheet: dem §3.1).
 
 mod control;
+mod raining;
 mod relist;
 
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! A drum of disks that turns (sheet: dem §5, B15).
+//! A drum of disks that turns (sheet: dem §5, B15; sheet: sph B-01).
 
 use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{PointCloud, Series, Style};

@@ -123,6 +123,16 @@ fn flow() -> Result<Outcome, String> {
         slip,
         "not judged: B12 gives no bound",
     );
+    draw(&mut outcome, &report, (&layers, height), &|z| slip + slope * bagnold(z))?;
+    Ok(outcome)
+}
+
+fn draw(
+    outcome: &mut Outcome,
+    report: &RunReport,
+    (layers, height): (&[Layer], f64),
+    fitted: &dyn Fn(f64) -> f64,
+) -> Result<(), String> {
     let mut picture =
         chart("Velocity down a rough incline of 20°", "height over diameter", "velocity over √(g d)");
     let found = layers.iter().enumerate().filter(|(k, _)| (*k as f64) < height);
@@ -131,11 +141,11 @@ fn flow() -> Result<Outcome, String> {
         found.map(|(k, own)| (k as f64 + 0.5, own.velocity)).collect(),
         Style::Markers,
     ));
-    let curve = (0..=60).map(|k| height * f64::from(k) / 60.0).map(|z| (z, slip + slope * bagnold(z)));
+    let curve = (0..=60).map(|k| height * f64::from(k) / 60.0).map(|z| (z, fitted(z)));
     picture.series.push(Series::new("Bagnold", curve.collect(), Style::Line));
     outcome.svg("B12.", &picture)?;
     if let Some(cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1]) {
         outcome.png("Speed at the end.", &cloud)?;
     }
-    Ok(outcome)
+    Ok(())
 }
