@@ -288,7 +288,7 @@ mod tests {
         let sites: Vec<[f64; 2]> =
             (0..36).map(|k| [0.5 + f64::from(k % 6), 0.5 + f64::from(k / 6)]).collect();
         let cells = tessellate(&sites, &[0.5; 36], &square(6.0, true), &[]);
-        cells.area.iter().for_each(|area| near(0.25 * pi / area, 0.785_398, 1e-6));
+        cells.area.iter().for_each(|area| near(0.25 * pi / area, std::f64::consts::FRAC_PI_4, 1e-6));
         let row = 0.75f64.sqrt();
         let hexagonal: Vec<[f64; 2]> = (0..36)
             .map(|k| [0.25 + f64::from(k % 6) + 0.5 * f64::from(k / 6 % 2), row * (0.5 + f64::from(k / 6))])

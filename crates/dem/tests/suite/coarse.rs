@@ -98,8 +98,8 @@ fn a_run_has_the_fields_on_its_grid_and_cells_of_grains_in_its_frames() {
     assert!(velocity.iter().all(|v| (v[0] - 0.5).abs() < 1e-12));
     let snapshot = solver.snapshot();
     let fraction = snapshot.scalars("cell_solid_fraction").unwrap();
-    assert!(fraction.iter().all(|own| (own - 0.785_398).abs() < 1e-6), "{fraction:?}");
+    assert!(fraction.iter().all(|own| (own - std::f64::consts::FRAC_PI_4).abs() < 1e-6), "{fraction:?}");
     let rows = solver.readings();
     let inner = rows.iter().find(|(name, ..)| name == "inner_solid_fraction").unwrap().2;
-    near(inner, 0.785_398, 1e-6);
+    near(inner, std::f64::consts::FRAC_PI_4, 1e-6);
 }

@@ -14,7 +14,7 @@ pub const BENCHMARK: Benchmark = Benchmark {
     title: "Half-full drum that turns, 30 grains across, DEM",
     source: "Bui & Nguyen 2021, Fig. 9; sheet: dem §5, B15",
     quick: None,
-    full: 20,
+    full: 45,
     run: |_| turn(30.0),
 };
 
@@ -23,7 +23,7 @@ pub const FINE: Benchmark = Benchmark {
     id: "dem/drum-fine",
     title: "Half-full drum that turns, 60 grains across, DEM",
     quick: None,
-    full: 150,
+    full: 300,
     run: |_| turn(60.0),
     ..BENCHMARK
 };
