@@ -170,7 +170,7 @@ mod tests {
                 // The same pair, written with an image of the second grain.
                 let apart = [x + up * 3.7 + along * wide, y + up * high];
                 let s = apply(&unit, &apart);
-                let steps = s.map(|c| c.round());
+                let steps = s.map(f64::round);
                 let near = apply(&cell.h, &[s[0] - steps[0], s[1] - steps[1]]);
                 let rows = (apart[1] / high).round();
                 let mut exact = [apart[0] - rows * ahead, apart[1] - rows * high];
