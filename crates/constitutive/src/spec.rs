@@ -120,6 +120,9 @@ models! {
     "fixed-corotated" => FixedCorotated(FixedCorotatedSpec),
     /// Drucker–Prager plasticity.
     "drucker-prager" => DruckerPrager(DruckerPragerSpec),
+    /// Sand without cohesion at finite strain (Klar): its friction angle may change with flow, and the volume of what was
+    /// pulled apart is closed again.
+    "sand" => Sand(SandSpec),
     /// Mohr–Coulomb plasticity.
     "mohr-coulomb" => MohrCoulomb(MohrCoulombSpec),
     /// Tresca plasticity.

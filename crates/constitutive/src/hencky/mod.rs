@@ -1,6 +1,7 @@
 //! The finite-strain adapter: multiplicative plasticity in principal logarithmic strains.
 
 mod few;
+mod planar;
 mod series;
 
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,8 @@ use crate::{
 };
 
 pub use few::Few;
+pub(crate) use planar::Planar;
+pub use planar::{InvariantReturn, Landed, StressInvariants};
 
 /// A return map in principal stresses, of a law with linear elasticity. The same map serves the
 /// rate form and, through [`Hencky`], finite strain.

@@ -28,6 +28,7 @@ mod outside;
 pub mod pressure_elastic;
 mod radial;
 mod root;
+mod sand;
 mod saturation_softened;
 pub mod simsand;
 mod snow;
@@ -46,8 +47,7 @@ pub use cam_clay::{CamClay, CamClayReturn, CamClaySpec, CamClayState};
 pub use cfd_soil::{CfdSoilSpec, ShearNorm};
 pub use cohesive_band::{CohesiveBand, CohesiveBandSpec, CohesiveState};
 pub use cohesive_cam_clay::{
-    CamClayHardening, CamClayIntegration, CamClayInvariants, CohesiveCamClay, CohesiveCamClaySpec,
-    CohesiveCamClayState,
+    CamClayHardening, CamClayIntegration, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState,
 };
 pub use cohesive_damage::{CohesiveDamage, CohesiveDamageSpec, DamageState};
 pub use double_scale::{
@@ -68,6 +68,7 @@ pub use newtonian_fluid::{NewtonianFluid, NewtonianFluidSpec};
 pub use original_cam_clay::{OriginalCamClay, OriginalCamClaySpec};
 pub use outside::{MaterialFactory, OtherSpec, offer_material};
 pub use pressure_elastic::{PressureElastic, PressureElasticSpec, PressureStiffness, VoidRatio};
+pub use sand::{Sand, SandHardening, SandSpec, SandState};
 pub use saturation_softened::SaturationSoftenedSpec;
 pub use simsand::{Simsand, SimsandSpec, SimsandState};
 pub use snow::{Snow, SnowElasticity, SnowSpec, SnowState};
@@ -79,6 +80,7 @@ pub use umat::UmatSpec;
 pub use undrained::UndrainedSpec;
 pub use von_mises::{ExactIn, VonMisesSpec};
 
+pub use crate::hencky::StressInvariants;
 pub use crate::model::StrainMeasure;
 use crate::model::check;
 use crate::{MaterialError, SymTensor};

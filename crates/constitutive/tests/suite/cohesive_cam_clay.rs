@@ -3,8 +3,8 @@
 use crate::common::near;
 use colluvium_constitutive::laws::cohesive_cam_clay::Ellipse;
 use colluvium_constitutive::laws::{
-    CamClayHardening, CamClayIntegration, CamClayInvariants, CohesiveCamClay, CohesiveCamClaySpec,
-    CohesiveCamClayState, Elasticity,
+    CamClayHardening, CamClayIntegration, CohesiveCamClay, CohesiveCamClaySpec, CohesiveCamClayState,
+    Elasticity, StressInvariants,
 };
 use colluvium_constitutive::{
     Hencky, HenckyState, InitialCondition, Mat3, Model, Motion, Point, Pointwise, PrincipalReturn,
@@ -22,7 +22,7 @@ pub(crate) fn slab() -> CohesiveCamClaySpec {
         compressive_strength: 10e3,
         hardening_factor: 10.0,
         hardening: CamClayHardening::Slab,
-        invariants: CamClayInvariants::Space,
+        invariants: StressInvariants::Space,
         integration: CamClayIntegration::Implicit,
         project: false,
     }
@@ -48,7 +48,7 @@ pub(crate) fn fresh(law: &CohesiveCamClay) -> CohesiveCamClayState {
 }
 
 /// Material of the worked examples W1 and W2 (sheet: snow-mpm §3.9).
-fn snow(integration: CamClayIntegration, invariants: CamClayInvariants) -> CohesiveCamClaySpec {
+fn snow(integration: CamClayIntegration, invariants: StressInvariants) -> CohesiveCamClaySpec {
     CohesiveCamClaySpec {
         youngs_modulus: 3e6,
         critical_state_slope: 1.2,
@@ -106,7 +106,7 @@ fn returns_with_explicit_and_implicit_strength_are_those_of_the_sheet() {
         ([0.002, 0.002, 0.002], Implicit, -2_142.769_881, 0.0, 0.005_142_892_047, 7_142.566_271),
     ];
     for (trial, integration, p, q, volumetric, p0) in table {
-        let law = snow(integration, CamClayInvariants::Space).law().unwrap();
+        let law = snow(integration, StressInvariants::Space).law().unwrap();
         let (found, state) = returned(&law, trial, &fresh(&law));
         near(found.pressure(), p, 1e-6);
         near(found.q(), q, 1e-6);
@@ -119,7 +119,7 @@ fn returns_with_explicit_and_implicit_strength_are_those_of_the_sheet() {
 #[test]
 fn a_step_in_the_plane_is_that_of_the_sheet() {
     use CamClayIntegration::{Explicit, Implicit};
-    use CamClayInvariants::{Plane, Space};
+    use StressInvariants::{Plane, Space};
     let deformation = Mat3([[1.002, 0.006, 0.0], [-0.001, 0.995, 0.0], [0.0, 0.0, 1.0]]);
     let motion = Motion::from_deformation(&deformation, 1e-3, 250.0, 1.0).unwrap();
     let jacobian = deformation.determinant();

@@ -1,11 +1,11 @@
 //! Cohesive Cam Clay with the invariants of the plane, d = 2 (sheet: constitutive §2.15).
 
 use crate::cohesive_cam_clay::slab;
-use colluvium_constitutive::laws::{CamClayInvariants, CohesiveCamClaySpec};
+use colluvium_constitutive::laws::{CohesiveCamClaySpec, StressInvariants};
 use colluvium_constitutive::{InitialCondition, Mat3, Model, Motion, SymTensor};
 
 fn walk(motions: &[Mat3]) -> (SymTensor, f64) {
-    let spec = CohesiveCamClaySpec { invariants: CamClayInvariants::Plane, ..slab() };
+    let spec = CohesiveCamClaySpec { invariants: StressInvariants::Plane, ..slab() };
     let law = spec.build().unwrap();
     let start = InitialCondition { stress: SymTensor::ZERO, density: 250.0 };
     let (mut stresses, mut states) = law.initial(&[start]).unwrap();
@@ -67,7 +67,7 @@ fn a_turned_observer_sees_the_turned_stress() {
 
 #[test]
 fn motions_out_of_the_plane_are_refused() {
-    let spec = CohesiveCamClaySpec { invariants: CamClayInvariants::Plane, ..slab() };
+    let spec = CohesiveCamClaySpec { invariants: StressInvariants::Plane, ..slab() };
     let law = spec.build().unwrap();
     let start = InitialCondition { stress: SymTensor::ZERO, density: 250.0 };
     let (mut stresses, mut states) = law.initial(&[start]).unwrap();

@@ -13,6 +13,7 @@ mod hypoplasticity;
 mod initial_state;
 mod localisation;
 mod reference_values;
+mod sand;
 mod snow;
 mod snow_paths;
 mod softening;

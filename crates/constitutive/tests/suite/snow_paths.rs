@@ -36,7 +36,7 @@ fn anticrack() -> CohesiveCamClaySpec {
 }
 
 /// Kirchhoff stresses (Pa) after each of `steps` equal steps.
-fn walk(spec: &impl Model, step: &Mat3, steps: usize) -> Vec<SymTensor> {
+pub fn walk(spec: &impl Model, step: &Mat3, steps: usize) -> Vec<SymTensor> {
     let law = spec.build().unwrap();
     let start = InitialCondition { stress: SymTensor::ZERO, density: 250.0 };
     let (mut stresses, mut states) = law.initial(&[start]).unwrap();
@@ -51,11 +51,11 @@ fn walk(spec: &impl Model, step: &Mat3, steps: usize) -> Vec<SymTensor> {
     walked.collect()
 }
 
-fn diagonal(x: f64, y: f64, z: f64) -> Mat3 {
+pub fn diagonal(x: f64, y: f64, z: f64) -> Mat3 {
     Mat3([[x.exp(), 0.0, 0.0], [0.0, y.exp(), 0.0], [0.0, 0.0, z.exp()]])
 }
 
-fn within(found: f64, exact: f64, tolerance: f64, what: &str) {
+pub fn within(found: f64, exact: f64, tolerance: f64, what: &str) {
     assert!((found / exact - 1.0).abs() <= tolerance, "{what}: {found} for {exact}");
 }
 

@@ -12,20 +12,19 @@
 //! ([`CamClayIntegration`]): Newton's method for plastic volumetric strain and multiplier together, a bracketed solve
 //! where it does not settle. A collapse within a step releases the stress;
 //! what is left of the trial's compaction packs the debris, its deviator is lost. With
-//! invariants of the plane (`d = 2`) the same in two dimensions, see [`CamClayInvariants`]. Limits: softening has no length of its own; where
+//! invariants of the plane (`d = 2`) the same in two dimensions, see [`StressInvariants`](crate::laws::StressInvariants). Limits: softening has no length of its own; where
 //! `α ξ cosh(ξ x0) ≥ 1` the weak layer snaps, that is, loses its stress at once under controlled strain.
 
 mod ellipse;
 mod newton;
 mod parameters;
-mod planar;
 #[cfg(test)]
 mod tests;
 
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use crate::hencky::Few;
+use crate::hencky::{Few, InvariantReturn, Landed};
 use crate::{
     InitialCondition, Law, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain, SymTensor,
 };
@@ -34,7 +33,7 @@ use ellipse::{Conditions, Surface};
 use newton::Returns;
 
 pub use ellipse::{Ellipse, Projection};
-pub use parameters::{CamClayHardening, CamClayIntegration, CamClayInvariants, CohesiveCamClaySpec};
+pub use parameters::{CamClayHardening, CamClayIntegration, CohesiveCamClaySpec};
 
 /// Iterations of the bracketed return before it only halves; up to a dozen are usual.
 const NEWTON: usize = 60;
@@ -468,5 +467,21 @@ impl PrincipalReturn for CohesiveCamClay {
                     + root23 * ni * ((qq - shrink) * root6_mu * nj - qp * k)
             })
         }))
+    }
+}
+
+impl InvariantReturn for CohesiveCamClay {
+    fn return_invariants(
+        &self,
+        trial: (f64, f64),
+        state: &CohesiveCamClayState,
+    ) -> Landed<CohesiveCamClayState> {
+        let (landing, new) = self.land(trial, state)?;
+        let end = match landing {
+            Landing::Elastic => None,
+            Landing::Free => Some((0.0, 0.0)),
+            Landing::Surface(Surface { projection, .. }) => Some((projection.pressure, projection.q)),
+        };
+        Ok((end, new))
     }
 }

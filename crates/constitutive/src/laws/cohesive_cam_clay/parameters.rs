@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::super::Elasticity;
 use super::super::linear_elastic::stiff_warnings;
 use super::CohesiveCamClay;
-use super::planar::Planar;
+use crate::hencky::{Planar, StressInvariants};
 use crate::model::{Facts, Kind, Model, not_negative, positive};
 use crate::{Hencky, Material, MaterialError};
 
@@ -36,7 +36,7 @@ pub struct CohesiveCamClaySpec {
     pub hardening: CamClayHardening,
     /// What the invariants are taken of.
     #[serde(default)]
-    pub invariants: CamClayInvariants,
+    pub invariants: StressInvariants,
     /// Whose `p0` a step returns to.
     #[serde(default)]
     pub integration: CamClayIntegration,
@@ -44,18 +44,6 @@ pub struct CohesiveCamClaySpec {
     /// when false.
     #[serde(default)]
     pub project: bool,
-}
-
-/// What pressure and deviatoric stress of `cohesive-cam-clay` are taken of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum CamClayInvariants {
-    /// The whole tensor, `d = 3`: plane strain carries a stress across the plane.
-    #[default]
-    Space,
-    /// The tensor in the plane, `d = 2`, as Gaume et al. print it: `p = -(τ_xx + τ_yy)/2`, `K = λ + μ`. For
-    /// motions in the plane only; not the same material as in space.
-    Plane,
 }
 
 /// Whose `p0` a step of `cohesive-cam-clay` returns to.
@@ -100,12 +88,7 @@ impl CohesiveCamClaySpec {
         if let CamClayHardening::WeakLayer { softening_factor } = self.hardening {
             positive("hardening.softening_factor", softening_factor, "")?;
         }
-        let elasticity = match self.invariants {
-            CamClayInvariants::Space => elasticity,
-            CamClayInvariants::Plane => {
-                Elasticity { bulk_modulus: elasticity.lame() + elasticity.shear_modulus, ..elasticity }
-            }
-        };
+        let elasticity = self.invariants.elasticity(elasticity);
         Ok(CohesiveCamClay { elasticity, spec: self.clone() })
     }
 }
@@ -120,8 +103,8 @@ impl Model for CohesiveCamClaySpec {
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
         Ok(match self.invariants {
-            CamClayInvariants::Space => Arc::new(Hencky(self.law()?)),
-            CamClayInvariants::Plane => Arc::new(Planar(self.law()?)),
+            StressInvariants::Space => Arc::new(Hencky(self.law()?)),
+            StressInvariants::Plane => Arc::new(Planar(self.law()?)),
         })
     }
 
@@ -150,7 +133,7 @@ impl Model for CohesiveCamClaySpec {
             compressive_strength: 200e3,
             hardening_factor,
             hardening,
-            invariants: CamClayInvariants::Space,
+            invariants: StressInvariants::Space,
             integration: CamClayIntegration::Implicit,
             project: false,
         };

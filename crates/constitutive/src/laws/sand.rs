@@ -1,0 +1,344 @@
+//! Sand without cohesion at finite strain (sheet: snow-mpm §2.10b, c; Klar et al. 2016; Tampubolon et al. 2017).
+//!
+//! A cone in Kirchhoff stress, `q ≤ M p` with `M = √(3/2) d α`, `α = √(2/3) 2 sin φ / (3 - sin φ)` and the number `d` of
+//! dimensions that the invariants are taken of ([`StressInvariants`]); linear elasticity in logarithmic strain; flow keeps the
+//! volume. With `d = 3` the cone goes through triaxial compression; with `d = 2` it has two thirds of that slope, as the
+//! source prints it. The friction angle may change with flow ([`SandHardening`]); its value at the end of a step counts,
+//! where the source takes that of the start: both agree as steps shrink.
+//!
+//! A trial in tension returns to the apex, which is free of stress, and the strain `v` by which the volume has opened there
+//! is kept. With `volume_correction` it is added to the trial's volumetric strain: no stress until what was opened is closed. Without,
+//! sand that is pulled apart keeps the volume it has gained.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::linear_elastic::stiff_warnings;
+use super::root::falling_root;
+use super::strength_reduced::StrengthReduction;
+use super::{Elasticity, angle_warnings};
+use crate::hencky::{InvariantReturn, Landed, Planar, StressInvariants};
+use crate::model::{Facts, Kind, Model, check, not_negative};
+use crate::{
+    Hencky, InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, PrincipalReturn,
+    SmallStrain, SymTensor,
+};
+
+const NAME: &str = "sand";
+
+/// `√6`.
+const ROOT_6: f64 = 2.449_489_742_783_178;
+
+/// What round-off leaves of a return, over the stress.
+const FUZZ: f64 = 8.0 * f64::EPSILON;
+
+/// Parameters of `sand`, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SandSpec {
+    /// Density (kg/m³), > 0.
+    pub density: f64,
+    /// Young's modulus (Pa), > 0.
+    pub youngs_modulus: f64,
+    /// Poisson's ratio, between -1 and 0.5.
+    pub poissons_ratio: f64,
+    /// Friction angle (degrees), above 0, below 90; with `hardening` that after much flow.
+    pub friction_angle: f64,
+    /// Change of the friction angle with flow; none when absent.
+    #[serde(default)]
+    pub hardening: Option<SandHardening>,
+    /// Close what was pulled apart again before it bears stress. Sand keeps the volume that it has gained when false.
+    #[serde(default = "on")]
+    pub volume_correction: bool,
+    /// What the invariants are taken of.
+    #[serde(default)]
+    pub invariants: StressInvariants,
+}
+
+fn on() -> bool {
+    true
+}
+
+/// Change of the friction angle of `sand` with flow (Klar et al. 2016): `φ = h0 + (h1 a - h3) exp(-h2 a)`, where
+/// `h0` is `friction_angle` and `a` adds up the norm of the plastic strain.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SandHardening {
+    /// Growth `h1` of the friction angle with plastic strain at first (degrees), not negative; 9 in the source.
+    #[serde(default = "growth")]
+    pub growth: f64,
+    /// Rate `h2` at which the change fades with plastic strain, > 0; 0.2 in the source.
+    #[serde(default = "fading")]
+    pub fading: f64,
+    /// How far `h3` the friction angle lies below `friction_angle` at the start (degrees), not negative, less than
+    /// `friction_angle`; 10 in the source.
+    #[serde(default = "below")]
+    pub below: f64,
+}
+
+fn growth() -> f64 {
+    9.0
+}
+fn fading() -> f64 {
+    0.2
+}
+fn below() -> f64 {
+    10.0
+}
+
+impl SandHardening {
+    /// What is added to the friction angle (degrees) after the plastic strain `flow`, and its slope.
+    fn change(&self, flow: f64) -> (f64, f64) {
+        let (left, fade) = (self.growth * flow - self.below, (-self.fading * flow).exp());
+        (left * fade, (self.growth - self.fading * left) * fade)
+    }
+
+    /// The most that is added to the friction angle (degrees).
+    fn most(&self) -> f64 {
+        if self.growth == 0.0 {
+            return 0.0;
+        }
+        self.change(1.0 / self.fading + self.below / self.growth).0.max(0.0)
+    }
+}
+
+/// The law, in small strain; [`SandSpec`] builds it on logarithmic strains.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sand {
+    /// Of `d` dimensions.
+    elasticity: Elasticity,
+    spec: SandSpec,
+}
+
+/// Internal variables of [`Sand`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SandState {
+    /// Sum of the norms of the plastic strain of the steps.
+    pub flow: f64,
+    /// Volumetric strain that was gained at the apex and has not been closed.
+    pub opened: f64,
+}
+
+impl Sand {
+    /// Friction angle (degrees) after the plastic strain `flow`.
+    pub fn friction_angle(&self, flow: f64) -> f64 {
+        self.spec.friction_angle + self.spec.hardening.map_or(0.0, |hardening| hardening.change(flow).0)
+    }
+
+    /// Slope `M` of the cone after the plastic strain `flow`, and its slope with it.
+    fn slope(&self, flow: f64) -> (f64, f64) {
+        let (sin, cos) = self.friction_angle(flow).to_radians().sin_cos();
+        let share = 2.0 * self.spec.invariants.dimensions();
+        let turns = self.spec.hardening.map_or(0.0, |hardening| hardening.change(flow).1.to_radians());
+        (share * sin / (3.0 - sin), share * 3.0 * cos / (3.0 - sin).powi(2) * turns)
+    }
+
+    /// Deviatoric stress `q` (Pa) at `pressure` where a trial beyond the cone ends, and the plastic strain on the way.
+    fn on_cone(&self, pressure: f64, q: f64, flow: f64) -> Result<(f64, f64), MaterialError> {
+        let per_strain = ROOT_6 * self.elasticity.shear_modulus;
+        if self.spec.hardening.is_none() {
+            let kept = self.slope(flow).0 * pressure;
+            return Ok((kept, (q - kept) / per_strain));
+        }
+        let most = q / per_strain;
+        let excess = |grown: f64| {
+            let (slope, rate) = self.slope(flow + grown);
+            (q - per_strain * grown - slope * pressure, -per_strain - rate * pressure)
+        };
+        let grown = falling_root(0.0, most, 0.0, excess)
+            .ok_or(MaterialError::NotConverged { model: NAME, reason: "hardening return" })?;
+        Ok((self.slope(flow + grown).0 * pressure, grown))
+    }
+
+    /// The return, see [`InvariantReturn::return_invariants`].
+    fn land(&self, (pressure, q): (f64, f64), state: &SandState) -> Landed<SandState> {
+        if !(pressure + q).is_finite() {
+            return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
+        }
+        let bulk = self.elasticity.bulk_modulus;
+        let closed = pressure - bulk * state.opened;
+        if closed <= 0.0 {
+            if pressure == 0.0 && q == 0.0 {
+                return Ok((None, *state));
+            }
+            let volumetric = -pressure / bulk / self.spec.invariants.dimensions().sqrt();
+            let shear = q / (ROOT_6 * self.elasticity.shear_modulus);
+            let opened = if self.spec.volume_correction { -closed / bulk } else { 0.0 };
+            return Ok((Some((0.0, 0.0)), SandState { flow: state.flow + shear.hypot(volumetric), opened }));
+        }
+        let shut = SandState { opened: 0.0, ..*state };
+        if q - self.slope(state.flow).0 * closed <= FUZZ * q {
+            return Ok(((state.opened > 0.0).then_some((closed, q)), shut));
+        }
+        let (kept, grown) = self.on_cone(closed, q, state.flow)?;
+        Ok((Some((closed, kept)), SandState { flow: state.flow + grown, ..shut }))
+    }
+
+    fn excess(&self, stress: &SymTensor, state: &SandState) -> f64 {
+        stress.q() - self.slope(state.flow).0 * stress.pressure()
+    }
+}
+
+impl Law for Sand {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        &["plastic_strain", "opened_strain", "friction_angle"]
+    }
+}
+
+impl Pointwise for Sand {
+    type State = SandState;
+
+    fn initial(&self, initial: &InitialCondition) -> Result<Point<SandState>, MaterialError> {
+        let (stress, state) = (initial.stress, SandState::default());
+        super::check_initial(NAME, &stress, self.excess(&stress, &state), stress.norm())?;
+        Ok(Point { stress, state })
+    }
+
+    fn wave_modulus(&self, _point: &Point<SandState>) -> f64 {
+        self.elasticity.p_wave_modulus()
+    }
+
+    fn linear_elasticity(&self) -> Option<&Elasticity> {
+        Some(&self.elasticity)
+    }
+
+    fn yield_value(&self, point: &Point<SandState>) -> Option<f64> {
+        Some(self.excess(&point.stress, &point.state))
+    }
+
+    fn outputs(&self, point: &Point<SandState>, out: &mut [f64]) {
+        out[0] = point.state.flow;
+        out[1] = point.state.opened;
+        out[2] = self.friction_angle(point.state.flow);
+    }
+}
+
+impl SmallStrain for Sand {
+    fn update(
+        &self,
+        strain: &SymTensor,
+        _motion: &Motion,
+        old: &Point<SandState>,
+    ) -> Result<Point<SandState>, MaterialError> {
+        let trial = old.stress + self.elasticity.stress(strain);
+        let q = trial.q();
+        let (end, state) = self.land((trial.pressure(), q), &old.state)?;
+        let stress = match end {
+            None => trial,
+            Some((pressure, kept)) => {
+                let share = if q > 0.0 { kept / q } else { 0.0 };
+                trial.deviator() * share - SymTensor::isotropic(pressure)
+            }
+        };
+        Ok(Point { stress, state })
+    }
+
+    /// Flow keeps directions, and the return is exact at any size.
+    fn largest_step(&self) -> f64 {
+        f64::INFINITY
+    }
+}
+
+impl PrincipalReturn for Sand {
+    fn elasticity(&self) -> &Elasticity {
+        &self.elasticity
+    }
+
+    fn return_principal(
+        &self,
+        trial: [f64; 3],
+        state: &SandState,
+    ) -> Result<([f64; 3], SandState), MaterialError> {
+        let [a, b, c] = trial;
+        let old = Point { stress: SymTensor::diagonal(a, b, c), state: *state };
+        let new = self.update(&SymTensor::ZERO, &Motion::STILL, &old)?;
+        Ok(([new.stress[0], new.stress[1], new.stress[2]], new.state))
+    }
+}
+
+impl InvariantReturn for Sand {
+    fn return_invariants(&self, trial: (f64, f64), state: &SandState) -> Landed<SandState> {
+        self.land(trial, state)
+    }
+}
+
+impl SandSpec {
+    /// Checks the ranges and builds the law.
+    ///
+    /// # Errors
+    /// The first parameter out of range.
+    pub fn law(&self) -> Result<Sand, MaterialError> {
+        let elasticity = Elasticity::new(self.youngs_modulus, self.poissons_ratio)?;
+        let angle = self.friction_angle;
+        let rule = "is not between 0 and 90 degrees (both excluded)";
+        check("friction_angle", angle, angle > 0.0 && angle < 90.0, rule)?;
+        if let Some(hardening) = &self.hardening {
+            let SandHardening { growth, fading, below } = *hardening;
+            not_negative("hardening.growth", growth, "degrees")?;
+            crate::model::positive("hardening.fading", fading, "")?;
+            let rule = format!("is not between 0 and the friction angle, {angle} degrees (excluded)");
+            check("hardening.below", below, (0.0..angle).contains(&below), &rule)?;
+            let most = angle + hardening.most();
+            let rule = format!("takes the friction angle to {most:.4} degrees, which must stay below 90");
+            check("hardening.growth", growth, most < 90.0, &rule)?;
+        }
+        Ok(Sand { elasticity: self.invariants.elasticity(elasticity), spec: self.clone() })
+    }
+}
+
+impl Model for SandSpec {
+    const FACTS: Facts = Facts {
+        source: "Klar et al. 2016; Tampubolon et al. 2017",
+        kind: Kind::Solid,
+        strain: "Hencky",
+        tangent: "numerical",
+    };
+
+    fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
+        Ok(match self.invariants {
+            StressInvariants::Space => Arc::new(Hencky(self.law()?)),
+            StressInvariants::Plane => Arc::new(Planar(self.law()?)),
+        })
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = stiff_warnings(self.poissons_ratio);
+        warnings.extend(angle_warnings(self.friction_angle, 0.0));
+        if self.invariants == StressInvariants::Plane {
+            warnings.push(
+                "invariants: plane makes sand weaker, its cone has two thirds of the slope that the friction angle stands for in \
+                 triaxial compression"
+                    .to_owned(),
+            );
+        }
+        warnings
+    }
+
+    fn strength_reduced(&self, reduction: &StrengthReduction) -> Option<Result<Self, MaterialError>> {
+        if self.hardening.is_some() {
+            return None;
+        }
+        let reduced = Self { friction_angle: reduction.angle(self.friction_angle), ..self.clone() };
+        Some(reduced.law().map(|_| reduced))
+    }
+
+    fn examples() -> Vec<Self> {
+        let with = |volume_correction, hardening| Self {
+            density: 1600.0,
+            youngs_modulus: 20e6,
+            poissons_ratio: 0.3,
+            friction_angle: 35.0,
+            hardening,
+            volume_correction,
+            invariants: StressInvariants::Space,
+        };
+        let hardening = SandHardening { growth: growth(), fading: fading(), below: below() };
+        vec![with(true, None), with(false, None), with(true, Some(hardening))]
+    }
+}
