@@ -5,7 +5,7 @@ use std::path::Path;
 use colluvium_points::{Depths, Layer, Outline, Raster, Shape, Thickness};
 
 use crate::decimal::taken_off;
-use crate::{Case, CaseError};
+use crate::{Case, CaseError, arc_layer};
 
 /// The files that the layers of a shape name.
 pub fn files(shape: &mut Shape) -> Vec<&mut String> {
@@ -65,8 +65,22 @@ impl Case {
         Ok(())
     }
 
+    /// Finds the outline of a layer along the line of an obstacle, which stands at `path`.
+    fn lay_along_arc(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
+        let Shape::ArcLayer { on, start, end, from, to, outline } = layer else { return Ok(()) };
+        let obstacle = self.obstacles.iter().find(|obstacle| obstacle.name == *on).ok_or_else(|| {
+            CaseError::new(format!("{path}.on"), format!("{on:?} is not the name of an obstacle"))
+        })?;
+        *outline = arc_layer::outline(&obstacle.shape, [*start, *end], [*from, *to])
+            .map_err(|(key, problem)| CaseError::new(format!("{path}.{key}"), problem))?;
+        Ok(())
+    }
+
     /// Reads the files of one layer, which stands at `path`.
     fn lay(&self, layer: &mut Shape, path: &str) -> Result<(), CaseError> {
+        if let Shape::ArcLayer { .. } = layer {
+            return self.lay_along_arc(layer, path);
+        }
         let Shape::Layer { on, outline, thickness, measured, laid } = layer else { return Ok(()) };
         let wrong = |key: &str, problem: String| CaseError::new(format!("{path}.{key}"), problem);
         let number = self.obstacles.iter().position(|obstacle| obstacle.name == *on);

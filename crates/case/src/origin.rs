@@ -24,7 +24,7 @@ fn place(values: &mut [f64], visit: &mut Visit<'_>) {
 
 fn shape(of: &mut Shape, visit: &mut Visit<'_>) {
     match of {
-        Shape::Box { min, max } => {
+        Shape::Box { min, max } | Shape::Microstructure { min, max, .. } => {
             place(min, visit);
             place(max, visit);
         }
@@ -32,7 +32,7 @@ fn shape(of: &mut Shape, visit: &mut Visit<'_>) {
         Shape::Polygon { vertices } => vertices.iter_mut().for_each(|corner| place(corner, visit)),
         Shape::Cylinder { base, .. } => place(base, visit),
         // What its files hold is looked at where they are read.
-        Shape::Layer { .. } => {}
+        Shape::Layer { .. } | Shape::ArcLayer { .. } => {}
         Shape::Union { shapes } | Shape::Intersection { shapes } => {
             shapes.iter_mut().for_each(|inner| shape(inner, visit));
         }

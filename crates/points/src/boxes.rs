@@ -39,7 +39,7 @@ impl Shape {
                 let (near, far) = distances(axes, low, high, |c| centre[c]);
                 Place::from(near > radius * radius, far <= radius * radius)
             }
-            Self::Polygon { vertices } => {
+            Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => {
                 let edges = vertices.iter().zip(vertices.iter().cycle().skip(1));
                 if edges.into_iter().any(|(a, b)| meets(a, b, low, high)) {
                     return Place::Between;
@@ -54,7 +54,7 @@ impl Shape {
                 let inside = far <= radius * radius && bottom <= low[*axis] && high[*axis] <= top;
                 Place::from(outside, inside)
             }
-            Self::Layer { .. } => {
+            Self::Layer { .. } | Self::Microstructure { .. } => {
                 let (from, to) = self.bounds(low.len());
                 let apart = (0..low.len()).any(|c| high[c] < from[c] || low[c] > to[c]);
                 Place::from(apart, false)

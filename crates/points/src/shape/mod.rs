@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::layer::{Laid, Measured, Thickness};
+use crate::microstructure::{Grains, Packing, Wanted};
 use crate::polygon::{edges_cross, polygon_contains, polygon_crossings, signed_area};
 
 /// A region of space. In two dimensions the third coordinate is not looked at.
@@ -57,6 +58,45 @@ pub enum Shape {
         #[serde(skip)]
         laid: Laid,
     },
+    /// In 2D, what lies along the line of an obstacle between two lengths of it, and between two distances from it, as a snowpack
+    /// on a track: of a body only.
+    ArcLayer {
+        /// Name of the obstacle, a `profile`, or a `ground-line` with its points in the case.
+        on: String,
+        /// Length of the line from its beginning to where the layer begins (m), not negative.
+        #[serde(default)]
+        start: f64,
+        /// Length of the line to where the layer ends (m).
+        end: f64,
+        /// Distance from the line at which the layer begins, along the normal out of the ground (m).
+        #[serde(default)]
+        from: f64,
+        /// Distance at which it ends (m).
+        to: f64,
+        /// Its corners (m), once the obstacle is looked at.
+        #[serde(skip)]
+        outline: Vec<[f64; 2]>,
+    },
+    /// A box full of balls of one size that overlap (discs in 2D): the ice of snow, as a sintered structure. Not in 1D.
+    Microstructure {
+        /// Lower corner of the box (m).
+        min: Vec<f64>,
+        /// Upper corner (m).
+        max: Vec<f64>,
+        /// Diameter of the balls (m), less than the box is wide.
+        diameter: f64,
+        /// Share of the box that is solid, above 0, at most 0.95. At random, discs hang together from 0.68 on, and balls from 0.29.
+        solid_fraction: f64,
+        /// Seed of the places of the balls.
+        #[serde(default)]
+        seed: u64,
+        /// Keep only balls that hang together with all others.
+        #[serde(default = "yes")]
+        connected: bool,
+        /// The balls, once they are asked for.
+        #[serde(skip)]
+        grains: Grains,
+    },
     /// Points in any of the shapes.
     Union {
         /// The shapes.
@@ -74,6 +114,10 @@ pub enum Shape {
         /// What is cut away.
         cut: Box<Shape>,
     },
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// What is wrong with a shape.
@@ -148,6 +192,8 @@ impl Shape {
                 check_length("radius", *radius)?;
                 check_length("height", *height)
             }
+            Self::Microstructure { .. } => self.validate_microstructure(dimension),
+            Self::ArcLayer { .. } => self.validate_arc_layer(dimension),
             Self::Layer { thickness, .. } => match thickness {
                 _ if dimension != 3 => {
                     let problem = format!("a layer needs three dimensions, the space has {dimension}");
@@ -172,6 +218,60 @@ impl Shape {
         }
     }
 
+    fn validate_arc_layer(&self, dimension: usize) -> Result<(), ShapeError> {
+        let Self::ArcLayer { start, end, from, to, .. } = self else { return Ok(()) };
+        if dimension != 2 {
+            let problem = format!("an arc-layer needs two dimensions, the space has {dimension}");
+            return Err(ShapeError::new("kind", problem));
+        }
+        let not_negative = start.is_finite() && *start >= 0.0;
+        for (key, value, holds, rule) in [
+            ("start", start, not_negative, "not be negative".to_owned()),
+            ("end", end, end.is_finite() && end > start, format!("be above start, {start}")),
+            ("from", from, from.is_finite(), "be finite".to_owned()),
+            ("to", to, to.is_finite() && to > from, format!("be above from, {from}")),
+        ] {
+            if !holds {
+                return Err(ShapeError::new(key, format!("{value} must {rule} (m)")));
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_microstructure(&self, dimension: usize) -> Result<(), ShapeError> {
+        let Self::Microstructure { min, max, diameter, solid_fraction, .. } = self else { return Ok(()) };
+        if dimension == 1 {
+            return Err(ShapeError::new("kind", "a microstructure needs two or three dimensions"));
+        }
+        Self::Box { min: min.clone(), max: max.clone() }.validate(dimension)?;
+        check_length("diameter", *diameter)?;
+        let narrow = (0..dimension).map(|c| max[c] - min[c]).fold(f64::INFINITY, f64::min);
+        if *diameter >= narrow {
+            let problem = format!("{diameter} must be less than the box is wide, {narrow} m");
+            return Err(ShapeError::new("diameter", problem));
+        }
+        if !(*solid_fraction > 0.0 && *solid_fraction <= 0.95) {
+            let problem = format!("{solid_fraction} is not between 0 and 0.95 (0 excluded)");
+            return Err(ShapeError::new("solid_fraction", problem));
+        }
+        if self.packing().is_none() {
+            let problem =
+                "so many balls that hang together were not found: ask for more, or set connected to false";
+            return Err(ShapeError::new("solid_fraction", problem));
+        }
+        Ok(())
+    }
+
+    /// The balls of a microstructure.
+    fn packing(&self) -> Option<&Packing> {
+        let Self::Microstructure { min, max, diameter, solid_fraction, seed, connected, grains } = self
+        else {
+            return None;
+        };
+        let (diameter, fraction, seed, connected) = (*diameter, *solid_fraction, *seed, *connected);
+        grains.of(&Wanted { min, max, diameter, fraction, seed, connected })
+    }
+
     /// True when `point` lies in the shape, its boundary included.
     pub fn contains(&self, point: &[f64]) -> bool {
         match self {
@@ -182,11 +282,18 @@ impl Shape {
                 let square: f64 = point.iter().zip(centre).map(|(x, c)| (x - c).powi(2)).sum();
                 square <= radius * radius
             }
-            Self::Polygon { vertices } => polygon_contains(vertices, point),
+            Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => {
+                polygon_contains(vertices, point)
+            }
             Self::Cylinder { base, axis, radius, height } => {
                 let along = point[*axis] - base[*axis];
                 let across: f64 = (0..3).filter(|c| c != axis).map(|c| (point[c] - base[c]).powi(2)).sum();
                 (0.0..=*height).contains(&along) && across <= radius * radius
+            }
+            Self::Microstructure { min, max, .. } => {
+                let inside = |c: usize| (min[c]..=max[c]).contains(&point[c]);
+                (0..min.len()).all(inside)
+                    && self.packing().is_some_and(|packing| packing.contains(&from_corner(min, point)))
             }
             Self::Layer { laid, .. } => laid.contains(point),
             Self::Union { shapes } => shapes.iter().any(|shape| shape.contains(point)),
@@ -198,11 +305,11 @@ impl Shape {
     /// Lower and upper corner of a box around the shape (m). Of a valid shape.
     pub fn bounds(&self, dimension: usize) -> (Vec<f64>, Vec<f64>) {
         match self {
-            Self::Box { min, max } => (min.clone(), max.clone()),
+            Self::Box { min, max } | Self::Microstructure { min, max, .. } => (min.clone(), max.clone()),
             Self::Ball { centre, radius } => {
                 (centre.iter().map(|c| c - radius).collect(), centre.iter().map(|c| c + radius).collect())
             }
-            Self::Polygon { vertices } => {
+            Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => {
                 let fold = |start: f64, pick: fn(f64, f64) -> f64| -> Vec<f64> {
                     (0..2).map(|c| vertices.iter().map(|v| v[c]).fold(start, pick)).collect()
                 };
@@ -229,13 +336,21 @@ impl Shape {
                 let across = centre.iter().zip(point).enumerate().filter(|(c, _)| *c != axis);
                 round(centre[axis], *radius, across.map(|(_, (c, x))| (x - c).powi(2)).sum())
             }
-            Self::Polygon { vertices } => polygon_crossings(vertices, point, axis),
+            Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => {
+                polygon_crossings(vertices, point, axis)
+            }
             Self::Cylinder { base, axis: own, height, .. } if *own == axis => {
                 vec![base[axis], base[axis] + height]
             }
             Self::Cylinder { base, axis: own, radius, .. } => {
                 let across = (0..3).filter(|c| *c != axis && c != own);
                 round(base[axis], *radius, across.map(|c| (point[c] - base[c]).powi(2)).sum())
+            }
+            Self::Microstructure { min, max, .. } => {
+                let place = from_corner(min, point);
+                let balls = self.packing().map_or(Vec::new(), |packing| packing.crossings(&place, axis));
+                let inside = balls.into_iter().map(|x| (min[axis] + x).clamp(min[axis], max[axis]));
+                inside.chain([min[axis], max[axis]]).collect()
             }
             Self::Layer { laid, .. } => laid.crossings(point, axis),
             Self::Union { shapes } | Self::Intersection { shapes } => {
@@ -287,8 +402,14 @@ impl Shape {
                 2 => Some(std::f64::consts::PI * r * r),
                 _ => Some(4.0 / 3.0 * std::f64::consts::PI * r.powi(3)),
             },
-            Self::Polygon { vertices } => Some(signed_area(vertices).abs()),
+            Self::Polygon { vertices } | Self::ArcLayer { outline: vertices, .. } => {
+                Some(signed_area(vertices).abs())
+            }
             Self::Cylinder { radius, height, .. } => Some(std::f64::consts::PI * radius * radius * height),
+            Self::Microstructure { min, max, .. } => {
+                let space: f64 = min.iter().zip(max).map(|(low, high)| high - low).product();
+                Some(space * self.packing()?.fraction)
+            }
             Self::Layer { laid, .. } => laid.volume(),
             Self::Union { .. } | Self::Intersection { .. } | Self::Difference { .. } => None,
         }
@@ -297,7 +418,7 @@ impl Shape {
     /// Every layer that it consists of, and where it stands below `path`.
     pub fn layers_mut(&mut self, path: String) -> Vec<(String, &mut Self)> {
         match self {
-            Self::Layer { .. } => vec![(path, self)],
+            Self::Layer { .. } | Self::ArcLayer { .. } => vec![(path, self)],
             Self::Union { shapes } | Self::Intersection { shapes } => {
                 let each = shapes.iter_mut().enumerate();
                 each.flat_map(|(number, shape)| shape.layers_mut(format!("{path}.shapes[{number}]")))
@@ -317,6 +438,13 @@ impl Shape {
 fn round(centre: f64, radius: f64, square: f64) -> Vec<f64> {
     let half = (radius * radius - square).max(0.0).sqrt();
     vec![centre - half, centre + half]
+}
+
+/// A place from the lower corner of a box (m).
+fn from_corner(min: &[f64], point: &[f64]) -> [f64; 3] {
+    let mut place = [0.0; 3];
+    min.iter().zip(point).enumerate().for_each(|(c, (low, x))| place[c] = x - low);
+    place
 }
 
 fn combine(
@@ -369,105 +497,4 @@ fn validate_polygon(vertices: &[[f64; 2]], dimension: usize) -> Result<(), Shape
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn box2(min: [f64; 2], max: [f64; 2]) -> Shape {
-        Shape::Box { min: min.to_vec(), max: max.to_vec() }
-    }
-
-    #[test]
-    fn volumes_are_those_of_the_closed_forms() {
-        // In a union of its own a shape has no closed form.
-        let near = |shape: &Shape, dimension: usize, exact: f64| {
-            for shape in [shape.clone(), Shape::Union { shapes: vec![shape.clone()] }] {
-                let found = shape.volume(dimension, false);
-                assert!((found / exact - 1.0).abs() < 1e-3, "{shape:?}: {found} for {exact}");
-            }
-        };
-        let ball = |dimension: usize| Shape::Ball { centre: vec![0.3; dimension], radius: 0.7 };
-        for dimension in 1..=3 {
-            near(&ball(dimension), dimension, ball(dimension).measure(dimension).unwrap());
-        }
-        for axis in 0..3 {
-            let cylinder = Shape::Cylinder { base: [1.0; 3], axis, radius: 0.5, height: 2.0 };
-            near(&cylinder, 3, cylinder.measure(3).unwrap());
-        }
-        let (from, cut) = (box2([0.0, 0.0], [2.0, 2.0]), box2([1.0, 1.0], [2.0, 2.0]));
-        near(&Shape::Difference { from: Box::new(from), cut: Box::new(cut) }, 2, 3.0);
-        // A ring from 1 m to 2 m: ∫ r dr.
-        let ring = box2([1.0, 0.0], [2.0, 3.0]);
-        assert!((ring.volume(2, true) - 4.5).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_difference_of_boxes_is_an_l() {
-        let cut = Box::new(box2([1.0, 1.0], [3.0, 3.0]));
-        let shape = Shape::Difference { from: Box::new(box2([0.0, 0.0], [2.0, 2.0])), cut };
-        assert!(shape.contains(&[0.5, 1.5]) && shape.contains(&[1.5, 0.5]) && !shape.contains(&[1.5, 1.5]));
-    }
-
-    #[test]
-    fn a_polygon_contains_what_its_edges_enclose() {
-        let polygon =
-            Shape::Polygon { vertices: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]] };
-        assert!(polygon.validate(2).is_ok());
-        assert_eq!(polygon.measure(2), Some(8.0));
-        assert!(
-            polygon.contains(&[2.0, 0.9]) && !polygon.contains(&[2.0, 1.1]) && polygon.contains(&[0.2, 2.5])
-        );
-        assert!(polygon.contains(&[4.0, 1.0]), "an edge belongs to the polygon");
-    }
-
-    #[test]
-    fn errors_name_the_value_within_a_combination() {
-        let bad = Shape::Union {
-            shapes: vec![box2([0.0; 2], [1.0; 2]), Shape::Ball { centre: vec![0.0, 0.0], radius: -1.0 }],
-        };
-        assert_eq!(bad.validate(2).unwrap_err().path, "shapes[1].radius");
-        let crossed = Shape::Polygon { vertices: vec![[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 2.0]] };
-        assert!(crossed.validate(2).unwrap_err().problem.contains("cross"));
-        assert_eq!(box2([0.0; 2], [1.0; 2]).validate(3).unwrap_err().path, "min");
-        let inverted = Shape::Box { min: vec![1.0, 0.0], max: vec![0.0, 1.0] };
-        assert_eq!(inverted.validate(2).unwrap_err().path, "max[0]");
-    }
-
-    #[test]
-    fn a_line_through_a_shape_is_inside_between_its_crossings() {
-        let length = |shape: &Shape, point: [f64; 3], axis: usize| -> f64 {
-            let mut cuts = shape.crossings(&point, axis);
-            cuts.sort_by(f64::total_cmp);
-            let inside = |pair: &&[f64]| {
-                let mut middle = point;
-                middle[axis] = 0.5 * (pair[0] + pair[1]);
-                shape.contains(&middle)
-            };
-            cuts.windows(2).filter(inside).map(|pair| pair[1] - pair[0]).sum()
-        };
-        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} for {b}");
-        let ball = Shape::Ball { centre: vec![0.0, 0.0, 1.0], radius: 5.0 };
-        near(length(&ball, [3.0, 0.0, 1.0], 1), 8.0);
-        near(length(&ball, [6.0, 0.0, 1.0], 1), 0.0);
-        let cylinder = Shape::Cylinder { base: [0.0; 3], axis: 2, radius: 5.0, height: 2.0 };
-        near(length(&cylinder, [3.0, 0.0, 1.0], 1), 8.0);
-        near(length(&cylinder, [3.0, 0.0, 1.0], 2), 2.0);
-        let polygon =
-            Shape::Polygon { vertices: vec![[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]] };
-        near(length(&polygon, [1.0, 0.5, 0.0], 1), 2.0);
-        near(length(&polygon, [2.0, 2.0, 0.0], 0), 2.0);
-        let both = Shape::Union { shapes: vec![box2([0.0, 0.0], [2.0, 2.0]), box2([1.0, 1.0], [3.0, 4.0])] };
-        near(length(&both, [1.5, 0.0, 0.0], 1), 4.0);
-        let hollow = Shape::Difference {
-            from: Box::new(both),
-            cut: Box::new(Shape::Ball { centre: vec![1.5, 2.0], radius: 0.5 }),
-        };
-        near(length(&hollow, [1.5, 0.0, 0.0], 1), 3.0);
-    }
-
-    #[test]
-    fn an_upright_cylinder_has_round_sections() {
-        let shape = Shape::Cylinder { base: [0.0; 3], axis: 1, radius: 1.0, height: 2.0 };
-        assert!(shape.contains(&[0.7, 1.9, 0.7]) && !shape.contains(&[0.8, 1.0, 0.8]));
-        assert_eq!(shape.bounds(3), (vec![-1.0, 0.0, -1.0], vec![1.0, 2.0, 1.0]));
-    }
-}
+mod tests;

@@ -1,0 +1,302 @@
+//! Porous structures of balls of one size that overlap: sintered grains, as of snow (sheet: snow-mpm A4).
+
+use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Grains hang together where their centres are nearer than this, over their diameter: they share a neck.
+const NECK: f64 = 0.9;
+
+/// Places a direction at which the solid fraction is counted, by number of dimensions.
+const PLACES: [usize; 3] = [4096, 256, 72];
+
+/// Grains thrown for one that is needed, before the packing is given up.
+const THROWS: usize = 4000;
+
+/// What a structure is to be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted<'a> {
+    /// Lower corner of the box that it fills (m).
+    pub min: &'a [f64],
+    /// Upper corner (m).
+    pub max: &'a [f64],
+    /// Diameter of the grains (m).
+    pub diameter: f64,
+    /// Share of the box that is solid.
+    pub fraction: f64,
+    /// Seed of the places of the grains.
+    pub seed: u64,
+    /// Whether all grains hang together.
+    pub connected: bool,
+}
+
+/// The grains of a structure, found when they are first asked for. Two are the same whatever they hold: what the case says of them
+/// stands beside.
+#[derive(Clone, Debug, Default)]
+pub struct Grains(OnceLock<Option<Arc<Packing>>>);
+
+impl PartialEq for Grains {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+/// Grains in a box.
+#[derive(Debug)]
+pub(crate) struct Packing {
+    /// Their centres from the lower corner of the box (m).
+    centres: Vec<[f64; 3]>,
+    /// Numbers of the grains in cubes as wide as a grain.
+    cubes: HashMap<[i64; 3], Vec<u32>>,
+    dimension: usize,
+    radius: f64,
+    /// Share of the box that is solid.
+    pub fraction: f64,
+}
+
+impl Grains {
+    /// The grains; `None` where that fraction of connected grains cannot be packed.
+    pub(crate) fn of(&self, wanted: &Wanted<'_>) -> Option<&Packing> {
+        self.0.get_or_init(|| pack(wanted).map(Arc::new)).as_deref()
+    }
+}
+
+impl Packing {
+    fn cube(&self, x: &[f64; 3]) -> [i64; 3] {
+        x.map(|c| (c / (2.0 * self.radius)).floor() as i64)
+    }
+
+    fn add(&mut self, centre: [f64; 3]) {
+        let cube = self.cube(&centre);
+        self.cubes.entry(cube).or_default().push(self.centres.len() as u32);
+        self.centres.push(centre);
+    }
+
+    /// Grains with their centre within `reach` (m), at most a diameter, of a place from the lower corner of the box (m).
+    fn near(&self, x: &[f64; 3], reach: f64) -> impl Iterator<Item = usize> {
+        let (middle, last) = (self.cube(x), if self.dimension == 3 { 1 } else { 0 });
+        let range = |axis: usize| {
+            let width = if axis == 2 { last } else { 1 };
+            middle[axis] - width..=middle[axis] + width
+        };
+        let (rows, columns) = (range(1), range(2));
+        let cubes = range(0).flat_map(move |i| {
+            let columns = columns.clone();
+            rows.clone().flat_map(move |j| columns.clone().map(move |k| [i, j, k]))
+        });
+        let x = *x;
+        let all =
+            cubes.filter_map(move |cube| self.cubes.get(&cube)).flatten().map(|&number| number as usize);
+        all.filter(move |&number| square(&self.centres[number], &x) <= reach * reach)
+    }
+
+    /// Whether a place from the lower corner of the box (m) lies in a grain.
+    pub(crate) fn contains(&self, x: &[f64; 3]) -> bool {
+        self.near(x, self.radius).next().is_some()
+    }
+
+    /// Where a line along `axis` through a place from the lower corner of the box (m) crosses grains.
+    pub(crate) fn crossings(&self, x: &[f64; 3], axis: usize) -> Vec<f64> {
+        let mut found = Vec::new();
+        for centre in &self.centres {
+            let across: f64 = (0..3).filter(|c| *c != axis).map(|c| (x[c] - centre[c]).powi(2)).sum();
+            let half = self.radius * self.radius - across;
+            if half > 0.0 {
+                found.extend([centre[axis] - half.sqrt(), centre[axis] + half.sqrt()]);
+            }
+        }
+        found
+    }
+
+    /// The largest set of grains that hang together.
+    fn largest_cluster(&self) -> Vec<usize> {
+        let mut of = vec![usize::MAX; self.centres.len()];
+        let mut largest = Vec::new();
+        for start in 0..self.centres.len() {
+            if of[start] != usize::MAX {
+                continue;
+            }
+            let (mut cluster, mut next) = (vec![start], 0);
+            of[start] = start;
+            while let Some(&grain) = cluster.get(next) {
+                next += 1;
+                let near: Vec<usize> = self.near(&self.centres[grain], NECK * 2.0 * self.radius).collect();
+                for other in near {
+                    if of[other] == usize::MAX {
+                        of[other] = start;
+                        cluster.push(other);
+                    }
+                }
+            }
+            if cluster.len() > largest.len() {
+                largest = cluster;
+            }
+        }
+        largest.sort_unstable();
+        largest
+    }
+}
+
+fn square(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum()
+}
+
+/// Places at which the solid fraction is counted.
+struct Counted {
+    sizes: [f64; 3],
+    places: [usize; 3],
+    solid: Vec<bool>,
+    count: usize,
+}
+
+impl Counted {
+    fn new(sizes: [f64; 3], dimension: usize) -> Self {
+        let places = std::array::from_fn(|c| if c < dimension { PLACES[dimension - 1] } else { 1 });
+        Self { sizes, places, solid: vec![false; places.iter().product()], count: 0 }
+    }
+
+    fn place(&self, index: [usize; 3]) -> [f64; 3] {
+        std::array::from_fn(|c| self.sizes[c] * (index[c] as f64 + 0.5) / self.places[c] as f64)
+    }
+
+    fn take(&mut self, centre: &[f64; 3], radius: f64) {
+        let range = |c: usize| {
+            let per = self.places[c] as f64 / self.sizes[c].max(f64::MIN_POSITIVE);
+            if self.places[c] == 1 {
+                return 0..1;
+            }
+            let low = ((centre[c] - radius) * per).floor().max(0.0) as usize;
+            low..(((centre[c] + radius) * per).ceil().max(0.0) as usize).min(self.places[c])
+        };
+        for i in range(0) {
+            for j in range(1) {
+                for k in range(2) {
+                    let number = (i * self.places[1] + j) * self.places[2] + k;
+                    if !self.solid[number] && square(&self.place([i, j, k]), centre) <= radius * radius {
+                        self.solid[number] = true;
+                        self.count += 1;
+                    }
+                }
+            }
+        }
+    }
+
+    fn fraction(&self) -> f64 {
+        self.count as f64 / self.solid.len() as f64
+    }
+}
+
+/// Throws grains until so much of the box is solid. Where they are to hang together, the largest cluster is kept, and what is thrown
+/// from then on has to touch it.
+fn pack(wanted: &Wanted<'_>) -> Option<Packing> {
+    let dimension = wanted.min.len();
+    let mut sizes = [0.0; 3];
+    (0..dimension).for_each(|c| sizes[c] = wanted.max[c] - wanted.min[c]);
+    let radius = 0.5 * wanted.diameter;
+    let empty = || Packing { centres: Vec::new(), cubes: HashMap::new(), dimension, radius, fraction: 0.0 };
+    let mut generator = ChaCha8Rng::seed_from_u64(wanted.seed);
+    let mut throw = || {
+        let mut centre = [0.0; 3];
+        (0..dimension).for_each(|c| centre[c] = generator.random_range(0.0..sizes[c]));
+        centre
+    };
+    let (mut packing, mut counted) = (empty(), Counted::new(sizes, dimension));
+    while counted.fraction() < wanted.fraction {
+        let centre = throw();
+        counted.take(&centre, radius);
+        packing.add(centre);
+    }
+    if wanted.connected {
+        let kept = packing.largest_cluster();
+        let all = std::mem::replace(&mut packing, empty());
+        counted = Counted::new(sizes, dimension);
+        for grain in kept {
+            counted.take(&all.centres[grain], radius);
+            packing.add(all.centres[grain]);
+        }
+        let mut throws = 0;
+        while counted.fraction() < wanted.fraction {
+            throws += 1;
+            if throws > THROWS * all.centres.len() {
+                return None;
+            }
+            let centre = throw();
+            if packing.near(&centre, NECK * wanted.diameter).next().is_some() {
+                counted.take(&centre, radius);
+                packing.add(centre);
+            }
+        }
+    }
+    packing.fraction = counted.fraction();
+    Some(packing)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Shape;
+
+    fn structure(dimension: usize, fraction: f64, seed: u64) -> Shape {
+        Shape::Microstructure {
+            min: vec![1.0; dimension],
+            max: vec![4.0; dimension],
+            diameter: 0.3,
+            solid_fraction: fraction,
+            seed,
+            connected: true,
+            grains: Grains::default(),
+        }
+    }
+
+    #[test]
+    fn the_solid_fraction_is_what_is_asked_for() {
+        for (dimension, fraction, steps) in [(2, 0.72, 700usize), (3, 0.35, 90)] {
+            let shape = structure(dimension, fraction, 3);
+            shape.validate(dimension).unwrap();
+            let place = |number: usize| -> Vec<f64> {
+                let at = |axis: u32| (number / steps.pow(axis)) % steps;
+                (0..dimension).map(|c| 1.0 + 3.0 * (at(c as u32) as f64 + 0.37) / steps as f64).collect()
+            };
+            let all = steps.pow(dimension as u32);
+            let solid = (0..all).filter(|number| shape.contains(&place(*number))).count();
+            let found = solid as f64 / all as f64;
+            assert!((found - fraction).abs() < 0.01, "{dimension}: {found}");
+            let volume = shape.measure(dimension).unwrap();
+            assert!((volume / 3f64.powi(dimension as i32) - found).abs() < 0.01);
+            assert!(!shape.contains(&vec![0.99; dimension]));
+        }
+    }
+
+    #[test]
+    fn all_grains_hang_together_and_come_again_with_their_seed() {
+        let wanted = Wanted {
+            min: &[0.0, 0.0],
+            max: &[3.0, 3.0],
+            diameter: 0.3,
+            fraction: 0.6,
+            seed: 5,
+            connected: true,
+        };
+        let (packing, again) = (pack(&wanted).unwrap(), pack(&wanted).unwrap());
+        assert_eq!(packing.largest_cluster().len(), packing.centres.len());
+        assert_eq!(packing.centres, again.centres);
+        let loose = pack(&Wanted { connected: false, ..wanted }).unwrap();
+        assert!(loose.largest_cluster().len() < loose.centres.len());
+        assert!(pack(&Wanted { seed: 6, ..wanted }).unwrap().centres != packing.centres);
+    }
+
+    #[test]
+    fn what_no_grains_can_make_is_refused() {
+        let error = |shape: Shape| shape.validate(2).unwrap_err().to_string();
+        assert!(error(structure(2, 1.0, 0)).starts_with("solid_fraction"));
+        let Shape::Microstructure { min, max, solid_fraction, seed, connected, grains, .. } =
+            structure(2, 0.7, 0)
+        else {
+            unreachable!()
+        };
+        let wide = Shape::Microstructure { min, max, diameter: 4.0, solid_fraction, seed, connected, grains };
+        assert!(error(wide).starts_with("diameter"));
+    }
+}
