@@ -15,7 +15,7 @@ use colluvium_points::Shape;
 pub use body::{Body, InitialStress, Velocity};
 pub use cut::{Bounds, Cut, CutAction, Sweep, thinnest};
 pub use obstacle::{Obstacle, ObstacleMotion, ObstacleShape, ObstacleWall, ProfilePiece};
-pub use output::{CrackTip, Measure, Output, Rasters};
+pub use output::{Broken, CrackTip, Measure, Output, Rasters};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 pub use strength::{FactorOfSafety, Weakening};

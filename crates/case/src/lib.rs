@@ -2,6 +2,7 @@
 //!
 //! A [`Case`] describes a problem once; a [`Method`] turns it into a [`Solver`].
 
+mod arc_layer;
 mod decimal;
 pub mod description;
 mod equilibrium;
@@ -31,7 +32,7 @@ pub use equilibrium::{Equilibrium, Scales};
 pub use error::{CaseError, CaseErrors, printable};
 pub use features::{Feature, Honours, Needs};
 pub use load::spatial;
-pub use obstacle::{Covering, SLACK, Standing, holding, read_pairs};
+pub use obstacle::{Covering, SLACK, Standing, holding, normal_inside, read_pairs};
 pub use point_list::PointList;
 pub use run::{RunError, RunOptions, RunReport, Safety, Verdict, run, run_method};
 pub use solver::{

@@ -98,6 +98,16 @@ impl Walls {
         Self { faces, ..self }
     }
 
+    /// The rigid geometry of any shape.
+    pub fn faces(&self) -> &Arc<Faces> {
+        &self.faces
+    }
+
+    /// The same, to be changed; copied where others hold it too.
+    pub fn faces_mut(&mut self) -> &mut Faces {
+        Arc::make_mut(&mut self.faces)
+    }
+
     /// The wall normal to `axis` that holds the node with an index along each axis.
     #[inline]
     pub fn at(&self, axis: usize, index: &[usize; 3]) -> Option<&Wall> {
@@ -143,8 +153,26 @@ impl Walls {
         keep_start: bool,
         lift: &[f64; 3],
     ) {
+        self.constrain_and_tell(index, start, end, keep_start, lift, |_, _| {});
+    }
+
+    /// The same; `tell` is called with each change of the velocity (m/s) by rigid geometry of any shape.
+    #[inline]
+    pub fn constrain_and_tell(
+        &self,
+        index: &[usize; 3],
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        keep_start: bool,
+        lift: &[f64; 3],
+        mut tell: impl FnMut(&Face, [f64; 3]),
+    ) {
         let faces = self.faces.at(index);
-        faces.iter().for_each(|face| face.constrain(start, end, keep_start, lift));
+        for face in faces {
+            let before = *end;
+            face.constrain(start, end, keep_start, lift);
+            tell(face, std::array::from_fn(|c| end[c] - before[c]));
+        }
         self.constrain_by_walls(index, start, end, keep_start, lift);
         // Where faces or walls meet, what one gives may run into another.
         if faces.len() > 1 || (!faces.is_empty() && self.of_node(index).next().is_some()) {
@@ -153,7 +181,11 @@ impl Walls {
                 std::array::from_fn(|c| held[c] || own[c])
             });
             for _ in 0..if faces.len() > 1 { ROUNDS } else { 1 } {
-                faces.iter().for_each(|face| face.keep_out(end, held));
+                for face in faces {
+                    let before = *end;
+                    face.keep_out(end, held);
+                    tell(face, std::array::from_fn(|c| end[c] - before[c]));
+                }
             }
         }
     }

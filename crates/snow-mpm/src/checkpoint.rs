@@ -6,17 +6,20 @@ use std::sync::Arc;
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
 use colluvium_case::solver::{restore_value, save_value};
-use colluvium_case::{Advance, Budget, Equilibrium, Snapshot, Solver, SolverError, TimeStep};
+use colluvium_case::{
+    Advance, Budget, Equilibrium, PlanRaster, Reaction, Snapshot, Solver, SolverError, TimeStep,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::{Body, Failure};
-use crate::ledger::Ledger;
+use crate::ledger::{Borne, Ledger};
+use crate::maps::Cell;
 use crate::nodes::Sums;
 use crate::solver::SnowSolver;
 use crate::walls::Boundaries;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -31,6 +34,7 @@ struct Head {
     external: f64,
     travel: f64,
     ledger: Ledger,
+    maps: Option<Vec<Cell>>,
     /// Number, slabs and states of each body.
     bodies: Vec<(u32, Vec<usize>, Vec<u8>)>,
 }
@@ -53,6 +57,7 @@ impl<const D: usize> SnowSolver<D> {
             external: self.clock.external,
             travel: self.bodies.travel,
             ledger: self.ledger.clone(),
+            maps: self.maps.as_ref().map(|maps| maps.cells().to_vec()),
             bodies: self.bodies.all.iter().map(body).collect(),
         }
     }
@@ -143,6 +148,16 @@ impl<const D: usize> Solver for SnowSolver<D> {
         self.take_readings()
     }
 
+    fn rasters(&self) -> Vec<PlanRaster> {
+        self.maps.as_ref().map_or_else(Vec::new, |maps| maps.rasters(&self.bodies))
+    }
+
+    fn reaction(&self, name: &str) -> Option<Reaction> {
+        let number = self.obstacles.bearers().iter().position(|own| own == name)?;
+        let Borne { force, impulse } = self.ledger.borne(number);
+        Some(Reaction { force, impulse })
+    }
+
     fn dissipated(&self) -> Option<f64> {
         self.case.measures_dissipation().then(|| self.ledger.dissipated(&self.stored()))
     }
@@ -190,6 +205,14 @@ impl<const D: usize> Solver for SnowSolver<D> {
         }
         if head.ledger.cuts().len() != self.case.cuts.len() {
             return Err(wrong("counts other cuts than the case has"));
+        }
+        let restored = match (&mut self.maps, head.maps) {
+            (Some(maps), Some(cells)) => maps.restore(cells).is_some(),
+            (None, None) => true,
+            _ => false,
+        };
+        if !restored {
+            return Err(wrong("has rasters of other cells than the case"));
         }
         self.bodies.travel = head.travel;
         self.ledger = head.ledger;

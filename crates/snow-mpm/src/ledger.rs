@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::nodes::Sums;
+use crate::obstacles::BEARERS;
 
 /// What came in and went since the start (J).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -23,6 +24,17 @@ pub struct Ledger {
     dissipated_of_gone: f64,
     /// What each cut of the case has taken.
     cuts: Vec<Taken>,
+    /// What the obstacles have borne whose reaction is measured.
+    borne: [Borne; BEARERS],
+}
+
+/// What an obstacle has borne.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Borne {
+    /// Force in the last step (N).
+    pub force: [f64; 3],
+    /// Impulse since the start (N s).
+    pub impulse: [f64; 3],
 }
 
 /// What a cut has taken since the start.
@@ -86,8 +98,17 @@ impl Ledger {
         &self.cuts
     }
 
-    /// Adds a step.
-    pub fn add(&mut self, sums: &Sums) {
+    /// What obstacle number `number` of those whose reaction is measured has borne.
+    pub fn borne(&self, number: usize) -> Borne {
+        self.borne[number]
+    }
+
+    /// Adds a step of `dt` (s).
+    pub fn add(&mut self, sums: &Sums, dt: f64) {
+        for (borne, impulse) in self.borne.iter_mut().zip(&sums.impulses) {
+            borne.force = impulse.map(|c| c / dt);
+            (0..3).for_each(|c| borne.impulse[c] += impulse[c]);
+        }
         self.gravity += sums.gravity;
         self.boundary += sums.boundary;
         self.damping += sums.damping;

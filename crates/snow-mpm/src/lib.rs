@@ -15,6 +15,7 @@ mod checkpoint;
 mod config;
 mod ledger;
 mod limit;
+mod maps;
 mod nodes;
 mod obstacles;
 mod pace;

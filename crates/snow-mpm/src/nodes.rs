@@ -5,6 +5,8 @@ use std::ops::Range;
 use colluvium_grid::{Lanes, Layout, Node, Walls};
 use serde::{Deserialize, Serialize};
 
+use crate::obstacles::BEARERS;
+
 /// What the nodes of a step add up to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
@@ -20,6 +22,8 @@ pub struct Sums {
     pub unbalanced: f64,
     /// Square of the weight (N²).
     pub weight: f64,
+    /// Impulses on the obstacles whose reaction is measured (N s).
+    pub impulses: [[f64; 3]; BEARERS],
 }
 
 impl Sums {
@@ -31,6 +35,9 @@ impl Sums {
         self.kinetic += other.kinetic;
         self.unbalanced += other.unbalanced;
         self.weight += other.weight;
+        for (own, other) in self.impulses.as_flattened_mut().iter_mut().zip(other.impulses.as_flattened()) {
+            *own += other;
+        }
     }
 }
 
@@ -126,7 +133,12 @@ impl<const D: usize> Momentum<'_, D> {
         if !free {
             let mut begun = start;
             // Velocities at the start stay what points gave (sheet: snow-mpm §3.5, note iii).
-            self.walls.constrain(index, &mut begun, &mut end, true);
+            self.walls.constrain_and_tell(index, &mut begun, &mut end, true, &[0.0; 3], |face, change| {
+                if let Some(number) = face.bearer {
+                    let borne = &mut sums.impulses[usize::from(number)];
+                    (0..D).for_each(|c| borne[c] -= mass * change[c]);
+                }
+            });
         }
         let rate: [f64; 3] = std::array::from_fn(|c| (end[c] - start[c]) / self.dt);
         for c in 0..D {

@@ -24,8 +24,6 @@ pub struct Boundaries {
     faces: Vec<Face>,
     walls: Walls,
     nodes: Vec<usize>,
-    /// Obstacles on the nodes.
-    obstacles: Arc<Faces>,
 }
 
 impl Boundaries {
@@ -45,7 +43,7 @@ impl Boundaries {
         let faces = case.active_boundaries(stage).into_iter().map(face).collect();
         let cells = &background.grid.cells;
         let nodes = cells.iter().map(|cells| background.axis.nodes(*cells)).collect();
-        let mut boundaries = Self { faces, walls: Walls::default(), nodes, obstacles };
+        let mut boundaries = Self { faces, walls: Walls::default().with_faces(obstacles), nodes };
         boundaries.set(background);
         boundaries.place(0.0, background);
         boundaries
@@ -53,7 +51,7 @@ impl Boundaries {
 
     fn set<const D: usize>(&mut self, _background: &Background<D>) {
         let walls = Walls::new(&self.nodes, self.faces.iter().map(|face| face.wall).collect());
-        self.walls = walls.with_faces(Arc::clone(&self.obstacles));
+        self.walls = walls.with_faces(Arc::clone(self.walls.faces()));
     }
 
     /// Puts moving walls where they are at a time (s).
@@ -79,7 +77,12 @@ impl Boundaries {
 
     /// The obstacles on the nodes.
     pub fn obstacles(&self) -> Arc<Faces> {
-        Arc::clone(&self.obstacles)
+        Arc::clone(self.walls.faces())
+    }
+
+    /// The same, to be changed.
+    pub fn obstacles_mut(&mut self) -> &mut Faces {
+        self.walls.faces_mut()
     }
 
     /// The walls, where they are.

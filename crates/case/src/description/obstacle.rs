@@ -209,6 +209,15 @@ impl ObstacleShape {
 }
 
 impl Obstacle {
+    /// Coefficient of friction; infinite where nothing slips.
+    pub fn friction(&self) -> f64 {
+        match self.wall {
+            ObstacleWall::Rough => f64::INFINITY,
+            ObstacleWall::Smooth => 0.0,
+            ObstacleWall::Frictional { friction_coefficient, .. } => friction_coefficient,
+        }
+    }
+
     /// Whether material lifts off it.
     pub fn lets_go(&self) -> bool {
         self.separation || matches!(self.wall, ObstacleWall::Frictional { .. })

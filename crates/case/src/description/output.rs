@@ -98,6 +98,17 @@ pub struct CrackTip {
     pub bin: f64,
 }
 
+/// Points that have broken, by a field.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Broken {
+    /// Name of a field of numbers: `compressive_strength` of `cohesive-cam-clay`, which is zero where it has broken.
+    pub field: String,
+    /// A point has broken where the field is at most this.
+    #[serde(default)]
+    pub at_most: f64,
+}
+
 const fn half() -> f64 {
     0.5
 }
@@ -195,6 +206,9 @@ pub enum Measure {
         /// Points of the smallest piece that counts.
         #[serde(default = "twenty")]
         least: usize,
+        /// What has broken and holds no pieces together: points that crumble in a crack bridge it. All points count when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        broken: Option<Broken>,
         /// Names of the bodies whose points count; all that are not rigid when absent, those that a method holds (`held`)
         /// included.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -220,6 +234,17 @@ pub enum Measure {
         /// Name of the rigid body, patch or obstacle.
         of: String,
     },
+    /// Pressure of the material on a rigid body, a patch or an obstacle (Pa): the component of the force of the last step along a
+    /// direction over an area; and in the column `NAME.impulse` (Pa s) that of its impulse since the start, whose slope is the mean
+    /// pressure.
+    ImpactPressure {
+        /// Name of the rigid body, patch or obstacle.
+        of: String,
+        /// Direction of what is pressed by, of any length.
+        direction: Vec<f64>,
+        /// Area that the force is taken over (m²; in plane strain a length, in m), as that of the obstacle across the flow.
+        area: f64,
+    },
     /// Energy that the materials have dissipated since the start (J; per metre in plane strain, per radian in
     /// axisymmetry): the work of their stresses less what they store. A law that stores no energy that can be told
     /// counts all work as dissipated.
@@ -227,4 +252,14 @@ pub enum Measure {
     /// The factor by which strength may be divided before the bodies no longer come to rest, by trials from
     /// the state at the end of a stage. Found after the run.
     FactorOfSafety(FactorOfSafety),
+}
+
+impl Measure {
+    /// What the material's force on is measured: a rigid body, a patch or an obstacle.
+    pub fn bearer(&self) -> Option<&str> {
+        match self {
+            Self::Reaction { of } | Self::ImpactPressure { of, .. } => Some(of),
+            _ => None,
+        }
+    }
 }

@@ -80,7 +80,7 @@ impl Honours {
     pub fn new(method: impl Into<Cow<'static, str>>) -> Self {
         Self { method: method.into(), needs: Needs::default(), rules: Vec::new() }
             .takes(&OF_THE_RUN)
-            .refuses("output.rasters*", "rasters over the plan are those of depth-integrated flow")
+            .refuses("output.rasters*", "rasters over the plan are those of depth-sph and snow-mpm")
             .refuses("output.contacts", "only grains (dem) have contacts to write")
     }
 

@@ -8,7 +8,7 @@ mod front;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use crate::description::{Body, Measure, Side};
+use crate::description::{Body, Broken, Measure, Side};
 use crate::{Case, Field, FieldData, Reaction, Snapshot, Solver};
 
 pub use arc::arc_front;
@@ -52,12 +52,15 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
                     arc_front(case, &counted, of, *quantile) - zero,
                 ));
             }
-            Measure::Fragments { link, least, bodies } => {
-                let counted = counted(case, snapshot, bodies.as_deref());
+            Measure::Fragments { link, least, bodies, broken } => {
+                let whole =
+                    broken.as_ref().map_or(Cow::Borrowed(snapshot), |broken| unbroken(snapshot, broken));
+                let counted = counted(case, &whole, bodies.as_deref());
                 readings.extend(fragments::readings(name, &counted, *link, *least));
             }
             Measure::Profile { .. }
             | Measure::Reaction { .. }
+            | Measure::ImpactPressure { .. }
             | Measure::Gauge { .. }
             | Measure::Discharge { .. }
             | Measure::Dissipation {}
@@ -79,14 +82,24 @@ pub fn counted<'a>(case: &Case, snapshot: &'a Snapshot, bodies: Option<&[String]
     if kept.len() == snapshot.bodies.len() {
         return Cow::Borrowed(snapshot);
     }
-    let mass = snapshot.field("mass").and_then(|field| match &field.data {
-        FieldData::Scalar(values) => {
-            let data = FieldData::Scalar(kept.iter().map(|&i| values[i]).collect());
-            Some(Field { name: field.name.clone(), unit: field.unit, data })
-        }
-        _ => None,
+    Cow::Owned(part(snapshot, &kept))
+}
+
+/// The points that have not broken, with their `mass`; all of them where there is no such field.
+fn unbroken<'a>(snapshot: &'a Snapshot, broken: &Broken) -> Cow<'a, Snapshot> {
+    let Some(values) = snapshot.scalars(&broken.field) else { return Cow::Borrowed(snapshot) };
+    // What has no such number, as of another law, has not broken.
+    let kept: Vec<usize> = (0..values.len()).filter(|&i| !(values[i] <= broken.at_most)).collect();
+    Cow::Owned(part(snapshot, &kept))
+}
+
+/// Some of the points, with their `mass`.
+fn part(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
+    let mass = snapshot.scalars("mass").map(|values| {
+        let data = FieldData::Scalar(kept.iter().map(|&i| values[i]).collect());
+        Field { name: "mass".to_owned(), unit: "kg", data }
     });
-    Cow::Owned(Snapshot {
+    Snapshot {
         time: snapshot.time,
         step: snapshot.step,
         ids: kept.iter().map(|&i| snapshot.ids[i]).collect(),
@@ -94,7 +107,7 @@ pub fn counted<'a>(case: &Case, snapshot: &'a Snapshot, bodies: Option<&[String]
         positions: kept.iter().map(|&i| snapshot.positions[i]).collect(),
         extents: kept.iter().map(|&i| snapshot.extents[i]).collect(),
         fields: mass.into_iter().collect(),
-    })
+    }
 }
 
 /// Reads what the case measures and no snapshot tells off a solver: of reactions, force and impulse along each axis; energy
@@ -116,6 +129,9 @@ pub fn of_solver(case: &Case, solver: &dyn Solver) -> Vec<Reading> {
             let discharge = solver.discharge(*from, *to).unwrap_or(f64::NAN);
             readings.push((name.clone(), "m3/s".to_owned(), discharge));
         }
+        if let Measure::ImpactPressure { of, direction, area } = measure {
+            readings.extend(pressure(name, solver.reaction(of), direction, *area));
+        }
         let Measure::Reaction { of } = measure else { continue };
         let reaction = solver.reaction(of);
         for (c, axis) in ["x", "y", "z"].into_iter().enumerate().take(case.dimension()) {
@@ -125,6 +141,18 @@ pub fn of_solver(case: &Case, solver: &dyn Solver) -> Vec<Reading> {
         }
     }
     readings
+}
+
+/// Pressure on what bears `reaction` along `direction` over `area` (m²).
+fn pressure(name: &str, reaction: Option<Reaction>, direction: &[f64], area: f64) -> [Reading; 2] {
+    let length = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let over =
+        |vector: [f64; 3]| direction.iter().zip(vector).map(|(d, v)| d * v).sum::<f64>() / (length * area);
+    let of = |value: fn(&Reaction) -> [f64; 3]| reaction.as_ref().map_or(f64::NAN, |r| over(value(r)));
+    [
+        (name.to_owned(), "Pa".to_owned(), of(|r| r.force)),
+        (format!("{name}.impulse"), "Pa s".to_owned(), of(|r| r.impulse)),
+    ]
 }
 
 /// Height of the surface in bins of width `bin` (m) along `axis`: pairs of bin centre and height.
@@ -245,6 +273,29 @@ mod tests {
         }
         let heights = profile(&counted(&case, &snapshot, None), 0, 1, 9.0);
         assert!((heights[0].1 - 1.525).abs() < 1e-12, "the plough is higher: {heights:?}");
+    }
+
+    #[test]
+    fn what_has_broken_holds_no_pieces_together() {
+        let mut row = line(&[0.0, 0.1, 0.2, 0.3, 0.4]);
+        let strength = FieldData::Scalar(vec![1.0, 2.0, 0.0, f64::NAN, 1.0]);
+        row.fields.push(Field { name: "strength".into(), unit: "Pa", data: strength });
+        let broken = |at_most: f64| Broken { field: "strength".into(), at_most };
+        let pieces = |broken: &Broken| {
+            let whole = unbroken(&row, broken);
+            fragments(&whole, 0.12, 1).unwrap().0
+        };
+        assert_eq!(pieces(&broken(0.0)), [2.0, 2.0]);
+        assert_eq!(pieces(&broken(1.0)), [1.0, 1.0]);
+        assert_eq!(pieces(&Broken { field: "none".into(), at_most: 9.0 }), [5.0]);
+    }
+
+    #[test]
+    fn a_pressure_is_force_along_a_direction_over_an_area() {
+        let reaction = Reaction { force: [30.0, 40.0, 0.0], impulse: [3.0, -4.0, 0.0] };
+        let found = pressure("p", Some(reaction), &[6.0, 8.0], 2.0);
+        assert!((found[0].2 - 25.0).abs() < 1e-12 && (found[1].2 + 0.7).abs() < 1e-12, "{found:?}");
+        assert!(found[1].0 == "p.impulse" && pressure("p", None, &[1.0, 0.0], 2.0)[0].2.is_nan());
     }
 
     #[test]

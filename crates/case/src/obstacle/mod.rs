@@ -35,9 +35,18 @@ pub fn holding<'s, 'a, const D: usize>(
     cell: f64,
 ) -> impl Iterator<Item = (&'a Obstacle, [f64; 3])> + use<'s, 'a, D> {
     standing.iter().filter_map(move |Standing { obstacle, surface, .. }| {
-        let gap = surface.gap(place, DEPTH * cell).filter(|gap| gap.distance <= SLACK * cell)?;
-        Some((*obstacle, spatial(&gap.normal)))
+        Some((*obstacle, normal_inside(&**surface, place, cell)?))
     })
+}
+
+/// The normal of a surface at a node of a grid with cells of a size (m) that lies behind or on it, not too deep.
+pub fn normal_inside<const D: usize>(
+    surface: &dyn Surface<D>,
+    place: &[f64; D],
+    cell: f64,
+) -> Option<[f64; 3]> {
+    let gap = surface.gap(place, DEPTH * cell).filter(|gap| gap.distance <= SLACK * cell)?;
+    Some(spatial(&gap.normal))
 }
 
 /// A place that an obstacle covers.

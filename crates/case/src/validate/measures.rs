@@ -40,12 +40,14 @@ impl Findings<'_> {
                 }
                 Measure::ArcFront { .. } => self.arc_front(&path, measure),
                 Measure::CrackTip(tip) => self.crack_tip(&path, tip),
-                Measure::Fragments { link, bodies, .. } => self.fragments(&path, *link, bodies.as_deref()),
-                Measure::Reaction { of } => {
-                    let mut known = driven(case);
-                    known.extend(case.obstacles.iter().map(|obstacle| obstacle.name.as_str()));
-                    let what = "the name of a rigid body, a patch or an obstacle";
-                    self.name(&format!("{path}.of"), of, &known, what);
+                Measure::Fragments { .. } => self.fragments(&path, measure),
+                Measure::Reaction { of } => self.bearer(&path, of),
+                Measure::ImpactPressure { of, direction, area } => {
+                    self.bearer(&path, of);
+                    self.vector(&format!("{path}.direction"), direction);
+                    let still = direction.iter().all(|c| *c == 0.0);
+                    self.require(!still, format!("{path}.direction"), "has no length");
+                    self.positive(format!("{path}.area"), *area, "m²; m in plane strain");
                 }
                 Measure::Probe { position, radius, fields } => {
                     let problem =
@@ -62,6 +64,13 @@ impl Findings<'_> {
                 }
             }
         }
+    }
+
+    fn bearer(&mut self, path: &str, of: &str) {
+        let mut known = driven(self.case);
+        known.extend(self.case.obstacles.iter().map(|obstacle| obstacle.name.as_str()));
+        let what = "the name of a rigid body, a patch or an obstacle";
+        self.name(&format!("{path}.of"), of, &known, what);
     }
 
     fn arc_front(&mut self, path: &str, measure: &Measure) {
@@ -87,9 +96,15 @@ impl Findings<'_> {
         self.require(quantile > 0.0 && quantile <= 1.0, format!("{path}.quantile"), problem);
     }
 
-    fn fragments(&mut self, path: &str, link: f64, bodies: Option<&[String]>) {
-        self.counted_bodies(path, bodies);
-        self.positive(format!("{path}.link"), link, "m");
+    fn fragments(&mut self, path: &str, measure: &Measure) {
+        let Measure::Fragments { link, bodies, broken, .. } = measure else { return };
+        self.counted_bodies(path, bodies.as_deref());
+        self.positive(format!("{path}.link"), *link, "m");
+        if let Some(broken) = broken {
+            self.finite(format!("{path}.broken.at_most"), broken.at_most);
+            let problem = format!("{:?}: names of fields are made of letters, digits, _ and -", broken.field);
+            self.require(is_plain(&broken.field), format!("{path}.broken.field"), problem);
+        }
     }
 
     fn crack_tip(&mut self, path: &str, tip: &CrackTip) {

@@ -32,6 +32,7 @@ pub fn honours() -> Honours {
             "obstacles.separation",
             "obstacles.motion*",
             "measures=reaction",
+            "measures=impact-pressure",
             "stages.damping",
             "stages.rayleigh_damping",
             "measures=dissipation",

@@ -12,6 +12,10 @@ pub struct Face {
     pub kind: WallKind,
     /// Whether material may lift off.
     pub separation: bool,
+    /// Velocity of the surface (m/s).
+    pub velocity: [f64; 3],
+    /// Number of what adds up the reaction of the surface; none when absent.
+    pub bearer: Option<u8>,
 }
 
 /// The faces of all nodes that have some.
@@ -25,7 +29,11 @@ pub struct Faces {
     rows: Vec<bool>,
     /// First face of each node that has some, and their number.
     starts: Vec<u32>,
+    /// The nodes that have some.
+    nodes: Vec<u32>,
     faces: Vec<Face>,
+    /// Room for those of a node.
+    found: Vec<Face>,
 }
 
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
@@ -49,19 +57,57 @@ impl Faces {
             strides: std::array::from_fn(|axis| strides.get(axis).copied().unwrap_or(0)),
             lookup: vec![0; count],
             rows: vec![false; count / strides[0].max(1)],
-            starts: Vec::new(),
-            faces: of_nodes.iter().map(|(_, face)| *face).collect(),
+            ..Self::default()
         };
-        for (number, (node, _)) in of_nodes.iter().enumerate() {
-            let node = *node as usize;
-            if faces.lookup[node] == 0 {
-                faces.starts.push(number as u32);
-                faces.lookup[node] = faces.starts.len() as u32;
-                faces.rows[node / strides[0].max(1)] = true;
-            }
-        }
+        of_nodes.iter().for_each(|(node, face)| faces.push(*node, *face));
         faces.starts.push(of_nodes.len() as u32);
         faces
+    }
+
+    /// Adds a face of a node, which is the last one so far or comes after it.
+    fn push(&mut self, node: u32, face: Face) {
+        if self.lookup[node as usize] == 0 {
+            self.starts.push(self.faces.len() as u32);
+            self.nodes.push(node);
+            self.lookup[node as usize] = self.starts.len() as u32;
+            self.rows[node as usize / self.strides[0].max(1)] = true;
+        }
+        self.faces.push(face);
+    }
+
+    /// Finds the faces of the active nodes of a structured grid anew: those in `rest`, and those that `find` adds to its list for
+    /// a place (m). Room is kept.
+    pub fn find_anew<const D: usize>(
+        &mut self,
+        grid: &Grid<D>,
+        layout: &Layout<D>,
+        axis: &Axis,
+        rest: &Self,
+        mut find: impl FnMut(&[f64; D], &mut Vec<Face>),
+    ) {
+        let strides = layout.strides();
+        self.strides = std::array::from_fn(|axis| strides.get(axis).copied().unwrap_or(0));
+        self.lookup.resize(layout.len(), 0);
+        self.rows.resize(layout.nodes()[0], false);
+        self.nodes.drain(..).for_each(|node| self.lookup[node as usize] = 0);
+        self.rows.fill(false);
+        self.starts.clear();
+        self.faces.clear();
+        let mut found = std::mem::take(&mut self.found);
+        for row in 0..layout.nodes()[0] {
+            for number in layout.active(row) {
+                let index = layout.index(row, number);
+                let place = std::array::from_fn(|a| {
+                    grid.origin[a] + grid.cell * axis.coordinate(index[a], grid.cells[a])
+                });
+                let node = (row * strides[0] + number) as u32;
+                rest.at(&index).iter().for_each(|face| self.push(node, *face));
+                find(&place, &mut found);
+                found.drain(..).for_each(|face| self.push(node, face));
+            }
+        }
+        self.found = found;
+        self.starts.push(self.faces.len() as u32);
     }
 
     /// The faces of the nodes of a structured grid: `find` adds to its list those that act on a node at a place (m).
@@ -115,6 +161,17 @@ impl Faces {
 }
 
 impl Face {
+    /// A surface at rest with the outward unit normal `normal`: of `friction` nought it is smooth, of infinite friction rough, else
+    /// frictional.
+    pub fn at_rest(normal: [f64; 3], friction: f64, separation: bool) -> Self {
+        let kind = match friction {
+            0.0 => WallKind::Smooth,
+            coefficient if coefficient.is_finite() => WallKind::Frictional { coefficient },
+            _ => WallKind::Rough,
+        };
+        Self { normal, kind, separation, velocity: [0.0; 3], bearer: None }
+    }
+
     /// Whether it fixes all components whatever the material does.
     pub(super) fn holds_all(&self) -> bool {
         self.kind == WallKind::Rough && !self.separation
@@ -123,6 +180,11 @@ impl Face {
     fn stop(&self, velocity: &mut [f64; 3]) {
         let out = dot(velocity, &self.normal);
         (0..3).for_each(|c| velocity[c] -= out * self.normal[c]);
+    }
+
+    /// Velocity along the normal, relative to the surface (m/s).
+    fn leaving(&self, velocity: &[f64; 3]) -> f64 {
+        dot(velocity, &self.normal) - dot(&self.velocity, &self.normal)
     }
 
     fn coefficient(&self) -> f64 {
@@ -137,6 +199,25 @@ impl Face {
 
     /// Acts on a node as a wall does: see [`Walls::constrain_skeleton`](super::Walls::constrain_skeleton).
     pub(super) fn constrain(
+        &self,
+        start: &mut [f64; 3],
+        end: &mut [f64; 3],
+        keep_start: bool,
+        lift: &[f64; 3],
+    ) {
+        if self.velocity == [0.0; 3] {
+            return self.constrain_relative(start, end, keep_start, lift);
+        }
+        let shift = |v: &mut [f64; 3], sign: f64| (0..3).for_each(|c| v[c] += sign * self.velocity[c]);
+        shift(start, -1.0);
+        shift(end, -1.0);
+        self.constrain_relative(start, end, keep_start, lift);
+        shift(start, 1.0);
+        shift(end, 1.0);
+    }
+
+    /// The same with velocities relative to the surface.
+    fn constrain_relative(
         &self,
         start: &mut [f64; 3],
         end: &mut [f64; 3],
@@ -168,7 +249,7 @@ impl Face {
 
     /// Lets nothing of a velocity into the solid, without friction, by changes of the components that walls do not hold.
     pub(super) fn keep_out(&self, velocity: &mut [f64; 3], held: [bool; 3]) {
-        let out = dot(velocity, &self.normal);
+        let out = self.leaving(velocity);
         if out >= 0.0 {
             return;
         }
@@ -181,16 +262,17 @@ impl Face {
 
     /// Whether it holds a node that it has left with `end`.
     pub(super) fn has_stopped(&self, end: &[f64; 3]) -> bool {
-        self.holds_all() || dot(end, &self.normal).abs() <= ROUND * length(end)
+        self.holds_all() || self.leaving(end).abs() <= ROUND * length(end)
     }
 
     /// Acts on the re-mapped velocity (MUSL) of a node that it has left with `solved`.
     pub(super) fn constrain_again(&self, solved: &[f64; 3], velocity: &mut [f64; 3]) {
-        if self.has_stopped(solved) || !self.separation || dot(velocity, &self.normal) < 0.0 {
-            self.stop(velocity);
+        if self.has_stopped(solved) || !self.separation || self.leaving(velocity) < 0.0 {
+            let out = self.leaving(velocity);
+            (0..3).for_each(|c| velocity[c] -= out * self.normal[c]);
         }
-        if self.holds_all() || (*solved == [0.0; 3] && self.kind != WallKind::Smooth) {
-            *velocity = [0.0; 3];
+        if self.holds_all() || (*solved == self.velocity && self.kind != WallKind::Smooth) {
+            *velocity = self.velocity;
         }
     }
 }
@@ -219,7 +301,8 @@ mod tests {
 
     #[test]
     fn a_tilted_face_rubs_by_what_it_stops_and_lets_go_of_what_leaves() {
-        let face = |kind, separation| Face { normal: TILTED, kind, separation };
+        let face =
+            |kind, separation| Face { normal: TILTED, kind, separation, velocity: [0.0; 3], bearer: None };
         let act = |kind, free| left(&walls(&[(5, face(kind, true))], Vec::new()), [1, 0, 1], free);
         // Into the face by 1, along it by 2 and across by 1.
         let free = [-0.6 + 2.0 * 0.8, -0.8 - 2.0 * 0.6, 1.0];
@@ -238,7 +321,7 @@ mod tests {
 
     #[test]
     fn beside_a_wall_nothing_goes_into_either() {
-        let face = Face { normal: TILTED, kind: WallKind::Smooth, separation: true };
+        let face = Face::at_rest(TILTED, 0.0, true);
         let floor = Wall {
             axis: 1,
             upper: false,
@@ -249,5 +332,31 @@ mod tests {
         };
         let end = left(&walls(&[(4, face)], vec![floor]), [1, 0, 0], [-1.0, -1.0, 0.0]);
         assert!(end[1] == 0.0 && 0.6 * end[0] > -1e-14, "{end:?}");
+    }
+
+    #[test]
+    fn a_face_that_moves_takes_along_what_it_meets_and_tells_what_that_took() {
+        let velocity = [1.2, 1.6, 0.5];
+        let moving = |friction| Face { velocity, bearer: Some(3), ..Face::at_rest(TILTED, friction, true) };
+        let act = |friction, free: [f64; 3]| {
+            let walls = walls(&[(5, moving(friction))], Vec::new());
+            let (mut start, mut end, mut told) = ([0.0; 3], free, Vec::new());
+            walls.constrain_and_tell(&[1, 0, 1], &mut start, &mut end, true, &[0.0; 3], |face, change| {
+                told.push((face.bearer, change));
+            });
+            (end, told)
+        };
+        // The face goes along its normal by 2, and across.
+        let (end, told) = act(0.0, [0.0; 3]);
+        assert!(near(end, TILTED.map(|n| 2.0 * n)), "{end:?}");
+        assert!(told[0].0 == Some(3) && near(told[0].1, end), "{told:?}");
+        let (end, _) = act(f64::INFINITY, [0.0; 3]);
+        assert!(near(end, velocity), "{end:?}");
+        let faster = TILTED.map(|n| 2.5 * n);
+        let (end, told) = act(0.3, faster);
+        assert!(near(end, faster) && told.iter().all(|(_, change)| near(*change, [0.0; 3])), "it leaves");
+        // Pushed by 2, it slips across by 0.5, less than friction can bear.
+        let (end, _) = act(0.3, [0.0; 3]);
+        assert!(near(end, velocity), "{end:?}");
     }
 }

@@ -3,9 +3,8 @@
 mod law;
 pub mod rocks;
 
-use colluvium_case::description::{Measure, Obstacle, ObstacleWall};
 use colluvium_case::{Case, CaseError, Standing, holding};
-use colluvium_grid::{Face, Faces, WallKind};
+use colluvium_grid::{Face, Faces};
 
 use crate::background::Background;
 use crate::{Formulation, MpmOptions, ObstacleContact, Transfer, WallFriction};
@@ -29,8 +28,8 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
         return Ok(());
     }
     for (name, measure) in &case.measures {
-        if let Measure::Reaction { of } = measure
-            && case.obstacles.iter().any(|obstacle| obstacle.name == *of)
+        if let Some(of) = measure.bearer()
+            && case.obstacles.iter().any(|obstacle| obstacle.name == of)
         {
             let problem = "mpm sums up the reaction of obstacles with `methods.mpm.obstacles` `points`";
             return Err(CaseError::new(format!("measures.{name}.of"), problem));
@@ -58,17 +57,9 @@ pub fn faces<const D: usize>(standing: &[Standing<'_, D>], background: &Backgrou
         return Faces::default();
     }
     Faces::in_space(grid, layout, axis, |place, found| {
-        found.extend(holding(standing, place, grid.cell).map(|(obstacle, normal)| face(obstacle, normal)));
+        let held = holding(standing, place, grid.cell);
+        found.extend(
+            held.map(|(obstacle, normal)| Face::at_rest(normal, obstacle.friction(), obstacle.lets_go())),
+        );
     })
-}
-
-fn face(obstacle: &Obstacle, normal: [f64; 3]) -> Face {
-    let kind = match obstacle.wall {
-        ObstacleWall::Rough => WallKind::Rough,
-        ObstacleWall::Smooth => WallKind::Smooth,
-        ObstacleWall::Frictional { friction_coefficient: coefficient, .. } => {
-            WallKind::Frictional { coefficient }
-        }
-    };
-    Face { normal, kind, separation: obstacle.lets_go() }
 }

@@ -146,17 +146,14 @@ impl<const D: usize> Rocks<D> {
     /// The obstacles of a case; `horizon` (m) is how far points look around.
     pub fn new(standing: &[Standing<'_, D>], horizon: f64) -> Self {
         let rock = |Standing { obstacle, surface, .. }: &Standing<'_, D>| {
-            let (friction, adhesion) = match obstacle.wall {
-                ObstacleWall::Rough => (f64::INFINITY, 0.0),
-                ObstacleWall::Smooth => (0.0, 0.0),
-                ObstacleWall::Frictional { friction_coefficient, adhesion } => {
-                    (friction_coefficient, adhesion)
-                }
+            let adhesion = match obstacle.wall {
+                ObstacleWall::Frictional { adhesion, .. } => adhesion,
+                _ => 0.0,
             };
             Rock {
                 name: obstacle.name.clone(),
                 surface: Arc::clone(surface),
-                friction,
+                friction: obstacle.friction(),
                 adhesion,
                 holds: !obstacle.lets_go(),
                 moving: obstacle.motion.as_ref().map(|motion| Moving {

@@ -5,7 +5,7 @@ use colluvium_case::{Case, CaseError, Honours};
 use crate::{Formulation, Mass, ObstacleContact, ShapeFunctions};
 
 /// What MPM takes of a case beyond what all methods with points do.
-const TAKEN: [&str; 41] = [
+const TAKEN: [&str; 42] = [
     "space=axisymmetric",
     "domain.origin",
     "domain.periodic*",
@@ -46,6 +46,7 @@ const TAKEN: [&str; 41] = [
     "stages.motions*",
     "stages.excavate*",
     "measures=reaction",
+    "measures=impact-pressure",
     "measures=dissipation",
 ];
 

@@ -14,8 +14,9 @@ use crate::background::{Background, shape};
 use crate::bodies::{Bodies, Body};
 use crate::config::{NAME, SnowOptions};
 use crate::ledger::Ledger;
+use crate::maps::Maps;
 use crate::nodes::{Nodes, Sums};
-use crate::obstacles;
+use crate::obstacles::Obstacles;
 use crate::solver::{Clock, SnowSolver};
 use crate::walls::Boundaries;
 
@@ -119,7 +120,6 @@ fn solver<const D: usize>(
     let background = Background::new(corners, options.cell_size, sweeps)
         .map_err(|error| own("cell_size", error.to_string()))?;
     let standing = case.standing::<D>()?;
-    let obstacles = Arc::new(obstacles::faces(&standing, &background));
     let mut all = Vec::new();
     let mut next = 0;
     for number in 0..case.bodies.len() {
@@ -129,6 +129,7 @@ fn solver<const D: usize>(
         case.refuse_covered(&standing, number, &body.points.position, slack)?;
         all.push(body);
     }
+    let obstacles = Obstacles::new(case, standing, &background)?;
     let nothing = TimeStep { dt: f64::INFINITY, limit: StepLimit::NOTHING, point: None, position: [0.0; 3] };
     let clock = Clock {
         stage: 0,
@@ -143,10 +144,12 @@ fn solver<const D: usize>(
         case: Arc::new(case.clone()),
         options: options.clone(),
         nodes: Nodes::new(&background.layout),
-        boundaries: Boundaries::new(case, 0, &background, obstacles),
+        boundaries: Boundaries::new(case, 0, &background, Arc::new(obstacles.rest().clone())),
+        obstacles,
         background,
         bodies: Bodies::new(all),
         ledger: Ledger::default(),
+        maps: Maps::of(case, options.cell_size)?,
         blades: case.cuts.iter().map(|cut| cut.bounds(D)).collect(),
         clock,
     };

@@ -27,13 +27,18 @@ pub(crate) fn honours() -> Honours {
             "obstacles.wall=smooth",
             "obstacles.wall=frictional",
             "obstacles.separation",
+            "obstacles.motion*",
             "cuts",
             "cuts.*",
             "cuts.action=remove",
             "stages.damping",
             "stages.damping_axes",
             "measures=dissipation",
+            "measures=reaction",
+            "measures=impact-pressure",
+            "output.rasters*",
         ])
+        .refuses("output.rasters.mapped", "only depth-sph compares rasters with a mapped outline")
         .refuses("space=axisymmetric", "snow-mpm has no axisymmetric form: use plane-strain or 3d")
         .refuses("domain.periodic", "the B-splines of snow-mpm do not repeat themselves: use smooth walls")
         .refuses("bodies.rigid", "snow-mpm has no rigid bodies: use a boundary with a velocity")

@@ -11,7 +11,9 @@ use crate::bodies::{Bodies, Failure};
 use crate::config::SnowOptions;
 use crate::ledger::{Ledger, Stored};
 use crate::limit::{Bounds, time_step};
+use crate::maps::Maps;
 use crate::nodes::{Momentum, Nodes, Sums};
+use crate::obstacles::Obstacles;
 use crate::transfer::{Update, scatter};
 use crate::walls::Boundaries;
 
@@ -42,7 +44,9 @@ pub struct SnowSolver<const D: usize> {
     pub(crate) bodies: Bodies<D>,
     pub(crate) nodes: Nodes,
     pub(crate) boundaries: Boundaries,
+    pub(crate) obstacles: Obstacles<D>,
     pub(crate) ledger: Ledger,
+    pub(crate) maps: Option<Maps>,
     /// Bounds of the shapes of the cuts (m).
     pub(crate) blades: Vec<colluvium_case::description::Bounds>,
     pub(crate) clock: Clock,
@@ -53,13 +57,16 @@ impl<const D: usize> SnowSolver<D> {
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.check_fixed_step()?;
         let (gravity, damping) = self.pulls(dt);
-        let Self { options, background, bodies, nodes, boundaries, ledger, clock, .. } = self;
+        let Self { options, background, bodies, nodes, boundaries, obstacles, ledger, clock, .. } = self;
         if bodies.travel >= background.grid.cell {
             nodes.reset(&background.layout);
             bodies.sort(background);
         }
         nodes.reset(&background.layout);
         boundaries.place(clock.time, background);
+        if obstacles.are_moving() {
+            obstacles.place((clock.time, dt), background, boundaries.obstacles_mut());
+        }
         // 1, 2
         scatter(background, bodies, nodes, options.transfer);
         // 3
@@ -78,7 +85,7 @@ impl<const D: usize> SnowSolver<D> {
             boundaries,
         };
         bodies.all.iter_mut().for_each(|body| update.body(body));
-        ledger.add(&sums);
+        ledger.add(&sums, dt);
         self.end_step(dt, sums)
     }
 
@@ -102,6 +109,9 @@ impl<const D: usize> SnowSolver<D> {
             self.drop_those_that_left();
         }
         self.make_cuts(dt);
+        if let Some(maps) = &mut self.maps {
+            maps.follow(&self.bodies, self.clock.time);
+        }
         self.clock.limit = time_step(&self.bodies, self.options.time_step);
         Ok(())
     }

@@ -5,4 +5,5 @@ mod cuts;
 mod input;
 mod motion;
 mod obstacles;
+mod rasters;
 mod same;

@@ -80,3 +80,102 @@ fn what_lies_in_an_obstacle_or_adheres_to_it_is_refused_where_it_stands() {
     let error = refused(&block_on_plane(&wall));
     assert!(error.starts_with("obstacles[0].wall.adhesion: snow-mpm"), "{error}");
 }
+
+/// A block of snow that a ball on its way runs into, without gravity.
+fn rammed(wall: &Value) -> Value {
+    let mut case = block_on_plane(wall);
+    case["gravity"] = json!([0, 0]);
+    case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.5, 1], "max": [2.5, 2] });
+    case["obstacles"] = json!([{ "name": "ram", "wall": wall, "motion": { "velocity": [3, 0.5] },
+        "shape": { "kind": "ball", "centre": [1.2, 1.5], "radius": 0.25 } }]);
+    case["stages"] = json!([{ "name": "ram", "duration": 0.1 }]);
+    case["measures"] = json!({ "ram": { "kind": "reaction", "of": "ram" },
+        "pressure": { "kind": "impact-pressure", "of": "ram", "direction": [2, 0], "area": 0.5 } });
+    case
+}
+
+#[test]
+fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
+    for wall in [
+        json!({ "kind": "rough" }),
+        json!({ "kind": "smooth" }),
+        json!({ "kind": "frictional", "friction_coefficient": 0.4 }),
+    ] {
+        let case = changed(rammed(&wall), &json!({}));
+        let mut solver = begin(&SnowMpm, &case);
+        advance_to(&mut *solver, 0.08);
+        let given = solver.budget().momentum;
+        let borne = solver.reaction("ram").unwrap().impulse;
+        // The ball has gone 0.24 m, and has met the block after 0.05 m.
+        assert!(given[0] > 0.25 * 400.0 * 3.0, "{wall}: {given:?}");
+        for c in 0..2 {
+            assert!((given[c] + borne[c]).abs() < 1e-9 * given[0], "{wall}: {given:?} {borne:?}");
+        }
+        let readings = colluvium_case::measure::of_solver(&case, &*solver);
+        let pressure = readings.iter().find(|(name, ..)| name == "pressure.impulse").unwrap().2;
+        assert!((pressure + given[0] / 0.5).abs() < 1e-9 * given[0], "{pressure}");
+        // Work of the ball is what there is, but for what the numerics take.
+        let work = reading(&*solver, "work_of_walls");
+        let budget = solver.budget();
+        assert!((work / (budget.kinetic + budget.elastic) - 1.0).abs() < 0.2, "{wall}: {work} {budget:?}");
+    }
+}
+
+/// Angular momentum, over that at the start, of a disc that turns by 1 rad/s in a rough bowl after 0.05 s.
+fn spin_kept(bowl: &Value) -> f64 {
+    let mut case = block_on_plane(&json!({ "kind": "rough" }));
+    case["gravity"] = json!([0, 0]);
+    case["bodies"][0]["shape"] = json!({ "kind": "ball", "centre": [2, 1.5], "radius": 0.5 });
+    case["bodies"][0]["velocity"] =
+        json!({ "kind": "linear", "value": [0, 0], "origin": [2, 1.5], "gradient": [[0, -1], [1, 0]] });
+    case["obstacles"][0]["shape"] =
+        json!({ "kind": "ball", "centre": [2, 1.5], "radius": 0.5, "hollow": true });
+    case["obstacles"][0]["motion"] = bowl.clone();
+    case["stages"] = json!([{ "name": "turn", "duration": 0.1 }]);
+    let case = changed(case, &json!({}));
+    let mut solver = begin(&SnowMpm, &case);
+    let before = solver.budget();
+    assert!(before.momentum[0].abs() < 1e-9);
+    advance_to(&mut *solver, 0.05);
+    solver.budget().angular_momentum[2] / before.angular_momentum[2]
+}
+
+#[test]
+fn a_bowl_that_turns_with_what_is_in_it_does_nothing_to_it() {
+    let turning = spin_kept(&json!({ "rotation": 180.0 / std::f64::consts::PI, "centre": [2, 1.5] }));
+    assert!((turning - 1.0).abs() < 1e-3, "{turning}");
+    let still = spin_kept(&Value::Null);
+    assert!(still < 0.5, "{still}");
+}
+
+#[test]
+fn a_settled_block_presses_by_its_weight() {
+    let mut case = block_on_plane(&json!({ "kind": "rough" }));
+    case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [1.5, 1], "max": [2.5, 1.5] });
+    case["obstacles"][0]["shape"] = json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] });
+    case["measures"] = json!({ "ground": { "kind": "reaction", "of": "plane" } });
+    case["stages"] = json!([{ "name": "settle", "duration": 0.5, "gravity_ramp": 0.3, "damping": 0.5 }]);
+    let mut solver = begin(&SnowMpm, &changed(case, &json!({})));
+    advance_to(&mut *solver, 0.5);
+    let force = solver.reaction("plane").unwrap().force;
+    let weight = 400.0 * 0.5 * GRAVITY;
+    assert!(
+        (force[1] / weight + 1.0).abs() < 0.01 && force[0].abs() < 0.01 * weight,
+        "{force:?} of {weight}"
+    );
+}
+
+#[test]
+fn reactions_of_more_obstacles_than_are_added_up_are_refused() {
+    let mut case = rammed(&json!({ "kind": "smooth" }));
+    for number in 0..8 {
+        let shape = json!({ "kind": "ball", "centre": [0.1, 0.1 + 0.2 * number as f64], "radius": 0.01 });
+        case["obstacles"]
+            .as_array_mut()
+            .unwrap()
+            .push(json!({ "name": format!("o{number}"), "wall": { "kind": "rough" }, "shape": shape }));
+        case["measures"][format!("z{number}")] = json!({ "kind": "reaction", "of": format!("o{number}") });
+    }
+    let error = refused(&case);
+    assert!(error.starts_with("measures.z7.of: snow-mpm adds up"), "{error}");
+}

@@ -1,0 +1,80 @@
+//! Rasters over the plan.
+
+use colluvium_case::PlanRaster;
+use colluvium_snow_mpm::SnowMpm;
+use colluvium_testkit::cases::{advance_to, begin, changed};
+use serde_json::{Value, json};
+
+use crate::common::refused;
+
+/// A block that slides over flat ground.
+fn sliding() -> Value {
+    json!({
+        "title": "block", "space": "3d", "gravity": [0, 0, 0],
+        "domain": { "min": [0, 0, 0], "max": [3, 1.2, 1] },
+        "materials": { "m": { "model": "linear-elastic", "strain_measure": "hencky", "density": 400, "youngs_modulus": 1e6, "poissons_ratio": 0.3 } },
+        "bodies": [{ "name": "block", "material": "m", "velocity": { "kind": "uniform", "value": [3, 0, 0] },
+            "shape": { "kind": "box", "min": [0.4, 0.4, 0.2], "max": [0.8, 0.8, 0.5] } }],
+        "stages": [{ "name": "go", "duration": 1 }],
+        "output": { "rasters": { "cell": 0.2, "threshold": 0.02 } },
+        "methods": { "snow-mpm": { "cell_size": 0.1 } }
+    })
+}
+
+fn of<'a>(rasters: &'a [PlanRaster], name: &str) -> &'a PlanRaster {
+    rasters.iter().find(|raster| raster.name == name).unwrap()
+}
+
+#[test]
+fn rasters_tell_what_has_gone_over_the_plan() {
+    let case = changed(sliding(), &json!({}));
+    let mut solver = begin(&SnowMpm, &case);
+    advance_to(&mut *solver, 0.4);
+    let rasters = solver.rasters();
+    let thickness = of(&rasters, "final_thickness_vertical");
+    let volume: f64 = thickness.raster.values.iter().filter(|v| v.is_finite()).sum::<f64>() * 0.04;
+    assert!((volume / (0.4 * 0.4 * 0.3) - 1.0).abs() < 1e-9, "{volume}");
+    let at = |name: &str, x: f64, y: f64| {
+        let raster = &of(&rasters, name).raster;
+        raster.at((x / 0.2) as usize, (y / 0.2) as usize)
+    };
+    for x in [0.5, 0.9, 1.3] {
+        assert!((at("peak_thickness_vertical", x, 0.5) - 0.3).abs() < 1e-6, "{x}");
+        assert!((at("peak_velocity", x, 0.5) - 3.0).abs() < 1e-9);
+        assert!((at("peak_dynamic_pressure", x, 0.5) - 400.0 * 9.0).abs() < 1e-3);
+    }
+    // Its front, from 0.8 m on, covers a fifteenth of a cell before it counts.
+    let arrival = at("arrival_time", 1.5, 0.5);
+    assert!((arrival - (1.4 + 0.2 / 15.0 - 0.8) / 3.0).abs() < 0.01, "{arrival}");
+    assert!(at("peak_thickness_vertical", 2.5, 0.5).is_nan() && at("peak_velocity", 1.0, 0.1).is_nan());
+}
+
+#[test]
+fn rasters_go_on_after_a_restart() {
+    let case = changed(sliding(), &json!({}));
+    let mut whole = begin(&SnowMpm, &case);
+    advance_to(&mut *whole, 0.1);
+    let mut file = Vec::new();
+    whole.save(&mut file).unwrap();
+    let mut resumed = begin(&SnowMpm, &case);
+    resumed.restore(&mut &file[..]).unwrap();
+    for solver in [&mut whole, &mut resumed] {
+        advance_to(&mut **solver, 0.2);
+    }
+    let bits = |rasters: Vec<PlanRaster>| -> Vec<u64> {
+        rasters.iter().flat_map(|raster| raster.raster.values.iter().map(|v| v.to_bits())).collect()
+    };
+    assert_eq!(bits(whole.rasters()), bits(resumed.rasters()));
+}
+
+#[test]
+fn a_profile_has_no_rasters() {
+    let mut case = sliding();
+    case["space"] = json!("plane-strain");
+    case["domain"] = json!({ "min": [0, 0], "max": [3, 1] });
+    case["gravity"] = json!([0, 0]);
+    case["bodies"][0]["velocity"] = Value::Null;
+    case["bodies"][0].as_object_mut().unwrap().remove("velocity");
+    case["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.4, 0.4], "max": [0.8, 0.8] });
+    assert!(refused(&case).starts_with("output.rasters: a profile has no plan"));
+}
