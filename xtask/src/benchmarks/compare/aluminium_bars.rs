@@ -1,5 +1,6 @@
 //! The column of aluminium bars, set S1 (sheet: sph §5.4), by MPM, SPH, DEM and depth-integrated flow.
 
+use colluvium::case::Case;
 use colluvium::case::description::Side;
 use colluvium::case::measure::{front, profile};
 use colluvium::plots::{PointCloud, Series, Style};
@@ -39,6 +40,9 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         }
     }
     judge(&mut outcome, &found);
+    if let Some((_, centroid, bulk, _)) = found.first() {
+        surfaces.series.push(finite_strain(&mut outcome, &case, *centroid, *bulk)?);
+    }
     outcome.svg("Surfaces of the deposits.", &surfaces)?;
     Ok(outcome)
 }
@@ -78,4 +82,18 @@ fn judge(outcome: &mut Outcome, found: &[Deposit]) {
              the others keep a core at rest",
         );
     }
+}
+
+/// The same law by the finite-strain material point method, against mpm: centroid and end of 90 % of the mass (m).
+fn finite_strain(outcome: &mut Outcome, case: &Case, centroid: f64, bulk: f64) -> Result<Series, String> {
+    let snapshot = run_by("snow-mpm", case)?.snapshot;
+    let mass = scalars(&snapshot, "mass");
+    let moment: f64 = mass.iter().zip(&snapshot.positions).map(|(m, x)| m * x[0]).sum();
+    let reason = "5 %, as mpm against sph; the same law on other shape functions, with stress last and APIC";
+    let name = "snow-mpm: centroid against that of mpm (m)";
+    outcome.near(name, centroid, 0.05, moment / mass.iter().sum::<f64>(), reason);
+    let reason = "10 %, as the toe counts for a tenth";
+    let name = "snow-mpm: 90 % of the mass within, against mpm (m)";
+    outcome.near(name, bulk, 0.1, front(&snapshot, Side::XMax, 0.9), reason);
+    Ok(Series::new("snow-mpm", profile(&snapshot, 0, 1, 0.01), Style::Dashed))
 }

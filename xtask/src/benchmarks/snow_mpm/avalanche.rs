@@ -129,6 +129,15 @@ fn at_rest(outcome: &mut Outcome, reports: &[(&Regime, RunReport)], time: f64) {
             "warm plug" => Some(("1", (1.0, 1.0))),
             _ => None,
         };
+        let touching = report.table.last("touching.count").unwrap_or(f64::NAN);
+        let name =
+            format!("A6 {}: pieces of 20 points and more, with what crumbles between them", regime.name);
+        outcome.show(
+            name,
+            "not given",
+            touching,
+            "points without strength fill the cracks and touch both sides",
+        );
         let name = format!("A6 {}: pieces of 20 points and more", regime.name);
         match range {
             Some((claim, range)) => outcome.within(name, claim, pieces, range, "the sheet's criterion"),

@@ -4,11 +4,14 @@ mod avalanche;
 mod bar;
 mod cantilever;
 mod incline;
+mod microstructure;
 mod motion;
 mod oedometer;
+mod remote;
 mod returns;
 mod saw;
 mod snowball;
+mod softening;
 
 use colluvium::case::{Case, RunReport};
 use serde_json::Value;
@@ -18,6 +21,7 @@ use crate::benchmarks::{Benchmark, case, run_by, set_of};
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
     returns::BENCHMARK,
+    softening::BENCHMARK,
     motion::BENCHMARK,
     bar::VIBRATION,
     bar::SELF_WEIGHT,
@@ -28,6 +32,8 @@ pub const ALL: &[Benchmark] = &[
     saw::CRITICAL,
     saw::SPEED,
     avalanche::BENCHMARK,
+    microstructure::BENCHMARK,
+    remote::BENCHMARK,
 ];
 
 /// The case `validation/snow-mpm/<name>/case.json` with some options of the method changed.
