@@ -55,6 +55,9 @@ pub struct SandSpec {
     /// What the invariants are taken of.
     #[serde(default)]
     pub invariants: StressInvariants,
+    /// Start on the cone, where the return of the initial stress ends, if that stress lies outside; refused when false.
+    #[serde(default)]
+    pub project: bool,
 }
 
 fn on() -> bool {
@@ -196,6 +199,11 @@ impl Pointwise for Sand {
 
     fn initial(&self, initial: &InitialCondition) -> Result<Point<SandState>, MaterialError> {
         let (stress, state) = (initial.stress, SandState::default());
+        if self.spec.project && stress.is_finite() {
+            let old = Point { stress, state };
+            let Point { stress, .. } = self.update(&SymTensor::ZERO, &Motion::STILL, &old)?;
+            return Ok(Point { stress, state });
+        }
         super::check_initial(NAME, &stress, self.excess(&stress, &state), stress.norm())?;
         Ok(Point { stress, state })
     }
@@ -337,6 +345,7 @@ impl Model for SandSpec {
             hardening,
             volume_correction,
             invariants: StressInvariants::Space,
+            project: false,
         };
         let hardening = SandHardening { growth: growth(), fading: fading(), below: below() };
         vec![with(true, None), with(false, None), with(true, Some(hardening))]

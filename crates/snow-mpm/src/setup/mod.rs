@@ -156,6 +156,9 @@ fn solver<const D: usize>(
     solver.bodies.sort(&mut solver.background);
     solver.ledger = Ledger::new(&solver.stored(), case.cuts.len());
     solver.set_paces();
+    if let Some(maps) = &mut solver.maps {
+        maps.follow(&solver.bodies, 0.0);
+    }
     match solver.clock.limit.too_long(options.time_step) {
         Some(problem) => Err(own("time_step", problem)),
         None => Ok(solver),

@@ -66,15 +66,7 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
 /// The four phases in their order.
 fn judge(outcome: &mut Outcome, report: &RunReport, size: f64) {
     let path: Vec<(f64, f64)> = report.frames.iter().map(|frame| state(frame, size)).collect();
-    // The first peak: the stress then falls by a fifth before it is passed again.
-    let mut peak = 0;
-    for (number, (_, stress)) in path.iter().enumerate() {
-        if *stress > path[peak].1 {
-            peak = number;
-        } else if *stress < 0.8 * path[peak].1 && path[peak].1 > 0.0 {
-            break;
-        }
-    }
+    let peak = first_peak(&path);
     let (at, most) = path[peak];
     let rise: Vec<(f64, f64)> =
         path[..=peak].iter().copied().take_while(|(_, stress)| *stress <= 0.7 * most).collect();
@@ -124,6 +116,19 @@ fn judge(outcome: &mut Outcome, report: &RunReport, size: f64) {
         masses[1] / masses[0],
         "no point is lost",
     );
+}
+
+/// The first peak: the stress then falls by a fifth before it is passed again.
+fn first_peak(path: &[(f64, f64)]) -> usize {
+    let mut peak = 0;
+    for (number, (_, stress)) in path.iter().enumerate() {
+        if *stress > path[peak].1 {
+            peak = number;
+        } else if *stress < 0.8 * path[peak].1 && path[peak].1 > 0.0 {
+            break;
+        }
+    }
+    peak
 }
 
 /// Of pairs of numbers.
