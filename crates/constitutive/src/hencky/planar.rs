@@ -10,9 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::{HenckyState, PrincipalReturn, carried};
 use crate::laws::Elasticity;
 use crate::laws::substep::divided;
-use crate::{
-    InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, SmallStrain, StressUpdate, SymTensor,
-};
+use crate::{InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor};
 
 /// What pressure and deviatoric stress of a law are taken of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
