@@ -85,7 +85,7 @@ fn velocity(of: &mut Velocity, visit: &mut Visit<'_>) {
     match of {
         Velocity::Linear { origin, .. } => place(origin, visit),
         Velocity::Bending { along, clamp, .. } => visit(*along, clamp),
-        Velocity::Rest | Velocity::Uniform { .. } | Velocity::Sine { .. } => {}
+        Velocity::Rest | Velocity::Uniform { .. } | Velocity::Sine { .. } | Velocity::Formula { .. } => {}
     }
 }
 

@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Formula;
 use crate::description::Velocity;
 
 /// A fluid that fills the pores of a body and moves by itself. The body's material is then the dry skeleton in
@@ -51,6 +52,11 @@ pub enum PorePressure {
         /// Pressure (Pa), compression-positive.
         value: f64,
     },
+    /// A formula of the coordinates.
+    Formula {
+        /// Pressure (Pa), compression-positive.
+        value: Formula,
+    },
     /// Weight of the fluid above, along gravity.
     Hydrostatic {
         /// Coordinate of the surface of the fluid along the axis of gravity (m).
@@ -89,18 +95,19 @@ impl PoreFluid {
     pub fn surface(&self) -> Option<f64> {
         match self.pressure {
             PorePressure::Hydrostatic { surface } => Some(surface),
-            PorePressure::None | PorePressure::Uniform { .. } => None,
+            PorePressure::None | PorePressure::Uniform { .. } | PorePressure::Formula { .. } => None,
         }
     }
 
     /// Initial pore pressure at `x` (Pa) under `gravity` (m/s²).
     pub fn pressure_at(&self, x: [f64; 3], gravity: [f64; 3]) -> f64 {
-        match self.pressure {
+        match &self.pressure {
             PorePressure::None => 0.0,
-            PorePressure::Uniform { value } => value,
+            PorePressure::Uniform { value } => *value,
+            PorePressure::Formula { value } => value.at(x),
             PorePressure::Hydrostatic { surface } => {
                 let Some(axis) = (0..3).find(|&axis| gravity[axis] != 0.0) else { return 0.0 };
-                let depth = ((x[axis] - surface) * gravity[axis].signum()).max(0.0);
+                let depth = ((x[axis] - *surface) * gravity[axis].signum()).max(0.0);
                 self.density * gravity[axis].abs() * depth
             }
         }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 pub use choices::{
     Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall,
-    SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient,
+    ShiftingSpeed, SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient,
     WallStress, WallVelocity,
 };
 pub use history::History;
@@ -113,6 +113,9 @@ pub struct SphOptions {
     /// density and stress are carried along to first order, density and stress with their gradients within the body.
     #[serde(default)]
     pub shifting: f64,
+    /// The speed over which `shifting` counts the way.
+    #[serde(default)]
+    pub shifting_speed: ShiftingSpeed,
     /// The configuration that the sums are taken over.
     #[serde(default)]
     pub formulation: Formulation,

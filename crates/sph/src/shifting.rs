@@ -4,9 +4,10 @@ use rayon::prelude::*;
 
 use crate::algebra::square;
 use crate::clock::Clock;
+use crate::config::ShiftingSpeed;
 use crate::lists::Lists;
 use crate::pairs::{Pairs, Shift};
-use crate::particles::Bodies;
+use crate::particles::{Bodies, Group};
 use crate::rates::Rates;
 use crate::setting::Setting;
 use crate::walls::Walls;
@@ -19,6 +20,8 @@ const SURFACE_TRACE: [f64; 3] = [0.7, 1.5, 2.4];
 #[derive(Default)]
 pub struct Shifting<const D: usize> {
     surface: Vec<bool>,
+    /// Squares of the speeds of the bodies' fastest particles (m²/s²), where these count.
+    fastest: Vec<f64>,
     shifts: Vec<Option<Shift<D>>>,
 }
 
@@ -70,9 +73,16 @@ impl<const D: usize> Shifting<D> {
         let at_surface = |i: usize| pairs.moment(i, neighbours.of(i)).trace() < SURFACE_TRACE[D - 1];
         (0..p.len()).into_par_iter().map(at_surface).collect_into_vec(&mut self.surface);
         let surface = &self.surface;
+        let fastest = |body: &Group| p.velocity[body.range()].iter().map(square).fold(0.0, f64::max);
+        self.fastest.clear();
+        if setting.options.shifting_speed == ShiftingSpeed::Largest {
+            self.fastest.extend(bodies.groups.iter().map(fastest));
+        }
+        let fastest = &self.fastest;
         let moves = |i: usize| {
-            let length = square(&p.velocity[i]).sqrt() * dt;
-            let body = bodies.of(i).filter(|body| body.held.is_none() && !surface[i])?;
+            let number = bodies.groups.iter().position(|body| body.range().contains(&i))?;
+            let body = Some(&bodies.groups[number]).filter(|body| body.held.is_none() && !surface[i])?;
+            let length = fastest.get(number).copied().unwrap_or_else(|| square(&p.velocity[i])).sqrt() * dt;
             pairs.shift(i, neighbours.of(i), length, (&body.range(), surface))
         };
         (0..p.len()).into_par_iter().map(moves).collect_into_vec(&mut self.shifts);

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{PointFile, PoreFluid};
+use crate::Formula;
 
 /// A region filled with one material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -70,6 +71,11 @@ pub enum Velocity {
         #[serde(default)]
         phase: f64,
     },
+    /// A formula of the coordinates for each component (m/s).
+    Formula {
+        /// Components, as many as the space has dimensions.
+        value: Vec<Formula>,
+    },
     /// The first mode of a slender cantilever, at rest behind its clamp.
     Bending {
         /// Axis of the beam: 0 is x.
@@ -96,6 +102,11 @@ pub enum InitialStress {
     Uniform {
         /// Stress components.
         value: [f64; 6],
+    },
+    /// A formula of the coordinates for each component (Pa, tension-positive): xx yy zz xy yz zx.
+    Formula {
+        /// Stress components.
+        value: Box<[Formula; 6]>,
     },
     /// Weight of the material above along gravity, and a ratio of horizontal to vertical stress. All bodies count that lie
     /// above the point, up to `surface`, each with its own density (with a pore fluid the saturated one); what is rigid

@@ -3,10 +3,14 @@
 use std::collections::HashSet;
 
 use colluvium_constitutive::MaterialSpec;
-use colluvium_points::{meeting_boxes, overlap};
+use colluvium_points::{Shape, meeting_boxes, overlap};
 
 use super::{Findings, OVERLAP_RESOLUTION};
+use crate::Formula;
 use crate::description::{InitialStress, PoreFluid, PorePressure, Velocity};
+
+/// Places along each axis of a body at which its formulas are tried.
+const PLACES: usize = 7;
 
 impl Findings<'_> {
     pub(super) fn bodies(&mut self) {
@@ -36,8 +40,9 @@ impl Findings<'_> {
                     format!("{spacing} must be finite and positive (m)"),
                 );
             }
-            self.velocity(&format!("{path}.velocity"), &body.velocity);
-            self.initial_stress(&format!("{path}.stress"), &body.stress);
+            let shape = Some(&body.shape).filter(|_| sound[number]);
+            self.velocity(&format!("{path}.velocity"), shape, &body.velocity);
+            self.initial_stress(&format!("{path}.stress"), shape, &body.stress);
             let whole = !(body.rigid && body.drop_outside);
             self.require(whole, format!("{path}.drop_outside"), "a rigid body stays whole");
             let still = !body.rigid || body.velocity == Velocity::Rest;
@@ -47,7 +52,7 @@ impl Findings<'_> {
             self.require(slack, format!("{path}.stress"), "a rigid body carries no stress");
             let material = case.materials.get(&body.material);
             let unfit = if let Some(fluid) = &body.pore_fluid {
-                self.pore_fluid(&format!("{path}.pore_fluid"), fluid);
+                self.pore_fluid(&format!("{path}.pore_fluid"), shape, fluid);
                 material.and_then(no_skeleton)
             } else {
                 material.filter(|_| !body.rigid).and_then(no_soil)
@@ -102,7 +107,39 @@ impl Findings<'_> {
         }
     }
 
-    fn velocity(&mut self, path: &str, velocity: &Velocity) {
+    /// Formulas of `shape`, whose coordinates the space must have and which have a value at places all over it. What none of these
+    /// hits shows as a state that is not finite when the run starts.
+    fn formulas<'a>(
+        &mut self,
+        path: &str,
+        shape: Option<&Shape>,
+        formulas: impl IntoIterator<Item = (String, &'a Formula)>,
+    ) {
+        let dimension = self.case.dimension();
+        let Some(shape) = shape else { return };
+        let (low, high) = shape.bounds(dimension);
+        let at = |number: usize| -> [f64; 3] {
+            std::array::from_fn(|axis| {
+                let share = (number / PLACES.pow(axis as u32) % PLACES) as f64 / (PLACES - 1) as f64;
+                if axis < dimension { low[axis] + share * (high[axis] - low[axis]) } else { 0.0 }
+            })
+        };
+        let places: Vec<_> = (0..PLACES.pow(dimension as u32)).map(at).collect();
+        for (key, formula) in formulas {
+            if let Some(name) = formula.beyond(dimension) {
+                let problem = format!("has the coordinate {name}, the space has {dimension} dimensions");
+                self.report(format!("{path}.{key}"), problem);
+                continue;
+            }
+            let inside = places.iter().filter(|x| shape.contains(&x[..dimension]));
+            if let Some(place) = inside.into_iter().find(|x| !formula.at(**x).is_finite()) {
+                let problem = format!("has no finite value at {:?} m", &place[..dimension]);
+                self.report(format!("{path}.{key}"), problem);
+            }
+        }
+    }
+
+    fn velocity(&mut self, path: &str, shape: Option<&Shape>, velocity: &Velocity) {
         match velocity {
             Velocity::Rest => {}
             Velocity::Uniform { value } => self.vector(&format!("{path}.value"), value),
@@ -121,6 +158,13 @@ impl Findings<'_> {
                 self.vector(&format!("{path}.wave_vector"), wave_vector);
                 self.finite(format!("{path}.phase"), *phase);
             }
+            Velocity::Formula { value } => {
+                let dimension = self.case.dimension();
+                let problem = format!("has {} components, the space has {dimension} dimensions", value.len());
+                self.require(value.len() == dimension, format!("{path}.value"), problem);
+                let keys = value.iter().enumerate().map(|(c, formula)| (format!("value[{c}]"), formula));
+                self.formulas(path, shape, keys);
+            }
             Velocity::Bending { along, across, clamp, length, tip } => {
                 let dimension = self.case.dimension();
                 let fits = *along < dimension && *across < dimension && along != across;
@@ -133,13 +177,17 @@ impl Findings<'_> {
         }
     }
 
-    fn initial_stress(&mut self, path: &str, stress: &InitialStress) {
+    fn initial_stress(&mut self, path: &str, shape: Option<&Shape>, stress: &InitialStress) {
         match stress {
             InitialStress::None => {}
             InitialStress::Uniform { value } => {
                 for (number, component) in value.iter().enumerate() {
                     self.finite(format!("{path}.value[{number}]"), *component);
                 }
+            }
+            InitialStress::Formula { value } => {
+                let keys = value.iter().enumerate().map(|(c, formula)| (format!("value[{c}]"), formula));
+                self.formulas(path, shape, keys);
             }
             InitialStress::K0 { surface, coefficient } => {
                 self.finite(format!("{path}.surface"), *surface);
@@ -150,7 +198,7 @@ impl Findings<'_> {
         }
     }
 
-    fn pore_fluid(&mut self, path: &str, fluid: &PoreFluid) {
+    fn pore_fluid(&mut self, path: &str, shape: Option<&Shape>, fluid: &PoreFluid) {
         let gravity = &self.case.gravity;
         let at = |key: &str| format!("{path}.{key}");
         let problem = format!("{} is not between 0 and 1 (both excluded)", fluid.porosity);
@@ -169,11 +217,12 @@ impl Findings<'_> {
             _ => self
                 .report(at("permeability"), "give either permeability (m/s) or intrinsic_permeability (m²)"),
         }
-        match fluid.pressure {
+        match &fluid.pressure {
             PorePressure::None => {}
-            PorePressure::Uniform { value } => self.finite(at("pressure.value"), value),
+            PorePressure::Uniform { value } => self.finite(at("pressure.value"), *value),
+            PorePressure::Formula { value } => self.formulas(path, shape, [("pressure.value".to_owned(), value)]),
             PorePressure::Hydrostatic { surface } => {
-                self.finite(at("pressure.surface"), surface);
+                self.finite(at("pressure.surface"), *surface);
                 let along = gravity.iter().filter(|g| **g != 0.0).count();
                 self.require(
                     along == 1,
@@ -183,7 +232,7 @@ impl Findings<'_> {
             }
         }
         if let Some(velocity) = &fluid.velocity {
-            self.velocity(&at("velocity"), velocity);
+            self.velocity(&at("velocity"), shape, velocity);
         }
         if let Some(strength) = fluid.cavitation_strength {
             self.not_negative(at("cavitation_strength"), strength, " (Pa)");

@@ -188,8 +188,10 @@ impl<R: FlowCurve> Pointwise for Viscoplastic<R> {
     fn initial(&self, initial: &InitialCondition) -> Result<Point<FluidState>, MaterialError> {
         let state = self.pressure.initial(R::NAME, initial)?;
         let (stress, pressure) = (initial.stress, initial.stress.pressure());
-        let strength = self.rheology.strength(0.0, pressure);
-        check_initial(R::NAME, &stress, stress.j2().sqrt() - strength, strength.max(pressure.abs()))?;
+        // What flows already lies above the yield stress, by as much as some shear rate can hold.
+        let (rest, most) = (self.rheology.strength(0.0, pressure), self.rheology.strength(f64::MAX, pressure));
+        let excess = stress.j2().sqrt() - most.min(f64::MAX);
+        check_initial(R::NAME, &stress, excess, rest.max(pressure.abs()))?;
         Ok(Point { stress, state })
     }
 

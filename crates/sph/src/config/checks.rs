@@ -1,7 +1,7 @@
 //! What the options allow (sheet: sph §7), and what they allow with a word.
 
 use super::{
-    Confining, Continuity, DensityReset, Formulation, Kernel, Momentum, Regularisation, SmoothingLength,
+    Confining, Continuity, DensityReset, Formulation, Kernel, Momentum, Regularisation, ShiftingSpeed, SmoothingLength,
     SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress, growth, half, ten,
     thirty,
 };
@@ -122,6 +122,13 @@ impl SphOptions {
         let stages = self.integration != TimeIntegration::Leapfrog;
         if stages && self.ranks > 1 {
             return Err(("integration", "must be leapfrog with more than one of ranks".to_owned()));
+        }
+        let shifts = self.shifting > 0.0;
+        if !shifts && self.shifting_speed != ShiftingSpeed::Own {
+            return Err(("shifting_speed", "needs shifting above 0".to_owned()));
+        }
+        if shifts && self.shifting_speed == ShiftingSpeed::Largest && self.ranks > 1 {
+            return Err(("shifting_speed", "must be own with more than one of ranks: a rank knows its particles only".to_owned()));
         }
         if self.formulation == Formulation::TotalLagrangian && self.ranks > 1 {
             return Err(("formulation", "must be updated with more than one of ranks".to_owned()));

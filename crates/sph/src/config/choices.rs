@@ -228,6 +228,18 @@ pub enum SmoothWall {
     Particles,
 }
 
+/// The speed that goes into the way over which particles are shifted (sheet: sph §2.12).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShiftingSpeed {
+    /// The particle's own: what rests is not shifted, however uneven it lies.
+    #[default]
+    Own,
+    /// That of the fastest particle of the body, as in the δ⁺ scheme (Sun et al. 2017): the middle of a vortex, which
+    /// hardly moves, is kept even too.
+    Largest,
+}
+
 /// The configuration that the sums are taken over (sheet: sph §2.14).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

@@ -20,6 +20,7 @@ mod shear;
 mod slope;
 mod tensile;
 mod threads;
+mod vortices;
 mod waves;
 
 use crate::benchmarks::Benchmark;
@@ -30,6 +31,7 @@ pub const ALL: &[Benchmark] = &[
     balance::BENCHMARK,
     waves::BENCHMARK,
     flow::BENCHMARK,
+    vortices::BENCHMARK,
     shear::BENCHMARK,
     pairing::BENCHMARK,
     geostatic::BENCHMARK,

@@ -1,0 +1,187 @@
+//! Formulas of the coordinates, for fields at the start of a run.
+
+use std::borrow::Cow;
+
+use exmex::{Express, FlatEx, FloatOpsFactory, MatchLiteral};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Names of the coordinates in a formula.
+const COORDINATES: [&str; 3] = ["x", "y", "z"];
+/// Length from which a text is no formula that a person wrote (bytes): its parser recurses.
+const LONGEST: usize = 4000;
+/// Depth of brackets that its parser may recurse to.
+const DEEPEST: usize = 100;
+
+/// A formula of the coordinates `x`, `y` and `z` (m, from `domain.origin` where the case has one), as text, or a number.
+/// There are `+ - * / ^`, brackets, `PI`, `E` and `TAU`, and `abs`, `signum`, `sqrt`, `cbrt`, `exp`, `ln`, `log2`, `log10`, `floor`,
+/// `ceil`, `round`, `sin`, `cos`, `tan`, their inverses and their hyperbolic forms, and, between two numbers, `min`, `max` and
+/// `atan2`: `"0.3 * sin(PI * x) max 0"`. Angles are in radians.
+#[derive(Clone, Debug)]
+pub struct Formula {
+    text: Text,
+    tree: Tree,
+    /// Axes of its variables, in the order in which it takes them.
+    axes: Vec<usize>,
+}
+
+type Tree = FlatEx<f64, FloatOpsFactory<f64>, Numbers>;
+
+/// Numbers as in JSON, `2.5e-3`: the parser's own have no exponents.
+#[derive(Clone, Debug, Default)]
+struct Numbers;
+
+impl MatchLiteral for Numbers {
+    fn is_literal(text: &str) -> Option<&str> {
+        let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
+        let whole = digits(0);
+        let dot = usize::from(text[whole..].starts_with('.'));
+        let part = if dot == 1 { digits(whole + 1) } else { 0 };
+        if whole + part == 0 {
+            return None;
+        }
+        let end = whole + dot + part;
+        let exponent = text[end..].strip_prefix(['e', 'E']).map_or(0, |rest| {
+            let sign = usize::from(rest.starts_with(['+', '-']));
+            let size = digits(end + 1 + sign);
+            if size == 0 { 0 } else { 1 + sign + size }
+        });
+        Some(&text[..end + exponent])
+    }
+}
+
+/// A formula as the case file has it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+enum Text {
+    Number(f64),
+    Words(String),
+}
+
+impl Formula {
+    /// The formula that `text` is.
+    ///
+    /// # Errors
+    /// What is wrong with it, or the name in it that is no coordinate.
+    pub fn new(text: &str) -> Result<Self, String> {
+        Self::of(Text::Words(text.to_owned()))
+    }
+
+    fn of(text: Text) -> Result<Self, String> {
+        let words = match &text {
+            Text::Number(value) => Cow::Owned(format!("({value:e})")),
+            Text::Words(words) => Cow::Borrowed(words.as_str()),
+        };
+        if !words.is_ascii() {
+            return Err(format!("{words:?} is no formula: it has characters beyond plain letters, digits and signs"));
+        }
+        let depth = words.bytes().scan(0usize, |open, byte| {
+            *open = match byte {
+                b'(' => *open + 1,
+                b')' => open.saturating_sub(1),
+                _ => *open,
+            };
+            Some(*open)
+        });
+        if words.len() > LONGEST || depth.max().unwrap_or(0) > DEEPEST {
+            return Err(format!("a formula has at most {LONGEST} characters and {DEEPEST} brackets within each other"));
+        }
+        let tree = Tree::parse(&words).map_err(|error| format!("{words:?} is no formula: {error}"))?;
+        let axis = |name: &String| {
+            COORDINATES.iter().position(|coordinate| coordinate == name).ok_or_else(|| {
+                format!("{name:?} in {words:?} is neither a coordinate (x, y, z) nor a function with its bracket")
+            })
+        };
+        let axes = tree.var_names().iter().map(axis).collect::<Result<_, _>>()?;
+        Ok(Self { text, tree, axes })
+    }
+
+    /// Its value at `x`; not finite where it has none.
+    pub fn at(&self, x: [f64; 3]) -> f64 {
+        let mut values = [0.0; 3];
+        for (value, axis) in values.iter_mut().zip(&self.axes) {
+            *value = x[*axis];
+        }
+        self.tree.eval(&values[..self.axes.len()]).unwrap_or(f64::NAN)
+    }
+
+    /// The first coordinate in it that a space of `dimension` axes does not have.
+    pub(crate) fn beyond(&self, dimension: usize) -> Option<&'static str> {
+        self.axes.iter().find(|axis| **axis >= dimension).map(|axis| COORDINATES[*axis])
+    }
+}
+
+impl PartialEq for Formula {
+    fn eq(&self, other: &Self) -> bool {
+        self.text == other.text
+    }
+}
+
+impl Serialize for Formula {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.text.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Formula {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = Text::deserialize(deserializer)
+            .map_err(|_| serde::de::Error::custom("is neither a formula of x, y and z (a text) nor a number"))?;
+        Self::of(text).map_err(serde::de::Error::custom)
+    }
+}
+
+impl JsonSchema for Formula {
+    fn schema_name() -> Cow<'static, str> {
+        "Formula".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A number, or a formula of the coordinates `x`, `y` and `z` (m, from `domain.origin` where the case has one). There \
+                are `+ - * / ^`, brackets, `PI`, `E` and `TAU`; `abs`, `signum`, `sqrt`, `cbrt`, `exp`, `ln`, `log2`, `log10`, `floor`, `ceil`, \
+                `round`, `sin`, `cos`, `tan`, their inverses and their hyperbolic forms, each with its bracket; and between two numbers `min`, \
+                `max` and `atan2`, as in `0 max (1 - y)`. Angles are in radians.",
+            "type": ["string", "number"]
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_formula_has_the_values_of_its_coordinates() {
+        let at = |text: &str| Formula::new(text).unwrap().at([0.5, 2.0, -3.0]);
+        assert_eq!(at("z + 2*y"), 1.0);
+        assert_eq!(at("x^2 - y^3"), -7.75);
+        assert!((at("sin(PI*x)*cos(PI*y) + E*0") - 1.0).abs() < 1e-15);
+        assert_eq!(at("0 max (1 - y)"), 0.0);
+        assert_eq!(at("-z*-1"), -3.0);
+        assert_eq!(at("2.5e-3*y + 1E2 + .5e+1"), 105.005);
+        assert!(!at("ln(z)").is_finite());
+        let number: Formula = serde_json::from_str("-2.5e-3").unwrap();
+        assert_eq!(number.at([1.0; 3]), -2.5e-3);
+    }
+
+    #[test]
+    fn what_is_no_formula_is_told() {
+        for (text, part) in
+            [("x + t", "\"t\""), ("sin(", "no formula"), ("", "no formula"), ("2 x y", "no formula"), ("µ*x", "beyond"), ("sine(x)", "sine")]
+        {
+            let problem = Formula::new(text).unwrap_err();
+            assert!(problem.contains(part), "{text}: {problem}");
+        }
+        assert!(Formula::new(&"(".repeat(200)).is_err());
+        assert!(serde_json::from_str::<Formula>("true").unwrap_err().to_string().contains("formula"));
+    }
+
+    #[test]
+    fn a_formula_is_written_as_it_was_read() {
+        for text in ["\"x*y\"", "3.0"] {
+            let formula: Formula = serde_json::from_str(text).unwrap();
+            assert_eq!(serde_json::to_string(&formula).unwrap(), text);
+        }
+    }
+}
