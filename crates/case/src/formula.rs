@@ -73,7 +73,9 @@ impl Formula {
             Text::Words(words) => Cow::Borrowed(words.as_str()),
         };
         if !words.is_ascii() {
-            return Err(format!("{words:?} is no formula: it has characters beyond plain letters, digits and signs"));
+            return Err(format!(
+                "{words:?} is no formula: it has characters beyond plain letters, digits and signs"
+            ));
         }
         let depth = words.bytes().scan(0usize, |open, byte| {
             *open = match byte {
@@ -84,12 +86,16 @@ impl Formula {
             Some(*open)
         });
         if words.len() > LONGEST || depth.max().unwrap_or(0) > DEEPEST {
-            return Err(format!("a formula has at most {LONGEST} characters and {DEEPEST} brackets within each other"));
+            return Err(format!(
+                "a formula has at most {LONGEST} characters and {DEEPEST} brackets within each other"
+            ));
         }
         let tree = Tree::parse(&words).map_err(|error| format!("{words:?} is no formula: {error}"))?;
         let axis = |name: &String| {
             COORDINATES.iter().position(|coordinate| coordinate == name).ok_or_else(|| {
-                format!("{name:?} in {words:?} is neither a coordinate (x, y, z) nor a function with its bracket")
+                format!(
+                    "{name:?} in {words:?} is neither a coordinate (x, y, z) nor a function with its bracket"
+                )
             })
         };
         let axes = tree.var_names().iter().map(axis).collect::<Result<_, _>>()?;
@@ -125,8 +131,9 @@ impl Serialize for Formula {
 
 impl<'de> Deserialize<'de> for Formula {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = Text::deserialize(deserializer)
-            .map_err(|_| serde::de::Error::custom("is neither a formula of x, y and z (a text) nor a number"))?;
+        let text = Text::deserialize(deserializer).map_err(|_| {
+            serde::de::Error::custom("is neither a formula of x, y and z (a text) nor a number")
+        })?;
         Self::of(text).map_err(serde::de::Error::custom)
     }
 }
@@ -167,9 +174,14 @@ mod tests {
 
     #[test]
     fn what_is_no_formula_is_told() {
-        for (text, part) in
-            [("x + t", "\"t\""), ("sin(", "no formula"), ("", "no formula"), ("2 x y", "no formula"), ("µ*x", "beyond"), ("sine(x)", "sine")]
-        {
+        for (text, part) in [
+            ("x + t", "\"t\""),
+            ("sin(", "no formula"),
+            ("", "no formula"),
+            ("2 x y", "no formula"),
+            ("µ*x", "beyond"),
+            ("sine(x)", "sine"),
+        ] {
             let problem = Formula::new(text).unwrap_err();
             assert!(problem.contains(part), "{text}: {problem}");
         }

@@ -283,7 +283,9 @@ impl Velocity {
                 let angle = k[0] * x[0] + k[1] * x[1] + k[2] * x[2] + phase.to_radians();
                 spatial(amplitude).map(|a| a * angle.sin())
             }
-            Self::Formula { value } => std::array::from_fn(|c| value.get(c).map_or(0.0, |formula| formula.at(x))),
+            Self::Formula { value } => {
+                std::array::from_fn(|c| value.get(c).map_or(0.0, |formula| formula.at(x)))
+            }
             Self::Bending { along, across, clamp, length, tip } => {
                 let place = ((x[*along] - clamp) / length).max(0.0);
                 let value = tip * cantilever(place) / cantilever(1.0);

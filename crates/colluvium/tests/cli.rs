@@ -83,7 +83,7 @@ fn broken_cases_end_with_code_3_and_one_clear_line() {
         ("/materials/sand/friction_angle", "materials.sand.friction_angle", json!(95)),
         ("/materials/sand/friction", "materials.sand.friction", json!(30)),
         ("/materials/sand/poissons_ratio", "materials.sand.poissons_ratio", json!(0.7)),
-        ("/materials/sand/model", "materials.sand.model", json!("sand")),
+        ("/materials/sand/model", "materials.sand.model", json!("gravel")),
         ("/bodies/0/material", "bodies[0].material", json!("clay")),
         ("/bodies/0/shape/max", "bodies[0].shape", json!([0.1, 9])),
         ("/bodies/0/shape/kind", "bodies[0].shape.kind", json!("bx")),

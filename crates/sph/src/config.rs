@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 pub use choices::{
     Confined, Confining, Continuity, DensityReset, Formulation, Momentum, Regularisation, RoughWall,
-    ShiftingSpeed, SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration, VelocityGradient,
-    WallStress, WallVelocity,
+    ShiftingSpeed, SmoothWall, SmoothingLength, SoundSpeed, Symmetrisation, Tensile, TimeIntegration,
+    VelocityGradient, WallStress, WallVelocity,
 };
 pub use history::History;
 

@@ -29,6 +29,7 @@ fn project(material: &mut MaterialSpec) {
         MaterialSpec::MohrCoulomb(spec) => spec.project = true,
         MaterialSpec::Tresca(spec) => spec.project = true,
         MaterialSpec::VonMises(spec) => spec.project = true,
+        MaterialSpec::Sand(spec) => spec.project = true,
         MaterialSpec::Eigenstrain(spec) => project(&mut spec.material),
         MaterialSpec::StrengthReduced(spec) => project(&mut spec.material),
         MaterialSpec::Undrained(spec) => project(&mut spec.skeleton),

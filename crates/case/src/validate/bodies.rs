@@ -220,7 +220,9 @@ impl Findings<'_> {
         match &fluid.pressure {
             PorePressure::None => {}
             PorePressure::Uniform { value } => self.finite(at("pressure.value"), *value),
-            PorePressure::Formula { value } => self.formulas(path, shape, [("pressure.value".to_owned(), value)]),
+            PorePressure::Formula { value } => {
+                self.formulas(path, shape, [("pressure.value".to_owned(), value)])
+            }
             PorePressure::Hydrostatic { surface } => {
                 self.finite(at("pressure.surface"), *surface);
                 let along = gravity.iter().filter(|g| **g != 0.0).count();

@@ -189,7 +189,8 @@ impl<R: FlowCurve> Pointwise for Viscoplastic<R> {
         let state = self.pressure.initial(R::NAME, initial)?;
         let (stress, pressure) = (initial.stress, initial.stress.pressure());
         // What flows already lies above the yield stress, by as much as some shear rate can hold.
-        let (rest, most) = (self.rheology.strength(0.0, pressure), self.rheology.strength(f64::MAX, pressure));
+        let (rest, most) =
+            (self.rheology.strength(0.0, pressure), self.rheology.strength(f64::MAX, pressure));
         let excess = stress.j2().sqrt() - most.min(f64::MAX);
         check_initial(R::NAME, &stress, excess, rest.max(pressure.abs()))?;
         Ok(Point { stress, state })

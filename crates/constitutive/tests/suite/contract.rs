@@ -532,9 +532,11 @@ fn what_is_next_to_nothing_stays_finite() {
 fn what_laws_say_of_themselves_is_what_they_are_wrapped_around() {
     for subject in subjects() {
         let (law, tolerance) = (&subject.law, subject.law.stress_tolerance());
-        assert_eq!(law.name(), subject.spec.name());
         assert!((0.0..1e-3).contains(&tolerance), "{}: {tolerance}", subject.name());
-        let Some(inner) = subject.spec.inner() else { continue };
+        let Some(inner) = subject.spec.inner() else {
+            assert_eq!(law.name(), subject.spec.name());
+            continue;
+        };
         let inner = inner.build().expect("it has built within another");
         assert_eq!((law.is_isotropic(), tolerance), (inner.is_isotropic(), inner.stress_tolerance()));
         assert!(law.is_time_dependent() || !inner.is_time_dependent(), "{}", subject.name());

@@ -196,12 +196,12 @@ fn steady_flow_follows_the_flow_curve() {
 /// What flows at the start goes on with the stress that its rate holds; what no rate holds is refused.
 #[test]
 fn a_run_may_start_from_steady_flow() {
-    fn goes_on<R: FlowCurve>(law: &Viscoplastic<R>, rate: f64, density: f64) {
+    fn goes_on<R: FlowCurve>(law: Viscoplastic<R>, rate: f64, density: f64) {
         let pressure = 1000.0;
         let shear = law.rheology.strength(rate, pressure);
         let density = density * (1.0 + pressure / law.pressure.bulk_modulus);
         let stress = SymTensor([-pressure, -pressure, -pressure, shear, 0.0, 0.0]);
-        let law = Corotational(law.clone());
+        let law = Corotational(law);
         let mut point = law.initial(&InitialCondition { stress, density }).unwrap();
         let l = Mat3([[0.0, rate, 0.0], [0.0; 3], [0.0; 3]]);
         let motion = Motion::from_velocity_gradient(&l, 1e-6, density, 1.0).unwrap();
@@ -210,12 +210,12 @@ fn a_run_may_start_from_steady_flow() {
         }
         assert!((point.stress[3] / shear - 1.0).abs() < 1e-3, "{} for {shear}", point.stress[3]);
     }
-    goes_on(&sand().viscoplastic().unwrap(), 20.0, sand().density);
-    goes_on(&mud().viscoplastic().unwrap(), 2.0, mud().density);
+    goes_on(sand().viscoplastic().unwrap(), 20.0, sand().density);
+    goes_on(mud().viscoplastic().unwrap(), 2.0, mud().density);
     let law = sand().viscoplastic().unwrap();
     let start = |shear: f64| {
         let stress = SymTensor([-1000.0, -1000.0, -1000.0, shear, 0.0, 0.0]);
-        SmallStrain::initial(&law, &InitialCondition { stress, density: 1500.0 })
+        law.initial(&InitialCondition { stress, density: 1500.0 })
     };
     assert!(start(0.999 * sand().limit_friction * 1000.0).is_ok());
     let error = start(1.001 * sand().limit_friction * 1000.0).unwrap_err().to_string();

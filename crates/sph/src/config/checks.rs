@@ -1,9 +1,9 @@
 //! What the options allow (sheet: sph §7), and what they allow with a word.
 
 use super::{
-    Confining, Continuity, DensityReset, Formulation, Kernel, Momentum, Regularisation, ShiftingSpeed, SmoothingLength,
-    SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress, growth, half, ten,
-    thirty,
+    Confining, Continuity, DensityReset, Formulation, Kernel, Momentum, Regularisation, ShiftingSpeed,
+    SmoothingLength, SphOptions, Symmetrisation, Tensile, TimeIntegration, VelocityGradient, WallStress,
+    growth, half, ten, thirty,
 };
 
 impl SphOptions {
@@ -128,7 +128,10 @@ impl SphOptions {
             return Err(("shifting_speed", "needs shifting above 0".to_owned()));
         }
         if shifts && self.shifting_speed == ShiftingSpeed::Largest && self.ranks > 1 {
-            return Err(("shifting_speed", "must be own with more than one of ranks: a rank knows its particles only".to_owned()));
+            return Err((
+                "shifting_speed",
+                "must be own with more than one of ranks: a rank knows its particles only".to_owned(),
+            ));
         }
         if self.formulation == Formulation::TotalLagrangian && self.ranks > 1 {
             return Err(("formulation", "must be updated with more than one of ranks".to_owned()));

@@ -3,7 +3,7 @@
 use colluvium_constitutive::SymTensor;
 
 use super::{Form, Pairs, SOFTENING, Sums};
-use crate::algebra::{apart, dot, sheared};
+use crate::algebra::{apart, sheared};
 use crate::config::WallVelocity;
 use crate::operators::{Moment, product};
 use crate::particles::Matrix;
@@ -27,16 +27,6 @@ pub(super) struct Answer<const D: usize> {
     pub stress: SymTensor,
     /// Its artificial stress over density squared.
     pub repulsion: SymTensor,
-    /// Where it slips with friction, what of the viscous push rubs.
-    pub rubs: Option<Rubs<D>>,
-}
-
-/// Friction of the viscous push: it bears weight as stress does.
-pub(super) struct Rubs<const D: usize> {
-    /// Unit normal of the face, out of the wall.
-    pub normal: [f64; D],
-    /// Friction coefficient times the unit vector against the slip.
-    pub against: [f64; D],
 }
 
 impl<const D: usize> Sums<'_, D> {
@@ -62,13 +52,12 @@ impl<const D: usize> Sums<'_, D> {
                         (-plane.distance(&p.position[wall]) / near).min(MOST_OPPOSED)
                     }
                 };
-                Some(Answer { relative: own.map(|v| -v * (1.0 + opposed)), stress, repulsion, rubs: None })
+                Some(Answer { relative: own.map(|v| -v * (1.0 + opposed)), stress, repulsion })
             }
             Contact::FreeSlip => Some(Answer {
                 relative: along(1.0),
                 stress: sheared(&stress, axis, -1.0),
                 repulsion: sheared(&repulsion, axis, -1.0),
-                rubs: None,
             }),
             Contact::Friction(coefficient) => {
                 let (normal, shear) = tractions(&stress, plane);
@@ -78,24 +67,18 @@ impl<const D: usize> Sums<'_, D> {
                 let most = -coefficient * normal;
                 let speed: f64 = (0..D).filter(|&c| c != axis).map(|c| own[c] * own[c]).sum::<f64>().sqrt();
                 if speed > STOPPED * most / (p.density[i] * p.sound[i]) {
-                    let outwards = if plane.upper { -1.0 } else { 1.0 };
-                    let factor = most / speed * outwards;
-                    let off = |value: f64, c: usize, other: f64| if c == axis { value } else { other };
+                    let factor = most / speed * if plane.upper { -1.0 } else { 1.0 };
                     return Some(Answer {
                         relative: along(1.0),
                         stress: rubbed::<D>(&stress, axis, |c| factor * own[c]),
                         repulsion,
-                        rubs: Some(Rubs {
-                            normal: std::array::from_fn(|c| off(outwards, c, 0.0)),
-                            against: std::array::from_fn(|c| off(0.0, c, -coefficient / speed * own[c])),
-                        }),
                     });
                 }
                 if shear <= most {
-                    return Some(Answer { relative: along(-1.0), stress, repulsion, rubs: None });
+                    return Some(Answer { relative: along(-1.0), stress, repulsion });
                 }
                 let stress = rubbed::<D>(&stress, axis, |c| stress.at(axis, c) * most / shear);
-                Some(Answer { relative: along(1.0), stress, repulsion, rubs: None })
+                Some(Answer { relative: along(1.0), stress, repulsion })
             }
         }
     }
@@ -155,10 +138,6 @@ impl<const D: usize> Sums<'_, D> {
             for a in 0..D {
                 let pull: f64 = (0..D).map(|b| pair.at(a, b) * turned[b]).sum();
                 sum[a] += mass * weight * (pull + viscosity * apart[a]);
-            }
-            if let Some(Rubs { normal, against }) = answer.rubs {
-                let push = mass * weight * viscosity * dot(&apart, &normal);
-                (0..D).for_each(|c| sum[c] += push * against[c]);
             }
         }
     }

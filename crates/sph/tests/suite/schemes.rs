@@ -242,43 +242,6 @@ fn a_block_slides_on_a_frictional_wall_as_coulomb_says_or_sticks() {
     assert!(sticking.abs() < 0.05, "{sticking}");
 }
 
-/// Friction over the reaction across, both from the momentum of the block, is the coefficient whatever the artificial viscosity:
-/// what this bears of the weight rubs too.
-#[test]
-fn a_braking_block_rubs_with_all_of_the_reaction() {
-    for wall in ["wall", "obstacle"] {
-        for viscosity in [0.0, 0.05, 0.1, 0.2] {
-            let mut more = json!({
-                "gravity": [0, -10],
-                "domain": { "min": [0, -0.5], "max": [2, 1] },
-                "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0.2, 0], "max": [0.8, 0.2] },
-                             "velocity": { "kind": "uniform", "value": [2, 0] } }]
-            });
-            let rubs = json!({ "kind": "frictional", "friction_coefficient": 0.3 });
-            if wall == "wall" {
-                more["boundaries"] = json!([{ "side": "y-min", "position": 0, "wall": rubs }]);
-            } else {
-                let shape = json!({ "kind": "half-space", "point": [0, 0], "normal": [0, 1] });
-                more["obstacles"] = json!([{ "name": "floor", "shape": shape, "wall": rubs }]);
-            }
-            let mut solver = solver(&block(&more, &json!({ "spacing": 0.025, "viscosity_linear": viscosity })));
-            let mut start = None;
-            while solver.time() < 0.4 {
-                advance(&mut *solver, 1);
-                if start.is_none() && solver.time() >= 0.1 {
-                    start = Some((solver.time(), solver.budget()));
-                }
-            }
-            let (time, before) = start.unwrap();
-            let after = solver.budget();
-            let friction = before.momentum[0] - after.momentum[0];
-            let reaction = after.momentum[1] - before.momentum[1] + 10.0 * before.mass * (solver.time() - time);
-            let found = friction / reaction;
-            assert!((found / 0.3 - 1.0).abs() < 2e-3, "{wall}, {viscosity}: {found}");
-        }
-    }
-}
-
 #[test]
 fn a_moving_wall_pushes_the_block_and_a_moving_belt_drags_it() {
     for (smooth, pushed) in [("mirror", true), ("particles", true)] {

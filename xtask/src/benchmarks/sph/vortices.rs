@@ -63,8 +63,19 @@ fn decay(quick: bool) -> Result<Outcome, String> {
     let shear = run_by("sph", &load("vortices/shear.json")?)?;
     let (found, off) = amplitude(&shear.snapshot, wave);
     let exact = (-VISCOSITY * TAU * TAU).exp();
-    outcome.near("shear wave, amplitude after 1 s", exact, 0.01, found, "1 % with 100 particles along the wave");
-    outcome.show("shear wave, share of the energy off the mode", "0", off, "not judged: the wave bends no lattice much");
+    outcome.near(
+        "shear wave, amplitude after 1 s",
+        exact,
+        0.01,
+        found,
+        "1 % with 100 particles along the wave",
+    );
+    outcome.show(
+        "shear wave, share of the energy off the mode",
+        "0",
+        off,
+        "not judged: the wave bends no lattice much",
+    );
     if quick {
         return Ok(outcome);
     }
@@ -82,20 +93,35 @@ fn decay(quick: bool) -> Result<Outcome, String> {
         let reason = "2 %: the lattice breaks up, and vortices with it, unless particles are kept even";
         outcome.below(format!("vortices {name}, share of the energy off the mode"), "0", off, 0.02, reason);
         let reason = "three quarters of the spacing: particles that come closer clump";
-        outcome.within(format!("vortices {name}, closest particles over the spacing"), "≥ 0.75", close, (0.75, f64::INFINITY), reason);
+        outcome.within(
+            format!("vortices {name}, closest particles over the spacing"),
+            "≥ 0.75",
+            close,
+            (0.75, f64::INFINITY),
+            reason,
+        );
         chart.series.push(Series::new(name, energies(&report), Style::Line));
         if let Some(cloud) = PointCloud::of(&report.snapshot, "velocity", [0, 1]) {
             outcome.png(&format!("Speed after 1 s, {name}."), &cloud)?;
         }
     }
-    let closed = (0..=50).map(|k| f64::from(k) / 50.0).map(|t| (t, (-4.0 * VISCOSITY * TAU * TAU * t).exp())).collect();
-    chart.series.push(Series::new("closed form", closed, Style::Dashed));
+    chart.series.push(Series::new("closed form", closed_form(), Style::Dashed));
     outcome.svg("Energy of the vortices.", &chart)?;
     Ok(outcome)
 }
 
+/// Kinetic energy of the vortices over that at the start, over time (s).
+fn closed_form() -> Vec<(f64, f64)> {
+    let at = |t: f64| (t, (-4.0 * VISCOSITY * TAU * TAU * t).exp());
+    (0..=50).map(|k| at(f64::from(k) / 50.0)).collect()
+}
+
 fn spacing(case: &Case) -> f64 {
-    case.methods.get("sph").and_then(|sph| sph.get("spacing")).and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN)
+    case.methods
+        .get("sph")
+        .and_then(|sph| sph.get("spacing"))
+        .and_then(serde_json::Value::as_f64)
+        .unwrap_or(f64::NAN)
 }
 
 fn energies(report: &RunReport) -> Vec<(f64, f64)> {
