@@ -75,6 +75,12 @@ fn expectations(name: &str) -> Option<Vec<(&'static str, f64, f64)>> {
         }
         // q = 2 s_u.
         "tresca-triaxial-drained" => vec![("q", 40e3, 1e-9)],
+        // Elastic: q/p stays below the cone's 6 sin φ/(3 - sin φ). Hencky: τ = 2G ε + λ tr ε, σ = τ/J.
+        "sand-uniaxial-compression" => {
+            let (lame, confined) = (20e6 * 0.3 / (1.3 * 0.4), 20e6 * 0.7 / (1.3 * 0.4));
+            let strain = 0.99f64.ln() / 0.99;
+            vec![("stress_xx", confined * strain, 1e-9), ("stress_yy", lame * strain, 1e-9)]
+        }
         // sheet: constitutive §2.4: k = c in plane strain.
         "von-mises-simple-shear" => vec![("q", 20e3 * 3f64.sqrt(), 1e-9)],
         // e + κ ln p stays.

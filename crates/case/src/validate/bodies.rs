@@ -221,7 +221,7 @@ impl Findings<'_> {
             PorePressure::None => {}
             PorePressure::Uniform { value } => self.finite(at("pressure.value"), *value),
             PorePressure::Formula { value } => {
-                self.formulas(path, shape, [("pressure.value".to_owned(), value)])
+                self.formulas(path, shape, [("pressure.value".to_owned(), value)]);
             }
             PorePressure::Hydrostatic { surface } => {
                 self.finite(at("pressure.surface"), *surface);
