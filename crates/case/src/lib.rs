@@ -19,6 +19,7 @@ pub mod measure;
 mod obstacle;
 mod origin;
 pub mod output;
+mod plan_rasters;
 mod point_list;
 mod pore_fluid;
 mod ramps;

@@ -123,7 +123,7 @@ pub struct PhaseBudget {
 }
 
 /// What the material does to a rigid body or to a patch of prescribed velocity.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reaction {
     /// Force in the last step (N; per metre in plane strain, per radian in axisymmetry).
     pub force: [f64; 3],

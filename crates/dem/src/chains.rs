@@ -5,6 +5,7 @@
 //! what links join, of three grains or more.
 
 use colluvium_case::measure::Reading;
+use colluvium_points::Pieces;
 
 use crate::solver::DemSolver;
 use crate::vector::{dot, norm};
@@ -33,24 +34,16 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let free = (0..count).filter(|&i| !self.grains.held[i]);
         let mean = free.clone().map(|i| major[i].0).sum::<f64>() / free.count().max(1) as f64;
         let strong = |i: usize| major[i].0 > mean && major[i].0 > 0.0 && !self.grains.held[i];
-        // Each grain's chain, by the least number in it.
-        let mut chain: Vec<usize> = (0..count).collect();
-        let root = |chain: &[usize], mut i: usize| {
-            while chain[i] != i {
-                i = chain[i];
-            }
-            i
-        };
+        let mut chains = Pieces::new(count);
         for contact in self.contacts() {
             let (i, Some(j)) = (contact.grain, contact.other) else { continue };
             let along = |k: usize| dot(&major[k].1, &contact.branch).abs() >= LEANS * norm(&contact.branch);
             if contact.normal > 0.0 && strong(i) && strong(j) && along(i) && along(j) {
-                let (a, b) = (root(&chain, i), root(&chain, j));
-                chain[a.max(b)] = a.min(b);
+                chains.join(i, j);
             }
         }
         let mut of: Vec<Vec<usize>> = vec![Vec::new(); count];
-        (0..count).for_each(|i| of[root(&chain, i)].push(i));
+        (0..count).for_each(|i| of[chains.of(i)].push(i));
         of.retain(|grains| grains.len() >= SHORTEST);
         of.sort_by_key(|grains| (std::cmp::Reverse(grains.len()), grains[0]));
         of

@@ -194,8 +194,8 @@ mod tests {
         clock.dt = 1.0;
         let strains = &mut averages.strains;
         share_strains_of_one_phase::<REMAPPED, D>(clock, background, bodies, nodes, strains);
-        let stress = PointUpdate { stress: true, ..PointUpdate::NONE };
-        update_points::<REMAPPED, D>(clock, background, bodies, nodes, boundary, averages, stress).unwrap();
+        let what = PointUpdate::STRESS;
+        update_points::<REMAPPED, D>(clock, background, bodies, nodes, boundary, averages, what).unwrap();
     }
 
     /// Shared volumetric strains of skeleton and liquid at a point.

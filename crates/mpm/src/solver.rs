@@ -135,9 +135,7 @@ fn step<const D: usize>(
     averages: &mut Averages<D>,
     consistent: &mut ConsistentMass,
 ) -> Result<f64, SolverError> {
-    let velocity = PointUpdate { velocity: true, ..PointUpdate::NONE };
-    let stress = PointUpdate { stress: true, ..PointUpdate::NONE };
-    let position = PointUpdate { position: true, ..PointUpdate::NONE };
+    let (all, velocity, stress) = (PointUpdate::ALL, PointUpdate::VELOCITY, PointUpdate::STRESS);
     relieve_surface(background, bodies, &mut averages.free_surface);
     match clock.options.stress_update {
         StressScheme::Usl => {
@@ -145,7 +143,6 @@ fn step<const D: usize>(
             solve_momentum(clock, background, bodies, nodes, boundary, consistent)?; // 2–4
             share_strains_of_one_phase::<SOLVED, D>(clock, background, bodies, nodes, &mut averages.strains); // 7
             follow_loads::<SOLVED, D>(clock, background, bodies, nodes);
-            let all = PointUpdate { velocity: true, stress: true, position: true };
             update_points::<SOLVED, D>(clock, background, bodies, nodes, boundary, averages, all) // 5, 7–9
         }
         StressScheme::Musl => {
@@ -179,7 +176,7 @@ fn step<const D: usize>(
             scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Forces); // 1, forces
             solve_momentum(clock, background, bodies, nodes, boundary, consistent)?; // 2–4
             follow_loads::<SOLVED, D>(clock, background, bodies, nodes);
-            let rest = PointUpdate { velocity: true, ..position };
+            let rest = PointUpdate { position: true, ..velocity };
             update_points::<SOLVED, D>(clock, background, bodies, nodes, boundary, averages, rest) // 5, 9
         }
     }

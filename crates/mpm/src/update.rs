@@ -47,6 +47,12 @@ pub(crate) struct Moved {
 impl PointUpdate {
     /// Nothing changes.
     pub const NONE: Self = Self { velocity: false, stress: false, position: false };
+    /// Everything does.
+    pub const ALL: Self = Self { velocity: true, stress: true, position: true };
+    /// Velocities do.
+    pub const VELOCITY: Self = Self { velocity: true, ..Self::NONE };
+    /// Deformation, volume, stress and state do.
+    pub const STRESS: Self = Self { stress: true, ..Self::NONE };
 }
 
 /// No motion of a point of some width (m) in a step (s).

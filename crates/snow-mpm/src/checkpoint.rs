@@ -12,7 +12,7 @@ use colluvium_case::{
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::{Body, Failure};
-use crate::ledger::{Borne, Ledger};
+use crate::ledger::Ledger;
 use crate::maps::Cell;
 use crate::nodes::Sums;
 use crate::solver::SnowSolver;
@@ -154,8 +154,7 @@ impl<const D: usize> Solver for SnowSolver<D> {
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
         let number = self.obstacles.bearers().iter().position(|own| own == name)?;
-        let Borne { force, impulse } = self.ledger.borne(number);
-        Some(Reaction { force, impulse })
+        Some(self.ledger.borne(number))
     }
 
     fn dissipated(&self) -> Option<f64> {

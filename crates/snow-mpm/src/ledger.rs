@@ -1,5 +1,6 @@
 //! The energy balance (sheet: snow-mpm §2.11): what there is, what came in, what went, and what the numerics took.
 
+use colluvium_case::Reaction;
 use colluvium_case::measure::Reading;
 use serde::{Deserialize, Serialize};
 
@@ -25,16 +26,7 @@ pub struct Ledger {
     /// What each cut of the case has taken.
     cuts: Vec<Taken>,
     /// What the obstacles have borne whose reaction is measured.
-    borne: [Borne; BEARERS],
-}
-
-/// What an obstacle has borne.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Borne {
-    /// Force in the last step (N).
-    pub force: [f64; 3],
-    /// Impulse since the start (N s).
-    pub impulse: [f64; 3],
+    borne: [Reaction; BEARERS],
 }
 
 /// What a cut has taken since the start.
@@ -99,7 +91,7 @@ impl Ledger {
     }
 
     /// What obstacle number `number` of those whose reaction is measured has borne.
-    pub fn borne(&self, number: usize) -> Borne {
+    pub fn borne(&self, number: usize) -> Reaction {
         self.borne[number]
     }
 

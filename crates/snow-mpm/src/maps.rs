@@ -3,14 +3,12 @@
 //! A point is spread evenly over the square of its width in plan: thickness is volume over area of a cell, and rasters of it sum to
 //! the volume. The speed of a cell is that of the mass over it. It is done after every step.
 
+use colluvium_case::description::Rasters;
 use colluvium_case::{Case, CaseError, PlanRaster};
 use colluvium_points::{Georeference, Raster};
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
-
-/// Most cells of a raster: more than that fill the memory of a small machine.
-const MOST_CELLS: f64 = 5e7;
 
 /// Cells of the grid of the method that one of a raster is wide, where the case says nothing and has no raster of terrain.
 const WIDE: f64 = 2.0;
@@ -51,36 +49,18 @@ impl Maps {
     /// # Errors
     /// In the plane, and for more cells than a machine holds.
     pub fn of(case: &Case, cell: f64) -> Result<Option<Self>, CaseError> {
-        let Some(rasters) = &case.output.rasters else { return Ok(None) };
-        if case.dimension() != 3 {
-            return Err(CaseError::new(
-                "output.rasters",
-                "a profile has no plan: rasters need a space of 3d",
-            ));
-        }
+        let Some(rasters) = case.plan_rasters()? else { return Ok(None) };
         let mut terrain = None;
         for number in 0..case.obstacles.len() {
             terrain = terrain.or(case.heights(number)?);
         }
-        let low: [f64; 2] = std::array::from_fn(|c| case.domain.min[c]);
         let grid = match (terrain, rasters.cell) {
             (Some(terrain), None) => Raster { values: Vec::new(), ..terrain },
             (terrain, given) => {
+                let corner = |of: &[f64]| std::array::from_fn(|c| of[c]);
+                let reference = terrain.map_or_else(Georeference::default, |terrain| terrain.reference);
                 let width = given.unwrap_or(WIDE * cell);
-                let count = |c: usize| ((case.domain.max[c] - low[c]) / width - 1e-9).ceil().max(2.0);
-                let all = count(0) * count(1);
-                if !(all <= MOST_CELLS) {
-                    let problem = format!("{width} m makes {all:.0e} cells, more than {MOST_CELLS:.0e}");
-                    return Err(CaseError::new("output.rasters.cell", problem));
-                }
-                Raster {
-                    columns: count(0) as usize,
-                    rows: count(1) as usize,
-                    origin: low.map(|x| x + 0.5 * width),
-                    spacing: [width; 2],
-                    values: Vec::new(),
-                    reference: terrain.map_or_else(Georeference::default, |terrain| terrain.reference),
-                }
+                Rasters::divide(corner(&case.domain.min), corner(&case.domain.max), width, reference)?
             }
         };
         let count = grid.columns * grid.rows;

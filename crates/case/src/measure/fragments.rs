@@ -1,6 +1,6 @@
 //! Into how many pieces bodies have come apart (sheet: snow-mpm §3.11).
 
-use colluvium_points::CellList;
+use colluvium_points::{CellList, Pieces};
 
 use super::Reading;
 use crate::Snapshot;
@@ -12,21 +12,19 @@ pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f6
     let mut cells = CellList::<3>::new();
     // A little wider, so that round-off does not keep a neighbour in a cell that is not looked at.
     cells.build(&snapshot.positions, link * (1.0 + 1e-6)).ok()?;
-    let mut above: Vec<u32> = (0..mass.len() as u32).collect();
+    let mut joined = Pieces::new(mass.len());
     for (i, place) in snapshot.positions.iter().enumerate() {
         cells.visit(place, |j| {
             let other = &snapshot.positions[j as usize];
             let square: f64 = place.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum();
             if (j as usize) < i && square <= link * link * (1.0 + 1e-9) {
-                let (a, b) = (root(&mut above, i as u32), root(&mut above, j));
-                // The least number of a piece is its root, so that the order of visits does not matter.
-                above[a.max(b) as usize] = a.min(b);
+                joined.join(i, j as usize);
             }
         });
     }
     let mut pieces = vec![(0usize, 0.0); mass.len()];
     for (i, mass) in mass.iter().enumerate() {
-        let piece = &mut pieces[root(&mut above, i as u32) as usize];
+        let piece = &mut pieces[joined.of(i)];
         *piece = (piece.0 + 1, piece.1 + mass);
     }
     let loose = pieces.iter().filter(|(count, _)| *count < least).map(|(_, mass)| mass).sum();
@@ -34,16 +32,6 @@ pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f6
         pieces.into_iter().filter(|(count, _)| *count > 0 && *count >= least).map(|(_, mass)| mass).collect();
     large.sort_by(|a, b| b.total_cmp(a));
     Some((large, loose))
-}
-
-/// The piece of a point, and shorter ways to it.
-fn root(above: &mut [u32], mut of: u32) -> u32 {
-    while above[of as usize] != of {
-        let next = above[above[of as usize] as usize];
-        above[of as usize] = next;
-        of = next;
-    }
-    of
 }
 
 /// The columns of the measure called `name`.

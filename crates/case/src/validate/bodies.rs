@@ -107,16 +107,15 @@ impl Findings<'_> {
         }
     }
 
-    /// Formulas of `shape`, whose coordinates the space must have and which have a value at places all over it. What none of these
+    /// A formula over `shape`: the space must have its coordinates, and it a value at places all over the shape. What none of these
     /// hits shows as a state that is not finite when the run starts.
-    fn formulas<'a>(
-        &mut self,
-        path: &str,
-        shape: Option<&Shape>,
-        formulas: impl IntoIterator<Item = (String, &'a Formula)>,
-    ) {
+    fn formula(&mut self, path: impl Into<String>, shape: Option<&Shape>, formula: &Formula) {
         let dimension = self.case.dimension();
         let Some(shape) = shape else { return };
+        if let Some(name) = formula.beyond(dimension) {
+            let problem = format!("has the coordinate {name}, the space has {dimension} dimensions");
+            return self.report(path, problem);
+        }
         let (low, high) = shape.bounds(dimension);
         let at = |number: usize| -> [f64; 3] {
             std::array::from_fn(|axis| {
@@ -124,18 +123,10 @@ impl Findings<'_> {
                 if axis < dimension { low[axis] + share * (high[axis] - low[axis]) } else { 0.0 }
             })
         };
-        let places: Vec<_> = (0..PLACES.pow(dimension as u32)).map(at).collect();
-        for (key, formula) in formulas {
-            if let Some(name) = formula.beyond(dimension) {
-                let problem = format!("has the coordinate {name}, the space has {dimension} dimensions");
-                self.report(format!("{path}.{key}"), problem);
-                continue;
-            }
-            let inside = places.iter().filter(|x| shape.contains(&x[..dimension]));
-            if let Some(place) = inside.into_iter().find(|x| !formula.at(**x).is_finite()) {
-                let problem = format!("has no finite value at {:?} m", &place[..dimension]);
-                self.report(format!("{path}.{key}"), problem);
-            }
+        let mut inside =
+            (0..PLACES.pow(dimension as u32)).map(at).filter(|x| shape.contains(&x[..dimension]));
+        if let Some(place) = inside.find(|x| !formula.at(*x).is_finite()) {
+            self.report(path, format!("has no finite value at {:?} m", &place[..dimension]));
         }
     }
 
@@ -162,8 +153,9 @@ impl Findings<'_> {
                 let dimension = self.case.dimension();
                 let problem = format!("has {} components, the space has {dimension} dimensions", value.len());
                 self.require(value.len() == dimension, format!("{path}.value"), problem);
-                let keys = value.iter().enumerate().map(|(c, formula)| (format!("value[{c}]"), formula));
-                self.formulas(path, shape, keys);
+                for (c, formula) in value.iter().enumerate() {
+                    self.formula(format!("{path}.value[{c}]"), shape, formula);
+                }
             }
             Velocity::Bending { along, across, clamp, length, tip } => {
                 let dimension = self.case.dimension();
@@ -186,8 +178,9 @@ impl Findings<'_> {
                 }
             }
             InitialStress::Formula { value } => {
-                let keys = value.iter().enumerate().map(|(c, formula)| (format!("value[{c}]"), formula));
-                self.formulas(path, shape, keys);
+                for (c, formula) in value.iter().enumerate() {
+                    self.formula(format!("{path}.value[{c}]"), shape, formula);
+                }
             }
             InitialStress::K0 { surface, coefficient } => {
                 self.finite(format!("{path}.surface"), *surface);
@@ -220,9 +213,7 @@ impl Findings<'_> {
         match &fluid.pressure {
             PorePressure::None => {}
             PorePressure::Uniform { value } => self.finite(at("pressure.value"), *value),
-            PorePressure::Formula { value } => {
-                self.formulas(path, shape, [("pressure.value".to_owned(), value)]);
-            }
+            PorePressure::Formula { value } => self.formula(at("pressure.value"), shape, value),
             PorePressure::Hydrostatic { surface } => {
                 self.finite(at("pressure.surface"), *surface);
                 let along = gravity.iter().filter(|g| **g != 0.0).count();

@@ -15,7 +15,6 @@ use crate::{
 };
 
 pub use few::Few;
-pub(crate) use planar::Planar;
 pub use planar::{InvariantReturn, Landed, StressInvariants};
 
 /// A return map in principal stresses, of a law with linear elasticity. The same map serves the

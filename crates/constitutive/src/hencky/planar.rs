@@ -4,13 +4,17 @@
 //! The stress across the plane does no work; it is given as the mean of those in the plane, with which the
 //! invariants of the whole tensor are those of the plane.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{HenckyState, PrincipalReturn, carried};
+use super::{Hencky, HenckyState, PrincipalReturn, carried};
 use crate::laws::Elasticity;
 use crate::laws::substep::divided;
-use crate::{InitialCondition, Law, Mat3, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor};
+use crate::{
+    InitialCondition, Law, Mat3, Material, MaterialError, Motion, Point, Pointwise, StressUpdate, SymTensor,
+};
 
 /// What pressure and deviatoric stress of a law are taken of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -38,6 +42,14 @@ impl StressInvariants {
         match self {
             Self::Space => space,
             Self::Plane => Elasticity { bulk_modulus: space.lame() + space.shear_modulus, ..space },
+        }
+    }
+
+    /// The law at finite strain with these invariants; its elastic constants are those of [`StressInvariants::elasticity`].
+    pub(crate) fn wrap<L: InvariantReturn>(self, law: L) -> Arc<dyn Material> {
+        match self {
+            Self::Space => Arc::new(Hencky(law)),
+            Self::Plane => Arc::new(Planar(law)),
         }
     }
 }

@@ -19,11 +19,11 @@ use super::linear_elastic::stiff_warnings;
 use super::root::falling_root;
 use super::strength_reduced::StrengthReduction;
 use super::{Elasticity, angle_warnings};
-use crate::hencky::{InvariantReturn, Landed, Planar, StressInvariants};
+use crate::hencky::{InvariantReturn, Landed, StressInvariants};
 use crate::model::{Facts, Kind, Model, check, not_negative};
 use crate::{
-    Hencky, InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, PrincipalReturn,
-    SmallStrain, SymTensor,
+    InitialCondition, Law, Material, MaterialError, Motion, Point, Pointwise, PrincipalReturn, SmallStrain,
+    SymTensor,
 };
 
 const NAME: &str = "sand";
@@ -309,10 +309,7 @@ impl Model for SandSpec {
     };
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        Ok(match self.invariants {
-            StressInvariants::Space => Arc::new(Hencky(self.law()?)),
-            StressInvariants::Plane => Arc::new(Planar(self.law()?)),
-        })
+        Ok(self.invariants.wrap(self.law()?))
     }
 
     fn warnings(&self) -> Vec<String> {

@@ -66,14 +66,26 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let mut random = source.draws(self.options.seed, self.step + 1);
         let (low, high) = source.shape.bounds(D);
         let (unit, _) = inverse(&self.cell.h);
+        let near = self.near(&low, &high, radius);
         (0..DRAWS).find_map(|_| {
             let x: [f64; D] = std::array::from_fn(|c| low[c] + (high[c] - low[c]) * random.random::<f64>());
-            (holds(&source.shape, &x, radius) && self.is_free(&x, radius, &unit)).then_some(x)
+            (holds(&source.shape, &x, radius) && self.is_free(&x, radius, &unit, &near)).then_some(x)
         })
     }
 
-    /// Whether a grain at `x` would touch nothing.
-    fn is_free(&self, x: &[f64; D], radius: f64, unit: &[[f64; D]; D]) -> bool {
+    /// Grains that may touch one of this radius (m) in the box between two corners (m): all of them in a periodic cell, whose images
+    /// count.
+    fn near(&self, low: &[f64], high: &[f64], radius: f64) -> Vec<usize> {
+        let g = &self.grains;
+        let beside = |i: &usize| {
+            let (x, reach) = (&g.position[*i], radius + g.radius[*i]);
+            (0..D).all(|c| x[c] > low[c] - reach && x[c] < high[c] + reach)
+        };
+        (0..g.len()).filter(|i| self.cell.is_periodic() || beside(i)).collect()
+    }
+
+    /// Whether a grain at `x` would touch nothing, neither a wall nor one of those that are `near`.
+    fn is_free(&self, x: &[f64; D], radius: f64, unit: &[[f64; D]; D], near: &[usize]) -> bool {
         let g = &self.grains;
         let apart = |i: usize| {
             let apart = minus(x, &g.position[i]);
@@ -94,7 +106,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             None => wall.distance(x).0 > radius,
             Some(surface) => !surface.contains(x) && surface.gap(x, radius).is_none(),
         };
-        self.walls.iter().all(off) && (0..g.len()).all(clear)
+        self.walls.iter().all(off) && near.iter().all(|i| clear(*i))
     }
 
     /// A source that cannot keep up.

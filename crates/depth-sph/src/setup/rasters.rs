@@ -1,13 +1,11 @@
 //! The cells of the rasters that a case asks for.
 
+use colluvium_case::description::Rasters;
 use colluvium_case::{Case, CaseError};
-use colluvium_points::Georeference;
+use colluvium_points::{Georeference, Raster};
 
 use super::ground::Ground;
 use crate::maps::{Grid, Maps};
-
-/// Most cells of a raster: more than that fill the memory of a small machine.
-const MOST_CELLS: f64 = 5e7;
 
 /// The rasters of `case`: on the cells of the terrain, or on others over the same part of the plan.
 pub fn maps<const D: usize>(
@@ -15,10 +13,7 @@ pub fn maps<const D: usize>(
     ground: &Ground<D>,
     spacing: f64,
 ) -> Result<Option<Maps>, CaseError> {
-    let Some(rasters) = &case.output.rasters else { return Ok(None) };
-    if D != 2 {
-        return Err(CaseError::new("output.rasters", "a profile has no plan: rasters need a space of 3d"));
-    }
+    let Some(rasters) = case.plan_rasters()? else { return Ok(None) };
     let own = ground.grid.as_ref().filter(|_| rasters.cell.is_none());
     let grid = match own {
         Some(grid) => grid.clone(),
@@ -41,16 +36,8 @@ fn divided(case: &Case, terrain: Option<&Grid>, cell: f64) -> Result<Grid, CaseE
         }
         None => (std::array::from_fn(|c| case.domain.min[c]), std::array::from_fn(|c| case.domain.max[c])),
     };
-    let count = |c: usize| ((high[c] - low[c]) / cell - 1e-9).ceil();
-    if !(count(0) * count(1) <= MOST_CELLS) {
-        let problem = format!("{cell} m makes {:.0e} cells, more than {MOST_CELLS:.0e}", count(0) * count(1));
-        return Err(CaseError::new("output.rasters.cell", problem));
-    }
     let reference = terrain.map_or_else(Georeference::default, |grid| grid.reference.clone());
-    Ok(Grid {
-        counts: [count(0).max(2.0) as usize, count(1).max(2.0) as usize],
-        origin: low.map(|x| x + 0.5 * cell),
-        spacing: [cell; 2],
-        reference,
-    })
+    let Raster { columns, rows, origin, spacing, reference, .. } =
+        Rasters::divide(low, high, cell, reference)?;
+    Ok(Grid { counts: [columns, rows], origin, spacing, reference })
 }

@@ -93,16 +93,13 @@ pub fn step_phases<const D: usize>(
     phases: &mut TwoPhase,
 ) -> Result<f64, SolverError> {
     background.layout.reset(&mut phases.nodes); // 0
-    let velocity = PointUpdate { velocity: true, ..PointUpdate::NONE };
-    let stress = PointUpdate { stress: true, ..PointUpdate::NONE };
-    let position = PointUpdate { position: true, ..PointUpdate::NONE };
+    let (all, velocity, stress) = (PointUpdate::ALL, PointUpdate::VELOCITY, PointUpdate::STRESS);
     let moved = match clock.options.stress_update {
         StressScheme::Usl => {
             scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
             solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
             share_phase_strains::<SOLVED, D>(clock, background, bodies, &mut averages.strains, phases); // 7
             follow_phases::<SOLVED, D>(clock, background, bodies, phases);
-            let all = PointUpdate { velocity: true, position: true, ..stress };
             update_phases::<SOLVED, D>(clock, background, bodies, boundary, averages, phases, all) // 5, 7–9
         }
         StressScheme::Musl => {
@@ -122,7 +119,7 @@ pub fn step_phases<const D: usize>(
             scatter_phases(clock, background, bodies, boundary, averages, phases); // 1
             solve_phases(clock, background, bodies, nodes, boundary, phases); // 2–4
             follow_phases::<SOLVED, D>(clock, background, bodies, phases);
-            let rest = PointUpdate { velocity: true, ..position };
+            let rest = PointUpdate { position: true, ..velocity };
             update_phases::<SOLVED, D>(clock, background, bodies, boundary, averages, phases, rest) // 5, 9
         }
     };

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::super::Elasticity;
 use super::super::linear_elastic::stiff_warnings;
 use super::CohesiveCamClay;
-use crate::hencky::{Planar, StressInvariants};
+use crate::hencky::StressInvariants;
 use crate::model::{Facts, Kind, Model, not_negative, positive};
-use crate::{Hencky, Material, MaterialError};
+use crate::{Material, MaterialError};
 
 /// Parameters of `cohesive-cam-clay`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -102,10 +102,7 @@ impl Model for CohesiveCamClaySpec {
     };
 
     fn build(&self) -> Result<Arc<dyn Material>, MaterialError> {
-        Ok(match self.invariants {
-            StressInvariants::Space => Arc::new(Hencky(self.law()?)),
-            StressInvariants::Plane => Arc::new(Planar(self.law()?)),
-        })
+        Ok(self.invariants.wrap(self.law()?))
     }
 
     fn warnings(&self) -> Vec<String> {
