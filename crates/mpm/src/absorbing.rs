@@ -84,20 +84,21 @@ impl Impedance {
     /// answers them.
     pub fn of<const D: usize>(set: &PointSet<D>, inertia: f64) -> Self {
         let (mut modulus, mut shear_modulus) = (0.0, 0.0);
-        let share = 1.0 / set.stress.len() as f64;
-        for (block, (stress, states)) in set.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate() {
+        let share = 1.0 / set.points.stress.len() as f64;
+        for (block, (stress, states)) in set.points.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate()
+        {
             let mut moduli = [0.0; BLOCK];
             set.material.wave_moduli(stress, states, &mut moduli[..stress.len()]);
             for (k, stress) in stress.iter().enumerate() {
                 let p = block * BLOCK + k;
-                let density = set.mass[p] / set.volume[p];
+                let density = set.points.mass[p] / set.points.volume[p];
                 let motion = Motion { density, size: set.extent[0], ..Motion::STILL };
                 modulus += share * moduli[k];
                 let tangent = set.material.tangent(&motion, stress, states, k);
                 shear_modulus += share * tangent.map_or(0.0, |tangent| tangent.0[3][3].max(0.0));
             }
         }
-        let dry = set.mass[0] / set.volume[0];
+        let dry = set.points.mass[0] / set.points.volume[0];
         let fluid = set.pore.as_ref().and_then(|pore| pore.fluid);
         let (density, stiff, liquid) = fluid.map_or((dry, modulus, 0.0), |fluid| {
             let n = fluid.porosity;
@@ -132,7 +133,7 @@ impl<const D: usize> MpmSolver<D> {
         let laws: Vec<Law> =
             self.clock.case.boundaries.iter().filter_map(|boundary| self.law(boundary)).collect();
         for set in &self.bodies.sets {
-            for (id, x) in set.id.iter().zip(&set.position) {
+            for (id, x) in set.points.id.iter().zip(&set.points.position) {
                 if laws.iter().any(|law| behind(&self.background.grid, law, x)) {
                     self.boundary.absorbing.starts.insert(*id, spatial(x));
                 }
@@ -178,7 +179,7 @@ impl<const D: usize> MpmSolver<D> {
                 &self.bodies.sets[number],
                 &self.boundary.impedances[self.bodies.sets[number].body as usize],
             );
-            let mut area = set.initial_volume[p] / grid.cell;
+            let mut area = set.points.initial_volume[p] / grid.cell;
             if self.background.axisymmetric && law.axis == 0 {
                 // Its volume is per radian at its own radius.
                 area *= (grid.origin[0] + grid.cell * law.face as f64) / start[0];
@@ -200,7 +201,7 @@ impl<const D: usize> MpmSolver<D> {
     fn points_behind(&self, law: &Law) -> Vec<(u32, [f64; D], usize, usize)> {
         let mut points = Vec::new();
         for (number, set) in self.bodies.sets.iter().enumerate() {
-            for (p, id) in set.id.iter().enumerate() {
+            for (p, id) in set.points.id.iter().enumerate() {
                 let Some(start) = self.boundary.absorbing.starts.get(id) else { continue };
                 let start: [f64; D] = std::array::from_fn(|c| start[c]);
                 if behind(&self.background.grid, law, &start) {

@@ -14,11 +14,13 @@ use crate::points::in_chunks;
 pub fn start_affine<const D: usize>(clock: &Clock, background: &Background<D>, bodies: &mut Bodies<D>) {
     let ground = background.ground();
     let cell = ground.grid.cell;
-    for set in bodies.sets.iter_mut().filter(|set| !set.affine.is_empty()) {
+    for set in bodies.sets.iter_mut().filter(|set| !set.points.affine.is_empty()) {
         let field = &clock.case.bodies[set.body as usize].velocity;
-        let mut moments = vec![[0.0; D]; set.affine.len()];
-        background.sweeps.second_moments(&ground, &set.points(), &mut moments);
-        for ((affine, squares), position) in set.affine.iter_mut().zip(&moments).zip(&set.position) {
+        let mut moments = vec![[0.0; D]; set.points.affine.len()];
+        background.sweeps.second_moments(&ground, &set.places(), &mut moments);
+        for ((affine, squares), position) in
+            set.points.affine.iter_mut().zip(&moments).zip(&set.points.position)
+        {
             for j in 0..D {
                 let at = |shift: f64| {
                     let place = |c: usize| position.get(c).copied().unwrap_or(0.0);
@@ -45,8 +47,9 @@ pub fn gather_affine<const D: usize>(
     let moments = clock.options.transfer == Transfer::Apic;
     for set in &mut bodies.sets {
         let nodes = &nodes.solved[set.field * background.layout.len()..];
-        let points = Points { position: &set.position, domain: set.domain.as_slice(), extent: &set.extent };
-        in_chunks(&mut set.affine, &points, &|affine, points| {
+        let points =
+            Points { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
+        in_chunks(&mut set.points.affine, &points, &|affine, points| {
             sweeps.gather_affine(&ground, points, nodes, moments, affine);
         });
     }

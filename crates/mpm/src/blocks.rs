@@ -143,22 +143,22 @@ impl<const D: usize> PointSet<D> {
     /// All points.
     pub fn whole(&mut self) -> Block<'_, D> {
         let (liquid_velocity, pressure) = match &mut self.pore {
-            Some(pore) => (&mut pore.velocity[..], &mut pore.pressure[..]),
+            Some(pore) => (&mut pore.points.velocity[..], &mut pore.points.pressure[..]),
             None => Default::default(),
         };
         Block {
             first: 0,
-            position: &mut self.position,
-            origin: &mut self.origin,
-            velocity: &mut self.velocity,
-            volume: &mut self.volume,
-            stress: &mut self.stress,
+            position: &mut self.points.position,
+            origin: &mut self.points.origin,
+            velocity: &mut self.points.velocity,
+            volume: &mut self.points.volume,
+            stress: &mut self.points.stress,
             states: self.states.blocks_mut(),
             domain: self.domain.as_mut(),
-            mass: &self.mass,
-            initial_volume: &self.initial_volume,
-            pending: &mut self.pending,
-            work: &mut self.work,
+            mass: &self.points.mass,
+            initial_volume: &self.points.initial_volume,
+            pending: &mut self.points.pending,
+            work: &mut self.points.work,
             liquid_velocity,
             pressure,
         }

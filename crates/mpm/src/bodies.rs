@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use colluvium_case::{SolverError, spatial};
+use colluvium_points::Spare;
 use rayon::prelude::*;
 
 use crate::background::Background;
@@ -20,12 +21,13 @@ pub struct Bodies<const D: usize> {
     pub(crate) left: Box<AtomicBool>,
     /// Largest mass of a point (kg).
     pub(crate) heaviest: f64,
+    spare: Spare,
 }
 
 impl<const D: usize> Bodies<D> {
     /// Points that are not sorted yet.
     pub fn new(sets: Vec<PointSet<D>>) -> Self {
-        Self { sets, travel: 0.0, left: Box::default(), heaviest: 0.0 }
+        Self { sets, travel: 0.0, left: Box::default(), heaviest: 0.0, spare: Spare::default() }
     }
 
     /// Mass (kg) up to which a node is too light for forces to mean anything.
@@ -35,7 +37,7 @@ impl<const D: usize> Bodies<D> {
 
     /// Sorts all points by cell.
     pub fn sort(&mut self, background: &Background<D>) {
-        self.sets.iter_mut().for_each(|set| set.sort(&background.grid));
+        self.sets.iter_mut().for_each(|set| set.sort(&background.grid, &mut self.spare));
         self.travel = 0.0;
     }
 
@@ -45,7 +47,7 @@ impl<const D: usize> Bodies<D> {
         for set in &mut self.sets {
             set.slabs = background.layout.add_points(&set.anchors());
         }
-        self.heaviest = self.sets.iter().flat_map(|s| &s.mass).fold(0.0, |a: f64, &b| a.max(b));
+        self.heaviest = self.sets.iter().flat_map(|set| &set.points.mass).fold(0.0, |a: f64, &b| a.max(b));
     }
 
     /// Says whether points have left since it was asked last, and takes those away.
@@ -59,7 +61,7 @@ impl<const D: usize> Bodies<D> {
 
     /// Takes away all points but those at places (m) that `keep` names, and bodies without any left.
     pub fn keep(&mut self, keep: impl Fn(&[f64; D]) -> bool) {
-        self.sets.iter_mut().for_each(|set| set.retain(&keep));
+        self.sets.iter_mut().for_each(|set| set.retain(&keep, &mut self.spare));
         self.sets.retain(|set| set.len() > 0);
     }
 
@@ -71,7 +73,7 @@ impl<const D: usize> Bodies<D> {
         let (low, high, periodic) = (background.grid.origin, background.upper, background.periodic);
         let mut wrapped = false;
         for set in &mut self.sets {
-            wrapped |= wrap([&low, &high], &periodic, &mut set.position, &mut set.origin);
+            wrapped |= wrap([&low, &high], &periodic, &mut set.points.position, &mut set.points.origin);
         }
         if wrapped {
             // They are in other slabs now.
@@ -117,8 +119,8 @@ pub fn failed<const D: usize>(clock: &Clock, set: &PointSet<D>, index: usize, re
     SolverError::Point {
         step: clock.step,
         time: clock.time,
-        point: u64::from(set.id[index]),
-        position: spatial(&set.position[index]),
+        point: u64::from(set.points.id[index]),
+        position: spatial(&set.points.position[index]),
         reason,
     }
 }

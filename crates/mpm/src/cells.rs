@@ -155,6 +155,7 @@ mod tests {
     use crate::update::{PointUpdate, REMAPPED, update_points};
     use crate::vectors::lanes;
     use colluvium_case::Case;
+    use colluvium_points::Spare;
     use serde_json::{Value, json};
 
     /// A block of the material "m" that fills the domain of two cells of 1 m a side, and above it one of "n"; `options` are
@@ -200,7 +201,7 @@ mod tests {
 
     /// Shared volumetric strains of skeleton and liquid at a point.
     fn shared_strain<const D: usize>(solver: &MpmSolver<D>, set: &PointSet<D>, p: usize) -> [f64; 2] {
-        let cell = set.domain.as_slice().cell(p, &solver.background.ground(), &set.position[p]);
+        let cell = set.domain.as_slice().cell(p, &solver.background.ground(), &set.points.position[p]);
         solver.averages.strains.at(set.body, solver.background.cell_layout().len(), cell)
     }
 
@@ -217,7 +218,7 @@ mod tests {
                 for p in 0..set.len() {
                     let [shared, _] = shared_strain(&solver, set, p);
                     assert!((shared / trace - 1.0).abs() < 1e-12, "{kind}: {shared} for {trace}");
-                    let s = &set.stress[p].0;
+                    let s = &set.points.stress[p].0;
                     for (place, [i, j]) in
                         [[0, 0], [1, 1], [2, 2], [0, 1], [1, 2], [2, 0]].into_iter().enumerate()
                     {
@@ -256,7 +257,7 @@ mod tests {
         let material = |e: usize| mesh.place(e as u32, &[1.0 / (D + 1) as f64; 4][..=D])[D - 1] > 2.0;
         for set in &solver.bodies.sets {
             for p in 0..set.len() {
-                let element = mesh.locate(&set.position[p]).unwrap() as usize;
+                let element = mesh.locate(&set.points.position[p]).unwrap() as usize;
                 let of_node = |node: u32| {
                     let same = mesh.elements_around(node).iter().map(|&e| e as usize);
                     let same: Vec<usize> = same.filter(|&e| material(e) == material(element)).collect();
@@ -270,7 +271,7 @@ mod tests {
                 assert!((shared / mean - 1.0).abs() < 1e-12, "{shared} for {mean}");
                 differs |= (mean / trace(element) - 1.0).abs() > 0.1;
                 // λ = μ = 0.4: σ_ii = λ tr ε + 2 μ ε_ii. Rotations of 1e-9 change the ninth digit.
-                let (s, own) = (&set.stress[p].0, &own[element]);
+                let (s, own) = (&set.points.stress[p].0, &own[element]);
                 let close = |a: f64, b: f64| (a - b).abs() < 1e-7 * 1e-9;
                 assert!(close(s[0] + s[1] + s[2], 3.0 * (0.4 + 0.8 / 3.0) * mean), "trace");
                 assert!(close(s[0] - s[1], 0.8 * (own[0][0] - own[1][1])), "deviator");
@@ -293,7 +294,7 @@ mod tests {
     fn forces<const D: usize>(options: &Value, gap: impl Fn(&[f64; D]) -> bool) -> Vec<[f64; 4]> {
         let stress = json!({ "stress": { "kind": "uniform", "value": [7, 7, 7, 0, 0, 0] } });
         let mut solver = solver::<D>(options, &stress);
-        solver.bodies.sets.iter_mut().for_each(|set| set.retain(|x| !gap(x)));
+        solver.bodies.sets.iter_mut().for_each(|set| set.retain(|x| !gap(x), &mut Spare::default()));
         solver.sort();
         solver.scatter_all();
         solver.nodes.solved.iter().map(|node| node.force.to_array()).collect()
@@ -306,7 +307,7 @@ mod tests {
         let within = |x: &[f64; D]| {
             x.iter().enumerate().all(|(c, x)| *x > 0.5 && *x < if c + 1 == D { 3.5 } else { 1.5 })
         };
-        let missing = *whole.bodies.sets[0].position.iter().find(|x| within(x)).unwrap();
+        let missing = *whole.bodies.sets[0].points.position.iter().find(|x| within(x)).unwrap();
         let element = mesh.locate(&missing).unwrap();
         let share = mesh.elements()[element as usize].volume / (D + 1) as f64;
         let inner = |x: &[f64; D]| (0..D).all(|c| x[c] > 0.0 && x[c] < if c + 1 == D { 4.0 } else { 2.0 });

@@ -13,14 +13,15 @@ use crate::driven::DrivenState;
 use crate::loads::begin_loads;
 use crate::momentum::RowSums;
 use crate::obstacles::rocks::{Passed, RockState};
-use crate::points::{PointSet, SavedSet};
+use crate::points::PointSet;
 use crate::pressing::{forget_displacements, remark_on_obstacles};
 use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 9;
+const FORMAT: u32 = 10;
 
+/// What is no column of points.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     format: u32,
@@ -42,7 +43,8 @@ struct Saved {
     /// What obstacles on points have borne, and what has changed of them.
     rocks: Vec<RockState>,
     passed: Passed,
-    sets: Vec<SavedSet>,
+    /// Index of the body of each set of points.
+    bodies: Vec<u32>,
 }
 
 impl<const D: usize> Solver for MpmSolver<D> {
@@ -97,15 +99,18 @@ impl<const D: usize> Solver for MpmSolver<D> {
         for reset in &stage.reset {
             match reset {
                 Reset::Velocity => self.bodies.sets.iter_mut().for_each(|set| {
-                    set.velocity.fill([0.0; D]);
-                    set.affine.fill([[0.0; D]; D]);
+                    set.points.velocity.fill([0.0; D]);
+                    set.points.affine.fill([[0.0; D]; D]);
                     if let Some(pore) = &mut set.pore {
-                        pore.velocity.fill([0.0; D]);
+                        pore.points.velocity.fill([0.0; D]);
                     }
                 }),
                 Reset::Displacement => {
                     forget_displacements(&mut self.bodies);
-                    self.bodies.sets.iter_mut().for_each(|set| set.origin.clone_from(&set.position));
+                    self.bodies
+                        .sets
+                        .iter_mut()
+                        .for_each(|set| set.points.origin.clone_from(&set.points.position));
                 }
                 Reset::State => self.reset_states()?,
             }
@@ -187,9 +192,11 @@ impl<const D: usize> Solver for MpmSolver<D> {
             absorbed: self.boundary.absorbing.moved.clone().into_iter().collect(),
             rocks: self.boundary.rocks.iter().flat_map(|rocks| &rocks.rocks).map(|rock| rock.state).collect(),
             passed: self.boundary.rocks.as_ref().map_or(Passed::default(), |rocks| rocks.passed),
-            sets: self.bodies.sets.iter().map(PointSet::save).collect(),
+            bodies: self.bodies.sets.iter().map(|set| set.body).collect(),
         };
-        save_value(&saved, out)
+        save_value(&saved, out)?;
+        self.bodies.sets.iter().try_for_each(|set| set.write(out))?;
+        Ok(())
     }
 
     fn restore(&mut self, input: &mut dyn Read) -> Result<(), SolverError> {
@@ -198,17 +205,11 @@ impl<const D: usize> Solver for MpmSolver<D> {
         if saved.format != FORMAT || saved.dimension != D || saved.shape != self.background.axis.name {
             return Err(wrong("was written by another version or for another case"));
         }
-        let keep: Vec<u32> = saved.sets.iter().map(|set| set.body).collect();
-        self.bodies.sets.retain(|set| keep.contains(&set.body));
-        if self.bodies.sets.len() != saved.sets.len() {
+        self.bodies.sets.retain(|set| saved.bodies.contains(&set.body));
+        if !self.bodies.sets.iter().map(|set| set.body).eq(saved.bodies) {
             return Err(wrong("names bodies that the case does not have"));
         }
-        for (set, saved) in self.bodies.sets.iter_mut().zip(saved.sets) {
-            let fits = set.body == saved.body && set.restore(saved).is_some();
-            if !fits {
-                return Err(wrong("its arrays do not fit together"));
-            }
-        }
+        self.bodies.sets.iter_mut().try_for_each(|set| set.read(input))?;
         if saved.driven.len() != self.boundary.driven.len() {
             return Err(wrong("names rigid bodies or patches that the case does not have"));
         }
@@ -253,10 +254,10 @@ impl<const D: usize> MpmSolver<D> {
     fn reset_states(&mut self) -> Result<(), SolverError> {
         for number in 0..self.bodies.sets.len() {
             let set = &self.bodies.sets[number];
-            let begun = set.law_points().begun_anew(|i| set.mass[i] / set.volume[i]);
+            let begun = set.law_points().begun_anew(|i| set.points.mass[i] / set.points.volume[i]);
             let (stress, states) =
                 begun.map_err(|(index, reason)| failed(&self.clock, set, index, reason))?;
-            self.bodies.sets[number].stress = stress;
+            self.bodies.sets[number].points.stress = stress;
             self.bodies.sets[number].states = states;
         }
         Ok(())

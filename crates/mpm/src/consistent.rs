@@ -250,9 +250,9 @@ fn mass_times<const D: usize>(
         let mut all = [Lanes::ZERO; BLOCK];
         for set in &bodies.sets {
             for block in set.blocks_of(slab) {
-                let (points, values) = (set.points().range(block.clone()), &mut all[..block.len()]);
+                let (points, values) = (set.places().range(block.clone()), &mut all[..block.len()]);
                 sweeps.interpolate(&ground, &points, x, values);
-                let masses = &set.mass[block];
+                let masses = &set.points.mass[block];
                 values.iter_mut().zip(masses).for_each(|(value, mass)| *value *= own * mass);
                 let to = Window { nodes: &mut *window, first: offset };
                 sweeps.deposit_values(&ground, &points, to, values, None);
@@ -276,7 +276,12 @@ fn mass_squares<const D: usize>(background: &Background<D>, bodies: &Bodies<D>, 
         for set in &bodies.sets {
             let points = set.slabs[slab]..set.slabs[slab + 1];
             let to = Window { nodes: &mut *window, first: offset };
-            sweeps.deposit_squares(&ground, &set.points().range(points.clone()), to, &set.mass[points]);
+            sweeps.deposit_squares(
+                &ground,
+                &set.places().range(points.clone()),
+                to,
+                &set.points.mass[points],
+            );
         }
     });
 }

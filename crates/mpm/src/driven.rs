@@ -212,7 +212,7 @@ pub fn drive<const D: usize>(clock: &Clock, bodies: &mut Bodies<D>, driven: &mut
     for set in &mut bodies.sets {
         let Some(number) = set.rigid else { continue };
         let velocity = driven[number].rigid_velocity();
-        set.velocity.fill(std::array::from_fn(|c| velocity[c]));
+        set.points.velocity.fill(std::array::from_fn(|c| velocity[c]));
     }
 }
 
@@ -251,7 +251,7 @@ pub fn move_driven<const D: usize>(
         for set in &mut bodies.sets {
             let Some(number) = set.rigid else { continue };
             let velocity = driven[number].rigid_velocity();
-            set.origin.iter_mut().for_each(|x| (0..D).for_each(|c| x[c] -= dt * velocity[c]));
+            set.points.origin.iter_mut().for_each(|x| (0..D).for_each(|c| x[c] -= dt * velocity[c]));
         }
         return Ok(0.0);
     }
@@ -261,7 +261,7 @@ pub fn move_driven<const D: usize>(
         let velocity = driven[number].rigid_velocity();
         let anchored = set.domain.are_anchored();
         let mut domain = set.domain.as_mut();
-        for (p, position) in set.position.iter_mut().enumerate() {
+        for (p, position) in set.points.position.iter_mut().enumerate() {
             (0..D).for_each(|c| position[c] += dt * velocity[c]);
             let mut settled = domain.settle(p, &ground, position);
             if within && !anchored && !background.grid.contains(position) {

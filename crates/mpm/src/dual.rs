@@ -291,7 +291,11 @@ pub fn share_stresses<const D: usize>(
         dual.take(field, &background.grid, &background.layout, &|slab, visit| {
             for set in sets.iter().filter(of_field) {
                 let points = set.slabs[slab]..set.slabs[slab + 1];
-                visit(&set.position[points.clone()], &set.stress[points.clone()], &set.volume[points]);
+                visit(
+                    &set.points.position[points.clone()],
+                    &set.points.stress[points.clone()],
+                    &set.points.volume[points],
+                );
             }
         });
     }

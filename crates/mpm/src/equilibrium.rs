@@ -29,12 +29,14 @@ impl<const D: usize> MpmSolver<D> {
         let mut scales = Scales::default();
         for set in self.soft_sets() {
             let mut moduli = [0.0; BLOCK];
-            for (block, (stresses, states)) in set.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate() {
+            for (block, (stresses, states)) in
+                set.points.stress.chunks(BLOCK).zip(set.states.blocks()).enumerate()
+            {
                 set.material.wave_moduli(stresses, states, &mut moduli[..stresses.len()]);
                 for (k, stress) in stresses.iter().enumerate() {
                     let p = block * BLOCK + k;
                     let spacing = set.domain.as_slice().spacing(p, &self.background.ground());
-                    scales.add(set.volume[p], spacing, &set.total_stress(p), stress, moduli[k]);
+                    scales.add(set.points.volume[p], spacing, &set.total_stress(p), stress, moduli[k]);
                 }
             }
         }
@@ -45,14 +47,14 @@ impl<const D: usize> MpmSolver<D> {
     fn traction_square(&self) -> f64 {
         let Boundary { nodal, load_starts, .. } = &self.boundary;
         let [on_nodes, _] = nodal_squares(&self.clock, &self.bodies, nodal, load_starts);
-        self.bodies.sets.iter().map(|set| square_sum(&set.traction)).sum::<f64>() + on_nodes
+        self.bodies.sets.iter().map(|set| square_sum(&set.points.traction)).sum::<f64>() + on_nodes
     }
 }
 
 impl<const D: usize> PointSet<D> {
     /// Forces of prescribed pore pressures on the fluid of each point, its share of the volume only (N).
     pub fn pore_loads(&self) -> impl Iterator<Item = (usize, [f64; D])> {
-        let forces = self.pore.iter().flat_map(|pore| pore.traction.iter().enumerate());
+        let forces = self.pore.iter().flat_map(|pore| pore.points.traction.iter().enumerate());
         forces.map(|(p, force)| (p, force.map(|c| self.porosity(p) * c)))
     }
 }

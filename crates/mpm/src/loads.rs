@@ -53,7 +53,7 @@ pub fn per_area<const D: usize>(load: &Load) -> [f64; D] {
 pub fn areas<const D: usize>(case: &Case, load: &Load, set: &PointSet<D>) -> Vec<f64> {
     let side = load.side();
     let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
-    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
+    let outermost = set.points.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
     let across: f64 = (0..D).filter(|c| *c != axis).map(|c| set.extent[c]).product();
     let area = |position: &[f64; D]| {
         if sign * position[axis] <= outermost - 0.5 * set.extent[axis] {
@@ -66,7 +66,7 @@ pub fn areas<const D: usize>(case: &Case, load: &Load, set: &PointSet<D>) -> Vec
         };
         across * radius * load.share_at(position)
     };
-    set.position.iter().map(area).collect()
+    set.points.position.iter().map(area).collect()
 }
 
 /// Gives the outermost layer of points of the loaded side its share of load `number` (sheet: mpm §2.11).
@@ -89,9 +89,9 @@ pub fn apply<const D: usize>(
         force,
         applied: f64::NAN,
     });
-    set.traction.resize(set.position.len(), [0.0; D]);
+    set.points.traction.resize(set.points.position.len(), [0.0; D]);
     if let Some(pore) = &mut set.pore {
-        pore.traction.resize(set.position.len(), [0.0; D]);
+        pore.points.traction.resize(set.points.position.len(), [0.0; D]);
     }
     Ok(())
 }
@@ -103,15 +103,15 @@ impl<const D: usize> PointSet<D> {
         if self.loads.iter().all(|load| !load.follows && load.applied == factor(load)) {
             return;
         }
-        self.traction.fill([0.0; D]);
+        self.points.traction.fill([0.0; D]);
         if let Some(pore) = &mut self.pore {
-            pore.traction.fill([0.0; D]);
+            pore.points.traction.fill([0.0; D]);
         }
         for load in &mut self.loads {
             load.applied = factor(load);
             let forces = match &mut self.pore {
-                Some(pore) if load.liquid => &mut pore.traction,
-                _ => &mut self.traction,
+                Some(pore) if load.liquid => &mut pore.points.traction,
+                _ => &mut self.points.traction,
             };
             for (sum, force) in forces.iter_mut().zip(&load.force) {
                 for c in 0..D {
@@ -152,7 +152,8 @@ pub fn follow_surfaces<const D: usize>(
     let dt = clock.dt;
     let mut all = [Gathered::ZERO; BLOCK];
     for set in &mut bodies.sets {
-        let points = Points { position: &set.position, domain: set.domain.as_slice(), extent: &set.extent };
+        let points =
+            Points { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
         for load in set.loads.iter_mut().filter(|load| load.follows) {
             for run in runs(&load.force) {
                 let (points, reads) = (points.range(run.clone()), &mut all[..run.len()]);

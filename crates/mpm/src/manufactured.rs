@@ -68,11 +68,11 @@ impl<const D: usize> MpmSolver<D> {
             let mut gradients: Vec<Square<D>> = Vec::with_capacity(set.len());
             for p in 0..set.len() {
                 let Prescribed { position, velocity, deformation } =
-                    (solution.start)(spatial(&set.origin[p]));
-                set.position[p] = std::array::from_fn(|c| position[c]);
-                set.velocity[p] = std::array::from_fn(|c| velocity[c]);
+                    (solution.start)(spatial(&set.points.origin[p]));
+                set.points.position[p] = std::array::from_fn(|c| position[c]);
+                set.points.velocity[p] = std::array::from_fn(|c| velocity[c]);
                 let stretch = Mat3(deformation).determinant();
-                set.volume[p] *= stretch;
+                set.points.volume[p] *= stretch;
                 let mut gradient = deformation;
                 (0..3).for_each(|c| gradient[c][c] -= 1.0);
                 gradients.push(std::array::from_fn(|i| std::array::from_fn(|j| gradient[i][j])));
@@ -80,17 +80,17 @@ impl<const D: usize> MpmSolver<D> {
                     deformation: Mat3(deformation),
                     gradient: Mat3(gradient),
                     dt: 1.0,
-                    density: set.mass[p] / set.volume[p],
+                    density: set.points.mass[p] / set.points.volume[p],
                     size: set.extent[0],
                     pore: Pore::default(),
                 });
             }
             set.domain.as_mut().follow(&gradients, right_stretch);
-            let blocks = motions.chunks(BLOCK).zip(set.stress.chunks_mut(BLOCK));
+            let blocks = motions.chunks(BLOCK).zip(set.points.stress.chunks_mut(BLOCK));
             for ((motions, stress), states) in blocks.zip(set.states.blocks_mut()) {
                 set.material.update(motions, stress, states).map_err(|error| error.source.to_string())?;
             }
-            set.traction = vec![[0.0; D]; set.len()];
+            set.points.traction = vec![[0.0; D]; set.len()];
         }
         self.clock.limit = None;
         self.sort();
@@ -104,8 +104,8 @@ impl Manufactured {
     pub(crate) fn push<const D: usize>(&self, bodies: &mut Bodies<D>, time: f64) {
         for set in &mut bodies.sets {
             for p in 0..set.len() {
-                let force = (self.force)(spatial(&set.origin[p]), time);
-                set.traction[p] = std::array::from_fn(|c| set.mass[p] * force[c]);
+                let force = (self.force)(spatial(&set.points.origin[p]), time);
+                set.points.traction[p] = std::array::from_fn(|c| set.points.mass[p] * force[c]);
             }
         }
     }

@@ -297,7 +297,7 @@ struct LoadedFacet<const D: usize> {
 }
 
 fn elements_of<const D: usize>(mesh: &Mesh<D>, set: &PointSet<D>) -> Vec<u32> {
-    set.position.iter().filter_map(|x| mesh.locate(x)).collect()
+    set.points.position.iter().filter_map(|x| mesh.locate(x)).collect()
 }
 
 /// Numbers of points in the elements.

@@ -208,8 +208,9 @@ pub fn average_stresses<const D: usize>(
             for set in bodies.sets.iter().filter(of_field) {
                 let domain = set.domain.as_slice();
                 for p in set.slabs[slab]..set.slabs[slab + 1] {
-                    let cell = domain.cell(p, &ground, &set.position[p]);
-                    let (s, pressure, volume) = (set.total_stress(p).0, set.pore_pressure(p), set.volume[p]);
+                    let cell = domain.cell(p, &ground, &set.points.position[p]);
+                    let (s, pressure, volume) =
+                        (set.total_stress(p).0, set.pore_pressure(p), set.points.volume[p]);
                     window[cell - offset][0] += Lanes::new([s[0], s[1], s[2], s[3]]) * volume;
                     window[cell - offset][1] += Lanes::new([s[4], s[5], 1.0, pressure]) * volume;
                 }
@@ -243,12 +244,12 @@ fn reset_stresses<const D: usize>(
             let cell = first + domain.cell(p, &ground, position);
             stresses.full[cell].then(|| averages(&stresses.cells[cell]))
         };
-        let places = || set.position.par_iter().enumerate().map(of_cell);
-        set.stress.par_iter_mut().zip(places()).for_each(|(own, average)| {
+        let places = || set.points.position.par_iter().enumerate().map(of_cell);
+        set.points.stress.par_iter_mut().zip(places()).for_each(|(own, average)| {
             *own = average.map_or(*own, |(total, pressure)| total + SymTensor::isotropic(pressure));
         });
         if let Some(pore) = set.pore.as_mut().filter(|pore| pore.fluid.is_some()) {
-            pore.pressure.par_iter_mut().zip(places()).for_each(|(own, average)| {
+            pore.points.pressure.par_iter_mut().zip(places()).for_each(|(own, average)| {
                 *own = average.map_or(*own, |(_, pressure)| pressure);
             });
         }
@@ -279,6 +280,7 @@ mod tests {
     use crate::dispatch::tests::begun;
     use crate::setup;
     use colluvium_case::Case;
+    use colluvium_points::Spare;
     use serde_json::{Value, json};
 
     /// Internal forces (N) at the nodes 1 and 2 of the bar of [`nodal`], without the middle point of the second cell if
@@ -308,7 +310,8 @@ mod tests {
         let case = bar(shape, integration, &json!({}));
         let mut solver = begun::<1>(&case);
         let set = &mut solver.bodies.sets[0];
-        set.retain(|x| !out.iter().any(|i| (x[0] - (f64::from(*i) + 0.5) / 3.0).abs() < 1e-9));
+        let outside = |x: &[f64; 1]| !out.iter().any(|i| (x[0] - (f64::from(*i) + 0.5) / 3.0).abs() < 1e-9);
+        set.retain(outside, &mut Spare::default());
         solver.sort();
         solver.scatter_all();
         [0, 1, 2, 3]
@@ -345,28 +348,33 @@ mod tests {
         for (case, wet) in resettable_bars().iter().zip([false, true]) {
             let mut solver = begun::<1>(case);
             // Two of three points are left in the last cell.
-            solver.bodies.sets[0].retain(|x| (x[0] - 8.5 / 3.0).abs() > 1e-9);
+            solver.bodies.sets[0].retain(|x| (x[0] - 8.5 / 3.0).abs() > 1e-9, &mut Spare::default());
             solver.sort();
             let set = &mut solver.bodies.sets[0];
-            for (p, stress) in set.stress.iter_mut().enumerate() {
+            for (p, stress) in set.points.stress.iter_mut().enumerate() {
                 *stress = SymTensor([p as f64, 1.0, 2.0, 3.0, 4.0, 5.0]);
             }
-            let before = set.pore.as_ref().map_or(vec![0.0; 8], |pore| pore.pressure.clone());
+            let before = set.pore.as_ref().map_or(vec![0.0; 8], |pore| pore.points.pressure.clone());
             let MpmSolver { clock, background, bodies, averages, .. } = &mut solver;
             average_stresses(clock, background, bodies, &mut averages.stresses);
-            let stresses: Vec<f64> = solver.bodies.sets[0].stress.iter().map(|stress| stress.0[0]).collect();
+            let stresses: Vec<f64> =
+                solver.bodies.sets[0].points.stress.iter().map(|stress| stress.0[0]).collect();
             let exact = [1.0, 1.0, 1.0, 4.0, 4.0, 4.0, 6.0, 7.0];
             assert!(stresses.iter().zip(exact).all(|(s, e)| (s - e).abs() < 1e-13), "{wet}: {stresses:?}");
             assert!(
-                solver.bodies.sets[0].stress.iter().all(|s| (s.0[1] - 1.0).abs() < 1e-13 && s.0[5] == 5.0)
+                solver.bodies.sets[0]
+                    .points
+                    .stress
+                    .iter()
+                    .all(|s| (s.0[1] - 1.0).abs() < 1e-13 && s.0[5] == 5.0)
             );
             let Some(pore) = &solver.bodies.sets[0].pore else { continue };
             let exact =
                 [before[1], before[1], before[1], before[4], before[4], before[4], before[6], before[7]];
             assert!(
-                pore.pressure.iter().zip(exact).all(|(p, e)| (p - e).abs() < 1e-12),
+                pore.points.pressure.iter().zip(exact).all(|(p, e)| (p - e).abs() < 1e-12),
                 "{:?}",
-                pore.pressure
+                pore.points.pressure
             );
         }
     }

@@ -93,7 +93,7 @@ fn on_grid<const D: usize>(
     let load = &case.loads[number];
     let refuse = |problem: String| Err(CaseError::new(format!("loads[{number}].carrier"), problem));
     let (axis, sign) = (load.side().axis(), if load.side().is_max() { 1.0 } else { -1.0 });
-    let outermost = set.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
+    let outermost = set.points.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
     let line = (sign * (outermost + 0.5 * set.extent[axis]) - grid.origin[axis]) / grid.cell;
     if (line - line.round()).abs() > 1e-6 {
         return refuse(format!(
@@ -109,7 +109,9 @@ fn on_grid<const D: usize>(
     }
     let on_side = basis.node_on(line, grid.cells[axis]);
     let mut areas = BTreeMap::new();
-    for (x, area) in set.position.iter().zip(loads::areas(case, load, set)).filter(|(_, area)| *area != 0.0) {
+    for (x, area) in
+        set.points.position.iter().zip(loads::areas(case, load, set)).filter(|(_, area)| *area != 0.0)
+    {
         for_each_across(background, x, &set.extent, axis, |mut index, weight| {
             index[axis] = on_side;
             for index in layout.images(index) {

@@ -1,6 +1,6 @@
 //! The pore fluid of a body, and what it adds to each of the body's points.
 
-use serde::{Deserialize, Serialize};
+use colluvium_points::columns;
 
 /// Entry of the skeleton at a node; until the solve the fourth lane of its force is the drag `Q`.
 pub const SOLID: usize = 0;
@@ -47,55 +47,24 @@ impl Fluid {
     }
 }
 
-/// What pore fluid adds to the points of a body, in the order of the points.
+columns! {
+    /// What pore fluid adds to a point.
+    pub struct PoreColumns<const D: usize> {
+        /// Velocities of the fluid (m/s).
+        pub velocity: [f64; D],
+        /// Pore pressures (Pa), compression-positive.
+        pub pressure: f64,
+        /// Forces of prescribed boundary pressures in this step (N); empty where there are none.
+        pub traction: [f64; D],
+    }
+}
+
+/// The pore fluid of a body, its columns in the order of the body's points.
 pub struct PoreSet<const D: usize> {
     /// The fluid; `None` for a dry body beside saturated ones.
     pub fluid: Option<Fluid>,
-    /// Velocities of the fluid (m/s).
-    pub velocity: Vec<[f64; D]>,
-    /// Pore pressures (Pa), compression-positive.
-    pub pressure: Vec<f64>,
-    /// Forces of prescribed boundary pressures in this step (N); empty where there are none.
-    pub traction: Vec<[f64; D]>,
-}
-
-/// The arrays of a [`PoreSet`] in a checkpoint.
-#[derive(Serialize, Deserialize)]
-pub struct SavedPore {
-    velocity: Vec<f64>,
-    pressure: Vec<f64>,
-}
-
-impl<const D: usize> PoreSet<D> {
-    /// Memory of the arrays (bytes).
-    pub fn bytes(&self) -> usize {
-        size_of_val(&self.velocity[..]) + size_of_val(&self.pressure[..]) + size_of_val(&self.traction[..])
-    }
-
-    /// Puts the points in a new order.
-    pub fn permute(&mut self, order: &[u32]) {
-        self.velocity = order.iter().map(|&i| self.velocity[i as usize]).collect();
-        self.pressure = order.iter().map(|&i| self.pressure[i as usize]).collect();
-        if !self.traction.is_empty() {
-            self.traction = order.iter().map(|&i| self.traction[i as usize]).collect();
-        }
-    }
-
-    /// Everything that changes, for a checkpoint.
-    pub fn save(&self) -> SavedPore {
-        SavedPore { velocity: self.velocity.as_flattened().to_vec(), pressure: self.pressure.clone() }
-    }
-
-    /// Takes the arrays of [`PoreSet::save`] for `n` points; `None` where they do not fit.
-    pub fn restore(&mut self, saved: SavedPore, n: usize) -> Option<()> {
-        if saved.velocity.len() != n * D || saved.pressure.len() != n {
-            return None;
-        }
-        self.traction.truncate(n);
-        self.velocity = saved.velocity.as_chunks().0.to_vec();
-        self.pressure = saved.pressure;
-        Some(())
-    }
+    /// What it adds to the points.
+    pub points: PoreColumns<D>,
 }
 
 /// Largest stable step of an element of length `h` (m) of skeleton and fluid, and whether the drag limits it rather

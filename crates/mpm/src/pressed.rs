@@ -1,5 +1,7 @@
 //! What a point knows of the obstacles that it presses on (docs/theory/mpm.md, obstacles).
 
+use colluvium_points::columns::Raw;
+
 /// A point of a body whose obstacles act on points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pressed<const D: usize> {
@@ -36,42 +38,25 @@ impl<const D: usize> Pressed<D> {
     };
 }
 
-/// Numbers that are saved of a point, beside two vectors.
-const SCALARS: usize = 5;
+/// Numbers of a point, beside three vectors and its bond.
+const SCALARS: usize = 4;
 
-/// Everything that changes, for a checkpoint; forces are found anew.
-pub fn saved<const D: usize>(points: &[Pressed<D>]) -> Vec<f64> {
-    let mut numbers = Vec::with_capacity(points.len() * (SCALARS + 2 * D));
-    for point in points {
-        numbers.extend([point.half, point.reach, point.free, f64::from(point.bond), point.swept]);
-        numbers.extend(point.seen);
-        numbers.extend(point.spring);
-    }
-    numbers
-}
+impl<const D: usize> Raw for Pressed<D> {
+    const BYTES: usize = <[f64; SCALARS]>::BYTES + 3 * <[f64; D]>::BYTES + u32::BYTES;
 
-/// Takes the numbers of [`saved`] for `count` points; `None` where they do not fit. Without points with obstacles there are none.
-pub fn restore<const D: usize>(points: &mut Vec<Pressed<D>>, numbers: &[f64], count: usize) -> Option<()> {
-    let each = SCALARS + 2 * D;
-    let expected = if points.is_empty() { 0 } else { count * each };
-    if numbers.len() != expected {
-        return None;
+    fn put(self, out: &mut Vec<u8>) {
+        [self.half, self.reach, self.free, self.swept].put(out);
+        [self.seen, self.spring, self.force].put(out);
+        self.bond.put(out);
     }
-    points.clear();
-    points.extend(numbers.chunks_exact(each).map(|numbers| {
-        let vector = |first: usize| std::array::from_fn(|c| numbers[first + c]);
-        Pressed {
-            half: numbers[0],
-            reach: numbers[1],
-            free: numbers[2],
-            bond: numbers[3] as u32,
-            swept: numbers[4],
-            seen: vector(SCALARS),
-            spring: vector(SCALARS + D),
-            force: [0.0; D],
-        }
-    }));
-    Some(())
+
+    fn get(bytes: &[u8]) -> Self {
+        let (numbers, bytes) = bytes.split_at(<[f64; SCALARS]>::BYTES);
+        let (vectors, bond) = bytes.split_at(3 * <[f64; D]>::BYTES);
+        let [half, reach, free, swept] = Raw::get(numbers);
+        let [seen, spring, force] = Raw::get(vectors);
+        Self { half, reach, free, swept, seen, spring, bond: Raw::get(bond), force }
+    }
 }
 
 #[cfg(test)]
@@ -79,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_come_back_from_their_numbers() {
+    fn a_point_comes_back_from_its_bytes() {
         let point = Pressed::<2> {
             half: 0.5,
             reach: 0.25,
@@ -88,13 +73,10 @@ mod tests {
             seen: [1.0, 2.0],
             spring: [3.0, 4.0],
             bond: 3,
-            force: [0.0; 2],
+            force: [5.0, 6.0],
         };
-        let points = vec![point, Pressed { half: 7.0, ..point }];
-        let mut again = vec![Pressed::NEW; 5];
-        restore(&mut again, &saved(&points), 2).unwrap();
-        assert_eq!(again, points);
-        assert!(restore(&mut again, &[0.0; 8], 2).is_none());
-        assert!(restore::<2>(&mut Vec::new(), &[], 2).is_some());
+        let mut bytes = Vec::new();
+        point.put(&mut bytes);
+        assert_eq!((bytes.len(), Pressed::get(&bytes)), (Pressed::<2>::BYTES, point));
     }
 }

@@ -11,7 +11,7 @@ use crate::background::Background;
 use crate::bodies::Bodies;
 use crate::clock::Clock;
 use crate::obstacles::rocks::{Grip, Rock, RockState, Rocks, Room, Sums, look};
-use crate::points::PointSet;
+use crate::points::{Columns, PointSet};
 use crate::pressed::Pressed;
 use crate::vectors::square;
 
@@ -28,10 +28,10 @@ pub fn begin_pressing<const D: usize>(
     let mut blocks = 0;
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
         let half = |p: usize| {
-            let radius = if background.axisymmetric { set.position[p][0] } else { 1.0 };
-            0.5 * (set.initial_volume[p] / radius).powf(1.0 / D as f64)
+            let radius = if background.axisymmetric { set.points.position[p][0] } else { 1.0 };
+            0.5 * (set.points.initial_volume[p] / radius).powf(1.0 / D as f64)
         };
-        set.pressed = (0..set.len()).map(|p| rocks.begin(&set.position[p], half(p))).collect();
+        set.points.pressed = (0..set.len()).map(|p| rocks.begin(&set.points.position[p], half(p))).collect();
         blocks = blocks.max(set.len().div_ceil(BLOCK));
     }
     rocks.make_room(blocks);
@@ -49,7 +49,8 @@ pub fn press<const D: usize>(
     let Rocks { rocks, rooms, horizon, passed } = &mut **rocks;
     let stiffness = clock.options.obstacle_stiffness;
     for set in bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
-        let PointSet { pressed, states, material, position, origin, stress, volume, domain, .. } = set;
+        let PointSet { points, states, material, domain, .. } = set;
+        let Columns { pressed, position, origin, stress, volume, .. } = points;
         let domain = domain.as_slice();
         let (material, swept) = (&**material, passed.swept);
         let of_set =
@@ -80,7 +81,9 @@ pub fn press<const D: usize>(
 /// Begins to count displacements anew from where the points are.
 pub fn forget_displacements<const D: usize>(bodies: &mut Bodies<D>) {
     for set in &mut bodies.sets {
-        for ((point, x), origin) in set.pressed.iter_mut().zip(&set.position).zip(&set.origin) {
+        for ((point, x), origin) in
+            set.points.pressed.iter_mut().zip(&set.points.position).zip(&set.points.origin)
+        {
             (0..D).for_each(|c| point.seen[c] -= x[c] - origin[c]);
         }
     }

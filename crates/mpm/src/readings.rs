@@ -41,9 +41,17 @@ impl<const D: usize> MpmSolver<D> {
             energies.iter_mut().zip(velocity).for_each(|(energy, v)| *energy += 0.5 * mass * v * v);
         };
         for set in &self.bodies.sets {
-            set.mass.iter().zip(&set.velocity).for_each(|(mass, velocity)| add(*mass, velocity));
+            set.points
+                .mass
+                .iter()
+                .zip(&set.points.velocity)
+                .for_each(|(mass, velocity)| add(*mass, velocity));
             if let Some(pore) = &set.pore {
-                pore.velocity.iter().enumerate().for_each(|(p, velocity)| add(set.liquid_mass(p), velocity));
+                pore.points
+                    .velocity
+                    .iter()
+                    .enumerate()
+                    .for_each(|(p, velocity)| add(set.liquid_mass(p), velocity));
             }
         }
         energies
@@ -57,7 +65,7 @@ impl<const D: usize> MpmSolver<D> {
     /// Least and largest volume of a point over its initial one; NaN without points.
     fn volume_ratios(&self) -> [f64; 2] {
         let ratios = self.soft_sets().flat_map(|set| {
-            set.volume.iter().zip(&set.initial_volume).map(|(volume, initial)| volume / initial)
+            set.points.volume.iter().zip(&set.points.initial_volume).map(|(volume, initial)| volume / initial)
         });
         ratios.fold([f64::NAN; 2], |[least, most], ratio| [ratio.min(least), ratio.max(most)])
     }
@@ -67,7 +75,7 @@ impl<const D: usize> MpmSolver<D> {
         let ground = self.background.ground();
         let of_set = |set: &PointSet<D>| -> Vec<usize> {
             let mut cells = vec![0; set.len()];
-            set.domain.as_slice().cells(&ground, &set.position, &mut cells);
+            set.domain.as_slice().cells(&ground, &set.points.position, &mut cells);
             cells
         };
         let mut cells: Vec<usize> = self.soft_sets().flat_map(of_set).collect();

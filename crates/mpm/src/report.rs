@@ -45,7 +45,7 @@ fn least_of_blocks(
 /// Recoverable energies of the points of a set (J), zero where the law defines none.
 pub fn stored_energies<const D: usize>(set: &PointSet<D>) -> Vec<f64> {
     let mut energies = set.law_points().stored_energies();
-    energies.iter_mut().zip(&set.volume).for_each(|(energy, volume)| *energy *= volume);
+    energies.iter_mut().zip(&set.points.volume).for_each(|(energy, volume)| *energy *= volume);
     energies
 }
 
@@ -60,14 +60,14 @@ impl<const D: usize> MpmSolver<D> {
             let of_block = |first: usize, stress: &[SymTensor], states: &StateBlock| {
                 self.block_limit(bounds, number, first, stress, states)
             };
-            least = least.smaller(least_of_blocks(&set.stress, &set.states, none, &of_block));
+            least = least.smaller(least_of_blocks(&set.points.stress, &set.states, none, &of_block));
         }
         let point = self.bodies.sets.get(least.set).filter(|set| least.index < set.len());
         TimeStep {
             dt: least.dt,
             limit: least.limit,
-            point: point.map(|set| u64::from(set.id[least.index])),
-            position: point.map_or([0.0; 3], |set| spatial(&set.position[least.index])),
+            point: point.map(|set| u64::from(set.points.id[least.index])),
+            position: point.map_or([0.0; 3], |set| spatial(&set.points.position[least.index])),
         }
     }
 
@@ -90,12 +90,12 @@ impl<const D: usize> MpmSolver<D> {
         for k in 0..stress.len() {
             let index = first + k;
             let h = set.domain.as_slice().spacing(index, &ground);
-            let density = set.mass[index] / set.volume[index];
+            let density = set.points.mass[index] / set.points.volume[index];
             if set.rigid.is_some() {
                 (moduli[k], viscosities[k]) = (0.0, 0.0);
             }
             let speed = (stiffening * moduli[k] / (self.clock.options.mass_scaling * density)).sqrt()
-                + square(&set.velocity[index]).sqrt();
+                + square(&set.points.velocity[index]).sqrt();
             let wave =
                 Limit { dt: bounds.courant * h / speed, limit: StepLimit::ELASTIC_WAVE, set: number, index };
             least = least.smaller(self.phase_limit(bounds, wave, moduli[k]));
@@ -113,7 +113,7 @@ impl<const D: usize> MpmSolver<D> {
     pub(crate) fn take_snapshot(&self) -> Snapshot {
         let mut order: Vec<(u32, usize, usize)> = Vec::new();
         for (number, set) in self.bodies.sets.iter().enumerate() {
-            order.extend(set.id.iter().enumerate().map(|(index, &id)| (id, number, index)));
+            order.extend(set.points.id.iter().enumerate().map(|(index, &id)| (id, number, index)));
         }
         order.par_sort_unstable();
         let scalar = |value: &dyn Fn(&PointSet<D>, usize) -> f64| -> FieldData {
@@ -123,22 +123,30 @@ impl<const D: usize> MpmSolver<D> {
             order.iter().map(|&(_, s, i)| value(&self.bodies.sets[s], i)).collect()
         };
         let displacement = |set: &PointSet<D>, i: usize| -> [f64; 3] {
-            spatial(&std::array::from_fn::<f64, D, _>(|c| set.position[i][c] - set.origin[i][c]))
+            spatial(&std::array::from_fn::<f64, D, _>(|c| {
+                set.points.position[i][c] - set.points.origin[i][c]
+            }))
         };
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
         let mut fields = vec![
-            field("velocity", "m/s", FieldData::Vector(vector(&|s, i| spatial(&s.velocity[i])))),
+            field("velocity", "m/s", FieldData::Vector(vector(&|s, i| spatial(&s.points.velocity[i])))),
             field("displacement", "m", FieldData::Vector(vector(&displacement))),
             field(
                 "stress",
                 "Pa",
-                FieldData::Tensor(order.iter().map(|&(_, s, i)| self.bodies.sets[s].stress[i]).collect()),
+                FieldData::Tensor(
+                    order.iter().map(|&(_, s, i)| self.bodies.sets[s].points.stress[i]).collect(),
+                ),
             ),
-            field("pressure", "Pa", scalar(&|s, i| s.stress[i].pressure())),
-            field("deviatoric_stress", "Pa", scalar(&|s, i| s.stress[i].q())),
-            field("mass", "kg", scalar(&|s, i| s.mass[i] + s.liquid_mass(i))),
-            field("volume", "m3", scalar(&|s, i| s.volume[i])),
-            field("density", "kg/m3", scalar(&|s, i| (s.mass[i] + s.liquid_mass(i)) / s.volume[i])),
+            field("pressure", "Pa", scalar(&|s, i| s.points.stress[i].pressure())),
+            field("deviatoric_stress", "Pa", scalar(&|s, i| s.points.stress[i].q())),
+            field("mass", "kg", scalar(&|s, i| s.points.mass[i] + s.liquid_mass(i))),
+            field("volume", "m3", scalar(&|s, i| s.points.volume[i])),
+            field(
+                "density",
+                "kg/m3",
+                scalar(&|s, i| (s.points.mass[i] + s.liquid_mass(i)) / s.points.volume[i]),
+            ),
         ];
         fields.extend(self.pore_fields(&order));
         let bodies: Vec<LawPoints<'_>> = self.bodies.sets.iter().map(PointSet::law_points).collect();
@@ -152,7 +160,7 @@ impl<const D: usize> MpmSolver<D> {
             step: self.clock.step,
             ids: order.iter().map(|&(id, ..)| u64::from(id)).collect(),
             bodies: order.iter().map(|&(_, s, _)| self.bodies.sets[s].body).collect(),
-            positions: vector(&|s, i| spatial(&s.position[i])),
+            positions: vector(&|s, i| spatial(&s.points.position[i])),
             extents: vector(&extents),
             fields,
         }
@@ -164,7 +172,8 @@ impl<const D: usize> MpmSolver<D> {
         for set in &self.bodies.sets {
             let energies = stored_energies(set);
             for i in 0..set.len() {
-                let (x, v, m) = (spatial(&set.position[i]), spatial(&set.velocity[i]), set.mass[i]);
+                let (x, v, m) =
+                    (spatial(&set.points.position[i]), spatial(&set.points.velocity[i]), set.points.mass[i]);
                 budget.mass += m;
                 budget.kinetic += 0.5 * m * square(&v);
                 budget.elastic += energies[i];
@@ -175,7 +184,7 @@ impl<const D: usize> MpmSolver<D> {
                     budget.potential -= m * self.clock.gravity[c] * x[c];
                     if self.clock.options.transfer == crate::Transfer::Apic && a < D && b < D {
                         // What turns within the point.
-                        let moment = &set.affine[i];
+                        let moment = &set.points.affine[i];
                         budget.angular_momentum[c] += m * (moment[b][a] - moment[a][b]);
                     }
                 }
@@ -201,16 +210,16 @@ impl<const D: usize> MpmSolver<D> {
     /// Begins to count work, from what is stored.
     pub(crate) fn count_work(&mut self) {
         for set in self.bodies.sets.iter_mut().filter(|set| set.rigid.is_none()) {
-            set.work = stored_energies(set);
+            set.points.work = stored_energies(set);
         }
     }
 
     /// Energy dissipated since the start (J), of the points that are there.
     pub(crate) fn dissipated_energy(&self) -> f64 {
-        let counted = self.bodies.sets.iter().filter(|set| !set.work.is_empty());
+        let counted = self.bodies.sets.iter().filter(|set| !set.points.work.is_empty());
         let lost = counted.map(|set| {
             let stored = stored_energies(set);
-            set.work.iter().zip(stored).map(|(work, stored)| work - stored).sum::<f64>()
+            set.points.work.iter().zip(stored).map(|(work, stored)| work - stored).sum::<f64>()
         });
         lost.sum()
     }

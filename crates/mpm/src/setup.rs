@@ -127,7 +127,7 @@ impl dispatch::Visitor for Measure<'_> {
         let phases = if solver.two_phase.is_some() { 2 } else { 1 };
         let mut volumes = vec![0.0; self.case.bodies.len()];
         for set in &solver.bodies.sets {
-            volumes[set.body as usize] += set.initial_volume.iter().sum::<f64>();
+            volumes[set.body as usize] += set.points.initial_volume.iter().sum::<f64>();
         }
         let mut warnings = warnings(self.case, self.options, points);
         for patch in driven::empty_patches(&solver.clock, &solver.background, &solver.boundary.driven) {
@@ -190,7 +190,7 @@ pub fn solver<const D: usize>(
         next += set.len();
         set.rigid = case.bodies[number].rigid.then(|| rigid_number(&driven, &case.bodies[number])).flatten();
         if set.rigid.is_none() {
-            case.refuse_covered(&standing, number, &set.position, SLACK * options.cell_size)?;
+            case.refuse_covered(&standing, number, &set.points.position, SLACK * options.cell_size)?;
         }
         sets.push(set);
     }

@@ -295,7 +295,7 @@ fn audit<const D: usize>(
 pub(crate) fn work_of_loads<const D: usize>(bodies: &Bodies<D>, driven: &[Driven], dt: f64) -> f64 {
     let mut work = 0.0;
     for set in &bodies.sets {
-        work += dt * power(&set.traction, &set.velocity);
+        work += dt * power(&set.points.traction, &set.points.velocity);
     }
     for driven in driven {
         let velocity = driven.rigid_velocity();

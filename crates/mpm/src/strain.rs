@@ -163,11 +163,11 @@ pub fn share_strains<const D: usize>(
                     read(set, block.clone(), all);
                     set.domain.as_slice().range(block.clone()).cells(
                         &ground,
-                        &set.position[block.clone()],
+                        &set.points.position[block.clone()],
                         places,
                     );
                     for ((p, cell), [solid, liquid]) in block.zip(&*places).zip(&*all) {
-                        let volume = set.volume[p];
+                        let volume = set.points.volume[p];
                         let moved = if wet { volume } else { 0.0 };
                         window[*cell - offset] += Lanes::new([volume, volume * solid, moved, moved * liquid]);
                     }
@@ -194,7 +194,7 @@ pub fn share_strains_of_one_phase<const FROM_SOLVED: bool, const D: usize>(
 ) {
     let Background { layout, sweeps, .. } = background;
     share_strains(background, bodies, strains, &|set, block, out| {
-        let (ground, points) = (background.ground(), set.points().range(block));
+        let (ground, points) = (background.ground(), set.places().range(block));
         let mut all = [Gathered::ZERO; BLOCK];
         let (reads, first) = (&mut all[..points.len()], set.field * layout.len());
         if FROM_SOLVED {

@@ -1,5 +1,9 @@
 //! A load that the points of a body carry.
 
+use std::io::{self, Read};
+
+use colluvium_points::columns::read_column;
+
 /// One load on the points of a set.
 pub struct SurfaceLoad<const D: usize> {
     /// Index into `Case::loads`.
@@ -15,14 +19,12 @@ pub struct SurfaceLoad<const D: usize> {
 }
 
 impl<const D: usize> SurfaceLoad<D> {
-    /// Puts the points in a new order.
-    pub fn permute(&mut self, order: &[u32]) {
-        self.force = order.iter().map(|&i| self.force[i as usize]).collect();
-    }
-
-    /// Takes the forces of a checkpoint.
-    pub fn restore(&mut self, force: Vec<[f64; D]>) {
-        self.force = force;
+    /// Reads the forces of a checkpoint.
+    ///
+    /// # Errors
+    /// When the bytes end early.
+    pub fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
         self.applied = f64::NAN;
+        read_column(&mut self.force, |force: [f64; D]| force, input)
     }
 }

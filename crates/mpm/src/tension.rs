@@ -27,12 +27,12 @@ impl<const D: usize> MpmSolver<D> {
         let (low, high) = body.shape.bounds(D);
         let height: f64 =
             (0..D).map(|axis| (high[axis] - low[axis]) * self.clock.gravity[axis].abs() / gravity).sum();
-        let speed = set.velocity.iter().map(square).fold(0.0, f64::max);
+        let speed = set.points.velocity.iter().map(square).fold(0.0, f64::max);
         let allowed = spec.density() * (gravity * height + 0.5 * speed);
-        let tension = |i: usize| -set.stress[i].pressure();
-        let mass = |i: usize| set.mass[i];
+        let tension = |i: usize| -set.points.stress[i].pressure();
+        let mass = |i: usize| set.points.mass[i];
         let tense: f64 = (0..set.len()).filter(|&i| tension(i) > allowed).map(mass).sum();
-        let share = tense / set.mass.iter().sum::<f64>();
+        let share = tense / set.points.mass.iter().sum::<f64>();
         if !(share > NOTABLE) {
             return None;
         }
@@ -44,8 +44,8 @@ impl<const D: usize> MpmSolver<D> {
             self.clock.time,
             100.0 * share,
             body.name,
-            set.id[worst],
-            spatial(&set.position[worst]),
+            set.points.id[worst],
+            spatial(&set.points.position[worst]),
             tension(worst),
             body.material
         ))

@@ -194,7 +194,8 @@ pub fn scatter_surfaces<const D: usize>(
                 let domain = set.domain.as_slice();
                 for block in set.blocks_of(slab) {
                     for (k, p) in block.clone().enumerate() {
-                        let section = set.volume[p] / if *axisymmetric { set.position[p][0] } else { 1.0 };
+                        let section = set.points.volume[p]
+                            / if *axisymmetric { set.points.position[p][0] } else { 1.0 };
                         columns[k] = std::array::from_fn(|j| {
                             let at = |i: usize| if i == j { section } else { 0.0 };
                             Lanes::new([at(0), at(1), at(2), 0.0])
@@ -203,7 +204,7 @@ pub fn scatter_surfaces<const D: usize>(
                     }
                     let (volumes, columns) = (&volumes[..block.len()], &columns[..block.len()]);
                     let to = Window { nodes: &mut *window, first: offset };
-                    sweeps.deposit_slopes(&ground, &set.points().range(block), to, volumes, columns);
+                    sweeps.deposit_slopes(&ground, &set.places().range(block), to, volumes, columns);
                 }
             }
         });

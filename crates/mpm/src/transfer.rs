@@ -67,7 +67,7 @@ pub fn deposit_of<const D: usize>(
                 let to = Window { nodes: &mut *window, first: offset };
                 let affine = affine_of(transfer, set, block.clone());
                 let values = &values[..block.len()];
-                background.sweeps.deposit_values(&ground, &set.points().range(block), to, values, affine);
+                background.sweeps.deposit_values(&ground, &set.places().range(block), to, values, affine);
             }
         }
     });
@@ -91,9 +91,9 @@ fn affine_of<const D: usize>(
     set: &PointSet<D>,
     points: Range<usize>,
 ) -> Option<Affine<'_, D>> {
-    let fields = || &set.affine[points.clone()];
+    let fields = || &set.points.affine[points.clone()];
     let moments = transfer == Transfer::Apic;
-    transfer.is_affine().then(|| Affine { moments, fields: fields(), mass: &set.mass[points.clone()] })
+    transfer.is_affine().then(|| Affine { moments, fields: fields(), mass: &set.points.mass[points.clone()] })
 }
 
 /// Point to grid (step 1), slab by slab.
@@ -128,29 +128,29 @@ pub fn scatter<const D: usize>(
             let mut given = Given::NOTHING;
             for set in of_field(field) {
                 let domain = set.domain.as_slice();
-                let loaded = !set.traction.is_empty() && what != Scatter::Motion;
-                let pressed = !set.pressed.is_empty() && what != Scatter::Motion;
+                let loaded = !set.points.traction.is_empty() && what != Scatter::Motion;
+                let pressed = !set.points.pressed.is_empty() && what != Scatter::Motion;
                 for block in set.blocks_of(slab) {
                     for (k, p) in block.clone().enumerate() {
-                        let mass = if what == Scatter::Forces { 0.0 } else { set.mass[p] };
-                        given.motion[k] = lanes(&set.velocity[p], 1.0) * mass;
+                        let mass = if what == Scatter::Forces { 0.0 } else { set.points.mass[p] };
+                        given.motion[k] = lanes(&set.points.velocity[p], 1.0) * mass;
                         let left_to_cell =
-                            full.is_some_and(|full| full[domain.cell(p, &ground, &set.position[p])]);
+                            full.is_some_and(|full| full[domain.cell(p, &ground, &set.points.position[p])]);
                         let pulls = what != Scatter::Motion && !left_to_cell;
-                        let volume = if pulls { set.volume[p] } else { 0.0 };
-                        let own = if shared { share(grid, &set.position[p]) } else { 1.0 };
-                        given.columns[k] = force_columns::<D>(&set.stress[p], own * volume);
+                        let volume = if pulls { set.points.volume[p] } else { 0.0 };
+                        let own = if shared { share(grid, &set.points.position[p]) } else { 1.0 };
+                        given.columns[k] = force_columns::<D>(&set.points.stress[p], own * volume);
                         if axisymmetric {
-                            let hoop = -volume * set.stress[p][2] / set.position[p][0];
+                            let hoop = -volume * set.points.stress[p][2] / set.points.position[p][0];
                             given.body[k] = Lanes::new([hoop, 0.0, 0.0, 0.0]);
                         } else {
                             given.body[k] = Lanes::ZERO;
                         }
                         if loaded {
-                            given.body[k] += lanes(&set.traction[p], 0.0);
+                            given.body[k] += lanes(&set.points.traction[p], 0.0);
                         }
                         if pressed {
-                            given.body[k] += lanes(&set.pressed[p].force, 0.0);
+                            given.body[k] += lanes(&set.points.pressed[p].force, 0.0);
                         }
                     }
                     let count = block.len();
@@ -161,7 +161,7 @@ pub fn scatter<const D: usize>(
                         affine: affine_of(transfer, set, block.clone()).filter(|_| what != Scatter::Forces),
                     };
                     let to = Window { nodes: &mut *window, first: offset };
-                    sweeps.deposit(&ground, &set.points().range(block), to, &deposit);
+                    sweeps.deposit(&ground, &set.places().range(block), to, &deposit);
                 }
             }
         });
@@ -191,7 +191,7 @@ pub fn remap<const D: usize>(
 ) {
     nodes.reset_remapped(&background.layout);
     let transfer = clock.options.transfer;
-    let of = |set: &PointSet<D>, p: usize| lanes(&set.velocity[p], 0.0) * set.mass[p];
+    let of = |set: &PointSet<D>, p: usize| lanes(&set.points.velocity[p], 0.0) * set.points.mass[p];
     let len = background.layout.len();
     for (field, nodes) in nodes.remapped.chunks_exact_mut(len).enumerate() {
         deposit_of(background, &bodies.sets, field, nodes, &of, transfer);

@@ -26,7 +26,7 @@ pub fn filter_velocities<const D: usize>(
 ) {
     let (len, ground, sweeps) = (background.layout.len(), background.ground(), background.sweeps);
     for set in &mut bodies.sets {
-        set.scratch.copy_from_slice(&set.velocity);
+        set.points.scratch.copy_from_slice(&set.points.velocity);
         let nodes = &nodes.solved[set.field * len..];
         // The velocity at the start of the step, walls included.
         subtract(set, &|points, out| sweeps.interpolate_start(&ground, points, nodes, clock.dt, out));
@@ -35,8 +35,8 @@ pub fn filter_velocities<const D: usize>(
         sweep(clock, background, bodies, nodes, boundary);
     }
     for set in &mut bodies.sets {
-        let velocities = set.velocity.as_flattened_mut().iter_mut();
-        velocities.zip(set.scratch.as_flattened()).for_each(|(velocity, rest)| *velocity -= rest);
+        let velocities = set.points.velocity.as_flattened_mut().iter_mut();
+        velocities.zip(set.points.scratch.as_flattened()).for_each(|(velocity, rest)| *velocity -= rest);
     }
 }
 
@@ -53,7 +53,7 @@ fn sweep<const D: usize>(
     let (layout, walls) = (&background.layout, &boundary.walls);
     let row_length = layout.strides()[0];
     let momentum = |set: &PointSet<D>, p: usize| {
-        let at = |c: usize| if c < D { set.mass[p] * set.scratch[p][c] } else { 0.0 };
+        let at = |c: usize| if c < D { set.points.mass[p] * set.points.scratch[p][c] } else { 0.0 };
         Lanes::new([at(0), at(1), at(2), 0.0])
     };
     let fields = nodes.remapped.chunks_exact_mut(layout.len());
@@ -79,8 +79,9 @@ fn sweep<const D: usize>(
 
 /// Takes from the scratch of every point what `read` finds at it.
 fn subtract<const D: usize>(set: &mut PointSet<D>, read: &(dyn Fn(&Points<'_, D>, &mut [Lanes]) + Sync)) {
-    let points = Points { position: &set.position, domain: set.domain.as_slice(), extent: &set.extent };
-    in_chunks(&mut set.scratch, &points, &|rest, points| {
+    let points =
+        Points { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };
+    in_chunks(&mut set.points.scratch, &points, &|rest, points| {
         let mut all = [Lanes::ZERO; CHUNK];
         let found = &mut all[..rest.len()];
         read(points, found);

@@ -264,6 +264,13 @@ macro_rules! columns {
                 uneven.map(|number| Self::COLUMNS[number])
             }
 
+            /// Whether the columns that are in use are those of `other`; without points there are none to tell.
+            #[must_use]
+            pub fn uses_columns_of(&self, other: &Self) -> bool {
+                let alike: &[bool] = &[$(self.$column.is_empty() == other.$column.is_empty()),*];
+                self.is_empty() || other.is_empty() || alike.iter().all(|alike| *alike)
+            }
+
             /// Point `i` becomes what point `order[i]` was; points that `order` does not name vanish.
             pub fn reorder(&mut self, order: &[u32], spare: &mut $crate::Spare) {
                 self.reorder_range(0..self.len(), order, spare);

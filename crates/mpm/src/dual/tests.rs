@@ -147,12 +147,13 @@ fn power<const D: usize>(space: &str) {
     let case = Case::from_json(&text.to_string()).unwrap();
     let mut solver = begun::<D>(&case);
     let set = &mut solver.bodies.sets[0];
-    for (p, position) in set.position.iter_mut().enumerate() {
+    for (p, position) in set.points.position.iter_mut().enumerate() {
         let wave = rough([0.37 * p as f64; 1]);
         (0..D).for_each(|c| position[c] += 0.1 * wave[c]);
         let [a, b, c] = rough([1.0 + 0.53 * p as f64; 1]);
         let in_space = |axis: usize, value: f64| if axis < D { value } else { 0.0 };
-        set.stress[p] = SymTensor([a, b, c, in_space(1, a * b), in_space(2, b * c), in_space(2, c * a)]);
+        set.points.stress[p] =
+            SymTensor([a, b, c, in_space(1, a * b), in_space(2, b * c), in_space(2, c * a)]);
     }
     solver.sort();
     solver.scatter_all();
@@ -171,13 +172,14 @@ fn power<const D: usize>(space: &str) {
     assert!(total.iter().all(|force| force.abs() < 1e-14), "{space}: {total:?}");
     average_slopes::<true, D>(&solver.background, &solver.nodes, &mut solver.averages.dual);
     let (set, mut exact) = (&solver.bodies.sets[0], 0.0);
-    for (p, x) in set.position.iter().enumerate() {
+    for (p, x) in set.points.position.iter().enumerate() {
         let support: Stencil<D, 2> = Stencil::new::<Linear>(&solver.background.grid, x, &set.extent);
         let mut gradient = support.gather(&solver.nodes.solved, &solver.background.layout.strides()).gradient;
         solver.averages.dual.blend(0, &solver.background.grid, &solver.background.layout, x, &mut gradient);
         for (j, column) in gradient.into_iter().enumerate() {
             let column = column.to_array();
-            exact -= (0..D).map(|i| set.volume[p] * set.stress[p].at(i, j) * column[i]).sum::<f64>();
+            exact -=
+                (0..D).map(|i| set.points.volume[p] * set.points.stress[p].at(i, j) * column[i]).sum::<f64>();
         }
     }
     assert!(

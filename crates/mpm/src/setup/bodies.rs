@@ -7,7 +7,7 @@ use colluvium_grid::{Domains, Ground};
 use colluvium_points::Sample;
 
 use crate::background::Background;
-use crate::points::PointSet;
+use crate::points::{Columns, PointSet};
 use crate::{MpmOptions, StressScheme, Transfer, mesh, two_phase};
 
 /// Beyond this many points the ids no longer fit.
@@ -39,29 +39,30 @@ pub(super) fn point_set<const D: usize>(
     };
     let domain = domains(background, &position, &path)?;
     let follows_later = domain.stretch() && options.stress_update == StressScheme::Usf;
+    let used = |used: bool| if used { samples.len() } else { 0 };
     Ok(PointSet {
         body: number as u32,
         field: 0,
         rigid: None,
         material,
         extent: [width(ground, options, &samples, listed.is_some()); D],
-        id: (first_id as u32..(first_id + position.len()) as u32).collect(),
-        velocity: position.iter().enumerate().map(velocity_at).collect(),
-        mass: volume.iter().map(|v| v * density).collect(),
-        initial_volume: volume.clone(),
-        volume,
-        stress,
+        points: Columns {
+            id: (first_id as u32..(first_id + position.len()) as u32).collect(),
+            velocity: position.iter().enumerate().map(velocity_at).collect(),
+            mass: volume.iter().map(|v| v * density).collect(),
+            initial_volume: volume.clone(),
+            volume,
+            stress,
+            origin: position.clone(),
+            affine: vec![[[0.0; D]; D]; used(options.transfer.is_affine())],
+            scratch: vec![[0.0; D]; used(options.transfer == Transfer::Xpic)],
+            pending: vec![[[0.0; D]; D]; used(follows_later)],
+            position,
+            ..Columns::default()
+        },
         states,
-        origin: position.clone(),
         domain,
-        affine: if options.transfer.is_affine() { vec![[[0.0; D]; D]; position.len()] } else { Vec::new() },
-        scratch: if options.transfer == Transfer::Xpic { vec![[0.0; D]; position.len()] } else { Vec::new() },
-        position,
         loads: Vec::new(),
-        traction: Vec::new(),
-        work: Vec::new(),
-        pressed: Vec::new(),
-        pending: if follows_later { vec![[[0.0; D]; D]; samples.len()] } else { Vec::new() },
         pore,
         slabs: Vec::new(),
     })

@@ -193,7 +193,8 @@ fn solve_phases<const D: usize>(
 fn work_of_pore_loads<const D: usize>(bodies: &Bodies<D>, dt: f64) -> f64 {
     let of_set = |set: &PointSet<D>| -> f64 {
         let Some(pore) = &set.pore else { return 0.0 };
-        let seepage = |p: usize| std::array::from_fn(|c| pore.velocity[p][c] - set.velocity[p][c]);
+        let seepage =
+            |p: usize| std::array::from_fn(|c| pore.points.velocity[p][c] - set.points.velocity[p][c]);
         set.pore_loads().map(|(p, force)| power(&[force], &[seepage(p)])).sum()
     };
     dt * bodies.sets.iter().map(of_set).sum::<f64>()

@@ -14,25 +14,27 @@ impl<const D: usize> PointSet<D> {
     /// Porosity of a point; zero where it is dry.
     pub fn porosity(&self, point: usize) -> f64 {
         let fluid = self.pore.as_ref().and_then(|pore| pore.fluid);
-        fluid.map_or(0.0, |fluid| fluid.porosity_at(self.volume[point], self.initial_volume[point]))
+        fluid.map_or(0.0, |fluid| {
+            fluid.porosity_at(self.points.volume[point], self.points.initial_volume[point])
+        })
     }
 
     /// Pore pressure of a point (Pa), none where it is dry.
     pub fn pore_pressure(&self, point: usize) -> f64 {
-        self.pore.as_ref().map_or(0.0, |pore| pore.pressure[point])
+        self.pore.as_ref().map_or(0.0, |pore| pore.points.pressure[point])
     }
 
     /// Effective stress of a point less its pore pressure (Pa).
     pub fn total_stress(&self, point: usize) -> SymTensor {
-        self.stress[point] - SymTensor::isotropic(self.pore_pressure(point))
+        self.points.stress[point] - SymTensor::isotropic(self.pore_pressure(point))
     }
 
     /// Mass of the pore fluid of a point (kg).
     pub fn liquid_mass(&self, point: usize) -> f64 {
         let fluid = self.pore.as_ref().and_then(|pore| pore.fluid);
         fluid.map_or(0.0, |fluid| {
-            let n = fluid.porosity_at(self.volume[point], self.initial_volume[point]);
-            n * fluid.density * self.volume[point]
+            let n = fluid.porosity_at(self.points.volume[point], self.points.initial_volume[point]);
+            n * fluid.density * self.points.volume[point]
         })
     }
 }
@@ -44,9 +46,10 @@ impl<const D: usize> MpmSolver<D> {
             return Vec::new();
         }
         let wet = |s: usize| self.bodies.sets[s].pore.as_ref().filter(|pore| pore.fluid.is_some());
-        let pressure = |&(_, s, i): &(u32, usize, usize)| wet(s).map_or(f64::NAN, |pore| pore.pressure[i]);
+        let pressure =
+            |&(_, s, i): &(u32, usize, usize)| wet(s).map_or(f64::NAN, |pore| pore.points.pressure[i]);
         let velocity = |&(_, s, i): &(u32, usize, usize)| {
-            wet(s).map_or([f64::NAN; 3], |pore| spatial(&pore.velocity[i]))
+            wet(s).map_or([f64::NAN; 3], |pore| spatial(&pore.points.velocity[i]))
         };
         let porosity =
             |&(_, s, i): &(u32, usize, usize)| wet(s).map_or(f64::NAN, |_| self.bodies.sets[s].porosity(i));
@@ -65,13 +68,13 @@ impl<const D: usize> MpmSolver<D> {
     pub(crate) fn phase_limit(&self, bounds: StepBounds, wave: Limit, modulus: f64) -> Limit {
         let (set, i) = (&self.bodies.sets[wave.set], wave.index);
         let Some(fluid) = set.pore.as_ref().and_then(|pore| pore.fluid) else { return wave };
-        let (n, dry) = (set.porosity(i), set.mass[i] / set.volume[i]);
+        let (n, dry) = (set.porosity(i), set.points.mass[i] / set.points.volume[i]);
         let h = set.domain.as_slice().spacing(i, &self.background.ground());
         // In time over the root of the scale of inertia the equations are those without it, with a weaker drag.
         let scale = self.clock.options.mass_scaling.sqrt();
         let scaled = Fluid { resistance: fluid.resistance / scale, ..fluid };
         let moving =
-            |step: f64| bounds.courant / (1.0 / (scale * step) + square(&set.velocity[i]).sqrt() / h);
+            |step: f64| bounds.courant / (1.0 / (scale * step) + square(&set.points.velocity[i]).sqrt() / h);
         let (dt, by_drag) = match self.clock.options.step_criterion {
             StepCriterion::Combined => {
                 let (step, by_drag) = critical_step(&scaled, n, dry, modulus, h);
@@ -96,11 +99,12 @@ impl<const D: usize> MpmSolver<D> {
             let Some(pore) = &set.pore else { continue };
             let Some(fluid) = pore.fluid else { continue };
             for i in 0..set.len() {
-                let (x, v, m) = (spatial(&set.position[i]), spatial(&pore.velocity[i]), set.liquid_mass(i));
+                let (x, v, m) =
+                    (spatial(&set.points.position[i]), spatial(&pore.points.velocity[i]), set.liquid_mass(i));
                 liquid.mass += m;
                 liquid.kinetic += 0.5 * m * square(&v);
-                let volume = set.porosity(i) * set.volume[i];
-                liquid.elastic += 0.5 * pore.pressure[i].powi(2) / fluid.bulk_modulus * volume;
+                let volume = set.porosity(i) * set.points.volume[i];
+                liquid.elastic += 0.5 * pore.points.pressure[i].powi(2) / fluid.bulk_modulus * volume;
                 for c in 0..3 {
                     let (a, b) = ((c + 1) % 3, (c + 2) % 3);
                     liquid.momentum[c] += m * v[c];

@@ -8,7 +8,7 @@ use colluvium_grid::{Lanes, Layout, Node, Walls};
 
 use super::{PhaseSums, TwoPhase};
 use crate::config::StepCriterion;
-use crate::pore::{Fluid, PoreSet};
+use crate::pore::{Fluid, PoreColumns, PoreSet};
 use crate::{MpmOptions, ShapeFunctions, StressScheme, Transfer};
 
 /// Courant number of MUSL in a case with pore fluid that gives none (sheet: mpm §2.10).
@@ -98,9 +98,11 @@ pub fn pore_set<const D: usize>(case: &Case, body: &Body, position: &[[f64; D]])
     let Some(fluid) = &body.pore_fluid else {
         return Some(PoreSet {
             fluid: None,
-            velocity: vec![[0.0; D]; position.len()],
-            pressure: vec![0.0; position.len()],
-            traction: Vec::new(),
+            points: PoreColumns {
+                velocity: vec![[0.0; D]; position.len()],
+                pressure: vec![0.0; position.len()],
+                ..PoreColumns::default()
+            },
         });
     };
     let strength = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
@@ -118,5 +120,8 @@ pub fn pore_set<const D: usize>(case: &Case, body: &Body, position: &[[f64; D]])
         least: fluid.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
     };
     let velocity = position.iter().map(velocity_at).collect();
-    Some(PoreSet { fluid: Some(constants), velocity, pressure, traction: Vec::new() })
+    Some(PoreSet {
+        fluid: Some(constants),
+        points: PoreColumns { velocity, pressure, ..PoreColumns::default() },
+    })
 }

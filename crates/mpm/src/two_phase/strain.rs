@@ -19,7 +19,7 @@ pub(super) fn share_phase_strains<const FROM_SOLVED: bool, const D: usize>(
     phases: &TwoPhase,
 ) {
     share_strains(background, bodies, strains, &|set, block, out| {
-        let (ground, points) = (background.ground(), set.points().range(block));
+        let (ground, points) = (background.ground(), set.places().range(block));
         let mut all = [[Gathered::ZERO; 2]; BLOCK];
         let reads = &mut all[..points.len()];
         if FROM_SOLVED {

@@ -42,29 +42,31 @@ pub(super) fn scatter_phases<const D: usize>(
             let domain = set.domain.as_slice();
             for block in set.blocks_of(slab) {
                 for (k, p) in block.clone().enumerate() {
-                    let volume = set.volume[p];
+                    let volume = set.points.volume[p];
                     let fluid = pore.fluid.map_or([0.0; 3], |fluid| {
-                        let n = fluid.porosity_at(volume, set.initial_volume[p]);
+                        let n = fluid.porosity_at(volume, set.points.initial_volume[p]);
                         let values = [n * fluid.density, n * fluid.resistance, fluid.density];
                         values.map(|value| value * volume)
                     });
                     let [liquid_mass, drag, full_mass] = fluid;
                     given.motion[k] = [
-                        lanes(&set.velocity[p], 1.0) * set.mass[p],
-                        lanes(&pore.velocity[p], 1.0) * liquid_mass,
+                        lanes(&set.points.velocity[p], 1.0) * set.points.mass[p],
+                        lanes(&pore.points.velocity[p], 1.0) * liquid_mass,
                     ];
-                    let liquid_stress = SymTensor::isotropic(-pore.pressure[p]);
+                    let liquid_stress = SymTensor::isotropic(-pore.points.pressure[p]);
                     let total = set.total_stress(p);
                     let left_to_cell =
-                        full.is_some_and(|full| full[domain.cell(p, &ground, &set.position[p])]);
+                        full.is_some_and(|full| full[domain.cell(p, &ground, &set.points.position[p])]);
                     let pulling = if left_to_cell { 0.0 } else { volume };
                     given.columns[k] =
                         [force_columns::<D>(&total, pulling), force_columns::<D>(&liquid_stress, pulling)];
                     let of_loads = |forces: &[[f64; D]]| forces.get(p).copied().unwrap_or([0.0; D]);
-                    let mut body =
-                        [lanes(&of_loads(&set.traction), drag), lanes(&of_loads(&pore.traction), full_mass)];
+                    let mut body = [
+                        lanes(&of_loads(&set.points.traction), drag),
+                        lanes(&of_loads(&pore.points.traction), full_mass),
+                    ];
                     if axisymmetric {
-                        let hoop = |stress: &SymTensor| -pulling * stress[2] / set.position[p][0];
+                        let hoop = |stress: &SymTensor| -pulling * stress[2] / set.points.position[p][0];
                         body[SOLID] += Lanes::new([hoop(&total), 0.0, 0.0, 0.0]);
                         body[LIQUID] += Lanes::new([hoop(&liquid_stress), 0.0, 0.0, 0.0]);
                     }
@@ -74,7 +76,7 @@ pub(super) fn scatter_phases<const D: usize>(
                 let (motion, columns) = (&given.motion[..count], &given.columns[..count]);
                 let deposit = PhaseDeposit { motion, columns, body: &given.body[..count] };
                 let to = Window { nodes: &mut *window, first: offset };
-                sweeps.deposit_phases(&ground, &set.points().range(block), to, &deposit);
+                sweeps.deposit_phases(&ground, &set.places().range(block), to, &deposit);
             }
         }
     });
@@ -109,13 +111,13 @@ pub(super) fn remap_phases<const D: usize>(
             for block in set.blocks_of(slab) {
                 for (p, momenta) in block.clone().zip(&mut momenta) {
                     *momenta = [
-                        lanes(&set.velocity[p], 1.0) * set.mass[p],
-                        lanes(&pore.velocity[p], 1.0) * set.liquid_mass(p),
+                        lanes(&set.points.velocity[p], 1.0) * set.points.mass[p],
+                        lanes(&pore.points.velocity[p], 1.0) * set.liquid_mass(p),
                     ];
                 }
                 let to = Window { nodes: &mut *window, first: offset };
                 let momenta = &momenta[..block.len()];
-                sweeps.deposit_motions(&ground, &set.points().range(block), to, momenta);
+                sweeps.deposit_motions(&ground, &set.places().range(block), to, momenta);
             }
         }
     });
@@ -300,6 +302,7 @@ mod tests {
     use crate::MpmSolver;
     use crate::dispatch::tests::begun;
     use colluvium_case::Case;
+    use colluvium_points::Spare;
 
     /// Internal forces (N) of mixture and liquid at the two inner nodes of a bar of three cells of 1 m with three points
     /// each under 7 Pa of effective stress and 5 Pa of pore pressure, without the middle point of the second cell.
@@ -316,7 +319,7 @@ mod tests {
         });
         let case = Case::from_json(&text.to_string()).unwrap();
         let mut solver = begun::<1>(&case);
-        solver.bodies.sets[0].retain(|x| (x[0] - 1.5).abs() > 1e-9);
+        solver.bodies.sets[0].retain(|x| (x[0] - 1.5).abs() > 1e-9, &mut Spare::default());
         solver.sort();
         let MpmSolver { clock, background, bodies, boundary, averages, two_phase, .. } = &mut solver;
         let phases = two_phase.as_deref_mut().unwrap();
