@@ -39,6 +39,28 @@ columns! {
     }
 }
 
+/// What contacts see of grains, column by column; see [`Grains`] for what they are.
+#[derive(Clone, Copy)]
+pub struct Shown<'a, const D: usize, const R: usize> {
+    /// Kinds.
+    pub kind: &'a [u32],
+    /// Whether a grain is held.
+    pub held: &'a [bool],
+    /// Radii (m).
+    pub radius: &'a [f64],
+    /// Masses (kg).
+    pub mass: &'a [f64],
+    /// Positions (m).
+    pub position: &'a [[f64; D]],
+    /// Velocities (m/s).
+    pub velocity: &'a [[f64; D]],
+    /// Angular velocities (rad/s).
+    pub spin: &'a [[f64; R]],
+}
+
+/// What contacts do to grains: forces (N) and moments (N m).
+pub type Acting<'a, const D: usize, const R: usize> = (&'a mut [[f64; D]], &'a mut [[f64; R]]);
+
 /// Moment of inertia over mass and square of the radius.
 pub const fn inertia(dimension: usize) -> f64 {
     if dimension == 2 { 0.5 } else { 0.4 }
@@ -66,6 +88,18 @@ impl<const D: usize, const R: usize> Grains<D, R> {
         self.spin.push([0.0; R]);
         self.force.push([0.0; D]);
         self.torque.push([0.0; R]);
+    }
+
+    /// What contacts see.
+    pub fn shown(&self) -> Shown<'_, D, R> {
+        let Self { kind, held, radius, mass, position, velocity, spin, .. } = self;
+        Shown { kind, held, radius, mass, position, velocity, spin }
+    }
+
+    /// What contacts see, and what they change.
+    pub fn apart(&mut self) -> (Shown<'_, D, R>, Acting<'_, D, R>) {
+        let Self { kind, held, radius, mass, position, velocity, spin, force, torque, .. } = self;
+        (Shown { kind, held, radius, mass, position, velocity, spin }, (force, torque))
     }
 
     /// Moment of inertia (kg m²).

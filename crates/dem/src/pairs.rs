@@ -214,7 +214,24 @@ pub struct Pairs<const R: usize> {
     pub memory: Memories<R>,
 }
 
+/// Pairs without what their contacts remember; see [`Pairs`].
+#[derive(Clone, Copy)]
+pub struct Listed<'a> {
+    /// Where the pairs of each grain begin, and their number.
+    pub starts: &'a [u32],
+    /// The other grain.
+    pub other: &'a [u32],
+    /// Which image of it; empty in a cell that does not repeat itself.
+    pub image: &'a [u8],
+}
+
 impl<const R: usize> Pairs<R> {
+    /// The pairs, and what their contacts remember.
+    pub fn apart(&mut self) -> (Listed<'_>, MemoriesMut<'_, R>) {
+        let Self { starts, other, image, memory } = self;
+        (Listed { starts, other, image }, memory.view())
+    }
+
     /// The first grain of each pair, with the number of the pair.
     pub fn firsts(&self) -> impl Iterator<Item = (usize, usize)> {
         let rows = self.starts.windows(2).enumerate();

@@ -37,7 +37,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn visit(&self, mut visit: impl FnMut(Contact<D>, &Push<R>, &Tally)) {
         let mut shifts = Vec::new();
         self.cell.shifts(&mut shifts);
-        let mut scene = Scene::new(&self.grains, &self.laws.pairs, self.kinds.len());
+        let mut scene = Scene::new(self.grains.shown(), &self.laws.pairs, self.kinds.len());
         scene.shifts = &shifts;
         scene.radii = self.options.lever_arm == LeverArm::Radius;
         for pairs in [&self.lists.inner, &self.lists.seam] {

@@ -179,42 +179,28 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         tallies.resize(slabs + 1, (Tally::default(), [[0.0; D]; D]));
         reactions.clear();
         reactions.resize(slabs * self.walls.len(), [0.0; D]);
-        let mut force = std::mem::take(&mut self.grains.force);
-        let mut torque = std::mem::take(&mut self.grains.torque);
+        let (grains, (force, torque)) = self.grains.apart();
         force.fill([0.0; D]);
         torque.fill([0.0; R]);
-        let mut inner = std::mem::take(&mut self.lists.inner.memory);
-        let mut seam = std::mem::take(&mut self.lists.seam.memory);
-        let mut scene = Scene::new(&self.grains, &self.laws.pairs, self.kinds.len());
+        let mut scene = Scene::new(grains, &self.laws.pairs, self.kinds.len());
         (scene.shifts, scene.dt, scene.growth) = (shifts, self.last, rate);
         scene.radii = self.options.lever_arm == LeverArm::Radius;
         if self.options.velocity == ContactVelocity::Predicted {
             (scene.velocity, scene.spin) = (velocity, spin);
         }
         // Lanes that are left over look at the first grain.
-        scene.way = if self.grains.is_empty() { Way::Single } else { Way::of(&self.laws.pairs) };
+        scene.way = if grains.mass.is_empty() { Way::Single } else { Way::of(&self.laws.pairs) };
         if scene.way != Way::Single {
-            records(&self.grains, (scene.velocity, scene.spin), lines);
+            records(grains, (scene.velocity, scene.spin), lines);
             scene.records = lines;
         }
-        scene.contacts(&self.lists, [inner.view(), seam.view()], (&mut force, &mut torque), tallies);
+        scene.contacts(&mut self.lists, (&mut *force, &mut *torque), tallies);
         let WallList { grain, wall, slabs: of_slabs, memory, facet, .. } = &mut self.near;
         if !grain.is_empty() {
             let view = WallListView { grain, wall, slabs: of_slabs, facet };
             let list = (&view, self.lists.slabs.as_slice());
-            scene.walls(
-                &self.walls,
-                list,
-                memory.view(),
-                (&mut force, &mut torque),
-                &mut tallies[..slabs],
-                reactions,
-            );
+            scene.walls(&self.walls, list, memory.view(), (force, torque), &mut tallies[..slabs], reactions);
         }
-        self.grains.force = force;
-        self.grains.torque = torque;
-        self.lists.inner.memory = inner;
-        self.lists.seam.memory = seam;
         self.sum_up();
     }
 

@@ -39,7 +39,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.near.carry(&self.grains.id, self.columns);
         let built = self.lists.build(&mut self.grains, &self.cell, reach, self.columns);
         built.map_err(|error| self.unlisted(&error))?;
-        let scene = Scene::new(&self.grains, &self.laws.pairs, self.kinds.len());
+        let scene = Scene::new(self.grains.shown(), &self.laws.pairs, self.kinds.len());
         let (gap, slabs) = (self.gap(), &self.lists.slabs);
         self.near.build(&scene, &self.grains.id, &self.walls, gap, slabs, self.columns);
         self.place_facets();

@@ -10,7 +10,7 @@ use super::side::{Laws, Seen, WIDTH, seen};
 use super::{Scene, Shares};
 use crate::contact::friction::{left_in_lanes, rescaled_in_lanes};
 use crate::contact::{APART, Elastic, TOUCHING, Tally, Touch, end};
-use crate::pairs::Pairs;
+use crate::pairs::Listed;
 use crate::vector::{across, add, along, dot, follow, minus, moment, spread, times, turned};
 
 /// Contacts of a batch.
@@ -81,7 +81,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
     /// Forces of the pairs of some grains, as `rows` finds them.
     pub(super) fn rows_in_lanes<const HERTZ: bool>(
         &self,
-        pairs: &Pairs<R>,
+        pairs: Listed<'_>,
         rows: Range<usize>,
         shares: &mut Shares<'_, D, R>,
         slab: usize,
@@ -125,7 +125,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
 impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
     /// Takes the pairs of a grain that touch; ends contacts that no longer do.
     #[inline(always)]
-    fn row<const HERTZ: bool>(&mut self, pairs: &Pairs<R>, i: usize) {
+    fn row<const HERTZ: bool>(&mut self, pairs: Listed<'_>, i: usize) {
         let scene = self.scene;
         let (x, r) = (scene.position[i], scene.radius[i]);
         for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {

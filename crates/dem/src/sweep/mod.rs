@@ -7,9 +7,9 @@ mod side;
 use std::ops::Range;
 
 use crate::contact::{APART, Law, Memory, Push, Tally, Touch, act, end};
-use crate::grains::Grains;
+use crate::grains::{Acting, Shown};
 use crate::lists::Lists;
-use crate::pairs::{MemoriesMut, Pairs};
+use crate::pairs::{Listed, MemoriesMut};
 pub use side::{Record, Way, records};
 
 use crate::vector::{across, add, dot, minus, moment, spread, times, turned};
@@ -46,6 +46,13 @@ pub struct Scene<'a, const D: usize, const R: usize> {
     pub way: Way,
     /// Records of the grains, where contacts are worked on side by side.
     pub records: &'a [Record],
+}
+
+/// Pairs within the slabs, and the first grain of each slab.
+#[derive(Clone, Copy)]
+struct Inner<'a> {
+    pairs: Listed<'a>,
+    slabs: &'a [u32],
 }
 
 /// A stress times volume, row by row (J).
@@ -92,16 +99,17 @@ impl<'a, const D: usize, const R: usize> Shares<'a, D, R> {
 }
 
 impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
-    /// Of these grains, without laws yet.
-    pub fn new(grains: &'a Grains<D, R>, laws: &'a [Law], kinds: usize) -> Self {
+    /// Of these grains at rest in a cell that does not repeat itself.
+    pub fn new(grains: Shown<'a, D, R>, laws: &'a [Law], kinds: usize) -> Self {
+        let Shown { kind, held, radius, mass, position, velocity, spin } = grains;
         Self {
-            position: &grains.position,
-            velocity: &grains.velocity,
-            spin: &grains.spin,
-            radius: &grains.radius,
-            mass: &grains.mass,
-            held: &grains.held,
-            kind: &grains.kind,
+            position,
+            velocity,
+            spin,
+            radius,
+            mass,
+            held,
+            kind,
             laws,
             kinds,
             shifts: &[],
@@ -175,7 +183,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
     }
 
     /// Forces of the pairs of some grains. What other grains get is in `shares` too.
-    fn rows(&self, pairs: &Pairs<R>, rows: Range<usize>, shares: &mut Shares<'_, D, R>, slab: usize) {
+    fn rows(&self, pairs: Listed<'_>, rows: Range<usize>, shares: &mut Shares<'_, D, R>, slab: usize) {
         match self.way {
             Way::Single => self.single(pairs, rows, shares, slab),
             Way::Linear => self.rows_in_lanes::<false>(pairs, rows, shares, slab),
@@ -184,7 +192,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
     }
 
     /// The same, one contact after another.
-    fn single(&self, pairs: &Pairs<R>, rows: Range<usize>, shares: &mut Shares<'_, D, R>, slab: usize) {
+    fn single(&self, pairs: Listed<'_>, rows: Range<usize>, shares: &mut Shares<'_, D, R>, slab: usize) {
         let (mut tally, mut virial) = shares.tallies[slab - shares.slab];
         let periodic = !pairs.image.is_empty();
         for i in rows {
@@ -266,12 +274,12 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
     }
 
     /// Slabs of one parity, those of `groups`: group `g` is slab `2 g + parity` with the one after.
-    fn colour(&self, lists: &Lists<D, R>, groups: Range<usize>, parity: usize, mut shares: Shares<'_, D, R>) {
+    fn colour(&self, lists: Inner<'_>, groups: Range<usize>, parity: usize, mut shares: Shares<'_, D, R>) {
         if groups.len() > 1 {
             let middle = groups.start + groups.len() / 2;
             let slab = 2 * middle + parity;
             let grain = lists.slabs[slab] as usize;
-            let (left, right) = shares.split_at(grain, lists.inner.starts[grain] as usize, slab);
+            let (left, right) = shares.split_at(grain, lists.pairs.starts[grain] as usize, slab);
             rayon::join(
                 || self.colour(lists, groups.start..middle, parity, left),
                 || self.colour(lists, middle..groups.end, parity, right),
@@ -279,21 +287,21 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         } else if let Some(group) = groups.into_iter().next() {
             let slab = 2 * group + parity;
             let rows = lists.slabs[slab] as usize..lists.slabs[slab + 1] as usize;
-            self.rows(&lists.inner, rows, &mut shares, slab);
+            self.rows(lists.pairs, rows, &mut shares, slab);
         }
     }
 
-    /// Forces of all pairs. `memories` are those of the inner list and of the seam; `tallies` one per slab and one for the
-    /// seam, to which sums are added.
+    /// Forces of all pairs; `tallies` are one per slab and one for the seam, to which sums are added.
     pub fn contacts(
         &self,
-        lists: &Lists<D, R>,
-        memories: [MemoriesMut<'_, R>; 2],
-        (force, torque): (&mut [[f64; D]], &mut [[f64; R]]),
+        lists: &mut Lists<D, R>,
+        (force, torque): Acting<'_, D, R>,
         tallies: &mut [(Tally, Virial<D>)],
     ) {
-        let [mut inner, seam] = memories;
         let slabs = lists.slab_count();
+        let (pairs, mut inner) = lists.inner.apart();
+        let (seam_pairs, seam) = lists.seam.apart();
+        let lists = Inner { pairs, slabs: &lists.slabs };
         let (of_slabs, of_seam) = tallies.split_at_mut(slabs);
         for parity in 0..2 {
             let groups = 0..(slabs + 1 - parity) / 2;
@@ -308,10 +316,10 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             };
             self.colour(lists, groups, parity, shares);
         }
-        if !lists.seam.other.is_empty() {
+        if !seam_pairs.other.is_empty() {
             let mut shares =
                 Shares { first: 0, force, torque, pair: 0, memory: seam, slab: 0, tallies: of_seam };
-            self.rows(&lists.seam, 0..self.position.len(), &mut shares, 0);
+            self.rows(seam_pairs, 0..self.position.len(), &mut shares, 0);
         }
     }
 }

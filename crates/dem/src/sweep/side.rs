@@ -6,7 +6,7 @@ use crate::config::SpringReset;
 use crate::contact::hertz::Hertz;
 use crate::contact::linear::Linear;
 use crate::contact::{Law, Normal};
-use crate::grains::{Grains, TASK};
+use crate::grains::{Shown, TASK};
 
 /// Contacts side by side.
 pub const WIDTH: usize = 4;
@@ -45,13 +45,13 @@ impl Way {
 
 /// Records of all grains.
 pub fn records<const D: usize, const R: usize>(
-    grains: &Grains<D, R>,
+    grains: Shown<'_, D, R>,
     (velocity, spin): (&[[f64; D]], &[[f64; R]]),
     out: &mut Vec<Record>,
 ) {
     use rayon::prelude::*;
-    out.resize(grains.len(), Record::default());
-    let Grains { mass, radius, held, .. } = grains;
+    let Shown { mass, radius, held, .. } = grains;
+    out.resize(mass.len(), Record::default());
     out.par_chunks_mut(TASK).enumerate().for_each(|(block, out)| {
         for (i, record) in (block * TASK..).zip(out) {
             let mass = if held[i] { -mass[i] } else { mass[i] };
