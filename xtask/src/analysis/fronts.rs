@@ -57,3 +57,47 @@ pub fn lower_boundary(
     };
     columns.into_values().filter_map(crossing).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn snapshot(positions: Vec<[f64; 3]>) -> Snapshot {
+        let extents = vec![[0.5, 0.2, 0.0]; positions.len()];
+        Snapshot { positions, extents, ..Snapshot::default() }
+    }
+
+    #[test]
+    fn reach_is_that_of_the_share_and_not_of_the_farthest() {
+        let row = snapshot((0..10).map(|i| [f64::from(i), 0.0, 0.0]).collect());
+        assert_eq!(reach_of(&row, 1.0, |x| x[0]), 9.0);
+        assert_eq!(reach_of(&row, 0.9, |x| x[0]), 8.0);
+        assert_eq!(reach_of(&row, 0.5, |x| -x[0]), -5.0);
+        assert!(reach_of(&snapshot(Vec::new()), 0.5, |x| x[0]).is_nan());
+    }
+
+    #[test]
+    fn a_front_is_held_by_two_neighbours() {
+        // A row a metre apart, the last of which has one neighbour, and one that flew off.
+        let mut row: Vec<[f64; 3]> = (0..4).map(|i| [f64::from(i), 0.0, 0.0]).collect();
+        row.push([9.0, 0.0, 0.0]);
+        assert_eq!(held_front(&snapshot(row.clone()), 1.0), 2.0);
+        assert_eq!(farthest_held(&snapshot(row), 1.0, |x| -x[0]), -1.0);
+        assert!(held_front(&snapshot(vec![[0.0; 3]]), 1.0).is_nan());
+    }
+
+    #[test]
+    fn the_crest_is_the_top_of_a_point_before_a_place() {
+        let points = snapshot(vec![[0.0, 1.0, 0.0], [1.0, 2.0, 0.0], [2.0, 3.0, 0.0]]);
+        assert_eq!(crest(&points, 1.5), 2.1);
+        assert!(crest(&points, -1.0).is_nan());
+    }
+
+    #[test]
+    fn what_moves_ends_between_the_places_above_and_below_the_level() {
+        // Two columns: the value falls by one a metre downwards, and in the second one nothing stands still.
+        let first = (0..4).map(|i| ([0.5, f64::from(i)], f64::from(i)));
+        let second = (0..4).map(|i| ([1.5, f64::from(i)], 9.0));
+        assert_eq!(lower_boundary(first.chain(second), 1.0, 1.25), [[0.5, 1.25]]);
+    }
+}

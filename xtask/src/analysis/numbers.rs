@@ -26,3 +26,24 @@ pub fn slope(points: &[(f64, f64)]) -> f64 {
         .fold((0.0, 0.0), |(xy, xx), p| (xy + (p.0 - mx) * (p.1 - my), xx + (p.0 - mx) * (p.0 - mx)));
     xy / xx
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_the_largest() {
+        assert_eq!([3.0, -1.0, 7.0].into_iter().largest(), 7.0);
+        for list in [&[][..], &[f64::NAN, 1.0], &[1.0, f64::NAN], &[1.0, f64::NAN, 2.0]] {
+            assert!(list.iter().copied().largest().is_nan(), "{list:?}");
+        }
+    }
+
+    #[test]
+    fn the_slope_of_a_line_is_its_own_and_scatter_counts_by_squares() {
+        let line: Vec<(f64, f64)> = (0..5).map(|i| (f64::from(i), 2.0 - 0.5 * f64::from(i))).collect();
+        assert!((slope(&line) + 0.5).abs() < 1e-15);
+        // Sums of squares 2 about the mean of x, and of products 3.
+        assert_eq!(slope(&[(0.0, 0.0), (1.0, 0.0), (2.0, 3.0)]), 1.5);
+    }
+}
