@@ -39,6 +39,6 @@ pub use obstacle::{Covering, SLACK, Standing, holding, normal_inside, read_pairs
 pub use point_list::PointList;
 pub use run::{RunError, RunOptions, RunReport, Safety, Verdict, run, run_method};
 pub use solver::{
-    Advance, Budget, Field, FieldData, Lattice, Lines, Method, PhaseBudget, Plan, PlanRaster, Reaction, Size,
-    Snapshot, Solver, SolverError, StepLimit, TimeStep,
+    Advance, Budget, Dataset, Field, FieldData, Frame, Lattice, Method, PhaseBudget, Plan, PlanRaster,
+    Reaction, Role, Size, Snapshot, Solver, SolverError, StepLimit, Support, TimeStep, Wanted,
 };

@@ -1,5 +1,6 @@
 //! What every method offers: [`Method`] makes a [`Solver`] of a [`Case`].
 
+mod frame;
 mod plan;
 mod snapshot;
 mod step;
@@ -15,8 +16,9 @@ use crate::description::Stage;
 use crate::measure::Reading;
 use crate::{Case, CaseError, Equilibrium, Honours};
 
+pub use frame::{Dataset, Frame, Lattice, Mesh, PlanNodes, PlanRaster, Points, Role, Support, Wanted};
 pub use plan::{Plan, Size};
-pub use snapshot::{Field, FieldData, Lattice, Lines, PlanRaster, Snapshot};
+pub use snapshot::{Field, FieldData, Snapshot};
 pub use step::{Advance, StepLimit, TimeStep};
 
 /// A numerical method: its options, and the way from a case to a running solver.
@@ -101,6 +103,17 @@ pub struct Budget {
 }
 
 impl Budget {
+    /// That of a method that keeps none: not-a-number throughout.
+    pub const UNKNOWN: Self = Self {
+        mass: f64::NAN,
+        momentum: [f64::NAN; 3],
+        angular_momentum: [f64::NAN; 3],
+        kinetic: f64::NAN,
+        elastic: f64::NAN,
+        potential: f64::NAN,
+        liquid: None,
+    };
+
     /// Kinetic, recoverable and potential energy (J).
     pub fn total(&self) -> f64 {
         self.kinetic + self.elastic + self.potential
@@ -282,26 +295,33 @@ pub trait Solver: Send {
         Vec::new()
     }
 
-    /// Fields at the nodes of `output.grid`, in place of averages of the points; `None` where those are all there is.
-    fn on_lattice(&self, _lattice: &Lattice) -> Option<Vec<Field>> {
-        None
-    }
+    /// The state as it is now, as the datasets that are `wanted`.
+    fn frame(&self, wanted: Wanted) -> Frame;
 
-    /// Rasters of the run so far, where the case asks for them with `output.rasters`.
-    fn rasters(&self) -> Vec<PlanRaster> {
+    /// What a run leaves beside its frames, so far: peaks over the plan and the like, where the case asks for them.
+    fn products(&self) -> Vec<Dataset> {
         Vec::new()
     }
 
-    /// Contacts as they are now, where the case asks for them with `output.contacts`.
-    fn contact_lines(&self) -> Lines {
-        Lines::default()
+    /// What is on points in a frame of what is measured; no point where nothing is.
+    fn snapshot(&self) -> Snapshot {
+        self.frame(Wanted::Measured).into_snapshot()
     }
 
-    /// Everything on the points, in the order of ids.
-    fn snapshot(&self) -> Snapshot;
+    /// The rasters among the products.
+    fn rasters(&self) -> Vec<PlanRaster> {
+        self.products().iter().flat_map(Dataset::rasters).collect()
+    }
 
-    /// Totals.
-    fn budget(&self) -> Budget;
+    /// Totals; `None` for methods that keep none.
+    fn budget(&self) -> Option<Budget> {
+        None
+    }
+
+    /// The budget; [`Budget::UNKNOWN`] where the method keeps none.
+    fn totals(&self) -> Budget {
+        self.budget().unwrap_or(Budget::UNKNOWN)
+    }
 
     /// Writes the complete state: a restored solver continues bit-identically. Large arrays go out as they are, without a copy
     /// of all of them.

@@ -5,8 +5,7 @@ use std::io::{self, Read, Write};
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
 use colluvium_case::{
-    Advance, Budget, Equilibrium, Field, Lattice, Lines, Reaction, Snapshot, Solver, SolverError, TimeStep,
-    spatial,
+    Advance, Budget, Equilibrium, Frame, Reaction, Solver, SolverError, TimeStep, Wanted, spatial,
 };
 use colluvium_points::columns::{foreign, read_column, write_column};
 use serde::{Deserialize, Serialize};
@@ -283,20 +282,17 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
         })
     }
 
-    fn on_lattice(&self, lattice: &Lattice) -> Option<Vec<Field>> {
-        Some(self.take_lattice(lattice))
+    fn frame(&self, wanted: Wanted) -> Frame {
+        let mut frame = Frame::from(self.take_snapshot());
+        if wanted == Wanted::Written {
+            frame.datasets.extend(self.case.lattice().map(|nodes| self.take_lattice(nodes)));
+            frame.datasets.extend(self.case.output.contacts.then(|| self.take_contacts()));
+        }
+        frame
     }
 
-    fn contact_lines(&self) -> Lines {
-        self.take_lines()
-    }
-
-    fn snapshot(&self) -> Snapshot {
-        self.take_snapshot()
-    }
-
-    fn budget(&self) -> Budget {
-        self.take_budget()
+    fn budget(&self) -> Option<Budget> {
+        Some(self.take_budget())
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {

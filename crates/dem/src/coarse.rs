@@ -6,7 +6,7 @@
 //! fine the fields are. Below two mean diameters they show single grains. Contacts with walls are spread from the place on
 //! the wall to the centre.
 
-use colluvium_case::{Field, FieldData, Lattice, spatial};
+use colluvium_case::{Dataset, Field, FieldData, Lattice, Support, spatial};
 use colluvium_constitutive::SymTensor;
 
 use crate::cell::PeriodicCell;
@@ -186,7 +186,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// The fields at the nodes of `output.grid`.
-    pub(crate) fn take_lattice(&self, lattice: &Lattice) -> Vec<Field> {
+    pub(crate) fn take_lattice(&self, lattice: Lattice) -> Dataset {
         let nodes = Nodes {
             origin: std::array::from_fn(|c| lattice.low[c]),
             spacing: lattice.spacing,
@@ -198,7 +198,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             if mean > 0.0 { self.coarse_grained(&nodes, width) } else { vec![Averages::EMPTY; nodes.len()] };
         let tensor = |of: fn(&Averages<D>) -> SymTensor| FieldData::Tensor(fields.iter().map(of).collect());
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
-        vec![
+        let fields = vec![
             field("density", "kg/m3", FieldData::Scalar(fields.iter().map(|own| own.density).collect())),
             field(
                 "velocity",
@@ -207,7 +207,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             ),
             field("stress", "Pa", tensor(|own| own.contact + own.kinetic)),
             field("kinetic_stress", "Pa", tensor(|own| own.kinetic)),
-        ]
+        ];
+        let support = Support::Lattice { nodes: lattice, mask: Vec::new() };
+        Dataset { name: Dataset::GRID.to_owned(), support, fields }
     }
 }
 

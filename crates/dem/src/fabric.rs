@@ -3,7 +3,8 @@
 //! All of it is of contacts between grains; those with walls count for whether a grain bears something.
 
 use colluvium_case::measure::Reading;
-use colluvium_case::{Field, FieldData, Lines, spatial};
+use colluvium_case::solver::Mesh;
+use colluvium_case::{Dataset, Field, FieldData, Support, spatial};
 use colluvium_constitutive::granular_cell;
 
 use crate::report::Contact;
@@ -149,7 +150,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// Contacts as lines: from the other centre, or the place on a wall, to that of the first grain.
-    pub(crate) fn take_lines(&self) -> Lines {
+    pub(crate) fn take_contacts(&self) -> Dataset {
         let all = self.contacts();
         let across = |contact: &Contact<D>| {
             (dot(&contact.force, &contact.force) - contact.normal * contact.normal).max(0.0).sqrt()
@@ -164,8 +165,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             [spatial(&minus(to, &contact.branch)), spatial(to)]
         });
         let force = FieldData::Vector(all.iter().map(|contact| spatial(&contact.force)).collect());
-        Lines {
-            ends: ends.collect(),
+        Dataset {
+            name: Dataset::CONTACTS.to_owned(),
+            support: Support::Mesh(Mesh::of_lines(&ends.collect::<Vec<_>>())),
             fields: vec![
                 Field { name: "force".to_owned(), unit: "N", data: force },
                 scalar("normal_force", "N", &|contact| contact.normal),

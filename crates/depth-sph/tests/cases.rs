@@ -57,13 +57,13 @@ fn refused(value: &Value) -> String {
 #[test]
 fn a_column_of_sand_spreads_and_stops_without_losing_mass() {
     let mut solver = build(&column());
-    let before = solver.budget();
+    let before = solver.totals();
     assert!((before.mass - 3200.0).abs() < 1e-9, "{}", before.mass);
     while solver.time() < 3.0 {
         let dt = solver.limit().dt;
         solver.step(dt).unwrap();
     }
-    let after = solver.budget();
+    let after = solver.totals();
     assert_eq!(after.mass, before.mass);
     assert!(after.kinetic < 1e-9, "it has stopped: {} J", after.kinetic);
     let snapshot = solver.snapshot();
@@ -115,10 +115,10 @@ fn a_restored_run_goes_on_to_the_last_bit() {
 #[test]
 fn two_phases_keep_their_masses_and_stay_together() {
     let mut solver = build(&fix(heap()));
-    let before = solver.budget();
+    let before = solver.totals();
     assert!((before.mass / (24.0 * 1990.0) - 1.0).abs() < 1e-12, "{}", before.mass);
     advance(solver.as_mut(), 60);
-    let after = solver.budget();
+    let after = solver.totals();
     assert_eq!(after.mass, before.mass);
     let liquid = after.liquid.unwrap();
     assert!((liquid.mass / 9600.0 - 1.0).abs() < 1e-12, "{}", liquid.mass);

@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
 use colluvium_case::solver::{restore_value, save_value};
-use colluvium_case::{Advance, Budget, Equilibrium, Reaction, Snapshot, Solver, SolverError, TimeStep};
+use colluvium_case::{Advance, Budget, Equilibrium, Frame, Reaction, Solver, SolverError, TimeStep, Wanted};
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::failed;
@@ -166,12 +166,12 @@ impl<const D: usize> Solver for MpmSolver<D> {
             .collect()
     }
 
-    fn snapshot(&self) -> Snapshot {
-        self.take_snapshot()
+    fn frame(&self, _: Wanted) -> Frame {
+        self.take_snapshot().into()
     }
 
-    fn budget(&self) -> Budget {
-        self.take_budget()
+    fn budget(&self) -> Option<Budget> {
+        Some(self.take_budget())
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {

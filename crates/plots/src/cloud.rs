@@ -93,6 +93,7 @@ impl PointCloud {
 /// The numbers that a field gives the colours: scalars as they are, vectors by their length, tensors by their pressure.
 pub(super) fn values(field: &Field) -> Vec<f64> {
     match &field.data {
+        FieldData::Whole(values) => values.iter().map(|value| *value as f64).collect(),
         FieldData::Scalar(values) => values.clone(),
         FieldData::Vector(values) => {
             values.iter().map(|v| v.iter().map(|c| c * c).sum::<f64>().sqrt()).collect()

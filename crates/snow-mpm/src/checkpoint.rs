@@ -7,7 +7,7 @@ use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
-    Advance, Budget, Equilibrium, PlanRaster, Reaction, Snapshot, Solver, SolverError, TimeStep,
+    Advance, Budget, Dataset, Equilibrium, Frame, Reaction, Solver, SolverError, TimeStep, Wanted,
 };
 use serde::{Deserialize, Serialize};
 
@@ -148,8 +148,9 @@ impl<const D: usize> Solver for SnowSolver<D> {
         self.take_readings()
     }
 
-    fn rasters(&self) -> Vec<PlanRaster> {
-        self.maps.as_ref().map_or_else(Vec::new, |maps| maps.rasters(&self.bodies))
+    fn products(&self) -> Vec<Dataset> {
+        let rasters = self.maps.as_ref().map_or_else(Vec::new, |maps| maps.rasters(&self.bodies));
+        rasters.into_iter().map(Dataset::of_raster).collect()
     }
 
     fn reaction(&self, name: &str) -> Option<Reaction> {
@@ -161,12 +162,12 @@ impl<const D: usize> Solver for SnowSolver<D> {
         self.case.measures_dissipation().then(|| self.ledger.dissipated(&self.stored()))
     }
 
-    fn snapshot(&self) -> Snapshot {
-        self.take_snapshot()
+    fn frame(&self, _: Wanted) -> Frame {
+        self.take_snapshot().into()
     }
 
-    fn budget(&self) -> Budget {
-        self.take_budget()
+    fn budget(&self) -> Option<Budget> {
+        Some(self.take_budget())
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {

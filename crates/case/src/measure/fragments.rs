@@ -3,12 +3,12 @@
 use colluvium_points::{CellList, Pieces};
 
 use super::Reading;
-use crate::Snapshot;
+use crate::{Role, Snapshot};
 
 /// The masses of the connected pieces (kg), largest first, and the mass of what is in smaller ones than `least` points. Points
 /// not farther apart than `link` (m) hang together. `None` where places or masses are no numbers.
 pub fn fragments(snapshot: &Snapshot, link: f64, least: usize) -> Option<(Vec<f64>, f64)> {
-    let mass = snapshot.scalars("mass")?;
+    let mass = snapshot.amounts(Role::Mass)?;
     let mut cells = CellList::<3>::new();
     // A little wider, so that round-off does not keep a neighbour in a cell that is not looked at.
     cells.build(&snapshot.positions, link * (1.0 + 1e-6)).ok()?;

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::description::Side;
-use crate::{Case, Snapshot};
+use crate::{Case, Role, Snapshot};
 
 /// Width of a column in point widths, where the method tells of no cells: two points per cell and
 /// direction are the usual.
@@ -21,7 +21,7 @@ pub fn front(snapshot: &Snapshot, side: Side, quantile: f64) -> f64 {
 /// The point up to which, in the order of the numbers `along`, the fraction `quantile` of the mass lies; `None` without points or
 /// their `mass`.
 pub(super) fn foremost(snapshot: &Snapshot, along: &[f64], quantile: f64) -> Option<usize> {
-    let mass = snapshot.scalars("mass")?;
+    let mass = snapshot.amounts(Role::Mass)?;
     let mut order: Vec<usize> = (0..along.len()).collect();
     order.sort_by(|&a, &b| along[a].total_cmp(&along[b]));
     let total: f64 = order.iter().map(|&i| mass[i]).sum();

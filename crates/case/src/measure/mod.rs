@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::description::{Body, Broken, Measure, Side};
-use crate::{Case, Field, FieldData, Reaction, Snapshot, Solver};
+use crate::{Case, Field, FieldData, Reaction, Role, Snapshot, Solver};
 
 pub use arc::arc_front;
 pub use fragments::fragments;
@@ -70,6 +70,25 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
     readings
 }
 
+/// Whether a measure is read off points.
+pub(crate) fn reads_points(measure: &Measure) -> bool {
+    match measure {
+        Measure::Front { .. }
+        | Measure::RunOut { .. }
+        | Measure::Probe { .. }
+        | Measure::CrackTip(_)
+        | Measure::ArcFront { .. }
+        | Measure::Fragments { .. }
+        | Measure::Profile { .. }
+        | Measure::FactorOfSafety(_) => true,
+        Measure::Reaction { .. }
+        | Measure::ImpactPressure { .. }
+        | Measure::Gauge { .. }
+        | Measure::Discharge { .. }
+        | Measure::Dissipation {} => false,
+    }
+}
+
 /// The points that count where mass is looked for, with their `mass`: those of `bodies`, or of all that are not rigid.
 pub fn counted<'a>(case: &Case, snapshot: &'a Snapshot, bodies: Option<&[String]>) -> Cow<'a, Snapshot> {
     let counts = |body: &Body| match bodies {
@@ -77,7 +96,7 @@ pub fn counted<'a>(case: &Case, snapshot: &'a Snapshot, bodies: Option<&[String]
         None => !body.rigid,
     };
     let counts: Vec<bool> = case.bodies.iter().map(counts).collect();
-    let kept = |i: &usize| counts.get(snapshot.bodies[*i] as usize).copied().unwrap_or(true);
+    let kept = |i: &usize| counts.get(snapshot.bodies[*i] as usize).copied().unwrap_or(bodies.is_none());
     let kept: Vec<usize> = (0..snapshot.bodies.len()).filter(kept).collect();
     if kept.len() == snapshot.bodies.len() {
         return Cow::Borrowed(snapshot);
@@ -95,7 +114,7 @@ fn unbroken<'a>(snapshot: &'a Snapshot, broken: &Broken) -> Cow<'a, Snapshot> {
 
 /// Some of the points, with their `mass`.
 fn part(snapshot: &Snapshot, kept: &[usize]) -> Snapshot {
-    let mass = snapshot.scalars("mass").map(|values| {
+    let mass = snapshot.amounts(Role::Mass).map(|values| {
         let data = FieldData::Scalar(kept.iter().map(|&i| values[i]).collect());
         Field { name: "mass".to_owned(), unit: "kg", data }
     });
@@ -186,6 +205,9 @@ fn probe(name: &str, snapshot: &Snapshot, place: &[f64], radius: f64, fields: &[
         };
         let unit = || field.unit.to_owned();
         match &field.data {
+            FieldData::Whole(values) => {
+                readings.push((format!("{name}.{wanted}"), unit(), mean(&|i| values[i] as f64)));
+            }
             FieldData::Scalar(values) => {
                 readings.push((format!("{name}.{wanted}"), unit(), mean(&|i| values[i])));
             }

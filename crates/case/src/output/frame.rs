@@ -12,7 +12,8 @@ use vtkio::model::{
 use vtkio::xml::Compressor;
 
 use super::{OutputError, Seal, write_atomically};
-use crate::{Field, FieldData, Lines, Snapshot};
+use crate::solver::{Mesh, Role};
+use crate::{Field, FieldData, Snapshot};
 
 /// Full 3×3 components, row by row, as ParaView expects tensors.
 fn full(tensor: &SymTensor) -> [f64; 9] {
@@ -25,8 +26,14 @@ fn array(name: &str, components: u32, data: Vec<f64>) -> Attribute {
     Attribute::DataArray(DataArrayBase { name: name.to_owned(), elem, data: IOBuffer::F64(data) })
 }
 
+fn whole(name: &str, values: Vec<i64>) -> Attribute {
+    let elem = ElementType::Scalars { num_comp: 1, lookup_table: None };
+    Attribute::DataArray(DataArrayBase { name: name.to_owned(), elem, data: IOBuffer::I64(values) })
+}
+
 pub(super) fn attribute(field: &Field) -> Attribute {
     match &field.data {
+        FieldData::Whole(values) => whole(&field.name, values.clone()),
         FieldData::Scalar(values) => array(&field.name, 1, values.clone()),
         FieldData::Vector(values) => array(&field.name, 3, values.as_flattened().to_vec()),
         FieldData::Tensor(values) => array(&field.name, 9, values.iter().flat_map(full).collect()),
@@ -43,10 +50,6 @@ pub fn write_frame(path: &Path, snapshot: &Snapshot, only: Option<&[String]>) ->
     let wanted = |field: &&Field| only.is_none_or(|names| names.contains(&field.name));
     let mut point: Vec<Attribute> = snapshot.fields.iter().filter(wanted).map(attribute).collect();
     point.push(array("extent", 3, snapshot.extents.as_flattened().to_vec()));
-    let whole = |name: &str, values: Vec<i64>| {
-        let elem = ElementType::Scalars { num_comp: 1, lookup_table: None };
-        Attribute::DataArray(DataArrayBase { name: name.to_owned(), elem, data: IOBuffer::I64(values) })
-    };
     point.push(whole("id", snapshot.ids.iter().map(|id| *id as i64).collect()));
     point.push(whole("body", snapshot.bodies.iter().map(|body| i64::from(*body)).collect()));
     let vertices = VertexNumbers::XML {
@@ -61,20 +64,20 @@ pub fn write_frame(path: &Path, snapshot: &Snapshot, only: Option<&[String]>) ->
     write_xml(path, DataSet::inline(piece))
 }
 
-/// Writes lines as a VTU file that ParaView opens, their fields on the cells; the seal of the file.
-///
-/// # Errors
-/// When the disk refuses.
-pub fn write_lines(path: &Path, lines: &Lines) -> Result<Seal, OutputError> {
-    let count = lines.ends.len();
-    let vertices = VertexNumbers::XML {
-        connectivity: (0..2 * count as u64).collect(),
-        offsets: (1..=count as u64).map(|line| 2 * line).collect(),
+/// Writes a mesh with fields on its cells as a VTU file that ParaView opens; the seal of the file.
+pub(super) fn write_mesh(path: &Path, mesh: &Mesh, fields: &[Field]) -> Result<Seal, OutputError> {
+    let starts = std::iter::once(0).chain(mesh.ends.iter().copied());
+    let kind = |(start, end): (u64, &u64)| match end - start {
+        1 => CellType::Vertex,
+        2 => CellType::Line,
+        _ => CellType::Polygon,
     };
+    let types = starts.zip(&mesh.ends).map(kind).collect();
+    let vertices = VertexNumbers::XML { connectivity: mesh.corners.clone(), offsets: mesh.ends.clone() };
     let piece = UnstructuredGridPiece {
-        points: IOBuffer::F64(lines.ends.as_flattened().as_flattened().to_vec()),
-        cells: Cells { cell_verts: vertices, types: vec![CellType::Line; count] },
-        data: Attributes { point: Vec::new(), cell: lines.fields.iter().map(attribute).collect() },
+        points: IOBuffer::F64(mesh.places.as_flattened().to_vec()),
+        cells: Cells { cell_verts: vertices, types },
+        data: Attributes { point: Vec::new(), cell: fields.iter().map(attribute).collect() },
     };
     write_xml(path, DataSet::inline(piece))
 }
@@ -124,6 +127,10 @@ pub fn read_frame(path: &Path, time: f64) -> Result<Snapshot, OutputError> {
     for attribute in piece.data.point {
         let Attribute::DataArray(array) = attribute else { continue };
         let components = array.elem.num_comp();
+        if let (IOBuffer::I64(values), false) = (&array.data, ["id", "body"].contains(&array.name.as_str())) {
+            snapshot.push(&array.name, FieldData::Whole(values.clone()));
+            continue;
+        }
         let Some(values) = array.data.cast_into::<f64>() else { continue };
         match (array.name.as_str(), components) {
             ("id", _) => snapshot.ids = values.iter().map(|v| *v as u64).collect(),
@@ -149,12 +156,12 @@ impl Snapshot {
 
 /// Unit of the fields that every method gives; files do not carry units.
 fn unit_of(name: &str) -> &'static str {
+    if let Some(role) = Role::of(name) {
+        return role.unit();
+    }
     match name {
-        "velocity" => "m/s",
-        "displacement" | "depth" | "bed" | "height" | "radius" | "smoothing_length" => "m",
+        "displacement" | "height" | "radius" | "smoothing_length" => "m",
         "stress" | "pressure" | "deviatoric_stress" | "pore_pressure" | "excess_pore_pressure" => "Pa",
-        "mass" => "kg",
-        "volume" => "m3",
         "density" => "kg/m3",
         _ => "",
     }
@@ -168,6 +175,20 @@ pub struct Collection {
 }
 
 impl Collection {
+    /// How the names of files of points begin.
+    pub const POINTS: &'static str = "frame";
+
+    /// Time (s) and file name of the frames of points: of methods without there are none.
+    #[must_use]
+    pub fn of_points(self) -> Vec<(f64, String)> {
+        let mut frames = self.frames;
+        frames.retain(|(_, file)| {
+            let name = file.rsplit_once('/').map_or(&**file, |(_, name)| name);
+            name.strip_prefix(Self::POINTS).is_some_and(|rest| rest.starts_with('-'))
+        });
+        frames
+    }
+
     /// Writes the collection.
     ///
     /// # Errors
@@ -219,6 +240,7 @@ mod tests {
                     data: FieldData::Vector(vec![[1.0, 2.0, 3.0]; 2]),
                 },
                 Field { name: "plastic_strain".into(), unit: "", data: FieldData::Scalar(vec![0.7, 1e-9]) },
+                Field { name: "grains".into(), unit: "", data: FieldData::Whole(vec![-3, 1 << 60]) },
                 Field {
                     name: "stress".into(),
                     unit: "Pa",
@@ -242,5 +264,8 @@ mod tests {
         let collection = Collection { frames };
         collection.write(&path).unwrap();
         assert_eq!(Collection::read(&path).unwrap(), collection);
+        let of_lattice = (0.2, "frames/fluid-00002.vtr".to_owned());
+        let of_points = (0.3, "frames/frame-00003.vtu".to_owned());
+        assert_eq!(Collection { frames: vec![of_lattice, of_points.clone()] }.of_points(), [of_points]);
     }
 }

@@ -1,17 +1,12 @@
 //! Frames on a regular grid: averages of what the points carry, for iso-surfaces and volume rendering (sheet: mpm §3.9).
 
-use std::path::Path;
-
 use colluvium_constitutive::SymTensor;
-use vtkio::model::{Attributes, Coordinates, DataSet, Extent, IOBuffer, RectilinearGridPiece};
 
-use super::frame::{attribute, write_xml};
-use super::{OutputError, Seal};
 use crate::description::Space;
-use crate::{Case, Field, FieldData, Lattice, Snapshot};
+use crate::{Case, Dataset, Field, FieldData, Lattice, Role, Snapshot, Support};
 
-/// Fields that are amounts of a point, and have no average.
-const AMOUNTS: [&str; 3] = ["mass", "volume", "density"];
+/// Name of the field of masses over volumes of space.
+const DENSITY: &str = "density";
 
 /// The share of a point's mass (kg) at a node.
 struct Share {
@@ -20,67 +15,58 @@ struct Share {
     mass: f64,
 }
 
-/// Nodes a cell apart over the domain of a case, the first axis fastest.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GridFrame {
+/// Nodes a cell apart over the domain of a case.
+struct Nodes {
     low: [f64; 3],
-    /// What has been taken off its coordinates (m).
-    origin: [f64; 3],
     cell: f64,
-    /// Nodes along each axis.
     count: [usize; 3],
     dimension: usize,
-    /// `density` (kg/m³ of space, which falls from that of the bulk to zero within a cell of a surface), and the averages
-    /// weighted with mass of the other fields; zero where there is no mass.
-    pub fields: Vec<Field>,
 }
 
-impl GridFrame {
-    /// Averages of the fields named in `only`, or all, on cells of edge `cell` (m): with linear weights, points beyond the
-    /// domain left out. The two ends of an axis on which the domain repeats itself are one.
-    pub fn new(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[String]>) -> Self {
-        let (low, count) = nodes(case, cell);
-        let mut frame =
-            Self { low, origin: case.origin(), cell, count, dimension: case.dimension(), fields: Vec::new() };
-        let shares = frame.shares(snapshot);
-        let periodic: Vec<usize> = case.domain.periodic.iter().map(|axis| axis.number()).collect();
-        let mass = frame.sums(&shares, 1, |_, _| 1.0, &periodic);
-        let mean = |components: usize, value: &dyn Fn(usize, usize) -> f64| {
-            let mut sums = frame.sums(&shares, components, value, &periodic);
-            for (values, mass) in sums.chunks_exact_mut(components).zip(&mass) {
-                values.iter_mut().for_each(|value| *value = if *mass > 0.0 { *value / mass } else { 0.0 });
+/// Averages at the nodes of cells of edge `cell` (m) over the domain of a case: `density` (kg/m³ of space, which falls from that
+/// of the bulk to zero within a cell of a surface), and the averages weighted with mass of the fields named in `only`, or all;
+/// zero where there is no mass. With linear weights, points beyond the domain left out. The two ends of an axis on which the
+/// domain repeats itself are one.
+pub fn averages(case: &Case, cell: f64, snapshot: &Snapshot, only: Option<&[String]>) -> Dataset {
+    let nodes = lattice(case, cell);
+    let Lattice { low, count, .. } = nodes;
+    let frame = Nodes { low, cell, count, dimension: case.dimension() };
+    let shares = frame.shares(snapshot);
+    let periodic: Vec<usize> = case.domain.periodic.iter().map(|axis| axis.number()).collect();
+    let mass = frame.sums(&shares, 1, |_, _| 1.0, &periodic);
+    let mean = |components: usize, value: &dyn Fn(usize, usize) -> f64| {
+        let mut sums = frame.sums(&shares, components, value, &periodic);
+        for (values, mass) in sums.chunks_exact_mut(components).zip(&mass) {
+            values.iter_mut().for_each(|value| *value = if *mass > 0.0 { *value / mass } else { 0.0 });
+        }
+        sums
+    };
+    let average = |field: &Field| {
+        let data = match &field.data {
+            FieldData::Whole(values) => FieldData::Scalar(mean(1, &|point, _| values[point] as f64)),
+            FieldData::Scalar(values) => FieldData::Scalar(mean(1, &|point, _| values[point])),
+            FieldData::Vector(values) => {
+                FieldData::Vector(mean(3, &|point, c| values[point][c]).as_chunks().0.to_vec())
             }
-            sums
+            FieldData::Tensor(values) => {
+                let means = mean(6, &|point, c| values[point].0[c]);
+                FieldData::Tensor(means.as_chunks().0.iter().copied().map(SymTensor).collect())
+            }
         };
-        let wanted = |name: &String| only.is_none_or(|names| names.contains(name));
-        let averaged = snapshot.fields.iter().filter(|field| !AMOUNTS.contains(&&*field.name));
-        let average = |field: &Field| {
-            let data = match &field.data {
-                FieldData::Scalar(values) => FieldData::Scalar(mean(1, &|point, _| values[point])),
-                FieldData::Vector(values) => {
-                    FieldData::Vector(mean(3, &|point, c| values[point][c]).as_chunks().0.to_vec())
-                }
-                FieldData::Tensor(values) => {
-                    let means = mean(6, &|point, c| values[point].0[c]);
-                    FieldData::Tensor(means.as_chunks().0.iter().copied().map(SymTensor).collect())
-                }
-            };
-            Field { data, ..field.clone() }
-        };
-        let mut fields: Vec<Field> = averaged.filter(|field| wanted(&field.name)).map(average).collect();
-        let radial = case.space == Space::Axisymmetric;
-        let density = |(node, mass): (usize, &f64)| mass / frame.volume(node, radial, &periodic);
-        let density = FieldData::Scalar(mass.iter().enumerate().map(density).collect());
-        fields.insert(0, Field { name: "density".into(), unit: "kg/m3", data: density });
-        frame.fields = fields;
-        frame
-    }
+        Field { data, ..field.clone() }
+    };
+    let has_average = |name: &String| name != DENSITY && !Role::of(name).is_some_and(Role::is_amount);
+    let wanted = |name: &String| has_average(name) && only.is_none_or(|names| names.contains(name));
+    let radial = case.space == Space::Axisymmetric;
+    let density = |(node, mass): (usize, &f64)| mass / frame.volume(node, radial, &periodic);
+    let density = FieldData::Scalar(mass.iter().enumerate().map(density).collect());
+    let mut fields = vec![Field { name: DENSITY.to_owned(), unit: "kg/m3", data: density }];
+    fields.extend(snapshot.fields.iter().filter(|field| wanted(&field.name)).map(average));
+    let support = Support::Lattice { nodes, mask: Vec::new() };
+    Dataset { name: Dataset::GRID.to_owned(), support, fields }
+}
 
-    /// Its nodes.
-    pub fn lattice(&self) -> Lattice {
-        Lattice { low: self.low, spacing: self.cell, count: self.count }
-    }
-
+impl Nodes {
     /// Sums over the points of shares times what they carry, a node after the other.
     fn sums(
         &self,
@@ -101,7 +87,7 @@ impl GridFrame {
 
     /// What the points give to the nodes around them, by linear weights; those beyond the domain nothing.
     fn shares(&self, snapshot: &Snapshot) -> Vec<Share> {
-        let masses = snapshot.scalars("mass").unwrap_or_default();
+        let masses = snapshot.amounts(Role::Mass).unwrap_or_default();
         let strides = [1, self.count[0], self.count[0] * self.count[1]];
         let mut shares = Vec::with_capacity(snapshot.positions.len() << self.dimension);
         'points: for (point, (x, mass)) in snapshot.positions.iter().zip(masses).enumerate() {
@@ -169,15 +155,22 @@ impl GridFrame {
     }
 }
 
-/// Lower corner (m) and nodes along each axis of cells of edge `cell` (m) that cover the domain of a case; the last may reach
-/// beyond it.
-fn nodes(case: &Case, cell: f64) -> ([f64; 3], [usize; 3]) {
+/// Nodes of cells of edge `cell` (m) that cover the domain of a case; the last may reach beyond it.
+fn lattice(case: &Case, cell: f64) -> Lattice {
     let (mut low, mut count) = ([0.0; 3], [1; 3]);
     for axis in 0..case.dimension() {
         low[axis] = case.domain.min[axis];
         count[axis] = nodes_along(case, cell, axis) as usize;
     }
-    (low, count)
+    Lattice { low, spacing: cell, count }
+}
+
+impl Case {
+    /// The nodes of `output.grid`; `None` where it asks for none.
+    #[must_use]
+    pub fn lattice(&self) -> Option<Lattice> {
+        self.output.grid.map(|cell| lattice(self, cell))
+    }
 }
 
 /// A whole number.
@@ -189,26 +182,6 @@ fn nodes_along(case: &Case, cell: f64, axis: usize) -> f64 {
 /// Number of nodes of cells of edge `cell` (m) over the domain of a case; a float, since it may be larger than any other.
 pub fn grid_nodes(case: &Case, cell: f64) -> f64 {
     (0..case.dimension()).map(|axis| nodes_along(case, cell, axis)).product()
-}
-
-/// Writes averages on a grid as a VTR file that ParaView opens; the seal of the file.
-///
-/// # Errors
-/// When the disk refuses.
-pub fn write_grid(path: &Path, frame: &GridFrame) -> Result<Seal, OutputError> {
-    let coordinates = |axis: usize| -> Vec<f64> {
-        (0..frame.count[axis])
-            .map(|node| frame.origin[axis] + (frame.low[axis] + frame.cell * node as f64))
-            .collect()
-    };
-    let [x, y, z] = [0, 1, 2].map(|axis| IOBuffer::F64(coordinates(axis)));
-    let [nx, ny, nz] = frame.count.map(|count| count as i32 - 1);
-    let piece = RectilinearGridPiece {
-        extent: Extent::Ranges([0..=nx, 0..=ny, 0..=nz]),
-        coords: Coordinates { x, y, z },
-        data: Attributes { point: frame.fields.iter().map(attribute).collect(), cell: Vec::new() },
-    };
-    write_xml(path, DataSet::inline(piece))
 }
 
 #[cfg(test)]
@@ -249,10 +222,15 @@ mod tests {
         }
     }
 
+    fn count(dataset: &Dataset) -> [usize; 3] {
+        let Support::Lattice { nodes, .. } = &dataset.support else { panic!("a lattice") };
+        nodes.count
+    }
+
     #[test]
     fn regular_points_give_their_density_and_linear_fields_exactly() {
-        let frame = GridFrame::new(&case("plane-strain", &[]), 1.0, &snapshot(false), None);
-        assert_eq!(frame.count, [5, 3, 1]);
+        let frame = averages(&case("plane-strain", &[]), 1.0, &snapshot(false), None);
+        assert_eq!(count(&frame), [5, 3, 1]);
         let [density, velocity, stress] = &frame.fields[..] else { panic!("three fields") };
         let FieldData::Scalar(density) = &density.data else { panic!("density") };
         assert!(density.iter().all(|rho| (rho / 1500.0 - 1.0).abs() < 1e-12), "{density:?}");
@@ -267,11 +245,10 @@ mod tests {
 
     #[test]
     fn rings_and_periods_keep_their_density() {
-        let of =
-            |case: &Case, radial| match &GridFrame::new(case, 1.0, &snapshot(radial), None).fields[0].data {
-                FieldData::Scalar(density) => density.clone(),
-                _ => panic!("a scalar"),
-            };
+        let of = |case: &Case, radial| match &averages(case, 1.0, &snapshot(radial), None).fields[0].data {
+            FieldData::Scalar(density) => density.clone(),
+            _ => panic!("a scalar"),
+        };
         // Volume per radian times radius with the weight of each node, to the spread of points over a cell.
         let rings = of(&case("axisymmetric", &[]), true);
         assert!(rings.iter().all(|rho| (rho / 1500.0 - 1.0).abs() < 0.13), "{rings:?}");
@@ -282,14 +259,13 @@ mod tests {
 
     #[test]
     fn only_what_is_asked_for_is_averaged() {
-        let frame =
-            GridFrame::new(&case("plane-strain", &[]), 0.7, &snapshot(false), Some(&["stress".into()]));
-        assert_eq!(frame.count, [7, 4, 1]);
+        let frame = averages(&case("plane-strain", &[]), 0.7, &snapshot(false), Some(&["stress".into()]));
+        assert_eq!(count(&frame), [7, 4, 1]);
         let names: Vec<&str> = frame.fields.iter().map(|field| &*field.name).collect();
         assert_eq!(names, ["density", "stress"]);
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("grid.vtr");
-        write_grid(&path, &frame).unwrap();
+        crate::output::write_dataset(&path, &frame, [0.0; 3]).unwrap();
         assert!(std::fs::read_to_string(&path).unwrap().contains("WholeExtent=\"0 6 0 3 0 0\""));
     }
 }

@@ -1,5 +1,6 @@
 //! What a run writes: frames for ParaView, tables, summaries.
 
+mod dataset;
 mod files;
 mod frame;
 mod grid_frame;
@@ -8,9 +9,10 @@ mod npz;
 mod seal;
 mod table;
 
+pub use dataset::{file_ending, write_dataset};
 pub use files::{OutputError, read_json, write_atomically, write_through};
-pub use frame::{Collection, read_frame, write_frame, write_lines};
-pub use grid_frame::{GridFrame, grid_nodes, write_grid};
+pub use frame::{Collection, read_frame, write_frame};
+pub use grid_frame::{averages, grid_nodes};
 pub use names::{PLAIN, is_plain, named_file};
 pub use npz::{Array, Values, frame_arrays, read_npz, table_arrays, write_npz};
 pub use seal::{Seal, Sealed};

@@ -64,6 +64,7 @@ pub fn frame_arrays(snapshot: &Snapshot) -> Vec<Array> {
     };
     let of_points = [("position", &snapshot.positions), ("extent", &snapshot.extents)];
     let fields = snapshot.fields.iter().map(|field| match &field.data {
+        FieldData::Whole(values) => whole(&field.name, values.clone()),
         FieldData::Scalar(values) => Array::floats(&field.name, &[count], values.clone()),
         FieldData::Vector(values) => Array::floats(&field.name, &[count, 3], values.as_flattened().to_vec()),
         FieldData::Tensor(values) => {

@@ -6,7 +6,7 @@ use std::io::{BufReader, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use crate::SolverError;
-use crate::output::{OutputError, Seal, Sealed, TableFile, write_through};
+use crate::output::{Collection, OutputError, Seal, Sealed, TableFile, write_through};
 use crate::run::RunError;
 
 pub(super) const CASE: &str = "case.json";
@@ -14,10 +14,6 @@ pub(super) const CHECKPOINT: &str = "checkpoint.bin";
 pub(super) const SUMMARY: &str = "summary.json";
 pub(super) const MEASURES: &str = "measures.csv";
 pub(super) const COLLECTION: &str = "frames.pvd";
-pub(super) const GRID_COLLECTION: &str = "grid.pvd";
-pub(super) const CONTACT_COLLECTION: &str = "contacts.pvd";
-/// All collections.
-pub(super) const COLLECTIONS: [&str; 3] = [COLLECTION, GRID_COLLECTION, CONTACT_COLLECTION];
 pub(super) const FRAMES: &str = "frames";
 pub(super) const RASTERS: &str = "rasters";
 
@@ -25,14 +21,34 @@ pub(super) const RASTERS: &str = "rasters";
 const ABOUT: &str = "SI units; stress tension-positive, pressure compression-positive; per metre of thickness in \
                      plane strain, per radian in axisymmetry";
 
-/// Name of the file with the averages on a grid of a frame.
-pub(super) fn on_grid(frame: &str) -> String {
-    frame.replace("/frame-", "/grid-").replace(".vtu", ".vtr")
+/// Name of a file of frame number `number`.
+pub(super) fn frame(dataset: &str, number: usize, ending: &str) -> String {
+    format!("{FRAMES}/{dataset}-{number:05}.{ending}")
 }
 
-/// Name of the file with the contacts of a frame.
-pub(super) fn contacts_of(frame: &str) -> String {
-    frame.replace("/frame-", "/contacts-")
+/// Dataset and number of a file of [`frame`].
+pub(super) fn of_frame(file: &str) -> Option<(&str, usize)> {
+    let (stem, _) = file.strip_prefix(FRAMES)?.strip_prefix('/')?.split_once('.')?;
+    let (dataset, number) = stem.rsplit_once('-')?;
+    Some((dataset, number.parse().ok()?))
+}
+
+/// Name of the collection of a dataset beside the first of the frames.
+pub(super) fn collection(dataset: &str) -> String {
+    format!("{dataset}.pvd")
+}
+
+/// The collections in a folder: lists of files of frames.
+pub(super) fn collections(out: &Path) -> Result<Vec<String>, OutputError> {
+    let mut names = names(out)?;
+    names.retain(|name| {
+        let listed = || Collection::read(&out.join(name)).map(|collection| collection.frames);
+        let of_run = |(_, file): &(f64, String)| of_frame(file).is_some();
+        name == COLLECTION
+            || name.ends_with(".pvd")
+                && listed().is_ok_and(|files| !files.is_empty() && files.iter().all(of_run))
+    });
+    Ok(names)
 }
 
 /// Name of the file of a profile.
@@ -87,8 +103,10 @@ pub(super) fn names(folder: &Path) -> Result<Vec<String>, OutputError> {
 
 /// What lies in the folder under a name that a run gives to its own files.
 pub(super) fn taken(out: &Path) -> Result<Option<String>, OutputError> {
-    let own = [&COLLECTIONS[..], &[CASE, MEASURES, FRAMES, RASTERS]].concat();
-    let is_own = |name: &String| own.contains(&name.as_str()) || is_profile(name) || is_of_search(name);
+    let own = [CASE, MEASURES, FRAMES, RASTERS];
+    let is_own = |name: &String| {
+        own.contains(&name.as_str()) || name.ends_with(".pvd") || is_profile(name) || is_of_search(name)
+    };
     Ok(names(out)?.into_iter().find(is_own))
 }
 
@@ -177,7 +195,7 @@ pub(super) fn keep_room(out: &Path, text: &str) -> Option<File> {
 
 /// Removes everything that a run writes but its case and its summary.
 pub(super) fn clear(out: &Path) -> Result<(), OutputError> {
-    for name in COLLECTIONS.into_iter().chain([CHECKPOINT, MEASURES]) {
+    for name in collections(out)?.iter().map(String::as_str).chain([CHECKPOINT, MEASURES]) {
         remove(&out.join(name))?;
     }
     keep_profiles(out, &[])?;
@@ -197,9 +215,11 @@ pub(super) fn keep_profiles(out: &Path, kept: &[&str]) -> Result<(), OutputError
 
 /// Removes files that a killed run was in the middle of writing.
 pub(super) fn remove_torn(out: &Path) -> Result<(), OutputError> {
-    for name in COLLECTIONS.into_iter().chain([CASE, CHECKPOINT, SUMMARY]) {
+    for name in [CASE, CHECKPOINT, SUMMARY] {
         remove(&out.join(format!("{name}.tmp")))?;
     }
+    let torn = |name: &&String| name.ends_with(".pvd.tmp");
+    names(out)?.iter().filter(torn).try_for_each(|name| remove(&out.join(name)))?;
     let frames = out.join(FRAMES);
     let torn = |name: &&String| name.ends_with(".vtu.tmp") || name.ends_with(".vtr.tmp");
     names(&frames)?.iter().filter(torn).try_for_each(|name| remove(&frames.join(name)))

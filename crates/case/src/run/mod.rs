@@ -87,9 +87,9 @@ pub struct RunReport {
     pub table: Table,
     /// Frames, if they were to be kept.
     pub frames: Vec<Snapshot>,
-    /// Totals at the start.
+    /// Totals at the start; [`Budget::UNKNOWN`] of a method that keeps none.
     pub start: Budget,
-    /// Totals at the end.
+    /// Totals at the end, likewise.
     pub end: Budget,
     /// Steps done, those before a restart included.
     pub steps: u64,
@@ -444,8 +444,8 @@ impl Run<'_> {
             snapshot: self.case.on_map(self.solver.snapshot()),
             table: std::mem::take(&mut self.recorder.table),
             frames: std::mem::take(&mut self.recorder.kept),
-            start: self.progress.start,
-            end: self.solver.budget(),
+            start: self.progress.start.unwrap_or(Budget::UNKNOWN),
+            end: self.solver.totals(),
             steps,
             remarks: std::mem::take(&mut self.remarks),
             said: std::mem::take(&mut self.said),

@@ -25,7 +25,8 @@ pub(super) struct Progress {
     pub(super) seals: BTreeMap<String, Seal>,
     /// Steps done at each frame of the collection.
     pub(super) frame_steps: Vec<u64>,
-    pub(super) start: Budget,
+    /// Totals at the start.
+    pub(super) start: Option<Budget>,
     /// Bound on the last step (s).
     pub(super) time_step: Option<f64>,
     /// Bound on the first step (s).

@@ -8,19 +8,16 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::folder::{
-    self, CASE, CHECKPOINT, COLLECTION, CONTACT_COLLECTION, FRAMES, GRID_COLLECTION, MEASURES, RASTERS,
-    SUMMARY, Tables,
-};
+use super::folder::{self, CASE, CHECKPOINT, COLLECTION, MEASURES, RASTERS, SUMMARY, Tables};
 use super::progress::Progress;
 use super::{RunError, RunOptions, row};
 use crate::description::Measure;
 use crate::output::{
-    Collection, GridFrame, OutputError, Seal, Table, read_frame, read_json, write_atomically, write_frame,
-    write_grid, write_lines,
+    Collection, OutputError, Seal, Table, averages, file_ending, read_frame, read_json, write_atomically,
+    write_dataset, write_frame,
 };
 use crate::solver::{restore_value, save_value};
-use crate::{Case, PlanRaster, Snapshot, Solver, SolverError, measure};
+use crate::{Case, Dataset, Frame, PlanRaster, Snapshot, Solver, SolverError, Support, Wanted, measure};
 
 #[derive(Serialize, Deserialize)]
 struct Checkpoint {
@@ -177,9 +174,10 @@ impl<'a> Recorder<'a> {
         if !row && !frame {
             return Ok(());
         }
-        let snapshot = solver.snapshot();
+        let mut now = solver.frame(if frame { Wanted::Written } else { Wanted::Measured });
+        let points = now.take_points();
         if row {
-            self.row(solver, &snapshot, progress.time_step)?;
+            self.row(solver, points.as_ref(), progress.time_step)?;
             progress.rows += 1;
             // Steps may be longer than the time between rows that they do not end on.
             while !self.ends_on_rows && is_due(time, progress.rows, self.row_interval) {
@@ -187,7 +185,7 @@ impl<'a> Recorder<'a> {
             }
         }
         if frame {
-            self.frame(solver, snapshot, progress)?;
+            self.frame(points, now, progress)?;
             progress.frames += 1;
         }
         Ok(())
@@ -200,12 +198,13 @@ impl<'a> Recorder<'a> {
         progress: &mut Progress,
     ) -> Result<(), RunError> {
         let time = solver.time();
-        let snapshot = solver.snapshot();
+        let mut now = solver.frame(Wanted::Written);
+        let points = now.take_points();
         if self.table.last("time") != Some(time) {
-            self.row(solver, &snapshot, progress.time_step)?;
+            self.row(solver, points.as_ref(), progress.time_step)?;
         }
         if progress.collection.frames.last().map(|(at, _)| *at) != Some(time) {
-            self.frame(solver, snapshot, progress)?;
+            self.frame(points, now, progress)?;
         }
         Ok(())
     }
@@ -213,11 +212,12 @@ impl<'a> Recorder<'a> {
     fn row(
         &mut self,
         solver: &dyn Solver,
-        snapshot: &Snapshot,
+        points: Option<&Snapshot>,
         time_step: Option<f64>,
     ) -> Result<(), RunError> {
+        let none = Snapshot::default();
         let mut readings = row::of_run(solver, time_step);
-        readings.extend(row::of_case(self.case, solver, snapshot));
+        readings.extend(row::of_case(self.case, solver, points.unwrap_or(&none)));
         if self.table.columns.is_empty() {
             self.table.columns =
                 readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
@@ -228,56 +228,69 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
+    /// A frame of what is on `points`, and of the `others`.
     fn frame(
         &mut self,
-        solver: &dyn Solver,
-        snapshot: Snapshot,
+        points: Option<Snapshot>,
+        mut others: Frame,
         progress: &mut Progress,
     ) -> Result<(), RunError> {
-        self.profiles(&snapshot)?;
-        let name = format!("{FRAMES}/frame-{:05}.vtu", progress.collection.frames.len());
-        progress.collection.frames.push((snapshot.time, name.clone()));
-        progress.frame_steps.push(snapshot.step);
-        if let Some(out) = &self.options.out {
-            let only = self.case.output.fields.as_deref();
-            let seal = write_frame(&out.join(&name), &self.case.on_map(snapshot.clone()), only)?;
-            progress.seals.insert(name.clone(), seal);
-            if let Some(cell) = self.case.output.grid {
-                let mut averages = GridFrame::new(self.case, cell, &snapshot, only);
-                if let Some(mut fields) = solver.on_lattice(&averages.lattice()) {
-                    fields.retain(|field| only.is_none_or(|names| names.contains(&field.name)));
-                    averages.fields = fields;
-                }
-                let grid = folder::on_grid(&name);
-                let seal = write_grid(&out.join(&grid), &averages)?;
-                progress.seals.insert(grid, seal);
+        let only = self.case.output.fields.as_deref();
+        for dataset in &mut others.datasets {
+            if !matches!(dataset.support, Support::Mesh(_)) {
+                dataset.fields.retain(|field| only.is_none_or(|names| names.contains(&field.name)));
             }
-            if self.case.output.contacts {
-                let lines = solver.contact_lines().shifted(self.case.origin());
-                let contacts = folder::contacts_of(&name);
-                let seal = write_lines(&out.join(&contacts), &lines)?;
-                progress.seals.insert(contacts, seal);
-            }
-            self.write_collections(out, &progress.collection)?;
         }
-        if self.options.keep_frames {
-            self.kept.push(self.case.on_map(snapshot));
+        if let Some(points) = &points {
+            self.profiles(points)?;
+            let on_nodes = |dataset: &Dataset| dataset.name == Dataset::GRID;
+            if let Some(cell) = self.case.output.grid.filter(|_| !others.datasets.iter().any(on_nodes)) {
+                others.datasets.insert(0, averages(self.case, cell, points, only));
+            }
+        }
+        let number = progress.collection.frames.len();
+        let file = |dataset: &Dataset| folder::frame(&dataset.name, number, file_ending(&dataset.support));
+        let of_points = points.as_ref().map(|_| folder::frame(Collection::POINTS, number, "vtu"));
+        // A frame is called after what comes first in it.
+        let first = of_points.clone().or_else(|| others.datasets.first().map(file)).unwrap_or_default();
+        progress.collection.frames.push((others.time, first));
+        progress.frame_steps.push(others.step);
+        if let Some(out) = &self.options.out {
+            if let (Some(name), Some(points)) = (of_points, &points) {
+                let seal = write_frame(&out.join(&name), &self.case.on_map(points.clone()), only)?;
+                progress.seals.insert(name, seal);
+            }
+            for dataset in &others.datasets {
+                let name = file(dataset);
+                let seal = write_dataset(&out.join(&name), dataset, self.case.origin())?;
+                progress.seals.insert(name, seal);
+            }
+            self.write_collections(out, progress)?;
+        }
+        if let (true, Some(points)) = (self.options.keep_frames, points) {
+            self.kept.push(self.case.on_map(points));
         }
         Ok(())
     }
 
-    /// Writes the times of the frames, and of those on a grid.
-    fn write_collections(&self, out: &Path, frames: &Collection) -> Result<(), OutputError> {
-        frames.write(&out.join(COLLECTION))?;
-        let beside = |name: &str, of: fn(&str) -> String| {
-            let all = frames.frames.iter().map(|(time, frame)| (*time, of(frame)));
-            Collection { frames: all.collect() }.write(&out.join(name))
-        };
-        if self.case.output.grid.is_some() {
-            beside(GRID_COLLECTION, folder::on_grid)?;
+    /// Writes the times of the frames, and of each dataset beside what comes first in them.
+    fn write_collections(&self, out: &Path, progress: &Progress) -> Result<(), OutputError> {
+        progress.collection.write(&out.join(COLLECTION))?;
+        let mut beside: BTreeMap<&str, Vec<(usize, &String)>> = BTreeMap::new();
+        for file in progress.seals.keys() {
+            if let Some((name, number)) = folder::of_frame(file) {
+                beside.entry(name).or_default().push((number, file));
+            }
         }
-        if self.case.output.contacts {
-            beside(CONTACT_COLLECTION, folder::contacts_of)?;
+        let times = &progress.collection.frames;
+        for (name, mut files) in beside {
+            files.retain(|(number, file)| times.get(*number).is_some_and(|(_, first)| first != *file));
+            if files.is_empty() {
+                continue;
+            }
+            files.sort_unstable();
+            let frames = files.into_iter().map(|(number, file)| (times[number].0, file.clone()));
+            Collection { frames: frames.collect() }.write(&out.join(folder::collection(name)))?;
         }
         Ok(())
     }
@@ -368,7 +381,7 @@ impl<'a> Recorder<'a> {
         folder::remove_torn(out)?;
         folder::make(out)?;
         self.table = Table::read(&out.join(MEASURES))?;
-        self.write_collections(out, &progress.collection)?;
+        self.write_collections(out, &progress)?;
         Ok(Some(progress))
     }
 

@@ -3,7 +3,7 @@
 use crate::description::Measure;
 use crate::json::closest;
 use crate::measure::{self, Reading};
-use crate::{Case, CaseError, CaseErrors, Snapshot, Solver};
+use crate::{Budget, Case, CaseError, CaseErrors, Snapshot, Solver, Wanted};
 
 /// What every frame holds beside the fields of its snapshot.
 const ALWAYS_IN_FRAMES: [&str; 3] = ["id", "body", "extent"];
@@ -15,10 +15,21 @@ pub(super) fn of_run(solver: &dyn Solver, time_step: Option<f64>) -> Vec<Reading
     let mut push = |name: &str, unit: &str, value: f64| {
         readings.push((name.to_owned(), unit.to_owned(), value));
     };
-    let budget = solver.budget();
     push("time", "s", solver.time());
     push("step", "", solver.step_count() as f64);
     push("time_step", "s", time_step.unwrap_or(f64::NAN));
+    if let Some(budget) = solver.budget() {
+        totals(&budget, solver.dissipated(), &mut push);
+    }
+    let equilibrium = solver.equilibrium();
+    push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
+    push("kinetic_ratio", "", equilibrium.map_or(f64::NAN, |e| e.kinetic_ratio));
+    readings.extend(solver.readings());
+    readings
+}
+
+/// What stands in a row of the totals, with the energy that has been dissipated (J).
+fn totals(budget: &Budget, dissipated: Option<f64>, push: &mut dyn FnMut(&str, &str, f64)) {
     push("mass", "kg", budget.mass);
     for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
         push(&format!("momentum.{axis}"), "kg m/s", budget.momentum[c]);
@@ -27,8 +38,8 @@ pub(super) fn of_run(solver: &dyn Solver, time_step: Option<f64>) -> Vec<Reading
     push("kinetic_energy", "J", budget.kinetic);
     push("elastic_energy", "J", budget.elastic);
     push("potential_energy", "J", budget.potential);
-    push("total_energy", "J", budget.total() + solver.dissipated().unwrap_or(0.0));
-    if let Some(liquid) = budget.liquid {
+    push("total_energy", "J", budget.total() + dissipated.unwrap_or(0.0));
+    if let Some(liquid) = &budget.liquid {
         push("liquid_mass", "kg", liquid.mass);
         for (c, axis) in ["x", "y", "z"].into_iter().enumerate() {
             push(&format!("liquid_momentum.{axis}"), "kg m/s", liquid.momentum[c]);
@@ -37,11 +48,6 @@ pub(super) fn of_run(solver: &dyn Solver, time_step: Option<f64>) -> Vec<Reading
         push("liquid_elastic_energy", "J", liquid.elastic);
         push("liquid_potential_energy", "J", liquid.potential);
     }
-    let equilibrium = solver.equilibrium();
-    push("unbalanced_force", "", equilibrium.map_or(f64::NAN, |e| e.unbalanced_force));
-    push("kinetic_ratio", "", equilibrium.map_or(f64::NAN, |e| e.kinetic_ratio));
-    readings.extend(solver.readings());
-    readings
 }
 
 /// What stands in a row because the case measures it.
@@ -58,6 +64,16 @@ pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
     readings.map(|(name, ..)| name).chain(found).collect()
 }
 
+/// Refuses the measures that are read off points, by path: of a solver without.
+fn check_pointless(case: &Case) -> Result<(), CaseErrors> {
+    let of_points = case.measures.iter().filter(|(_, measure)| measure::reads_points(measure));
+    let error = |(name, _): (&String, &Measure)| {
+        CaseError::new(format!("measures.{name}"), "is read off points, and the method has none")
+    };
+    let errors: Vec<CaseError> = of_points.map(error).collect();
+    if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }
+}
+
 /// Checks the names in a case that only the solver can tell: fields of its points, and columns of the measures that are
 /// there anyway.
 ///
@@ -67,7 +83,12 @@ pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
     if case.output.fields.is_none() && case.measures.is_empty() {
         return Ok(());
     }
-    let snapshot = solver.snapshot();
+    let mut now = solver.frame(Wanted::Measured);
+    let points = now.take_points();
+    if points.is_none() {
+        check_pointless(case)?;
+    }
+    let snapshot = points.unwrap_or_default();
     let mut errors = Vec::new();
     let fields: Vec<&str> = snapshot.fields.iter().map(|field| field.name.as_str()).collect();
     let mut check = |path: String, name: &str, known: &[&str]| {
@@ -79,7 +100,8 @@ pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
             errors.push(CaseError::new(path, problem));
         }
     };
-    let in_frames: Vec<&str> = fields.iter().copied().chain(ALWAYS_IN_FRAMES).collect();
+    let beside = now.datasets.iter().flat_map(|dataset| &dataset.fields).map(|field| field.name.as_str());
+    let in_frames: Vec<&str> = fields.iter().copied().chain(beside).chain(ALWAYS_IN_FRAMES).collect();
     for (number, name) in case.output.fields.iter().flatten().enumerate() {
         check(format!("output.fields[{number}]"), name, &in_frames);
     }

@@ -57,7 +57,7 @@ impl Recorder<'_> {
             "remarks": remarks,
             "stages": self.stages(progress),
             "time_step_limits": progress.bounds.iter().map(bound_to_json).collect::<Vec<_>>(),
-            "start": budget(progress.start),
+            "start": progress.start.map(budget),
             "measures": measures,
             "case": self.case,
         });
@@ -72,7 +72,7 @@ impl Recorder<'_> {
                 let sealed = progress.seals.clone().into_iter().chain(tables).collect();
                 summary["files"] = verify::to_json(&verify::seals(out, sealed)?);
             }
-            summary["end"] = budget(solver.budget());
+            summary["end"] = json!(solver.budget().map(budget));
             summary["snapshot_hash"] = json!(format!("{:016x}", solver.snapshot().hash()));
         }
         self.write_summary(&summary)?;

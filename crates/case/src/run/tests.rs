@@ -9,7 +9,7 @@ use crate::TimeStep;
 use crate::description::Reset;
 use crate::output::Collection;
 use crate::solver::{restore_value, save_value};
-use crate::{Equilibrium, Field, FieldData, SolverError, StepLimit};
+use crate::{Equilibrium, Field, FieldData, Frame, SolverError, StepLimit, Wanted};
 use colluvium_constitutive::SymTensor;
 
 /// Independent oscillators `x'' = -ω² x - 2 d x'`, one a point.
@@ -105,9 +105,9 @@ impl Solver for Oscillators {
         let worst = self.state.iter().map(|[x, v]| x.abs().max(v.abs())).fold(0.0, f64::max);
         Some(Equilibrium { unbalanced_force: worst, kinetic_ratio: worst, kinetic: worst })
     }
-    fn snapshot(&self) -> Snapshot {
+    fn frame(&self, _: Wanted) -> Frame {
         let count = self.state.len();
-        Snapshot {
+        Frame::from(Snapshot {
             time: self.time,
             step: self.steps,
             ids: (0..count as u64).collect(),
@@ -122,10 +122,10 @@ impl Solver for Oscillators {
                     data: FieldData::Tensor(vec![SymTensor::ZERO; count]),
                 },
             ],
-        }
+        })
     }
-    fn budget(&self) -> Budget {
-        Budget { kinetic: self.state.iter().map(|[_, v]| 0.5 * v * v).sum(), ..Budget::default() }
+    fn budget(&self) -> Option<Budget> {
+        Some(Budget { kinetic: self.state.iter().map(|[_, v]| 0.5 * v * v).sum(), ..Budget::default() })
     }
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
         save_value(&(&self.state, self.time, self.steps), out)

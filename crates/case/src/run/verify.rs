@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::folder::{self, CASE, COLLECTIONS, RASTERS, SUMMARY};
+use super::folder::{self, CASE, RASTERS, SUMMARY};
 use crate::output::{OutputError, Seal, read_json};
 
 /// The seals of all files of a run in `out` but its summary, by name: `sealed` while it ran, and those of the files that were
@@ -15,7 +15,8 @@ pub(super) fn seals(
     out: &Path,
     sealed: BTreeMap<String, Seal>,
 ) -> Result<BTreeMap<String, Seal>, OutputError> {
-    let mut names: Vec<String> = COLLECTIONS.into_iter().chain([CASE]).map(str::to_owned).collect();
+    let mut names = folder::collections(out)?;
+    names.push(CASE.to_owned());
     names.extend(
         folder::names(out)?.into_iter().filter(|name| folder::is_trials(name) || folder::is_failing(name)),
     );

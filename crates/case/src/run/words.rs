@@ -24,7 +24,7 @@ impl Run<'_> {
     /// Says once what the solver warns of, and follows its energy. Asked at every row.
     pub(super) fn listen(&mut self) {
         if self.progress.energy.is_followed() {
-            self.progress.energy.take(&self.solver.budget(), self.solver.time());
+            self.take_energy();
         }
         if self.progress.warning.is_none() {
             self.progress.warning = self.solver.warning();
@@ -37,7 +37,13 @@ impl Run<'_> {
         let grown = std::mem::take(&mut self.progress.energy).remark();
         self.progress.grown = self.progress.grown.take().or(grown);
         if self.solver.is_closed() {
-            self.progress.energy.take(&self.solver.budget(), self.solver.time());
+            self.take_energy();
+        }
+    }
+
+    fn take_energy(&mut self) {
+        if let Some(budget) = self.solver.budget() {
+            self.progress.energy.take(&budget, self.solver.time());
         }
     }
 

@@ -1,9 +1,10 @@
 //! The state of all points at an instant.
 
 use colluvium_constitutive::SymTensor;
-use colluvium_points::Raster;
 
-/// One named quantity on the points.
+use super::Role;
+
+/// One named quantity on points, nodes or cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
     /// Name in snake case: `velocity`, `stress`, `mass`, `volume`, `displacement`, `density`, …
@@ -14,9 +15,11 @@ pub struct Field {
     pub data: FieldData,
 }
 
-/// Values of a [`Field`], one per point.
+/// Values of a [`Field`], one for each point, node or cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FieldData {
+    /// Whole numbers.
+    Whole(Vec<i64>),
     /// Scalars.
     Scalar(Vec<f64>),
     /// Vectors.
@@ -25,30 +28,8 @@ pub enum FieldData {
     Tensor(Vec<SymTensor>),
 }
 
-/// Numbers on a raster over the plan.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlanRaster {
-    /// Name in snake case, that of its files.
-    pub name: String,
-    /// SI unit.
-    pub unit: &'static str,
-    /// The numbers; not-a-number where there is none.
-    pub raster: Raster,
-}
-
-/// Nodes at equal distances, the first axis fastest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lattice {
-    /// The first node (m).
-    pub low: [f64; 3],
-    /// Distance of the nodes along each axis (m).
-    pub spacing: f64,
-    /// Nodes along each axis; one along those that the space has not.
-    pub count: [usize; 3],
-}
-
-/// The state of all points at an instant, in the order of their ids, whatever order the solver keeps.
-#[derive(Clone, Debug, PartialEq)]
+/// What is on the points of a [`Frame`](super::Frame), in the order of their ids, whatever order the solver keeps.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
     /// Time (s).
     pub time: f64,
@@ -56,17 +37,20 @@ pub struct Snapshot {
     pub step: u64,
     /// Ids, ascending; an id is the point's for its whole life.
     pub ids: Vec<u64>,
-    /// Index into `Case::bodies` of each point.
+    /// Index into `Case::bodies` of each point, or [`Snapshot::NO_BODY`].
     pub bodies: Vec<u32>,
     /// Positions (m); unused components are zero.
     pub positions: Vec<[f64; 3]>,
-    /// Full widths of the points' domains (m).
+    /// Full widths of the points' domains (m); zero for points without.
     pub extents: Vec<[f64; 3]>,
-    /// Fields; every method gives at least `velocity`, `stress`, `mass`, `volume`, `displacement`.
+    /// Fields. Methods of material points give at least `velocity`, `stress`, `mass`, `volume` and `displacement`.
     pub fields: Vec<Field>,
 }
 
 impl Snapshot {
+    /// Body of points that belong to none.
+    pub const NO_BODY: u32 = u32::MAX;
+
     /// The field called `name`.
     pub fn field(&self, name: &str) -> Option<&Field> {
         self.fields.iter().find(|f| f.name == name)
@@ -78,6 +62,11 @@ impl Snapshot {
             FieldData::Scalar(values) => Some(values),
             _ => None,
         }
+    }
+
+    /// The scalars with a role, one a point; `None` where there are none.
+    pub fn amounts(&self, role: Role) -> Option<&[f64]> {
+        self.scalars(role.name())
     }
 
     /// The vectors of the field called `name`, one a point; `None` where there is none of vectors.
@@ -117,6 +106,7 @@ impl Snapshot {
             bytes.extend((field.name.len() as u64).to_le_bytes());
             bytes.extend(field.name.as_bytes());
             match &field.data {
+                FieldData::Whole(values) => bytes.extend(values.iter().flat_map(|v| v.to_le_bytes())),
                 FieldData::Scalar(values) => add(&mut bytes, values),
                 FieldData::Vector(values) => add(&mut bytes, values.as_flattened()),
                 FieldData::Tensor(values) => values.iter().for_each(|tensor| add(&mut bytes, &tensor.0)),
@@ -164,25 +154,5 @@ mod tests {
             assert!(!hashes[..i].contains(hash), "change {i} goes unseen");
         }
         assert_eq!(whole.hash(), whole.clone().hash());
-    }
-}
-
-/// Lines with fields.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Lines {
-    /// Both ends of each line (m).
-    pub ends: Vec<[[f64; 3]; 2]>,
-    /// What they carry, one value a line.
-    pub fields: Vec<Field>,
-}
-
-impl Lines {
-    /// The same with `by` (m) added to all coordinates.
-    #[must_use]
-    pub fn shifted(mut self, by: [f64; 3]) -> Self {
-        for end in self.ends.as_flattened_mut() {
-            end.iter_mut().zip(by).for_each(|(x, by)| *x += by);
-        }
-        self
     }
 }

@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         written += 1;
     }
     let collection = from.join("frames.pvd");
-    let frames = if collection.exists() { Collection::read(&collection)?.frames } else { Vec::new() };
+    let frames = if collection.exists() { Collection::read(&collection)?.of_points() } else { Vec::new() };
     for (number, shown) in frames.iter().enumerate() {
         let archive = to.join(format!("frame-{number:05}.npz"));
         write_npz(&archive, &frame_arrays(&frame(from, shown)?))?;
@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn points(from: &Path) -> Result<(), Failure> {
     let path = from.join("case.json");
     let case = Case::load(&path).map_err(|errors| OutputError::new(&path, errors.first()))?;
-    let frames = Collection::read(&from.join("frames.pvd"))?.frames;
+    let frames = Collection::read(&from.join("frames.pvd"))?.of_points();
     let last = frames.last().ok_or_else(|| OutputError::new(from, "holds no frame"))?;
     let snapshot = frame(from, last)?;
     let to = from.join(POINTS);

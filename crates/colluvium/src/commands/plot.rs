@@ -54,7 +54,7 @@ fn range(text: &str) -> Result<(f64, f64), String> {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let folder = &arguments.folder;
     a_run(folder)?;
-    let frames = Collection::read(&folder.join("frames.pvd"))?.frames;
+    let frames = Collection::read(&folder.join("frames.pvd"))?.of_points();
     let chosen = chosen(arguments, frames.len())?;
     let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
     std::fs::create_dir_all(&out).map_err(|error| Failure::Usage(format!("{}: {error}", out.display())))?;

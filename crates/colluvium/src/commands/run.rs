@@ -84,8 +84,12 @@ fn print(report: &RunReport, out: &std::path::Path) -> Result<(), Failure> {
         report.wall,
         report.updates_per_second / 1e6
     );
-    say!("mass {:.6} kg, from {:.6} kg", report.end.mass, report.start.mass);
-    say!("kinetic energy {:.4e} J, from {:.4e} J", report.end.kinetic, report.start.kinetic);
+    if report.start.mass.is_nan() {
+        say!("the method keeps no totals of mass and energy");
+    } else {
+        say!("mass {:.6} kg, from {:.6} kg", report.end.mass, report.start.mass);
+        say!("kinetic energy {:.4e} J, from {:.4e} J", report.end.kinetic, report.start.kinetic);
+    }
     for (name, safety) in &report.safety {
         say!("{name}: {}", safety.told());
     }

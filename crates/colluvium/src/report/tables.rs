@@ -87,6 +87,12 @@ pub(super) fn budget(results: &Results) -> Markup {
     let (Some(first), Some(last)) = (table.rows.first(), table.rows.last()) else { return html! {} };
     let column = |name: &str| table.columns.iter().position(|(known, _)| known == name);
     let found = BUDGET.iter().filter_map(|name| column(name));
+    if found.clone().next().is_none() {
+        return html! {
+            h2 { "Mass and energy" }
+            p class="soft" { "The method keeps no totals of mass and energy." }
+        };
+    }
     let energies: Vec<usize> = found.clone().filter(|&k| table.columns[k].1 == "J").collect();
     let sum = |row: &[f64]| energies.iter().map(|&k| row[k]).sum::<f64>();
     let line = |name: String, from: f64, to: f64| {

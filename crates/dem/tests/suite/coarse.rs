@@ -1,6 +1,6 @@
 //! Coarse graining (sheet: dem §3.9).
 
-use colluvium_case::{Case, FieldData, Lattice, Solver};
+use colluvium_case::{Case, FieldData, Lattice, Solver, Support, Wanted};
 use colluvium_dem::coarse::Nodes;
 use colluvium_dem::disks;
 use colluvium_testkit::near;
@@ -24,7 +24,7 @@ fn fields_integrate_to_mass_momentum_and_the_stress_of_the_branch() {
     let lattice = nodes(3.0, 241);
     let fields = solver.coarse_grained(&lattice, 1.1);
     let area = lattice.spacing * lattice.spacing;
-    let budget = solver.budget();
+    let budget = solver.totals();
     near(fields.iter().map(|field| field.density).sum::<f64>() * area / budget.mass, 1.0, 1e-4);
     let momentum = fields.iter().map(|field| field.density * field.velocity[0]).sum::<f64>() * area;
     near(momentum / budget.momentum[0], 1.0, 1e-3);
@@ -84,11 +84,15 @@ fn a_run_has_the_fields_on_its_grid_and_cells_of_grains_in_its_frames() {
         "velocity": { "kind": "uniform", "value": [0.5, 0] } }]);
     value["methods"]["dem"]["bodies"] = json!({});
     value["methods"]["dem"]["voronoi"] = json!(true);
+    value["output"] = json!({ "grid": 0.25 });
     value["methods"]["dem"]["grains"] = json!({ "grain": { "density": 3, "diameter": { "distribution": "equal", "value": 1 },
         "fill": { "kind": "lattice", "packing": "square" } } });
     let solver = begun(disks(&Case::from_json(&value.to_string()).unwrap()).unwrap());
-    let lattice = Lattice { low: [0.0; 3], spacing: 0.25, count: [25, 25, 1] };
-    let fields = solver.on_lattice(&lattice).unwrap();
+    let frame = solver.frame(Wanted::Written);
+    let grid = frame.dataset("grid").unwrap();
+    let nodes = Lattice { low: [0.0; 3], spacing: 0.25, count: [25, 25, 1] };
+    assert_eq!(grid.support, Support::Lattice { nodes, mask: Vec::new() });
+    let fields = &grid.fields;
     let names: Vec<&str> = fields.iter().map(|field| &*field.name).collect();
     assert_eq!(names, ["density", "velocity", "stress", "kinetic_stress"]);
     let FieldData::Scalar(density) = &fields[0].data else { panic!("density") };

@@ -41,7 +41,7 @@ fn restitution(pair: &serde_json::Value, masses: [f64; 2], steps: f64, phase: f6
     for _ in 0..(3.0 * steps) as usize {
         solver.step(dt).unwrap();
     }
-    let budget = solver.budget();
+    let budget = solver.totals();
     near(budget.momentum[0], masses[0], 1e-12);
     let v = solver.snapshot().vectors("velocity").unwrap().to_vec();
     v[1][0] - v[0][0]

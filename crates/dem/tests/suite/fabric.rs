@@ -2,7 +2,7 @@
 
 use colluvium_testkit::near;
 
-use crate::common::{Scene, linear};
+use crate::common::{Scene, begun, linear};
 
 /// Disks of radius 0.5001 m on a square lattice of 1 m six by six.
 fn lattice() -> Scene {
@@ -66,20 +66,27 @@ fn where_no_grains_touch_there_is_no_fabric() {
 
 #[test]
 fn lines_of_contacts_join_the_centres_and_carry_the_forces() {
-    use colluvium_case::{FieldData, Solver};
+    use colluvium_case::{Case, FieldData, Solver, Support, Wanted};
+    use colluvium_dem::disks;
     let mut scene = lattice();
     scene.boundaries = crate::common::floor(&serde_json::json!({ "kind": "smooth" }));
     scene.boundaries[0]["position"] = serde_json::json!(-3.0);
-    let lattice = solver(&scene);
-    let lines = lattice.contact_lines();
+    let mut case = scene.json();
+    case["output"] = serde_json::json!({ "contacts": true });
+    let lattice = begun(disks(&Case::from_json(&case.to_string()).unwrap()).unwrap());
+    assert!(lattice.frame(Wanted::Measured).dataset("contacts").is_none());
+    let frame = lattice.frame(Wanted::Written);
+    let lines = frame.dataset("contacts").unwrap();
+    let Support::Mesh(mesh) = &lines.support else { panic!("lines") };
     // Six touch the floor.
-    assert_eq!(lines.ends.len(), 66);
+    assert_eq!(mesh.cells().count(), 66);
     let scalars = |name: &str| match &lines.fields.iter().find(|field| field.name == name).unwrap().data {
         FieldData::Scalar(values) => values.clone(),
         _ => panic!("{name} is no scalar"),
     };
     let (normal, wall) = (scalars("normal_force"), scalars("wall"));
-    for (k, [from, to]) in lines.ends.iter().enumerate() {
+    for (k, ends) in mesh.cells().enumerate() {
+        let [from, to] = [ends[0], ends[1]];
         let length = (0..3).map(|c| (to[c] - from[c]).powi(2)).sum::<f64>().sqrt();
         let (distance, overlap) = if wall[k] == 1.0 { (0.5, 1e-4) } else { (1.0, 2e-4) };
         near(length, distance, 1e-6);

@@ -64,12 +64,12 @@ fn the_mass_that_is_asked_for_enters_between_start_and_end_with_its_energy_accou
         to(&mut *solver, 0.1);
         assert_eq!(solver.points(), 0);
         to(&mut *solver, 0.6);
-        let half = solver.budget().mass;
+        let half = solver.totals().mass;
         // Behind by less than the largest grain.
         let grain = 2000.0 * if dimension == 2 { 0.0036 * std::f64::consts::PI } else { 9.1e-4 };
         assert!(half <= 0.5 * rate && half > 0.5 * rate - 1.01 * grain, "{half}");
         to(&mut *solver, 3.0);
-        let all = solver.budget().mass;
+        let all = solver.totals().mass;
         assert!(all <= rate && all > rate - 1.01 * grain, "{all}");
         // All entered at 1 m/s.
         assert!((reading(&*solver, "energy.entered") / (0.5 * all) - 1.0).abs() < 1e-9);

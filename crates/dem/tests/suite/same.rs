@@ -127,7 +127,7 @@ fn the_energy_of_an_elastic_gas_swings_and_does_not_drift() {
     let mut worst = 0.0f64;
     for _ in 0..40_000 {
         solver.step(dt).unwrap();
-        let budget = solver.budget();
+        let budget = solver.totals();
         let energy = budget.kinetic + budget.elastic;
         worst = worst.max((energy / *start.get_or_insert(energy) - 1.0).abs());
     }

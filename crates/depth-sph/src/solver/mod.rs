@@ -9,7 +9,7 @@ use colluvium_case::description::{Reset, Stage};
 use colluvium_case::measure::Reading;
 use colluvium_case::solver::{restore_value, save_value};
 use colluvium_case::{
-    Advance, Budget, Case, Equilibrium, PlanRaster, Snapshot, Solver, SolverError, StepLimit, TimeStep,
+    Advance, Budget, Case, Dataset, Equilibrium, Frame, Solver, SolverError, StepLimit, TimeStep, Wanted,
     spatial,
 };
 use serde::{Deserialize, Serialize};
@@ -306,8 +306,8 @@ impl<const D: usize> Solver for DepthSolver<D> {
         self.take_remarks()
     }
 
-    fn snapshot(&self) -> Snapshot {
-        self.take_snapshot()
+    fn frame(&self, _: Wanted) -> Frame {
+        self.take_snapshot().into()
     }
 
     fn gauge(&self, place: &[f64]) -> Option<(f64, [f64; 3])> {
@@ -320,12 +320,12 @@ impl<const D: usize> Solver for DepthSolver<D> {
         Some(self.flow.across(&from, &to))
     }
 
-    fn rasters(&self) -> Vec<PlanRaster> {
-        self.take_rasters()
+    fn products(&self) -> Vec<Dataset> {
+        self.take_rasters().into_iter().map(Dataset::of_raster).collect()
     }
 
-    fn budget(&self) -> Budget {
-        self.take_budget()
+    fn budget(&self) -> Option<Budget> {
+        Some(self.take_budget())
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {

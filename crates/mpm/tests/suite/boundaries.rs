@@ -23,9 +23,9 @@ fn case(more: Value) -> Case {
 
 /// Force on the whole body in the next step (N).
 fn force(solver: &mut dyn Solver) -> [f64; 2] {
-    let (before, dt) = (solver.budget().momentum, solver.limit().dt);
+    let (before, dt) = (solver.totals().momentum, solver.limit().dt);
     solver.step(dt).unwrap();
-    let after = solver.budget().momentum;
+    let after = solver.totals().momentum;
     [(after[0] - before[0]) / dt, (after[1] - before[1]) / dt]
 }
 
@@ -78,9 +78,9 @@ fn each_load_of_a_body_grows_over_its_own_ramp() {
 /// What acts on the whole body in the next step: force (N) and moment about the origin (N m).
 fn resultants(case: &Case) -> [f64; 3] {
     let mut solver = begin(case);
-    let (before, dt) = (solver.budget(), solver.limit().dt);
+    let (before, dt) = (solver.totals(), solver.limit().dt);
     solver.step(dt).unwrap();
-    let after = solver.budget();
+    let after = solver.totals();
     let force = |c: usize| (after.momentum[c] - before.momentum[c]) / dt;
     [force(0), force(1), (after.angular_momentum[2] - before.angular_momentum[2]) / dt]
 }
@@ -265,7 +265,7 @@ fn a_pore_pressure_that_varies_pushes_the_fluid_with_its_mean() {
     let mut solver = begin(&case(json!({ "bodies": text, "loads": [load] })));
     let dt = solver.limit().dt;
     solver.step(dt).unwrap();
-    let momentum = solver.budget().liquid.unwrap().momentum;
+    let momentum = solver.totals().liquid.unwrap().momentum;
     // The liquid's share of the points has changed a little by the end of the step.
     assert!((momentum[0] / dt / (0.4 * 150.0) - 1.0).abs() < 1e-3, "{momentum:?}");
 }
@@ -597,9 +597,9 @@ fn work_and_rest_of_a_periodic_column_do_not_depend_on_its_width() {
                 text["bodies"][0]["pore_fluid"] = json!({ "porosity": 0.4, "permeability": 1e-2, "bulk_modulus": 1e7 });
             }
             let mut solver = begin(&Case::from_json(&text.to_string()).unwrap());
-            let start = solver.budget().potential;
+            let start = solver.totals().potential;
             (0..200).for_each(|_| { solver.step(1e-4).unwrap(); });
-            let fallen = start - solver.budget().potential;
+            let fallen = start - solver.totals().potential;
             let work = solver.readings().iter().find(|(name, ..)| name == "external_work").unwrap().2;
             // Water that leaves does not take its points along.
             assert!(fluid || (work / fallen - 1.0).abs() < 0.02, "{shape}, {cells}: {work} for {fallen}");

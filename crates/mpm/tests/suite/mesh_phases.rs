@@ -66,11 +66,11 @@ fn drag_makes_the_phases_move_together() {
                             "velocity": { "kind": "uniform", "value": &[0.02, -0.01, 0.03][..space.1] } });
         let block = again(&block, &body(&block, &json!({ "shape": shape, "pore_fluid": fluid })));
         let mut solver = begin(&block);
-        let (start, dt) = (solver.budget(), 1e-5);
+        let (start, dt) = (solver.totals(), 1e-5);
         (0..40).for_each(|_| {
             solver.step(dt).unwrap();
         });
-        let (snapshot, end) = (solver.snapshot(), solver.budget());
+        let (snapshot, end) = (solver.snapshot(), solver.totals());
         let keep = (1.0 - rate * dt).powi(40);
         for (v, w) in vectors(&snapshot, "velocity").iter().zip(vectors(&snapshot, "liquid_velocity")) {
             for c in 0..space.1 {
@@ -204,10 +204,10 @@ fn the_default_step_is_stable_in_triangles_and_tetrahedra() {
             ] {
                 let options = json!({ "points_per_cell": points, "stress_update": scheme, "volumetric_strain": volumetric });
                 let mut solver = begin(&soaked(space, permeability, &options));
-                let start = solver.budget();
+                let start = solver.totals();
                 advance(&mut *solver, if space.1 == 3 { 300 } else { 1000 });
                 // It oscillates under its weight, and gains nothing: the fall of 0.75 m bounds it by far.
-                let end = solver.budget();
+                let end = solver.totals();
                 assert!(
                     end.kinetic < 0.01 * start.mass,
                     "{space:?}, {points} points, {scheme}, {volumetric}, k = {permeability}: {}",

@@ -37,7 +37,7 @@ fn a_run_on_a_map_has_the_bits_of_the_run_at_zero() {
     let state = |case: &Case| {
         let mut solver = begin(&Mpm, case);
         advance(&mut *solver, 400);
-        (solver.snapshot(), solver.budget())
+        (solver.snapshot(), solver.totals())
     };
     assert_eq!(state(&here), state(&there));
     let [shown, plain] = [&there, &here]

@@ -65,15 +65,15 @@ fn friction_slows_a_block_by_coulombs_law_and_its_work_is_the_energy_lost() {
     let case = changed(value, &json!({}));
     let mut solver = begin(&Mpm, &case);
     let mass = 180.0;
-    let start = solver.budget();
+    let start = solver.totals();
     let total = |solver: &dyn Solver| {
-        let budget = solver.budget();
+        let budget = solver.totals();
         let own = budget.kinetic + budget.elastic + budget.potential;
         own + reading(solver, "obstacles.friction") + reading(solver, "obstacles.stored")
     };
     let before = total(&*solver);
     until(&mut *solver, 0.2);
-    let slowed = (start.momentum[0] - solver.budget().momentum[0]) / mass;
+    let slowed = (start.momentum[0] - solver.totals().momentum[0]) / mass;
     let exact = 0.3 * GRAVITY * 0.2;
     assert!((slowed / exact - 1.0).abs() < 0.02, "{slowed} {exact}");
     let lost = 0.5 * mass * (1.0 - (1.0 - exact).powi(2));
@@ -117,7 +117,7 @@ fn adhesion_holds_what_friction_would_not() {
         let case = changed(value, &json!({}));
         let mut solver = begin(&Mpm, &case);
         until(&mut *solver, 0.4);
-        solver.budget().momentum[0] / 180.0
+        solver.totals().momentum[0] / 180.0
     };
     assert!(way(400.0).abs() < 0.02, "{}", way(400.0));
     let slides = way(200.0);
@@ -143,7 +143,7 @@ fn a_run_goes_on_from_where_it_was_saved_and_threads_do_not_matter() {
             }
             advance(&mut *solver, 250);
             let readings: Vec<u64> = solver.readings().iter().map(|reading| reading.2.to_bits()).collect();
-            (solver.snapshot(), solver.budget(), solver.reaction("floor").unwrap(), readings)
+            (solver.snapshot(), solver.totals(), solver.reaction("floor").unwrap(), readings)
         })
     };
     let whole = run(1, false);
@@ -201,10 +201,10 @@ fn a_moving_floor_takes_a_block_along_as_friction_has_it() {
     let case = changed(value, &json!({}));
     let mut solver = begin(&Mpm, &case);
     until(&mut *solver, 0.1);
-    let speed = solver.budget().momentum[0] / 180.0;
+    let speed = solver.totals().momentum[0] / 180.0;
     assert!((speed / (0.3 * GRAVITY * 0.1) - 1.0).abs() < 0.03, "{speed}");
     until(&mut *solver, 1.0);
-    let speed = solver.budget().momentum[0] / 180.0;
+    let speed = solver.totals().momentum[0] / 180.0;
     assert!((speed - 0.5).abs() < 0.01, "{speed}");
     // The belt pays for the block's energy and as much for friction.
     let work = reading(&*solver, "obstacles.work");

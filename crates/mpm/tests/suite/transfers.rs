@@ -122,12 +122,12 @@ fn affine_pic_conserves_linear_and_angular_momentum() {
     for shape in ["quadratic", "cubic"] {
         let mut solver =
             begin(&spinning(&json!({ "transfer": "apic", "shape": shape, "stress_update": "usl" })));
-        let before = solver.budget();
+        let before = solver.totals();
         for _ in 0..300 {
             let dt = solver.limit().dt;
             solver.step(dt).unwrap();
         }
-        let after = solver.budget();
+        let after = solver.totals();
         let scale = before.mass;
         let turn = (after.angular_momentum[2] - before.angular_momentum[2]).abs() / scale;
         assert!(turn < 1e-10, "{shape}: angular momentum changes by {turn} of the mass");
@@ -136,12 +136,12 @@ fn affine_pic_conserves_linear_and_angular_momentum() {
         }
         // The same without the moment: a tenth is lost.
         let mut pic = begin(&spinning(&json!({ "flip": 0, "shape": shape, "stress_update": "usl" })));
-        let before = pic.budget().angular_momentum[2];
+        let before = pic.totals().angular_momentum[2];
         for _ in 0..300 {
             let dt = pic.limit().dt;
             pic.step(dt).unwrap();
         }
-        let lost = (pic.budget().angular_momentum[2] - before).abs() / scale;
+        let lost = (pic.totals().angular_momentum[2] - before).abs() / scale;
         assert!(lost > 1e3 * turn.max(1e-12), "{shape}: PIC loses {lost}");
     }
 }
@@ -188,7 +188,7 @@ fn stages_have_their_own_share_of_flip() {
                 let dt = solver.limit().dt.min(end - solver.time());
                 solver.step(dt).unwrap();
             }
-            solver.budget().kinetic.to_bits()
+            solver.totals().kinetic.to_bits()
         })
     };
     let own = table(json!({ "stage_flip": { "calm": 0.0 } }));

@@ -42,7 +42,7 @@ fn drag_makes_the_phases_move_together() {
     let rate = 0.4 * 1990.0 * 9.81 / (1590.0 * 1e-3);
     for case in [line, block] {
         let mut solver = begin(&case);
-        let start = solver.budget();
+        let start = solver.totals();
         let dt = 1e-5;
         steps(&mut *solver, 40, dt);
         let snapshot = solver.snapshot();
@@ -53,7 +53,7 @@ fn drag_makes_the_phases_move_together() {
                 assert!((w[c] - v[c] - initial * keep).abs() < 1e-12, "{v:?}, {w:?}");
             }
         }
-        let end = solver.budget();
+        let end = solver.totals();
         for c in 0..3 {
             assert!((end.momentum[c] - start.momentum[c]).abs() < 1e-10 * start.mass);
         }
@@ -111,7 +111,7 @@ fn without_drainage_water_takes_its_share_of_the_compression() {
             let total = snapshot.tensors("total_stress").unwrap()[0][0];
             assert!((total / ((1e7 + 2.15e9 / 0.4) * strain) - 1.0).abs() < 1e-6, "{total}");
             // All faces are shut: the two phases move as one, and so does the liquid's mass.
-            let liquid = solver.budget().liquid.unwrap();
+            let liquid = solver.totals().liquid.unwrap();
             assert!((liquid.mass - 400.0).abs() < 1e-5, "{}", liquid.mass);
         }
     }
@@ -435,10 +435,10 @@ fn the_default_step_is_stable_in_every_space() {
                     "methods": { "mpm": { "cell_size": 0.2, "shape": shape, "stress_update": scheme } }
                 }));
                 let mut solver = begin(&soaked);
-                let start = solver.budget();
+                let start = solver.totals();
                 advance(&mut *solver, if dimension == 3 { 200 } else { 1000 });
                 // It oscillates under its weight, and gains nothing: the fall of 0.8 m bounds it by far.
-                let end = solver.budget();
+                let end = solver.totals();
                 assert!(
                     end.kinetic < 0.01 * start.mass,
                     "{space}, {shape}, {scheme}, k = {permeability}: {}",

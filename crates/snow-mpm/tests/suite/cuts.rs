@@ -21,9 +21,9 @@ fn a_saw_takes_the_points_in_its_way_and_books_them() {
     let case = Case::from_json(&sawn().to_string()).unwrap();
     assert_eq!(SnowMpm.plan(&case).unwrap().warnings, Vec::<String>::new());
     let mut solver = begun(&sawn());
-    let start = solver.budget();
+    let start = solver.totals();
     advance_to(&mut *solver, 0.09);
-    let end = solver.budget();
+    let end = solver.totals();
     near(reading(&*solver, "saw.travel"), 0.3, 1e-9);
     // Its edge comes to 1.2 m when the block's has come to 1.385 m; in the block's own coordinates it cuts from 1.115 m on, which
     // takes the four columns of points beyond, and the two rows below 0.9 m.

@@ -73,9 +73,9 @@ fn apic_keeps_an_affine_motion_and_both_momenta() {
         json!({ "kind": "linear", "value": [0.2, 0.1], "origin": [1, 1], "gradient": [[0, -10], [10, 0]] });
     for shape in ["cubic", "quadratic"] {
         let mut solver = begun(&block(&spin, &json!({ "shape": shape, "courant_elastic": 0.3 })));
-        let start = solver.budget();
+        let start = solver.totals();
         advance(&mut *solver, 300);
-        let end = solver.budget();
+        let end = solver.totals();
         for c in 0..2 {
             near(end.momentum[c] / start.momentum[c], 1.0, 1e-11);
         }
@@ -88,9 +88,9 @@ fn apic_keeps_an_affine_motion_and_both_momenta() {
 #[test]
 fn the_energy_balance_closes_by_what_the_numerics_take() {
     let mut solver = begun(&ball(&json!({})));
-    let start = solver.budget();
+    let start = solver.totals();
     advance_to(&mut *solver, 0.03);
-    let end = solver.budget();
+    let end = solver.totals();
     let plastic = reading(&*solver, "energy_plastic");
     let walls = reading(&*solver, "work_of_walls");
     let gravity = reading(&*solver, "work_of_gravity");
@@ -114,7 +114,7 @@ fn a_ball_comes_to_rest_on_the_floor_and_none_of_it_passes() {
     assert!((-0.04..0.06).contains(&lowest), "{lowest}");
     let mean = end.positions.iter().map(|x| x[0]).sum::<f64>() / end.positions.len() as f64;
     near(mean, 0.0, 1e-9);
-    assert!(solver.budget().momentum[1] > -0.3 * 5.0 * solver.budget().mass, "the floor has stopped it");
+    assert!(solver.totals().momentum[1] > -0.3 * 5.0 * solver.totals().mass, "the floor has stopped it");
 }
 
 #[test]

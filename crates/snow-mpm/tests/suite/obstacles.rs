@@ -104,7 +104,7 @@ fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
         let case = changed(rammed(&wall), &json!({}));
         let mut solver = begin(&SnowMpm, &case);
         advance_to(&mut *solver, 0.08);
-        let given = solver.budget().momentum;
+        let given = solver.totals().momentum;
         let borne = solver.reaction("ram").unwrap().impulse;
         // The ball has gone 0.24 m, and has met the block after 0.05 m.
         assert!(given[0] > 0.25 * 400.0 * 3.0, "{wall}: {given:?}");
@@ -116,7 +116,7 @@ fn what_an_obstacle_on_its_way_gives_is_told_as_its_reaction() {
         assert!((pressure + given[0] / 0.5).abs() < 1e-9 * given[0], "{pressure}");
         // Work of the ball is what there is, but for what the numerics take.
         let work = reading(&*solver, "work_of_walls");
-        let budget = solver.budget();
+        let budget = solver.totals();
         assert!((work / (budget.kinetic + budget.elastic) - 1.0).abs() < 0.2, "{wall}: {work} {budget:?}");
     }
 }
@@ -134,10 +134,10 @@ fn spin_kept(bowl: &Value) -> f64 {
     case["stages"] = json!([{ "name": "turn", "duration": 0.1 }]);
     let case = changed(case, &json!({}));
     let mut solver = begin(&SnowMpm, &case);
-    let before = solver.budget();
+    let before = solver.totals();
     assert!(before.momentum[0].abs() < 1e-9);
     advance_to(&mut *solver, 0.05);
-    solver.budget().angular_momentum[2] / before.angular_momentum[2]
+    solver.totals().angular_momentum[2] / before.angular_momentum[2]
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn a_settled_block_presses_by_its_weight() {
     let case = changed(case, &json!({}));
     let mut solver = begin(&SnowMpm, &case);
     let state = |solver: &dyn Solver| {
-        [solver.reaction("plane").unwrap().impulse[1], solver.budget().momentum[1], solver.time()]
+        [solver.reaction("plane").unwrap().impulse[1], solver.totals().momentum[1], solver.time()]
     };
     advance_to(&mut *solver, 0.5);
     solver.end_stage(&case.stages[0]).unwrap();

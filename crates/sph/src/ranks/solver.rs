@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use colluvium_case::description::Stage;
 use colluvium_case::measure::Reading;
 use colluvium_case::{
-    Advance, Budget, Equilibrium, Field, FieldData, Snapshot, Solver, SolverError, TimeStep,
+    Advance, Budget, Equilibrium, Field, FieldData, Frame, Solver, SolverError, TimeStep, Wanted,
 };
 
 use super::{Rank, RankedSolver};
@@ -95,14 +95,14 @@ impl<const D: usize> Solver for RankedSolver<D> {
     }
 
     /// As without ranks, and the rank of each particle.
-    fn snapshot(&self) -> Snapshot {
+    fn frame(&self, _: Wanted) -> Frame {
         let mut snapshot = self.gather().take_snapshot();
         snapshot.fields.push(Field { name: "rank".to_owned(), unit: "", data: self.owners() });
-        snapshot
+        snapshot.into()
     }
 
-    fn budget(&self) -> Budget {
-        self.gather().take_budget()
+    fn budget(&self) -> Option<Budget> {
+        Some(self.gather().take_budget())
     }
 
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {

@@ -331,7 +331,7 @@ fn a_bar_of_two_densities_at_rest_makes_no_energy() {
             |_: u32, _: &[f64; D]| Given { shift: [0.0; D], velocity: [0.0; D], compression: 1.0, stress };
         let mut solver = prepared::<D>(case, given).unwrap();
         advance(&mut solver, 300);
-        let budget = solver.budget();
+        let budget = solver.totals();
         budget.kinetic / budget.elastic
     }
     for ratio in [2.0, 4.0] {

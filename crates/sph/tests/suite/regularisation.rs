@@ -142,7 +142,7 @@ fn smoothing_keeps_the_gradients_for_the_hourglass_viscosity() {
                           "regularisation": regularisation, "regularisation_steps": 1 });
         let mut solver = begin(&case(&stretch, &sph));
         advance(&mut *solver, 5);
-        let end = solver.budget();
+        let end = solver.totals();
         end.kinetic + end.elastic
     };
     let lost = |regularisation: &str| 1.0 - energy(1.0, regularisation) / energy(0.0, regularisation);

@@ -95,7 +95,7 @@ fn v18_damping_is_exact() {
             assert!((v[0] / exact - 1.0).abs() < 1e-12, "{scheme}: {} {exact}", v[0]);
         }
         // Angular momentum about the origin of a body that does not turn.
-        let (budget, snapshot) = (solver.budget(), solver.snapshot());
+        let (budget, snapshot) = (solver.totals(), solver.snapshot());
         let weighed = |c: usize| snapshot.positions.iter().map(|x| x[c]).sum::<f64>() / 64.0;
         let turn = budget.momentum[1] * weighed(0) - budget.momentum[0] * weighed(1);
         assert!((budget.angular_momentum[2] / turn - 1.0).abs() < 1e-12, "{scheme}: {budget:?}");
@@ -266,7 +266,7 @@ fn a_moving_wall_pushes_the_block_and_a_moving_belt_drags_it() {
         while solver.time() < 0.2 {
             advance(&mut *solver, 1);
         }
-        let budget = solver.budget();
+        let budget = solver.totals();
         assert!(budget.momentum[0] / budget.mass > 0.02, "{wall}: {:?}", budget.momentum);
     }
 }
@@ -285,13 +285,13 @@ fn v19_the_leapfrog_is_stable_up_to_its_limit() {
         let mut solver = prepared(&Case::from_json(&case.to_string()).unwrap(), wave).unwrap();
         solver.begin_stage(0, 0.0).unwrap();
         let dt = courant * 0.12 / (1.2e6f64 / 1000.0).sqrt();
-        let start = solver.budget().kinetic;
+        let start = solver.totals().kinetic;
         for _ in 0..2000 {
             if solver.advance(dt).is_err() {
                 return f64::INFINITY;
             }
         }
-        solver.budget().kinetic / start
+        solver.totals().kinetic / start
     };
     // Half of the energy is stored, and the waves of the lattice beat.
     assert!(kinetic(1.7) < 20.0, "{}", kinetic(1.7));

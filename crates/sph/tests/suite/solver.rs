@@ -136,15 +136,15 @@ fn v10_momentum_is_conserved() {
     ] {
         let case = swirl(&options);
         let mut solver = begin(&case);
-        let start = solver.budget().momentum;
+        let start = solver.totals().momentum;
         let mut size = 0.0f64;
         for _ in 0..50 {
             let dt = solver.limit().dt;
             solver.step(dt).unwrap();
-            let budget = solver.budget();
+            let budget = solver.totals();
             size = size.max((2.0 * budget.mass * budget.kinetic).sqrt());
         }
-        let end = solver.budget().momentum;
+        let end = solver.totals().momentum;
         for c in 0..2 {
             assert!((end[c] - start[c]).abs() < 1e-12 * size, "{options}: {start:?} {end:?}");
         }
@@ -152,12 +152,12 @@ fn v10_momentum_is_conserved() {
     // The form that conserves nothing.
     let case = swirl(&json!({ "momentum": "difference" }));
     let mut solver = begin(&case);
-    let start = solver.budget().momentum;
+    let start = solver.totals().momentum;
     (0..50).for_each(|_| {
         let dt = solver.limit().dt;
         solver.step(dt).unwrap();
     });
-    assert!((solver.budget().momentum[0] - start[0]).abs() > 1e-6);
+    assert!((solver.totals().momentum[0] - start[0]).abs() > 1e-6);
 }
 
 /// Drift of kinetic and stored energy over a run, over the energy.
@@ -165,7 +165,7 @@ fn energy_drift(options: &Value, step: f64) -> f64 {
     let case = swirl(options);
     let mut solver = begin(&case);
     let energy = |solver: &dyn Solver| {
-        let budget = solver.budget();
+        let budget = solver.totals();
         budget.kinetic + budget.elastic
     };
     let start = energy(&*solver);

@@ -88,13 +88,13 @@ fn gears(outcome: &mut Outcome) -> Result<(), String> {
 fn momentum(outcome: &mut Outcome) -> Result<(), String> {
     let mut solver =
         disks(&pair([([-0.52, 0.1], 0.5, [1.0, 0.3], 3.0), ([0.32, -0.1], 0.3, [-0.5, 0.0], -7.0)])?)?;
-    let start = solver.budget();
+    let start = solver.totals();
     let (mut turn, mut along, mut touched) = (0.0f64, 0.0f64, 0.0f64);
     for _ in 0..2000 {
         let dt = solver.limit().dt;
         step(&mut solver, dt)?;
         touched = touched.max(reading(&solver, "contacts"));
-        let now = solver.budget();
+        let now = solver.totals();
         turn = larger(turn, (now.angular_momentum[2] / start.angular_momentum[2] - 1.0).abs());
         along = larger(along, (now.momentum[0] / start.momentum[0] - 1.0).abs());
     }

@@ -102,7 +102,7 @@ fn collide(ratio: f64, clamp: bool, masses: [f64; 2], steps: f64, phase: f64) ->
         restitution: v[1][0] - v[0][0],
         touching,
         deepest,
-        momentum: solver.budget().momentum[0] / masses[0] - 1.0,
+        momentum: solver.totals().momentum[0] / masses[0] - 1.0,
         energy: reading(&solver, "energy_error"),
     })
 }

@@ -170,7 +170,7 @@ fn collapse(aspect: f64, seed: u64) -> Result<Deposit, String> {
     loop {
         advance(&mut solver, 0.02 * unit)?;
         let time = (solver.time() - start) / unit;
-        let kinetic = solver.budget().kinetic / potential;
+        let kinetic = solver.totals().kinetic / potential;
         energy.push((time, kinetic));
         if early.is_nan() && time >= 3.0 {
             early = measures(&solver.snapshot())[0];

@@ -1,6 +1,6 @@
 //! Directions of contacts and chains of forces at the peak of a biaxial test (sheet: dem §3.9, B14).
 
-use colluvium::case::Solver;
+use colluvium::case::{Dataset, Solver, Support, Wanted};
 use colluvium::dem::DemSolver;
 use colluvium::plots::{ForceChains, Rose};
 use serde_json::json;
@@ -30,6 +30,7 @@ const PARTS: usize = 18;
 fn peak() -> Result<DemSolver<2, 1>, String> {
     let mut value = load("biaxial")?;
     value["stages"][2]["duration"] = json!(PEAK / RATE);
+    value["output"]["contacts"] = json!(true);
     let case = case(&value)?;
     let failed = |error: colluvium::case::SolverError| error.to_string();
     let mut solver = colluvium::dem::disks(&case).map_err(|error| error.to_string())?;
@@ -49,12 +50,16 @@ fn chains(solver: &DemSolver<2, 1>) -> ForceChains {
     let snapshot = solver.snapshot();
     let flat = |x: &[f64; 3]| [x[0], x[1]];
     let grains = snapshot.positions.iter().zip(&snapshot.extents).map(|(x, e)| (flat(x), 0.5 * e[0]));
-    let lines = solver.contact_lines();
+    let frame = solver.frame(Wanted::Written);
+    let ends: Vec<Vec<[f64; 3]>> = match frame.dataset(Dataset::CONTACTS).map(|dataset| &dataset.support) {
+        Some(Support::Mesh(lines)) => lines.cells().collect(),
+        _ => Vec::new(),
+    };
     let forces = solver.contacts().into_iter().map(|contact| contact.normal);
     ForceChains {
         title: "Normal forces at the peak; dark: above the mean".to_owned(),
         grains: grains.collect(),
-        lines: lines.ends.iter().map(|[a, b]| [flat(a), flat(b)]).zip(forces).collect(),
+        lines: ends.iter().map(|line| [flat(&line[0]), flat(&line[1])]).zip(forces).collect(),
         axes: ["x (m)".to_owned(), "y (m)".to_owned()],
     }
 }

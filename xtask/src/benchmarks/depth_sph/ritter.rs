@@ -40,9 +40,9 @@ struct Found {
 
 fn measure(case: &Case, phase: usize, share: f64) -> Result<Found, String> {
     let mut solver = start(case)?;
-    let before = solver.budget().mass;
+    let before = solver.totals().mass;
     until(&mut *solver, 1.0)?;
-    let after = solver.budget().mass;
+    let after = solver.totals().mass;
     if after != before {
         return Err(format!("mass {after} kg of {before} kg"));
     }

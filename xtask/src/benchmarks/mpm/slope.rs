@@ -51,7 +51,7 @@ fn slope((shape, cell, per_axis): Setting) -> Result<Case, String> {
     set(&mut case, "cell_size", cell);
     set(&mut case, "points_per_cell", per_axis);
     let method = colluvium::method("mpm").ok_or("no method mpm")?;
-    let kinetic = method.build(&case).map_err(|error| error.to_string())?.budget().kinetic;
+    let kinetic = method.build(&case).map_err(|error| error.to_string())?.totals().kinetic;
     let factor = (ENERGY / kinetic).sqrt();
     if let Velocity::Linear { value, gradient, .. } = &mut case.bodies[0].velocity {
         value.iter_mut().chain(gradient.iter_mut().flatten()).for_each(|v| *v *= factor);

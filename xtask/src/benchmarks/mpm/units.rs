@@ -235,13 +235,13 @@ fn conservation(outcome: &mut Outcome) -> Result<(), String> {
                 continue;
             }
             let mut solver = start(&case)?;
-            let before = solver.budget();
+            let before = solver.totals();
             let speeds: f64 = vectors(&solver.snapshot(), "velocity").iter().map(|v| v[0].hypot(v[1])).sum();
             let scale = speeds * before.mass / solver.points() as f64;
             for _ in 0..1000 {
                 step(&mut *solver)?;
             }
-            let error = change(&before, &solver.budget()) / scale;
+            let error = change(&before, &solver.totals()) / scale;
             let name = format!("A-02 {shape}, {scheme}: change of momentum in 10³ steps over Σ m|v|");
             outcome.below(name, "0", error, 1e-12, "the sheet's 1e-12");
         }
@@ -252,7 +252,7 @@ fn conservation(outcome: &mut Outcome) -> Result<(), String> {
         set(&mut case, "transfer", "apic");
         set(&mut case, "stress_update", "usl");
         let mut solver = start(&case)?;
-        let before = solver.budget();
+        let before = solver.totals();
         let snapshot = solver.snapshot();
         let arms = snapshot.positions.iter().zip(vectors(&snapshot, "velocity"));
         let arms: f64 = arms.map(|(x, v)| x[0].hypot(x[1]) * v[0].hypot(v[1])).sum();
@@ -261,7 +261,7 @@ fn conservation(outcome: &mut Outcome) -> Result<(), String> {
             step(&mut *solver)?;
         }
         // Parts of it nearly cancel: over the sum of their sizes.
-        let turn = (solver.budget().angular_momentum[2] - before.angular_momentum[2]).abs() / scale;
+        let turn = (solver.totals().angular_momentum[2] - before.angular_momentum[2]).abs() / scale;
         let name = format!("A-02 APIC, {shape}: change of angular momentum in 10³ steps over Σ m|x||v|");
         outcome.below(name, "0", turn, 1e-10, "the sheet's 1e-10");
     }
@@ -450,10 +450,10 @@ fn traction(outcome: &mut Outcome) -> Result<(), String> {
         case.loads = serde_json::from_value(load).map_err(|error| error.to_string())?;
         set(&mut case, "shape", shape);
         let mut solver = start(&case)?;
-        let before = solver.budget();
+        let before = solver.totals();
         let dt = 1e-3;
         solver.step(dt).map_err(|error| error.to_string())?;
-        let after = solver.budget();
+        let after = solver.totals();
         // On 0.4 m, a metre thick.
         let exact = [30.0 * 0.4, -70.0 * 0.4];
         let force = [0, 1].map(|c| (after.momentum[c] - before.momentum[c]) / dt);

@@ -63,7 +63,7 @@ fn follow(solver: &mut dyn Solver, seconds: f64) -> Result<Course, String> {
     while solver.time() < seconds {
         let due = solver.time() >= course.kinetic.len() as f64;
         if due {
-            course.kinetic.push((solver.time(), solver.budget().kinetic));
+            course.kinetic.push((solver.time(), solver.totals().kinetic));
         }
         if due || solver.step_count().is_multiple_of(20) {
             let speeds = vectors(&solver.snapshot(), "velocity");
@@ -71,7 +71,7 @@ fn follow(solver: &mut dyn Solver, seconds: f64) -> Result<Course, String> {
         }
         advance(solver)?;
     }
-    course.kinetic.push((solver.time(), solver.budget().kinetic));
+    course.kinetic.push((solver.time(), solver.totals().kinetic));
     course.closest = closest(&solver.snapshot(), SPACING);
     Ok(course)
 }
@@ -81,7 +81,7 @@ fn energies(solver: &mut dyn Solver, seconds: usize) -> Vec<(f64, f64)> {
     let mut found = Vec::new();
     while found.len() <= seconds {
         if solver.time() >= found.len() as f64 {
-            found.push((solver.time(), solver.budget().kinetic));
+            found.push((solver.time(), solver.totals().kinetic));
         }
         if advance(solver).is_err() {
             break;

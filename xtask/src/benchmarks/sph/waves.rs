@@ -143,7 +143,7 @@ fn limit(outcome: &mut Outcome) -> Result<(), String> {
                 return Ok(f64::INFINITY);
             }
             let half = usize::from(step >= 1000);
-            most[half] = most[half].max(solver.budget().kinetic);
+            most[half] = most[half].max(solver.totals().kinetic);
         }
         Ok(most[1] / most[0])
     };

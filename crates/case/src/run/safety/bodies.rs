@@ -6,7 +6,7 @@ use colluvium_points::surface::cross;
 use serde_json::Value;
 
 use crate::description::Domain;
-use crate::{Case, Snapshot, measure};
+use crate::{Case, Role, Snapshot, measure};
 
 /// Share of the points that must have moved so far: single loose points are no failure.
 const MOVED_SHARE: f64 = 0.01;
@@ -32,7 +32,7 @@ impl Scale {
         let (mut weight, mut volume, mut stiffness) = (0.0, 0.0, 0.0);
         let none: &[f64] = &[];
         let (masses, volumes) =
-            (rest.scalars("mass").unwrap_or(none), rest.scalars("volume").unwrap_or(none));
+            (rest.amounts(Role::Mass).unwrap_or(none), rest.amounts(Role::Volume).unwrap_or(none));
         for ((body, mass), own) in rest.bodies.iter().zip(masses).zip(volumes) {
             let body = *body as usize;
             if case.bodies.get(body).is_some_and(|body| body.rigid) {

@@ -10,8 +10,8 @@ use crate::description::{Axis, Stage};
 use crate::run::Ending;
 use crate::solver::{restore_value, save_value};
 use crate::{
-    Advance, Budget, CaseError, Equilibrium, Field, Honours, Plan, Solver, SolverError, StepLimit, TimeStep,
-    run_method,
+    Advance, Budget, CaseError, Equilibrium, Field, Frame, Honours, Plan, Solver, SolverError, StepLimit,
+    TimeStep, Wanted, run_method,
 };
 
 /// Force per mass on the block of [`Slider`] (m/s²), and its cohesion per mass in the case.
@@ -111,13 +111,13 @@ impl Solver for Slider {
             kinetic: 0.5 * self.v * self.v,
         })
     }
-    fn snapshot(&self) -> Snapshot {
+    fn frame(&self, _: Wanted) -> Frame {
         let scalar = |name: &str, unit, value| Field {
             name: name.into(),
             unit,
             data: crate::FieldData::Scalar(vec![value]),
         };
-        Snapshot {
+        Frame::from(Snapshot {
             time: self.time,
             step: self.steps,
             ids: vec![0],
@@ -125,10 +125,10 @@ impl Solver for Slider {
             positions: vec![[self.x, 0.0, 0.0]],
             extents: vec![[0.1; 3]],
             fields: vec![scalar("mass", "kg", 1.0), scalar("volume", "m3", 1.0)],
-        }
+        })
     }
-    fn budget(&self) -> Budget {
-        Budget { mass: 1.0, kinetic: 0.5 * self.v * self.v + KEPT, ..Budget::default() }
+    fn budget(&self) -> Option<Budget> {
+        Some(Budget { mass: 1.0, kinetic: 0.5 * self.v * self.v + KEPT, ..Budget::default() })
     }
     fn save(&self, out: &mut dyn Write) -> Result<(), SolverError> {
         save_value(&(self.x, self.v, self.time, self.steps), out)

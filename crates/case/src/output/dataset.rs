@@ -1,0 +1,134 @@
+//! Datasets that are on no points, as files for ParaView.
+
+use std::path::Path;
+
+use vtkio::model::{
+    Attribute, Attributes, Coordinates, DataArrayBase, DataSet, ElementType, Extent, IOBuffer,
+    RectilinearGridPiece,
+};
+
+use super::frame::{attribute, write_mesh, write_xml};
+use super::{OutputError, Seal, write_frame};
+use crate::Lattice;
+use crate::solver::{Dataset, Frame, Mesh, PlanNodes, Support};
+
+/// What ParaView takes for a node that is not to be shown (`vtkDataSetAttributes::HIDDENPOINT`).
+const HIDDEN: u8 = 2;
+
+/// Ending of the file of a dataset.
+#[must_use]
+pub fn file_ending(support: &Support) -> &'static str {
+    match support {
+        Support::Points(_) | Support::Mesh(_) => "vtu",
+        Support::Lattice { .. } | Support::Raster(_) => "vtr",
+    }
+}
+
+/// Writes a dataset, its coordinates moved by `origin` (m), as a file that ParaView opens: points and meshes as VTU, lattices and
+/// rasters as VTR. Returns the seal of the file.
+///
+/// # Errors
+/// When the disk refuses.
+pub fn write_dataset(path: &Path, dataset: &Dataset, origin: [f64; 3]) -> Result<Seal, OutputError> {
+    let shifted = |places: &[[f64; 3]]| places.iter().map(|x| moved(x, origin)).collect::<Vec<_>>();
+    let fields = || dataset.fields.iter().map(attribute).collect::<Vec<_>>();
+    match &dataset.support {
+        Support::Points(_) => {
+            let mut points = Frame { datasets: vec![dataset.clone()], ..Frame::default() }.into_snapshot();
+            points.positions = shifted(&points.positions);
+            write_frame(path, &points, None)
+        }
+        Support::Mesh(mesh) => {
+            let mesh = Mesh { places: shifted(&mesh.places), ..mesh.clone() };
+            write_mesh(path, &mesh, &dataset.fields)
+        }
+        Support::Lattice { nodes: Lattice { low, spacing, count }, mask } => {
+            let axis = |c: usize| along(origin[c], low[c], *spacing, count[c]);
+            let mut fields = fields();
+            fields.extend((!mask.is_empty()).then(|| hidden(mask)));
+            write_nodes(path, [0, 1, 2].map(axis), fields)
+        }
+        Support::Raster(PlanNodes { columns, rows, origin: low, spacing, .. }) => {
+            let axis = |c: usize, count: usize| along(origin[c], low[c], spacing[c], count);
+            write_nodes(path, [axis(0, *columns), axis(1, *rows), vec![0.0]], fields())
+        }
+    }
+}
+
+fn moved(x: &[f64; 3], by: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| x[c] + by[c])
+}
+
+/// Coordinates of nodes along an axis (m).
+fn along(origin: f64, low: f64, spacing: f64, count: usize) -> Vec<f64> {
+    (0..count).map(|node| origin + (low + spacing * node as f64)).collect()
+}
+
+/// The nodes that are not in a mask, as ParaView knows them.
+fn hidden(mask: &[bool]) -> Attribute {
+    let data = IOBuffer::U8(mask.iter().map(|bears| if *bears { 0 } else { HIDDEN }).collect());
+    let elem = ElementType::Scalars { num_comp: 1, lookup_table: None };
+    Attribute::DataArray(DataArrayBase { name: "vtkGhostType".to_owned(), elem, data })
+}
+
+fn write_nodes(path: &Path, axes: [Vec<f64>; 3], point: Vec<Attribute>) -> Result<Seal, OutputError> {
+    let [nx, ny, nz] = [0, 1, 2].map(|c| axes[c].len() as i32 - 1);
+    let [x, y, z] = axes.map(IOBuffer::F64);
+    let piece = RectilinearGridPiece {
+        extent: Extent::Ranges([0..=nx, 0..=ny, 0..=nz]),
+        coords: Coordinates { x, y, z },
+        data: Attributes { point, cell: Vec::new() },
+    };
+    write_xml(path, DataSet::inline(piece))
+}
+
+#[cfg(test)]
+mod tests {
+    use vtkio::Vtk;
+
+    use super::*;
+    use crate::{Field, FieldData};
+
+    fn written(support: Support, data: FieldData) -> DataSet {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("all").with_extension(file_ending(&support));
+        let fields = vec![Field { name: "depth".into(), unit: "m", data }];
+        let dataset = Dataset { name: "all".into(), support, fields };
+        write_dataset(&path, &dataset, [100.0, 0.0, 0.0]).unwrap();
+        let file = std::fs::File::open(&path).unwrap();
+        Vtk::parse_xml(std::io::BufReader::new(file)).unwrap().data
+    }
+
+    #[test]
+    fn rasters_and_lattices_have_their_nodes_on_the_map() {
+        let plan = PlanNodes {
+            columns: 3,
+            rows: 2,
+            origin: [1.0, 4.0],
+            spacing: [0.5, 2.0],
+            reference: colluvium_points::Georeference::default(),
+        };
+        let nodes = Lattice { low: [1.0, 4.0, 0.0], spacing: 0.5, count: [3, 2, 1] };
+        let lattice = Support::Lattice { nodes, mask: vec![true, true, false, true, true, true] };
+        let values = || FieldData::Scalar((0..6).map(f64::from).collect());
+        for (support, upper, arrays) in [(Support::Raster(plan), 6.0, 1), (lattice, 4.5, 2)] {
+            let DataSet::RectilinearGrid { pieces, .. } = written(support, values()) else { panic!("nodes") };
+            let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
+            assert_eq!(piece.coords.x.cast_into::<f64>().unwrap(), [101.0, 101.5, 102.0]);
+            assert_eq!(piece.coords.y.cast_into::<f64>().unwrap(), [4.0, upper]);
+            assert_eq!(piece.data.point.len(), arrays);
+        }
+    }
+
+    #[test]
+    fn lines_and_polygons_stand_side_by_side() {
+        let places = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let mesh = Mesh { places, corners: vec![0, 2, 0, 1, 2], ends: vec![2, 5] };
+        let set = written(Support::Mesh(mesh), FieldData::Whole(vec![7, -7]));
+        let DataSet::UnstructuredGrid { pieces, .. } = set else { panic!("cells") };
+        let piece = pieces.into_iter().next().unwrap().into_loaded_piece_data(None).unwrap();
+        assert_eq!(piece.cells.types, [vtkio::model::CellType::Line, vtkio::model::CellType::Polygon]);
+        assert_eq!(piece.points.cast_into::<f64>().unwrap()[..4], [100.0, 0.0, 0.0, 101.0]);
+        assert_eq!(piece.data.cell.len(), 1);
+    }
+}

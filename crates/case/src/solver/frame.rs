@@ -1,0 +1,336 @@
+//! Frames: named datasets on points, on lattices, on rasters over the plan or on meshes.
+
+use colluvium_points::{Georeference, Raster};
+
+use super::{Field, FieldData, Snapshot};
+
+/// The state of a solver at an instant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// Time (s).
+    pub time: f64,
+    /// Steps done.
+    pub step: u64,
+    /// What there is; each has a name of its own.
+    pub datasets: Vec<Dataset>,
+}
+
+/// Fields on what bears them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Dataset {
+    /// Name in lower case, with which its files begin.
+    pub name: String,
+    /// What bears the fields.
+    pub support: Support,
+    /// One value for each point, node or cell.
+    pub fields: Vec<Field>,
+}
+
+/// What bears the fields of a [`Dataset`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Support {
+    /// Points.
+    Points(Points),
+    /// Nodes at equal distances.
+    Lattice {
+        /// The nodes.
+        nodes: Lattice,
+        /// Which of them bear anything; empty where all do.
+        mask: Vec<bool>,
+    },
+    /// Nodes over the plan, with where they lie on Earth. What bears nothing is not-a-number in the fields.
+    Raster(PlanNodes),
+    /// Lines and polygons; fields are those of these.
+    Mesh(Mesh),
+}
+
+/// Points, in the order of their ids, whatever order the solver keeps. They may come and go; an id is that of one point for
+/// its whole life.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Points {
+    /// Ids, ascending.
+    pub ids: Vec<u64>,
+    /// Index into `Case::bodies` of each; empty for methods without bodies.
+    pub bodies: Vec<u32>,
+    /// Positions (m); unused components are zero.
+    pub positions: Vec<[f64; 3]>,
+    /// Full widths of the points' domains (m); empty for points without.
+    pub extents: Vec<[f64; 3]>,
+}
+
+/// Nodes at equal distances, the first axis fastest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice {
+    /// The first node (m).
+    pub low: [f64; 3],
+    /// Distance of the nodes along each axis (m).
+    pub spacing: f64,
+    /// Nodes along each axis; one along those that the space has not.
+    pub count: [usize; 3],
+}
+
+/// Nodes of a raster, in the order of [`Raster::values`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanNodes {
+    /// Nodes along x.
+    pub columns: usize,
+    /// Nodes along y.
+    pub rows: usize,
+    /// The node with the least x and y (m).
+    pub origin: [f64; 2],
+    /// Distance of the nodes along x and y (m).
+    pub spacing: [f64; 2],
+    /// Where they lie on Earth.
+    pub reference: Georeference,
+}
+
+/// Lines and polygons between places.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Places (m).
+    pub places: Vec<[f64; 3]>,
+    /// Numbers of the places at the corners of the cells, cell after cell: two of a line, in turn those of a polygon.
+    pub corners: Vec<u64>,
+    /// Where in `corners` each cell ends.
+    pub ends: Vec<u64>,
+}
+
+/// Numbers on a raster over the plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanRaster {
+    /// Name in snake case, that of its files.
+    pub name: String,
+    /// SI unit.
+    pub unit: &'static str,
+    /// The numbers; not-a-number where there is none.
+    pub raster: Raster,
+}
+
+/// What a field is to those that do not know the method. A field with a role is called by it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Mass (kg).
+    Mass,
+    /// Volume (m³; m² × 1 m in the plane, per radian in axisymmetry).
+    Volume,
+    /// Velocity (m/s).
+    Velocity,
+    /// Depth of a flow over its bed (m).
+    Depth,
+    /// Height of the bed (m).
+    Bed,
+}
+
+impl Role {
+    const ALL: [Self; 5] = [Self::Mass, Self::Volume, Self::Velocity, Self::Depth, Self::Bed];
+
+    /// Name of the fields that have it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Mass => "mass",
+            Self::Volume => "volume",
+            Self::Velocity => "velocity",
+            Self::Depth => "depth",
+            Self::Bed => "bed",
+        }
+    }
+
+    /// SI unit of the fields that have it.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Mass => "kg",
+            Self::Volume => "m3",
+            Self::Velocity => "m/s",
+            Self::Depth | Self::Bed => "m",
+        }
+    }
+
+    /// Whether it is an amount of what bears it, which has no average.
+    #[must_use]
+    pub const fn is_amount(self) -> bool {
+        matches!(self, Self::Mass | Self::Volume)
+    }
+
+    /// The role of fields of a name.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|role| role.name() == name)
+    }
+}
+
+/// Which datasets of a frame are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wanted {
+    /// What rows of measures, searches and their like read: points, or what a method has in place of them.
+    Measured,
+    /// All that the case asks for in its frames.
+    Written,
+}
+
+impl Dataset {
+    /// Name of a dataset on points.
+    pub const POINTS: &'static str = "points";
+    /// Name of the dataset on the nodes of `output.grid`.
+    pub const GRID: &'static str = "grid";
+    /// Name of the dataset on the contacts of `output.contacts`.
+    pub const CONTACTS: &'static str = "contacts";
+
+    /// Numbers on a raster.
+    #[must_use]
+    pub fn of_raster(PlanRaster { name, unit, raster }: PlanRaster) -> Self {
+        let Raster { columns, rows, origin, spacing, values, reference } = raster;
+        let support = Support::Raster(PlanNodes { columns, rows, origin, spacing, reference });
+        let field = Field { name: name.clone(), unit, data: FieldData::Scalar(values) };
+        Self { name, support, fields: vec![field] }
+    }
+
+    /// Its scalars as rasters; none where it lies on something else.
+    pub fn rasters(&self) -> impl Iterator<Item = PlanRaster> {
+        let nodes = match &self.support {
+            Support::Raster(nodes) => Some(nodes),
+            _ => None,
+        };
+        nodes.into_iter().flat_map(|nodes| {
+            self.fields.iter().filter_map(move |field| {
+                let FieldData::Scalar(values) = &field.data else { return None };
+                let raster = nodes.bearing(values.clone());
+                Some(PlanRaster { name: field.name.clone(), unit: field.unit, raster })
+            })
+        })
+    }
+}
+
+impl PlanNodes {
+    /// A raster of these values.
+    #[must_use]
+    pub fn bearing(&self, values: Vec<f64>) -> Raster {
+        let Self { columns, rows, origin, spacing, ref reference } = *self;
+        Raster { columns, rows, origin, spacing, values, reference: reference.clone() }
+    }
+}
+
+impl Mesh {
+    /// Lines between pairs of places (m).
+    #[must_use]
+    pub fn of_lines(lines: &[[[f64; 3]; 2]]) -> Self {
+        Self {
+            places: lines.as_flattened().to_vec(),
+            corners: (0..2 * lines.len() as u64).collect(),
+            ends: (1..=lines.len() as u64).map(|line| 2 * line).collect(),
+        }
+    }
+
+    /// Places of the corners of each cell (m).
+    pub fn cells(&self) -> impl Iterator<Item = Vec<[f64; 3]>> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, end)| {
+            let corners = &self.corners[start as usize..*end as usize];
+            corners.iter().map(|corner| self.places[*corner as usize]).collect()
+        })
+    }
+}
+
+impl Frame {
+    /// The dataset called `name`.
+    #[must_use]
+    pub fn dataset(&self, name: &str) -> Option<&Dataset> {
+        self.datasets.iter().find(|dataset| dataset.name == name)
+    }
+
+    /// The same with another dataset.
+    #[must_use]
+    pub fn with(mut self, dataset: Dataset) -> Self {
+        self.datasets.push(dataset);
+        self
+    }
+
+    /// Takes out what is on points.
+    #[must_use]
+    pub fn take_points(&mut self) -> Option<Snapshot> {
+        let on_points = |dataset: &Dataset| matches!(dataset.support, Support::Points(_));
+        let Dataset { support, fields, .. } = self.datasets.remove(self.datasets.iter().position(on_points)?);
+        let Support::Points(Points { ids, mut bodies, positions, mut extents }) = support else {
+            return None;
+        };
+        bodies.resize(ids.len(), Snapshot::NO_BODY);
+        extents.resize(ids.len(), [0.0; 3]);
+        Some(Snapshot { time: self.time, step: self.step, ids, bodies, positions, extents, fields })
+    }
+
+    /// What is on points; no point where nothing is.
+    #[must_use]
+    pub fn into_snapshot(mut self) -> Snapshot {
+        let (time, step) = (self.time, self.step);
+        self.take_points().unwrap_or_else(|| Snapshot { time, step, ..Snapshot::default() })
+    }
+}
+
+impl From<Snapshot> for Frame {
+    fn from(snapshot: Snapshot) -> Self {
+        let Snapshot { time, step, ids, bodies, positions, extents, fields } = snapshot;
+        let support = Support::Points(Points { ids, bodies, positions, extents });
+        Self { time, step, datasets: vec![Dataset { name: Dataset::POINTS.to_owned(), support, fields }] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn snapshot() -> Snapshot {
+        Snapshot {
+            time: 2.0,
+            step: 5,
+            ids: vec![3, 8],
+            bodies: vec![1, 0],
+            positions: vec![[1.0; 3], [2.0; 3]],
+            extents: vec![[0.5; 3]; 2],
+            fields: vec![Field { name: "kind".into(), unit: "", data: FieldData::Whole(vec![-1, 7]) }],
+        }
+    }
+
+    #[test]
+    fn points_come_out_of_a_frame_as_they_went_in_and_leave_the_rest() {
+        let lines = Mesh::of_lines(&[[[0.0; 3], [1.0; 3]]]);
+        let contacts = Dataset { name: "contacts".into(), support: Support::Mesh(lines), fields: Vec::new() };
+        let mut frame = Frame::from(snapshot()).with(contacts.clone());
+        assert_eq!(frame.take_points(), Some(snapshot()));
+        assert_eq!(frame.take_points(), None);
+        assert_eq!(frame.datasets, [contacts]);
+        assert_eq!(frame.into_snapshot(), Snapshot { time: 2.0, step: 5, ..Snapshot::default() });
+    }
+
+    #[test]
+    fn points_may_be_of_no_body_and_have_no_width() {
+        let mut frame = Frame::from(snapshot());
+        let Support::Points(points) = &mut frame.datasets[0].support else { panic!("points") };
+        (points.bodies, points.extents) = (Vec::new(), Vec::new());
+        let seen = frame.into_snapshot();
+        assert_eq!((seen.bodies, seen.extents), (vec![Snapshot::NO_BODY; 2], vec![[0.0; 3]; 2]));
+    }
+
+    #[test]
+    fn rasters_come_back_from_a_dataset() {
+        let raster = Raster {
+            columns: 2,
+            rows: 1,
+            origin: [3.0, 4.0],
+            spacing: [1.0, 2.0],
+            values: vec![5.0, 6.0],
+            reference: Georeference { epsg: Some(2056), ..Georeference::default() },
+        };
+        let own = PlanRaster { name: "peak".into(), unit: "m", raster };
+        let dataset = Dataset::of_raster(own.clone());
+        assert_eq!(dataset.rasters().collect::<Vec<_>>(), [own]);
+        assert_eq!(Frame::from(snapshot()).datasets[0].rasters().count(), 0);
+    }
+
+    #[test]
+    fn cells_of_a_mesh_have_their_corners() {
+        let places = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let mesh = Mesh { places: places.clone(), corners: vec![0, 2, 0, 1, 2], ends: vec![2, 5] };
+        assert_eq!(mesh.cells().collect::<Vec<_>>(), [vec![places[0], places[2]], places]);
+    }
+}
