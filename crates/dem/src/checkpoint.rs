@@ -18,7 +18,7 @@ use crate::solver::DemSolver;
 use crate::surfaces::Facet;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 3;
+const FORMAT: u32 = 4;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -83,7 +83,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let mut cell = flat(&self.cell.h);
         cell.extend(flat(&self.cell.rate));
         let wall = |wall: &crate::walls::Wall<D>| {
-            let mut numbers = vec![wall.position];
+            let mut numbers = vec![wall.position, wall.velocity.get(wall.axis).copied().unwrap_or(0.0)];
             numbers.extend(wall.reaction.as_flattened());
             (wall.boundary as u32, numbers)
         };
@@ -172,8 +172,9 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             return None;
         }
         for (wall, (_, numbers)) in self.walls.iter_mut().zip(&head.walls) {
-            let (position, reaction) = numbers.split_first()?;
+            let ([position, velocity], reaction) = numbers.split_first_chunk()?;
             wall.position = *position;
+            wall.velocity[wall.axis] = *velocity;
             wall.moving.iter_mut().for_each(|moving| moving.go_to(head.time, head.last));
             let (force, impulse) = reaction.split_at_checked(D)?;
             wall.reaction = [<[f64; D]>::try_from(force).ok()?, <[f64; D]>::try_from(impulse).ok()?];

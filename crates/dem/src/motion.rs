@@ -1,6 +1,7 @@
 //! Grains move: leap-frog, velocities half a step ahead of positions (sheet: dem §3.4).
 
 use rayon::prelude::*;
+use wide::f64x4 as Lanes;
 
 use crate::cell::apply;
 use crate::config::DampingForm;
@@ -139,9 +140,12 @@ struct Kick {
     time: f64,
     /// Share of it before the time of the forces.
     share: f64,
-    /// What is left of a velocity by damping by mass, and of what forces add.
+    /// What is left of a velocity by damping by mass.
     keep: f64,
-    slow: f64,
+    /// Time over which forces act on it, less what damping by mass takes (s).
+    push: f64,
+    /// Damping by mass (1/s).
+    viscous: f64,
 }
 
 impl Kick {
@@ -151,7 +155,34 @@ impl Kick {
         let keep = (1.0 - 0.5 * drive.viscous * time) * slow;
         // At the time of the forces, half a step after the old velocity.
         let share = if time > 0.0 { 0.5 * drive.last / time } else { 0.0 };
-        Self { time, share, keep, slow }
+        Self { time, share, keep, push: slow * time, viscous: drive.viscous }
+    }
+
+    /// The velocity after the step, and at the time of the forces, of what has this inertia: all components side by side.
+    #[inline(always)]
+    fn apply<const N: usize>(&self, v: &[f64; N], force: &[f64; N], inertia: f64) -> ([f64; N], [f64; N]) {
+        let lanes = |of: &[f64; N]| Lanes::new(std::array::from_fn(|c| if c < N { of[c] } else { 0.0 }));
+        let old = lanes(v);
+        let new = self.keep * old + self.push * lanes(force) / Lanes::splat(inertia);
+        let now = (old + self.share * (new - old)).to_array();
+        let new = new.to_array();
+        (std::array::from_fn(|c| new[c]), std::array::from_fn(|c| now[c]))
+    }
+
+    /// Energy that damping by mass takes (J).
+    #[inline]
+    fn viscous_loss<const N: usize>(
+        &self,
+        old: &[f64; N],
+        new: &[f64; N],
+        now: &[f64; N],
+        inertia: f64,
+    ) -> f64 {
+        if self.viscous == 0.0 {
+            return 0.0;
+        }
+        let each = |c: usize| self.viscous * inertia * 0.5 * (old[c] + new[c]) * now[c] * self.time;
+        (0..N).map(each).sum()
     }
 }
 
@@ -174,7 +205,7 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
     #[inline]
     fn advance(
         &self,
-        (drive, &Kick { time: kick, share, keep, slow }): (&Drive<D>, &Kick),
+        (drive, kick): (&Drive<D>, &Kick),
         x: &mut [f64; D],
         v: &mut [f64; D],
         w: &mut [f64; R],
@@ -183,7 +214,7 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
         let dt = drive.dt;
         sums.fastest = sums.fastest.max(dot(v, v));
         if self.held {
-            sums.held -= dot(self.force, v) * kick;
+            sums.held -= dot(self.force, v) * kick.time;
             for c in 0..D {
                 x[c] += v[c] * dt;
             }
@@ -200,28 +231,17 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
                 let middle = w[c] + 0.5 * dt * torque[c] / inertia;
                 let damped = against(drive.damping[0], torque[c], middle);
                 torque[c] += damped;
-                lost -= damped * middle * kick;
+                lost -= damped * middle * kick.time;
             }
         }
-        let (mut now, mut turning) = ([0.0; D], [0.0; R]);
-        for c in 0..D {
-            let new = keep * v[c] + slow * kick * force[c] / self.mass;
-            now[c] = v[c] + share * (new - v[c]);
-            if drive.viscous != 0.0 {
-                lost += drive.viscous * self.mass * 0.5 * (v[c] + new) * now[c] * kick;
-            }
-            v[c] = new;
-        }
-        for c in 0..R {
-            let new = keep * w[c] + slow * kick * torque[c] / inertia;
-            turning[c] = w[c] + share * (new - w[c]);
-            if drive.viscous != 0.0 {
-                lost += drive.viscous * inertia * 0.5 * (w[c] + new) * turning[c] * kick;
-            }
-            w[c] = new;
-        }
+        let (new, now) = kick.apply(v, &force, self.mass);
+        lost += kick.viscous_loss(v, &new, &now, self.mass);
+        *v = new;
+        let (new, turning) = kick.apply(w, &torque, inertia);
+        lost += kick.viscous_loss(w, &new, &turning, inertia);
+        *w = new;
         sums.damping += lost;
-        sums.gravity += dot(&gravity, &now) * kick;
+        sums.gravity += dot(&gravity, &now) * kick.time;
         sums.kinetic += 0.5 * self.mass * dot(&now, &now);
         sums.rotation += 0.5 * inertia * dot(&turning, &turning);
         self.carry(drive, &now, x, v, sums);

@@ -136,8 +136,10 @@ pub struct MemoriesMut<'a, const R: usize> {
     pub slide: &'a mut [[f64; R]],
     /// See [`Memory::dash`].
     pub dash: &'a mut [f64],
-    roll: &'a mut [[f64; R]],
-    twist: &'a mut [f64],
+    /// Springs against rolling; empty where there are none.
+    pub roll: &'a mut [[f64; R]],
+    /// Springs against twisting; empty where there are none.
+    pub twist: &'a mut [f64],
     /// Bonds.
     pub bond: &'a mut [Bond<R>],
 }

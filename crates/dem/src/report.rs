@@ -300,6 +300,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 read(&format!("cell.{}", axes[i]), "m", self.cell.h[i][i]);
             }
         }
+        readings.extend(self.wall_readings());
         readings.extend(self.fabric_readings());
         readings.extend(self.chain_readings());
         readings

@@ -325,13 +325,12 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             add(&mut shares.torque[at], -arm, &moment(&touch.normal, &push.across));
             add(&mut shares.torque[at], 1.0, &push.moment);
             add(&mut shares.reactions[(slab - shares.slab) * walls.len() + number], -1.0, &on);
-            tally.boundary += match &wall.moving {
-                None => dot(&on, &wall.velocity) * self.dt,
-                Some(moving) => {
-                    let at = place(&self.position[i], arm, &touch.normal);
-                    (dot(&on, &moving.velocity(&at)) + dot(&push.moment, &moving.spin())) * self.dt
-                }
-            };
+            // The work of planes follows from their whole force.
+            if let Some(moving) = &wall.moving {
+                let at = place(&self.position[i], arm, &touch.normal);
+                tally.boundary +=
+                    (dot(&on, &moving.velocity(&at)) + dot(&push.moment, &moving.spin())) * self.dt;
+            }
             count(tally, &touch, &on, i);
         } else {
             end(law, &touch, &mut memory, self.dt, tally);

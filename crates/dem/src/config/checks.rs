@@ -213,6 +213,19 @@ impl Rules {
         }
         self.not_negative(format!("{path}.agitation"), stage.agitation, " (m/s)");
         self.rule(stage.growth.is_finite(), format!("{path}.growth"), "must be finite (1/s)");
+        for (name, press) in &stage.walls {
+            let path = format!("{path}.walls.{name}");
+            let pushes = press.stress.is_finite() && press.stress < 0.0;
+            let problem = format!(
+                "{} must be finite and negative (Pa): grains push walls, and do not pull them",
+                press.stress
+            );
+            self.rule(pushes, format!("{path}.stress"), problem);
+            self.positive(format!("{path}.speed"), press.speed, " (m/s)");
+            let stable = press.gain > 0.0 && press.gain <= 0.1;
+            let problem = format!("{} is not in 0..=0.1 (0 excluded): the wall would swing", press.gain);
+            self.rule(stable, format!("{path}.gain"), problem);
+        }
     }
 }
 

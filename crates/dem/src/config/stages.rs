@@ -1,5 +1,7 @@
 //! What holds in single stages.
 
+use std::collections::BTreeMap;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +27,27 @@ pub struct GrainStage {
     pub damping_form: DampingForm,
     /// How the periodic cell deforms; it keeps its shape when absent.
     pub cell: Option<CellControl>,
+    /// Walls of the case, by name, that follow a stress in place of the velocity of their boundary: platens of a biaxial, triaxial
+    /// or oedometer test.
+    pub walls: BTreeMap<String, Press>,
+}
+
+/// A wall that follows a stress (sheet: dem §3.7).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Press {
+    /// Normal stress that the grains are to bear on it (Pa, tension-positive, so that -1e5 is a pressure; N/m in the plane).
+    pub stress: f64,
+    /// Largest speed (m/s), and that with which it comes where nothing touches it.
+    pub speed: f64,
+    /// Share of the missing force that it makes good in a step, 0 to 0.1.
+    #[serde(default = "gain")]
+    pub gain: f64,
+}
+
+/// Sheet: dem §3.7, half of the largest.
+fn gain() -> f64 {
+    0.05
 }
 
 /// Form of local damping (sheet: dem §2.9).

@@ -13,7 +13,7 @@ pub mod linear;
 pub mod restitution;
 pub mod rolling;
 
-use crate::vector::{along, dot};
+use crate::vector::{Number, along, dot};
 use bond::{Beam, Bond};
 use capillary::Capillary;
 use cohesion::Cohesion;
@@ -337,9 +337,9 @@ impl Law {
 
 /// Splits a rotation into what rolls, across the normal, and what twists, about it.
 #[inline]
-pub fn rolls<const D: usize, const R: usize>(turning: &[f64; R], n: &[f64; D]) -> ([f64; R], f64) {
+pub fn rolls<const D: usize, const R: usize, T: Number>(turning: &[T; R], n: &[T; D]) -> ([T; R], T) {
     if D == 2 {
-        return (*turning, 0.0);
+        return (*turning, T::of(0.0));
     }
     let twist = along(turning, n);
     let mut roll = *turning;

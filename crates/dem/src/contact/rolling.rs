@@ -1,18 +1,20 @@
 //! Resistance against rolling and twisting: spring, dashpot and cap (Iwashita and Oda 1998, Luding 2008, type C of Ai et al.
 //! 2011; sheet: dem §2.6).
 
+use wide::f64x4 as Lanes;
+
 use super::{Elastic, Law, Memory, Tally, Touch, rolls};
 use crate::vector::{dot, follow, times};
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Resistance {
+pub struct Resistance<T = f64> {
     /// Largest moment over effective radius and normal force.
-    pub friction: f64,
+    pub friction: T,
     /// Stiffness over `k_t R²`.
-    pub stiffness: f64,
+    pub stiffness: T,
     /// Damping ratio: the dashpot is `2 ζ √(k m_eff) R²` of that stiffness over `R²`.
-    pub damping_ratio: f64,
+    pub damping_ratio: T,
 }
 
 /// Adds the moments on `i`.
@@ -82,5 +84,65 @@ impl Resistance {
         }
         tally.elastic_rolling += 0.5 * stiffness * dot(&left, &left);
         (moment, left)
+    }
+}
+
+/// What resistance does in four contacts.
+pub struct Resisted<const N: usize> {
+    /// Moment on the first grain (N m).
+    pub moment: [Lanes; N],
+    /// Elongation of the spring (rad).
+    pub left: [Lanes; N],
+    /// Work beyond the cap (J).
+    pub lost: Lanes,
+    /// Work of dashpots (J).
+    pub dashpots: Lanes,
+    /// Energy of springs (J).
+    pub elastic: Lanes,
+}
+
+impl Resistance<Lanes> {
+    /// [`Resistance::act`] of four contacts under these normal forces (N).
+    #[inline(always)]
+    pub fn act_in_lanes<const D: usize, const R: usize, const N: usize>(
+        &self,
+        touch: &Touch<D, R, Lanes>,
+        base: &Elastic<Lanes>,
+        normal: Lanes,
+        (spring, rate): (&[Lanes; N], &[Lanes; N]),
+        dt: Lanes,
+    ) -> Resisted<N> {
+        let square = touch.radius * touch.radius;
+        let stiffness = self.stiffness * base.across * square;
+        let dashpot = Lanes::splat(2.0)
+            * self.damping_ratio
+            * (self.stiffness * base.across * touch.mass).sqrt()
+            * square;
+        let mut left: [Lanes; N] = std::array::from_fn(|c| spring[c] + rate[c] * dt);
+        let mut moment: [Lanes; N] = std::array::from_fn(|c| -stiffness * left[c] - dashpot * rate[c]);
+        let size = dot(&moment, &moment).sqrt();
+        let limit = self.friction * touch.radius * normal;
+        let slips = size.simd_gt(limit);
+        let mut lost = Lanes::ZERO;
+        if slips.any() {
+            let capped = times(limit / size, &moment);
+            let free: [Lanes; N] = std::array::from_fn(|c| -(capped[c] + dashpot * rate[c]) / stiffness);
+            let length = dot(&free, &free).sqrt();
+            let longer = (length * stiffness).simd_gt(limit);
+            let clipped = times(limit / (stiffness * length), &free);
+            for c in 0..N {
+                let kept = longer.bitselect(clipped[c], free[c]);
+                lost -= capped[c] * (rate[c] * dt - (kept - spring[c]));
+                moment[c] = slips.bitselect(capped[c], moment[c]);
+                left[c] = slips.bitselect(kept, left[c]);
+            }
+        }
+        Resisted {
+            moment,
+            left,
+            lost: slips & lost,
+            dashpots: slips.bitselect(Lanes::ZERO, dashpot * dot(rate, rate) * dt),
+            elastic: Lanes::HALF * stiffness * dot(&left, &left),
+        }
     }
 }

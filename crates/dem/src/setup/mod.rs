@@ -153,6 +153,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         virial: [[[0.0; D]; D]; 2],
         broken: Vec::new(),
         imposed: None,
+        one_by_one: false,
         sources: rain::sources(case, &options),
         next_id: count as u32,
         options,
@@ -337,8 +338,14 @@ pub fn enter_stage<const D: usize, const R: usize>(
         solver.walls.retain(stands);
         solver.since.cell = None;
     }
+    let pressed = solver.stage_options().walls;
     for wall in &mut solver.walls {
         wall.laws.clone_from(&solver.laws.walls[wall.boundary]);
+        // What a stage before has pressed goes on as its boundary says.
+        let own = standing.iter().find(|other| other.boundary == wall.boundary);
+        if let (None, Some(own)) = (pressed.get(&wall.name), own) {
+            wall.velocity = own.velocity;
+        }
     }
     check_step(solver).map_err(|error| failed(error.to_string()))?;
     if !fresh {

@@ -176,6 +176,11 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         for (number, pair) in stage.pairs.iter().enumerate() {
             all.pair(&format!("methods.dem.stages.{name}.pairs[{number}]"), &pair.between)?;
         }
+        let sides = &walls[..case.boundaries.len()];
+        for wall in stage.walls.keys().filter(|wall| !sides.contains(&wall.as_str())) {
+            let path = format!("methods.dem.stages.{name}.walls.{wall}");
+            return missing(path, wall, sides, "the name of one of the boundaries");
+        }
     }
     let bodies: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
     for name in options.bodies.keys() {

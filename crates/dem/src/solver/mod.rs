@@ -1,6 +1,7 @@
 //! The solver: its data and one step (sheet: dem §3.1).
 
 mod control;
+mod press;
 mod raining;
 mod relist;
 
@@ -20,8 +21,8 @@ use crate::motion::{Drive, Sums, advance, turn};
 use crate::pairs::Columns;
 use crate::rain::Source;
 use crate::surfaces::Moving;
-use crate::sweep::{Record, Scene, Virial, Way, records};
-use crate::vector::add;
+use crate::sweep::{Received, Record, Scene, Virial, Way, deliver, records};
+use crate::vector::{add, dot};
 use crate::walls::{Wall, WallList, WallListView};
 
 /// Overlap over the smaller radius beyond which a run stops (sheet: dem §3.5).
@@ -69,6 +70,7 @@ pub struct Scratch<const D: usize, const R: usize> {
     pub velocity: Vec<[f64; D]>,
     pub spin: Vec<[f64; R]>,
     pub records: Vec<Record>,
+    pub received: Vec<Received>,
     /// Facets that a grain touches.
     pub facets: Contacts<D>,
 }
@@ -117,6 +119,8 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) skin: f64,
     /// Velocity gradient (1/s) that the cell takes in place of what its stage says.
     pub(crate) imposed: Option<[[f64; D]; D]>,
+    /// Whether contacts are taken one by one even where they could go side by side.
+    pub(crate) one_by_one: bool,
     /// Bodies whose grains enter during the run.
     pub(crate) sources: Vec<Source>,
     /// Number of the next grain that enters.
@@ -131,6 +135,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.options.stages.get(&self.case.stages[self.stage].name).cloned().unwrap_or_default()
     }
 
+    /// Takes contacts one by one from here on, as the solver does by itself where grains attract each other or are bonded. The
+    /// forces are the same to the last bit; what is summed over contacts of all grains is so to round-off.
+    pub fn take_contacts_one_by_one(&mut self) {
+        self.one_by_one = true;
+    }
+
     /// One step.
     pub(crate) fn advance(&mut self, dt: f64) -> Result<(), SolverError> {
         self.rain();
@@ -141,6 +151,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.find_forces();
         self.check_overlap()?;
         let change = self.control(dt);
+        self.press_walls(dt);
         self.move_grains(dt, change)?;
         self.move_boundaries(dt);
         self.time += dt;
@@ -174,14 +185,15 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         self.carry_velocities_on();
         self.cell.shifts(&mut self.scratch.shifts);
         let slabs = self.lists.slab_count();
-        let Scratch { tallies, reactions, shifts, velocity, spin, records: lines, .. } = &mut self.scratch;
+        let Scratch { tallies, reactions, shifts, velocity, spin, records: lines, received, .. } =
+            &mut self.scratch;
         tallies.clear();
         tallies.resize(slabs + 1, (Tally::default(), [[0.0; D]; D]));
         reactions.clear();
         reactions.resize(slabs * self.walls.len(), [0.0; D]);
         let (grains, (force, torque)) = self.grains.apart();
-        force.fill([0.0; D]);
-        torque.fill([0.0; R]);
+        received.clear();
+        received.resize(grains.mass.len(), Received::default());
         let mut scene = Scene::new(grains, &self.laws.pairs, self.kinds.len());
         (scene.shifts, scene.dt, scene.growth) = (shifts, self.last, rate);
         scene.radii = self.options.lever_arm == LeverArm::Radius;
@@ -189,12 +201,14 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             (scene.velocity, scene.spin) = (velocity, spin);
         }
         // Lanes that are left over look at the first grain.
-        scene.way = if grains.mass.is_empty() { Way::Single } else { Way::of(&self.laws.pairs) };
+        let single = grains.mass.is_empty() || self.one_by_one;
+        scene.way = if single { Way::Single } else { Way::of(&self.laws.pairs) };
         if scene.way != Way::Single {
             records(grains, (scene.velocity, scene.spin), lines);
             scene.records = lines;
         }
-        scene.contacts(&mut self.lists, (&mut *force, &mut *torque), tallies);
+        scene.contacts(&mut self.lists, received, tallies);
+        deliver(received, force, torque);
         let WallList { grain, wall, slabs: of_slabs, memory, facet, .. } = &mut self.near;
         if !grain.is_empty() {
             let view = WallListView { grain, wall, slabs: of_slabs, facet };
@@ -223,7 +237,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
                 .skip(number)
                 .step_by(count)
                 .for_each(|part| add(&mut force, 1.0, part));
-            wall.reaction[0] = force;
+            let before = std::mem::replace(&mut wall.reaction[0], force);
+            if wall.surface.is_none() {
+                // By the mean of the forces at both ends of the way.
+                let mean: [f64; D] = std::array::from_fn(|c| 0.5 * (before[c] + force[c]));
+                tally.boundary -= dot(&mean, &wall.velocity) * self.last;
+            }
             add(&mut wall.reaction[1], self.last, &force);
         }
         self.ledger.contacts(&tally);

@@ -7,10 +7,10 @@ mod side;
 use std::ops::Range;
 
 use crate::contact::{APART, Law, Memory, Push, Tally, Touch, act, end};
-use crate::grains::{Acting, Shown};
+use crate::grains::Shown;
 use crate::lists::Lists;
 use crate::pairs::{Listed, MemoriesMut};
-pub use side::{Record, Way, records};
+pub use side::{Received, Record, Way, deliver, records};
 
 use crate::vector::{across, add, dot, minus, moment, spread, times, turned};
 
@@ -62,10 +62,8 @@ pub type Virial<const D: usize> = [[f64; D]; D];
 pub struct Shares<'a, const D: usize, const R: usize> {
     /// First grain of what follows.
     pub first: usize,
-    /// Forces (N).
-    pub force: &'a mut [[f64; D]],
-    /// Moments (N m).
-    pub torque: &'a mut [[f64; R]],
+    /// Forces and moments.
+    pub received: &'a mut [Received],
     /// First pair of the memories.
     pub pair: usize,
     /// What contacts remember.
@@ -79,16 +77,14 @@ pub struct Shares<'a, const D: usize, const R: usize> {
 impl<'a, const D: usize, const R: usize> Shares<'a, D, R> {
     /// Parts before and from these grains, pairs and slabs on.
     fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
-        let (force, more_force) = self.force.split_at_mut(grain - self.first);
-        let (torque, more_torque) = self.torque.split_at_mut(grain - self.first);
+        let (received, more_received) = self.received.split_at_mut(grain - self.first);
         let (memory, more_memory) = self.memory.split_at(pair - self.pair);
         let (tallies, more_tallies) = self.tallies.split_at_mut(slab - self.slab);
         (
-            Self { force, torque, memory, tallies, ..self },
+            Self { received, memory, tallies, ..self },
             Self {
                 first: grain,
-                force: more_force,
-                torque: more_torque,
+                received: more_received,
                 pair,
                 memory: more_memory,
                 slab,
@@ -186,8 +182,10 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
     fn rows(&self, pairs: Listed<'_>, rows: Range<usize>, shares: &mut Shares<'_, D, R>, slab: usize) {
         match self.way {
             Way::Single => self.single(pairs, rows, shares, slab),
-            Way::Linear => self.rows_in_lanes::<false>(pairs, rows, shares, slab),
-            Way::Hertz => self.rows_in_lanes::<true>(pairs, rows, shares, slab),
+            Way::Linear(false) => self.rows_in_lanes::<false, false>(pairs, rows, shares, slab),
+            Way::Linear(true) => self.rows_in_lanes::<false, true>(pairs, rows, shares, slab),
+            Way::Hertz(false) => self.rows_in_lanes::<true, false>(pairs, rows, shares, slab),
+            Way::Hertz(true) => self.rows_in_lanes::<true, true>(pairs, rows, shares, slab),
         }
     }
 
@@ -201,7 +199,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
                 continue;
             }
             let (x, r) = (self.position[i], self.radius[i]);
-            let (mut force, mut torque) = ([0.0; D], [0.0; R]);
+            let mut own = Received::default();
             for k in ends {
                 let j = pairs.other[k] as usize;
                 let code = if periodic { pairs.image[k] as usize } else { 0 };
@@ -222,12 +220,8 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
                 let mut on = spread(&push.across, &touch.normal);
                 add(&mut on, push.normal, &touch.normal);
                 let twisted = moment(&touch.normal, &push.across);
-                add(&mut force, 1.0, &on);
-                add(&mut torque, -arms[0], &twisted);
-                add(&mut torque, 1.0, &push.moment);
-                add(&mut shares.force[j - shares.first], -1.0, &on);
-                add(&mut shares.torque[j - shares.first], -arms[1], &twisted);
-                add(&mut shares.torque[j - shares.first], -1.0, &push.moment);
+                own.take(1.0, &on, (-arms[0], &twisted), &push.moment);
+                shares.received[j - shares.first].take(-1.0, &on, (-arms[1], &twisted), &push.moment);
                 for a in 0..D {
                     for b in 0..D {
                         virial[a][b] -= on[a] * apart[b];
@@ -239,8 +233,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
                 }
                 count(&mut tally, &touch, &on, i);
             }
-            add(&mut shares.force[i - shares.first], 1.0, &force);
-            add(&mut shares.torque[i - shares.first], 1.0, &torque);
+            shares.received[i - shares.first].join(&own);
         }
         shares.tallies[slab - shares.slab] = (tally, virial);
     }
@@ -295,7 +288,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
     pub fn contacts(
         &self,
         lists: &mut Lists<D, R>,
-        (force, torque): Acting<'_, D, R>,
+        received: &mut [Received],
         tallies: &mut [(Tally, Virial<D>)],
     ) {
         let slabs = lists.slab_count();
@@ -307,8 +300,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             let groups = 0..(slabs + 1 - parity) / 2;
             let shares = Shares {
                 first: 0,
-                force: &mut *force,
-                torque: &mut *torque,
+                received: &mut *received,
                 pair: 0,
                 memory: inner.again(),
                 slab: 0,
@@ -317,8 +309,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             self.colour(lists, groups, parity, shares);
         }
         if !seam_pairs.other.is_empty() {
-            let mut shares =
-                Shares { first: 0, force, torque, pair: 0, memory: seam, slab: 0, tallies: of_seam };
+            let mut shares = Shares { first: 0, received, pair: 0, memory: seam, slab: 0, tallies: of_seam };
             self.rows(seam_pairs, 0..self.position.len(), &mut shares, 0);
         }
     }

@@ -11,6 +11,7 @@ mod moving;
 mod obstacles;
 mod options;
 mod piles;
+mod pressed;
 mod rain;
 mod rules;
 mod same;

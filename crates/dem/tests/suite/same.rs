@@ -1,7 +1,7 @@
 //! The same results on any number of threads, and after a restart; lists against all pairs; energy of a gas.
 
 use colluvium_case::{Case, Solver};
-use colluvium_dem::Dem;
+use colluvium_dem::{Dem, disks, spheres};
 use colluvium_testkit::{cases, near};
 use serde_json::{Value, json};
 
@@ -162,20 +162,36 @@ fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
             json!({ "law": "hertz", "youngs_modulus": 5e9, "poissons_ratio": 0.25, "restitution": 0.5 });
         let linear = json!({ "law": "linear", "stiffness": 2e6, "restitution": 0.6 });
         let pulls = json!({ "law": "linear", "grain_modulus": 4e7, "damping_ratio": 0.2, "clamp": false });
-        for (normal, across) in [
-            (linear, json!({ "damping_ratio": 0.0 })),
-            (pulls, json!({ "stiffness_ratio": 0.3, "damping_ratio": 0.2, "reset": "spring" })),
-            (hertz, json!({})),
+        let rolls = json!({ "rolling": { "friction": 0.05, "damping_ratio": 0.1 }, "twisting": { "friction": 0.02 } });
+        for (normal, across, resistance) in [
+            (linear.clone(), json!({ "damping_ratio": 0.0 }), json!({})),
+            (pulls, json!({ "stiffness_ratio": 0.3, "damping_ratio": 0.2, "reset": "spring" }), json!({})),
+            (hertz.clone(), json!({}), json!({})),
+            (linear, json!({ "damping_ratio": 0.0 }), rolls.clone()),
+            (hertz, json!({}), rolls),
         ] {
             let mut case = heap(dimension);
-            let pair = json!({ "between": ["sand", "sand"], "normal": normal, "tangential": across,
-                               "friction": { "coefficient": 0.3, "at_rest": 0.4 } });
+            let mut pair = json!({ "between": ["sand", "sand"], "normal": normal, "tangential": across,
+                                   "friction": { "coefficient": 0.3, "at_rest": 0.4 } });
+            for name in ["rolling"].into_iter().chain((dimension == 3).then_some("twisting")) {
+                if let Some(value) = resistance.get(name) {
+                    pair[name] = value.clone();
+                }
+            }
             case["methods"]["dem"]["pairs"] = json!([pair]);
             case["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": vec![-1.0; dimension] });
-            let mut fast = begin(&case);
-            // Resistance that resists nothing is of no plain law.
-            case["methods"]["dem"]["stages"] = json!({ "fall": { "pairs": [{ "between": ["sand", "sand"], "rolling": { "friction": 0 } }] } });
-            let mut single = begin(&case);
+            let case = Case::from_json(&case.to_string()).unwrap();
+            let (mut fast, mut single): (Box<dyn Solver>, Box<dyn Solver>) = if dimension == 2 {
+                let mut single = disks(&case).unwrap();
+                single.take_contacts_one_by_one();
+                (Box::new(disks(&case).unwrap()), Box::new(single))
+            } else {
+                let mut single = spheres(&case).unwrap();
+                single.take_contacts_one_by_one();
+                (Box::new(spheres(&case).unwrap()), Box::new(single))
+            };
+            fast.begin_stage(0, 0.0).unwrap();
+            single.begin_stage(0, 0.0).unwrap();
             for _ in 0..400 {
                 let dt = fast.limit().dt;
                 fast.step(dt).unwrap();

@@ -31,6 +31,9 @@ pub const STRENGTH: Benchmark = Benchmark {
 /// Distance of neighbours over their diameter.
 const PITCH: f64 = 1.0 - 1e-5;
 const STRAIN: f64 = 1e-6;
+/// Stiffness (N/m) and pressure (Pa) of the crystal that is compressed.
+const STIFFNESS: f64 = 1e4;
+const PRESSURE: f64 = 1.0;
 
 /// Grains of a crystal at places, in a cell of these widths.
 fn fill(value: &mut Value, name: &str, places: &[Vec<f64>], widths: &[f64]) -> Result<(), String> {
@@ -75,10 +78,7 @@ fn run(_quick: bool) -> Result<Outcome, String> {
     fill(&mut disks, "hexagonal", &places, &widths)?;
     let claims = [root * (3.0 * kn + kt), root * (kn - kt), root * (kn + kt)];
     moduli(&mut outcome, "hexagonal disks", &disks, 2, claims)?;
-    let mut spheres = flat;
-    spheres["space"] = json!("3d");
-    spheres["gravity"] = json!([0, 0, 0]);
-    spheres["domain"]["periodic"] = json!(["x", "y", "z"]);
+    let mut spheres = load("crystal-spheres")?;
     let (places, widths) = face_centred(4, PITCH);
     fill(&mut spheres, "face-centred", &places, &widths)?;
     let root = 2f64.sqrt();
@@ -164,21 +164,11 @@ fn strength(quick: bool) -> Result<Outcome, String> {
 }
 
 fn compress(friction: f64) -> Result<RunReport, String> {
-    let (stiffness, pressure) = (1e4, 1.0);
-    let mut value = load("crystal")?;
+    let mut value = load("crystal-strength")?;
     // Contact forces f of an isotropic state have the pressure √3 f / d.
-    let pitch = 1.0 - pressure / (3f64.sqrt() * stiffness);
+    let pitch = 1.0 - PRESSURE / (3f64.sqrt() * STIFFNESS);
     let (places, widths) = hexagonal(8, 8, pitch);
     fill(&mut value, "strength", &places, &widths)?;
-    value["stages"] = json!([{ "name": "before", "duration": 1 }, { "name": "strain", "duration": 30 }]);
-    value["output"]["measures"] = json!(0.1);
-    let own = options(&mut value);
-    own["time_step"] = json!(1e-3);
-    own["pairs"][0]["normal"] = json!({ "law": "linear", "stiffness": stiffness, "damping_ratio": 0.3 });
-    own["pairs"][0]["friction"]["coefficient"] = json!(friction);
-    own["stages"] = json!({
-        "before": { "cell": { "xx": { "stress": -pressure }, "yy": { "stress": -pressure } } },
-        "strain": { "cell": { "xx": { "stress": -pressure }, "yy": { "rate": -1e-4 } } }
-    });
+    options(&mut value)["pairs"][0]["friction"]["coefficient"] = json!(friction);
     run_by("dem", &case(&value)?)
 }

@@ -127,12 +127,12 @@ fn matched(outcome: &mut Outcome, sphere: bool, across: f64, q: f64) -> Result<(
 
 /// Velocity along the wall and spin times radius after.
 fn strike(impact: Impact) -> Result<(f64, f64), String> {
-    let mut value = load("wall")?;
+    let mut value = load(if impact.sphere { "wall-sphere" } else { "wall" })?;
     let dt = PI / 1e3 / STEPS;
     let height = 0.5 + 3.3 * dt;
     value["boundaries"][0]["wall"] = json!({ "kind": "frictional", "friction_coefficient": impact.friction });
-    value["bodies"][0]["shape"]["centre"] = json!([0, height]);
-    value["bodies"][0]["velocity"]["value"] = json!([impact.angle, -1]);
+    value["bodies"][0]["shape"]["centre"][1] = json!(height);
+    value["bodies"][0]["velocity"]["value"][0] = json!(impact.angle);
     let options = options(&mut value);
     options["time_step"] = json!(dt);
     options["pairs"][0]["normal"] =
@@ -141,18 +141,7 @@ fn strike(impact: Impact) -> Result<(f64, f64), String> {
     if !impact.sphere {
         return after(&mut disks(&value)?, dt);
     }
-    in_space(&mut value, height, impact.angle);
     after(&mut spheres(&value)?, dt)
-}
-
-/// The same with a sphere of the same radius and mass.
-fn in_space(value: &mut Value, height: f64, angle: f64) {
-    value["space"] = json!("3d");
-    value["domain"] = json!({ "min": [-10, -1, -10], "max": [10, 10, 10] });
-    value["gravity"] = json!([0, 0, 0]);
-    value["bodies"][0]["shape"]["centre"] = json!([0, height, 0]);
-    value["bodies"][0]["velocity"]["value"] = json!([angle, -1, 0]);
-    options(value)["grains"]["grain"]["density"] = json!(6.0 / PI);
 }
 
 fn after(solver: &mut impl Solver, dt: f64) -> Result<(f64, f64), String> {

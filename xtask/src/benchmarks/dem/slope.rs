@@ -121,20 +121,16 @@ fn closed(friction: f64, q: f64) -> (f64, f64) {
 
 /// A grain for 0.2 s on a slope with a coefficient of friction.
 fn slide(friction: f64, sphere: bool) -> Result<Way, String> {
-    let mut value = load("slope")?;
+    let mut value = load(if sphere { "slope-sphere" } else { "slope" })?;
     let mass = if sphere { 4.0 / 3.0 * PI * 2650.0 } else { PI * 2650.0 };
     let height = 1.0 - mass * GRAVITY * 0.5f64.sqrt() / 1e9;
     if friction > 0.0 {
         value["boundaries"][0]["wall"] = json!({ "kind": "frictional", "friction_coefficient": friction });
     }
-    value["bodies"][0]["shape"]["centre"] = json!([0, height]);
+    value["bodies"][0]["shape"]["centre"][1] = json!(height);
     let dt = TIME / 20_000.0;
     options(&mut value)["time_step"] = json!(dt);
     if sphere {
-        value["space"] = json!("3d");
-        value["domain"] = json!({ "min": [-10, -1, -10], "max": [10, 10, 10] });
-        value["gravity"] = json!([GRAVITY * 0.5f64.sqrt(), -GRAVITY * 0.5f64.sqrt(), 0]);
-        value["bodies"][0]["shape"]["centre"] = json!([0, height, 0]);
         return after(&mut spheres(&value)?, dt, mass);
     }
     after(&mut disks(&value)?, dt, mass)
@@ -208,37 +204,26 @@ fn rolling(_quick: bool) -> Result<Outcome, String> {
 
 /// Path of a grain of radius 0.5 m that rolls on a rough wall of slope `slope`.
 fn roll(resistance: f64, slope: f64, speed: f64, sphere: bool, time: f64) -> Result<Vec<(f64, f64)>, String> {
-    let mut value = load("wall")?;
+    let mut value = load(if sphere { "wall-sphere" } else { "wall" })?;
     let cosine = 1.0 / (1.0 + slope * slope).sqrt();
     let height = 0.5 - GRAVITY * cosine / 1e7;
-    value["gravity"] = json!([GRAVITY * slope * cosine, -GRAVITY * cosine]);
+    (value["gravity"][0], value["gravity"][1]) = (json!(GRAVITY * slope * cosine), json!(-GRAVITY * cosine));
     value["boundaries"][0]["wall"] = json!({ "kind": "rough" });
-    value["bodies"][0]["shape"]["centre"] = json!([0, height]);
-    value["bodies"][0]["velocity"]["value"] = json!([speed, 0]);
+    value["bodies"][0]["shape"]["centre"][1] = json!(height);
+    let velocity = &mut value["bodies"][0]["velocity"]["value"];
+    (velocity[0], velocity[1]) = (json!(speed), json!(0));
     if slope > 0.0 {
         value["stages"][0]["gravity_ramp"] = json!(1);
     }
     let own = options(&mut value);
     own["pairs"][0]["normal"] = linear(1e7, 0.2, true);
     own["pairs"][0]["rolling"] = json!({ "friction": resistance, "damping_ratio": 0.3 });
-    own["bodies"] = json!({ "first": { "spin": [-2.0 * speed] } });
+    let spin = -2.0 * speed;
+    own["bodies"] = json!({ "first": { "spin": if sphere { json!([0, 0, spin]) } else { json!([spin]) } } });
     if !sphere {
         return path(&mut disks(&value)?, time);
     }
-    in_space(&mut value, height, speed);
     path(&mut spheres(&value)?, time)
-}
-
-/// The same for a sphere of the same radius and mass, on a level floor.
-fn in_space(value: &mut Value, height: f64, speed: f64) {
-    value["space"] = json!("3d");
-    value["domain"] = json!({ "min": [-10, -1, -10], "max": [10, 10, 10] });
-    value["gravity"] = json!([0, -GRAVITY, 0]);
-    value["bodies"][0]["shape"]["centre"] = json!([0, height, 0]);
-    value["bodies"][0]["velocity"]["value"] = json!([speed, 0, 0]);
-    let own = options(value);
-    own["bodies"]["first"]["spin"] = json!([0, 0, -2.0 * speed]);
-    own["grains"]["grain"]["density"] = json!(6.0 / PI);
 }
 
 fn path(solver: &mut impl Solver, time: f64) -> Result<Vec<(f64, f64)>, String> {

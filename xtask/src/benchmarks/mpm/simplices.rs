@@ -79,23 +79,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 
 /// The column of the case in a space, on cells cut into triangles or tetrahedra.
 fn column(space: Space, cell: f64) -> Result<Case, String> {
-    let mut case = case("mpm/simplices")?;
-    if space == Space::ThreeD {
-        let text = case.to_json();
-        let mut value: serde_json::Value = serde_json::from_str(&text).map_err(|error| error.to_string())?;
-        value["space"] = "3d".into();
-        value["domain"]["min"] = serde_json::json!([0, 0, 0]);
-        value["domain"]["max"] = serde_json::json!([0.2, 1.2, 0.2]);
-        value["gravity"] = serde_json::json!([0, -10, 0]);
-        value["bodies"][0]["shape"] =
-            serde_json::json!({ "kind": "box", "min": [0, 0, 0], "max": [0.2, 1, 0.2] });
-        if let Some(walls) = value["boundaries"].as_array_mut() {
-            for side in ["z-min", "z-max"] {
-                walls.push(serde_json::json!({ "side": side, "wall": { "kind": "smooth" } }));
-            }
-        }
-        case = Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())?;
-    }
+    let mut case = case(if space == Space::ThreeD { "mpm/simplices-3d" } else { "mpm/simplices" })?;
     set(&mut case, "cell_size", cell);
     Ok(case)
 }

@@ -1,39 +1,68 @@
-//! Contacts of one law along the line of centres with friction, and nothing else, four side by side: the operations and
+//! Contacts of one law along the line of centres with friction and resistance against rolling and twisting, four side by side: the operations and
 //! their order are those of [`act`](crate::contact::act), so that forces are the same to the last bit. Every contact writes its force; sums over the
 //! contacts of a grain are made one after another, in the order of the lists.
+
+mod springs;
 
 use std::ops::Range;
 
 use wide::f64x4 as Lanes;
 
-use super::side::{Laws, Seen, WIDTH, seen};
+use super::side::{Laws, Received, Seen, WIDTH, seen};
 use super::{Scene, Shares};
-use crate::contact::friction::{left_in_lanes, rescaled_in_lanes};
-use crate::contact::{APART, Elastic, TOUCHING, Tally, Touch, end};
+use crate::contact::{APART, TOUCHING, Tally, Touch, end};
 use crate::pairs::Listed;
 use crate::vector::{across, add, along, dot, follow, minus, moment, spread, times, turned};
 
 /// Contacts of a batch.
 const MOST: usize = 64;
-/// Numbers of a batch.
-type Column = [[f64; WIDTH]; MOST / WIDTH];
 
-/// Contacts that wait, and what becomes of them.
+/// What four contacts are, on their way through the stages of a batch. Stages are loops of their own: chains of roots and
+/// divisions of several fours are then under way at once.
+#[derive(Clone, Copy)]
+struct Four<const D: usize, const R: usize> {
+    touch: Touch<D, R, Lanes>,
+    /// Lever arms (m).
+    arms: [Lanes; 2],
+    /// What lies between the centres (m).
+    apart: [Lanes; D],
+    /// Springs across, turned into the plane across the normal (m).
+    slide: [Lanes; R],
+}
+
+impl<const D: usize, const R: usize> Four<D, R> {
+    const NONE: Self = {
+        let zero = Lanes::ZERO;
+        Self {
+            touch: Touch {
+                overlap: zero,
+                normal: [zero; D],
+                separation: zero,
+                sliding: [zero; R],
+                turning: [zero; R],
+                spin: zero,
+                mass: zero,
+                radius: zero,
+                small: zero,
+            },
+            arms: [zero; 2],
+            apart: [zero; D],
+            slide: [zero; R],
+        }
+    };
+}
+
+/// Contacts that wait.
 struct Batch<const D: usize, const R: usize> {
+    fours: [Four<D, R>; MOST / WIDTH],
     count: usize,
     first: [u32; MOST],
     second: [u32; MOST],
     slot: [u32; MOST],
     code: [u8; MOST],
-    apart: [Column; D],
-    square: Column,
-    /// Velocity of the image.
-    image: [Column; D],
-    force: [Column; D],
-    torques: [[Column; R]; 2],
     /// The grain whose contacts are being summed, and its sums.
     row: usize,
-    own: ([f64; D], [f64; R]),
+    own: Received,
 }
 
 /// Sums over contacts, lane by lane.
@@ -44,6 +73,8 @@ struct Sums {
     friction: Lanes,
     dashpots: Lanes,
     rescaled: Lanes,
+    rolling: Lanes,
+    elastic_rolling: Lanes,
     boundary: Lanes,
     squares: Lanes,
 }
@@ -59,6 +90,8 @@ impl Sums {
         tally.friction += sum(self.friction);
         tally.dashpots += sum(self.dashpots);
         tally.rescaled += sum(self.rescaled);
+        tally.rolling += sum(self.rolling);
+        tally.elastic_rolling += sum(self.elastic_rolling);
         tally.boundary += sum(self.boundary);
         tally.squares += sum(self.squares);
     }
@@ -79,7 +112,7 @@ struct Run<'r, 'a, 's, const D: usize, const R: usize> {
 
 impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
     /// Forces of the pairs of some grains, as `rows` finds them.
-    pub(super) fn rows_in_lanes<const HERTZ: bool>(
+    pub(super) fn rows_in_lanes<const HERTZ: bool, const TURNS: bool>(
         &self,
         pairs: Listed<'_>,
         rows: Range<usize>,
@@ -92,18 +125,14 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             scene: self,
             shares,
             batch: Batch {
+                fours: [Four::NONE; MOST / WIDTH],
                 count: 0,
                 first: [0; MOST],
                 second: [0; MOST],
                 slot: [0; MOST],
                 code: [0; MOST],
-                apart: [Column::default(); D],
-                square: Column::default(),
-                image: [Column::default(); D],
-                force: [Column::default(); D],
-                torques: [[Column::default(); R]; 2],
                 row: rows.start,
-                own: ([0.0; D], [0.0; R]),
+                own: Received::default(),
             },
             common: alike.then(|| Laws::of([&self.laws[0]; WIDTH])),
             periodic: !pairs.image.is_empty(),
@@ -112,9 +141,9 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             virial,
         };
         for i in rows {
-            run.row::<HERTZ>(pairs, i);
+            run.row::<HERTZ, TURNS>(pairs, i);
         }
-        run.flush::<HERTZ>();
+        run.flush::<HERTZ, TURNS>();
         run.close();
         run.sums.into(&mut run.tally);
         let (tally, virial) = (run.tally, run.virial);
@@ -125,7 +154,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
 impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
     /// Takes the pairs of a grain that touch; ends contacts that no longer do.
     #[inline(always)]
-    fn row<const HERTZ: bool>(&mut self, pairs: Listed<'_>, i: usize) {
+    fn row<const HERTZ: bool, const TURNS: bool>(&mut self, pairs: Listed<'_>, i: usize) {
         let scene = self.scene;
         let (x, r) = (scene.position[i], scene.radius[i]);
         for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
@@ -147,17 +176,9 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
             let n = batch.count;
             (batch.first[n], batch.second[n], batch.slot[n]) = (i as u32, j as u32, slot as u32);
             batch.code[n] = code as u8;
-            batch.square.as_flattened_mut()[n] = square;
-            for c in 0..D {
-                batch.apart[c].as_flattened_mut()[n] = apart[c];
-                if self.periodic {
-                    batch.image[c].as_flattened_mut()[n] =
-                        if code > 0 { scene.shifts[code].1[c] } else { 0.0 };
-                }
-            }
             batch.count += 1;
             if batch.count == MOST {
-                self.flush::<HERTZ>();
+                self.flush::<HERTZ, TURNS>();
             }
         }
     }
@@ -172,79 +193,98 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
 
     /// Works on all contacts that wait.
     #[inline(never)]
-    fn flush<const HERTZ: bool>(&mut self) {
+    fn flush<const HERTZ: bool, const TURNS: bool>(&mut self) {
         let count = self.batch.count;
         // What fills up the last four is the last contact again; nobody reads what becomes of it.
         for n in count..count.next_multiple_of(WIDTH) {
             let batch = &mut self.batch;
-            (batch.first[n], batch.second[n], batch.slot[n]) =
-                (batch.first[count - 1], batch.second[count - 1], batch.slot[count - 1]);
-            batch.square.as_flattened_mut()[n] = batch.square.as_flattened()[count - 1];
-            for c in 0..D {
-                batch.apart[c].as_flattened_mut()[n] = batch.apart[c].as_flattened()[count - 1];
-                batch.image[c].as_flattened_mut()[n] = batch.image[c].as_flattened()[count - 1];
-            }
+            (batch.first[n], batch.second[n], batch.slot[n], batch.code[n]) = (
+                batch.first[count - 1],
+                batch.second[count - 1],
+                batch.slot[count - 1],
+                batch.code[count - 1],
+            );
         }
-        for group in 0..count.div_ceil(WIDTH) {
-            self.four::<HERTZ>(group, (count - WIDTH * group).min(WIDTH));
+        let groups = count.div_ceil(WIDTH);
+        for group in 0..groups {
+            let images = self.periodic.then(|| self.images(group));
+            let [firsts, seconds, _] = self.grains(group);
+            let (touch, arms, apart) = self.touch(firsts, seconds, images.as_ref());
+            let four = &mut self.batch.fours[group];
+            (four.touch, four.arms, four.apart) = (touch, arms, apart);
         }
-        self.hand_out(count);
+        let dt = Lanes::splat(self.scene.dt);
+        for group in 0..groups {
+            let [.., slots] = self.grains(group);
+            let memory = &self.shares.memory.slide;
+            let old: [Lanes; R] = std::array::from_fn(|c| Lanes::new(slots.map(|slot| memory[slot][c])));
+            let four = &mut self.batch.fours[group];
+            four.slide = follow(&old, &four.touch.normal, four.touch.spin * dt);
+        }
+        for group in 0..groups {
+            self.four::<HERTZ, TURNS>(group, (count - WIDTH * group).min(WIDTH));
+        }
         self.batch.count = 0;
     }
 
-    /// Adds forces and moments to the grains.
+    /// Grains and slots of four contacts.
     #[inline(always)]
-    fn hand_out(&mut self, count: usize) {
-        for n in 0..count {
+    fn grains(&self, group: usize) -> [[usize; WIDTH]; 3] {
+        let of = |list: &[u32; MOST]| std::array::from_fn(|k| list[WIDTH * group + k] as usize);
+        [of(&self.batch.first), of(&self.batch.second), of(&self.batch.slot)]
+    }
+
+    /// Adds forces and moments of four contacts, of which `valid` count, to their grains.
+    #[inline(always)]
+    fn hand_out(&mut self, group: usize, valid: usize, [one, two]: &[[Received; WIDTH]; 2]) {
+        for k in 0..valid {
+            let n = WIDTH * group + k;
             let i = self.batch.first[n] as usize;
             if i != self.batch.row {
                 self.close();
                 self.batch.row = i;
             }
-            let batch = &mut self.batch;
-            let at = batch.second[n] as usize - self.shares.first;
-            let (force, torque) = (&mut self.shares.force[at], &mut self.shares.torque[at]);
-            for c in 0..D {
-                let f = batch.force[c].as_flattened()[n];
-                batch.own.0[c] += f;
-                force[c] -= f;
-                if self.periodic {
-                    for d in 0..D {
-                        self.virial[c][d] -= f * batch.apart[d].as_flattened()[n];
-                    }
-                }
-            }
-            for c in 0..R {
-                batch.own.1[c] += batch.torques[0][c].as_flattened()[n];
-                torque[c] += batch.torques[1][c].as_flattened()[n];
-            }
+            self.batch.own.join(&one[k]);
+            self.shares.received[self.batch.second[n] as usize - self.shares.first].join(&two[k]);
         }
     }
 
     /// Gives a grain the sums over its row.
     #[inline(always)]
     fn close(&mut self) {
-        let at = self.batch.row - self.shares.first;
-        let (force, torque) = std::mem::replace(&mut self.batch.own, ([0.0; D], [0.0; R]));
-        add(&mut self.shares.force[at], 1.0, &force);
-        add(&mut self.shares.torque[at], 1.0, &torque);
+        let own = std::mem::take(&mut self.batch.own);
+        self.shares.received[self.batch.row - self.shares.first].join(&own);
     }
 
-    /// What four contacts are, and their lever arms.
+    /// Shifts of the images of four contacts (m), and their velocities (m/s).
+    #[inline(always)]
+    fn images(&self, group: usize) -> [[Lanes; D]; 2] {
+        let codes: [usize; WIDTH] = std::array::from_fn(|k| self.batch.code[WIDTH * group + k] as usize);
+        let shifts = codes.map(|code| &self.scene.shifts[code]);
+        [
+            std::array::from_fn(|c| Lanes::new(shifts.map(|shift| shift.0[c]))),
+            std::array::from_fn(|c| Lanes::new(shifts.map(|shift| shift.1[c]))),
+        ]
+    }
+
+    /// What four contacts are, their lever arms, and what lies between their centres (m).
     #[inline(always)]
     fn touch(
         &self,
-        group: usize,
         firsts: [usize; WIDTH],
         seconds: [usize; WIDTH],
-    ) -> (Touch<D, R, Lanes>, [Lanes; 2]) {
-        let (scene, batch) = (self.scene, &self.batch);
+        images: Option<&[[Lanes; D]; 2]>,
+    ) -> (Touch<D, R, Lanes>, [Lanes; 2], [Lanes; D]) {
+        let scene = self.scene;
         let one: Seen<D, R> = seen(firsts.map(|i| &scene.records[i]));
         let two: Seen<D, R> = seen(seconds.map(|j| &scene.records[j]));
         let (a, b) = (one.radius, two.radius);
         let sum = a + b;
-        let distance = Lanes::new(batch.square[group]).sqrt();
-        let apart: [Lanes; D] = std::array::from_fn(|c| Lanes::new(batch.apart[c][group]));
+        let mut apart = minus(&one.place, &two.place);
+        if let Some([shift, _]) = images {
+            apart = minus(&apart, shift);
+        }
+        let distance = dot(&apart, &apart).sqrt();
         let normal = times(Lanes::ONE / distance, &apart);
         let arms = if scene.radii {
             [a, b]
@@ -253,8 +293,8 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
             [arm, distance - arm]
         };
         let mut relative = minus(&one.velocity, &two.velocity);
-        if self.periodic {
-            relative = minus(&relative, &std::array::from_fn(|c| Lanes::new(batch.image[c][group])));
+        if let Some([_, velocity]) = images {
+            relative = minus(&relative, velocity);
         }
         let both: [Lanes; R] = std::array::from_fn(|c| arms[0] * one.spin[c] + arms[1] * two.spin[c]);
         let rolling = turned(&both, &normal);
@@ -269,23 +309,20 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
             normal,
             separation: dot(&relative, &normal),
             sliding,
-            turning: [Lanes::ZERO; R],
+            turning: minus(&one.spin, &two.spin),
             spin: along(&mean, &normal),
             mass,
             radius: a * b / sum,
             small: a.fast_min(b),
         };
-        (touch, arms)
+        (touch, arms, apart)
     }
 
     /// Forces and moments of four contacts, of which `valid` count.
     #[inline(always)]
-    fn four<const HERTZ: bool>(&mut self, group: usize, valid: usize) {
-        let of = |list: &[u32; MOST]| std::array::from_fn(|k| list[WIDTH * group + k] as usize);
-        let (firsts, seconds): ([usize; WIDTH], [usize; WIDTH]) =
-            (of(&self.batch.first), of(&self.batch.second));
-        let slots: [usize; WIDTH] = of(&self.batch.slot);
-        let (touch, arms) = self.touch(group, firsts, seconds);
+    fn four<const HERTZ: bool, const TURNS: bool>(&mut self, group: usize, valid: usize) {
+        let [firsts, seconds, slots] = self.grains(group);
+        let Four { touch, arms, apart, slide } = self.batch.fours[group];
         let laws = self
             .common
             .unwrap_or_else(|| Laws::of(std::array::from_fn(|k| self.scene.law(firsts[k], seconds[k]))));
@@ -300,9 +337,8 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
         let dash = Lanes::new(slots.map(|slot| memory.dash[slot]));
         self.sums.dashpots -= meets & (Lanes::HALF * (dash + dissipative) * touch.separation * dt);
         self.sums.elastic += meets & base.energy;
-        let old: [Lanes; R] = std::array::from_fn(|c| Lanes::new(slots.map(|slot| memory.slide[slot][c])));
-        let (across, slide) =
-            self.friction::<HERTZ>(&laws, &touch, &base, normal.fast_max(Lanes::ZERO), (old, meets));
+        let cap = normal.fast_max(Lanes::ZERO);
+        let (across, slide) = self.friction::<HERTZ>(&laws, &touch, &base, cap, (slide, meets));
         let (slides, dissipatives) = (slide.map(Lanes::to_array), dissipative.to_array());
         let bits = meets.to_bitmask();
         for (k, &slot) in slots.iter().enumerate().take(valid) {
@@ -316,22 +352,25 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
         add(&mut on, normal, &touch.normal);
         self.count(&touch, &on, (firsts, bits), meets);
         if self.scene.growth != 0.0 {
-            let sum = touch.overlap + Lanes::new(self.batch.square[group]).sqrt();
+            let sum = touch.overlap + dot(&apart, &apart).sqrt();
             self.sums.boundary += meets & (normal * Lanes::splat(self.scene.growth) * sum * dt);
         }
+        let on = on.map(|f| meets & f);
         if self.periodic {
-            let image: [Lanes; D] = std::array::from_fn(|c| Lanes::new(self.batch.image[c][group]));
-            self.sums.boundary += meets & (dot(&on, &image) * dt);
-        }
-        for c in 0..D {
-            self.batch.force[c][group] = (meets & on[c]).to_array();
+            let [_, velocity] = &self.images(group);
+            self.sums.boundary += meets & (dot(&on, velocity) * dt);
+            self.stream(valid, &on, &apart);
         }
         let twisted = moment(&touch.normal, &across);
-        for (arm, torque) in arms.iter().zip(&mut self.batch.torques) {
+        let mut moments = arms.map(|arm| twisted.map(|across| meets & (-arm * across)));
+        if TURNS {
+            let turned = self.resist(&laws, &touch, &base, cap, (&slots, meets));
             for c in 0..R {
-                torque[c][group] = (meets & (-*arm * twisted[c])).to_array();
+                moments[0][c] += turned[c];
+                moments[1][c] -= turned[c];
             }
         }
+        self.hand_out(group, valid, &Received::of_four(&on, &moments));
         if bits != (1 << valid) - 1 {
             self.end_apart(group, valid, bits);
         }
@@ -344,8 +383,25 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
             let slot = self.batch.slot[n] as usize;
             if self.shares.memory.state[slot] != APART {
                 let (i, j) = (self.batch.first[n] as usize, self.batch.second[n] as usize);
-                let apart = std::array::from_fn(|c| self.batch.apart[c].as_flattened()[n]);
-                self.end(i, j, &apart, self.batch.code[n] as usize, slot);
+                let (x, code) = (&self.scene.position, self.batch.code[n] as usize);
+                let mut apart = minus(&x[i], &x[j]);
+                if code > 0 {
+                    apart = minus(&apart, &self.scene.shifts[code].0);
+                }
+                self.end(i, j, &apart, code, slot);
+            }
+        }
+    }
+
+    /// Adds four contacts to the stress, one after another.
+    #[inline(always)]
+    fn stream(&mut self, valid: usize, on: &[Lanes; D], apart: &[Lanes; D]) {
+        let (on, apart) = (on.map(Lanes::to_array), apart.map(Lanes::to_array));
+        for k in 0..valid {
+            for c in 0..D {
+                for d in 0..D {
+                    self.virial[c][d] -= on[c][k] * apart[d][k];
+                }
             }
         }
     }
@@ -370,49 +426,5 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
                 }
             }
         }
-    }
-
-    /// Force across and what is left of the spring.
-    #[inline(always)]
-    fn friction<const HERTZ: bool>(
-        &mut self,
-        laws: &Laws,
-        touch: &Touch<D, R, Lanes>,
-        base: &Elastic<Lanes>,
-        cap: Lanes,
-        (slide, meets): ([Lanes; R], Lanes),
-    ) -> ([Lanes; R], [Lanes; R]) {
-        let dt = Lanes::splat(self.scene.dt);
-        let (stiffness, dashpot) = (base.across, base.damping_across);
-        let mut old = follow(&slide, &touch.normal, touch.spin * dt);
-        if HERTZ {
-            let (rescaled, lost) =
-                rescaled_in_lanes(&old, touch.overlap, touch.overlap + touch.separation * dt, stiffness);
-            old = rescaled;
-            self.sums.rescaled += meets & lost;
-        }
-        let mut slide: [Lanes; R] = std::array::from_fn(|c| old[c] + touch.sliding[c] * dt);
-        let mut force: [Lanes; R] =
-            std::array::from_fn(|c| -stiffness * slide[c] - dashpot * touch.sliding[c]);
-        let square = dot(&force, &force);
-        let limit = laws.at_rest * cap;
-        let slips = square.simd_gt(limit * limit);
-        if slips.any() {
-            let limit = laws.coefficient * cap;
-            let capped = times(limit / square.sqrt(), &force);
-            let left = left_in_lanes(&capped, &touch.sliding, (stiffness, dashpot), limit, laws.spring);
-            let mut lost = Lanes::ZERO;
-            for c in 0..R {
-                lost -= capped[c] * (touch.sliding[c] * dt - (left[c] - old[c]));
-                force[c] = slips.bitselect(capped[c], force[c]);
-                slide[c] = slips.bitselect(left[c], slide[c]);
-            }
-            self.sums.friction += meets & slips & lost;
-            self.tally.sliding += u64::from((meets & slips).to_bitmask().count_ones());
-        }
-        let viscous = dashpot * dot(&touch.sliding, &touch.sliding) * dt;
-        self.sums.dashpots += meets & slips.bitselect(Lanes::ZERO, viscous);
-        self.sums.elastic_across += meets & (Lanes::HALF * stiffness * dot(&slide, &slide));
-        (force, slide)
     }
 }

@@ -1,0 +1,98 @@
+//! Walls that follow a stress (sheet: dem §3.7, rigid-wall servo).
+
+use colluvium_case::measure::Reading;
+
+use super::DemSolver;
+use crate::contact::{APART, Normal};
+use crate::sweep::Scene;
+use crate::walls::Wall;
+
+impl<const D: usize, const R: usize> DemSolver<D, R> {
+    /// Walls that the stage presses take the velocities with which they go on for `dt` (s): `α (F - F_w) / (Δt Σ k_n)`
+    /// inwards, at most their speed, and that speed where nothing touches them.
+    pub(crate) fn press_walls(&mut self, dt: f64) {
+        let pressed = self.stage_options().walls;
+        if pressed.is_empty() {
+            return;
+        }
+        for number in 0..self.walls.len() {
+            let Some(press) = pressed.get(&self.walls[number].name) else { continue };
+            let (axis, inward) = inward(&self.walls[number]);
+            let missing = -press.stress * self.wall_area(axis) - self.pressing(number);
+            let stiffness = self.wall_stiffness(number);
+            let free = if stiffness > 0.0 {
+                press.gain * missing / (dt * stiffness)
+            } else {
+                press.speed * missing.signum()
+            };
+            self.walls[number].velocity[axis] = inward * free.clamp(-press.speed, press.speed);
+        }
+    }
+
+    /// Force with which grains press a wall outwards (N).
+    fn pressing(&self, number: usize) -> f64 {
+        let (axis, inward) = inward(&self.walls[number]);
+        -inward * self.walls[number].reaction[0][axis]
+    }
+
+    /// Area of walls across an axis (m², a length in the plane): what lies between the walls along the other axes where they
+    /// stand, or as wide as the domain.
+    fn wall_area(&self, axis: usize) -> f64 {
+        let domain = &self.case.domain;
+        let along = |other: usize| {
+            if self.cell.periodic[other] {
+                return self.cell.h[other][other];
+            }
+            let stands = |upper: bool| {
+                let of_axis =
+                    |wall: &&Wall<D>| wall.surface.is_none() && wall.axis == other && wall.upper == upper;
+                self.walls.iter().find(of_axis).map(|wall| wall.position)
+            };
+            stands(true).unwrap_or(domain.max[other]) - stands(false).unwrap_or(domain.min[other])
+        };
+        (0..D).filter(|other| *other != axis).map(along).product()
+    }
+
+    /// Sum of the normal stiffness of the contacts with a wall (N/m).
+    fn wall_stiffness(&self, number: usize) -> f64 {
+        let wall = &self.walls[number];
+        let scene = Scene::new(self.grains.shown(), &self.laws.pairs, self.kinds.len());
+        let touching = (0..self.near.grain.len())
+            .filter(|&k| self.near.wall[k] as usize == number && self.near.memory.state[k] != APART);
+        let of_contact = |k: usize| {
+            let i = self.near.grain[k] as usize;
+            let (touch, _) = scene.touch_wall(i, wall, wall.distance(&self.grains.position[i]));
+            match &wall.laws[self.grains.kind[i] as usize].normal {
+                Normal::Linear(law) => law.stiffness(touch.radius),
+                // The force goes with the overlap to the power 3/2.
+                Normal::Hertz(law) if touch.overlap > 0.0 => 1.5 * law.at(&touch).force / touch.overlap,
+                Normal::Hertz(_) => 0.0,
+            }
+        };
+        touching.map(of_contact).sum()
+    }
+
+    /// Place and stress of the walls that some stage presses (m; Pa, tension-positive; N/m in the plane).
+    pub(crate) fn wall_readings(&self) -> Vec<Reading> {
+        let mut readings = Vec::new();
+        for boundary in &self.case.boundaries {
+            let name = boundary.name();
+            if !self.options.stages.values().any(|stage| stage.walls.contains_key(name)) {
+                continue;
+            }
+            let standing = self.walls.iter().position(|wall| wall.name == name);
+            let (place, stress) = standing.map_or((f64::NAN, f64::NAN), |number| {
+                let area = self.wall_area(self.walls[number].axis);
+                (self.walls[number].position, -self.pressing(number) / area)
+            });
+            readings.push((format!("wall.{name}.position"), "m".to_owned(), place));
+            readings.push((format!("wall.{name}.stress"), "Pa".to_owned(), stress));
+        }
+        readings
+    }
+}
+
+/// The axis across a wall, and the sign along it of the way to the grains.
+fn inward<const D: usize>(wall: &Wall<D>) -> (usize, f64) {
+    (wall.axis, if wall.upper { -1.0 } else { 1.0 })
+}

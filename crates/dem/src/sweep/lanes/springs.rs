@@ -1,0 +1,99 @@
+//! Springs across four contacts, and those against rolling and twisting.
+
+use wide::f64x4 as Lanes;
+
+use super::Run;
+use crate::contact::friction::{left_in_lanes, rescaled_in_lanes};
+use crate::contact::{Elastic, Touch, rolls};
+use crate::sweep::side::{Laws, WIDTH};
+use crate::vector::{dot, follow, times};
+
+impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
+    /// Moments of resistance against rolling and twisting on the first grains of four contacts.
+    #[inline(always)]
+    pub(super) fn resist(
+        &mut self,
+        laws: &Laws,
+        touch: &Touch<D, R, Lanes>,
+        base: &Elastic<Lanes>,
+        cap: Lanes,
+        (slots, meets): (&[usize; WIDTH], Lanes),
+    ) -> [Lanes; R] {
+        let dt = Lanes::splat(self.scene.dt);
+        let memory = &mut self.shares.memory;
+        let (roll, twist) = rolls(&touch.turning, &touch.normal);
+        let [(rolling, rolls), (twisting, twists)] = &laws.resistance;
+        let old: [Lanes; R] = std::array::from_fn(|c| Lanes::new(slots.map(|slot| memory.roll[slot][c])));
+        let spring = follow(&old, &touch.normal, touch.spin * dt);
+        let resisted = rolling.act_in_lanes(touch, base, cap, (&spring, &roll), dt);
+        let here = meets & *rolls;
+        let lefts = resisted.left.map(Lanes::to_array);
+        let bits = here.to_bitmask();
+        for (k, &slot) in slots.iter().enumerate().filter(|(k, _)| bits & (1 << k) != 0) {
+            memory.roll[slot] = std::array::from_fn(|c| lefts[c][k]);
+        }
+        let mut moment = resisted.moment.map(|m| here & m);
+        self.sums.rolling += here & resisted.lost;
+        self.sums.dashpots += here & resisted.dashpots;
+        self.sums.elastic_rolling += here & resisted.elastic;
+        if D == 3 && twists.any() {
+            let old = Lanes::new(slots.map(|slot| memory.twist[slot]));
+            let resisted = twisting.act_in_lanes(touch, base, cap, (&[old], &[twist]), dt);
+            let here = meets & *twists;
+            let (left, bits) = (resisted.left[0].to_array(), here.to_bitmask());
+            for (k, &slot) in slots.iter().enumerate().filter(|(k, _)| bits & (1 << k) != 0) {
+                memory.twist[slot] = left[k];
+            }
+            for c in 0..D {
+                moment[c] += here & (resisted.moment[0] * touch.normal[c]);
+            }
+            self.sums.rolling += here & resisted.lost;
+            self.sums.dashpots += here & resisted.dashpots;
+            self.sums.elastic_rolling += here & resisted.elastic;
+        }
+        moment
+    }
+
+    /// Force across and what is left of the spring.
+    #[inline(always)]
+    pub(super) fn friction<const HERTZ: bool>(
+        &mut self,
+        laws: &Laws,
+        touch: &Touch<D, R, Lanes>,
+        base: &Elastic<Lanes>,
+        cap: Lanes,
+        (mut old, meets): ([Lanes; R], Lanes),
+    ) -> ([Lanes; R], [Lanes; R]) {
+        let dt = Lanes::splat(self.scene.dt);
+        let (stiffness, dashpot) = (base.across, base.damping_across);
+        if HERTZ {
+            let (rescaled, lost) =
+                rescaled_in_lanes(&old, touch.overlap, touch.overlap + touch.separation * dt, stiffness);
+            old = rescaled;
+            self.sums.rescaled += meets & lost;
+        }
+        let mut slide: [Lanes; R] = std::array::from_fn(|c| old[c] + touch.sliding[c] * dt);
+        let mut force: [Lanes; R] =
+            std::array::from_fn(|c| -stiffness * slide[c] - dashpot * touch.sliding[c]);
+        let square = dot(&force, &force);
+        let limit = laws.at_rest * cap;
+        let slips = square.simd_gt(limit * limit);
+        if slips.any() {
+            let limit = laws.coefficient * cap;
+            let capped = times(limit / square.sqrt(), &force);
+            let left = left_in_lanes(&capped, &touch.sliding, (stiffness, dashpot), limit, laws.spring);
+            let mut lost = Lanes::ZERO;
+            for c in 0..R {
+                lost -= capped[c] * (touch.sliding[c] * dt - (left[c] - old[c]));
+                force[c] = slips.bitselect(capped[c], force[c]);
+                slide[c] = slips.bitselect(left[c], slide[c]);
+            }
+            self.sums.friction += meets & slips & lost;
+            self.tally.sliding += u64::from((meets & slips).to_bitmask().count_ones());
+        }
+        let viscous = dashpot * dot(&touch.sliding, &touch.sliding) * dt;
+        self.sums.dashpots += meets & slips.bitselect(Lanes::ZERO, viscous);
+        self.sums.elastic_across += meets & (Lanes::HALF * stiffness * dot(&slide, &slide));
+        (force, slide)
+    }
+}
