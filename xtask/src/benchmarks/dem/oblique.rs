@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use colluvium::case::Solver;
 use colluvium::plots::{Series, Style};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::scene::{chart, disks, load, options, spheres, step};
 use crate::analysis::larger;

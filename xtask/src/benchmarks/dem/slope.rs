@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 use colluvium::case::Solver;
 use colluvium::plots::{Series, Style};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::scene::{chart, disks, linear, load, options, spheres, step};
 use crate::benchmarks::{Benchmark, Outcome, vectors};

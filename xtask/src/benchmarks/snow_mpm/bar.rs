@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::{changed, solved};
 use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, series, set_material, starts, stresses, vectors};
+use crate::benchmarks::{Benchmark, Outcome, series, starts, stresses, vectors};
 
 /// Vibration.
 pub const VIBRATION: Benchmark = Benchmark {
