@@ -32,7 +32,7 @@ impl<const D: usize> Bodies<D> {
 
     /// Mass (kg) up to which a node is too light for forces to mean anything.
     pub fn light(&self, clock: &Clock) -> f64 {
-        clock.options.node_mass_cutoff * self.heaviest
+        clock.options.mass_cutoff() * self.heaviest
     }
 
     /// Sorts all points by cell.

@@ -19,7 +19,7 @@ use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 10;
+const FORMAT: u32 = 11;
 
 /// What is no column of points.
 #[derive(Serialize, Deserialize)]
@@ -31,6 +31,7 @@ struct Saved {
     step: u64,
     travel: f64,
     limit: Option<TimeStep>,
+    courant: f64,
     limit_age: u64,
     external_work: f64,
     sums: RowSums,
@@ -183,6 +184,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             step: self.clock.step,
             travel: self.bodies.travel,
             limit: self.clock.limit,
+            courant: self.clock.courant,
             limit_age: self.clock.limit_age,
             external_work: self.nodes.external_work,
             driven: self.boundary.driven.iter().map(|driven| driven.state).collect(),
@@ -233,6 +235,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             phases.sums = sums;
         }
         (self.clock.limit, self.clock.limit_age) = (saved.limit, saved.limit_age);
+        self.clock.courant = saved.courant;
         self.boundary.absorbing.moved = saved.absorbed.into_iter().collect();
         self.restore_layout(saved.travel);
         Ok(())

@@ -25,6 +25,8 @@ pub struct Clock {
     /// Number of steps before this one.
     pub(crate) step: u64,
     pub(crate) limit: Option<TimeStep>,
+    /// Courant number of steps of the limit.
+    pub(crate) courant: f64,
     /// Steps since the limit was found.
     pub(crate) limit_age: u64,
 }
@@ -43,6 +45,7 @@ impl Clock {
             dt: 0.0,
             step: 0,
             limit: None,
+            courant: options.courant,
             limit_age: 0,
         }
     }
@@ -55,6 +58,11 @@ impl Clock {
     /// Whether a node that is held keeps its momentum at the start of the step.
     pub fn keeps_start(&self) -> bool {
         self.options.fixed_nodes == crate::FixedNodes::Momentum
+    }
+
+    /// Share of what the grid cannot see of the points' velocities that XPIC takes in the step.
+    pub fn residual_share(&self) -> f64 {
+        self.options.residual_time.map_or(1.0, |time| -(-self.dt / time).exp_m1())
     }
 
     /// Gravity at the end of the step (m/s²).

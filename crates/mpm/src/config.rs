@@ -52,6 +52,10 @@ pub struct MpmOptions {
     /// one more sweep over the grid each.
     #[serde(default = "xpic_order")]
     pub xpic_order: usize,
+    /// With `transfer` `xpic`: time (s) in which what it takes from the velocities falls to 1/e. Without an entry all of it goes in each
+    /// step, so that shorter steps dissipate more. Of the order of the root of a deposit's height over gravity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_time: Option<f64>,
     /// With `transfer` `flip`: share of FLIP in the velocity update, 0 to 1; the rest is PIC. 1 dissipates nothing.
     #[serde(default = "one")]
     pub flip: f64,
@@ -62,7 +66,8 @@ pub struct MpmOptions {
     /// Courant number: the step over cell size / (wave speed + point speed), 0 to 1. Without an entry it is 0.9 in
     /// cases with a `pore_fluid` and `musl`, whose critical step is that of both phases and their drag (with
     /// `step_criterion` `combined`). With
-    /// `stress_update` `usl` steps are never longer than what is stable at free surfaces: in d dimensions 0.95 times
+    /// `stress_update` `usl` steps are never longer than what is stable at free surfaces: 0.7, 0.57 and 0.48 in one, two and three dimensions with
+    /// `linear` and `dual-domain` functions without a `node_mass_cutoff`; in d dimensions 0.95 times
     /// the root of 1 / (d times the points per cell and axis) with GIMP and CPDI, of 1/d with quadratic splines.
     #[serde(default = "courant")]
     pub courant: f64,
@@ -86,10 +91,12 @@ pub struct MpmOptions {
     #[serde(default)]
     pub fixed_nodes: FixedNodes,
     /// Nodes lighter than this share of the heaviest point get no force and move with the points around
-    /// them. Larger values, up to about half the square of `courant`, keep linear shape functions with
-    /// `stress_update` `usl` stable at free surfaces, at the cost of a little momentum.
-    #[serde(default = "mass_cutoff")]
-    pub node_mass_cutoff: f64,
+    /// them; 1e-12 without an entry. With `stress_update` `usl`, lumped mass, one phase and shape `linear` or `dual-domain` nodes that material
+    /// reaches only just, by less than about half the square of the step's Courant number times the number of axes, in cells, then get less
+    /// force from the points, but for their weight: this keeps free surfaces stable, at the cost of a little momentum. An entry is
+    /// taken as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node_mass_cutoff: Option<f64>,
     /// How frictional walls find the normal force.
     #[serde(default)]
     pub wall_friction: WallFriction,
@@ -185,8 +192,9 @@ impl MpmOptions {
         if share != thousandth() && self.mass != Mass::Consistent {
             return Err(("lumped_share", "needs mass consistent".to_owned()));
         }
-        let cutoff = self.node_mass_cutoff;
-        rule("node_mass_cutoff", cutoff, (0.0..1.0).contains(&cutoff), "is not in 0..1")?;
+        if let Some(cutoff) = self.node_mass_cutoff {
+            rule("node_mass_cutoff", cutoff, (0.0..1.0).contains(&cutoff), "is not in 0..1")?;
+        }
         let ratio = self.static_friction_ratio;
         rule("static_friction_ratio", ratio, ratio.is_finite() && ratio >= 1.0, "must be at least 1")?;
         if ratio > 1.0 && self.wall_friction != WallFriction::Acceleration {
@@ -246,6 +254,14 @@ impl MpmOptions {
         if self.xpic_order != xpic_order() && self.transfer != Transfer::Xpic {
             return refuse("xpic_order", "needs transfer xpic");
         }
+        if let Some(time) = self.residual_time {
+            if !(time.is_finite() && time > 0.0) {
+                return Err(("residual_time", format!("{time} must be finite and positive (s)")));
+            }
+            if self.transfer != Transfer::Xpic {
+                return refuse("residual_time", "needs transfer xpic");
+            }
+        }
         for (name, none) in [("flip", self.flip == 1.0), ("stage_flip", self.stage_flip.is_empty())] {
             if !none && self.transfer != Transfer::Flip {
                 return refuse(name, "needs transfer flip: the other transfers have no share of it");
@@ -261,13 +277,43 @@ impl MpmOptions {
     /// The largest Courant number in `dimension` axes at which steps with stress last are stable at free surfaces
     /// (docs/theory/mpm.md, limits). A node that only the end of a domain of half width `l` reaches forgets its velocity
     /// from step to step, and strains that point by `-C² h/l` times the strain that makes the force; at corners, and in
-    /// fluids, as much for each axis. Beyond -2 that grows, and some of it before: a twentieth is kept back. 1 with linear functions, which `node_mass_cutoff` keeps stable,
-    /// and with functions whose gradient falls faster than the root of their weight.
+    /// fluids, as much for each axis. Beyond -2 that grows, and some of it before: a twentieth is kept back. With
+    /// linear functions that where nodes within material would be weakened (`light.rs`). 1 with a `node_mass_cutoff` and functions whose gradient falls faster than the root of their weight.
     pub(crate) fn surface_courant(&self, dimension: usize) -> f64 {
+        let axes = dimension as f64;
         match (self.stress_update, self.half_width()) {
-            (StressScheme::Usl, Some(half)) => (0.95 * (2.0 * half / dimension as f64).sqrt()).min(1.0),
+            // Within material the reach is a half: at this one nodes have all of their force.
+            _ if self.weakens_light_nodes() => {
+                (0.5 * ((axes * axes + 8.0 * MOST_REACH).sqrt() - axes)).sqrt().min(1.0)
+            }
+            (StressScheme::Usl, Some(half)) => (0.95 * (2.0 * half / axes).sqrt()).min(1.0),
             _ => 1.0,
         }
+    }
+
+    /// Whether a node that material reaches only just strains it without bound: with stress last and gradients that do not
+    /// fall with their weights.
+    pub(crate) fn overshoots(&self) -> bool {
+        matches!(self.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain)
+            && self.stress_update == StressScheme::Usl
+            && self.mass == Mass::Lumped
+    }
+
+    /// The reach of material into a cell, from which on a node has all of its force (`light.rs`), in `dimension` axes at the
+    /// Courant number of a step: `C²/2` for the node on the far side along each axis, and `C⁴/2` for those on the near side.
+    pub(crate) fn least_reach(courant: f64, dimension: usize) -> f64 {
+        let square = courant * courant;
+        0.5 * square * (dimension as f64 + square)
+    }
+
+    /// Whether nodes that material reaches only just get less force.
+    pub(crate) fn weakens_light_nodes(&self) -> bool {
+        self.overshoots() && self.node_mass_cutoff.is_none()
+    }
+
+    /// Share of the heaviest point up to which a node is too light for forces to mean anything.
+    pub(crate) fn mass_cutoff(&self) -> f64 {
+        self.node_mass_cutoff.unwrap_or(ROUND_OFF)
     }
 
     /// Half the width of the domain of a point over the cell size, where the gradients of its functions fall with the
@@ -365,10 +411,11 @@ fn courant() -> f64 {
 fn two() -> usize {
     2
 }
-/// Of `sheet: mpm §3.2`: what round-off leaves.
-fn mass_cutoff() -> f64 {
-    1e-12
-}
+/// The largest reach of material into a cell below which nodes get less force.
+const MOST_REACH: f64 = 0.375;
+/// Share of the heaviest point that round-off leaves (sheet: mpm §3.2).
+const ROUND_OFF: f64 = 1e-12;
+
 /// Of `sheet: mpm §2.16`.
 fn full_cell() -> f64 {
     0.9

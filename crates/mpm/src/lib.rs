@@ -29,6 +29,7 @@ mod dual;
 mod equilibrium;
 mod free_surface;
 mod gap;
+mod light;
 mod loads;
 mod manufactured;
 mod mesh;

@@ -11,6 +11,8 @@ pub struct Nodes {
     pub(crate) solved: Vec<Node>,
     /// Velocities mapped from the points once more; empty where nothing asks for them.
     pub(crate) remapped: Vec<Lanes>,
+    /// Derivatives of the functions of the nodes times the masses of the points; empty where nothing asks for them.
+    pub(crate) slopes: Vec<Lanes>,
     /// Room for what the rows add to the measures of equilibrium.
     pub(crate) row_sums: Vec<RowSums>,
     /// Measures of equilibrium of the last step that took them.

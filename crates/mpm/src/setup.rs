@@ -129,7 +129,7 @@ impl dispatch::Visitor for Measure<'_> {
         for set in &solver.bodies.sets {
             volumes[set.body as usize] += set.points.initial_volume.iter().sum::<f64>();
         }
-        let mut warnings = warnings(self.case, self.options, points);
+        let mut warnings = warnings(self.case, self.options, solver.clock.courant, points);
         for patch in driven::empty_patches(&solver.clock, &solver.background, &solver.boundary.driven) {
             warnings.push(format!("patches[{patch}].region: holds no node at the start"));
         }
@@ -249,6 +249,9 @@ pub fn solver<const D: usize>(
     // XPIC sweeps over the same nodes before they hold re-mapped velocities.
     if options.stress_update != StressScheme::Usl || options.transfer == Transfer::Xpic {
         solver.nodes.remapped = vec![Default::default(); solver.nodes.solved.len()];
+    }
+    if options.weakens_light_nodes() {
+        solver.nodes.slopes = vec![Default::default(); solver.nodes.solved.len()];
     }
     if solver.boundary.contacts.fields() > 1 {
         solver.boundary.contacts.surfaces = vec![Default::default(); solver.nodes.solved.len()];

@@ -100,8 +100,9 @@ impl dispatch::Visitor for Estimate<'_> {
         }
         let fields = self.fields();
         let remapped = usize::from(options.stress_update != StressScheme::Usl) * size_of::<Lanes>();
+        let slopes = usize::from(options.weakens_light_nodes()) * size_of::<Lanes>();
         let surface = if fields > 1 { size_of::<Lanes>() } else { 0 };
-        let per_node = fields * (size_of::<Node>() + remapped + surface) * if wet { 2 } else { 1 };
+        let per_node = fields * (size_of::<Node>() + remapped + slopes + surface) * if wet { 2 } else { 1 };
         memory += nodes * per_node as f64;
         if elements > 0.0 {
             memory += Mesh::<D>::bytes(nodes, elements);
@@ -121,6 +122,7 @@ impl<const D: usize> MpmSolver<D> {
         self.bodies.sets.iter().map(points).sum::<usize>()
             + size_of_val(&self.nodes.solved[..])
             + size_of_val(&self.nodes.remapped[..])
+            + size_of_val(&self.nodes.slopes[..])
             + size_of_val(&self.nodes.row_sums[..])
             + self.boundary.contacts.bytes()
             + self.boundary.touched.iter().map(RowTouch::bytes).sum::<usize>()

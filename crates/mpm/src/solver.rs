@@ -17,6 +17,7 @@ use crate::consistent::{self, ConsistentMass};
 use crate::contact::Contacts;
 use crate::driven::{self, Driven, drive, move_driven};
 use crate::free_surface::relieve_surface;
+use crate::light::weaken_light_nodes;
 use crate::loads::follow_loads;
 use crate::momentum::{Audit, MomentumSolve, RowSums, damp};
 use crate::nodal::work_on_nodes;
@@ -118,7 +119,10 @@ impl<const D: usize> MpmSolver<D> {
         if self.clock.limit.is_none() || self.clock.limit_age >= STEPS_PER_TIME_STEP {
             let fixed = self.clock.options.time_step;
             let courant = if fixed.is_some() { 1.0 } else { self.clock.options.courant };
-            self.clock.limit = Some(self.wave_limit(courant).or_fixed(fixed));
+            let limit = self.wave_limit(courant);
+            let most = courant.min(self.clock.options.surface_courant(D));
+            self.clock.courant = fixed.map_or(most, |step| most * (step / limit.dt).min(1.0));
+            self.clock.limit = Some(limit.or_fixed(fixed));
             self.clock.limit_age = 0;
         }
         self.clock.limit.expect("set above")
@@ -140,6 +144,7 @@ fn step<const D: usize>(
     match clock.options.stress_update {
         StressScheme::Usl => {
             scatter(clock, background, bodies, nodes, boundary, averages, Scatter::Everything); // 1
+            weaken_light_nodes(clock, background, bodies, nodes);
             solve_momentum(clock, background, bodies, nodes, boundary, consistent)?; // 2–4
             share_strains_of_one_phase::<SOLVED, D>(clock, background, bodies, nodes, &mut averages.strains); // 7
             follow_loads::<SOLVED, D>(clock, background, bodies, nodes);

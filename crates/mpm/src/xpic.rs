@@ -3,6 +3,10 @@
 //! With `S⁺` from points to grid and `S` back, XPIC(m) takes from the points what `m` sweeps cannot represent:
 //! `V ← V - (I - S S⁺)^m V + Δt S a`. The first sweep is the grid's velocity at the start of the step, which the
 //! momentum solve leaves behind; each further order is one sweep over points and grid.
+//!
+//! Taken in every step, that dissipates with the number of steps. With a `residual_time` `τ` a step takes the share
+//! `1 - exp(-Δt/τ)` of it, the blend of FLIP and a filtered transfer by the step (Nairn & Hammerquist 2021): as much in the
+//! same time with any step.
 
 use colluvium_grid::{Lanes, Points};
 
@@ -16,7 +20,7 @@ use crate::nodes::Nodes;
 use crate::points::{CHUNK, PointSet, in_chunks};
 use crate::transfer::deposit_of;
 
-/// Takes `(I - S S⁺)^m V` from the velocities of the points; the update with `Δt S a` is that of FLIP.
+/// Takes `(I - S S⁺)^m V`, or the share of it that goes in the step, from the velocities of the points; the update with `Δt S a` is that of FLIP.
 pub fn filter_velocities<const D: usize>(
     clock: &Clock,
     background: &Background<D>,
@@ -34,9 +38,12 @@ pub fn filter_velocities<const D: usize>(
     for _ in 1..clock.options.xpic_order {
         sweep(clock, background, bodies, nodes, boundary);
     }
+    let share = clock.residual_share();
     for set in &mut bodies.sets {
         let velocities = set.points.velocity.as_flattened_mut().iter_mut();
-        velocities.zip(set.points.scratch.as_flattened()).for_each(|(velocity, rest)| *velocity -= rest);
+        velocities
+            .zip(set.points.scratch.as_flattened())
+            .for_each(|(velocity, rest)| *velocity -= share * rest);
     }
 }
 

@@ -61,7 +61,8 @@ pub struct SphOptions {
     /// Operator of the velocity gradient that the law gets.
     #[serde(default)]
     pub velocity_gradient: VelocityGradient,
-    /// Linear artificial viscosity, at least 0.
+    /// Linear artificial viscosity `α`, at least 0; it adds about `α h c/8` to the kinematic viscosity. 0.1 without an entry, and 0 where
+    /// all bodies are liquids whose own viscosity is at least `ρ c spacing/100`.
     #[serde(default = "viscosity")]
     pub viscosity_linear: f64,
     /// Quadratic artificial viscosity, at least 0.

@@ -99,8 +99,8 @@ fn still_liquids(case: &Case, options: &MpmOptions) -> Vec<String> {
     found
 }
 
-/// What of a case is allowed but worth a word.
-pub(super) fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<String> {
+/// What of a case is allowed but worth a word; `courant` is the Courant number of its first step.
+pub(super) fn warnings(case: &Case, options: &MpmOptions, courant: f64, points: usize) -> Vec<String> {
     let mut warnings = case.warnings();
     warnings.extend(locking(case, options));
     let dimension = case.dimension() as u32;
@@ -118,12 +118,13 @@ pub(super) fn warnings(case: &Case, options: &MpmOptions, points: usize) -> Vec<
                 .to_owned(),
         );
     }
-    let jumps = matches!(options.shape, ShapeFunctions::Linear | ShapeFunctions::DualDomain);
-    let steep = 0.5 * options.courant * options.courant;
-    if jumps && options.stress_update == StressScheme::Usl && options.node_mass_cutoff < 0.99 * steep {
+    let steep = 0.5 * courant * courant;
+    let wet = case.bodies.iter().any(|body| body.pore_fluid.is_some());
+    let cutoff = options.node_mass_cutoff.unwrap_or(if wet { 0.0 } else { 1.0 });
+    if options.overshoots() && cutoff < 0.99 * steep {
         warnings.push(format!(
             "methods.mpm.stress_update: usl with linear shape functions (dual-domain too) can turn points inside out at free \
-             surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.3}, half the square of courant"
+             surfaces; use musl, ugimp, or a node_mass_cutoff of {steep:.2e}, half the square of the Courant number of the step"
         ));
     }
     warnings.extend(still_liquids(case, options));

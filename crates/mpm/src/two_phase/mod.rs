@@ -164,7 +164,7 @@ fn solve_phases<const D: usize>(
         mark_held(clock, background, driven, contacts, &mut phases.held);
     }
     let TwoPhase { nodes: of_phases, row_sums, walls, heaviest, sums, held, .. } = phases;
-    let cutoff = clock.options.node_mass_cutoff;
+    let cutoff = clock.options.mass_cutoff();
     let solve = PhaseSolve {
         dt,
         gravity: clock.gravity_at_end(),

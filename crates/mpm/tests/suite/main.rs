@@ -5,6 +5,7 @@ mod common;
 mod consistent;
 mod contact;
 mod driven;
+mod light;
 mod mesh;
 mod mesh_contact;
 mod mesh_phases;

@@ -90,3 +90,26 @@ fn the_hourglass_viscosity_conserves() {
     let free = solve(&block(wave, 0.0));
     assert!(energy(end) < 0.9 * energy(&free.end), "short waves are damped");
 }
+
+/// A liquid has as much viscosity of its own as the bound asks for, or less.
+#[test]
+fn artificial_viscosity_is_for_liquids_that_have_too_little_of_their_own() {
+    // ρ c Δx/100 with c = 10 m/s and Δx = 0.05 m.
+    let bound = 1000.0 * 10.0 * 0.05 / 100.0;
+    let end = |viscosity: f64, linear: Option<f64>| {
+        let mut case = channel(20, &json!({ "stages": [{ "name": "s", "duration": 0.05 }] }), &json!({}));
+        let mut materials = serde_json::to_value(&case.materials).unwrap();
+        materials["m"]["viscosity"] = json!(viscosity);
+        case.materials = serde_json::from_value(materials).unwrap();
+        let options = case.methods.get_mut("sph").unwrap().as_object_mut().unwrap();
+        options.remove("viscosity_linear");
+        if let Some(linear) = linear {
+            options.insert("viscosity_linear".to_owned(), json!(linear));
+        }
+        solve(&case).snapshot.hash()
+    };
+    for (share, linear) in [(1.01, 0.0), (0.99, 0.1)] {
+        assert_eq!(end(share * bound, None), end(share * bound, Some(linear)), "{share}");
+        assert_ne!(end(share * bound, None), end(share * bound, Some(0.1 - linear)), "{share}");
+    }
+}

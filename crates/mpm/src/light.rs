@@ -1,0 +1,78 @@
+//! Nodes that material reaches only just (sheet: mpm §3.2, pitfall P-02).
+//!
+//! A point at `ξ` of its cell gives the far node the mass `ξ m` and a force `V σ/h` that does not know of `ξ`. With stress
+//! last the velocity of that node strains the point in the same step by `-C²/ξ` times the strain that makes the force:
+//! below `ξ = C²/2`, `C` being the Courant number of the step, that grows; in a corner of a body that hardly changes its volume, where
+//! each of the `D` axes adds as much, below `D C²/2`. The nodes on the near side add `-C²/(1 - ξ)`.
+
+use colluvium_constitutive::BLOCK;
+use colluvium_grid::{Lanes, Window};
+
+use crate::MpmOptions;
+use crate::background::Background;
+use crate::bodies::Bodies;
+use crate::clock::Clock;
+use crate::nodes::Nodes;
+
+/// Weakens the force on nodes that points reach by less than [`MpmOptions::least_reach`] of a cell, with the square of the reach over that: the strain that it
+/// adds then falls with the reach, and nothing jumps as points come and go. Weight and walls stay. The reach along an axis is the
+/// mass of the node over `h Σ m |∂N/∂x|`: `ξ` at a plane surface, however many points stand abreast and whatever their
+/// masses, and about a half within material.
+pub fn weaken_light_nodes<const D: usize>(
+    clock: &Clock,
+    background: &Background<D>,
+    bodies: &Bodies<D>,
+    nodes: &mut Nodes,
+) {
+    let Nodes { solved, slopes, .. } = nodes;
+    if slopes.is_empty() {
+        return;
+    }
+    let Background { layout, sweeps, .. } = background;
+    let ground = background.ground();
+    let least = MpmOptions::least_reach(clock.courant, D);
+    let row_length = layout.strides()[0];
+    let fields = slopes.chunks_exact_mut(layout.len()).zip(solved.chunks_exact_mut(layout.len()));
+    for (field, (slopes, nodes)) in fields.enumerate() {
+        layout.reset(slopes);
+        layout.scatter(slopes, |slab, window, offset| {
+            let mut columns = [[Lanes::ZERO; D]; BLOCK];
+            for set in bodies.sets.iter().filter(|set| set.field == field) {
+                for block in set.blocks_of(slab) {
+                    for (column, p) in columns.iter_mut().zip(block.clone()) {
+                        let cell = set.domain.as_slice().spacing(p, &ground);
+                        *column =
+                            slope_columns(background, &set.points.position[p], set.points.mass[p] * cell);
+                    }
+                    let to = Window { nodes: &mut *window, first: offset };
+                    let (values, columns) = (&[Lanes::ZERO; BLOCK][..block.len()], &columns[..block.len()]);
+                    sweeps.deposit_slopes(&ground, &set.places().range(block), to, values, columns);
+                }
+            }
+        });
+        layout.fold(slopes, |sum, node| *sum += *node);
+        let slopes = &*slopes;
+        layout.each(nodes, |row, active, line| {
+            for number in active {
+                let mass = line[number].motion.as_array()[3];
+                let slopes = slopes[row * row_length + number].to_array();
+                let wanted = least * slopes[..D].iter().fold(0.0, |most: f64, slope| most.max(slope.abs()));
+                if mass < wanted {
+                    line[number].force *= (mass / wanted).powi(2);
+                }
+            }
+        });
+    }
+}
+
+/// What a point of mass times cell size `moment` (kg m) gives: the derivative along each axis in a lane of its own. On a grid
+/// the sign turns from cell to cell, as that of the derivative at a node does: there sizes are summed.
+fn slope_columns<const D: usize>(background: &Background<D>, position: &[f64; D], moment: f64) -> [Lanes; D] {
+    let cell = (!background.is_meshed()).then(|| background.grid.cell_of(position));
+    std::array::from_fn(|axis| {
+        let turned = cell.is_some_and(|cell| cell[axis] % 2 == 1);
+        let mut lanes = [0.0; 4];
+        lanes[axis] = if turned { -moment } else { moment };
+        Lanes::new(lanes)
+    })
+}
