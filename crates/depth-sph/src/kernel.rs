@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wide::f64x4;
 
 /// A smoothing kernel `W(r, ℓ)`; the argument of its shape is `q = r/ℓ`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -87,6 +88,52 @@ impl Kernel {
         }
     }
 
+    /// [`Kernel::shape`] of four arguments; not to be used beyond the support.
+    #[inline(always)]
+    pub fn shapes<const D: usize>(self, q: f64x4) -> f64x4 {
+        let part = |edge: f64| (f64x4::splat(edge) - q).fast_max(f64x4::ZERO);
+        match self {
+            Self::CubicSpline => {
+                let (near, far) = (part(1.0), part(2.0));
+                far * far * far * 0.25 - near * near * near
+            }
+            Self::WendlandC2 => {
+                let half = part(2.0) * 0.5;
+                let cube = half * half * half;
+                if D == 1 { cube * (q * 1.5 + 1.0) } else { cube * half * (q * 2.0 + 1.0) }
+            }
+            Self::QuinticSpline => {
+                let fifth = |x: f64x4| (x * x) * (x * x) * x;
+                fifth(part(3.0)) - fifth(part(2.0)) * 6.0 + fifth(part(1.0)) * 15.0
+            }
+            Self::Gaussian => (f64x4::ZERO - q * q).exp(),
+        }
+    }
+
+    /// [`Kernel::slope`] of four arguments, which are not zero, and their inverses; not to be used beyond the support.
+    #[inline(always)]
+    pub fn slopes<const D: usize>(self, q: f64x4, inverse: f64x4) -> f64x4 {
+        let part = |edge: f64| (f64x4::splat(edge) - q).fast_max(f64x4::ZERO);
+        match self {
+            Self::CubicSpline => {
+                let far = part(2.0);
+                q.simd_lt(f64x4::ONE).select(q * 2.25 - 3.0, far * far * inverse * -0.75)
+            }
+            Self::WendlandC2 => {
+                let half = part(2.0) * 0.5;
+                if D == 1 { half * half * -3.0 } else { half * half * half * -5.0 }
+            }
+            Self::QuinticSpline => {
+                let fourth = |x: f64x4| (x * x) * (x * x);
+                let sum = fourth(part(3.0)) - fourth(part(2.0)) * 6.0 + fourth(part(1.0)) * 15.0;
+                // The quotient has a limit at the centre, -120.
+                let centre = q.simd_lt(f64x4::splat(1e-8));
+                centre.select(f64x4::splat(-120.0), sum * inverse * -5.0)
+            }
+            Self::Gaussian => (f64x4::ZERO - q * q).exp() * -2.0,
+        }
+    }
+
     /// `W(r, ℓ)` (1/m in one dimension, 1/m² in two).
     #[inline]
     pub fn value<const D: usize>(self, distance: f64, length: f64) -> f64 {
@@ -155,6 +202,26 @@ mod tests {
                 let two = by_difference(&|r| kernel.value::<2>(r, length));
                 assert!((kernel.gradient::<1>(r, length) * r - one).abs() < 1e-7, "{kernel:?} {q}");
                 assert!((kernel.gradient::<2>(r, length) * r - two).abs() < 1e-7, "{kernel:?} {q}");
+            }
+        }
+    }
+
+    #[test]
+    fn four_at_once_are_the_single_ones() {
+        for kernel in ALL {
+            for k in 0..60 {
+                let q: [f64; 4] = std::array::from_fn(|lane| 1e-9 + 0.0124 * f64::from(4 * k + lane as i32));
+                let q = q.map(|q| if q < kernel.support() { q } else { 0.5 });
+                let near = |found: f64x4, single: [f64; 4]| {
+                    for (found, single) in found.to_array().iter().zip(single) {
+                        assert!((found - single).abs() < 1e-10 * single.abs().max(1.0), "{kernel:?} {q:?}");
+                    }
+                };
+                let inverse = f64x4::new(q.map(f64::recip));
+                near(kernel.shapes::<1>(f64x4::new(q)), q.map(|q| kernel.shape::<1>(q)));
+                near(kernel.shapes::<2>(f64x4::new(q)), q.map(|q| kernel.shape::<2>(q)));
+                near(kernel.slopes::<1>(f64x4::new(q), inverse), q.map(|q| kernel.slope::<1>(q)));
+                near(kernel.slopes::<2>(f64x4::new(q), inverse), q.map(|q| kernel.slope::<2>(q)));
             }
         }
     }

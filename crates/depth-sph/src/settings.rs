@@ -210,6 +210,8 @@ pub struct Numerics {
     pub passes: usize,
     /// Bounds of the smoothing length over its first value.
     pub length_range: (f64, f64),
+    /// Smoothing length that none falls below (m).
+    pub shortest: f64,
     /// Heights.
     pub continuity: Continuity,
     /// Pressure force.
@@ -236,6 +238,7 @@ impl Numerics {
             variable_length: true,
             passes: 2,
             length_range: (0.5, if D == 1 { 50.0 } else { 3.0 }),
+            shortest: 0.0,
             continuity: Continuity::Summation,
             momentum: Momentum::Automatic,
             surface_gradient: false,
@@ -287,6 +290,15 @@ impl<const D: usize> Settings<D> {
     pub fn erodible(&self, x: &[f64; D]) -> f64 {
         let zone = self.zone(x);
         if zone.erosion.is_some() { zone.erodible_depth } else { 0.0 }
+    }
+
+    /// Whether anything asks for neighbours one by one: sums of heights and forces do not.
+    pub fn asks_for_neighbours(&self) -> bool {
+        let numerics = &self.numerics;
+        self.phases != Phases::One
+            || self.earth_pressure.is_some()
+            || numerics.xsph > 0.0
+            || numerics.continuity != Continuity::Summation
     }
 
     /// Number of sets of nodes.

@@ -118,7 +118,14 @@ impl<const D: usize> CellList<D> {
         self.lines_across(x, 1, visit);
     }
 
+    /// Calls `visit` for where in [`CellList::order`] those points stand that [`CellList::visit_within`] visits, run by run.
+    #[inline]
+    pub fn runs_within(&self, x: &[f64; D], radius: f64, visit: impl FnMut(Range<usize>)) {
+        self.lines_within(x, radius, visit);
+    }
+
     /// As [`CellList::lines`] for a ball of `radius` (m).
+    #[inline]
     fn lines_within(&self, x: &[f64; D], radius: f64, visit: impl FnMut(Range<usize>)) {
         // A little more, so that round-off loses no point at the radius.
         let reach = radius / self.edge + ROUND_OFF;
@@ -132,6 +139,7 @@ impl<const D: usize> CellList<D> {
     }
 
     /// Lines of cells; `window` gives the ends along an axis, in cells, for a place in cells.
+    #[inline]
     fn lines_between(
         &self,
         x: &[f64; D],

@@ -43,6 +43,9 @@ impl DepthOptions {
         if let Some(smoothing) = self.smoothing {
             within("smoothing", smoothing, 1.0, 3.0)?;
         }
+        if let Some(length) = self.shortest_smoothing {
+            positive("shortest_smoothing", length, " (m)")?;
+        }
         check((1..=10).contains(&self.passes), "passes", || format!("{} is not in 1..=10", self.passes))?;
         check(self.terrain_smoothing <= 20, "terrain_smoothing", || {
             format!("{} is not in 0..=20", self.terrain_smoothing)

@@ -30,6 +30,9 @@ pub struct DepthOptions {
     /// (fifty times along a line).
     #[serde(default = "yes")]
     pub variable_smoothing: bool,
+    /// Smoothing length that variable ones do not fall below (m), at most the first one: it bounds the step from below; none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shortest_smoothing: Option<f64>,
     /// Sums of height per step, each with the smoothing lengths that follow from the one before; 1 to 10.
     #[serde(default = "two")]
     pub passes: usize,

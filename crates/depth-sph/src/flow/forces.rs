@@ -1,8 +1,9 @@
 //! Pressure, artificial viscosity, gradients of porosity and the reaction of the bed (sheet: depth-sph §2.5, §2.9, §2.10).
 
 use rayon::prelude::*;
+use wide::f64x4;
 
-use super::heights::{MANY, square};
+use super::packed::{FIELDS, four, whole};
 use super::set::{Set, TASK};
 use crate::choices::{Metric, Momentum, Phases};
 use crate::nodes::{Plan, Seen, dot};
@@ -10,8 +11,6 @@ use crate::settings::Settings;
 
 /// Below this determinant the correction of gradients is left out (sheet: depth-sph §2.10).
 const ILL_CONDITIONED: f64 = 1e-3;
-/// Fields whose gradients are taken: height, that of the other phase, porosity, excess pressure, level of the bed.
-const FIELDS: usize = 5;
 /// Keeps the viscosity finite for nodes that meet, in squares of the smoothing length.
 const SOFTENING: f64 = 0.01;
 
@@ -59,29 +58,36 @@ pub fn corrected<const D: usize>(matrix: &[Plan<D>; D], vector: &Plan<D>) -> Pla
     result
 }
 
-/// Those of up to [`MANY`] neighbours that node `i` reaches, found without a jump that depends on a distance.
-#[inline]
-fn within<const D: usize>(
-    seen: &Seen<D>,
-    half_support: f64,
-    i: usize,
-    near: &[u32],
-) -> impl Iterator<Item = u32> + use<D> {
-    let (x, length) = (&seen.position[i], seen.length[i]);
-    let mut found = [0; MANY];
-    let mut count = 0;
-    for &j in near {
-        let reach = half_support * (length + seen.length[j as usize]);
-        found[count] = j;
-        count += usize::from(square(x, &seen.position[j as usize]) < reach * reach);
-    }
-    found.into_iter().take(count)
-}
-
 /// The sums of the forces between the nodes of one set.
 struct Pairs<'a, const D: usize> {
     settings: &'a Settings<D>,
     set: &'a Set<D>,
+}
+
+/// Sums as lanes of four neighbours.
+struct Lanes<const D: usize> {
+    push: [f64x4; D],
+    viscous: [f64x4; D],
+    slopes: [[f64x4; D]; FIELDS],
+    moment: [[f64x4; D]; D],
+}
+
+impl<const D: usize> Lanes<D> {
+    const NONE: Self = Self {
+        push: [f64x4::ZERO; D],
+        viscous: [f64x4::ZERO; D],
+        slopes: [[f64x4::ZERO; D]; FIELDS],
+        moment: [[f64x4::ZERO; D]; D],
+    };
+
+    fn sums(self) -> Sums<D> {
+        Sums {
+            push: self.push.map(whole),
+            viscous: self.viscous.map(whole),
+            slopes: self.slopes.map(|slope| slope.map(whole)),
+            moment: self.moment.map(|row| row.map(whole)),
+        }
+    }
 }
 
 impl<const D: usize> Pairs<'_, D> {
@@ -89,60 +95,108 @@ impl<const D: usize> Pairs<'_, D> {
     #[inline]
     fn sums<const GRADIENTS: bool>(&self, i: usize) -> Sums<D> {
         let numerics = &self.settings.numerics;
-        let (kernel, seen) = (numerics.kernel, &self.set.seen);
-        let (linear, quadratic) = numerics.viscosity;
+        let kernel = numerics.kernel;
         let product = numerics.momentum == Momentum::Product;
         let half_support = 0.5 * kernel.support();
-        let (x, v, length, height) = (&seen.position[i], &seen.velocity[i], seen.length[i], seen.height[i]);
-        let (pressure, pull, depth) = (seen.pressure[i], self.set.nodes.pull[i], seen.depth[i]);
-        let fields = fields(seen, i);
-        let mut sums =
-            Sums { push: [0.0; D], viscous: [0.0; D], slopes: [[0.0; D]; FIELDS], moment: [[0.0; D]; D] };
-        let factor = kernel.factor::<D>();
-        let near = self.set.near.of(i).chunks(MANY).flat_map(|near| within(seen, half_support, i, near));
-        for j in near {
-            let j = j as usize;
-            let apart: Plan<D> = std::array::from_fn(|c| x[c] - seen.position[j][c]);
-            let square = dot(&apart, &apart);
-            let both = length + seen.length[j];
-            let mean = 0.5 * both;
-            let inverse = 1.0 / mean;
-            let weight = factor
-                * inverse.powi(D as i32 + 2)
-                * kernel.slope::<D>(square.sqrt() * inverse)
-                * seen.volume[j];
+        let (nodes, seen, near) = (&self.set.nodes, &self.set.seen, &self.set.packed);
+        let (x, length) = (&nodes.position[i], nodes.length[i]);
+        let (pressure, height) = (f64x4::splat(seen.pressure[i]), f64x4::splat(nodes.height[i]));
+        let velocity = nodes.velocity[i].map(f64x4::splat);
+        let viscosity = Viscosity::of(numerics.viscosity, nodes.pull[i], nodes.depth[i], nodes.height[i]);
+        let here = fields(seen, i).map(f64x4::splat);
+        let factor = f64x4::splat(kernel.factor::<D>());
+        let mut sums = Lanes::NONE;
+        let radius = half_support * (length + self.set.longest_near(x).max(length));
+        near.around(x, radius, |first, apart, square| {
+            let both = four(&near.length, first) + length;
+            let reach = both * half_support;
+            let inside = square.simd_lt(reach * reach);
+            if !inside.any() {
+                return;
+            }
+            let mean = both * 0.5;
+            // A node at the same place, itself above all: its vector is zero.
+            let distance = square.sqrt().fast_max(mean * 1e-12);
+            let inverses = f64x4::ONE / (mean * distance);
+            let inverse = inverses * distance;
+            let slope = kernel.slopes::<D>(distance * inverse, mean * mean * inverses);
+            let power =
+                if D == 1 { inverse * inverse * inverse } else { (inverse * inverse) * (inverse * inverse) };
+            let weight = inside & (factor * power * slope * four(&near.volume, first));
+            let (heights, pressures) = (four(&near.height, first), four(&near.pressure, first));
             let pair = if product {
                 // (P_I + P_J)/(h_I h_J) of what is given as P/h².
-                pressure * height / seen.height[j] + seen.pressure[j] * seen.height[j] / height
+                inside & (pressure * height / heights + pressures * heights / height)
             } else {
-                pressure + seen.pressure[j]
+                pressure + pressures
             };
+            let push = pair * weight;
+            let mut closing = f64x4::ZERO;
             for c in 0..D {
-                sums.push[c] += pair * weight * apart[c];
+                sums.push[c] += push * apart[c];
+                closing += (velocity[c] - four(&near.velocity[c], first)) * apart[c];
             }
-            let closing: f64 = (0..D).map(|c| (v[c] - seen.velocity[j][c]) * apart[c]).sum();
-            if closing < 0.0 {
-                let mu = mean * closing / (square + SOFTENING * mean * mean);
-                let celerity = (pull * 0.5 * (depth + seen.depth[j])).sqrt();
-                let strength = (quadratic * mu - linear * celerity) * mu * 2.0 / (height + seen.height[j]);
+            let approaching = inside & closing.simd_lt(f64x4::ZERO);
+            if approaching.any() {
+                let strength =
+                    viscosity.over_kernel(closing, square, mean, four(&near.depth, first), heights);
+                let strength = approaching & (strength * weight);
                 for c in 0..D {
-                    sums.viscous[c] -= strength * weight * apart[c];
+                    sums.viscous[c] -= strength * apart[c];
                 }
             }
             if GRADIENTS {
-                let share = weight / seen.height[j];
-                let there = self::fields(seen, j);
-                for c in 0..D {
-                    for (slope, (there, here)) in sums.slopes.iter_mut().zip(there.iter().zip(&fields)) {
-                        slope[c] += share * (there - here) * apart[c];
+                let share = inside & (weight / heights);
+                for (f, slope) in sums.slopes.iter_mut().enumerate() {
+                    let there = if f == 0 { heights } else { four(&near.fields[f], first) };
+                    let change = share * (there - here[f]);
+                    for c in 0..D {
+                        slope[c] += change * apart[c];
                     }
+                }
+                for c in 0..D {
                     for k in 0..D {
                         sums.moment[c][k] -= share * apart[c] * apart[k];
                     }
                 }
             }
-        }
-        sums
+        });
+        sums.sums()
+    }
+}
+
+/// Artificial viscosity of a node against four neighbours.
+struct Viscosity {
+    linear: f64x4,
+    quadratic: f64x4,
+    half_pull: f64x4,
+    depth: f64x4,
+    height: f64x4,
+}
+
+impl Viscosity {
+    fn of((linear, quadratic): (f64, f64), pull: f64, depth: f64, height: f64) -> Self {
+        let [linear, quadratic, half_pull, depth, height] =
+            [linear, quadratic, 0.5 * pull, depth, height].map(f64x4::splat);
+        Self { linear, quadratic, half_pull, depth, height }
+    }
+
+    /// `Π` (m/s² over `m ∇W`) of neighbours that come closer: `closing` is the scalar product of velocity and place against theirs.
+    #[inline(always)]
+    fn over_kernel(
+        &self,
+        closing: f64x4,
+        square: f64x4,
+        mean: f64x4,
+        depths: f64x4,
+        heights: f64x4,
+    ) -> f64x4 {
+        let soft = square + mean * mean * SOFTENING;
+        let both = self.height + heights;
+        let inverse = f64x4::ONE / (soft * both);
+        let rate = mean * closing * both * inverse;
+        let celerity = (self.half_pull * (self.depth + depths)).sqrt();
+        (self.quadratic * rate - self.linear * celerity) * rate * soft * inverse * 2.0
     }
 }
 
@@ -165,10 +219,11 @@ impl<const D: usize> Set<D> {
     ) {
         let mut acceleration = std::mem::take(&mut self.acceleration);
         acceleration.resize(self.len(), [0.0; D]);
-        let pairs = Pairs { settings, set: self };
         let form = settings.numerics.momentum;
         let plain =
             settings.phases != Phases::Two && form != Momentum::Node && !settings.numerics.surface_gradient;
+        self.show_forces(settings.numerics.kernel.support(), !plain);
+        let pairs = Pairs { settings, set: self };
         acceleration.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, a)| {
             let own = if plain {
                 let sums = pairs.sums::<false>(i);

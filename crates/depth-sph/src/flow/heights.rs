@@ -3,6 +3,7 @@
 use colluvium_points::NeighbourList;
 use rayon::prelude::*;
 
+use super::packed::Packed;
 use super::set::{Set, TASK, copy};
 use crate::choices::Continuity;
 use crate::kernel::Kernel;
@@ -12,62 +13,25 @@ use crate::settings::Numerics;
 /// Below this denominator an average over the nodes of a phase is none (sheet: depth-sph §2.10).
 const NO_PARTNER: f64 = 1e-6;
 
-/// Neighbours that are looked at in one go.
-pub const MANY: usize = 64;
-
 /// Square of the distance of two places (m²).
 #[inline]
 pub fn square<const D: usize>(a: &Plan<D>, b: &Plan<D>) -> f64 {
     (0..D).map(|c| (a[c] - b[c]).powi(2)).sum()
 }
 
-/// `Σ m W` over neighbours, with the smoothing length of the place.
-#[inline]
-pub fn sum<const D: usize>(
-    kernel: Kernel,
-    x: &Plan<D>,
-    length: f64,
-    seen: &Seen<D>,
-    neighbours: &[u32],
-) -> f64 {
-    let inverse = 1.0 / length;
-    let within = (kernel.support() * length).powi(2);
-    let mut total = 0.0;
-    // Those within the support first, then their shares: each loop without a jump that depends on a distance.
-    let mut squares = [0.0; MANY];
-    let mut volumes = [0.0; MANY];
-    for neighbours in neighbours.chunks(MANY) {
-        let mut count = 0;
-        for &j in neighbours {
-            let j = j as usize;
-            let r = square(x, &seen.position[j]);
-            (squares[count], volumes[count]) = (r, seen.volume[j]);
-            count += usize::from(r < within);
-        }
-        for square in &mut squares[..count] {
-            *square = kernel.shape::<D>(square.sqrt() * inverse);
-        }
-        for (shape, volume) in squares[..count].iter().zip(&volumes) {
-            total += volume * shape;
-        }
-    }
-    total * kernel.factor::<D>() * inverse.powi(D as i32)
-}
-
 impl<const D: usize> Set<D> {
     /// Step 2: heights of the phase, with smoothing lengths that keep `h ℓ^d / m`.
     pub fn sum_heights(&mut self, numerics: &Numerics) {
         let kernel = numerics.kernel;
-        let (seen, near) = (&self.seen, &self.near);
+        let near = &self.packed;
         let (position, volume, first, scale) =
             (&self.nodes.position, &self.nodes.volume, &self.nodes.first_length, &self.nodes.scale);
         let columns = self.nodes.height.par_iter_mut().zip(self.nodes.length.par_iter_mut()).enumerate();
         columns.with_min_len(TASK).for_each(|(i, (height, length))| {
             for _ in 0..numerics.passes {
-                *height = sum(kernel, &position[i], *length, seen, near.of(i))
-                    + volume[i] * kernel.value::<D>(0.0, *length);
+                *height = near.sum(kernel, &position[i], *length);
                 if numerics.variable_length {
-                    *length = following::<D>(scale[i], volume[i], *height, first[i], numerics.length_range);
+                    *length = following::<D>(numerics, scale[i], volume[i], *height, first[i]);
                 }
             }
         });
@@ -105,15 +69,14 @@ impl<const D: usize> Set<D> {
         let nodes = &mut self.nodes;
         for i in 0..nodes.len() {
             let (scale, first) = (nodes.scale[i], nodes.first_length[i]);
-            nodes.length[i] =
-                following::<D>(scale, nodes.volume[i], nodes.height[i], first, numerics.length_range);
+            nodes.length[i] = following::<D>(numerics, scale, nodes.volume[i], nodes.height[i], first);
         }
     }
 
     /// Height of the other phase at each node (m), by summation.
-    pub fn sum_partners(&mut self, kernel: Kernel, other: &Seen<D>) {
-        let (nodes, across) = (&self.nodes, &self.across);
-        let partner = |i: usize| sum(kernel, &nodes.position[i], nodes.length[i], other, across.of(i));
+    pub fn sum_partners(&mut self, kernel: Kernel, other: &Packed<D>) {
+        let nodes = &self.nodes;
+        let partner = |i: usize| other.sum(kernel, &nodes.position[i], nodes.length[i]);
         (0..nodes.len()).into_par_iter().with_min_len(TASK).map(partner).collect_into_vec(&mut self.scalars);
         copy(&self.images, &self.scalars, &mut self.seen.partner);
     }
@@ -121,11 +84,12 @@ impl<const D: usize> Set<D> {
 
 /// `ℓ = (scale m / h)^(1/d)` within its bounds.
 #[inline]
-fn following<const D: usize>(scale: f64, volume: f64, height: f64, first: f64, range: (f64, f64)) -> f64 {
+fn following<const D: usize>(numerics: &Numerics, scale: f64, volume: f64, height: f64, first: f64) -> f64 {
     let power = scale * volume / height;
     let length = if D == 1 { power } else { power.sqrt() };
+    let (least, most) = numerics.length_range;
     // A height of zero has an infinite length: the upper bound holds.
-    length.clamp(range.0 * first, range.1 * first)
+    length.clamp(least * first, most * first).max(numerics.shortest.min(first))
 }
 
 /// `Σ (m/h) f W / Σ (m/h) W` of a field at a place; `None` where there are no such nodes.

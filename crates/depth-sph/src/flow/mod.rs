@@ -11,6 +11,7 @@ mod limits;
 mod longest;
 mod open;
 mod over;
+mod packed;
 mod pore;
 mod pressures;
 mod set;
@@ -37,7 +38,7 @@ pub use set::Set;
 /// Depths below this share of the largest first one, and below a millimetre, have no partner phase.
 const THIN: f64 = 1e-3;
 /// Steps between two sorts by cell.
-const STEPS_PER_SORT: u64 = 100;
+const STEPS_PER_SORT: u64 = 20;
 
 /// Why a flow cannot go on.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -256,16 +257,28 @@ impl<const D: usize> Flow<D> {
     /// Step 1: neighbours and images, where the nodes are.
     fn find_neighbours(&mut self) -> Result<(), Failure> {
         let support = self.settings.numerics.kernel.support();
-        if self.sets.iter().all(|set| set.is_listed(support)) {
+        let lists = self.settings.asks_for_neighbours();
+        if lists && self.sets.iter().all(|set| set.is_listed(support)) {
             self.sets.iter_mut().for_each(Set::place_images);
         } else {
-            for set in &mut self.sets {
-                set.list_near(&self.ends, support).map_err(|error| lost(set, &error))?;
+            self.sets.iter_mut().for_each(|set| set.make_images(&self.ends, support));
+            if lists {
+                self.list_neighbours(support)?;
             }
-            if let [first, second] = &mut self.sets[..] {
-                first.list_across(&second.seen, support).map_err(|error| lost(first, &error))?;
-                second.list_across(&first.seen, support).map_err(|error| lost(second, &error))?;
-            }
+        }
+        for set in &mut self.sets {
+            set.pack(support).map_err(|error| lost(set, &error))?;
+        }
+        Ok(())
+    }
+
+    fn list_neighbours(&mut self, support: f64) -> Result<(), Failure> {
+        for set in &mut self.sets {
+            set.list_near(support).map_err(|error| lost(set, &error))?;
+        }
+        if let [first, second] = &mut self.sets[..] {
+            first.list_across(&second.seen, support).map_err(|error| lost(first, &error))?;
+            second.list_across(&first.seen, support).map_err(|error| lost(second, &error))?;
         }
         Ok(())
     }
@@ -294,8 +307,8 @@ impl<const D: usize> Flow<D> {
             copy(&set.images, &set.nodes.depth, &mut set.seen.depth);
             return;
         };
-        first.sum_partners(kernel, &second.seen);
-        second.sum_partners(kernel, &first.seen);
+        first.sum_partners(kernel, &second.packed);
+        second.sum_partners(kernel, &first.packed);
         for (role, set) in [first, second].into_iter().enumerate() {
             set.scalars.clear();
             for i in 0..set.nodes.len() {

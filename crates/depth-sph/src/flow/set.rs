@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::images::{Ends, Image, images};
 use super::longest::Longest;
+use super::packed::Packed;
 use crate::bed::BedPoint;
 use crate::nodes::{Nodes, Plan, Seen};
 
@@ -23,7 +24,9 @@ pub struct Set<const D: usize> {
     pub seen: Seen<D>,
     /// Images in walls and periods.
     pub images: Vec<Image<D>>,
-    /// Neighbours of the same phase.
+    /// The same in the order of cells, for sums over what is near.
+    pub packed: Packed<D>,
+    /// Neighbours of the same phase, where these are asked for one by one.
     pub near: NeighbourList<D>,
     /// Neighbours of the other phase.
     pub across: NeighbourList<D>,
@@ -80,22 +83,43 @@ impl<const D: usize> Set<D> {
         })
     }
 
-    /// Makes images and the list of neighbours of the same phase.
-    pub fn list_near(&mut self, ends: &Ends<D>, support: f64) -> Result<(), SearchError> {
-        let nodes = &mut self.nodes;
-        for (position, origin) in nodes.position.iter_mut().zip(&mut nodes.origin) {
-            ends.wrap(position, origin);
-        }
-        self.listed.clear();
-        self.listed.extend(nodes.position.iter().copied().zip(nodes.length.iter().copied()));
-        let longest = nodes.length.iter().copied().fold(0.0, f64::max);
-        let reach = (1.0 + SKIN) * support * longest;
+    /// Makes images.
+    pub fn make_images(&mut self, ends: &Ends<D>, support: f64) {
+        self.unlist();
         if ends.are_open() {
             self.images.clear();
         } else {
-            images(ends, &self.nodes.position, reach, &mut self.images);
+            let nodes = &mut self.nodes;
+            for (position, origin) in nodes.position.iter_mut().zip(&mut nodes.origin) {
+                ends.wrap(position, origin);
+            }
+            let longest = nodes.length.iter().copied().fold(0.0, f64::max);
+            images(ends, &nodes.position, (1.0 + SKIN) * support * longest, &mut self.images);
         }
         self.place_images();
+    }
+
+    /// Puts what neighbours read into cells.
+    pub fn pack(&mut self, support: f64) -> Result<(), SearchError> {
+        self.packed.pack(&self.seen, 0.5 * usual(support, &self.nodes.length))
+    }
+
+    /// Puts what forces are made of into the order of the cells.
+    pub fn show_forces(&mut self, support: f64, with_fields: bool) {
+        self.packed.fill(&self.seen, with_fields);
+        self.around.follow(&self.seen.position, &self.seen.length, support);
+    }
+
+    /// The longest smoothing length of those that may reach a place (m), after [`Set::show_forces`].
+    #[inline]
+    pub fn longest_near(&self, x: &Plan<D>) -> f64 {
+        self.around.at(x)
+    }
+
+    /// Makes the list of neighbours of the same phase.
+    pub fn list_near(&mut self, support: f64) -> Result<(), SearchError> {
+        let nodes = &self.nodes;
+        self.listed.extend(nodes.position.iter().copied().zip(nodes.length.iter().copied()));
         self.around.follow(&self.seen.position, &self.seen.length, (1.0 + SKIN) * support);
         let (seen, own) = (&self.seen, &self.nodes);
         let search = Search { support, around: &self.around };
@@ -103,7 +127,7 @@ impl<const D: usize> Set<D> {
             &own.position,
             |i| search.radius(&own.position[i], own.length[i]),
             &seen.position,
-            edge(support, &own.length),
+            0.5 * (1.0 + SKIN) * usual(support, &own.length),
             |i, j| i != j && search.is_near(own, i, seen, j),
         )
     }
@@ -117,7 +141,7 @@ impl<const D: usize> Set<D> {
             &own.position,
             |i| search.radius(&own.position[i], own.length[i]),
             &other.position,
-            edge(support, &own.length),
+            0.5 * (1.0 + SKIN) * usual(support, &own.length),
             |i, j| search.is_near(own, i, other, j),
         )
     }
@@ -174,11 +198,10 @@ pub fn copy<const D: usize, T: Copy>(images: &[Image<D>], own: &[T], seen: &mut 
     seen.extend(images.iter().map(|image| own[image.source as usize]));
 }
 
-/// Edge of the cells of a search: half of the usual radius.
-fn edge(support: f64, lengths: &[f64]) -> f64 {
-    let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
-    let edge = 0.5 * (1.0 + SKIN) * support * mean;
-    if edge > 0.0 { edge } else { 1.0 }
+/// The usual radius of a search, without its skin.
+fn usual(support: f64, lengths: &[f64]) -> f64 {
+    let radius = support * lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
+    if radius > 0.0 { radius } else { 1.0 }
 }
 
 /// Which neighbours are listed: all within the support of the node, or of the mean of both lengths, and the skin.

@@ -194,6 +194,7 @@ fn numerics<const D: usize>(options: &DepthOptions) -> Numerics {
     Numerics {
         kernel: options.kernel,
         variable_length: options.variable_smoothing,
+        shortest: options.shortest_smoothing.unwrap_or(0.0),
         passes: options.passes,
         continuity: options.continuity,
         momentum: options.momentum,

@@ -67,6 +67,11 @@ pub(super) fn refuse(case: &Case, options: &DepthOptions) -> Result<(), CaseErro
         let problem = format!("{} must be negative: depth is measured against it", case.gravity[last]);
         return Err(CaseError::new(format!("gravity[{last}]"), problem));
     }
+    let first = options.smoothing_ratio(last) * options.spacing;
+    if let Some(shortest) = options.shortest_smoothing.filter(|shortest| *shortest > first) {
+        let problem = format!("{shortest} m is longer than the first smoothing length, {first} m");
+        return Err(super::own("shortest_smoothing", problem));
+    }
     refuse_walls(case)?;
     refuse_open_ends(case, options)?;
     refuse_bodies(case, options)

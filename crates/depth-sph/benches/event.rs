@@ -1,0 +1,119 @@
+//! A whole event, told once: 3000 m³ on 5,000 nodes over 60 s, of one phase, and 10⁵ nodes with columns of pore pressure over a raster of
+//! 1000 × 1000 nodes. Time, node-updates per second and memory.
+//!
+//! `cargo bench -p colluvium-depth-sph --bench event [-- event|terrain] [--threads N]`.
+
+use std::path::Path;
+use std::time::Instant;
+
+use colluvium_case::{Case, Method};
+use colluvium_depth_sph::DepthSph;
+use serde_json::{Value, json};
+
+/// Area of the outline of the release, an ellipse (m²).
+const AREA: f64 = std::f64::consts::PI * 35.6 * 17.6;
+
+/// The release of `depth-sph/yu-tung` as a layer of even thickness that holds `volume` (m³), on as many nodes.
+fn case(folder: &Path, volume: f64, nodes: f64) -> Value {
+    let text = std::fs::read_to_string(folder.join("case.json")).expect("the case of the benchmark");
+    let mut value: Value = serde_json::from_str(&text).expect("a case");
+    value["bodies"][0]["shape"]["thickness"] = json!(volume / AREA);
+    let own = value["methods"]["depth-sph"].as_object_mut().expect("options");
+    own.insert("spacing".to_owned(), json!((AREA / nodes).sqrt()));
+    for key in ["regions", "lower_bed", "column"] {
+        own.remove(key);
+    }
+    value
+}
+
+/// Memory in use and its peak (MiB), where the system tells.
+fn memory() -> [f64; 2] {
+    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    ["VmRSS:", "VmHWM:"].map(|name| {
+        let line = text.lines().find_map(|line| line.strip_prefix(name));
+        let kibibytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
+        kibibytes.unwrap_or(f64::NAN) / 1024.0
+    })
+}
+
+/// Time of the processor that the process has used (s), in hundredths; not-a-number where the system does not tell.
+fn processor() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields = text.rsplit(") ").next().unwrap_or_default().split(' ').collect::<Vec<_>>();
+    let ticks = |k: usize| fields.get(k).and_then(|field| field.parse::<f64>().ok()).unwrap_or(f64::NAN);
+    0.01 * (ticks(11) + ticks(12))
+}
+
+/// Runs a case up to `end` (s) and tells of it.
+fn run(name: &str, case: &Case, end: f64) {
+    let clock = Instant::now();
+    let mut solver = DepthSph.build(case).expect("a solver");
+    solver.begin_stage(0, 0.0).expect("a stage");
+    let (set_up, nodes) = (clock.elapsed().as_secs_f64(), solver.points());
+    let (clock, used) = (Instant::now(), processor());
+    let mut updates = 0.0;
+    while solver.time() < end {
+        let dt = solver.limit().dt.min(end - solver.time());
+        solver.step(dt).expect("a stable step");
+        updates += solver.points() as f64;
+    }
+    let (seconds, used) = (clock.elapsed().as_secs_f64(), processor() - used);
+    println!(
+        "{name}: {nodes} nodes, {end} s in {} steps: {seconds:.2} s, {used:.2} s of processor time, {:.2} million node-updates in a second of it; set up in {set_up:.2} s, {:.0} MiB in use, {:.0} MiB at most",
+        solver.step_count(),
+        updates / used * 1e-6,
+        memory()[0],
+        memory()[1],
+    );
+}
+
+/// Heights of the channel of the benchmark on 1000 × 1000 nodes half a metre apart, as an ASCII raster.
+fn fine_terrain() -> String {
+    let mut text =
+        "ncols 1000\nnrows 1000\nxllcenter -60\nyllcenter -250\ncellsize 0.5\nnodata_value -9999\n"
+            .to_owned();
+    for row in (0..1000).rev() {
+        let y = -250.0 + 0.5 * f64::from(row);
+        for column in 0..1000 {
+            let x = -60.0 + 0.5 * f64::from(column);
+            let along = (1.0 - x / 440.0).max(0.0);
+            let side = 8.0 * (y / 30.0).powi(2).min(4.0);
+            text += &format!("{:.3} ", 156.0 * along * along + side);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
+    let after = |name: &str| words.iter().position(|word| word == name).and_then(|k| words.get(k + 1));
+    let threads = after("--threads").map_or(1, |count| count.parse().expect("a number of threads"));
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().expect("the first and only pool");
+    let asked = |name: &str| {
+        !words.iter().any(|word| word == "event" || word == "terrain")
+            || words.iter().any(|word| word == name)
+    };
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../validation/depth-sph/debris-flow");
+    if asked("event") {
+        let mut value = case(&folder, 3000.0, 5000.0);
+        value["stages"][0]["duration"] = json!(60);
+        value["methods"]["depth-sph"]["shortest_smoothing"] = json!(0.7);
+        run("event with rasters", &Case::from_value(&value, &folder).expect("a valid case"), 60.0);
+        value["output"] = json!({});
+        run("event", &Case::from_value(&value, &folder).expect("a valid case"), 60.0);
+    }
+    if asked("terrain") {
+        let own = tempfile::tempdir().expect("a folder");
+        std::fs::write(own.path().join("terrain.asc"), fine_terrain()).expect("a raster");
+        std::fs::copy(folder.join("release.geojson"), own.path().join("release.geojson"))
+            .expect("an outline");
+        let mut value = case(&folder, 3000.0, 1e5);
+        value["domain"] = json!({ "min": [-60, -240, -5], "max": [430, 240, 400] });
+        value["output"] = json!({});
+        value["measures"] = json!({});
+        value["methods"]["depth-sph"]["column"] =
+            json!({ "cells": 20, "consolidation": 0.01, "excess_ratio": 1 });
+        run("10^5 nodes with columns", &Case::from_value(&value, own.path()).expect("a valid case"), 2.0);
+    }
+}
