@@ -48,6 +48,15 @@ impl Case {
         Outline::new(rings.collect()).map_err(|error| format!("{file}: {error}"))
     }
 
+    /// The raster over the plan in a file (ESRI ASCII grid or GeoTIFF), from `domain.origin`; its values are as they stand there.
+    ///
+    /// # Errors
+    /// When the file cannot be read, in a line.
+    pub fn plan_raster(&self, file: &str) -> Result<Raster, String> {
+        let raster = colluvium_terrain::read_raster(Path::new(file)).map_err(|error| error.to_string())?;
+        Ok(Raster { origin: shift(raster.origin, &self.origin()), ..raster })
+    }
+
     fn refuse_layers_elsewhere(&mut self) -> Result<(), CaseError> {
         let patches = self.patches.iter_mut().enumerate();
         let patches = patches.map(|(number, patch)| (format!("patches[{number}].region"), &mut patch.region));
@@ -93,9 +102,7 @@ impl Case {
         let depths = match &*thickness {
             Thickness::Uniform(depth) => Depths::Uniform(*depth),
             Thickness::Raster(file) => {
-                let raster = colluvium_terrain::read_raster(Path::new(file));
-                let raster = raster.map_err(|error| wrong("thickness", error.to_string()))?;
-                Depths::Raster(Raster { origin: shift(raster.origin, &origin), ..raster })
+                Depths::Raster(self.plan_raster(file).map_err(|problem| wrong("thickness", problem))?)
             }
         };
         let made = Layer::new(ground, area, depths, *measured, [origin[0], origin[1]]);

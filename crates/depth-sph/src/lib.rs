@@ -18,6 +18,7 @@ pub mod inflow;
 pub mod kernel;
 pub mod maps;
 pub mod nodes;
+pub mod scalar;
 pub mod settings;
 mod setup;
 mod solver;

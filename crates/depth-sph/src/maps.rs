@@ -284,13 +284,14 @@ fn speed(over: &Over, slope: &[f64; 2]) -> f64 {
 
 impl Patch {
     /// Share of a cell; of a node whose kernel reaches no centre the cell around it has all.
+    #[inline]
     fn weight(&self, grid: &Grid, kernel: Kernel, column: usize, row: usize) -> f64 {
         if self.length == 0.0 {
             return 1.0;
         }
         let centre = grid.centre(column, row);
-        let apart = (centre[0] - self.place[0]).hypot(centre[1] - self.place[1]);
-        kernel.shape::<2>(apart / self.length)
+        let square = (centre[0] - self.place[0]).powi(2) + (centre[1] - self.place[1]).powi(2);
+        kernel.shape::<2>(square.sqrt() / self.length)
     }
 }
 

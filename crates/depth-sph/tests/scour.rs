@@ -131,6 +131,68 @@ fn a_lowered_bed_is_seen_by_the_flow_and_comes_back_with_a_checkpoint() {
 }
 
 #[test]
+fn a_raster_says_how_deep_each_place_can_be_eroded() {
+    let folder = tempfile::tempdir().unwrap();
+    terrain(folder.path());
+    let mut text =
+        "ncols 21\nnrows 21\nxllcenter 0\nyllcenter 0\ncellsize 2\nnodata_value -9999\n".to_owned();
+    for _ in 0..21 {
+        (0..21).for_each(|column| text += if column < 12 { "0.02 " } else { "0.06 " });
+        text.push('\n');
+    }
+    std::fs::write(folder.path().join("depths.asc"), &text).unwrap();
+    let more = json!({ "lower_bed": true, "erodible_depth_raster": "depths.asc" });
+    let mut solver = start(&heap(folder.path(), &more));
+    let before = reading(solver.as_ref(), "flow_volume");
+    advance(solver.as_mut(), 60);
+    let [growth, lost, least] = account(solver.as_ref(), before);
+    assert!((growth - lost).abs() < 1e-9 * before, "flow and bed: {growth} {lost}");
+    assert!(least < -0.04 && least >= -0.06 - 1e-12, "{least} m");
+    let rasters = solver.rasters();
+    let change = &rasters.iter().find(|raster| raster.name == "bed_change").unwrap().raster;
+    for row in 0..change.rows {
+        let of = |column: usize| change.at(column, row);
+        assert!((0..11).all(|column| of(column).is_nan() || of(column) >= -0.02 - 1e-12));
+        assert!((21..change.columns).all(|column| of(column).is_nan()), "nothing beyond the raster");
+    }
+    let file = folder.path().join("depths.asc");
+    std::fs::write(&file, text.replacen("0.02", "-0.02", 1)).unwrap();
+    let problem = DepthSph.plan(&heap(folder.path(), &more)).map(|_| ()).unwrap_err().to_string();
+    assert!(problem.starts_with("methods.depth-sph.erodible_depth_raster: "), "{problem}");
+    assert!(problem.ends_with("a depth of -0.02 m must not be negative"), "{problem}");
+}
+
+#[test]
+fn a_dam_holds_what_would_run_past_it() {
+    let folder = tempfile::tempdir().unwrap();
+    terrain(folder.path());
+    let farthest = |dams: Value| {
+        let mut solver = start(&heap(folder.path(), &json!({ "erosion": null, "dams": dams })));
+        while solver.time() < 5.0 {
+            solver.step(5.0).unwrap();
+        }
+        solver.snapshot().positions.iter().map(|x| x[0]).fold(0.0, f64::max)
+    };
+    let line = json!([[30, 0], [30, 40]]);
+    let held = farthest(json!([{ "line": line, "height": 12, "width": 3, "side_slope": 1.5 }]));
+    assert!(held < 32.0, "{held} m");
+    assert!(farthest(json!([])) > 45.0, "without a dam it runs on");
+    let plan = |dam: Value| {
+        let case = heap(folder.path(), &json!({ "dams": [dam] }));
+        DepthSph.plan(&case).map(|plan| plan.warnings.join("; ")).unwrap_or_else(|error| error.to_string())
+    };
+    let thin = plan(json!({ "line": line, "height": 3 }));
+    assert!(
+        thin.contains("methods.depth-sph.dams[0]: cells of 2 m by 2 m show its crest as low as 1.59 m"),
+        "{thin}"
+    );
+    let off = plan(json!({ "line": [[300, 0], [300, 40]], "height": 3 }));
+    assert!(off.starts_with("methods.depth-sph.dams[0].line: stands on no node of the terrain"), "{off}");
+    let short = plan(json!({ "line": [[30, 0]], "height": 3 }));
+    assert!(short.starts_with("methods.depth-sph.dams[0].line: has fewer than two corners"), "{short}");
+}
+
+#[test]
 fn rock_gives_nothing_and_a_plane_cannot_be_lowered() {
     let folder = tempfile::tempdir().unwrap();
     terrain(folder.path());

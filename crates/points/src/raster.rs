@@ -128,6 +128,7 @@ impl Raster {
 
     /// The cell between four nodes in which a place in plan lies, by its node with the least x and y, and the place's shares of
     /// the spacing from that node; `None` beyond the outermost nodes.
+    #[inline]
     pub fn cell(&self, x: f64, y: f64) -> Option<([usize; 2], [f64; 2])> {
         let (mut cell, mut share) = ([0; 2], [0.0; 2]);
         for (axis, (at, count)) in [(x, self.columns), (y, self.rows)].into_iter().enumerate() {

@@ -59,6 +59,7 @@ impl Terrain {
     }
 
     /// The nodes around a place in plan (m) with their weights; `None` beyond the outermost nodes.
+    #[inline]
     pub fn weights(&self, x: f64, y: f64) -> Option<Weights> {
         let ([i, j], [s, t]) = self.raster.cell(x, y)?;
         let node = j * self.raster.columns + i;
@@ -72,15 +73,16 @@ impl Terrain {
     }
 
     /// The bed at a place in plan (m); `None` beyond the outermost nodes or where one around it has no data.
+    #[inline]
     pub fn bed(&self, x: f64, y: f64) -> Option<Bed> {
-        let weights = self.weights(x, y)?;
-        let sum = |value: &dyn Fn(&Bed) -> f64| weights.iter().map(|(n, w)| w * value(&self.beds[*n])).sum();
-        let height: f64 = sum(&|bed| bed.height);
-        height.is_finite().then(|| Bed {
-            height,
-            gradient: std::array::from_fn(|c| sum(&|bed| bed.gradient[c])),
-            hessian: std::array::from_fn(|c| sum(&|bed| bed.hessian[c])),
-        })
+        let mut found = Bed { height: 0.0, gradient: [0.0; 2], hessian: [0.0; 3] };
+        for (node, weight) in self.weights(x, y)? {
+            let bed = &self.beds[node];
+            found.height += weight * bed.height;
+            (0..2).for_each(|c| found.gradient[c] += weight * bed.gradient[c]);
+            (0..3).for_each(|c| found.hessian[c] += weight * bed.hessian[c]);
+        }
+        found.height.is_finite().then_some(found)
     }
 
     /// Finds slopes and second derivatives anew from the heights. Beside a node without data differences are one-sided; a node

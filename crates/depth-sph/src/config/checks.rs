@@ -62,18 +62,8 @@ impl DepthOptions {
             positive("max_time_step", step, " (s)")?;
         }
         drainage("drainage", self.drainage)?;
-        erosion("erosion", self.erosion)?;
-        for (number, region) in self.regions.iter().enumerate() {
-            drainage(&format!("regions[{number}].drainage"), region.drainage.unwrap_or_default())?;
-            erosion(&format!("regions[{number}].erosion"), region.erosion)?;
-            let depth = region.erodible_depth;
-            erodible(&format!("regions[{number}].erodible_depth"), depth, region.erosion.is_some())?;
-        }
-        let erodes = self.erosion.is_some() || self.regions.iter().any(|region| region.erosion.is_some());
-        erodible("erodible_depth", self.erodible_depth, erodes)?;
-        check(erodes || !self.lower_bed, "lower_bed", || {
-            "nothing is taken up from the bed: give `erosion`, or leave this out".to_owned()
-        })?;
+        self.check_erosion()?;
+        self.check_dams()?;
         if let Some(mixture) = &self.mixture {
             mixture.validate(self.phases, self.column.is_some())?;
         }
@@ -85,6 +75,37 @@ impl DepthOptions {
         within("stop.share", self.stop.share, 0.0, 1.0)?;
         within("stop.kinetic_ratio", self.stop.kinetic_ratio, 0.0, 1.0)?;
         not_negative("stop.hold", self.stop.hold, " (s)")
+    }
+
+    fn check_erosion(&self) -> Result<(), Wrong> {
+        erosion("erosion", self.erosion)?;
+        for (number, region) in self.regions.iter().enumerate() {
+            drainage(&format!("regions[{number}].drainage"), region.drainage.unwrap_or_default())?;
+            erosion(&format!("regions[{number}].erosion"), region.erosion)?;
+            let depth = region.erodible_depth;
+            erodible(&format!("regions[{number}].erodible_depth"), depth, region.erosion.is_some())?;
+        }
+        let erodes = self.erosion.is_some() || self.regions.iter().any(|region| region.erosion.is_some());
+        erodible("erodible_depth", self.erodible_depth, erodes)?;
+        check(erodes || self.erodible_depth_raster.is_none(), "erodible_depth_raster", || {
+            "nothing is taken up from the bed: give `erosion`, or leave this out".to_owned()
+        })?;
+        check(erodes || !self.lower_bed, "lower_bed", || {
+            "nothing is taken up from the bed: give `erosion`, or leave this out".to_owned()
+        })
+    }
+
+    fn check_dams(&self) -> Result<(), Wrong> {
+        for (number, dam) in self.dams.iter().enumerate() {
+            let key = |name: &str| format!("dams[{number}].{name}");
+            check(dam.line.len() >= 2, &key("line"), || "has fewer than two corners".to_owned())?;
+            let finite = dam.line.iter().flatten().all(|x| x.is_finite());
+            check(finite, &key("line"), || "has a corner that is not finite".to_owned())?;
+            positive(&key("height"), dam.height, " (m)")?;
+            not_negative(&key("width"), dam.width, " (m)")?;
+            positive(&key("side_slope"), dam.side_slope, "")?;
+        }
+        Ok(())
     }
 
     fn check_earth_pressure(&self) -> Result<(), Wrong> {

@@ -87,6 +87,9 @@ pub struct DepthOptions {
     /// Parts of the bed that differ; the first that holds a place rules there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub regions: Vec<Region>,
+    /// Dams on the terrain, in three dimensions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dams: Vec<DamOptions>,
     /// Lines that material flows in across in three dimensions, or ends of a profile: of one phase.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inflows: Vec<InflowOptions>,
@@ -99,6 +102,10 @@ pub struct DepthOptions {
     /// Depth of the bed that can be taken up (m, vertical), at least 0; no limit when absent. The bed must be terrain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth: Option<f64>,
+    /// The same from place to place: a raster of depths (m), ESRI ASCII grid or GeoTIFF, from the folder of the case. Nothing can be taken up
+    /// beyond it and where it has no data; `erodible_depth` bounds it as well. In three dimensions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub erodible_depth_raster: Option<String>,
     /// Whether the bed is lowered where it is eroded. When not, as by default, flows pass over the bed of the start, so that a
     /// bed that is a plane may erode as well. The bed must be terrain.
     #[serde(default, skip_serializing_if = "no")]
@@ -146,6 +153,22 @@ pub struct Region {
     /// Depth of it that can be taken up (m, vertical), at least 0; as of the rest of the bed when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub erodible_depth: Option<f64>,
+}
+
+/// A dam along a line in plan, which raises the terrain below it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DamOptions {
+    /// Corners of the line of its crest (m), in plan; two at least.
+    pub line: Vec<[f64; 2]>,
+    /// Height of the crest above the ground below it (m, vertical).
+    pub height: f64,
+    /// Width of the crest (m), not negative.
+    #[serde(default)]
+    pub width: f64,
+    /// Fall of its sides over their width, > 0. Sides steeper than 60° (1.73) hold no flow that comes fast.
+    #[serde(default = "one")]
+    pub side_slope: f64,
 }
 
 /// A line that material flows in across, by a hydrograph.
@@ -379,7 +402,7 @@ impl DepthOptions {
     /// Whether there is an account of what is taken up from each place of the bed.
     pub fn wears(&self) -> bool {
         let limited = self.regions.iter().any(|region| region.erodible_depth.is_some());
-        self.lower_bed || self.erodible_depth.is_some() || limited
+        self.lower_bed || self.erodible_depth.is_some() || self.erodible_depth_raster.is_some() || limited
     }
 
     /// Smoothing length over spacing in a plan of `dimension` axes (sheet: depth-sph §0, defaults).

@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 use wide::f64x4;
 
-use super::packed::{FIELDS, four, whole};
+use super::packed::{FIELDS, Packed, four, whole};
 use super::set::{Set, TASK};
 use crate::choices::{Metric, Momentum, Phases};
+use crate::kernel::Kernel;
 use crate::nodes::{Plan, Seen, dot};
 use crate::settings::Settings;
 
@@ -80,6 +81,31 @@ impl<const D: usize> Lanes<D> {
         moment: [[f64x4::ZERO; D]; D],
     };
 
+    /// Adds the shares of four neighbours, `-(m/h) W'/r`, in the slopes of the fields, which are `here` at the node.
+    #[inline(always)]
+    fn add_slopes(
+        &mut self,
+        near: &Packed<D>,
+        first: usize,
+        share: f64x4,
+        here: &[f64x4; FIELDS],
+        apart: &[f64x4; D],
+    ) {
+        for (f, slope) in self.slopes.iter_mut().enumerate() {
+            let column = if f == 0 { &near.height } else { &near.fields[f] };
+            let change = share * (four(column, first) - here[f]);
+            for c in 0..D {
+                slope[c] += change * apart[c];
+            }
+        }
+        for c in 0..D {
+            for k in 0..D {
+                self.moment[c][k] -= share * apart[c] * apart[k];
+            }
+        }
+    }
+
+    #[inline(always)]
     fn sums(self) -> Sums<D> {
         Sums {
             push: self.push.map(whole),
@@ -101,9 +127,15 @@ impl<const D: usize> Pairs<'_, D> {
         let (nodes, seen, near) = (&self.set.nodes, &self.set.seen, &self.set.packed);
         let (x, length) = (&nodes.position[i], nodes.length[i]);
         let (pressure, height) = (f64x4::splat(seen.pressure[i]), f64x4::splat(nodes.height[i]));
-        let velocity = nodes.velocity[i].map(f64x4::splat);
+        let mut velocity = [f64x4::ZERO; D];
+        for c in 0..D {
+            velocity[c] = f64x4::splat(nodes.velocity[i][c]);
+        }
         let viscosity = Viscosity::of(numerics.viscosity, nodes.pull[i], nodes.depth[i], nodes.height[i]);
-        let here = fields(seen, i).map(f64x4::splat);
+        let mut here = [f64x4::ZERO; FIELDS];
+        if GRADIENTS {
+            here = fields(seen, i).map(f64x4::splat);
+        }
         let factor = f64x4::splat(kernel.factor::<D>());
         let mut sums = Lanes::NONE;
         let radius = half_support * (length + self.set.longest_near(x).max(length));
@@ -115,14 +147,7 @@ impl<const D: usize> Pairs<'_, D> {
                 return;
             }
             let mean = both * 0.5;
-            // A node at the same place, itself above all: its vector is zero.
-            let distance = square.sqrt().fast_max(mean * 1e-12);
-            let inverses = f64x4::ONE / (mean * distance);
-            let inverse = inverses * distance;
-            let slope = kernel.slopes::<D>(distance * inverse, mean * mean * inverses);
-            let power =
-                if D == 1 { inverse * inverse * inverse } else { (inverse * inverse) * (inverse * inverse) };
-            let weight = inside & (factor * power * slope * four(&near.volume, first));
+            let weight = inside & (slopes::<D>(kernel, factor, square, mean) * four(&near.volume, first));
             let (heights, pressures) = (four(&near.height, first), four(&near.pressure, first));
             let pair = if product {
                 // (P_I + P_J)/(h_I h_J) of what is given as P/h².
@@ -146,23 +171,23 @@ impl<const D: usize> Pairs<'_, D> {
                 }
             }
             if GRADIENTS {
-                let share = inside & (weight / heights);
-                for (f, slope) in sums.slopes.iter_mut().enumerate() {
-                    let there = if f == 0 { heights } else { four(&near.fields[f], first) };
-                    let change = share * (there - here[f]);
-                    for c in 0..D {
-                        slope[c] += change * apart[c];
-                    }
-                }
-                for c in 0..D {
-                    for k in 0..D {
-                        sums.moment[c][k] -= share * apart[c] * apart[k];
-                    }
-                }
+                sums.add_slopes(near, first, inside & (weight / heights), &here, &apart);
             }
         });
         sums.sums()
     }
+}
+
+/// `(∂W/∂r)/r` of four neighbours, of the squares of their distances and their mean smoothing lengths.
+#[inline(always)]
+fn slopes<const D: usize>(kernel: Kernel, factor: f64x4, square: f64x4, mean: f64x4) -> f64x4 {
+    // Of a node at the same place, the node itself above all, the vector is zero.
+    let distance = square.sqrt().fast_max(mean * 1e-12);
+    let inverses = f64x4::ONE / (mean * distance);
+    let inverse = inverses * distance;
+    let two = inverse * inverse;
+    let power = if D == 1 { two * inverse } else { two * two };
+    factor * power * kernel.slopes::<D>(distance * inverse, mean * mean * inverses)
 }
 
 /// Artificial viscosity of a node against four neighbours.
@@ -176,9 +201,13 @@ struct Viscosity {
 
 impl Viscosity {
     fn of((linear, quadratic): (f64, f64), pull: f64, depth: f64, height: f64) -> Self {
-        let [linear, quadratic, half_pull, depth, height] =
-            [linear, quadratic, 0.5 * pull, depth, height].map(f64x4::splat);
-        Self { linear, quadratic, half_pull, depth, height }
+        Self {
+            linear: f64x4::splat(linear),
+            quadratic: f64x4::splat(quadratic),
+            half_pull: f64x4::splat(0.5 * pull),
+            depth: f64x4::splat(depth),
+            height: f64x4::splat(height),
+        }
     }
 
     /// `Π` (m/s² over `m ∇W`) of neighbours that come closer: `closing` is the scalar product of velocity and place against theirs.

@@ -23,13 +23,14 @@ impl<const D: usize> Set<D> {
     /// Step 2: heights of the phase, with smoothing lengths that keep `h ℓ^d / m`.
     pub fn sum_heights(&mut self, numerics: &Numerics) {
         let kernel = numerics.kernel;
-        let near = &self.packed;
+        let packed = &self.packed;
         let (position, volume, first, scale) =
             (&self.nodes.position, &self.nodes.volume, &self.nodes.first_length, &self.nodes.scale);
         let columns = self.nodes.height.par_iter_mut().zip(self.nodes.length.par_iter_mut()).enumerate();
         columns.with_min_len(TASK).for_each(|(i, (height, length))| {
+            let mut near = packed.near(position[i]);
             for _ in 0..numerics.passes {
-                *height = near.sum(kernel, &position[i], *length);
+                *height = near.sum(kernel, *length);
                 if numerics.variable_length {
                     *length = following::<D>(numerics, scale[i], volume[i], *height, first[i]);
                 }

@@ -11,6 +11,10 @@ use crate::nodes::{Plan, Seen};
 
 /// Fields whose gradients are taken: height, that of the other phase, porosity, excess pressure, level of the bed.
 pub const FIELDS: usize = 5;
+/// Lanes of nodes that are kept of what lies around a place.
+const MOST: usize = 32;
+/// Share by which they reach beyond what is asked for first: smoothing lengths grow from one sum to the next.
+const MARGIN: f64 = 0.05;
 /// Lanes that a run does not reach: not-a-number, which is nearer than nothing.
 const BEYOND: [f64x4; 4] = {
     let no = f64::from_bits(u64::MAX);
@@ -62,7 +66,10 @@ impl<const D: usize> Default for Packed<D> {
 /// Four values of a column; zero where it is empty.
 #[inline(always)]
 pub fn four(column: &[f64], first: usize) -> f64x4 {
-    f64x4::new(column[first..].first_chunk().copied().unwrap_or_default())
+    match column.get(first..first + 4).and_then(|four| four.first_chunk()) {
+        Some(four) => f64x4::new(*four),
+        None => f64x4::ZERO,
+    }
 }
 
 /// Sum of the lanes, in this order on every machine.
@@ -117,13 +124,17 @@ impl<const D: usize> Packed<D> {
     /// not to be counted.
     #[inline(always)]
     pub fn around(&self, x: &Plan<D>, radius: f64, mut visit: impl FnMut(usize, [f64x4; D], f64x4)) {
-        let here = x.map(f64x4::splat);
+        // Loops, not closures over arrays: those are calls where units are many.
+        let mut here = [f64x4::ZERO; D];
+        for c in 0..D {
+            here[c] = f64x4::splat(x[c]);
+        }
         self.cells.runs_within(x, radius, |run| {
             let mut first = run.start;
             while first < run.end {
-                let apart: [f64x4; D] = std::array::from_fn(|c| here[c] - four(&self.place[c], first));
-                let mut square = apart[0] * apart[0];
-                for c in 1..D {
+                let (mut apart, mut square) = ([f64x4::ZERO; D], f64x4::ZERO);
+                for c in 0..D {
+                    apart[c] = here[c] - four(&self.place[c], first);
                     square += apart[c] * apart[c];
                 }
                 let left = run.end - first;
@@ -139,16 +150,91 @@ impl<const D: usize> Packed<D> {
     /// `Σ m W` at a place, with this smoothing length (m).
     #[inline]
     pub fn sum(&self, kernel: Kernel, x: &Plan<D>, length: f64) -> f64 {
-        let inverse = 1.0 / length;
         let reach = kernel.support() * length;
+        let mut part = Part::<D>::of(kernel, length);
+        self.around(x, reach, |first, _, square| part.add(kernel, square, four(&self.volume, first)));
+        part.whole()
+    }
+
+    /// What lies around a place, for several sums there.
+    #[inline]
+    pub fn near(&self, x: Plan<D>) -> Near<'_, D> {
+        let none = [f64x4::ZERO; MOST];
+        Near { packed: self, x, reach: 0.0, count: 0, squares: none, volumes: none }
+    }
+}
+
+/// A sum `Σ m W` that is being made.
+struct Part<const D: usize> {
+    inverse: f64,
+    within: f64x4,
+    factor: f64,
+    total: f64x4,
+}
+
+impl<const D: usize> Part<D> {
+    #[inline(always)]
+    fn of(kernel: Kernel, length: f64) -> Self {
+        let (inverse, reach) = (1.0 / length, kernel.support() * length);
+        let factor = kernel.factor::<D>() * inverse.powi(D as i32);
+        Self { inverse, within: f64x4::splat(reach * reach), factor, total: f64x4::ZERO }
+    }
+
+    /// Adds four nodes: squares of their distances (m²) and volumes.
+    #[inline(always)]
+    fn add(&mut self, kernel: Kernel, square: f64x4, volume: f64x4) {
+        let shape = kernel.shapes::<D>(square.sqrt() * self.inverse);
+        self.total += (square.simd_lt(self.within) & shape) * volume;
+    }
+
+    #[inline(always)]
+    fn whole(self) -> f64 {
+        whole(self.total) * self.factor
+    }
+}
+
+/// What lies around a place: squares of distances (m²) and volumes of four nodes each, as far as `reach` (m).
+pub struct Near<'a, const D: usize> {
+    packed: &'a Packed<D>,
+    x: Plan<D>,
+    reach: f64,
+    count: usize,
+    squares: [f64x4; MOST],
+    volumes: [f64x4; MOST],
+}
+
+impl<const D: usize> Near<'_, D> {
+    /// `Σ m W` with this smoothing length (m).
+    #[inline]
+    pub fn sum(&mut self, kernel: Kernel, length: f64) -> f64 {
+        let reach = kernel.support() * length;
+        if reach > self.reach && !self.collect((1.0 + MARGIN) * reach) {
+            return self.packed.sum(kernel, &self.x, length);
+        }
+        let mut part = Part::<D>::of(kernel, length);
+        for (square, volume) in self.squares[..self.count].iter().zip(&self.volumes) {
+            part.add(kernel, *square, *volume);
+        }
+        part.whole()
+    }
+
+    /// Keeps what lies within `reach` (m); whether it has room for all.
+    #[inline]
+    fn collect(&mut self, reach: f64) -> bool {
         let within = f64x4::splat(reach * reach);
-        let mut total = f64x4::ZERO;
-        self.around(x, reach, |first, _, square| {
-            let inside = square.simd_lt(within);
-            let shape = kernel.shapes::<D>(square.sqrt() * inverse);
-            total += (inside & shape) * four(&self.volume, first);
+        let Self { packed, count, squares, volumes, .. } = self;
+        *count = 0;
+        packed.around(&self.x, reach, |first, _, square| {
+            if square.simd_lt(within).any() {
+                if *count < MOST {
+                    (squares[*count], volumes[*count]) = (square, four(&packed.volume, first));
+                }
+                *count += 1;
+            }
         });
-        whole(total) * kernel.factor::<D>() * inverse.powi(D as i32)
+        let fits = *count <= MOST;
+        self.reach = if fits { reach } else { 0.0 };
+        fits
     }
 }
 
@@ -180,6 +266,13 @@ mod tests {
                     };
                     let plain: f64 = (0..seen.volume.len()).map(of).sum();
                     let found = packed.sum(kernel, x, length);
+                    let mut near = packed.near(*x);
+                    near.sum(kernel, 0.97 * length);
+                    let again = near.sum(kernel, length);
+                    assert!(
+                        (again - found).abs() < 1e-12 * found,
+                        "{kernel:?} {length} {x:?}: {again}, {found}"
+                    );
                     assert!(
                         (found - plain).abs() < 1e-12 * plain,
                         "{kernel:?} {length} {x:?}: {found} for {plain}"

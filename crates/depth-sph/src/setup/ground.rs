@@ -6,7 +6,7 @@ use colluvium_case::description::{Boundary, Obstacle, ObstacleShape, ObstacleWal
 use colluvium_case::{Case, CaseError};
 use colluvium_points::{Raster, Terrain};
 
-use super::sampled::faces;
+use super::{dams, sampled::faces};
 use crate::bed::{Bed, BedPoint, Sampled, Worn};
 use crate::config::DepthOptions;
 use crate::maps::Grid;
@@ -80,6 +80,7 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
     }
     let (mut raster, path) = raster::<D>(case, options)?;
     raise(case, first, floor, &mut raster)?;
+    let mut warnings = dams::raise(case, options, &mut raster)?;
     let on_map = path.ends_with("file");
     let wrong = |problem: String| CaseError::new(path.clone(), problem);
     let (columns, rows) = (raster.columns, raster.rows);
@@ -92,7 +93,7 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
     let grid = Grid { counts: [columns, rows], origin, spacing, reference: reference.clone() };
     let terrain =
         Terrain::new(raster, options.terrain_smoothing).map_err(|error| wrong(error.to_string()))?;
-    let warnings = too_steep(case, &terrain).into_iter().collect();
+    warnings.extend(too_steep(case, &terrain));
     let ground = Sampled::new(terrain);
     let bed = if options.wears() {
         Bed::Worn(Box::new(Worn::new(ground, options.lower_bed)))
@@ -102,12 +103,20 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
     Ok(Ground { bed, grid: on_map.then_some(grid), warnings })
 }
 
-/// Refuses to keep account of what is taken up from a plane, which has no nodes to keep it at.
+/// Refuses to keep account of what is taken up from a plane, which has no nodes to keep it at, and to put a dam on one.
 fn plane_wears_not(options: &DepthOptions) -> Result<(), CaseError> {
+    if !options.dams.is_empty() {
+        let problem = "the bed is a plane, which has no heights that could be raised: give it as a raster";
+        return Err(super::own("dams", problem));
+    }
     if !options.wears() {
         return Ok(());
     }
-    let key = if options.lower_bed { "lower_bed" } else { "erodible_depth" };
+    let key = match (options.lower_bed, &options.erodible_depth_raster) {
+        (true, _) => "lower_bed",
+        (false, Some(_)) => "erodible_depth_raster",
+        (false, None) => "erodible_depth",
+    };
     let problem = "the bed is a plane, which has no heights that could be lowered: give it as a raster";
     Err(super::own(key, problem))
 }

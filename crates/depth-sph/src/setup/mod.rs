@@ -1,6 +1,7 @@
 //! From a case to a solver: refuses what the method cannot honour, by JSON path.
 
 mod bodies;
+mod dams;
 mod ground;
 mod inflows;
 mod material;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 
 use colluvium_case::description::{Space, Wall};
 use colluvium_case::{Case, CaseError, Plan, Size, Solver};
-use colluvium_points::{Outline, Shape};
+use colluvium_points::{Outline, Raster, Shape};
 
 use ground::Ground;
 pub(crate) use refuse::honours;
@@ -132,7 +133,13 @@ fn made<const D: usize>(
     let Ground { mut bed, mut warnings, .. } = ground;
     let settings = settings::<D>(case, options)?;
     if let Bed::Worn(worn) = &mut bed {
-        worn.limit(|x| settings.erodible(&std::array::from_fn(|c| x[c])));
+        let depths = erodible_depths(case, options)?;
+        worn.limit(|x| {
+            let of_zone = settings.erodible(&std::array::from_fn(|c| x[c]));
+            // Nothing where the raster says nothing.
+            let most = |raster: &Raster| raster.interpolate(x[0], x[1]).unwrap_or(0.0).max(0.0);
+            depths.as_ref().map_or(of_zone, |raster| of_zone.min(most(raster)))
+        });
     }
     let (nodes, of_bodies) = bodies::nodes::<D>(case, options, &bed)?;
     warnings.extend(of_bodies);
@@ -149,6 +156,21 @@ fn made<const D: usize>(
     }
     flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
     Ok((DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps), warnings))
+}
+
+/// The raster of the depths that can be taken up, where there is one.
+fn erodible_depths(case: &Case, options: &DepthOptions) -> Result<Option<Raster>, CaseError> {
+    let Some(file) = &options.erodible_depth_raster else { return Ok(None) };
+    let wrong = |problem: String| own("erodible_depth_raster", problem);
+    if case.dimension() != 3 {
+        return Err(wrong("a raster of depths needs a space of 3d: give erodible_depth".to_owned()));
+    }
+    let raster = case.plan_raster(file).map_err(wrong)?;
+    raster.validate().map_err(|error| wrong(format!("{file}: {error}")))?;
+    match raster.values.iter().find(|depth| **depth < 0.0) {
+        Some(depth) => Err(wrong(format!("{file}: a depth of {depth} m must not be negative"))),
+        None => Ok(Some(raster)),
+    }
 }
 
 /// Everything that stays.

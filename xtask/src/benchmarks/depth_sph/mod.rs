@@ -10,6 +10,7 @@ mod lake;
 mod locked;
 mod parts;
 mod ritter;
+mod scalar;
 mod stoker;
 mod terrain;
 mod thacker;
@@ -20,6 +21,7 @@ use crate::benchmarks::Benchmark;
 
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
+    scalar::BENCHMARK,
     ritter::BENCHMARK,
     stoker::BENCHMARK,
     lake::BENCHMARK,

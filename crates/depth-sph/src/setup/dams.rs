@@ -1,0 +1,90 @@
+//! Dams along lines, which raise the nodes of the terrain.
+
+use colluvium_case::{Case, CaseError};
+use colluvium_points::Raster;
+
+use super::own;
+use crate::config::{DamOptions, DepthOptions};
+
+/// Distance of a place from a line of straight pieces (m).
+fn distance(line: &[[f64; 2]], x: [f64; 2]) -> f64 {
+    let from_piece = |piece: &[[f64; 2]]| {
+        let along = [piece[1][0] - piece[0][0], piece[1][1] - piece[0][1]];
+        let from = [x[0] - piece[0][0], x[1] - piece[0][1]];
+        let square = along[0] * along[0] + along[1] * along[1];
+        let dot = along[0] * from[0] + along[1] * from[1];
+        let share = if square > 0.0 { (dot / square).clamp(0.0, 1.0) } else { 0.0 };
+        (from[0] - share * along[0]).hypot(from[1] - share * along[1])
+    };
+    line.windows(2).map(from_piece).fold(f64::INFINITY, f64::min)
+}
+
+/// Height of a dam over the ground at a distance from its line (m).
+fn height(dam: &DamOptions, distance: f64) -> f64 {
+    let beside = (distance - 0.5 * dam.width).max(0.0);
+    (dam.height - dam.side_slope * beside).max(0.0)
+}
+
+/// Raises the heights of the bed by the dams of a case; the higher one rules where two of them meet. What deserves a warning.
+pub fn raise(case: &Case, options: &DepthOptions, raster: &mut Raster) -> Result<Vec<String>, CaseError> {
+    if options.dams.is_empty() {
+        return Ok(Vec::new());
+    }
+    if case.dimension() != 3 {
+        return Err(own(
+            "dams",
+            "are lines in plan, which a profile does not have: draw the dam as an obstacle",
+        ));
+    }
+    let origin = case.origin();
+    let mut added = vec![0.0f64; raster.values.len()];
+    let mut warnings = Vec::new();
+    for (number, dam) in options.dams.iter().enumerate() {
+        let line: Vec<[f64; 2]> = dam.line.iter().map(|x| [x[0] - origin[0], x[1] - origin[1]]).collect();
+        let mut highest: f64 = 0.0;
+        for (node, added) in added.iter_mut().enumerate().filter(|(node, _)| raster.values[*node].is_finite())
+        {
+            let place = raster.place(node % raster.columns, node / raster.columns);
+            let own = height(dam, distance(&line, place));
+            highest = highest.max(own);
+            *added = added.max(own);
+        }
+        if highest == 0.0 {
+            let problem =
+                "stands on no node of the terrain: it lies beyond it, or is narrower than its cells";
+            return Err(own(&format!("dams[{number}].line"), problem));
+        }
+        // Between nodes on both sides of the line the crest is as high as the nearest of them.
+        let farthest = 0.5 * raster.spacing[0].hypot(raster.spacing[1]);
+        let seen = height(dam, farthest);
+        if seen < 0.9 * dam.height {
+            let [dx, dy] = raster.spacing;
+            warnings.push(format!(
+                "methods.depth-sph.dams[{number}]: cells of {dx} m by {dy} m show its crest as low as {seen:.2} m in places, of {} m: \
+                 make it wider, or the terrain finer",
+                dam.height
+            ));
+        }
+    }
+    raster.values.iter_mut().zip(added).for_each(|(z, added)| *z += added);
+    Ok(warnings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dam_has_its_crest_and_its_sides() {
+        let line = [[0.0, 0.0], [10.0, 0.0], [10.0, 5.0]];
+        let dam = DamOptions { line: line.to_vec(), height: 4.0, width: 2.0, side_slope: 0.5 };
+        let at = |x: [f64; 2]| height(&dam, distance(&line, x));
+        assert_eq!(
+            [at([5.0, 0.9]), at([5.0, -3.0]), at([13.0, 3.0])],
+            [4.0, 3.0, 3.0],
+            "crest, side, beside the second piece"
+        );
+        assert_eq!(at([-9.0, 0.0]), 0.0, "it ends");
+        assert!((at([-3.0, -4.0]) - 2.0).abs() < 1e-15, "round the end");
+    }
+}
