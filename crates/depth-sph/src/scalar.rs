@@ -1,4 +1,4 @@
-//! Scalars on the nodes of a line: convection, diffusion, decay, and Burgers' equation (sheet: depth-sph §2.1, V1 to V4).
+//! Scalars on the nodes of a line: convection, diffusion, decay, and Burgers' equation (sheet: depth-sph §2.1, V1 to V3, V4a to V4c).
 //!
 //! Nodes carry a value along their paths. Between nodes it is linear. Where nodes that carry their own velocity meet, two become one
 //! with the value that keeps the area under the line: shocks then move as the conserved form has them.

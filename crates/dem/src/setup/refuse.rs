@@ -177,7 +177,7 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
             all.pair(&format!("methods.dem.stages.{name}.pairs[{number}]"), &pair.between)?;
         }
         let sides = &walls[..case.boundaries.len()];
-        for wall in stage.walls.keys().filter(|wall| !sides.contains(&wall.as_str())) {
+        if let Some(wall) = stage.walls.keys().find(|wall| !sides.contains(&wall.as_str())) {
             let path = format!("methods.dem.stages.{name}.walls.{wall}");
             return missing(path, wall, sides, "the name of one of the boundaries");
         }

@@ -58,14 +58,7 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
         let problem = "must be 0 over an obstacle: its slopes are measured against gravity";
         return Err(CaseError::new(format!("gravity[{axis}]"), problem));
     }
-    let other = case.obstacles.iter().position(|obstacle| of_obstacle(obstacle) != of_obstacle(first));
-    if let Some(number) = other {
-        let problem = format!(
-            "is not that of {:?}, and a bed has one: what differs in parts of it stands in methods.depth-sph.regions",
-            first.name
-        );
-        return Err(CaseError::new(format!("obstacles[{number}].wall"), problem));
-    }
+    of_one_kind(case, first)?;
     if let [Obstacle { shape: ObstacleShape::Plane { point, normal }, .. }] = &case.obstacles[..] {
         let (bed, least) = plane(case, point, normal)?;
         if let Some((number, level, _)) = floor.filter(|(_, level, _)| *level > least) {
@@ -101,6 +94,17 @@ pub fn ground<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Gro
         Bed::Surface(Arc::new(ground))
     };
     Ok(Ground { bed, grid: on_map.then_some(grid), warnings })
+}
+
+/// Refuses obstacles whose walls differ.
+fn of_one_kind(case: &Case, first: &Obstacle) -> Result<(), CaseError> {
+    let other = case.obstacles.iter().position(|obstacle| of_obstacle(obstacle) != of_obstacle(first));
+    let Some(number) = other else { return Ok(()) };
+    let problem = format!(
+        "is not that of {:?}, and a bed has one: what differs in parts of it stands in methods.depth-sph.regions",
+        first.name
+    );
+    Err(CaseError::new(format!("obstacles[{number}].wall"), problem))
 }
 
 /// Refuses to keep account of what is taken up from a plane, which has no nodes to keep it at, and to put a dam on one.
