@@ -102,7 +102,7 @@ pub struct Resisted<const N: usize> {
 }
 
 impl Resistance<Lanes> {
-    /// [`Resistance::act`] of four contacts under these normal forces (N).
+    /// Moment and elongation of four contacts under these normal forces (N).
     #[inline(always)]
     pub fn act_in_lanes<const D: usize, const R: usize, const N: usize>(
         &self,
