@@ -110,7 +110,7 @@ impl<const D: usize> CellList<D> {
 
     /// Calls `visit` for every point in the cells that a ball of `radius` (m) around `x` can touch, of whatever size.
     pub fn visit_within(&self, x: &[f64; D], radius: f64, mut visit: impl FnMut(u32)) {
-        self.lines_within(x, radius, |line| self.order[line].iter().for_each(|&point| visit(point)));
+        self.runs_within(x, radius, |line| self.order[line].iter().for_each(|&point| visit(point)));
     }
 
     /// The same, line of cells by line of cells: calls `visit` for where in [`CellList::order`] the points of a line stand.
@@ -121,12 +121,6 @@ impl<const D: usize> CellList<D> {
     /// Calls `visit` for where in [`CellList::order`] those points stand that [`CellList::visit_within`] visits, run by run.
     #[inline]
     pub fn runs_within(&self, x: &[f64; D], radius: f64, visit: impl FnMut(Range<usize>)) {
-        self.lines_within(x, radius, visit);
-    }
-
-    /// As [`CellList::lines`] for a ball of `radius` (m).
-    #[inline]
-    fn lines_within(&self, x: &[f64; D], radius: f64, visit: impl FnMut(Range<usize>)) {
         // A little more, so that round-off loses no point at the radius.
         let reach = radius / self.edge + ROUND_OFF;
         self.lines_between(x, |cell| [cell - reach, cell + reach], visit);
@@ -298,7 +292,7 @@ impl<const D: usize> NeighbourList<D> {
             for (k, x) in points.iter().enumerate() {
                 let (i, first) = (number * ROWS + k, rows.indices.len());
                 let radius = radius(i);
-                cells.lines_within(x, radius, |line| {
+                cells.runs_within(x, radius, |line| {
                     let places = std::array::from_fn(|axis| &places[axis][line.clone()]);
                     let near = |j: u32| keep(i as u32, j);
                     select(x, radius * radius, places, &cells.order[line.clone()], near, &mut rows.indices);

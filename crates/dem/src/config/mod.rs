@@ -13,7 +13,7 @@ pub use contact::{
 pub use grains::{BodyGrains, Diameters, Fill, GrainKind, Packing, Rain};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-pub use stages::{CellControl, CellEntry, DampingForm, GrainStage};
+pub use stages::{CellControl, CellEntry, DampingForm, GrainStage, Press};
 
 /// Options of the discrete element method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -338,12 +338,12 @@ pub fn enter_stage<const D: usize, const R: usize>(
         solver.walls.retain(stands);
         solver.since.cell = None;
     }
-    let pressed = solver.stage_options().walls;
+    let options = solver.stage_options();
     for wall in &mut solver.walls {
         wall.laws.clone_from(&solver.laws.walls[wall.boundary]);
         // What a stage before has pressed goes on as its boundary says.
         let own = standing.iter().find(|other| other.boundary == wall.boundary);
-        if let (None, Some(own)) = (pressed.get(&wall.name), own) {
+        if let (None, Some(own)) = (options.walls.get(&wall.name), own) {
             wall.velocity = own.velocity;
         }
     }
@@ -352,7 +352,6 @@ pub fn enter_stage<const D: usize, const R: usize>(
         return Ok(());
     }
     remove_bodies(solver);
-    let options = solver.stage_options();
     if options.reset_contacts {
         solver.reset_contacts();
     }

@@ -3,6 +3,7 @@
 use colluvium_case::measure::Reading;
 
 use super::DemSolver;
+use crate::config::Press;
 use crate::contact::{APART, Normal};
 use crate::sweep::Scene;
 use crate::walls::Wall;
@@ -11,12 +12,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Walls that the stage presses take the velocities with which they go on for `dt` (s): `α (F - F_w) / (Δt Σ k_n)`
     /// inwards, at most their speed, and that speed where nothing touches them.
     pub(crate) fn press_walls(&mut self, dt: f64) {
-        let pressed = self.stage_options().walls;
-        if pressed.is_empty() {
-            return;
-        }
         for number in 0..self.walls.len() {
-            let Some(press) = pressed.get(&self.walls[number].name) else { continue };
+            let Some(press) = self.press_of(&self.walls[number].name) else { continue };
             let (axis, inward) = inward(&self.walls[number]);
             let missing = -press.stress * self.wall_area(axis) - self.pressing(number);
             let stiffness = self.wall_stiffness(number);
@@ -27,6 +24,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             };
             self.walls[number].velocity[axis] = inward * free.clamp(-press.speed, press.speed);
         }
+    }
+
+    /// What presses the wall `name` in this stage.
+    fn press_of(&self, name: &str) -> Option<Press> {
+        self.options.stages.get(&self.case.stages[self.stage].name)?.walls.get(name).copied()
     }
 
     /// Force with which grains press a wall outwards (N).

@@ -87,11 +87,12 @@ impl DepthOptions {
         }
         let erodes = self.erosion.is_some() || self.regions.iter().any(|region| region.erosion.is_some());
         erodible("erodible_depth", self.erodible_depth, erodes)?;
-        check(erodes || self.erodible_depth_raster.is_none(), "erodible_depth_raster", || {
-            "nothing is taken up from the bed: give `erosion`, or leave this out".to_owned()
-        })?;
-        check(erodes || !self.lower_bed, "lower_bed", || {
-            "nothing is taken up from the bed: give `erosion`, or leave this out".to_owned()
+        let asked =
+            [("erodible_depth_raster", self.erodible_depth_raster.is_some()), ("lower_bed", self.lower_bed)];
+        asked.into_iter().try_for_each(|(key, asked)| {
+            check(erodes || !asked, key, || {
+                "nothing is taken up from the bed: give `erosion`, or leave this out".to_owned()
+            })
         })
     }
 

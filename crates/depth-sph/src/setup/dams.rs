@@ -2,22 +2,10 @@
 
 use colluvium_case::{Case, CaseError};
 use colluvium_points::Raster;
+use colluvium_points::surface::distance_to_line;
 
 use super::own;
 use crate::config::{DamOptions, DepthOptions};
-
-/// Distance of a place from a line of straight pieces (m).
-fn distance(line: &[[f64; 2]], x: [f64; 2]) -> f64 {
-    let from_piece = |piece: &[[f64; 2]]| {
-        let along = [piece[1][0] - piece[0][0], piece[1][1] - piece[0][1]];
-        let from = [x[0] - piece[0][0], x[1] - piece[0][1]];
-        let square = along[0] * along[0] + along[1] * along[1];
-        let dot = along[0] * from[0] + along[1] * from[1];
-        let share = if square > 0.0 { (dot / square).clamp(0.0, 1.0) } else { 0.0 };
-        (from[0] - share * along[0]).hypot(from[1] - share * along[1])
-    };
-    line.windows(2).map(from_piece).fold(f64::INFINITY, f64::min)
-}
 
 /// Height of a dam over the ground at a distance from its line (m).
 fn height(dam: &DamOptions, distance: f64) -> f64 {
@@ -45,7 +33,7 @@ pub fn raise(case: &Case, options: &DepthOptions, raster: &mut Raster) -> Result
         for (node, added) in added.iter_mut().enumerate().filter(|(node, _)| raster.values[*node].is_finite())
         {
             let place = raster.place(node % raster.columns, node / raster.columns);
-            let own = height(dam, distance(&line, place));
+            let own = height(dam, distance_to_line(&line, place));
             highest = highest.max(own);
             *added = added.max(own);
         }
@@ -78,7 +66,7 @@ mod tests {
     fn a_dam_has_its_crest_and_its_sides() {
         let line = [[0.0, 0.0], [10.0, 0.0], [10.0, 5.0]];
         let dam = DamOptions { line: line.to_vec(), height: 4.0, width: 2.0, side_slope: 0.5 };
-        let at = |x: [f64; 2]| height(&dam, distance(&line, x));
+        let at = |x: [f64; 2]| height(&dam, distance_to_line(&line, x));
         assert_eq!(
             [at([5.0, 0.9]), at([5.0, -3.0]), at([13.0, 3.0])],
             [4.0, 3.0, 3.0],

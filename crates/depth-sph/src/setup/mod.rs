@@ -137,7 +137,7 @@ fn made<const D: usize>(
         worn.limit(|x| {
             let of_zone = settings.erodible(&std::array::from_fn(|c| x[c]));
             // Nothing where the raster says nothing.
-            let most = |raster: &Raster| raster.interpolate(x[0], x[1]).unwrap_or(0.0).max(0.0);
+            let most = |raster: &Raster| raster.interpolate(x[0], x[1]).unwrap_or(0.0);
             depths.as_ref().map_or(of_zone, |raster| of_zone.min(most(raster)))
         });
     }

@@ -27,6 +27,7 @@ pub use height_field::HeightField;
 pub use placed::{Frame, Placed};
 pub use profile::Profile;
 pub use revolved::Revolved;
+pub use simplex::distance_to_line;
 pub use vector::cross;
 
 /// A place of a surface, seen from a point nearby.

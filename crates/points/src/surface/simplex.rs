@@ -23,6 +23,15 @@ pub(crate) fn nearest<const D: usize>(corners: &[[f64; D]; D], x: &[f64; D]) -> 
     }
 }
 
+/// Distance (m) of a place in a plane from a line with these corners; infinite where it has fewer than two.
+pub fn distance_to_line(line: &[[f64; 2]], x: [f64; 2]) -> f64 {
+    let of_piece = |piece: &[[f64; 2]]| {
+        let place = nearest(&[piece[0], piece[1]], &x).0;
+        (x[0] - place[0]).hypot(x[1] - place[1])
+    };
+    line.windows(2).map(of_piece).fold(f64::INFINITY, f64::min)
+}
+
 fn nearest_of_segment<const D: usize>(corners: &[[f64; D]; D], x: &[f64; D]) -> ([f64; D], Feature) {
     let edge = minus(&corners[1], &corners[0]);
     let t = dot(&minus(x, &corners[0]), &edge) / dot(&edge, &edge);
