@@ -1,6 +1,7 @@
 //! What every method offers: [`Method`] makes a [`Solver`] of a [`Case`].
 
 mod frame;
+mod places;
 mod plan;
 mod snapshot;
 mod step;
@@ -17,6 +18,7 @@ use crate::measure::Reading;
 use crate::{Case, CaseError, Equilibrium, Honours};
 
 pub use frame::{Dataset, Frame, Lattice, Mesh, PlanNodes, PlanRaster, Points, Role, Support, Wanted};
+pub(crate) use places::on_nodes;
 pub use plan::{Plan, Size};
 pub use snapshot::{Field, FieldData, Snapshot};
 pub use step::{Advance, StepLimit, TimeStep};
@@ -303,9 +305,9 @@ pub trait Solver: Send {
         Vec::new()
     }
 
-    /// What is on points in a frame of what is measured; no point where nothing is.
+    /// What is measured, as points: what is on points, or else what comes first in such a frame; no point where nothing is.
     fn snapshot(&self) -> Snapshot {
-        self.frame(Wanted::Measured).into_snapshot()
+        self.frame(Wanted::Measured).into_measured()
     }
 
     /// The rasters among the products.

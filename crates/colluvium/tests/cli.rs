@@ -427,6 +427,27 @@ fn templates_pass_their_check_and_the_smallest_runs_and_plots() {
 }
 
 #[test]
+fn what_lies_on_nodes_is_drawn_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = column();
+    case["stages"] = json!([{ "name": "hold", "duration": 0.01 }]);
+    case["output"]["grid"] = json!(0.02);
+    let file = write(folder.path(), "column.json", &case);
+    let out = folder.path().join("out");
+    assert_eq!(output(colluvium().args(["run", "--quiet", "--out"]).arg(&out).arg(&file)).0, 0);
+    let draw = |dataset: &str, field: &str| {
+        output(colluvium().args(["plot", "--dataset", dataset, "--field", field]).arg(&out))
+    };
+    let (code, _, errors) = draw("grid", "density");
+    assert_eq!(code, 0, "{errors}");
+    assert!(names_in(&out.join("plots")).contains(&"grid-density-00001.png".to_owned()));
+    let (code, _, errors) = draw("grid", "colour");
+    assert!(code == 2 && errors.contains("density"), "{errors}");
+    let (code, _, errors) = draw("contacts", "force");
+    assert!(code == 2 && errors.contains("--dataset contacts: the run has grid, points"), "{errors}");
+}
+
+#[test]
 fn a_report_needs_no_other_file_and_has_all_that_a_run_left() {
     let folder = tempfile::tempdir().unwrap();
     let mut case = column();

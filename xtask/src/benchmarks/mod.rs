@@ -81,6 +81,19 @@ fn set_of(case: &mut Case, method: &str, option: &str, value: impl Into<serde_js
     }
 }
 
+/// Changes a case by JSON pointers: what each leads to is set, or added to the object above it.
+fn changed(case: &Case, changes: &[(&str, serde_json::Value)]) -> Result<Case, String> {
+    let mut text: serde_json::Value = serde_json::from_str(&case.to_json()).map_err(|e| e.to_string())?;
+    for (pointer, value) in changes {
+        let (parent, key) = pointer.rsplit_once('/').ok_or("no pointer")?;
+        match text.pointer_mut(parent) {
+            Some(serde_json::Value::Object(map)) => map.insert(key.to_owned(), value.clone()),
+            _ => return Err(format!("{pointer} leads nowhere")),
+        };
+    }
+    Case::from_json(&text.to_string()).map_err(|errors| errors.to_string())
+}
+
 /// Sets keys of a material.
 fn set_material(case: &mut Case, material: &str, keys: &[(&str, serde_json::Value)]) -> Result<(), String> {
     let spec = case.materials.get_mut(material).ok_or_else(|| format!("no material {material}"))?;

@@ -70,8 +70,8 @@ pub fn read(case: &Case, snapshot: &Snapshot, cell: Option<f64>) -> Vec<Reading>
     readings
 }
 
-/// Whether a measure is read off points.
-pub(crate) fn reads_points(measure: &Measure) -> bool {
+/// Whether a measure is read off the places of a frame: points, or in their place nodes or cells.
+pub(crate) fn reads_places(measure: &Measure) -> bool {
     match measure {
         Measure::Front { .. }
         | Measure::RunOut { .. }

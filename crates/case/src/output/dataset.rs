@@ -10,10 +10,13 @@ use vtkio::model::{
 use super::frame::{attribute, write_mesh, write_xml};
 use super::{OutputError, Seal, write_frame};
 use crate::Lattice;
-use crate::solver::{Dataset, Frame, Mesh, PlanNodes, Support};
+use crate::solver::{Dataset, Mesh, PlanNodes, Support};
 
 /// What ParaView takes for a node that is not to be shown (`vtkDataSetAttributes::HIDDENPOINT`).
 const HIDDEN: u8 = 2;
+
+/// Name of the array that says so.
+pub(super) const GHOSTS: &str = "vtkGhostType";
 
 /// Ending of the file of a dataset.
 #[must_use]
@@ -34,7 +37,7 @@ pub fn write_dataset(path: &Path, dataset: &Dataset, origin: [f64; 3]) -> Result
     let fields = || dataset.fields.iter().map(attribute).collect::<Vec<_>>();
     match &dataset.support {
         Support::Points(_) => {
-            let mut points = Frame { datasets: vec![dataset.clone()], ..Frame::default() }.into_snapshot();
+            let mut points = dataset.clone().into_points(0.0, 0);
             points.positions = shifted(&points.positions);
             write_frame(path, &points, None)
         }
@@ -68,7 +71,7 @@ fn along(origin: f64, low: f64, spacing: f64, count: usize) -> Vec<f64> {
 fn hidden(mask: &[bool]) -> Attribute {
     let data = IOBuffer::U8(mask.iter().map(|bears| if *bears { 0 } else { HIDDEN }).collect());
     let elem = ElementType::Scalars { num_comp: 1, lookup_table: None };
-    Attribute::DataArray(DataArrayBase { name: "vtkGhostType".to_owned(), elem, data })
+    Attribute::DataArray(DataArrayBase { name: GHOSTS.to_owned(), elem, data })
 }
 
 fn write_nodes(path: &Path, axes: [Vec<f64>; 3], point: Vec<Attribute>) -> Result<Seal, OutputError> {
@@ -117,6 +120,23 @@ mod tests {
             assert_eq!(piece.coords.x.cast_into::<f64>().unwrap(), [101.0, 101.5, 102.0]);
             assert_eq!(piece.coords.y.cast_into::<f64>().unwrap(), [4.0, upper]);
             assert_eq!(piece.data.point.len(), arrays);
+        }
+    }
+
+    #[test]
+    fn nodes_and_cells_read_back_as_points() {
+        let nodes = Lattice { low: [1.0, 4.0, 0.0], spacing: 0.5, count: [3, 2, 1] };
+        let lattice = Support::Lattice { nodes, mask: vec![true, true, false, true, true, true] };
+        let places = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let mesh = Support::Mesh(Mesh { places, corners: vec![0, 2, 0, 1, 2], ends: vec![2, 5] });
+        for (support, count) in [(lattice, 6), (mesh, 2)] {
+            let values = FieldData::Scalar((0..count).map(f64::from).collect());
+            let fields = vec![Field { name: "depth".into(), unit: "m", data: values }];
+            let dataset = Dataset { name: "all".into(), support, fields };
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("all").with_extension(file_ending(&dataset.support));
+            write_dataset(&path, &dataset, [0.0; 3]).unwrap();
+            assert_eq!(crate::output::read_frame(&path, 0.5).unwrap(), dataset.into_points(0.5, 0));
         }
     }
 

@@ -6,13 +6,13 @@ use std::path::Path;
 use colluvium_constitutive::SymTensor;
 use serde::{Deserialize, Serialize};
 use vtkio::model::{
-    Attribute, Attributes, ByteOrder, CellType, Cells, DataArrayBase, DataSet, ElementType, IOBuffer,
-    UnstructuredGridPiece, Version, VertexNumbers, Vtk,
+    Attribute, Attributes, ByteOrder, CellType, Cells, Coordinates, DataArray, DataArrayBase, DataSet,
+    ElementType, IOBuffer, RectilinearGridPiece, UnstructuredGridPiece, Version, VertexNumbers, Vtk,
 };
 use vtkio::xml::Compressor;
 
 use super::{OutputError, Seal, write_atomically};
-use crate::solver::{Mesh, Role};
+use crate::solver::{Dataset, Mesh, Role, Support, on_nodes};
 use crate::{Field, FieldData, Snapshot};
 
 /// Full 3×3 components, row by row, as ParaView expects tensors.
@@ -100,7 +100,8 @@ pub(super) fn write_xml(path: &Path, data: DataSet) -> Result<Seal, OutputError>
     Ok(Seal::of(&bytes))
 }
 
-/// Reads a frame back, at the given time.
+/// Reads the file of a frame back, at the given time, as points: nodes of a lattice or a raster that bear something, and cells of a
+/// mesh in their middle, too ([`Dataset::into_points`]).
 ///
 /// # Errors
 /// When the file cannot be read or is not such a frame.
@@ -108,49 +109,98 @@ pub fn read_frame(path: &Path, time: f64) -> Result<Snapshot, OutputError> {
     let fail = |problem: &str| OutputError::new(path, problem);
     let file = std::fs::File::open(path).map_err(|error| OutputError::new(path, error))?;
     let vtk = Vtk::parse_xml(BufReader::new(file)).map_err(|error| OutputError::new(path, error))?;
-    let DataSet::UnstructuredGrid { pieces, .. } = vtk.data else {
-        return Err(fail("is not an unstructured grid"));
-    };
-    let piece = pieces.into_iter().next().ok_or_else(|| fail("has no piece"))?;
-    let piece = piece.into_loaded_piece_data(None).map_err(|error| OutputError::new(path, error))?;
-    let points = piece.points.cast_into::<f64>().ok_or_else(|| fail("has no positions"))?;
-    let positions: Vec<[f64; 3]> = points.as_chunks().0.to_vec();
-    let mut snapshot = Snapshot {
-        time,
-        step: 0,
-        ids: (0..positions.len() as u64).collect(),
-        bodies: vec![0; positions.len()],
-        extents: vec![[0.0; 3]; positions.len()],
-        positions,
-        fields: Vec::new(),
-    };
-    for attribute in piece.data.point {
-        let Attribute::DataArray(array) = attribute else { continue };
-        let components = array.elem.num_comp();
-        if let (IOBuffer::I64(values), false) = (&array.data, ["id", "body"].contains(&array.name.as_str())) {
-            snapshot.push(&array.name, FieldData::Whole(values.clone()));
-            continue;
+    match vtk.data {
+        DataSet::UnstructuredGrid { pieces, .. } => {
+            let piece = pieces.into_iter().next().ok_or_else(|| fail("has no piece"))?;
+            let piece = piece.into_loaded_piece_data(None).map_err(|error| OutputError::new(path, error))?;
+            read_cells(piece, time).map_err(fail)
         }
-        let Some(values) = array.data.cast_into::<f64>() else { continue };
-        match (array.name.as_str(), components) {
-            ("id", _) => snapshot.ids = values.iter().map(|v| *v as u64).collect(),
-            ("body", _) => snapshot.bodies = values.iter().map(|v| *v as u32).collect(),
-            ("extent", _) => snapshot.extents = values.as_chunks().0.to_vec(),
-            (_, 3) => snapshot.push(&array.name, FieldData::Vector(values.as_chunks().0.to_vec())),
-            (_, 9) => {
-                let symmetric = |c: &[f64; 9]| SymTensor([c[0], c[4], c[8], c[1], c[5], c[6]]);
-                let tensors = values.as_chunks().0.iter().map(symmetric).collect();
-                snapshot.push(&array.name, FieldData::Tensor(tensors));
-            }
-            _ => snapshot.push(&array.name, FieldData::Scalar(values)),
+        DataSet::RectilinearGrid { pieces, .. } => {
+            let piece = pieces.into_iter().next().ok_or_else(|| fail("has no piece"))?;
+            let piece = piece.into_loaded_piece_data(None).map_err(|error| OutputError::new(path, error))?;
+            read_nodes(piece, time).map_err(fail)
         }
+        _ => Err(fail("is neither points, cells nor nodes")),
     }
-    Ok(snapshot)
 }
 
-impl Snapshot {
-    fn push(&mut self, name: &str, data: FieldData) {
-        self.fields.push(Field { name: name.to_owned(), unit: unit_of(name), data });
+/// Points, or cells of a mesh.
+fn read_cells(piece: UnstructuredGridPiece, time: f64) -> Result<Snapshot, &'static str> {
+    let places = piece.points.cast_into::<f64>().ok_or("has no positions")?;
+    let places: Vec<[f64; 3]> = places.as_chunks().0.to_vec();
+    if piece.cells.types.iter().any(|kind| *kind != CellType::Vertex) {
+        let VertexNumbers::XML { connectivity: corners, offsets: ends } = piece.cells.cell_verts else {
+            return Err("has cells of the old format");
+        };
+        let support = Support::Mesh(Mesh { places, corners, ends });
+        let fields = Arrays::of(piece.data.cell).fields;
+        return Ok(Dataset { name: String::new(), support, fields }.into_points(time, 0));
+    }
+    let Arrays { fields, ids, bodies, extents, .. } = Arrays::of(piece.data.point);
+    let count = places.len();
+    Ok(Snapshot {
+        time,
+        step: 0,
+        ids: ids.unwrap_or_else(|| (0..count as u64).collect()),
+        bodies: bodies.unwrap_or_else(|| vec![0; count]),
+        extents: extents.unwrap_or_else(|| vec![[0.0; 3]; count]),
+        positions: places,
+        fields,
+    })
+}
+
+/// Nodes of a lattice or a raster.
+fn read_nodes(piece: RectilinearGridPiece, time: f64) -> Result<Snapshot, &'static str> {
+    let Coordinates { x, y, z } = piece.coords;
+    let axis = |values: IOBuffer| values.cast_into::<f64>().ok_or("has no coordinates");
+    let Arrays { fields, mask, .. } = Arrays::of(piece.data.point);
+    let (points, fields) = on_nodes(&[axis(x)?, axis(y)?, axis(z)?], &mask, fields);
+    Ok(Dataset { name: String::new(), support: Support::Points(points), fields }.into_points(time, 0))
+}
+
+/// The arrays of a file: fields, and what every file of points or of nodes may hold beside them.
+#[derive(Default)]
+struct Arrays {
+    fields: Vec<Field>,
+    ids: Option<Vec<u64>>,
+    bodies: Option<Vec<u32>>,
+    extents: Option<Vec<[f64; 3]>>,
+    /// Which nodes are shown; empty where all are.
+    mask: Vec<bool>,
+}
+
+impl Arrays {
+    fn of(attributes: Vec<Attribute>) -> Self {
+        let mut arrays = Self::default();
+        for attribute in attributes {
+            let Attribute::DataArray(array) = attribute else { continue };
+            arrays.take(array);
+        }
+        arrays
+    }
+
+    fn take(&mut self, array: DataArray) {
+        let components = array.elem.num_comp();
+        let mut push = |data: FieldData| {
+            self.fields.push(Field { name: array.name.clone(), unit: unit_of(&array.name), data });
+        };
+        if let (IOBuffer::I64(values), false) = (&array.data, ["id", "body"].contains(&array.name.as_str())) {
+            push(FieldData::Whole(values.clone()));
+            return;
+        }
+        let Some(values) = array.data.cast_into::<f64>() else { return };
+        match (array.name.as_str(), components) {
+            ("id", _) => self.ids = Some(values.iter().map(|v| *v as u64).collect()),
+            ("body", _) => self.bodies = Some(values.iter().map(|v| *v as u32).collect()),
+            ("extent", _) => self.extents = Some(values.as_chunks().0.to_vec()),
+            (super::dataset::GHOSTS, _) => self.mask = values.iter().map(|v| *v == 0.0).collect(),
+            (_, 3) => push(FieldData::Vector(values.as_chunks().0.to_vec())),
+            (_, 9) => {
+                let symmetric = |c: &[f64; 9]| SymTensor([c[0], c[4], c[8], c[1], c[5], c[6]]);
+                push(FieldData::Tensor(values.as_chunks().0.iter().map(symmetric).collect()));
+            }
+            _ => push(FieldData::Scalar(values)),
+        }
     }
 }
 

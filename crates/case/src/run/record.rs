@@ -1,5 +1,6 @@
 //! What a run writes down, and how it picks up where it was.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Read;
@@ -35,6 +36,14 @@ const DEFAULT_ROWS: f64 = 100.0;
 /// Whether output number `count` is due at `time` (s).
 fn is_due(time: f64, count: u64, interval: f64) -> bool {
     time >= count as f64 * interval - 1e-9 * interval
+}
+
+/// What measures read: what is on `points`, or else what comes first among the `others`; no point where there is nothing.
+fn measured<'a>(points: Option<&'a Snapshot>, others: &Frame) -> Cow<'a, Snapshot> {
+    match points {
+        Some(points) => Cow::Borrowed(points),
+        None => Cow::Owned(others.first_as_points().unwrap_or_default()),
+    }
 }
 
 /// Writes measures, frames, checkpoints and the summary of a run.
@@ -177,7 +186,7 @@ impl<'a> Recorder<'a> {
         let mut now = solver.frame(if frame { Wanted::Written } else { Wanted::Measured });
         let points = now.take_points();
         if row {
-            self.row(solver, points.as_ref(), progress.time_step)?;
+            self.row(solver, points.as_ref(), &now, progress.time_step)?;
             progress.rows += 1;
             // Steps may be longer than the time between rows that they do not end on.
             while !self.ends_on_rows && is_due(time, progress.rows, self.row_interval) {
@@ -201,7 +210,7 @@ impl<'a> Recorder<'a> {
         let mut now = solver.frame(Wanted::Written);
         let points = now.take_points();
         if self.table.last("time") != Some(time) {
-            self.row(solver, points.as_ref(), progress.time_step)?;
+            self.row(solver, points.as_ref(), &now, progress.time_step)?;
         }
         if progress.collection.frames.last().map(|(at, _)| *at) != Some(time) {
             self.frame(points, now, progress)?;
@@ -209,15 +218,17 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
+    /// A row of what is on `points`, or else of what comes first among the `others`.
     fn row(
         &mut self,
         solver: &dyn Solver,
         points: Option<&Snapshot>,
+        others: &Frame,
         time_step: Option<f64>,
     ) -> Result<(), RunError> {
-        let none = Snapshot::default();
+        let measured = measured(points, others);
         let mut readings = row::of_run(solver, time_step);
-        readings.extend(row::of_case(self.case, solver, points.unwrap_or(&none)));
+        readings.extend(row::of_case(self.case, solver, &measured));
         if self.table.columns.is_empty() {
             self.table.columns =
                 readings.iter().map(|(name, unit, _)| (name.clone(), unit.clone())).collect();
@@ -241,8 +252,8 @@ impl<'a> Recorder<'a> {
                 dataset.fields.retain(|field| only.is_none_or(|names| names.contains(&field.name)));
             }
         }
+        self.profiles(&measured(points.as_ref(), &others))?;
         if let Some(points) = &points {
-            self.profiles(points)?;
             let on_nodes = |dataset: &Dataset| dataset.name == Dataset::GRID;
             if let Some(cell) = self.case.output.grid.filter(|_| !others.datasets.iter().any(on_nodes)) {
                 others.datasets.insert(0, averages(self.case, cell, points, only));
@@ -267,8 +278,9 @@ impl<'a> Recorder<'a> {
             }
             self.write_collections(out, progress)?;
         }
-        if let (true, Some(points)) = (self.options.keep_frames, points) {
-            self.kept.push(self.case.on_map(points));
+        if self.options.keep_frames {
+            let shown = points.or_else(|| others.first_as_points());
+            self.kept.extend(shown.map(|shown| self.case.on_map(shown)));
         }
         Ok(())
     }

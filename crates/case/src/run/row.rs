@@ -64,13 +64,14 @@ pub fn column_names(case: &Case, solver: &dyn Solver) -> Vec<String> {
     readings.map(|(name, ..)| name).chain(found).collect()
 }
 
-/// Refuses the measures that are read off points, by path: of a solver without.
-fn check_pointless(case: &Case) -> Result<(), CaseErrors> {
-    let of_points = case.measures.iter().filter(|(_, measure)| measure::reads_points(measure));
+/// Refuses the measures that are read off the places of a frame, by path: of a solver whose frames hold nothing.
+fn check_without_places(case: &Case) -> Result<(), CaseErrors> {
+    let of_places = case.measures.iter().filter(|(_, measure)| measure::reads_places(measure));
     let error = |(name, _): (&String, &Measure)| {
-        CaseError::new(format!("measures.{name}"), "is read off points, and the method has none")
+        let problem = "is read off points, nodes or cells, and the frames of the method hold none";
+        CaseError::new(format!("measures.{name}"), problem)
     };
-    let errors: Vec<CaseError> = of_points.map(error).collect();
+    let errors: Vec<CaseError> = of_places.map(error).collect();
     if errors.is_empty() { Ok(()) } else { Err(CaseErrors(errors)) }
 }
 
@@ -84,11 +85,11 @@ pub fn check_names(case: &Case, solver: &dyn Solver) -> Result<(), CaseErrors> {
         return Ok(());
     }
     let mut now = solver.frame(Wanted::Measured);
-    let points = now.take_points();
-    if points.is_none() {
-        check_pointless(case)?;
+    let measured = now.take_points().or_else(|| now.first_as_points());
+    if measured.is_none() {
+        check_without_places(case)?;
     }
-    let snapshot = points.unwrap_or_default();
+    let snapshot = measured.unwrap_or_default();
     let mut errors = Vec::new();
     let fields: Vec<&str> = snapshot.fields.iter().map(|field| field.name.as_str()).collect();
     let mut check = |path: String, name: &str, known: &[&str]| {

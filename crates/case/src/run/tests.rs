@@ -9,7 +9,9 @@ use crate::TimeStep;
 use crate::description::Reset;
 use crate::output::Collection;
 use crate::solver::{restore_value, save_value};
-use crate::{Equilibrium, Field, FieldData, Frame, SolverError, StepLimit, Wanted};
+use crate::{
+    Dataset, Equilibrium, Field, FieldData, Frame, Lattice, SolverError, StepLimit, Support, Wanted,
+};
 use colluvium_constitutive::SymTensor;
 
 /// Independent oscillators `x'' = -ω² x - 2 d x'`, one a point.
@@ -25,6 +27,8 @@ struct Oscillators {
     fail_at: Option<f64>,
     /// Whether it takes the whole program with it where it fails, and takes its time before.
     dies: bool,
+    /// Whether frames have their masses at the nodes of a line in place of points.
+    on_nodes: bool,
 }
 
 impl Oscillators {
@@ -33,7 +37,17 @@ impl Oscillators {
 
     fn new(damping: f64, fail_at: Option<f64>) -> Self {
         let state = (0..5).map(|i| [1.0 + f64::from(i), 0.0]).collect();
-        Self { state, time: 0.0, steps: 0, damping, dt: 0.0137, falls: None, fail_at, dies: false }
+        Self {
+            state,
+            time: 0.0,
+            steps: 0,
+            damping,
+            dt: 0.0137,
+            falls: None,
+            fail_at,
+            dies: false,
+            on_nodes: false,
+        }
     }
 
     fn boxed(damping: f64, fail_at: Option<f64>) -> Box<dyn Solver> {
@@ -107,6 +121,14 @@ impl Solver for Oscillators {
     }
     fn frame(&self, _: Wanted) -> Frame {
         let count = self.state.len();
+        if self.on_nodes {
+            let nodes = Lattice { low: [1.0, 0.0, 0.0], spacing: 1.0, count: [count, 1, 1] };
+            let mask = (0..count).map(|node| node + 1 < count).collect();
+            let mass = Field { name: "mass".into(), unit: "kg", data: FieldData::Scalar(vec![1.0; count]) };
+            let support = Support::Lattice { nodes, mask };
+            let datasets = vec![Dataset { name: "fluid".into(), support, fields: vec![mass] }];
+            return Frame { time: self.time, step: self.steps, datasets };
+        }
         Frame::from(Snapshot {
             time: self.time,
             step: self.steps,
@@ -188,6 +210,28 @@ fn rows_and_frames_fall_on_their_times() {
     assert_eq!(frames.len(), 5);
     assert!(frames.iter().enumerate().all(|(k, t)| (t - 0.5 * k as f64).abs() < 1e-12));
     assert!(report.table.column("head").unwrap()[0] > 4.9);
+}
+
+#[test]
+fn what_is_on_nodes_is_measured_and_kept_as_points_are() {
+    let mut case = case(r#"[ { "name": "all", "duration": 2.0 } ]"#);
+    let probe = r#"{ "kind": "probe", "position": [2.2, 0], "radius": 0.5, "fields": ["mass"] }"#;
+    case.measures.insert("at".into(), serde_json::from_str(probe).unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let options = RunOptions { keep_frames: true, ..options(&out) };
+    let solver = Oscillators { on_nodes: true, ..Oscillators::new(0.0, None) };
+    let report = run(&case, Box::new(solver), &options).unwrap();
+    // The last node bears nothing: the front is that of the fourth.
+    let head = report.table.column("head").unwrap();
+    assert!(head.iter().all(|x| (3.0..=4.5).contains(x)), "{head:?}");
+    assert_eq!(report.table.column("at.mass"), Some(vec![1.0; 21]));
+    assert_eq!(Table::read(&out.join("profile-top.csv")).unwrap().rows.len(), 5 * 4);
+    let files = Collection::read(&out.join("frames.pvd")).unwrap().frames;
+    assert_eq!(files[4].1, "frames/fluid-00004.vtr");
+    assert_eq!(report.frames[4].positions, [1.0, 2.0, 3.0, 4.0].map(|x| [x, 0.0, 0.0]));
+    let read = crate::output::read_frame(&out.join(&files[4].1), files[4].0).unwrap();
+    assert_eq!(read.positions, report.frames[4].positions);
 }
 
 #[test]

@@ -250,20 +250,8 @@ impl Frame {
     #[must_use]
     pub fn take_points(&mut self) -> Option<Snapshot> {
         let on_points = |dataset: &Dataset| matches!(dataset.support, Support::Points(_));
-        let Dataset { support, fields, .. } = self.datasets.remove(self.datasets.iter().position(on_points)?);
-        let Support::Points(Points { ids, mut bodies, positions, mut extents }) = support else {
-            return None;
-        };
-        bodies.resize(ids.len(), Snapshot::NO_BODY);
-        extents.resize(ids.len(), [0.0; 3]);
-        Some(Snapshot { time: self.time, step: self.step, ids, bodies, positions, extents, fields })
-    }
-
-    /// What is on points; no point where nothing is.
-    #[must_use]
-    pub fn into_snapshot(mut self) -> Snapshot {
-        let (time, step) = (self.time, self.step);
-        self.take_points().unwrap_or_else(|| Snapshot { time, step, ..Snapshot::default() })
+        let number = self.datasets.iter().position(on_points)?;
+        Some(self.datasets.remove(number).into_points(self.time, self.step))
     }
 }
 
@@ -299,7 +287,6 @@ mod tests {
         assert_eq!(frame.take_points(), Some(snapshot()));
         assert_eq!(frame.take_points(), None);
         assert_eq!(frame.datasets, [contacts]);
-        assert_eq!(frame.into_snapshot(), Snapshot { time: 2.0, step: 5, ..Snapshot::default() });
     }
 
     #[test]
@@ -307,7 +294,7 @@ mod tests {
         let mut frame = Frame::from(snapshot());
         let Support::Points(points) = &mut frame.datasets[0].support else { panic!("points") };
         (points.bodies, points.extents) = (Vec::new(), Vec::new());
-        let seen = frame.into_snapshot();
+        let seen = frame.take_points().unwrap();
         assert_eq!((seen.bodies, seen.extents), (vec![Snapshot::NO_BODY; 2], vec![[0.0; 3]; 2]));
     }
 

@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         written += 1;
     }
     let collection = from.join("frames.pvd");
-    let frames = if collection.exists() { Collection::read(&collection)?.of_points() } else { Vec::new() };
+    let frames = if collection.exists() { Collection::read(&collection)?.frames } else { Vec::new() };
     for (number, shown) in frames.iter().enumerate() {
         let archive = to.join(format!("frame-{number:05}.npz"));
         write_npz(&archive, &frame_arrays(&frame(from, shown)?))?;

@@ -1,8 +1,9 @@
 //! `colluvium plot`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use colluvium::case::Dataset;
 use colluvium::case::output::{Collection, Table, named_file, write_atomically};
 use colluvium::maps::maps;
 use colluvium::pictures::{charts, cloud, frame, plane};
@@ -17,6 +18,10 @@ const FILM: usize = 120;
 pub struct Arguments {
     /// Folder of a run.
     folder: PathBuf,
+    /// What is drawn: `points`, or another dataset of the run, as `grid` of `output.grid` or `contacts` of `output.contacts`. Nodes
+    /// are squares, and cells dots in their middle.
+    #[arg(long, default_value = Dataset::POINTS)]
+    dataset: String,
     /// Fields that colour the points, separated by commas; displacement, or the first there is, when absent.
     #[arg(long, alias = "field", value_delimiter = ',')]
     fields: Vec<String>,
@@ -54,12 +59,12 @@ fn range(text: &str) -> Result<(f64, f64), String> {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let folder = &arguments.folder;
     a_run(folder)?;
-    let frames = Collection::read(&folder.join("frames.pvd"))?.of_points();
+    let frames = frames(folder, &arguments.dataset)?;
     let chosen = chosen(arguments, frames.len())?;
     let out = arguments.out.clone().unwrap_or_else(|| folder.join("plots"));
     std::fs::create_dir_all(&out).map_err(|error| Failure::Usage(format!("{}: {error}", out.display())))?;
     let mut written = 0;
-    let mut save = |picture: &dyn Fn(&std::path::Path) -> Result<(), Failure>, name: String| {
+    let mut save = |picture: &dyn Fn(&Path) -> Result<(), Failure>, name: String| {
         written += 1;
         picture(&named_file(&out, &name, &arguments.format)?)
     };
@@ -75,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     for field in fields {
         for (name, number, cloud) in points(arguments, &frames, &chosen, field)? {
-            save(&|file| Ok(cloud.write(file)?), format!("{name}-{number:05}"))?;
+            save(&|file| Ok(cloud.write(file)?), format!("{}-{number:05}", titled(arguments, &name)))?;
         }
         if arguments.gif {
             let even = evenly(frames.len(), FILM);
@@ -83,12 +88,35 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             let name = clouds.first().map_or_else(String::new, |(name, ..)| name.clone());
             let clouds: Vec<PointCloud> = clouds.into_iter().map(|(.., cloud)| cloud).collect();
             let bytes = to_gif(&clouds, 0.1).map_err(Failure::Other)?;
+            let name = titled(arguments, &name);
             write_atomically(&named_file(&out, &name, "gif")?, &bytes)?;
             say!("{name}.gif shows {} of {} frames", even.len(), frames.len());
         }
     }
     say!("wrote {} pictures to {}", written, out.display());
     Ok(())
+}
+
+/// Time (s) and file of the frames of a dataset.
+fn frames(folder: &Path, dataset: &str) -> Result<Vec<(f64, String)>, Failure> {
+    let first = Collection::read(&folder.join("frames.pvd"))?.frames;
+    let own = folder.join(format!("{dataset}.pvd"));
+    let is_own = |name: &str| first.first().is_some_and(|(_, file)| file.contains(&format!("/{name}-")));
+    match dataset {
+        // Of a method without points, what it has in their place.
+        Dataset::POINTS => Ok(first),
+        _ if is_own(dataset) => Ok(first),
+        _ if own.exists() => Ok(Collection::read(&own)?.frames),
+        _ => {
+            let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            let names = files.filter_map(|file| file.file_name().into_string().ok());
+            let beside = names.filter_map(|name| name.strip_suffix(".pvd").map(str::to_owned));
+            let mut known: Vec<String> = beside.filter(|name| name != "frames").collect();
+            known.push(Dataset::POINTS.to_owned());
+            known.sort();
+            Err(Failure::Usage(format!("--dataset {dataset}: the run has {}", known.join(", "))))
+        }
+    }
 }
 
 /// Numbers of the frames that are asked for.
@@ -104,6 +132,14 @@ fn chosen(arguments: &Arguments, count: usize) -> Result<Vec<usize>, Failure> {
         return Ok(vec![number]);
     }
     Err(Failure::Usage(format!("--frame {}: the run has {count} frames", arguments.frame)))
+}
+
+/// Name of a picture of a field: with that of the dataset, where it is not that of the points.
+fn titled(arguments: &Arguments, field: &str) -> String {
+    match arguments.dataset.as_str() {
+        Dataset::POINTS => field.to_owned(),
+        other => format!("{other}-{field}"),
+    }
 }
 
 /// Numbers of at most `most` of `count` frames, evenly from the first to the last.

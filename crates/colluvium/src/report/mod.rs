@@ -91,8 +91,7 @@ impl Results {
         let table =
             if measures.exists() { pictures::quiet(Table::read(&measures)?) } else { Table::default() };
         let collection = folder.join("frames.pvd");
-        let frames =
-            if collection.exists() { Collection::read(&collection)?.of_points() } else { Vec::new() };
+        let frames = if collection.exists() { Collection::read(&collection)?.frames } else { Vec::new() };
         let mut profiles = Vec::new();
         for (name, measure) in case["measures"].as_object().into_iter().flatten() {
             let file = named_file(folder, &format!("profile-{name}"), "csv")?;

@@ -32,8 +32,6 @@ pub struct Faces {
     /// The nodes that have some.
     nodes: Vec<u32>,
     faces: Vec<Face>,
-    /// Room for those of a node.
-    found: Vec<Face>,
 }
 
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
@@ -59,20 +57,22 @@ impl Faces {
             rows: vec![false; count / strides[0].max(1)],
             ..Self::default()
         };
-        of_nodes.iter().for_each(|(node, face)| faces.push(*node, *face));
+        for (node, face) in of_nodes {
+            faces.faces.push(*face);
+            faces.give(*node, faces.faces.len() - 1);
+        }
         faces.starts.push(of_nodes.len() as u32);
         faces
     }
 
-    /// Adds a face of a node, which is the last one so far or comes after it.
-    fn push(&mut self, node: u32, face: Face) {
-        if self.lookup[node as usize] == 0 {
-            self.starts.push(self.faces.len() as u32);
+    /// Gives the faces from number `first` on to a node, which is the last one so far or comes after it.
+    fn give(&mut self, node: u32, first: usize) {
+        if self.lookup[node as usize] == 0 && first < self.faces.len() {
+            self.starts.push(first as u32);
             self.nodes.push(node);
             self.lookup[node as usize] = self.starts.len() as u32;
             self.rows[node as usize / self.strides[0].max(1)] = true;
         }
-        self.faces.push(face);
     }
 
     /// Finds the faces of the active nodes of a structured grid anew: those in `rest`, and those that `find` adds to its list for
@@ -93,7 +93,6 @@ impl Faces {
         self.rows.fill(false);
         self.starts.clear();
         self.faces.clear();
-        let mut found = std::mem::take(&mut self.found);
         for row in 0..layout.nodes()[0] {
             for number in layout.active(row) {
                 let index = layout.index(row, number);
@@ -101,12 +100,12 @@ impl Faces {
                     grid.origin[a] + grid.cell * axis.coordinate(index[a], grid.cells[a])
                 });
                 let node = (row * strides[0] + number) as u32;
-                rest.at(&index).iter().for_each(|face| self.push(node, *face));
-                find(&place, &mut found);
-                found.drain(..).for_each(|face| self.push(node, face));
+                let first = self.faces.len();
+                self.faces.extend_from_slice(rest.at(&index));
+                find(&place, &mut self.faces);
+                self.give(node, first);
             }
         }
-        self.found = found;
         self.starts.push(self.faces.len() as u32);
     }
 

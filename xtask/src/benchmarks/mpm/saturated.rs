@@ -1,11 +1,11 @@
 //! Skeleton and water: drag, weight, undrained compression, critical step; and ends that take up waves (sheet: mpm A-18,
 //!
 
-use colluvium::case::{Case, RunReport, Snapshot};
+use colluvium::case::{RunReport, Snapshot};
 use colluvium::plots::{LineChart, Series, Style};
 
 use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, run, scalars, set, stresses, vectors};
+use crate::benchmarks::{Benchmark, Outcome, case, changed, run, scalars, set, stresses, vectors};
 
 /// What needs one element only.
 pub const PHASES: Benchmark = Benchmark {
@@ -36,19 +36,6 @@ pub const ABSORBING: Benchmark = Benchmark {
     full: 2,
     run: absorbing,
 };
-
-/// Changes a case by JSON pointers.
-fn changed(case: &Case, changes: &[(&str, serde_json::Value)]) -> Result<Case, String> {
-    let mut text: serde_json::Value = serde_json::from_str(&case.to_json()).map_err(|e| e.to_string())?;
-    for (pointer, value) in changes {
-        let (parent, key) = pointer.rsplit_once('/').ok_or("no pointer")?;
-        match text.pointer_mut(parent) {
-            Some(serde_json::Value::Object(map)) => map.insert(key.to_owned(), value.clone()),
-            _ => return Err(format!("{pointer} leads nowhere")),
-        };
-    }
-    Case::from_json(&text.to_string()).map_err(|errors| errors.to_string())
-}
 
 fn phases(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
@@ -348,18 +335,7 @@ fn history(report: &RunReport) -> Vec<(f64, f64)> {
 
 /// A shear wave up a layer that repeats itself sideways.
 fn shear(outcome: &mut Outcome) -> Result<(), String> {
-    let layer = serde_json::json!({
-        "title": "Shear wave", "space": "plane-strain",
-        "domain": { "min": [0, -1], "max": [0.3, 11], "periodic": ["x"] }, "gravity": [0, 0],
-        "materials": { "soil": { "model": "linear-elastic", "density": 1, "youngs_modulus": 250, "poissons_ratio": 0.25 } },
-        "bodies": [{ "name": "layer", "material": "soil", "shape": { "kind": "box", "min": [0, 0], "max": [0.3, 10] } }],
-        "boundaries": [{ "side": "y-max", "position": 10, "wall": { "kind": "absorbing" } }],
-        "loads": [{ "kind": "traction", "body": "layer", "side": "y-min", "value": [0.001, 0], "ramp": 0.4, "ramp_shape": "cosine" }],
-        "stages": [{ "name": "wave", "duration": 2.4 }],
-        "output": { "frames": 0.02 },
-        "methods": { "mpm": { "cell_size": 0.1, "points_per_cell": 2, "shape": "linear" } }
-    });
-    let report = run(&Case::from_json(&layer.to_string()).map_err(|errors| errors.to_string())?)?;
+    let report = run(&case("mpm/shear-wave")?)?;
     // The shear wave (10 m/s) passes at 5 m from 0.5 to 0.9 s; what the end sends back does from 1.5 to 1.9 s.
     let at = |frame: &Snapshot| {
         let near: Vec<f64> = frame

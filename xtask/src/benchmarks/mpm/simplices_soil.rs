@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::contact::{bars, contact, history, mean};
 use super::two_phase::{CONSOLIDATION_RATE, LOAD, SKELETON, WATER, consolidated, judge_pressures, modes};
 use crate::analysis::{Largest, slope};
-use crate::benchmarks::{Benchmark, Outcome, case, run, scalars, set, vectors};
+use crate::benchmarks::{Benchmark, Outcome, case, changed, run, scalars, set, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -165,23 +165,9 @@ fn consolidation(outcome: &mut Outcome) -> Result<(), String> {
     outcome.svg("Pore pressure of the points of a strip of triangles against Terzaghi's isochrones.", &chart)
 }
 
-/// A cube of 1 m of one material that fills its domain, in triangles or tetrahedra.
-fn cube(space: Space, cell: f64, more: &Value) -> Result<Case, String> {
-    let mut value = json!({
-        "title": "cube", "space": "plane-strain", "domain": { "min": [0, 0], "max": [1, 1] }, "gravity": [0, 0],
-        "materials": { "m": { "model": "linear-elastic", "density": 1590, "youngs_modulus": 1e7, "poissons_ratio": 0 } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
-                     "pore_fluid": { "porosity": 0.4, "intrinsic_permeability": 1.019367991845056e-10, "bulk_modulus": 2.15e9 } }],
-        "boundaries": [], "stages": [{ "name": "s", "duration": 1e-3 }],
-        "methods": { "mpm": { "cell_size": cell, "shape": "linear", "mesh": { "kind": "box" } } }
-    });
-    for (pointer, change) in more.as_object().into_iter().flatten() {
-        if let Some((parent, key)) = pointer.rsplit_once('/') {
-            value.pointer_mut(parent).ok_or("leads nowhere")?[key] = change.clone();
-        }
-    }
-    let case = Case::from_json(&value.to_string()).map_err(|errors| errors.to_string())?;
-    in_space(&case, space, 1.0)
+/// The cube of `mpm/simplices-cube`, changed, in triangles or tetrahedra.
+fn cube(space: Space, changes: &[(&str, Value)]) -> Result<Case, String> {
+    in_space(&changed(&case("mpm/simplices-cube")?, changes)?, space, 1.0)
 }
 
 ///
@@ -190,8 +176,8 @@ fn drag(outcome: &mut Outcome) -> Result<(), String> {
     let dt: f64 = 1e-5;
     for (space, name) in KINDS {
         let velocity = json!({ "kind": "uniform", "value": [0.02, 0] });
-        let more = json!({ "/bodies/0/pore_fluid/velocity": velocity, "/methods/mpm/time_step": dt });
-        let report = run(&cube(space, 0.25, &more)?)?;
+        let changes = [("/bodies/0/pore_fluid/velocity", velocity), ("/methods/mpm/time_step", json!(dt))];
+        let report = run(&cube(space, &changes)?)?;
         let end = &report.snapshot;
         let between = vectors(end, "liquid_velocity")[0][0] - vectors(end, "velocity")[0][0];
         outcome.near(
@@ -220,9 +206,13 @@ fn undrained(outcome: &mut Outcome) -> Result<(), String> {
         let smooth = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
         let upper = json!({ "side": "y-max", "wall": { "kind": "smooth" }, "velocity": [0, -1e-3] });
         let walls = json!([smooth("x-min"), smooth("x-max"), smooth("y-min"), upper]);
-        let more =
-            json!({ "/boundaries": walls, "/methods/mpm/time_step": 1e-6, "/stages/0/duration": 1e-5 });
-        let report = run(&cube(space, 1.0, &more)?)?;
+        let changes = [
+            ("/boundaries", walls),
+            ("/methods/mpm/time_step", json!(1e-6)),
+            ("/methods/mpm/cell_size", json!(1.0)),
+            ("/stages/0/duration", json!(1e-5)),
+        ];
+        let report = run(&cube(space, &changes)?)?;
         let worst = |values: Vec<f64>, exact: f64| values.iter().map(|v| (v / exact - 1.0).abs()).largest();
         let pressure = worst(scalars(&report.snapshot, "pore_pressure"), -WATER * strain);
         let reason = "the sheet's 1e-6";

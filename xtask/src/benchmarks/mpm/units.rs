@@ -9,7 +9,7 @@ use colluvium::plots::{LineChart, Series, Style};
 use rand::{RngExt, SeedableRng};
 
 use crate::analysis::Largest;
-use crate::benchmarks::{Benchmark, Outcome, case, run, series, set, stresses, vectors};
+use crate::benchmarks::{Benchmark, Outcome, case, changed, run, series, set, stresses, vectors};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -140,15 +140,9 @@ fn cell_crossing(outcome: &mut Outcome) {
 /// S-04 with integration by cells: cells with three, two and three points under one stress, free at both ends.
 fn integration_by_cells(outcome: &mut Outcome) -> Result<(), String> {
     for integration in ["points", "mixed", "gauss"] {
-        let text = serde_json::json!({
-            "title": "bar", "space": "1d", "domain": { "min": [-1], "max": [4] }, "gravity": [0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [3] },
-                         "stress": { "kind": "uniform", "value": [2e-3, 0, 0, 0, 0, 0] } }],
-            "stages": [{ "name": "s", "duration": 1, "excavate": [{ "kind": "box", "min": [1.4], "max": [1.6] }] }],
-            "methods": { "mpm": { "cell_size": 1, "points_per_cell": 3, "shape": "linear", "integration": integration } }
-        });
-        let mut solver = start(&Case::from_json(&text.to_string()).map_err(|error| error.to_string())?)?;
+        let mut bar = case("mpm/crossing-bar")?;
+        set(&mut bar, "integration", integration);
+        let mut solver = start(&bar)?;
         let dt = solver.limit().dt;
         solver.step(dt).map_err(|error| error.to_string())?;
         let snapshot = solver.snapshot();
@@ -280,19 +274,12 @@ fn filters(outcome: &mut Outcome) -> Result<(), String> {
         ("XPIC(3), βh = π/8", serde_json::json!({ "transfer": "xpic", "xpic_order": 3 }), eighth, 0.999_945),
     ];
     for (name, options, wave, exact) in rows {
-        let mut text = serde_json::json!({
-            "title": "a mode on a line", "space": "1d", "domain": { "min": [0], "max": [120] }, "gravity": [0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1000, "youngs_modulus": 1e5, "poissons_ratio": 0 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [1], "max": [119] },
-                         "velocity": { "kind": "sine", "amplitude": [1], "wave_vector": [wave] } }],
-            "stages": [{ "name": "s", "duration": 1 }],
-            "methods": { "mpm": { "cell_size": 1, "points_per_cell": 1, "shape": "linear", "stress_update": "usl" } }
-        });
+        let mut line = case("mpm/mode-on-a-line")?;
         for (key, value) in options.as_object().into_iter().flatten() {
-            text["methods"]["mpm"][key] = value.clone();
+            set(&mut line, key, value.clone());
         }
-        let case = Case::from_json(&text.to_string()).map_err(|error| error.to_string())?;
-        let mut solver = start(&case)?;
+        let waves = serde_json::json!([wave]);
+        let mut solver = start(&changed(&line, &[("/bodies/0/velocity/wave_vector", waves)])?)?;
         let before = vectors(&solver.snapshot(), "velocity");
         solver.step(1e-6).map_err(|error| error.to_string())?;
         let after = vectors(&solver.snapshot(), "velocity");
@@ -345,17 +332,9 @@ fn oscillator(outcome: &mut Outcome) -> Result<(), String> {
         ..LineChart::default()
     };
     for (damping, ratio, half_period) in rows {
-        let text = serde_json::json!({
-            "title": "one point", "space": "1d", "domain": { "min": [0], "max": [1] }, "gravity": [0],
-            "materials": { "m": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
-            "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0], "max": [1] },
-                         "velocity": { "kind": "uniform", "value": [1e-7] } }],
-            "boundaries": [{ "side": "x-min", "wall": { "kind": "rough" } }],
-            "stages": [{ "name": "s", "duration": 20, "damping": damping }],
-            "methods": { "mpm": { "cell_size": 1, "points_per_cell": 1, "shape": "linear", "time_step": 1e-3 } }
-        });
-        let case = Case::from_json(&text.to_string()).map_err(|error| error.to_string())?;
-        let mut solver = start(&case)?;
+        let mut point = case("mpm/one-point")?;
+        point.stages[0].damping = damping;
+        let mut solver = start(&point)?;
         let (mut turns, mut last, mut curve) = (Vec::new(), (0.0, 1e-7), Vec::new());
         while turns.len() < 3 {
             solver.step(1e-3).map_err(|error| error.to_string())?;

@@ -2,10 +2,9 @@
 
 use std::time::Instant;
 
-use colluvium::case::{Case, Solver};
-use serde_json::json;
+use colluvium::case::Solver;
 
-use crate::benchmarks::{Benchmark, Outcome};
+use crate::benchmarks::{Benchmark, Outcome, case, set_of};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -16,22 +15,6 @@ pub const BENCHMARK: Benchmark = Benchmark {
     full: 8,
     run,
 };
-
-/// A block of soil of about so many particles that settles on a rough floor.
-fn case(particles: f64) -> Result<Case, String> {
-    let text = json!({
-        "title": "settling block", "space": "plane-strain",
-        "domain": { "min": [0, 0], "max": [1, 1.2] }, "gravity": [0, -9.81],
-        "materials": { "m": { "model": "drucker-prager", "density": 2000, "youngs_modulus": 1e7, "poissons_ratio": 0.3,
-                              "friction_angle": 30, "matching": "plane-strain" } },
-        "bodies": [{ "name": "b", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] } }],
-        "boundaries": [{ "side": "y-min", "wall": { "kind": "rough" } },
-                       { "side": "x-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } }],
-        "stages": [{ "name": "s", "duration": 1 }],
-        "methods": { "sph": { "spacing": 1.0 / particles.sqrt().round() } }
-    });
-    Case::from_json(&text.to_string()).map_err(|errors| errors.to_string())
-}
 
 /// Takes steps on a pool of its own threads; seconds.
 fn timed(pool: &rayon::ThreadPool, solver: &mut dyn Solver, steps: usize) -> Result<f64, String> {
@@ -47,7 +30,12 @@ fn timed(pool: &rayon::ThreadPool, solver: &mut dyn Solver, steps: usize) -> Res
 
 fn run(quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    let (case, batches) = (case(if quick { 1e4 } else { 5e4 })?, if quick { 2 } else { 6 });
+    let batches = if quick { 2 } else { 6 };
+    let mut case = case("sph/threads")?;
+    if !quick {
+        // 50,176 particles.
+        set_of(&mut case, "sph", "spacing", 1.0 / 224.0);
+    }
     let method = colluvium::method("sph").ok_or("no method sph")?;
     let pool = |threads: usize| {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| error.to_string())
