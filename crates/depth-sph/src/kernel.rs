@@ -88,6 +88,9 @@ impl Kernel {
         }
     }
 
+    // The two forms for four arguments stand beside those for one: they need not vanish beyond the support, take inverses that are known
+    // and choose among lanes in place of branches, so that one form for both would be slower for either or change results.
+
     /// [`Kernel::shape`] of four arguments; not to be used beyond the support.
     #[inline(always)]
     pub fn shapes<const D: usize>(self, q: f64x4) -> f64x4 {

@@ -4,6 +4,7 @@
 //! The manifest is `validation/hashes.csv`. Where results are meant to change, `COLLUVIUM_HASHES=write cargo test -p colluvium
 //! --test hashes` writes it anew. Sines and powers are those of the C library, so that the hashes are of 64-bit Linux.
 
+mod flows;
 mod grains;
 mod particles;
 
@@ -340,6 +341,7 @@ fn runs() -> Runs {
     boundaries(&mut runs);
     particles::add(&mut runs);
     grains::add(&mut runs);
+    flows::add(&mut runs);
     runs
 }
 

@@ -4,13 +4,14 @@
 use colluvium_constitutive::basal::BasalFlow;
 use rayon::prelude::*;
 
-use super::Flow;
 use super::heights::{average, own_average};
 use super::set::{Set, TASK};
+use super::{Flow, Heads};
+use crate::bed::BedPoint;
 use crate::choices::Phases;
 use crate::drag::shares;
 use crate::friction::implicit_speed;
-use crate::nodes::{Plan, norm};
+use crate::nodes::{Nodes, Plan, norm};
 use crate::settings::{FluidResistance, Settings, Zone};
 
 /// Masses per area of the phases at a node, and how much of a slip they lose in a step.
@@ -41,35 +42,62 @@ impl Bond {
     }
 }
 
-/// Flow of a column of total density `density` as the law of the bed sees it, at the speed along the bed.
-fn basal_flow<const D: usize>(
-    flow: &Flow<D>,
-    set: &Set<D>,
-    i: usize,
-    velocity: &Plan<D>,
-    porosity: f64,
-) -> BasalFlow {
-    // A layer bears its own weight on its base; water above it stands in its pores as well.
-    let depth = if flow.settings.phases == Phases::Layers { set.nodes.height[i] } else { set.nodes.depth[i] };
-    let material = &flow.settings.material;
-    let densities = &material.densities;
-    let bed = &set.bed[i];
-    let pull = set.nodes.pull[i];
-    let density = densities.mixture(porosity);
-    let pore_pressure = if material.saturated {
-        let excess = densities.submerged(porosity) * flow.heads.base(i);
-        pull * (densities.fluid * depth + excess)
-    } else {
-        0.0
-    };
-    BasalFlow {
-        depth: depth / bed.steepness().sqrt(),
-        speed: bed.speed(velocity),
-        normal_stress: density * pull * depth,
-        pore_pressure,
-        slope: 0.0,
-        unit_weight: density * flow.settings.whole_gravity(),
+/// What stands on the bed, but for its velocity.
+struct Above<'a, const D: usize> {
+    settings: &'a Settings<D>,
+    heads: &'a Heads,
+    height: &'a [f64],
+    depth: &'a [f64],
+    pull: &'a [f64],
+    bed: &'a [BedPoint<D>],
+}
+
+impl<'a, const D: usize> Above<'a, D> {
+    /// The nodes of a set, their bed, and velocities that may change while these are read.
+    fn parts(settings: &'a Settings<D>, heads: &'a Heads, set: &'a mut Set<D>) -> Parts<'a, D> {
+        let Set { nodes, bed, seen, .. } = set;
+        let Nodes { position, velocity, height, depth, pull, .. } = nodes;
+        let above = Self { settings, heads, height, depth, pull, bed };
+        Parts { above, position, porosity: &seen.porosity, velocity }
     }
+
+    fn of(flow: &'a Flow<D>, set: &'a Set<D>) -> Self {
+        let Nodes { height, depth, pull, .. } = &set.nodes;
+        Self { settings: &flow.settings, heads: &flow.heads, height, depth, pull, bed: &set.bed }
+    }
+
+    /// Flow of a column as the law of the bed sees it, at the speed along the bed.
+    fn basal(&self, i: usize, velocity: &Plan<D>, porosity: f64) -> BasalFlow {
+        let settings = self.settings;
+        // A layer bears its own weight on its base; water above it stands in its pores as well.
+        let depth = if settings.phases == Phases::Layers { self.height[i] } else { self.depth[i] };
+        let material = &settings.material;
+        let densities = &material.densities;
+        let (bed, pull) = (&self.bed[i], self.pull[i]);
+        let density = densities.mixture(porosity);
+        let pore_pressure = if material.saturated {
+            let excess = densities.submerged(porosity) * self.heads.base(i);
+            pull * (densities.fluid * depth + excess)
+        } else {
+            0.0
+        };
+        BasalFlow {
+            depth: depth / bed.steepness().sqrt(),
+            speed: bed.speed(velocity),
+            normal_stress: density * pull * depth,
+            pore_pressure,
+            slope: 0.0,
+            unit_weight: density * settings.whole_gravity(),
+        }
+    }
+}
+
+/// A set of nodes, its velocities apart.
+struct Parts<'a, const D: usize> {
+    above: Above<'a, D>,
+    position: &'a [Plan<D>],
+    porosity: &'a [f64],
+    velocity: &'a mut [Plan<D>],
 }
 
 /// Scales a velocity so that its speed along the bed changes from `before` to `after` (m/s).
@@ -83,15 +111,14 @@ fn scale<const D: usize>(velocity: &mut Plan<D>, before: f64, after: f64) {
 impl<const D: usize> Flow<D> {
     /// Step 6 of a single phase: the whole resistance, implicit.
     pub(super) fn resist_single(&mut self, dt: f64) {
-        let mut velocity = std::mem::take(&mut self.sets[0].nodes.velocity);
-        let (flow, set) = (&*self, &self.sets[0]);
-        let porosity = self.settings.material.porosity;
-        let along = self.settings.numerics.friction_along_x;
+        let Self { settings, heads, sets, .. } = self;
+        let Parts { above, position, velocity, .. } = Above::parts(settings, heads, &mut sets[0]);
+        let porosity = settings.material.porosity;
+        let along = settings.numerics.friction_along_x;
         velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
-            let zone = self.settings.zone(&set.nodes.position[i]);
-            let Some(law) = &zone.law else { return };
-            let basal = basal_flow(flow, set, i, v, porosity);
-            let per_stress = dt / (self.settings.material.density() * basal.depth);
+            let Some(law) = &settings.zone(&position[i]).law else { return };
+            let basal = above.basal(i, v, porosity);
+            let per_stress = dt / (settings.material.density() * basal.depth);
             if along {
                 v[0] -= per_stress * law.max_static(&basal);
                 return;
@@ -99,7 +126,6 @@ impl<const D: usize> Flow<D> {
             let after = law.slowed(&basal, per_stress);
             scale(v, basal.speed, after);
         });
-        self.sets[0].nodes.velocity = velocity;
     }
 
     /// Steps 5 and 6 of two phases.
@@ -198,12 +224,13 @@ impl<const D: usize> Flow<D> {
     /// Step 6: the yield part of the resistance on the grains, with a mobility that knows the drag; impulses per plan area.
     fn hold_solid(&mut self, bonds: &[Option<Bond>], dt: f64) -> Vec<Plan<D>> {
         let set = &self.sets[0];
+        let above = Above::of(self, set);
         let densities = &self.settings.material.densities;
         let impulse = |i: usize| {
             let v = set.nodes.velocity[i];
             let Some(law) = &self.settings.zone(&set.nodes.position[i]).law else { return ([0.0; D], v) };
             let porosity = set.seen.porosity[i];
-            let basal = basal_flow(self, set, i, &v, porosity);
+            let basal = above.basal(i, &v, porosity);
             let speed = norm(&v);
             if speed == 0.0 {
                 return ([0.0; D], v);
@@ -256,22 +283,20 @@ impl<const D: usize> Flow<D> {
 
     /// The part of the resistance that grows with the speed, on one phase.
     fn slow(&mut self, role: usize, dt: f64) {
-        let mut velocity = std::mem::take(&mut self.sets[role].nodes.velocity);
-        let (set, flow) = (&self.sets[role], &*self);
+        let Self { settings, heads, sets, .. } = self;
+        let Parts { above, position, porosity, velocity } = Above::parts(settings, heads, &mut sets[role]);
         velocity.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, v)| {
-            let zone = flow.settings.zone(&set.nodes.position[i]);
-            let speed = set.bed[i].speed(v);
+            let speed = above.bed[i].speed(v);
             if speed == 0.0 {
                 return;
             }
             let after = if role == 0 {
-                slow_solid(flow, set, zone, i, speed, dt)
+                above.slow_solid(settings.zone(&position[i]), i, porosity[i], speed, dt)
             } else {
-                slow_fluid(&flow.settings, set, i, speed, dt)
+                above.slow_fluid(i, speed, dt)
             };
             scale(v, speed, after);
         });
-        self.sets[role].nodes.velocity = velocity;
     }
 }
 
@@ -284,39 +309,34 @@ enum Slip {
     Added,
 }
 
-/// Speed of the grains after the part of their resistance that grows with it (m/s).
-fn slow_solid<const D: usize>(
-    flow: &Flow<D>,
-    set: &Set<D>,
-    zone: &Zone,
-    i: usize,
-    speed: f64,
-    dt: f64,
-) -> f64 {
-    let Some(law) = &zone.law else { return speed };
-    let densities = &flow.settings.material.densities;
-    let porosity = set.seen.porosity[i];
-    let (depth, steepness) = (set.nodes.depth[i], set.bed[i].steepness());
-    let density = (1.0 - porosity) * densities.grain;
-    let basal = BasalFlow {
-        depth: depth / steepness.sqrt(),
-        speed,
-        normal_stress: density * set.nodes.pull[i] * depth,
-        pore_pressure: 0.0,
-        slope: 0.0,
-        unit_weight: density * flow.settings.whole_gravity(),
-    };
-    law.dragged(&basal, dt / (density * basal.depth))
-}
-
-/// Speed of the fluid after its resistance (m/s).
-fn slow_fluid<const D: usize>(settings: &Settings<D>, set: &Set<D>, i: usize, speed: f64, dt: f64) -> f64 {
-    if settings.fluid_resistance == FluidResistance::None {
-        return speed;
+impl<const D: usize> Above<'_, D> {
+    /// Speed of the grains after the part of their resistance that grows with it (m/s).
+    fn slow_solid(&self, zone: &Zone, i: usize, porosity: f64, speed: f64, dt: f64) -> f64 {
+        let Some(law) = &zone.law else { return speed };
+        let densities = &self.settings.material.densities;
+        let (depth, steepness) = (self.depth[i], self.bed[i].steepness());
+        let density = (1.0 - porosity) * densities.grain;
+        let basal = BasalFlow {
+            depth: depth / steepness.sqrt(),
+            speed,
+            normal_stress: density * self.pull[i] * depth,
+            pore_pressure: 0.0,
+            slope: 0.0,
+            unit_weight: density * self.settings.whole_gravity(),
+        };
+        law.dragged(&basal, dt / (density * basal.depth))
     }
-    let depth = set.nodes.depth[i] / set.bed[i].steepness().sqrt();
-    let law = settings.fluid_resistance;
-    let density = settings.material.densities.fluid;
-    // The area fraction n of the resistance and of the mass cancel.
-    implicit_speed(speed, |v| dt / depth * law.over_density(depth, v, density, settings.whole_gravity()))
+
+    /// Speed of the fluid after its resistance (m/s).
+    fn slow_fluid(&self, i: usize, speed: f64, dt: f64) -> f64 {
+        let settings = self.settings;
+        if settings.fluid_resistance == FluidResistance::None {
+            return speed;
+        }
+        let depth = self.depth[i] / self.bed[i].steepness().sqrt();
+        let law = settings.fluid_resistance;
+        let density = settings.material.densities.fluid;
+        // The area fraction n of the resistance and of the mass cancel.
+        implicit_speed(speed, |v| dt / depth * law.over_density(depth, v, density, settings.whole_gravity()))
+    }
 }

@@ -1,13 +1,16 @@
 //! Pressure, artificial viscosity, gradients of porosity and the reaction of the bed (sheet: depth-sph §2.5, §2.9, §2.10).
 
+use colluvium_points::NeighbourList;
 use rayon::prelude::*;
 use wide::f64x4;
 
+use super::longest::Longest;
 use super::packed::{FIELDS, Packed, four, whole};
 use super::set::{Set, TASK};
+use crate::bed::BedPoint;
 use crate::choices::{Metric, Momentum, Phases};
 use crate::kernel::Kernel;
-use crate::nodes::{Plan, Seen, dot};
+use crate::nodes::{Nodes, Plan, Seen, dot};
 use crate::settings::Settings;
 
 /// Below this determinant the correction of gradients is left out (sheet: depth-sph §2.10).
@@ -59,10 +62,16 @@ pub fn corrected<const D: usize>(matrix: &[Plan<D>; D], vector: &Plan<D>) -> Pla
     result
 }
 
-/// The sums of the forces between the nodes of one set.
+/// The sums of the forces between the nodes of one set: what they read of it.
 struct Pairs<'a, const D: usize> {
     settings: &'a Settings<D>,
-    set: &'a Set<D>,
+    nodes: &'a Nodes<D>,
+    seen: &'a Seen<D>,
+    packed: &'a Packed<D>,
+    around: &'a Longest<D>,
+    bed: &'a [BedPoint<D>],
+    reaction: &'a [f64],
+    across: &'a NeighbourList<D>,
 }
 
 /// Sums as lanes of four neighbours.
@@ -124,7 +133,7 @@ impl<const D: usize> Pairs<'_, D> {
         let kernel = numerics.kernel;
         let product = numerics.momentum == Momentum::Product;
         let half_support = 0.5 * kernel.support();
-        let (nodes, seen, near) = (&self.set.nodes, &self.set.seen, &self.set.packed);
+        let (nodes, seen, near) = (self.nodes, self.seen, self.packed);
         let (x, length) = (&nodes.position[i], nodes.length[i]);
         let (pressure, height) = (f64x4::splat(seen.pressure[i]), f64x4::splat(nodes.height[i]));
         let mut velocity = [f64x4::ZERO; D];
@@ -138,7 +147,7 @@ impl<const D: usize> Pairs<'_, D> {
         }
         let factor = f64x4::splat(kernel.factor::<D>());
         let mut sums = Lanes::NONE;
-        let radius = half_support * (length + self.set.longest_near(x).max(length));
+        let radius = half_support * (length + self.around.at(x).max(length));
         near.around(x, radius, |first, apart, square| {
             let both = four(&near.length, first) + length;
             let reach = both * half_support;
@@ -246,17 +255,17 @@ impl<const D: usize> Set<D> {
         weak: impl Fn(usize) -> bool + Sync,
         other: Option<&Seen<D>>,
     ) {
-        let mut acceleration = std::mem::take(&mut self.acceleration);
-        acceleration.resize(self.len(), [0.0; D]);
         let form = settings.numerics.momentum;
         let plain =
             settings.phases != Phases::Two && form != Momentum::Node && !settings.numerics.surface_gradient;
         self.show_forces(settings.numerics.kernel.support(), !plain);
-        let pairs = Pairs { settings, set: self };
+        let Self { nodes, seen, packed, around, bed, reaction, across, acceleration, .. } = self;
+        acceleration.resize(nodes.len(), [0.0; D]);
+        let pairs = Pairs { settings, nodes, seen, packed, around, bed, reaction, across };
         acceleration.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, a)| {
             let own = if plain {
                 let sums = pairs.sums::<false>(i);
-                std::array::from_fn(|c| sums.viscous[c] - pairs.set.nodes.pull[i] * sums.push[c])
+                std::array::from_fn(|c| sums.viscous[c] - pairs.nodes.pull[i] * sums.push[c])
             } else {
                 let sums = pairs.sums::<true>(i);
                 let by_differences = match form {
@@ -271,15 +280,14 @@ impl<const D: usize> Set<D> {
                 pairs.add_layer(role, i, other, a);
             }
         });
-        self.acceleration = acceleration;
     }
 }
 
 impl<const D: usize> Pairs<'_, D> {
     /// Pressure force and viscosity of node `i` of two phases, or by differences (m/s²).
     fn push(&self, role: Role, i: usize, sums: &Sums<D>, by_differences: bool) -> Plan<D> {
-        let (seen, settings) = (&self.set.seen, self.settings);
-        let pull = self.set.nodes.pull[i];
+        let (seen, settings) = (self.seen, self.settings);
+        let pull = self.nodes.pull[i];
         let [height, partner, porosity, excess, _] = fields(seen, i);
         let slopes = sums.slopes.map(|slope| corrected(&sums.moment, &slope));
         let [height_slope, partner_slope, porosity_slope, excess_slope, level_slope] = slopes;
@@ -317,15 +325,15 @@ impl<const D: usize> Pairs<'_, D> {
     #[inline]
     fn with_bed(&self, i: usize, force: Plan<D>) -> Plan<D> {
         let settings = self.settings;
-        let bed = &self.set.bed[i];
+        let bed = &self.bed[i];
         let slope = &bed.slope;
         let along = match settings.metric {
             Metric::Vertical => 0.0,
             Metric::Normal => dot(slope, &force) / bed.steepness(),
         };
         // What the free surface has counted of the bed is left out here.
-        let counted = if settings.numerics.surface_gradient { self.set.nodes.pull[i] } else { 0.0 };
-        let reaction = self.set.reaction[i] - counted;
+        let counted = if settings.numerics.surface_gradient { self.nodes.pull[i] } else { 0.0 };
+        let reaction = self.reaction[i] - counted;
         std::array::from_fn(|c| force[c] - along * slope[c] - reaction * slope[c] + settings.drive[c])
     }
 
@@ -334,9 +342,9 @@ impl<const D: usize> Pairs<'_, D> {
         let densities = &self.settings.material.densities;
         let factor = if role == Role::Lower { densities.fluid / densities.grain } else { 1.0 };
         let kernel = self.settings.numerics.kernel;
-        let seen = &self.set.seen;
+        let seen = self.seen;
         let (x, length) = (&seen.position[i], seen.length[i]);
-        for &j in self.set.across.of(i) {
+        for &j in self.across.of(i) {
             let j = j as usize;
             let apart: Plan<D> = std::array::from_fn(|c| x[c] - other.position[j][c]);
             let distance = dot(&apart, &apart).sqrt();
@@ -345,7 +353,7 @@ impl<const D: usize> Pairs<'_, D> {
             }
             let weight = other.volume[j] * kernel.gradient::<D>(distance, length);
             for c in 0..D {
-                a[c] -= factor * self.set.nodes.pull[i] * weight * apart[c];
+                a[c] -= factor * self.nodes.pull[i] * weight * apart[c];
             }
         }
     }
@@ -400,7 +408,10 @@ mod tests {
                     (pressure / fluid, slopes_of(fluid_slope, solid_slope))
                 };
                 let sums = Sums { push: [push], viscous: [0.0], slopes, moment: [[1.0]] };
-                Pairs { settings: &settings, set: &set }.push(role, 0, &sums, by_differences)[0]
+                let Set { nodes, seen, packed, around, bed, reaction, across, .. } = &set;
+                let settings = &settings;
+                let pairs = Pairs { settings, nodes, seen, packed, around, bed, reaction, across };
+                pairs.push(role, 0, &sums, by_differences)[0]
             };
             let near = |a: f64, b: f64, size: f64| assert!((a - b).abs() < 1e-10 * size, "{a} {b}");
             let [of_solid, of_fluid] = [Role::Solid, Role::Fluid].map(|role| force(role, true));

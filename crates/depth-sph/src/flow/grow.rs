@@ -1,11 +1,12 @@
 //! What changes the nodes themselves: erosion of the bed, friction between layers, nodes that leave (sheet: depth-sph §2.8,
 //! §2.11, §3.4 step 8).
 
+use colluvium_points::Spare;
 use rayon::prelude::*;
 
 use super::heights::average;
 use super::set::{Set, TASK};
-use super::{Failure, Flow, Outside, failure};
+use super::{Failure, Flow, Heads, Outside, failure};
 use crate::bed::Bed;
 use crate::choices::Phases;
 use crate::nodes::{Nodes, Plan, dot, norm};
@@ -137,13 +138,18 @@ impl<const D: usize> Flow<D> {
     }
 
     fn remove(&mut self, number: usize, gone: impl Fn(usize) -> bool) {
-        let count = self.sets[number].nodes.len();
-        let order: Vec<u32> = (0..count).filter(|i| !gone(*i)).map(|i| i as u32).collect();
-        if number == 0 {
-            self.heads.reorder(&order);
-        }
-        let Self { sets, spare, .. } = self;
-        sets[number].nodes.reorder(&order, spare);
-        sets[number].unlist();
+        let Self { sets, heads, spare, .. } = self;
+        let set = &mut sets[number];
+        let order: Vec<u32> = (0..set.nodes.len()).filter(|i| !gone(*i)).map(|i| i as u32).collect();
+        keep(set, (number == 0).then_some(heads), &order, spare);
     }
+}
+
+/// Keeps of a set the nodes that `order` names, with their columns of pore pressure where these are its.
+pub fn keep<const D: usize>(set: &mut Set<D>, heads: Option<&mut Heads>, order: &[u32], spare: &mut Spare) {
+    if let Some(heads) = heads {
+        heads.reorder(order);
+    }
+    set.nodes.reorder(order, spare);
+    set.unlist();
 }

@@ -6,8 +6,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::Flow;
+use super::grow::keep;
+use super::set::Set;
 use crate::inflow;
+use crate::kernel::Kernel;
 use crate::nodes::{Node, Nodes};
+use crate::settings::Settings;
 
 /// Nodes stand beyond an end as far as this many supports of a kernel: the last ones, which lack neighbours, are not felt within.
 const SUPPORTS: f64 = 3.0;
@@ -115,7 +119,7 @@ pub struct Beyond {
 
 impl OpenEnd {
     /// Finds what stands at the end when the flow begins, under `gravity` (m/s²) at `time` (s): the material goes on like that.
-    fn begin<const D: usize>(&mut self, nodes: &Nodes<D>, gravity: f64, time: f64) {
+    fn begin<const D: usize>(&mut self, nodes: &Nodes<D>, gravity: f64, time: f64, feed: Option<&Feed>) {
         let beyond = |i: usize| self.beyond(nodes.position[i][0]);
         let last = (0..nodes.len())
             .filter(|i| (-2.0 * self.spacing..0.0).contains(&beyond(*i)))
@@ -132,7 +136,7 @@ impl OpenEnd {
             let (depth, node) = (nodes.volume[i] / self.spacing, like(i));
             self.still = Some((depth, self.outward * node.velocity[0]));
             self.like = Some(node);
-        } else if let (Some(feed), false) = (&self.feed, nodes.is_empty()) {
+        } else if let (Some(feed), false) = (feed, nodes.is_empty()) {
             let (depth, speed) = feed.section(feed.discharge(time), gravity);
             let node = Node { velocity: [-self.outward * speed], volume: depth * self.spacing, ..like(0) };
             self.like = Some(node);
@@ -209,13 +213,14 @@ impl<const D: usize> Flow<D> {
             reach,
             like: None,
             still: None,
-            feed,
+            feed: None,
             state: Beyond::default(),
         };
-        end.begin(nodes, self.settings.gravity, self.time);
-        let most = end.feed.as_ref().map_or(0.0, |feed| feed.fastest(self.settings.gravity));
+        end.begin(nodes, self.settings.gravity, self.time, feed.as_ref());
+        let most = feed.as_ref().map_or(0.0, |feed| feed.fastest(self.settings.gravity));
         // What flows in begins after the sums of what stands there are known.
-        let feed = if end.still.is_some() { end.feed.take() } else { None };
+        let (now, later) = if end.still.is_some() { (None, feed) } else { (feed, None) };
+        end.feed = now;
         self.opens.push(end);
         self.pass_ends();
         let set = &mut self.sets[0];
@@ -225,102 +230,32 @@ impl<const D: usize> Flow<D> {
         self.fastest_start = self.fastest_start.max(most);
         // Sums over a lattice are not quite its depth: what is still is what they have.
         let number = self.opens.len() - 1;
-        let within = self.within(&self.opens[number]);
         let end = &mut self.opens[number];
+        let within = end.within(self.settings.numerics.kernel, &self.sets[0].nodes);
         if let (Some(still), Some(within), Some(like)) = (&mut end.still, within, &end.like) {
             *still = (within.depth[0], within.speed[0]);
             end.width = like.volume / within.depth[0];
         }
-        end.feed = feed.or(end.feed.take());
+        if later.is_some() {
+            end.feed = later;
+        }
         Ok(())
     }
 
     /// What has passed the open ends stands beyond them, in the state of the end.
     pub(super) fn pass_ends(&mut self) {
-        let mut opens = std::mem::take(&mut self.opens);
-        for end in &mut opens {
-            self.pass(end);
-        }
-        self.opens = opens;
-    }
-
-    fn pass(&mut self, end: &mut OpenEnd) {
-        let nodes = &self.sets[0].nodes;
-        let mut ids = Vec::new();
-        for i in 0..nodes.len() {
-            let is_beyond = end.beyond(nodes.position[i][0]) > 0.0;
-            let was = end.state.ids.binary_search(&nodes.id[i]).is_ok();
-            if is_beyond != was {
-                end.state.passed += if is_beyond { nodes.volume[i] } else { -nodes.volume[i] };
+        let Self { settings, sets, heads, opens, spare, next_id, time, step, .. } = self;
+        for end in opens {
+            end.count(&sets[0].nodes);
+            end.find_state(settings, &sets[0].nodes, *time, *step == 0);
+            let (farthest, gone) = end.place(&mut sets[0].nodes);
+            if !gone.is_empty() {
+                let nodes = &sets[0].nodes;
+                let stays = |i: &usize| gone.binary_search(&nodes.id[*i]).is_err();
+                let order: Vec<u32> = (0..nodes.len()).filter(stays).map(|i| i as u32).collect();
+                keep(&mut sets[0], Some(&mut *heads), &order, spare);
             }
-            if is_beyond {
-                ids.push(nodes.id[i]);
-            }
-        }
-        ids.sort_unstable();
-        end.state.ids = ids;
-        self.find_state(end);
-        let farthest = self.set_beyond(end);
-        self.add_beyond(end, farthest);
-    }
-
-    /// Gives the nodes beyond an end their depth and speed, and takes away those that are not needed. How far the last one stands (m).
-    fn set_beyond(&mut self, end: &mut OpenEnd) -> f64 {
-        let nodes = &mut self.sets[0].nodes;
-        let (mut gone, mut farthest) = (Vec::new(), -0.5 * end.spacing);
-        for i in 0..nodes.len() {
-            let beyond = end.beyond(nodes.position[i][0]);
-            if beyond <= 0.0 {
-                farthest = f64::max(farthest, beyond);
-                continue;
-            }
-            let (depth, speed) = end.at(beyond);
-            if depth <= 0.0 || beyond > end.reach + end.spacing {
-                gone.push(nodes.id[i]);
-                continue;
-            }
-            farthest = f64::max(farthest, beyond);
-            nodes.volume[i] = depth * end.width;
-            nodes.velocity[i][0] = end.outward * speed;
-        }
-        if !gone.is_empty() {
-            gone.sort_unstable();
-            end.state.ids.retain(|id| gone.binary_search(id).is_err());
-            self.remove_where(|nodes, i| gone.binary_search(&nodes.id[i]).is_ok());
-        }
-        farthest
-    }
-
-    /// Adds nodes beyond an end, from the last one (m) on as far as they are felt.
-    fn add_beyond(&mut self, end: &mut OpenEnd, mut farthest: f64) {
-        let Some(like) = end.like else { return };
-        while farthest + end.spacing <= end.reach {
-            farthest += end.spacing;
-            let (depth, speed) = end.at(farthest);
-            if depth <= 0.0 {
-                return;
-            }
-            let along = |x: f64| std::array::from_fn(|c| if c == 0 { end.outward * x } else { 0.0 });
-            let mut node = Node {
-                body: like.body,
-                position: along(farthest),
-                velocity: along(speed),
-                volume: depth * end.width,
-                length: like.length,
-                scale: like.scale,
-            };
-            node.position[0] += end.place;
-            let set = &mut self.sets[0];
-            set.nodes.push(self.next_id, &node);
-            // It has a height before the next sum.
-            for heights in [&mut set.nodes.height, &mut set.nodes.depth] {
-                if let Some(height) = heights.last_mut() {
-                    *height = depth;
-                }
-            }
-            set.unlist();
-            end.state.ids.push(self.next_id);
-            self.next_id += 1;
+            end.add(&mut sets[0], farthest, next_id);
         }
     }
 
@@ -344,35 +279,114 @@ impl<const D: usize> Flow<D> {
             |i: &usize| self.opens.iter().any(|end| end.state.ids.binary_search(&nodes.id[*i]).is_ok());
         (0..nodes.len()).filter(is_beyond).map(|i| nodes.volume[i]).sum()
     }
+}
 
-    /// Finds the state of an end: that of its outside before the first step, none where there is nothing.
-    fn find_state(&self, end: &mut OpenEnd) {
-        let gravity = self.settings.gravity;
-        (end.state.fixed, end.state.within) = (None, None);
-        if self.step == 0 {
-            end.state.fixed = end.still;
-        } else {
-            end.state.within = self.within(end);
+impl OpenEnd {
+    /// Counts what has passed the end since it was last looked at.
+    fn count<const D: usize>(&mut self, nodes: &Nodes<D>) {
+        let mut ids = Vec::new();
+        for i in 0..nodes.len() {
+            let is_beyond = self.beyond(nodes.position[i][0]) > 0.0;
+            let was = self.state.ids.binary_search(&nodes.id[i]).is_ok();
+            if is_beyond != was {
+                self.state.passed += if is_beyond { nodes.volume[i] } else { -nodes.volume[i] };
+            }
+            if is_beyond {
+                ids.push(nodes.id[i]);
+            }
         }
-        let Some(feed) = &end.feed else { return };
-        let here = end.state.within.map(|within| (within.depth[0], within.speed[0], within.pull));
-        let here = here.or(end.state.fixed.map(|(depth, speed)| (depth, speed, gravity)));
-        let pull = here.map_or(gravity, |(.., pull)| pull);
-        let outgoing = here.map(|(depth, speed, pull)| speed + 2.0 * (pull * depth).sqrt());
-        end.state.fixed = Some(feed.state(self.time, outgoing, pull));
+        ids.sort_unstable();
+        self.state.ids = ids;
     }
 
-    /// What a kernel at an end reaches within: a line through depths and speeds by least squares.
-    fn within(&self, end: &OpenEnd) -> Option<Within> {
-        let (nodes, kernel) = (&self.sets[0].nodes, self.settings.numerics.kernel);
+    /// Gives the nodes beyond the end their depth and speed. How far the last one stands (m), and the numbers of those that are not needed.
+    fn place<const D: usize>(&mut self, nodes: &mut Nodes<D>) -> (f64, Vec<u64>) {
+        let (mut gone, mut farthest) = (Vec::new(), -0.5 * self.spacing);
+        for i in 0..nodes.len() {
+            let beyond = self.beyond(nodes.position[i][0]);
+            if beyond <= 0.0 {
+                farthest = f64::max(farthest, beyond);
+                continue;
+            }
+            let (depth, speed) = self.at(beyond);
+            if depth <= 0.0 || beyond > self.reach + self.spacing {
+                gone.push(nodes.id[i]);
+                continue;
+            }
+            farthest = f64::max(farthest, beyond);
+            nodes.volume[i] = depth * self.width;
+            nodes.velocity[i][0] = self.outward * speed;
+        }
+        gone.sort_unstable();
+        self.state.ids.retain(|id| gone.binary_search(id).is_err());
+        (farthest, gone)
+    }
+
+    /// Adds nodes beyond the end, from the last one (m) on as far as they are felt.
+    fn add<const D: usize>(&mut self, set: &mut Set<D>, mut farthest: f64, next_id: &mut u64) {
+        let Some(like) = self.like else { return };
+        while farthest + self.spacing <= self.reach {
+            farthest += self.spacing;
+            let (depth, speed) = self.at(farthest);
+            if depth <= 0.0 {
+                return;
+            }
+            let along = |x: f64| std::array::from_fn(|c| if c == 0 { self.outward * x } else { 0.0 });
+            let mut node = Node {
+                body: like.body,
+                position: along(farthest),
+                velocity: along(speed),
+                volume: depth * self.width,
+                length: like.length,
+                scale: like.scale,
+            };
+            node.position[0] += self.place;
+            set.nodes.push(*next_id, &node);
+            // It has a height before the next sum.
+            for heights in [&mut set.nodes.height, &mut set.nodes.depth] {
+                if let Some(height) = heights.last_mut() {
+                    *height = depth;
+                }
+            }
+            set.unlist();
+            self.state.ids.push(*next_id);
+            *next_id += 1;
+        }
+    }
+
+    /// Finds the state of the end at `time` (s): that of its outside before the first step, none where there is nothing.
+    fn find_state<const D: usize>(
+        &mut self,
+        settings: &Settings<D>,
+        nodes: &Nodes<D>,
+        time: f64,
+        is_first: bool,
+    ) {
+        let gravity = settings.gravity;
+        (self.state.fixed, self.state.within) = (None, None);
+        if is_first {
+            self.state.fixed = self.still;
+        } else {
+            self.state.within = self.within(settings.numerics.kernel, nodes);
+        }
+        let Some(feed) = &self.feed else { return };
+        let here = self.state.within.map(|within| (within.depth[0], within.speed[0], within.pull));
+        let here = here.or(self.state.fixed.map(|(depth, speed)| (depth, speed, gravity)));
+        let pull = here.map_or(gravity, |(.., pull)| pull);
+        let outgoing = here.map(|(depth, speed, pull)| speed + 2.0 * (pull * depth).sqrt());
+        self.state.fixed = Some(feed.state(time, outgoing, pull));
+    }
+
+    /// What a kernel at the end reaches within: a line through depths and speeds by least squares.
+    fn within<const D: usize>(&self, kernel: Kernel, nodes: &Nodes<D>) -> Option<Within> {
         let (mut moments, mut depths, mut speeds, mut pull) = ([0.0; 3], [0.0; 2], [0.0; 2], 0.0);
         let mut reach: f64 = 0.0;
         for i in 0..nodes.len() {
-            let beyond = end.beyond(nodes.position[i][0]);
+            let beyond = self.beyond(nodes.position[i][0]);
             let far = -beyond / nodes.length[i];
             if beyond <= 0.0 && far < kernel.support() {
                 let weight = nodes.volume[i] / nodes.height[i] * kernel.shape::<D>(far);
-                let speed = end.outward * nodes.velocity[i][0];
+                let speed = self.outward * nodes.velocity[i][0];
                 let powers = [weight, weight * beyond, weight * beyond * beyond];
                 (0..3).for_each(|k| moments[k] += powers[k]);
                 for k in 0..2 {

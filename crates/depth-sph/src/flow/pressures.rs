@@ -4,11 +4,18 @@ use rayon::prelude::*;
 
 use super::Flow;
 use super::heights::average;
-use super::set::{TASK, copy};
+use super::set::{Set, TASK, copy};
 use crate::nodes::dot;
+use crate::settings::Settings;
 
 /// Width of the switch of earth pressure over `√(g/h)` (sheet: depth-sph §2.5).
 const SWITCH: f64 = 1e-2;
+
+/// Coefficient of earth pressure of a node of this depth (m) that spreads at this rate (1/s).
+fn earth_pressure<const D: usize>(settings: &Settings<D>, depth: f64, divergence: f64) -> f64 {
+    let width = || SWITCH * (settings.gravity / depth).sqrt();
+    settings.earth_pressure.as_ref().map_or(1.0, |coefficients| coefficients.at(divergence, width()))
+}
 
 impl<const D: usize> Flow<D> {
     /// Rates of divergence of the first set, where earth pressure depends on them (1/s).
@@ -33,39 +40,29 @@ impl<const D: usize> Flow<D> {
         (0..count).into_par_iter().with_min_len(TASK).map(divergence).collect_into_vec(&mut set.divergence);
     }
 
-    /// Coefficient of earth pressure at node `i` of the first set.
-    pub(super) fn earth_pressure(&self, i: usize) -> f64 {
-        let Some(coefficients) = &self.settings.earth_pressure else { return 1.0 };
-        let set = &self.sets[0];
-        let width = SWITCH * (self.settings.gravity / set.nodes.depth[i]).sqrt();
-        coefficients.at(set.divergence[i], width)
-    }
-
     /// Of a single phase, or of layers.
     pub(super) fn find_single_pressures(&mut self) {
-        let material = &self.settings.material;
+        let Self { settings, sets, heads, .. } = self;
+        let material = &settings.material;
         let submerged = material.densities.submerged(material.porosity);
-        for number in 0..self.sets.len() {
-            let mut values = std::mem::take(&mut self.sets[number].scalars);
-            values.clear();
-            if number > 0 || self.settings.earth_pressure.is_none() {
-                values.resize(self.sets[number].nodes.len(), 0.5);
+        for (number, set) in sets.iter_mut().enumerate() {
+            let Set { nodes, seen, images, scalars, divergence, .. } = set;
+            scalars.clear();
+            if number > 0 || settings.earth_pressure.is_none() {
+                scalars.resize(nodes.len(), 0.5);
             } else {
                 let of_node = |i: usize| {
-                    let excess = self.earth_pressure(i) - 1.0;
+                    let excess = earth_pressure(settings, nodes.depth[i], divergence[i]) - 1.0;
                     if !material.saturated {
                         return 0.5 * (1.0 + excess);
                     }
                     // Only the effective part of the stress has another horizontal than vertical share.
-                    let depth = self.sets[0].nodes.depth[i];
-                    let effective = (0.5 - self.heads.mean(i) / depth) * submerged / material.density();
+                    let effective = (0.5 - heads.mean(i) / nodes.depth[i]) * submerged / material.density();
                     0.5 + excess * effective
                 };
-                values.extend((0..self.sets[0].nodes.len()).map(of_node));
+                scalars.extend((0..nodes.len()).map(of_node));
             }
-            let set = &mut self.sets[number];
-            copy(&set.images, &values, &mut set.seen.pressure);
-            set.scalars = values;
+            copy(images, scalars, &mut seen.pressure);
         }
     }
 
@@ -85,7 +82,8 @@ impl<const D: usize> Flow<D> {
                 let head = if role == 0 { heads[i] } else { of_fluid[i] };
                 let excess = depth * submerged * head;
                 let pressure = if role == 0 {
-                    let lateral = self.earth_pressure(i) - 1.0;
+                    let divergence = set.divergence.get(i).copied().unwrap_or(0.0);
+                    let lateral = earth_pressure(&self.settings, depth, divergence) - 1.0;
                     let effective = lateral * (0.5 * submerged * depth * depth - excess);
                     0.5 * height * depth + (effective - porosity * excess) / densities.grain
                 } else {

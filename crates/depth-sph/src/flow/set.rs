@@ -46,8 +46,9 @@ pub struct Set<const D: usize> {
     pub spare: Vec<Plan<D>>,
     /// Scalars of use within one sub-step.
     pub scalars: Vec<f64>,
+    /// The longest smoothing length of those that may reach a place, of what forces were last shown or lists last made of.
+    pub around: Longest<D>,
     listed: Vec<(Plan<D>, f64)>,
-    around: Longest<D>,
 }
 
 impl<const D: usize> Set<D> {
@@ -108,12 +109,6 @@ impl<const D: usize> Set<D> {
     pub fn show_forces(&mut self, support: f64, with_fields: bool) {
         self.packed.fill(&self.seen, with_fields);
         self.around.follow(&self.seen.position, &self.seen.length, support);
-    }
-
-    /// The longest smoothing length of those that may reach a place (m), after [`Set::show_forces`].
-    #[inline]
-    pub fn longest_near(&self, x: &Plan<D>) -> f64 {
-        self.around.at(x)
     }
 
     /// Makes the list of neighbours of the same phase.
