@@ -29,14 +29,15 @@ pub fn run(arguments: &Arguments) -> Result<bool, String> {
         free_memory: f64::INFINITY,
         ..CompareOptions::default()
     };
-    let results = compare::run(&case, &methods, &options, &tell);
+    let results = compare::run(&case, &methods, &options, &tell).map_err(|error| error.to_string())?;
     let plane = plane_under(case.gravity.get(2).copied(), None);
-    let file = compare::write(&out, &case, &results, plane).map_err(|error| error.to_string())?;
+    let file = compare::write(&out, &case, &results, plane, &compare::Reference::default())
+        .map_err(|error| error.to_string())?;
     println!("comparison: {}", file.display());
     Ok(!results.iter().any(|result| matches!(result.outcome, Outcome::Failed(_))))
 }
 
-fn tell(Contender { method, took, outcome }: &Contender) {
+fn tell(Contender { method, took, outcome, .. }: &Contender) {
     match outcome {
         Outcome::Refused(why) => println!("{method}: not for this case: {why}"),
         Outcome::Failed(why) => println!("{method}: FAILED, {why}"),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use colluvium::case::Case;
-use colluvium::compare::{self, CompareError, CompareOptions, Contender, Outcome};
+use colluvium::compare::{self, CompareError, CompareOptions, Contender, Outcome, Reference};
 
 /// The column of the template, for a moment.
 fn column() -> Case {
@@ -31,16 +31,26 @@ fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
     let folder = tempfile::tempdir().unwrap();
     let case = coarse();
     let methods = compare::methods(&["mpm".to_owned(), "sph".to_owned(), "dem".to_owned()]).unwrap();
-    let results = compare::run(&case, &methods, &options(folder.path()), &|_| {});
+    let results = compare::run(&case, &methods, &options(folder.path()), &|_| {}).unwrap();
     let done = |result: &Contender| matches!(result.outcome, Outcome::Done(_));
     assert!(done(&results[0]) && done(&results[1]), "{results:?}");
     assert!(results[1].took.starts_with("spacing 0.01 m"), "{}", results[1].took);
     assert!(matches!(&results[2].outcome, Outcome::Refused(why) if why.contains("dem")), "{:?}", results[2]);
-    let page = compare::write(folder.path(), &case, &results, [0, 1]).unwrap();
+    let measured = folder.path().join("measured.csv");
+    std::fs::write(&measured, "position,height\n0,0.1\n0.1,0.1\n").unwrap();
+    let reference = Reference::read(&measured).unwrap();
+    let page = compare::write(folder.path(), &case, &results, [0, 1], &reference).unwrap();
     let html = std::fs::read_to_string(page).unwrap();
-    for words in
-        ["At equal times", "Profiles at equal times", "front along x", "not for this case", "spacing 0.01 m"]
-    {
+    for words in [
+        "At equal times",
+        "Profiles at equal times",
+        "front along x",
+        "not for this case",
+        "spacing 0.01 m",
+        "Energy budget",
+        "Profile, from the reference",
+        "Memory (MiB)",
+    ] {
         assert!(html.contains(words), "{words}");
     }
     // Two methods at three times, and nothing that lies elsewhere.
@@ -53,13 +63,16 @@ fn a_case_with_one_entry_runs_with_two_methods_side_by_side_and_resumes() {
         folder.path().join("mpm/summary.json").exists() && folder.path().join("sph/summary.json").exists()
     );
     let resumed = CompareOptions { resume: true, ..options(folder.path()) };
-    let again = compare::run(&case, &methods[..2], &resumed, &|_| {});
+    let again = compare::run(&case, &methods[..2], &resumed, &|_| {}).unwrap();
     let hash = |result: &Contender| match &result.outcome {
         Outcome::Done(ran) => (ran.hash.clone(), ran.steps),
         other => panic!("{other:?}"),
     };
     assert_eq!(hash(&results[0]), hash(&again[0]));
     assert_eq!(hash(&results[1]), hash(&again[1]));
+    let side_by_side = CompareOptions { jobs: 2, out: folder.path().join("both"), ..options(folder.path()) };
+    let both = compare::run(&case, &methods[..2], &side_by_side, &|_| {}).unwrap();
+    assert_eq!(both.iter().map(hash).collect::<Vec<_>>(), [hash(&results[0]), hash(&results[1])]);
 }
 
 #[test]
@@ -71,13 +84,15 @@ fn a_failed_run_stands_beside_the_others_and_its_words_are_safe() {
         &compare::methods(&["mpm".to_owned()]).unwrap(),
         &options(folder.path()),
         &|_| {},
-    );
+    )
+    .unwrap();
     results.push(Contender {
         method: "broken",
         took: String::new(),
+        memory: f64::NAN,
         outcome: Outcome::Failed("step 3: <inside out>".to_owned()),
     });
-    let page = compare::write(folder.path(), &case, &results, [0, 1]).unwrap();
+    let page = compare::write(folder.path(), &case, &results, [0, 1], &Reference::default()).unwrap();
     let html = std::fs::read_to_string(page).unwrap();
     assert!(html.contains("failed: step 3: &lt;inside out&gt;") && html.contains("completed"));
 }
@@ -89,9 +104,10 @@ fn what_no_method_takes_leaves_no_page_and_unknown_names_are_told() {
     let results = [Contender {
         method: "dem",
         took: String::new(),
+        memory: f64::NAN,
         outcome: Outcome::Refused("methods.dem: is missing".to_owned()),
     }];
-    let error = compare::write(folder.path(), &case, &results, [0, 1]).unwrap_err();
+    let error = compare::write(folder.path(), &case, &results, [0, 1], &Reference::default()).unwrap_err();
     assert!(matches!(error, CompareError::None(_)) && error.to_string().contains("is missing"));
     assert!(!folder.path().join(compare::PAGE).exists());
     let error = compare::methods(&["lattice".to_owned()]).err().unwrap().to_string();

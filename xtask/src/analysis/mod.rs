@@ -4,6 +4,7 @@ pub mod bishop;
 mod fronts;
 pub mod log_spiral;
 mod numbers;
+pub mod undrained;
 
 pub use fronts::{crest, farthest_held, held_front, lower_boundary, reach_of};
 pub use numbers::{Largest, larger, slope};

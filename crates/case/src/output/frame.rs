@@ -174,22 +174,22 @@ impl Arrays {
         let mut arrays = Self::default();
         for attribute in attributes {
             let Attribute::DataArray(array) = attribute else { continue };
-            arrays.take(array);
+            arrays.take(&array);
         }
         arrays
     }
 
-    fn take(&mut self, array: DataArray) {
+    fn take(&mut self, array: &DataArray) {
         let components = array.elem.num_comp();
-        let mut push = |data: FieldData| {
-            self.fields.push(Field { name: array.name.clone(), unit: unit_of(&array.name), data });
-        };
-        if let (IOBuffer::I64(values), false) = (&array.data, ["id", "body"].contains(&array.name.as_str())) {
+        let name = array.name.as_str();
+        let mut push =
+            |data: FieldData| self.fields.push(Field { name: name.to_owned(), unit: unit_of(name), data });
+        if let (IOBuffer::I64(values), false) = (&array.data, ["id", "body"].contains(&name)) {
             push(FieldData::Whole(values.clone()));
             return;
         }
         let Some(values) = array.data.cast_into::<f64>() else { return };
-        match (array.name.as_str(), components) {
+        match (name, components) {
             ("id", _) => self.ids = Some(values.iter().map(|v| *v as u64).collect()),
             ("body", _) => self.bodies = Some(values.iter().map(|v| *v as u32).collect()),
             ("extent", _) => self.extents = Some(values.as_chunks().0.to_vec()),

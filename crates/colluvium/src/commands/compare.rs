@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::case::Case;
-use colluvium::compare::{self, CompareOptions, Contender, Outcome};
+use colluvium::compare::{self, CompareOptions, Contender, Outcome, Reference};
 use colluvium::pictures::plane_under;
 
 use super::{Failure, ResultFiles, free_memory, pool, print, stop_on_interrupt};
@@ -19,6 +19,12 @@ pub struct Arguments {
     /// Number of threads; all cores by default. Results do not depend on it.
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// Methods at a time, each on its share of the threads. One after the other when absent: times taken are then those of all threads.
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: u16,
+    /// CSV file of profiles to compare with: columns position and height (m), and time (s) where there are several.
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
     /// The two axes seen; xy when absent, and xz in three dimensions with gravity along z.
     #[arg(long, value_parser = ["xy", "xz", "yz"])]
     view: Option<String>,
@@ -30,12 +36,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files = &arguments.files;
     let case = Case::load(&arguments.case)?;
     let methods = compare::methods(&arguments.methods)?;
+    let reference =
+        arguments.reference.as_ref().map(|file| Reference::read(file)).transpose()?.unwrap_or_default();
     let out = files.folder(&arguments.case, "compare");
     let options = CompareOptions {
         out: out.clone(),
         resume: files.resume,
         overwrite: files.overwrite,
         progress: !files.quiet,
+        jobs: arguments.jobs.into(),
         free_memory: free_memory(),
         stop: Some(stop_on_interrupt()),
         commit: colluvium::COMMIT.map(str::to_owned),
@@ -43,12 +52,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let pool = pool(arguments.threads)?;
     let quiet = files.quiet;
-    let results = pool.install(|| compare::run(&case, &methods, &options, &|result| tell(result, quiet)));
+    let results = pool.install(|| compare::run(&case, &methods, &options, &|result| tell(result, quiet)))?;
     if results.iter().any(|result| matches!(result.outcome, Outcome::Interrupted)) {
         return Err(Failure::Interrupted);
     }
     let plane = plane_under(case.gravity.get(2).copied(), arguments.view.as_deref());
-    let page = compare::write(&out, &case, &results, plane)?;
+    let page = compare::write(&out, &case, &results, plane, &reference)?;
     say!("comparison: {}", page.display());
     let failed = |result: &&Contender| matches!(result.outcome, Outcome::Failed(_));
     match results.iter().filter(failed).count() {
@@ -59,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Says what came of a method, and what was chosen for it.
 fn tell(result: &Contender, quiet: bool) {
-    let Contender { method, took, outcome } = result;
+    let Contender { method, took, outcome, .. } = result;
     let line = match outcome {
         Outcome::Failed(why) => return complain!("error: {method}: {}", why.replace('\n', "; ")),
         _ if quiet => return,

@@ -1,7 +1,7 @@
 //! Charts with every method in them.
 
-use super::Ran;
 use super::figures::{Axes, Columns, Figures, short};
+use super::{Ran, Reference};
 use crate::case::Snapshot;
 use crate::case::output::heading;
 use crate::pictures;
@@ -26,20 +26,24 @@ pub(super) fn at_time<'a>(runs: &Runs<'a>, time: f64) -> Vec<(&'static str, &'a 
     runs.iter().filter_map(found).collect()
 }
 
+/// Times (s) of the frames that every run has.
+pub(super) fn common(runs: &Runs<'_>) -> Vec<f64> {
+    let times = runs.first().into_iter().flat_map(|(_, first)| first.frames.iter().map(|frame| frame.time));
+    times.filter(|time| at_time(runs, *time).len() == runs.len()).collect()
+}
+
 /// At most `wanted` times (s) of frames that every run has, the first and the last among them.
 pub(super) fn times(runs: &Runs<'_>, wanted: usize) -> Vec<f64> {
-    let Some((_, first)) = runs.first() else { return Vec::new() };
-    let common: Vec<f64> = first
-        .frames
-        .iter()
-        .map(|frame| frame.time)
-        .filter(|time| at_time(runs, *time).len() == runs.len())
-        .collect();
+    let common = common(runs);
     crate::report::chosen(common.len(), wanted).into_iter().map(|k| common[k]).collect()
 }
 
-/// Profiles at equal times, all methods in each chart.
-pub(super) fn profiles(runs: &Runs<'_>, axes: Axes, times: &[f64]) -> Vec<LineChart> {
+/// Profiles at equal times, all methods in each chart, with those of the reference.
+pub(super) fn profiles(runs: &Runs<'_>, axes: Axes, wanted: usize, reference: &Reference) -> Vec<LineChart> {
+    let common = common(runs);
+    let mut times = [times(runs, wanted), reference.times(&common)].concat();
+    times.sort_by(f64::total_cmp);
+    times.dedup();
     let name = |axis: usize| ["x", "y", "z"][axis];
     let chart = |time: f64| {
         let states = at_time(runs, time);
@@ -48,12 +52,14 @@ pub(super) fn profiles(runs: &Runs<'_>, axes: Axes, times: &[f64]) -> Vec<LineCh
         let line = |(method, snapshot): &(&'static str, &Snapshot)| {
             Series::new(*method, columns.profile(snapshot, axes), Style::Line)
         };
+        let measured = reference.at(time, &common);
+        let measured = measured.map(|curve| Series::new("reference", curve.clone(), Style::Markers));
         Some(LineChart {
             title: format!("t = {} s", short(time)),
             x_label: format!("{} (m)", name(axes.along)),
             y_label: format!("height, {} (m)", name(axes.up)),
             log: false,
-            series: states.iter().map(line).collect(),
+            series: states.iter().map(line).chain(measured).collect(),
         })
     };
     times.iter().filter_map(|time| chart(*time)).collect()
@@ -99,6 +105,28 @@ pub(super) fn measures(runs: &Runs<'_>) -> Vec<LineChart> {
         in_time(&heading(name, unit).replace('_', " "), runs.iter().filter_map(line).collect())
     };
     columns.into_iter().filter_map(chart).collect()
+}
+
+/// Where the energy of each method is, in time: a chart each, on one scale of energy. Of potential energy and of the sum what they have
+/// gained since the start.
+pub(super) fn energies(runs: &Runs<'_>) -> Vec<LineChart> {
+    let kinds = [
+        ("kinetic_energy", "kinetic", false),
+        ("elastic_energy", "elastic", false),
+        ("potential_energy", "potential, since the start", true),
+        ("total_energy", "sum, with what is known to be dissipated, since the start", true),
+    ];
+    let chart = |(method, ran): &(&'static str, &Ran)| {
+        let line = |(column, name, since): &(&str, &str, bool)| {
+            let points = ran.table.pairs("time", column)?;
+            let from = if *since { points.first().map_or(0.0, |p| p.1) } else { 0.0 };
+            let points = points.into_iter().map(|(time, energy)| (time, energy - from)).collect();
+            Some(Series::new(*name, points, Style::Line))
+        };
+        let chart = in_time("energy (J)", kinds.iter().filter_map(line).collect())?;
+        Some(LineChart { title: (*method).to_owned(), ..chart })
+    };
+    runs.iter().filter_map(chart).collect()
 }
 
 /// A chart in time; `None` where nothing changes.

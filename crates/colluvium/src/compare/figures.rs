@@ -140,6 +140,17 @@ pub fn distance(first: &[(f64, f64)], other: &[(f64, f64)]) -> f64 {
     (sum / size).sqrt()
 }
 
+/// Value of a curve at a place, linear between its points and constant beyond them; not-a-number without any.
+pub(super) fn interpolated(curve: &[(f64, f64)], x: f64) -> f64 {
+    let next = curve.partition_point(|(place, _)| *place < x);
+    match (next.checked_sub(1).map(|k| curve[k]), curve.get(next)) {
+        (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (x - a.0) / (b.0 - a.0),
+        (Some(a), None) => a.1,
+        (None, Some(b)) => b.1,
+        (None, None) => f64::NAN,
+    }
+}
+
 /// A number to five digits.
 pub(super) fn short(value: f64) -> String {
     let size = value.abs();

@@ -5,21 +5,24 @@ mod entrant;
 mod figures;
 mod page;
 mod ran;
+mod reference;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use thiserror::Error;
 
 use crate::case::output::{OutputError, write_atomically};
 use crate::case::run::Ending;
 use crate::case::{Case, Method, RunError, RunOptions, run_method};
+use crate::jobs::side_by_side;
 
 pub use entrant::Entrant;
 pub use figures::{Axes, Figures};
 pub use ran::Ran;
+pub use reference::Reference;
 
 /// Name of the page in the folder of a comparison.
 pub const PAGE: &str = "index.html";
@@ -35,7 +38,9 @@ pub struct CompareOptions {
     pub overwrite: bool,
     /// Show the progress of each run.
     pub progress: bool,
-    /// Memory that a run may take (bytes).
+    /// Methods at a time, each on its share of the threads: 0 and 1 are one after the other, each on all threads.
+    pub jobs: usize,
+    /// Memory that the runs at a time may take (bytes).
     pub free_memory: f64,
     /// Set from elsewhere to stop at the next step.
     pub stop: Option<Arc<AtomicBool>>,
@@ -65,6 +70,8 @@ pub struct Contender {
     pub method: &'static str,
     /// What the comparison chose for it, in words; empty where the case has all.
     pub took: String,
+    /// Memory that it needs at least (bytes), by its own estimate.
+    pub memory: f64,
     /// What came of it.
     pub outcome: Outcome,
 }
@@ -86,6 +93,17 @@ pub enum CompareError {
     /// A file could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The system gives no threads.
+    #[error("threads: {0}")]
+    Threads(String),
+    /// The reference cannot be read as profiles.
+    #[error("{}: {problem}", path.display())]
+    Reference {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// A picture could not be drawn.
     #[error("picture: {0}")]
     Picture(String),
@@ -106,25 +124,49 @@ pub fn methods(names: &[String]) -> Result<Vec<&'static dyn Method>, CompareErro
     names.iter().map(named).collect()
 }
 
-/// Runs `case` with each of `methods`, one after the other, each on all threads. Whatever goes wrong with one, the others still
-/// run. `tell` hears of each when it is done.
+/// Runs `case` with each of `methods`, `options.jobs` at a time. Whatever goes wrong with one, the others still run. `tell` hears of each
+/// when it is done.
+///
+/// # Errors
+/// When the system gives no threads.
 pub fn run(
     case: &Case,
     methods: &[&'static dyn Method],
     options: &CompareOptions,
-    tell: &dyn Fn(&Contender),
-) -> Vec<Contender> {
-    let one = |method: &&'static dyn Method| {
-        let entrant = Entrant::of(*method, case);
+    tell: &(dyn Fn(&Contender) + Sync),
+) -> Result<Vec<Contender>, CompareError> {
+    let jobs = options.jobs.clamp(1, methods.len().max(1));
+    // Bars of several runs would write over each other.
+    let own = CompareOptions {
+        progress: options.progress && jobs == 1,
+        free_memory: options.free_memory / jobs as f64,
+        ..options.clone()
+    };
+    let one = |method: &'static dyn Method| {
+        let entrant = Entrant::of(method, case);
         let result = Contender {
             method: method.name(),
             took: entrant.took.clone(),
-            outcome: outcome(*method, &entrant.case, options),
+            memory: method.size(&entrant.case).map_or(f64::NAN, |size| size.memory),
+            outcome: outcome(method, &entrant.case, &own),
         };
         tell(&result);
         result
     };
-    methods.iter().map(one).collect()
+    if jobs == 1 {
+        return Ok(methods.iter().map(|method| one(*method)).collect());
+    }
+    let found = Mutex::new(Vec::new());
+    let work = |number: usize| {
+        let result = one(methods[number]);
+        found.lock().unwrap_or_else(PoisonError::into_inner).push((number, result));
+        Ok(())
+    };
+    let threads = rayon::current_num_threads() / jobs;
+    side_by_side(methods.len(), (jobs, threads), work, CompareError::Threads)?;
+    let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
+    found.sort_by_key(|(number, _)| *number);
+    Ok(found.into_iter().map(|(_, result)| result).collect())
 }
 
 /// Runs one method.
@@ -170,7 +212,7 @@ fn read(folder: &Path) -> Outcome {
     }
 }
 
-/// Writes the page of a comparison into `folder`; its file.
+/// Writes the page of a comparison into `folder`, with the profiles of a reference where it has some; its file.
 ///
 /// # Errors
 /// When no method took the case, a picture cannot be drawn, or the disk refuses.
@@ -179,6 +221,7 @@ pub fn write(
     case: &Case,
     results: &[Contender],
     plane: [usize; 2],
+    reference: &Reference,
 ) -> Result<PathBuf, CompareError> {
     if results.iter().all(|result| matches!(result.outcome, Outcome::Refused(_))) {
         let why = |result: &Contender| match &result.outcome {
@@ -187,7 +230,7 @@ pub fn write(
         };
         return Err(CompareError::None(results.iter().map(why).collect::<Vec<_>>().join("\n")));
     }
-    let page = page::page(case, results, plane)?.into_string();
+    let page = page::page(case, results, plane, reference)?.into_string();
     let file = folder.join(PAGE);
     std::fs::create_dir_all(folder).map_err(|error| OutputError::new(folder, error.to_string()))?;
     write_atomically(&file, page.as_bytes())?;

@@ -4,7 +4,8 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::charts::{self, Runs, at_time};
 use super::figures::{Axes, Columns, Figures, distance, short};
-use super::{CompareError, Contender, Outcome, Ran, runs};
+use super::reference::distance_to;
+use super::{CompareError, Contender, Outcome, Ran, Reference, runs};
 use crate::animation;
 use crate::case::{Case, Snapshot};
 use crate::plots::{Animation, LineChart, Panel, Picture, PointCloud, Shared};
@@ -25,13 +26,19 @@ th { color: #5c6b7a; } td.number { font-variant-numeric: tabular-nums; white-spa
 .charts svg { width: 100%; height: auto; }
 ";
 
-pub(super) fn page(case: &Case, results: &[Contender], plane: [usize; 2]) -> Result<Markup, CompareError> {
+pub(super) fn page(
+    case: &Case,
+    results: &[Contender],
+    plane: [usize; 2],
+    reference: &Reference,
+) -> Result<Markup, CompareError> {
     let runs = runs(results);
     let axes = Axes::of(case);
     let strip = strip(&runs, plane)?;
     let player = player(case, &runs, plane);
-    let profiles = svg(&charts::profiles(&runs, axes, &charts::times(&runs, PROFILES)))?;
+    let profiles = svg(&charts::profiles(&runs, axes, PROFILES, reference))?;
     let figures = svg(&charts::figures(&runs, axes))?;
+    let energies = svg(&charts::energies(&runs))?;
     let measures = svg(&charts::measures(&runs))?;
     Ok(html! {
         (DOCTYPE)
@@ -53,7 +60,10 @@ pub(super) fn page(case: &Case, results: &[Contender], plane: [usize; 2]) -> Res
                 }
                 @if !profiles.is_empty() {
                     h2 { "Profiles at equal times" }
-                    p class="soft" { "Highest point over columns that are the same for all methods." }
+                    p class="soft" {
+                        "Highest point over columns that are the same for all methods"
+                        @if !reference.profiles.is_empty() { ", and the reference at the times of the frames nearest to its own" } "."
+                    }
                     div class="charts" { @for chart in &profiles { div { (PreEscaped(chart)) } } }
                 }
                 @if !figures.is_empty() {
@@ -61,11 +71,15 @@ pub(super) fn page(case: &Case, results: &[Contender], plane: [usize; 2]) -> Res
                     p class="soft" { "Measured of the frames, in the same way for all methods." }
                     div class="charts" { @for chart in &figures { div { (PreEscaped(chart)) } } }
                 }
-                (differences(&runs, axes))
+                @if !energies.is_empty() {
+                    h2 { "Energy budget" }
+                    div class="charts" { @for chart in &energies { div { (PreEscaped(chart)) } } }
+                }
+                (differences(results, &runs, axes, reference))
                 (methods(results))
                 (safety(case, &runs))
                 @if !measures.is_empty() {
-                    h2 { "What the case measures, and energies" }
+                    h2 { "What the case measures, and totals" }
                     div class="charts" { @for chart in &measures { div { (PreEscaped(chart)) } } }
                 }
             }
@@ -135,7 +149,13 @@ fn strip(runs: &Runs<'_>, plane: [usize; 2]) -> Result<Markup, CompareError> {
 }
 
 /// What differs at the end, in figures.
-fn differences(runs: &Runs<'_>, axes: Axes) -> Markup {
+fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &Reference) -> Markup {
+    let common = charts::common(runs);
+    let measured = common.last().and_then(|end| reference.at(*end, &common));
+    let memory = |method: &str| {
+        let found = results.iter().find(|result| result.method == method);
+        short(found.map_or(f64::NAN, |result| result.memory / f64::from(1 << 20)))
+    };
     let mut last: Vec<(&'static str, &Ran, &Snapshot)> = Vec::new();
     for (method, ran) in runs {
         last.extend(ran.frames.last().map(|snapshot| (*method, *ran, snapshot)));
@@ -148,6 +168,10 @@ fn differences(runs: &Runs<'_>, axes: Axes) -> Markup {
         (Some(first), Some(other)) => distance(first, &other),
         _ => f64::NAN,
     };
+    let from_measured = |snapshot: &Snapshot| match (measured, profile(snapshot)) {
+        (Some(measured), Some(own)) => distance_to(measured, &own),
+        _ => f64::NAN,
+    };
     let head = last.first().map_or("", |(method, ..)| *method);
     let value =
         |figures: &Option<Figures>, pick: fn(&Figures) -> f64| short(figures.as_ref().map_or(f64::NAN, pick));
@@ -157,8 +181,10 @@ fn differences(runs: &Runs<'_>, axes: Axes) -> Markup {
             div class="wide" { table {
                 tr {
                     th { "Method" } th { "Front (m)" } th { "Top (m)" } th { "Centre of mass (m)" } th { "Speed (m/s)" }
-                    th { "Profile, from that of " (head) } th { "Energy, kinetic (J)" } th { "Points" } th { "Steps" }
-                    th { "Time taken (s)" } th { "Updates per second" }
+                    th { "Profile, from that of " (head) }
+                    @if measured.is_some() { th { "Profile, from the reference" } }
+                    th { "Energy, kinetic (J)" } th { "Points" } th { "Steps" }
+                    th { "Time taken (s)" } th { "Updates per second" } th { "Memory (MiB)" }
                 }
                 @for (method, ran, snapshot) in &last {
                     @let figures = Figures::of(snapshot, axes);
@@ -169,16 +195,21 @@ fn differences(runs: &Runs<'_>, axes: Axes) -> Markup {
                         td class="number" { (value(&figures, |f| f.centre[0])) ", " (value(&figures, |f| f.centre[1])) }
                         td class="number" { (value(&figures, |f| f.speed)) }
                         td class="number" { (format!("{:.2} %", 100.0 * apart(snapshot))) }
+                        @if measured.is_some() {
+                            td class="number" { (format!("{:.2} %", 100.0 * from_measured(snapshot))) }
+                        }
                         td class="number" { (short(ran.kinetic)) }
                         td class="number" { (ran.points) }
                         td class="number" { (ran.steps) }
                         td class="number" { (format!("{:.1}", ran.wall)) }
                         td class="number" { (format!("{:.2} million", ran.updates_per_second() / 1e6)) }
+                        td class="number" { (memory(method)) }
                     }
                 }
             } }
             p class="soft" {
-                "Front, top and speed: of 99.9 % of the mass. Profile: root mean square of the difference over that of the profile."
+                "Front, top and speed: of 99.9 % of the mass. Profile: root mean square of the difference over that of the profile. Memory: what the method "
+                "estimates that it needs at least."
             }
         }
     }
@@ -190,7 +221,7 @@ fn methods(results: &[Contender]) -> Markup {
         h2 { "Methods" }
         table {
             tr { th { "Method" } th { "Result" } th { "Discretisation" } th { "What it said" } }
-            @for Contender { method, took, outcome } in results {
+            @for Contender { method, took, outcome, .. } in results {
                 tr class=(if matches!(outcome, Outcome::Failed(_)) { "failed" } else { "" }) {
                     td { (method) }
                     td {

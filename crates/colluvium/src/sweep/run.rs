@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use thiserror::Error;
@@ -12,6 +12,7 @@ use crate::case::description::Measure;
 use crate::case::output::{OutputError, read_json, write_atomically};
 use crate::case::run::Ending;
 use crate::case::{Case, Method, RunOptions, run_method};
+use crate::jobs::side_by_side;
 
 /// Name of the copy of the sweep in its folder.
 const SWEEP: &str = "sweep.json";
@@ -99,32 +100,19 @@ pub fn run<'a>(
         wall: 0.0,
     };
     let results = Mutex::new(Results { sweep, rows: members.iter().map(waiting).collect() });
-    let next = AtomicUsize::new(0);
-    let work = || -> Result<(), SweepError> {
-        let threads = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build();
-        let threads = threads.map_err(|error| SweepError::Threads(error.to_string()))?;
-        loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            let Some(member) = members.get(number) else { return Ok(()) };
-            if options.stop.load(Ordering::Relaxed) {
-                return Ok(());
-            }
-            let out = folder(&options.out, number);
-            let state = threads.install(|| one(method, &member.case, &out, options));
-            let row = row(&out, member, &state);
-            tell(number, &state);
-            let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
-            results.rows[number] = row;
-            results.write(&options.out)?;
+    let work = |number: usize| -> Result<(), SweepError> {
+        if options.stop.load(Ordering::Relaxed) {
+            return Ok(());
         }
+        let (member, out) = (&members[number], folder(&options.out, number));
+        let state = one(method, &member.case, &out, options);
+        let row = row(&out, member, &state);
+        tell(number, &state);
+        let mut results = results.lock().unwrap_or_else(PoisonError::into_inner);
+        results.rows[number] = row;
+        Ok(results.write(&options.out)?)
     };
-    let ends: Vec<Result<(), SweepError>> = std::thread::scope(|scope| {
-        let workers: Vec<_> =
-            (0..options.jobs.clamp(1, members.len().max(1))).map(|_| scope.spawn(work)).collect();
-        let lost = || Err(SweepError::Threads("one of them panicked".to_owned()));
-        workers.into_iter().map(|worker| worker.join().unwrap_or_else(|_| lost())).collect()
-    });
-    ends.into_iter().collect::<Result<(), _>>()?;
+    side_by_side(members.len(), (options.jobs, options.threads), work, SweepError::Threads)?;
     let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
     results.draw(&options.out, &measured(members))?;
     exceedance::write(sweep, &options.out, members, &results.rows, &|number| folder(&options.out, number))?;

@@ -2,8 +2,11 @@
 
 mod aluminium_bars;
 mod dam_break;
+mod elastic_bar;
+mod grain_cell;
 mod inclined_block;
 mod slide;
+mod slope_clays;
 mod slope_cut;
 
 use colluvium::plots::LineChart;
@@ -12,10 +15,14 @@ use crate::benchmarks::Benchmark;
 
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
+    elastic_bar::BENCHMARK,
+    grain_cell::BENCHMARK,
     inclined_block::BENCHMARK,
     dam_break::BENCHMARK,
     aluminium_bars::BENCHMARK,
     slope_cut::BENCHMARK,
+    slope_clays::LAYERS,
+    slope_clays::WEAK,
     slide::BENCHMARK,
 ];
 

@@ -4,7 +4,7 @@ use colluvium::case::description::{ObstacleShape, ObstacleWall};
 use colluvium::case::{Case, RunReport};
 use colluvium::plots::{LineChart, PointCloud, Series, Style};
 
-use super::inclined_block::{ANGLE, LOADED};
+use super::inclined_block::ANGLE;
 use crate::analysis::{larger, slope};
 use crate::benchmarks::{Benchmark, Outcome, case, run, series, set};
 
@@ -13,12 +13,14 @@ pub const BENCHMARK: Benchmark = Benchmark {
     id: "mpm/obstacle-points",
     title: "Obstacles that act on points: block on planes, disk in a bowl",
     source: "sheet: mpm A-14, closed form; energy",
-    quick: Some(20),
-    full: 60,
+    quick: Some(35),
+    full: 100,
     run: benchmark,
 };
 
 const GRAVITY: f64 = 9.81;
+/// When the block is settled (s).
+const SETTLED: f64 = 1.0;
 
 fn benchmark(quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
@@ -50,7 +52,11 @@ fn benchmark(quick: bool) -> Result<Outcome, String> {
     Ok(outcome)
 }
 
+/// Sets friction and form, and lets the block settle under gravity with damping before it is watched without: thrown on the plane in
+/// 0.2 s it lifts its rear edge at 40° and hops down a plane on which it could stand.
 fn friction(case: &mut Case, coefficient: f64, form: Option<ObstacleShape>) {
+    let settling = &mut case.stages[0];
+    (settling.duration, settling.damping) = (SETTLED, 0.7);
     let obstacle = &mut case.obstacles[0];
     obstacle.wall = ObstacleWall::Frictional { friction_coefficient: coefficient, adhesion: 0.0 };
     if let Some(form) = form {
@@ -75,13 +81,13 @@ fn in_space(share: f64, form: Option<ObstacleShape>) -> Result<Case, String> {
     Ok(case)
 }
 
-/// Velocity of the centre of mass along the plane since gravity has grown.
+/// Velocity of the centre of mass along the plane since the block is settled.
 fn speeds(report: &RunReport, up: &str) -> Vec<(f64, f64)> {
     let (sine, cosine) = ANGLE.to_radians().sin_cos();
     let [x, z, mass] = ["momentum.x", up, "mass"].map(|name| series(report, name));
     let all = x.iter().zip(&z).zip(&mass);
     let speeds = all.map(|((x, z), mass)| (x.0, (cosine * x.1 - sine * z.1) / mass.1));
-    speeds.filter(|(time, _)| *time >= LOADED - 1e-9).collect()
+    speeds.filter(|(time, _)| *time >= SETTLED - 1e-9).collect()
 }
 
 fn judge(outcome: &mut Outcome, form: &str, case: &Case, angle: f64, share: f64) -> Result<(), String> {

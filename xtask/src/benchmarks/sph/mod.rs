@@ -3,6 +3,7 @@
 mod balance;
 mod cantilever;
 mod cantilever_3d;
+mod cavity;
 mod clay;
 mod column;
 mod columns;
@@ -32,6 +33,7 @@ pub const ALL: &[Benchmark] = &[
     waves::BENCHMARK,
     flow::BENCHMARK,
     vortices::BENCHMARK,
+    cavity::BENCHMARK,
     shear::BENCHMARK,
     pairing::BENCHMARK,
     geostatic::BENCHMARK,

@@ -1,0 +1,106 @@
+//! Profiles that a comparison is held against: measured ones, or those of a closed form.
+
+use std::path::Path;
+
+use super::CompareError;
+use super::figures::interpolated;
+use crate::case::output::Table;
+
+/// A curve of position and height (m).
+type Curve = Vec<(f64, f64)>;
+
+/// Heights of the surface of what flows, at some times.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reference {
+    /// Times (s; that of the end where the file has none) and profiles, by time and place.
+    pub profiles: Vec<(Option<f64>, Curve)>,
+}
+
+impl Reference {
+    /// Reads a CSV file with the columns `position` and `height` (m), and `time` (s) where there are several profiles. Lines that begin
+    /// with `#` are remarks.
+    ///
+    /// # Errors
+    /// When the file cannot be read, lacks a column, or has a number that is not finite.
+    pub fn read(path: &Path) -> Result<Self, CompareError> {
+        let refuse =
+            |problem: &str| CompareError::Reference { path: path.to_owned(), problem: problem.into() };
+        let table = Table::read(path)?;
+        let column = |name: &str| table.column(name);
+        let (Some(position), Some(height)) = (column("position"), column("height")) else {
+            return Err(refuse("has no columns position and height (m)"));
+        };
+        let times = column("time");
+        let numbers = position.iter().chain(&height).chain(times.iter().flatten());
+        if numbers.into_iter().any(|number| !number.is_finite()) {
+            return Err(refuse("has a number that is not finite"));
+        }
+        let mut profiles: Vec<(Option<f64>, Curve)> = Vec::new();
+        for (row, place) in position.into_iter().zip(height).enumerate() {
+            let time = times.as_ref().map(|times| times[row]);
+            match profiles.iter_mut().find(|(known, _)| *known == time) {
+                Some((_, curve)) => curve.push(place),
+                None => profiles.push((time, vec![place])),
+            }
+        }
+        if profiles.is_empty() {
+            return Err(refuse("has no rows"));
+        }
+        profiles.iter_mut().for_each(|(_, curve)| curve.sort_by(|a, b| a.0.total_cmp(&b.0)));
+        profiles.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(std::cmp::Ordering::Equal));
+        Ok(Self { profiles })
+    }
+
+    /// The times of `frames` (s, ascending) that lie nearest to those of the profiles.
+    pub(super) fn times(&self, frames: &[f64]) -> Vec<f64> {
+        self.profiles.iter().filter_map(|(time, _)| nearest(frames, *time)).collect()
+    }
+
+    /// The profile of which `time` is the nearest of the times of `frames` (s).
+    pub(super) fn at(&self, time: f64, frames: &[f64]) -> Option<&Curve> {
+        let here = |(own, _): &&(Option<f64>, Curve)| nearest(frames, *own) == Some(time);
+        self.profiles.iter().find(here).map(|(_, curve)| curve)
+    }
+}
+
+/// The time that lies nearest to another, or the last.
+fn nearest(frames: &[f64], time: Option<f64>) -> Option<f64> {
+    let Some(time) = time else { return frames.last().copied() };
+    frames.iter().copied().min_by(|a, b| (a - time).abs().total_cmp(&(b - time).abs()))
+}
+
+/// Root mean square of what a profile differs from a reference at the places of the reference, over that of the reference.
+pub(super) fn distance_to(reference: &[(f64, f64)], profile: &[(f64, f64)]) -> f64 {
+    let sum: f64 = reference.iter().map(|(x, height)| (interpolated(profile, *x) - height).powi(2)).sum();
+    let size: f64 = reference.iter().map(|(_, height)| height * height).sum();
+    (sum / size).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn profiles_are_sorted_by_time_and_found_at_the_frame_nearest_to_theirs() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("reference.csv");
+        std::fs::write(&path, "# measured\ntime,position,height\n0.9,2,1\n0.9,1,3\n0.4,0,5\n").unwrap();
+        let reference = Reference::read(&path).unwrap();
+        assert_eq!(reference.profiles[0], (Some(0.4), vec![(0.0, 5.0)]));
+        assert_eq!(reference.profiles[1].1, [(1.0, 3.0), (2.0, 1.0)]);
+        let frames = [0.0, 0.5, 1.0];
+        assert_eq!(reference.times(&frames), [0.5, 1.0]);
+        assert!(reference.at(0.0, &frames).is_none() && reference.at(1.0, &frames).is_some());
+        std::fs::write(&path, "x,height\n0,1\n").unwrap();
+        let error = Reference::read(&path).unwrap_err().to_string();
+        assert!(error.contains("reference.csv: has no columns position and height"), "{error}");
+    }
+
+    #[test]
+    fn what_is_the_reference_is_at_no_distance_from_it() {
+        let line = |k: i32| (f64::from(k), 2.0 * f64::from(k));
+        let profile: Vec<_> = (0..5).map(line).collect();
+        assert!(distance_to(&[(0.5, 1.0), (2.5, 5.0)], &profile) < 1e-15);
+        assert!((distance_to(&[(1.0, 1.0), (2.0, 2.0)], &profile) - 1.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,171 @@
+//! Upper bounds of limit analysis for slopes of clays that do not drain: a slip circle, which for soil without friction is a motion
+//! that the soil can make, and a block that slides along a weak layer, pushed by a wedge. The least of such factors is at least the
+//! right one.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A slope whose toe is the origin; it rises towards positive x to its height and is level behind, on level clays.
+#[derive(Clone, Debug)]
+pub struct Clays {
+    /// Height (m).
+    pub height: f64,
+    /// Horizontal length of the face over its height.
+    pub cotangent: f64,
+    /// Weight (N/m³).
+    pub unit_weight: f64,
+    /// Tops of the clays (m; infinite for the uppermost) and their undrained strengths (Pa), from above.
+    pub clays: Vec<(f64, f64)>,
+    /// Level of the firm base (m).
+    pub base: f64,
+}
+
+const ARCS: usize = 400;
+/// Places per direction of a round of a search, and rounds, each in a finer box around the best.
+const PLACES: usize = 11;
+const ROUNDS: usize = 12;
+
+impl Clays {
+    fn surface(&self, x: f64) -> f64 {
+        (x / self.cotangent).clamp(0.0, self.height)
+    }
+
+    fn strength(&self, y: f64) -> f64 {
+        self.clays.iter().rev().find(|(top, _)| y <= *top).map_or(f64::NAN, |(_, strength)| *strength)
+    }
+
+    /// Factor of a circle: moment of the strengths along it over that of the weight above it.
+    fn circle(&self, centre: [f64; 2], radius: f64) -> f64 {
+        if centre[1] < self.height || radius <= 0.0 {
+            return f64::INFINITY;
+        }
+        let width = PI / ARCS as f64;
+        let (mut resisting, mut driving, mut within) = (0.0, 0.0, Vec::new());
+        for k in 0..ARCS {
+            let (sine, cosine) = (-FRAC_PI_2 + (k as f64 + 0.5) * width).sin_cos();
+            let [x, y] = [centre[0] + radius * sine, centre[1] - radius * cosine];
+            let depth = self.surface(x) - y;
+            if depth > 0.0 {
+                within.push(k);
+                resisting += radius * radius * width * self.strength(y);
+                driving += self.unit_weight * depth * radius * cosine * width * (x - centre[0]);
+            }
+        }
+        let in_one_piece = within.first().zip(within.last()).is_some_and(|(a, b)| b - a + 1 == within.len());
+        if in_one_piece && driving > 0.0 { resisting / driving } else { f64::INFINITY }
+    }
+
+    /// The least factor of circles above the firm base.
+    pub fn circles(&self) -> f64 {
+        let (h, base) = (self.height, self.base);
+        let limits = [(-h, 4.0 * h), (h, 6.0 * h), (0.2 * h, 9.0 * h)];
+        least(limits, |[x, y, radius]| self.circle([x, y], radius.min(y - base)))
+    }
+
+    /// Factor of a block that slides level at `level` (m) from `rear` (m) to the toe, pushed by a wedge on a plane at `angle` (rad): what
+    /// they dissipate over the work of the wedge's weight. The plane between them leans by `lean` (rad) into the slope.
+    fn block(&self, level: f64, [rear, angle, lean]: [f64; 3]) -> f64 {
+        let foot = [rear, level];
+        let Some((front, back)) = self.meet(foot, lean.sin_cos().into()).zip(self.meet(foot, {
+            let (sine, cosine) = angle.sin_cos();
+            [cosine, sine]
+        })) else {
+            return f64::INFINITY;
+        };
+        let crest = [self.cotangent * self.height, self.height];
+        let mut corners = vec![foot, back];
+        corners.extend((front[0] < crest[0] && crest[0] < back[0]).then_some(crest));
+        corners.push(front);
+        let weight = self.unit_weight * area(&corners);
+        let (along, between) = (angle.cos() - angle.sin() * lean.tan(), angle.sin() / lean.cos());
+        if weight <= 0.0 || along <= 0.0 || back[0] <= front[0] {
+            return f64::INFINITY;
+        }
+        let length = |a: [f64; 2]| (a[0] - foot[0]).hypot(a[1] - foot[1]);
+        let upper = self.strength(self.height);
+        let spent = upper * (length(back) + length(front) * between)
+            + self.strength(level) * (rear - self.cotangent * level.max(0.0)) * along;
+        spent / (weight * angle.sin())
+    }
+
+    /// The least factor of blocks that slide along `level` (m), which is at or above the toe.
+    pub fn blocks(&self, level: f64) -> f64 {
+        let limits = [(0.1 * self.height, 4.0 * self.height), (0.4, 1.4), (-1.2, 1.2)];
+        least(limits, |at| self.block(level, at))
+    }
+
+    /// Where a line from a place within meets the surface.
+    fn meet(&self, from: [f64; 2], way: [f64; 2]) -> Option<[f64; 2]> {
+        let at = |t: f64| [from[0] + t * way[0], from[1] + t * way[1]];
+        let below = |t: f64| at(t)[1] < self.surface(at(t)[0]);
+        let far = 20.0 * self.height;
+        let beyond = (1..=400).map(|k| far * f64::from(k) / 400.0).find(|t| !below(*t))?;
+        let (mut low, mut high) = (beyond - far / 400.0, beyond);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if below(middle) { low = middle } else { high = middle }
+        }
+        Some(at(high))
+    }
+}
+
+/// Area of a polygon (m²).
+fn area(corners: &[[f64; 2]]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    0.5 * corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<f64>().abs()
+}
+
+/// The least value over a box.
+fn least(limits: [(f64, f64); 3], value: impl Fn([f64; 3]) -> f64) -> f64 {
+    let (mut bounds, mut best) = (limits, (f64::INFINITY, [0.0; 3]));
+    for _ in 0..ROUNDS {
+        for number in 0..PLACES.pow(3) {
+            let k = [number % PLACES, number / PLACES % PLACES, number / (PLACES * PLACES)];
+            let at: [f64; 3] = std::array::from_fn(|axis| {
+                let (low, high) = bounds[axis];
+                low + (high - low) * k[axis] as f64 / (PLACES - 1) as f64
+            });
+            let found = value(at);
+            if found < best.0 {
+                best = (found, at);
+            }
+        }
+        for axis in 0..3 {
+            let half = 0.3 * (bounds[axis].1 - bounds[axis].0);
+            let (low, high) = limits[axis];
+            bounds[axis] = ((best.1[axis] - half).max(low), (best.1[axis] + half).min(high));
+        }
+    }
+    best.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clays(lower: &[(f64, f64)], base: f64) -> Clays {
+        let clays = [&[(f64::INFINITY, 50e3)], lower].concat();
+        Clays { height: 10.0, cotangent: 2.0, unit_weight: 20e3, clays, base }
+    }
+
+    #[test]
+    fn one_clay_has_the_factor_of_taylor() {
+        // Stability number 0.170 of a slope of 26.6° on a foundation as deep as it is high (Taylor 1937).
+        assert!((clays(&[], -10.0).circles() - 0.25 / 0.170).abs() < 0.01);
+    }
+
+    #[test]
+    fn factors_scale_with_strength_and_weak_clay_below_takes_from_them() {
+        let one = clays(&[], -10.0).circles();
+        let twice = Clays { clays: vec![(f64::INFINITY, 100e3)], ..clays(&[], -10.0) };
+        assert!((twice.circles() / one - 2.0).abs() < 1e-6);
+        let weaker = clays(&[(0.0, 30e3)], -10.0).circles();
+        assert!(weaker < 0.75 * one && weaker > 0.6 * one, "{weaker}");
+    }
+
+    #[test]
+    fn a_wedge_that_shears_along_a_vertical_plane_costs_half_as_much_again() {
+        // 4 c / (γ H) of a wedge of 45° behind a vertical cut, and 2 c / (γ H) along the plane in front of it.
+        let cut = Clays { cotangent: 1e-3, ..clays(&[], 0.0) };
+        assert!((cut.block(0.0, [2e-3, 0.25 * PI, 0.0]) / (4.0 * 0.25) - 1.5).abs() < 0.02);
+    }
+}

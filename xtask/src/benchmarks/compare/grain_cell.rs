@@ -1,0 +1,127 @@
+//! A periodic cell of grains at a material point, and Mohr–Coulomb fitted to it, which must foretell another test of the cell.
+
+use colluvium::constitutive::driver::ElementTest;
+use colluvium::plots::{Series, Style};
+use serde_json::json;
+
+use super::chart;
+use crate::analysis::larger;
+use crate::benchmarks::{Benchmark, Outcome};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "compare/grain-cell",
+    title: "Cell of grains in biaxial compression, and Mohr–Coulomb fitted to it",
+    source: "a law fitted at 100 kPa against the cell at 200 kPa",
+    quick: Some(20),
+    full: 20,
+    run: benchmark,
+};
+
+/// A biaxial test: shortening along y, stresses along x and y and gain of volume after each step.
+struct Curve(Vec<[f64; 4]>);
+
+impl Curve {
+    fn of(test: &ElementTest) -> Result<Self, String> {
+        let trace = test.trace().map_err(|error| error.to_string())?;
+        if let Some(why) = trace.stopped {
+            return Err(why.to_string());
+        }
+        let column = |name: &str| trace.path.column(name).ok_or_else(|| format!("no column {name}"));
+        let [xx, yy] = [column("strain_xx")?, column("strain_yy")?];
+        let [across, along] = [column("stress_xx")?, column("stress_yy")?];
+        Ok(Self((0..xx.len()).map(|k| [-yy[k], across[k], along[k], xx[k] + yy[k]]).collect()))
+    }
+
+    /// The largest ratio of the radius of Mohr's circle to its centre: the sine of the friction angle that is mobilised.
+    fn strength(&self) -> f64 {
+        let ratio = |[_, across, along, _]: &[f64; 4]| (across - along) / -(across + along);
+        self.0.iter().map(ratio).fold(0.0, larger)
+    }
+
+    /// The largest difference of the stresses (Pa).
+    fn peak(&self) -> f64 {
+        self.0.iter().map(|[_, across, along, _]| across - along).fold(0.0, larger)
+    }
+
+    /// Gain of volume from one shortening to another.
+    fn dilation(&self, from: f64, to: f64) -> f64 {
+        let at = |shortening: f64| {
+            let row =
+                self.0.iter().min_by(|a, b| (a[0] - shortening).abs().total_cmp(&(b[0] - shortening).abs()));
+            row.map_or(f64::NAN, |row| row[3])
+        };
+        at(to) - at(from)
+    }
+
+    /// Difference of the stresses over the shortening up to half of the peak (Pa).
+    fn stiffness(&self) -> f64 {
+        let half = 0.5 * self.peak();
+        let reached = self.0.windows(2).find(|pair| pair[1][1] - pair[1][2] >= half);
+        reached.map_or(f64::NAN, |pair| {
+            let [a, b] = [0, 1].map(|k| (pair[k][0], pair[k][1] - pair[k][2]));
+            half / (a.0 + (b.0 - a.0) * (half - a.1) / (b.1 - a.1))
+        })
+    }
+
+    fn series(&self, name: &str, style: Style) -> Series {
+        Series::new(name, self.0.iter().map(|row| (row[0], row[1] - row[2])).collect(), style)
+    }
+}
+
+/// The test under another pressure (Pa).
+fn under(test: &ElementTest, pressure: f64) -> ElementTest {
+    ElementTest { initial_stress: [-pressure, -pressure, -pressure, 0.0, 0.0, 0.0], ..test.clone() }
+}
+
+fn benchmark(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let file = crate::root().join("validation/compare/grain-cell/element.json");
+    crate::benchmarks::recorder::reads(&file);
+    let test = colluvium::load_element_test(&file).map_err(|errors| errors.to_string())?;
+    let grains = [100e3, 200e3].map(|pressure| Curve::of(&under(&test, pressure)));
+    let [low, high] = grains;
+    let (low, high) = (low?, high?);
+    // Plane strain: the difference of the stresses grows with E / (1 - ν²); volume grows with 2 sin ψ / (1 - sin ψ) per shortening.
+    let ratio: f64 = 0.2;
+    let (from, to) = (0.02, 0.05);
+    let rate = low.dilation(from, to) / (to - from);
+    let law = json!({
+        "model": "mohr-coulomb", "density": 2000, "poissons_ratio": ratio,
+        "youngs_modulus": low.stiffness() * (1.0 - ratio * ratio),
+        "friction_angle": low.strength().asin().to_degrees(),
+        "dilatancy_angle": (rate / (2.0 + rate)).asin().to_degrees(),
+    });
+    for (name, unit) in [("youngs_modulus", "Pa"), ("friction_angle", "°"), ("dilatancy_angle", "°")] {
+        let value = law[name].as_f64().unwrap_or(f64::NAN);
+        outcome.show(
+            format!("fitted at 100 kPa: {} ({unit})", name.replace('_', " ")),
+            "–",
+            value,
+            "not judged: the fit",
+        );
+    }
+    let material = serde_json::from_value(law).map_err(|error| error.to_string())?;
+    let fitted = ElementTest { material, ..test };
+    let (own, foretold) = (Curve::of(&under(&fitted, 100e3))?, Curve::of(&under(&fitted, 200e3))?);
+    let reason = "a strength that grows with the pressure alone; the scatter of 200 grains";
+    let name = "at 200 kPa: largest difference of the stresses, law over grains";
+    outcome.within(name, "1", foretold.peak() / high.peak(), (0.93, 1.07), reason);
+    let reason = "slope to half of the peak; springs are linear, contacts become more with pressure";
+    let name = "at 200 kPa: stiffness, law over grains";
+    outcome.within(name, "1", foretold.stiffness() / high.stiffness(), (0.75, 1.25), reason);
+    let name = "at 200 kPa: volume gained from 2 to 5 % of shortening, law over grains";
+    let gained = foretold.dilation(from, to) / high.dilation(from, to);
+    outcome.within(name, "1", gained, (0.75, 1.25), "one dilatancy angle; the scatter of 200 grains");
+    let mut picture = chart(
+        "A cell of grains, and the law fitted to it at 100 kPa",
+        "shortening",
+        "difference of the stresses (Pa)",
+    );
+    picture.series.push(low.series("grains, 100 kPa", Style::Markers));
+    picture.series.push(own.series("fitted, 100 kPa", Style::Dashed));
+    picture.series.push(high.series("grains, 200 kPa", Style::Markers));
+    picture.series.push(foretold.series("foretold, 200 kPa", Style::Line));
+    outcome.svg("The law has no softening: it keeps the peak.", &picture)?;
+    Ok(outcome)
+}

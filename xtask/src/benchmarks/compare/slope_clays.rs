@@ -1,0 +1,101 @@
+//! Factors of safety of slopes in clays that do not drain, by MPM and SPH: two clays, and a weak layer (sheet: sph §3.5).
+
+use colluvium::case::Case;
+use colluvium::plots::PointCloud;
+use serde_json::json;
+
+use crate::analysis::undrained::Clays;
+use crate::benchmarks::{Benchmark, Outcome, case, changed, run_by};
+
+/// A slope on other clay.
+pub const LAYERS: Benchmark = Benchmark {
+    id: "compare/slope-layers",
+    title: "Factor of safety of an undrained slope on weaker, equal and stronger clay, MPM and SPH",
+    source: "Griffiths & Lane 1999, example 4; Taylor 1937; slip circles as upper bounds",
+    quick: None,
+    full: 600,
+    run: layers,
+};
+
+/// A slope over a weak layer.
+pub const WEAK: Benchmark = Benchmark {
+    id: "compare/slope-weak-layer",
+    title: "Factor of safety of an undrained slope over a weak layer, MPM and SPH",
+    source: "least upper bound of sliding blocks and of slip circles",
+    quick: None,
+    full: 240,
+    run: weak,
+};
+
+/// Undrained strength of the slope (Pa).
+const STRENGTH: f64 = 50e3;
+
+/// The slope of 2:1 on clays below its toe: their tops (m) and strengths (Pa).
+fn clays(below: &[(f64, f64)], base: f64) -> Clays {
+    let clays = [&[(f64::INFINITY, STRENGTH)], below].concat();
+    Clays { height: 10.0, cotangent: 2.0, unit_weight: 2038.736 * 9.81, clays, base }
+}
+
+/// Compares the factors of both methods with the least upper bound.
+fn judge(outcome: &mut Outcome, name: &str, case: &Case, bound: f64) -> Result<(), String> {
+    for method in ["mpm", "sph"] {
+        let report = run_by(method, case)?;
+        let found = report.safety.get("safety").ok_or("no factor of safety")?;
+        outcome.within(
+            format!("{name}, {method}: factor of safety"),
+            &format!("{bound:.3}, least upper bound"),
+            found.factor().unwrap_or(f64::NAN),
+            (bound - 0.05, bound + 0.05),
+            "± 0.05 on 20 cells over the height",
+        );
+        outcome.within(
+            format!("{name}, {method}: largest factor with which it stands"),
+            "at most the least upper bound",
+            found.stable,
+            (0.0, bound),
+            "limit analysis: with that strength it falls",
+        );
+        let failing = report.failing.get("safety");
+        if let Some(cloud) = failing.and_then(|failing| PointCloud::of(failing, "displacement", [0, 1])) {
+            let caption = format!("{name}, {method}: displacement in the failing trial of the least factor.");
+            outcome.png(&caption, &cloud)?;
+        }
+    }
+    Ok(())
+}
+
+fn layers(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let base = case("compare/slope-layers")?;
+    for ratio in [0.6, 1.0, 2.0] {
+        let strength = ratio * STRENGTH;
+        let case = changed(&base, &[("/materials/lower/undrained_strength", json!(strength))])?;
+        let bound = clays(&[(0.0, strength)], -10.0).circles();
+        judge(&mut outcome, &format!("lower over upper strength {ratio}"), &case, bound)?;
+        if ratio == 2.0 {
+            let reason = "not judged: the least circle has less, and is an upper bound";
+            outcome.show(
+                "lower over upper strength 2: bound of circles",
+                "2.1 by finite elements",
+                bound,
+                reason,
+            );
+        }
+    }
+    Ok(outcome)
+}
+
+fn weak(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let clays = clays(&[(0.0, 0.2 * STRENGTH), (-1.0, STRENGTH)], -5.0);
+    let (circles, blocks) = (clays.circles(), clays.blocks(0.0));
+    outcome.within(
+        "upper bound of sliding blocks over that of circles",
+        "below 1: the slip follows the layer",
+        blocks / circles,
+        (0.0, 1.0),
+        "limit analysis",
+    );
+    judge(&mut outcome, "weak layer", &case("compare/slope-weak-layer")?, blocks.min(circles))?;
+    Ok(outcome)
+}
