@@ -18,7 +18,7 @@ use crate::solver::DemSolver;
 use crate::surfaces::Facet;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]
@@ -281,6 +281,10 @@ impl<const D: usize, const R: usize> Solver for DemSolver<D, R> {
                 self.time, self.ledger.overlap
             )
         })
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.specimens.iter().map(|specimen| format!("at the start, {specimen}")).collect()
     }
 
     fn frame(&self, wanted: Wanted) -> Frame {

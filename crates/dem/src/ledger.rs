@@ -23,6 +23,8 @@ pub struct Ledger {
     pub elastic_bonds: f64,
     /// Work of gravity since the start.
     pub gravity: f64,
+    /// Work of forces on bodies and of membranes since the start.
+    pub applied: f64,
     /// Work of walls, held grains, a moving cell and growth since the start.
     pub boundary: f64,
     /// Kinetic energy of grains that entered since the start.
@@ -45,8 +47,8 @@ pub struct Ledger {
     pub damping: f64,
     /// What there was at the start.
     pub start: Option<f64>,
-    /// What of gravity, damping and held grains belongs to the half step that follows.
-    ahead: [f64; 3],
+    /// What of gravity, damping, held grains and applied forces belongs to the half step that follows.
+    ahead: [f64; 4],
     /// The balance to go on from when a stage begins.
     going_on: Option<f64>,
     /// Contacts with a force, and those that slip.
@@ -83,7 +85,12 @@ impl Ledger {
 
     /// What there is and went, less what there was and came: nothing.
     pub fn balance(&self) -> f64 {
-        let came = self.start.unwrap_or(0.0) + self.gravity + self.boundary + self.entered + self.switches;
+        let came = self.start.unwrap_or(0.0)
+            + self.gravity
+            + self.applied
+            + self.boundary
+            + self.entered
+            + self.switches;
         self.stored() + self.dissipated() - came
     }
 
@@ -91,6 +98,7 @@ impl Ledger {
     pub fn input(&self) -> f64 {
         self.start.unwrap_or(0.0)
             + self.gravity.abs()
+            + self.applied.abs()
             + self.boundary.abs()
             + self.entered
             + self.switches.abs()
@@ -124,10 +132,11 @@ impl Ledger {
 
     /// Sums over grains of a step, of which `share` lies before the time of the forces.
     pub fn grains<const D: usize>(&mut self, sums: &Sums<D>, share: f64) {
-        let now = [sums.gravity, sums.damping, sums.held];
+        let now = [sums.gravity, sums.damping, sums.held, sums.applied];
         let sum = |k: usize| self.ahead[k] + share * now[k];
-        let [gravity, damping, held] = [sum(0), sum(1), sum(2)];
+        let [gravity, damping, held, applied] = [sum(0), sum(1), sum(2), sum(3)];
         self.gravity += gravity;
+        self.applied += applied;
         self.damping += damping;
         self.boundary += held;
         self.ahead = now.map(|value| (1.0 - share) * value);
@@ -152,6 +161,7 @@ impl Ledger {
             ("energy.rolling", self.elastic_rolling),
             ("energy.bonds", self.elastic_bonds),
             ("work.gravity", self.gravity),
+            ("work.forces", self.applied),
             ("work.boundaries", self.boundary),
             ("energy.entered", self.entered),
             ("work.stages", self.switches),

@@ -40,13 +40,14 @@ use colluvium_case::{Case, CaseError, Honours, Method, Plan, Size, Solver};
 use schemars::Schema;
 
 pub use config::{
-    Adhesion, BodyGrains, BondSpec, CellControl, CellEntry, ContactVelocity, DampingForm, DemOptions,
-    Diameters, Fill, Friction, GrainKind, GrainStage, LeverArm, NormalLaw, Packing, PairOverride, PairSpec,
-    Rain, RollingSpec, SpringReset, TangentialSpec,
+    Adhesion, BodyGrains, BondSpec, CellControl, CellEntry, ContactVelocity, CyclicStrain, CyclicStress,
+    DampingForm, DemOptions, Diameters, Fill, Friction, GrainKind, GrainStage, LeverArm, Membrane, NormalLaw,
+    Packing, PairOverride, PairSpec, Press, Rain, RollingSpec, Shaking, SpringReset, TangentialSpec,
 };
 pub use homogeneity::Homogeneity;
 pub use report::Contact;
 pub use solver::DemSolver;
+pub use specimen::Specimen;
 
 /// The discrete element method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

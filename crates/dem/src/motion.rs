@@ -10,13 +10,15 @@ use crate::vector::{dot, minus, norm};
 
 /// What moves grains beside contacts.
 #[derive(Clone, Copy, Debug)]
-pub struct Drive<const D: usize> {
+pub struct Drive<'a, const D: usize> {
     /// Step (s).
     pub dt: f64,
     /// The step before, zero at the start (s).
     pub last: f64,
     /// Gravity (m/s²).
     pub gravity: [f64; D],
+    /// Forces on the grains that are neither gravity nor of contacts (N); empty where there are none.
+    pub applied: &'a [[f64; D]],
     /// Local damping of each axis.
     pub damping: [f64; 3],
     /// Its form.
@@ -42,6 +44,8 @@ pub struct Sums<const D: usize> {
     pub stream: [[f64; D]; D],
     /// Work of gravity in this step (J).
     pub gravity: f64,
+    /// Work of applied forces (J).
+    pub applied: f64,
     /// Energy taken out by damping (J).
     pub damping: f64,
     /// Work of held grains (J).
@@ -65,6 +69,7 @@ impl<const D: usize> Default for Sums<D> {
             rotation: 0.0,
             stream: [[0.0; D]; D],
             gravity: 0.0,
+            applied: 0.0,
             damping: 0.0,
             held: 0.0,
             cell: 0.0,
@@ -84,6 +89,7 @@ impl<const D: usize> Sums<D> {
             row.iter_mut().zip(more).for_each(|(sum, value)| *sum += value);
         }
         self.gravity += other.gravity;
+        self.applied += other.applied;
         self.damping += other.damping;
         self.held += other.held;
         self.cell += other.cell;
@@ -98,7 +104,7 @@ impl<const D: usize> Sums<D> {
 /// Moves all grains by a step. `buffer` takes the sums of each block.
 pub fn advance<const D: usize, const R: usize>(
     grains: &mut Grains<D, R>,
-    drive: &Drive<D>,
+    drive: &Drive<'_, D>,
     buffer: &mut Vec<Sums<D>>,
 ) -> Sums<D> {
     buffer.clear();
@@ -114,8 +120,8 @@ pub fn advance<const D: usize, const R: usize>(
     moving.for_each(|(block, (((position, velocity), spin), sums))| {
         for k in 0..position.len() {
             let i = block * TASK + k;
-            let grain =
-                One { held: held[i], radius: radius[i], mass: mass[i], force: &force[i], torque: &torque[i] };
+            let (force, torque, applied) = (&force[i], &torque[i], drive.applied.get(i));
+            let grain = One { held: held[i], radius: radius[i], mass: mass[i], force, torque, applied };
             grain.advance((drive, &kick), &mut position[k], &mut velocity[k], &mut spin[k], sums);
             let reference = match &drive.carried {
                 None => listed[i],
@@ -149,7 +155,7 @@ struct Kick {
 }
 
 impl Kick {
-    fn of<const D: usize>(drive: &Drive<D>) -> Self {
+    fn of<const D: usize>(drive: &Drive<'_, D>) -> Self {
         let time = 0.5 * (drive.last + drive.dt);
         let slow = 1.0 / (1.0 + 0.5 * drive.viscous * time);
         let keep = (1.0 - 0.5 * drive.viscous * time) * slow;
@@ -193,6 +199,7 @@ struct One<'a, const D: usize, const R: usize> {
     mass: f64,
     force: &'a [f64; D],
     torque: &'a [f64; R],
+    applied: Option<&'a [f64; D]>,
 }
 
 /// Force of local damping against one component.
@@ -205,7 +212,7 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
     #[inline]
     fn advance(
         &self,
-        (drive, kick): (&Drive<D>, &Kick),
+        (drive, kick): (&Drive<'_, D>, &Kick),
         x: &mut [f64; D],
         v: &mut [f64; D],
         w: &mut [f64; R],
@@ -222,6 +229,9 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
         }
         let gravity = drive.gravity.map(|g| self.mass * g);
         let mut force: [f64; D] = std::array::from_fn(|c| self.force[c] + gravity[c]);
+        if let Some(applied) = self.applied {
+            force = std::array::from_fn(|c| force[c] + applied[c]);
+        }
         let mut torque = *self.torque;
         let inertia = inertia(D) * self.mass * self.radius * self.radius;
         sums.squares += dot(&force, &force);
@@ -242,6 +252,7 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
         *w = new;
         sums.damping += lost;
         sums.gravity += dot(&gravity, &now) * kick.time;
+        sums.applied += self.applied.map_or(0.0, |applied| dot(applied, &now) * kick.time);
         sums.kinetic += 0.5 * self.mass * dot(&now, &now);
         sums.rotation += 0.5 * inertia * dot(&turning, &turning);
         self.carry(drive, &now, x, v, sums);
@@ -252,7 +263,14 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
 
     /// What a cell that deforms does: the momentum that its grains carry, and the velocity that it gives them.
     #[inline]
-    fn carry(&self, drive: &Drive<D>, now: &[f64; D], x: &[f64; D], v: &mut [f64; D], sums: &mut Sums<D>) {
+    fn carry(
+        &self,
+        drive: &Drive<'_, D>,
+        now: &[f64; D],
+        x: &[f64; D],
+        v: &mut [f64; D],
+        sums: &mut Sums<D>,
+    ) {
         let Some((change, corner)) = &drive.change else { return };
         let place = minus(x, corner);
         if let Some(rate) = &drive.rate {
@@ -273,7 +291,7 @@ impl<const D: usize, const R: usize> One<'_, D, R> {
 
     /// Adds local damping to the force; the energy that it takes out (J).
     #[inline]
-    fn damp(&self, drive: &Drive<D>, x: &[f64; D], v: &[f64; D], force: &mut [f64; D]) -> f64 {
+    fn damp(&self, drive: &Drive<'_, D>, x: &[f64; D], v: &[f64; D], force: &mut [f64; D]) -> f64 {
         if drive.damping == [0.0; 3] {
             return 0.0;
         }

@@ -108,12 +108,17 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     }
 
     /// Velocity at the time of the positions (m/s): the one half a step behind carried on.
-    fn velocity(&self, i: usize, gravity: &[f64; D], ahead: f64) -> [f64; D] {
+    fn velocity(&self, i: usize, (gravity, applied): (&[f64; D], &[[f64; D]]), ahead: f64) -> [f64; D] {
         let g = &self.grains;
         if g.held[i] {
             return g.velocity[i];
         }
-        std::array::from_fn(|c| g.velocity[i][c] + ahead * (g.force[i][c] / g.mass[i] + gravity[c]))
+        let mut v: [f64; D] =
+            std::array::from_fn(|c| g.velocity[i][c] + ahead * (g.force[i][c] / g.mass[i] + gravity[c]));
+        if let Some(applied) = applied.get(i) {
+            add(&mut v, ahead / g.mass[i], applied);
+        }
+        v
     }
 
     fn spin(&self, i: usize, ahead: f64) -> [f64; R] {
@@ -168,7 +173,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             order.iter().map(|&i| spatial(&value(i))).collect()
         };
         let field = |name: &str, unit, data| Field { name: name.to_owned(), unit, data };
-        let (ahead, gravity) = (0.5 * self.last, self.gravity_at(0.0));
+        let (ahead, gravity, applied) = (0.5 * self.last, self.gravity_at(0.0), self.applied());
+        let pull = (&gravity, applied.as_slice());
         let (stresses, counts) = self.grain_stresses();
         let spin = match R {
             1 => scalar(&|i| self.spin(i, ahead)[0]),
@@ -176,7 +182,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         };
         let cells = if self.options.voronoi { self.tessellation() } else { Tessellation::default() };
         let mut fields = vec![
-            field("velocity", "m/s", FieldData::Vector(vector(&|i| self.velocity(i, &gravity, ahead)))),
+            field("velocity", "m/s", FieldData::Vector(vector(&|i| self.velocity(i, pull, ahead)))),
             field("displacement", "m", FieldData::Vector(vector(&|i| minus(&g.position[i], &g.origin[i])))),
             field("stress", "Pa", FieldData::Tensor(order.iter().map(|&i| stresses[i]).collect())),
             field("pressure", "Pa", scalar(&|i| -stresses[i].0[..D].iter().sum::<f64>() / D as f64)),
@@ -219,13 +225,14 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     pub(crate) fn take_budget(&self) -> Budget {
         let g = &self.grains;
         let mut budget = Budget::default();
-        let gravity = self.gravity_at(0.0);
+        let (gravity, applied) = (self.gravity_at(0.0), self.applied());
+        let pull = (&gravity, applied.as_slice());
         let (behind, reach) = (-0.5 * self.last, spatial(&self.case.gravity));
         for i in 0..g.len() {
             let m = g.mass[i];
             budget.mass += m;
             let then: [f64; D] = std::array::from_fn(|c| g.position[i][c] - self.last * g.velocity[i][c]);
-            let (x, v) = (spatial(&then), spatial(&self.velocity(i, &gravity, behind)));
+            let (x, v) = (spatial(&then), spatial(&self.velocity(i, pull, behind)));
             let mut turn = [x[1] * v[2] - x[2] * v[1], x[2] * v[0] - x[0] * v[2], x[0] * v[1] - x[1] * v[0]];
             turn.iter_mut().for_each(|component| *component *= m);
             let (spin, inertia) = (self.spin(i, behind), g.inertia(i));

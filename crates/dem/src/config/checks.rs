@@ -173,9 +173,28 @@ impl Rules {
         }
     }
 
-    fn fill(&mut self, path: &str, fill: &super::Fill) {
+    fn fraction(&mut self, path: String, fraction: f64) {
+        let problem = format!("{fraction} is not in 0..1 (both excluded)");
+        self.rule(fraction > 0.0 && fraction < 1.0, path, problem);
+    }
+
+    fn fill(&mut self, path: &str, fill: &super::Fill, dimension: usize) {
         match fill {
             super::Fill::Single => {}
+            super::Fill::DropAndRoll => {
+                let problem = "drop-and-roll is for disks in the plane: let grains rain in, or fall under gravity in a stage";
+                self.rule(dimension == 2, format!("{path}.kind"), problem);
+            }
+            super::Fill::Layers { solid_fraction, layers, first_solid_fraction } => {
+                self.fraction(format!("{path}.solid_fraction"), *solid_fraction);
+                self.fraction(format!("{path}.first_solid_fraction"), *first_solid_fraction);
+                let problem =
+                    format!("{first_solid_fraction} must not be above solid_fraction, {solid_fraction}");
+                let looser = first_solid_fraction <= solid_fraction;
+                self.rule(looser, format!("{path}.first_solid_fraction"), problem);
+                let problem = format!("{layers} is not in 1..=100");
+                self.rule((1..=100).contains(layers), format!("{path}.layers"), problem);
+            }
             super::Fill::Lattice { pitch, jitter, .. } => {
                 if let Some(pitch) = pitch {
                     self.positive(format!("{path}.pitch"), *pitch, " (m)");
@@ -183,9 +202,7 @@ impl Rules {
                 self.within(format!("{path}.jitter"), *jitter, 0.0, 0.5);
             }
             super::Fill::Random { solid_fraction } => {
-                let holds = *solid_fraction > 0.0 && *solid_fraction < 1.0;
-                let problem = format!("{solid_fraction} is not in 0..1 (both excluded)");
-                self.rule(holds, format!("{path}.solid_fraction"), problem);
+                self.fraction(format!("{path}.solid_fraction"), *solid_fraction);
             }
         }
     }
@@ -206,10 +223,27 @@ impl Rules {
                 self.rolling(&format!("{path}.rolling"), rolling);
             }
         }
+        let mut vector = |key: String, vector: &[f64], unit: &str| {
+            let fits = vector.len() == dimension && vector.iter().all(|c| c.is_finite());
+            self.rule(fits, format!("{path}.{key}"), format!("must be {dimension} finite numbers ({unit})"));
+        };
         if let Some(gravity) = &stage.gravity {
-            let fits = gravity.len() == dimension && gravity.iter().all(|g| g.is_finite());
-            let problem = format!("must be {dimension} finite numbers (m/s²)");
-            self.rule(fits, format!("{path}.gravity"), problem);
+            vector("gravity".to_owned(), gravity, "m/s²");
+        }
+        stage.forces.iter().for_each(|(body, force)| vector(format!("forces.{body}"), force, "N"));
+        if let Some(shaking) = &stage.shaking {
+            vector("shaking.acceleration".to_owned(), &shaking.acceleration, "m/s²");
+            for (key, value) in
+                [("frequency", Some(shaking.frequency)), ("last_frequency", shaking.last_frequency)]
+            {
+                self.not_negative(format!("{path}.shaking.{key}"), value.unwrap_or(0.0), " (Hz)");
+            }
+        }
+        for (body, membrane) in &stage.membranes {
+            let path = format!("{path}.membranes.{body}");
+            self.not_negative(format!("{path}.pressure"), membrane.pressure, " (N/m)");
+            let problem = "a membrane is a row of disks: in space use a wall that follows a stress";
+            self.rule(dimension == 2, path, problem);
         }
         self.not_negative(format!("{path}.agitation"), stage.agitation, " (m/s)");
         self.rule(stage.growth.is_finite(), format!("{path}.growth"), "must be finite (1/s)");
@@ -274,14 +308,14 @@ impl DemOptions {
                 rules.rule(false, format!("{path}.diameter.{key}"), problem);
             }
             if let Some(fill) = &kind.fill {
-                rules.fill(&format!("{path}.fill"), fill);
+                rules.fill(&format!("{path}.fill"), fill, dimension);
             }
         }
         rules.rule(!self.grains.is_empty(), "grains", "at least one kind is needed");
         for (name, body) in &self.bodies {
             let path = format!("bodies.{name}");
             if let Some(fill) = &body.fill {
-                rules.fill(&format!("{path}.fill"), fill);
+                rules.fill(&format!("{path}.fill"), fill, dimension);
             }
             let count = if dimension == 2 { 1 } else { 3 };
             let fits = body.spin.is_empty() || body.spin.len() == count;

@@ -87,6 +87,22 @@ pub enum Fill {
         /// Area or volume of the grains over that of the box.
         solid_fraction: f64,
     },
+    /// In layers of equal mass along the last axis, each drawn at random above those that are there and pressed with them by a lid, the
+    /// lower ones too little at first, so that later ones don't make them denser than the rest (multilayer undercompaction,
+    /// Jiang et al. 2003). In the box around the body, as `random`.
+    Layers {
+        /// Area or volume of all grains over that of the box.
+        solid_fraction: f64,
+        /// How many layers, 1 to 100.
+        layers: usize,
+        /// Solid fraction of the first layer while it is alone, up to `solid_fraction`; void ratios of what there is fall
+        /// linearly from layer to layer.
+        first_solid_fraction: f64,
+    },
+    /// Disks dropped along y one by one at random places, each of which rolls until it rests on two others, on one and a side, or on the
+    /// floor of the box around the body, until the box is full (ballistic deposition). In the plane; in the period where the domain
+    /// is periodic along x and the body spans it. The density follows from the sizes.
+    DropAndRoll,
 }
 
 /// Lattices.

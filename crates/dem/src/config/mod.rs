@@ -13,7 +13,9 @@ pub use contact::{
 pub use grains::{BodyGrains, Diameters, Fill, GrainKind, Packing, Rain};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-pub use stages::{CellControl, CellEntry, DampingForm, GrainStage, Press};
+pub use stages::{
+    CellControl, CellEntry, CyclicStrain, CyclicStress, DampingForm, GrainStage, Membrane, Press, Shaking,
+};
 
 /// Options of the discrete element method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

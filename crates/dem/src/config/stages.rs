@@ -13,6 +13,12 @@ use super::PairOverride;
 pub struct GrainStage {
     /// Acceleration of gravity (m/s²) in place of that of the case.
     pub gravity: Option<Vec<f64>>,
+    /// Forces on bodies (N; N/m in the plane), by their names, each shared among the grains of its body by their mass.
+    pub forces: BTreeMap<String, Vec<f64>>,
+    /// Bodies that are flexible membranes, by their names.
+    pub membranes: BTreeMap<String, Membrane>,
+    /// Shakes the domain, seen from within it.
+    pub shaking: Option<Shaking>,
     /// Pairs that differ, in this stage only.
     pub pairs: Vec<PairOverride>,
     /// Sets the springs across all contacts to zero when the stage begins.
@@ -30,6 +36,40 @@ pub struct GrainStage {
     /// Walls of the case, by name, that follow a stress in place of the velocity of their boundary: platens of a biaxial, triaxial
     /// or oedometer test.
     pub walls: BTreeMap<String, Press>,
+}
+
+/// A row of grains in the plane on which a fluid presses, as on the membrane of a triaxial test: the pressure acts across the line through
+/// the centres of the grains, in the order in which the body has them (upwards in a lattice one grain wide, as in the file in one
+/// of points), whatever way it bends. Bonds to their neighbours keep the grains together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Membrane {
+    /// Pressure (N/m), not negative.
+    pub pressure: f64,
+    /// The body that it is pressed against: towards the centre of mass of its grains.
+    pub against: String,
+}
+
+/// Shaking at a frequency that may change over the stage: an acceleration `a sin 2π(f t + (f₁ - f) t²/2T)` acts as gravity does, which is
+/// what grains in a shaken box see.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shaking {
+    /// Largest acceleration along each axis (m/s²).
+    pub acceleration: Vec<f64>,
+    /// Frequency at the start of the stage (Hz).
+    pub frequency: f64,
+    /// Frequency at its end (Hz); as at the start when absent.
+    #[serde(default)]
+    pub last_frequency: Option<f64>,
+}
+
+impl Shaking {
+    /// Factor on the acceleration after `elapsed` of a stage of `duration` (s).
+    pub fn factor(&self, elapsed: f64, duration: f64) -> f64 {
+        let change = self.last_frequency.map_or(0.0, |last| (last - self.frequency) / duration);
+        (std::f64::consts::TAU * elapsed * (self.frequency + 0.5 * change * elapsed)).sin()
+    }
 }
 
 /// A wall that follows a stress (sheet: dem §3.7).
@@ -90,4 +130,46 @@ pub enum CellEntry {
     Rate(f64),
     /// Stress (Pa, tension-positive; N/m in the plane) that the cell follows.
     Stress(f64),
+    /// A logarithmic strain that goes to and fro.
+    CyclicStrain(CyclicStrain),
+    /// A stress that goes to and fro, which the cell follows.
+    CyclicStress(CyclicStress),
+}
+
+/// `amplitude × sin 2πt/period` from the start of the stage on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CyclicStrain {
+    /// Largest strain from where the stage begins.
+    pub amplitude: f64,
+    /// Time of a cycle (s).
+    pub period: f64,
+}
+
+/// `mean + amplitude × sin 2πt/period` from the start of the stage on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CyclicStress {
+    /// Stress at the start (Pa, tension-positive; N/m in the plane).
+    pub mean: f64,
+    /// Largest difference from it (Pa; N/m in the plane).
+    pub amplitude: f64,
+    /// Time of a cycle (s).
+    pub period: f64,
+}
+
+impl CellEntry {
+    /// What is wrong with it.
+    pub fn problem(&self) -> Option<String> {
+        let (numbers, period) = match *self {
+            Self::Rate(value) | Self::Stress(value) => ([value, 0.0], None),
+            Self::CyclicStrain(own) => ([own.amplitude, 0.0], Some(own.period)),
+            Self::CyclicStress(own) => ([own.mean, own.amplitude], Some(own.period)),
+        };
+        if let Some(value) = numbers.iter().find(|value| !value.is_finite()) {
+            return Some(format!("{value} must be finite"));
+        }
+        let period = period.filter(|period| !(period.is_finite() && *period > 0.0))?;
+        Some(format!("a period of {period} s must be finite and positive"))
+    }
 }

@@ -9,6 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use crate::config::{BodyGrains, DemOptions, Diameters, Fill, GrainKind, Packing};
 use crate::grains::{Grains, volume};
 use crate::rain::holds;
+use crate::specimen::deposit::drop_and_roll;
+use crate::specimen::layers::{Layers, pile};
 use crate::specimen::{Container, pack};
 
 /// More grains than this do not fit in numbers.
@@ -21,7 +23,7 @@ const CLOSE: f64 = 1e-6;
 type Placed<const D: usize> = ([f64; D], f64);
 
 /// How a body is filled.
-pub(super) fn of_body(options: &DemOptions, body: &Body) -> Option<Fill> {
+pub fn of_body(options: &DemOptions, body: &Body) -> Option<Fill> {
     let own = options.bodies.get(&body.name).and_then(|own| own.fill);
     own.or_else(|| options.grains.get(&body.material).and_then(|kind| kind.fill))
 }
@@ -141,16 +143,26 @@ fn place<const D: usize>(
             format!("is missing: the body {:?} is filled with grains", body.name),
         ));
     };
-    match fill {
+    let placed = match fill {
         Fill::Lattice { packing, pitch, jitter } => {
             let pitch = pitch.unwrap_or(sizes.range().1);
             lattice(&body.shape, sizes, (packing, pitch, jitter), random)
-                .map_err(|problem| CaseError::new(format!("{path}.shape"), problem))
         }
-        Fill::Random { solid_fraction } => random_packing(case, body, sizes, solid_fraction, random)
-            .map_err(|problem| CaseError::new(format!("{path}.shape"), problem)),
+        Fill::Random { solid_fraction } => {
+            in_box(case, body, sizes, solid_fraction, random, |container, radii, random| {
+                pack(container, radii, random)
+            })
+        }
+        Fill::Layers { solid_fraction, layers, first_solid_fraction } => {
+            let layers = Layers { count: layers, first: first_solid_fraction, last: solid_fraction };
+            in_box(case, body, sizes, solid_fraction, random, |container, radii, random| {
+                pile(container, radii, layers, random)
+            })
+        }
+        Fill::DropAndRoll => dropped(case, body, sizes, random),
         Fill::Single => Ok(Vec::new()),
-    }
+    };
+    placed.map_err(|problem| CaseError::new(format!("{path}.shape"), problem))
 }
 
 /// Places of a lattice that begins half a pitch within a corner.
@@ -226,14 +238,8 @@ fn lattice<const D: usize>(
     Ok(placed.filter(|(x, radius)| holds(shape, x, (radius - slack).max(0.0))).collect())
 }
 
-/// Grains at random in the box around the body, cut to its shape.
-fn random_packing<const D: usize>(
-    case: &Case,
-    body: &Body,
-    sizes: &Diameters,
-    solid_fraction: f64,
-    random: &mut ChaCha8Rng,
-) -> Result<Vec<Placed<D>>, String> {
+/// The box around a body, periodic where the domain is and the body spans it.
+fn container<const D: usize>(case: &Case, body: &Body) -> Container<D> {
     let (low, high) = body.shape.bounds(D);
     let periodic: [bool; D] = std::array::from_fn(|axis| {
         let (from, to) = (case.domain.min[axis], case.domain.max[axis]);
@@ -241,9 +247,20 @@ fn random_packing<const D: usize>(
             && low[axis] <= from + 1e-9 * (to - from)
             && high[axis] >= to - 1e-9 * (to - from)
     });
-    let container =
-        Container { low: std::array::from_fn(|c| low[c]), high: std::array::from_fn(|c| high[c]), periodic };
-    let space: f64 = (0..D).map(|c| high[c] - low[c]).product();
+    Container { low: std::array::from_fn(|c| low[c]), high: std::array::from_fn(|c| high[c]), periodic }
+}
+
+/// Grains of a solid fraction in the box around the body, at the places that `pack` finds, cut to its shape.
+fn in_box<const D: usize>(
+    case: &Case,
+    body: &Body,
+    sizes: &Diameters,
+    solid_fraction: f64,
+    random: &mut ChaCha8Rng,
+    pack: impl Fn(&Container<D>, &[f64], &mut ChaCha8Rng) -> Result<Vec<[f64; D]>, String>,
+) -> Result<Vec<Placed<D>>, String> {
+    let container: Container<D> = container(case, body);
+    let space: f64 = (0..D).map(|c| container.high[c] - container.low[c]).product();
     let mean = sizes.mean_power(D, D as i32) * volume(D, 0.5);
     let count = (solid_fraction * space / mean).round().max(1.0);
     if count > MOST as f64 {
@@ -255,7 +272,27 @@ fn random_packing<const D: usize>(
     let factor = (solid_fraction * space / filled).powf(1.0 / D as f64);
     radii.iter_mut().for_each(|r| *r *= factor);
     let positions = pack(&container, &radii, random)?;
+    Ok(cut(body, positions.into_iter().zip(radii)))
+}
+
+/// Grains that lie in the shape of a body.
+fn cut<const D: usize>(body: &Body, placed: impl Iterator<Item = Placed<D>>) -> Vec<Placed<D>> {
     let whole = matches!(body.shape, Shape::Box { .. });
-    let placed = positions.into_iter().zip(radii);
-    Ok(placed.filter(|(x, radius)| whole || holds(&body.shape, x, *radius)).collect())
+    placed.filter(|(x, radius)| whole || holds(&body.shape, x, *radius)).collect()
+}
+
+/// Disks that are dropped into the box around the body, cut to its shape.
+fn dropped<const D: usize>(
+    case: &Case,
+    body: &Body,
+    sizes: &Diameters,
+    random: &mut ChaCha8Rng,
+) -> Result<Vec<Placed<D>>, String> {
+    let container: Container<2> = container(case, body);
+    let draw = |random: &mut ChaCha8Rng| 0.5 * sizes.draw(2, random);
+    let placed = drop_and_roll(&container, 0.5 * sizes.range().1, MOST, random, draw)?;
+    let spread =
+        |([x, y], radius): ([f64; 2], f64)| (std::array::from_fn(|c| if c == 0 { x } else { y }), radius);
+    // The options allow it in the plane only.
+    Ok(cut(body, placed.into_iter().map(spread)))
 }

@@ -11,6 +11,7 @@ use colluvium_points::Surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+pub(crate) use fill::of_body;
 pub(crate) use refuse::honours;
 
 use crate::cell::PeriodicCell;
@@ -22,6 +23,7 @@ use crate::lists::Lists;
 use crate::pairs::Columns;
 use crate::rain;
 use crate::solver::{DemSolver, Kind, Scratch, Since};
+use crate::specimen::Specimen;
 use crate::surfaces::Moving;
 use crate::vector::{dot, minus};
 use crate::walls::{Wall, WallList};
@@ -29,6 +31,8 @@ use crate::walls::{Wall, WallList};
 /// Bytes of a grain with its buffers, and of a pair, in space.
 const BYTES_OF_GRAIN: usize = 450;
 const BYTES_OF_PAIR: usize = 60;
+/// Difference of a porosity from what was asked for that is told.
+const OFF_TARGET: f64 = 0.01;
 /// Pairs per grain that lists hold, at most about.
 const PAIRS: usize = 10;
 
@@ -67,7 +71,7 @@ pub fn size(case: &Case) -> Result<Size, CaseError> {
     let mut points = 0.0;
     for (number, body) in case.bodies.iter().enumerate() {
         let kind = &options.grains[&body.material];
-        let fill = fill::of_body(&options, body);
+        let fill = of_body(&options, body);
         points += match (fill, &kind.diameter) {
             _ if options.bodies.get(&body.name).is_some_and(|own| own.rain.is_some()) => 0.0,
             _ if body.points.is_some() => case.points_at(1.0)[number],
@@ -101,8 +105,17 @@ fn measure<const D: usize, const R: usize>(case: &Case) -> Result<Plan, CaseErro
         memory: (points * (BYTES_OF_GRAIN + PAIRS * BYTES_OF_PAIR)) as u64,
         volumes,
         updates_per_second: if D == 3 { 5e6 } else { 1e7 },
-        warnings: refuse::warnings(case, &solver.options),
+        warnings: refuse::warnings(case, &solver.options).into_iter().chain(off_target(&solver)).collect(),
     })
+}
+
+/// Bodies that are filled otherwise than was asked for.
+fn off_target<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Vec<String> {
+    let far = |own: &&Specimen| own.asked.is_some_and(|asked| (own.porosity - asked).abs() > OFF_TARGET);
+    let said = |own: &Specimen| {
+        format!("{own}: grains that would reach out of the shape, or into obstacles, are left out")
+    };
+    solver.specimens.iter().filter(far).map(said).collect()
 }
 
 /// A solver with its concrete type, at time zero.
@@ -156,6 +169,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         one_by_one: false,
         sources: rain::sources(case, &options),
         next_id: count as u32,
+        specimens: Vec::new(),
         options,
     };
     solver.walls = walls(&solver, 0);
@@ -163,6 +177,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     solver.relist().map_err(|error| CaseError::new("methods.dem", error.to_string()))?;
     check_overlaps(&solver)?;
     bond(&mut solver)?;
+    solver.specimens = solver.take_specimens();
     Ok(solver)
 }
 

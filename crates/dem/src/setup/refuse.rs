@@ -182,10 +182,46 @@ fn names(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
             return missing(path, wall, sides, "the name of one of the boundaries");
         }
     }
+    bodies(case, options)
+}
+
+/// Names of bodies that must be there, and forces only where grains are free to follow them.
+fn bodies(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
     let bodies: Vec<&str> = case.bodies.iter().map(|body| body.name.as_str()).collect();
+    let known = |path: String, name: &str| match bodies.contains(&name) {
+        true => Ok(()),
+        false => missing(path, name, &bodies, "the name of a body"),
+    };
     for name in options.bodies.keys() {
-        if !bodies.contains(&name.as_str()) {
-            return missing(format!("methods.dem.bodies.{name}"), name, &bodies, "the name of a body");
+        known(format!("methods.dem.bodies.{name}"), name)?;
+    }
+    let held = |name: &str| {
+        let rigid = case.bodies.iter().any(|body| body.name == name && body.rigid);
+        rigid || options.bodies.get(name).is_some_and(|own| own.held)
+    };
+    for (stage, own) in &options.stages {
+        let path = format!("methods.dem.stages.{stage}");
+        let number = case.stages.iter().position(|other| other.name == *stage).unwrap_or(0);
+        let there = |path: &str, name: &str| match case.is_removed(name, number) {
+            true => Err(CaseError::new(path, format!("the body {name:?} has been removed"))),
+            false => Ok(()),
+        };
+        let pushed = own.forces.keys().map(|name| (format!("{path}.forces.{name}"), name));
+        let pressed = own.membranes.keys().map(|name| (format!("{path}.membranes.{name}"), name));
+        for (path, name) in pushed.chain(pressed) {
+            known(path.clone(), name)?;
+            there(&path, name)?;
+            if held(name) {
+                return Err(CaseError::new(path, "its grains are held, and follow no force"));
+            }
+        }
+        for (name, membrane) in &own.membranes {
+            let path = format!("{path}.membranes.{name}.against");
+            known(path.clone(), &membrane.against)?;
+            there(&path, &membrane.against)?;
+            if membrane.against == *name {
+                return Err(CaseError::new(path, "a membrane is pressed against another body"));
+            }
         }
     }
     Ok(())
@@ -202,15 +238,16 @@ fn cells(case: &Case, options: &DemOptions) -> Result<(), CaseError> {
         let Some(CellControl { xx, yy, zz, xy, yz, xz, damping }) = stage.cell else { continue };
         let flat = case.dimension() == 2;
         for (key, on, axes) in [
-            ("xx", xx.is_some(), [0, 0]),
-            ("yy", yy.is_some(), [1, 1]),
-            ("zz", zz.is_some(), [2, 2]),
-            ("xy", xy.is_some(), [0, 1]),
-            ("yz", yz.is_some(), [1, 2]),
-            ("xz", xz.is_some(), [0, 2]),
+            ("xx", xx, [0, 0]),
+            ("yy", yy, [1, 1]),
+            ("zz", zz, [2, 2]),
+            ("xy", xy, [0, 1]),
+            ("yz", yz, [1, 2]),
+            ("xz", xz, [0, 2]),
         ] {
-            if !on {
-                continue;
+            let Some(on) = on else { continue };
+            if let Some(problem) = on.problem() {
+                return Err(CaseError::new(format!("{path}.cell.{key}"), problem));
             }
             if flat && axes.contains(&2) {
                 return Err(CaseError::new(format!("{path}.cell.{key}"), "the plane has no z"));

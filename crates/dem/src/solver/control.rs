@@ -6,6 +6,30 @@ use crate::config::{CellControl, CellEntry};
 /// Damping of entries that follow a stress where the case says none (sheet: dem §3.7).
 const DAMPING: f64 = 0.3;
 
+/// What an entry asks for at a time: a rate (1/s), or a stress with the size of what it follows over the stage (Pa).
+enum Asked {
+    Rate(f64),
+    Stress(f64, f64),
+}
+
+/// What an entry asks for after `elapsed` of its stage, in a step that ends `ahead` from then (s).
+fn asked(entry: CellEntry, elapsed: f64, ahead: f64) -> Asked {
+    let wave = |period: f64, time: f64| (std::f64::consts::TAU * time / period).sin();
+    match entry {
+        CellEntry::Rate(rate) => Asked::Rate(rate),
+        CellEntry::Stress(stress) => Asked::Stress(stress, stress.abs()),
+        CellEntry::CyclicStrain(own) => {
+            // As much as takes the strain from its value now to that at the end of the step.
+            let way = wave(own.period, elapsed + ahead) - wave(own.period, elapsed);
+            Asked::Rate(own.amplitude * way / ahead)
+        }
+        CellEntry::CyclicStress(own) => {
+            let stress = own.mean + own.amplitude * wave(own.period, elapsed);
+            Asked::Stress(stress, own.mean.abs().max(own.amplitude.abs()))
+        }
+    }
+}
+
 /// Entry of the velocity gradient in a row and a column.
 fn entry(control: &CellControl, row: usize, column: usize) -> Option<CellEntry> {
     match (row, column) {
@@ -46,13 +70,14 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         for i in 0..D {
             for j in 0..D {
                 let now = self.cell.rate[i][j];
-                change[i][j] = match entry(&control, i, j) {
+                let elapsed = self.time - self.stage_start;
+                change[i][j] = match entry(&control, i, j).map(|entry| asked(entry, elapsed, dt)) {
                     None => -now,
-                    Some(CellEntry::Rate(rate)) => rate - now,
-                    Some(CellEntry::Stress(target)) => {
+                    Some(Asked::Rate(rate)) => rate - now,
+                    Some(Asked::Stress(target, size)) => {
                         let length = self.cell.h[j][j];
                         let diameter = 2.0 * self.grains.radius.iter().sum::<f64>() / count;
-                        let scale = if i == j { target.abs() } else { self.pressure().max(target.abs()) };
+                        let scale = if i == j { size } else { self.pressure().max(size) };
                         let rate = (scale * diameter.powi(D as i32 - 2) * count / mass).sqrt();
                         let damping = control.damping.unwrap_or(DAMPING) * rate;
                         let pull = (target - stress[i][j]) * volume / (mass * length * length);

@@ -1,5 +1,6 @@
 //! The solver: its data and one step (sheet: dem §3.1).
 
+mod applied;
 mod control;
 mod press;
 mod raining;
@@ -20,6 +21,7 @@ use crate::lists::Lists;
 use crate::motion::{Drive, Sums, advance, turn};
 use crate::pairs::Columns;
 use crate::rain::Source;
+use crate::specimen::Specimen;
 use crate::surfaces::Moving;
 use crate::sweep::{Received, Record, Scene, Virial, Way, deliver, records};
 use crate::vector::{add, dot};
@@ -125,6 +127,8 @@ pub struct DemSolver<const D: usize, const R: usize> {
     pub(crate) sources: Vec<Source>,
     /// Number of the next grain that enters.
     pub(crate) next_id: u32,
+    /// How bodies were filled.
+    pub(crate) specimens: Vec<Specimen>,
     /// Bonds that broke: time (s) and ids of the grains.
     pub(crate) broken: Vec<(f64, u32, u32)>,
 }
@@ -139,6 +143,11 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// forces are the same to the last bit; what is summed over contacts of all grains is so to round-off.
     pub fn take_contacts_one_by_one(&mut self) {
         self.one_by_one = true;
+    }
+
+    /// Looks for pairs in cells of one width from here on, however much the sizes of grains differ. The lists are the same.
+    pub fn search_in_cells_of_one_width(&mut self) {
+        self.lists.one_width = true;
     }
 
     /// One step.
@@ -275,13 +284,16 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         if self.options.velocity != ContactVelocity::Predicted {
             return;
         }
-        let gravity = self.gravity_at(0.0);
+        let (gravity, applied) = (self.gravity_at(0.0), self.applied());
         let (half, grains) = (0.5 * self.last, &self.grains);
         self.scratch.velocity.clone_from(&grains.velocity);
         self.scratch.spin.clone_from(&grains.spin);
         for i in (0..grains.len()).filter(|&i| !grains.held[i]) {
             add(&mut self.scratch.velocity[i], half / grains.mass[i], &grains.force[i]);
             add(&mut self.scratch.velocity[i], half, &gravity);
+            if let Some(applied) = applied.get(i) {
+                add(&mut self.scratch.velocity[i], half / grains.mass[i], applied);
+            }
             add(&mut self.scratch.spin[i], half / grains.inertia(i), &grains.torque[i]);
         }
     }
@@ -303,10 +315,16 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Gravity `ahead` of now (m/s²).
     pub(crate) fn gravity_at(&self, ahead: f64) -> [f64; D] {
         let stage = &self.case.stages[self.stage];
-        let own = self.options.stages.get(&stage.name).and_then(|options| options.gravity.as_ref());
-        let gravity = spatial(own.unwrap_or(&self.case.gravity));
-        let factor = stage.gravity_factor(self.time + ahead - self.stage_start);
-        std::array::from_fn(|c| factor * gravity[c])
+        let own = self.options.stages.get(&stage.name);
+        let gravity = spatial(own.and_then(|options| options.gravity.as_ref()).unwrap_or(&self.case.gravity));
+        let elapsed = self.time + ahead - self.stage_start;
+        let factor = stage.gravity_factor(elapsed);
+        let mut gravity: [f64; D] = std::array::from_fn(|c| factor * gravity[c]);
+        if let Some(shaking) = own.and_then(|options| options.shaking.as_ref()) {
+            let shaken: [f64; D] = std::array::from_fn(|c| shaking.acceleration[c]);
+            add(&mut gravity, shaking.factor(elapsed, stage.duration), &shaken);
+        }
+        gravity
     }
 
     fn move_grains(&mut self, dt: f64, change: [[f64; D]; D]) -> Result<(), SolverError> {
@@ -324,10 +342,12 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
             .cell
             .filter(|_| moves)
             .map(|then| (product(&next.h, &inverse(&then).0), self.cell.origin));
+        let applied = self.applied();
         let drive = Drive {
             dt,
             last: self.last,
             gravity: self.gravity_at(0.0),
+            applied: &applied,
             damping: stage.damping_of_axes(),
             form: options.map_or_else(Default::default, |options| options.damping_form),
             viscous: stage.rayleigh_damping,

@@ -119,3 +119,38 @@ fn a_cohesive_contact_breaks_at_its_tension_and_takes_the_energy_of_its_spring()
     let x = bound.snapshot().positions.clone();
     assert!(x[1][0] - x[0][0] < 1.0 + force / stiffness);
 }
+
+/// Velocity along x that a disk of 1 kg and 0.5 m takes in a time (s) from one below that moves at 0.5 m/s, held: pressed by its weight of
+/// 10 N, with cohesion that bears 10 N of shear and with friction of 0.3.
+fn dragged(fragile: bool, cohesive: bool, time: f64) -> f64 {
+    let stiffness = 1e6;
+    let mut pair = linear(stiffness, 0.0, 0.5, 0.3);
+    if cohesive {
+        pair["adhesion"] = json!({ "kind": "cohesive", "tension": 100, "shear": 20, "fragile": fragile });
+    }
+    let mut scene = Scene::new(pair).disk([0.0; 2], 0.5, [0.5, 0.0], 0.0).disk(
+        [0.0, 1.0 - 10.0 / stiffness],
+        0.5,
+        [0.0; 2],
+        0.0,
+    );
+    scene.gravity = vec![0.0, -10.0];
+    scene.options = json!({ "bodies": { "grain 0": { "held": true } } });
+    let mut solver = scene.solver();
+    while solver.time() < time {
+        solver.step(1e-6).unwrap();
+    }
+    solver.snapshot().vectors("velocity").unwrap()[1][0]
+}
+
+#[test]
+fn a_cohesive_contact_slips_at_its_shear_strength_and_a_fragile_one_breaks_there() {
+    // While it slips the force is that of the strength and of friction, 10 + 3 N; once it has broken only 3 N are left.
+    let force =
+        |fragile, cohesive| (dragged(fragile, cohesive, 6e-4) - dragged(fragile, cohesive, 1e-4)) / 5e-4;
+    near(force(false, true), 13.0, 0.1);
+    near(force(true, true), 3.0, 0.1);
+    near(force(true, false), 3.0, 0.1);
+    // The fragile one has borne its strength until it broke.
+    assert!(dragged(true, true, 1e-4) > dragged(true, false, 1e-4) + 1e-5);
+}

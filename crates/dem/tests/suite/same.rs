@@ -210,3 +210,37 @@ fn contacts_side_by_side_bear_the_forces_that_they_bear_one_by_one() {
         }
     }
 }
+
+#[test]
+fn grains_of_very_different_sizes_are_found_alike_by_classes_and_by_cells_of_one_width() {
+    for dimension in [2, 3] {
+        let mut value = heap(dimension);
+        value["methods"]["dem"]["grains"]["sand"]["diameter"] =
+            json!({ "distribution": "uniform", "min": 0.02, "max": 0.2 });
+        let case = Case::from_json(&value.to_string()).unwrap();
+        let run = |threads: usize, one_width: bool| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut solver: Box<dyn Solver> = if dimension == 2 {
+                    let mut solver = disks(&case).unwrap();
+                    if one_width {
+                        solver.search_in_cells_of_one_width();
+                    }
+                    Box::new(solver)
+                } else {
+                    let mut solver = spheres(&case).unwrap();
+                    if one_width {
+                        solver.search_in_cells_of_one_width();
+                    }
+                    Box::new(solver)
+                };
+                solver.begin_stage(0, 0.0).unwrap();
+                cases::advance(&mut *solver, 400);
+                solver.snapshot().hash()
+            })
+        };
+        let of_classes = run(1, false);
+        assert_eq!(of_classes, run(1, true), "{dimension}");
+        assert!([2, 3].iter().all(|threads| run(*threads, false) == of_classes), "{dimension}");
+    }
+}

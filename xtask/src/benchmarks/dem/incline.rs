@@ -3,19 +3,39 @@
 use colluvium::case::RunReport;
 use colluvium::plots::{PointCloud, Series, Style};
 
-use super::scene::chart;
+use serde_json::json;
+
+use super::scene::{case, chart, load, options};
 use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, scalars};
+use crate::benchmarks::{Benchmark, Outcome, run_by, scalars};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/incline",
     title: "A layer of 500 disks flows down a rough incline of 20°, DEM",
     source: "sheet: dem §5, B12; Bagnold 1954",
-    quick: None,
+    quick: Some(60),
     full: 300,
-    run: |_| flow(),
+    run: |quick| flow(if quick { QUICK } else { FULL }),
 };
+
+/// A form of the test.
+#[derive(Clone, Copy)]
+struct Form {
+    /// Width of the layer, whose disks are in proportion.
+    width: f64,
+    /// Stiffness of contacts.
+    stiffness: f64,
+    /// Duration of the flow.
+    flow: f64,
+    /// Whether it is the set-up of the sheet, whose numbers it must have.
+    of_sheet: bool,
+}
+
+/// That of the sheet: 3.3 million steps.
+const FULL: Form = Form { width: WIDTH, stiffness: 2e5, flow: 400.0, of_sheet: true };
+/// Half as wide and a hundredth as stiff: 350 thousand steps, overlaps of 1 % of the diameter at the base.
+const QUICK: Form = Form { width: 12.0, stiffness: 2e3, flow: 400.0, of_sheet: false };
 
 /// Angle of the incline (degrees).
 const ANGLE: f64 = 20.0;
@@ -36,9 +56,9 @@ struct Layer {
 }
 
 /// Velocity along the incline and area of grains over height, from frames of the last part of the run; half height of the layer twice.
-fn profile(report: &RunReport) -> (Vec<Layer>, f64) {
+fn profile(report: &RunReport, form: Form) -> (Vec<Layer>, f64) {
     let end = report.frames.last().map_or(0.0, |frame| frame.time);
-    let start = end - LAST * 400.0;
+    let start = end - LAST * form.flow;
     let mut layers = vec![Layer::default(); 40];
     let (mut frames, mut mass, mut moment) = (0.0, 0.0, 0.0);
     for frame in report.frames.iter().filter(|frame| frame.time > start) {
@@ -56,7 +76,7 @@ fn profile(report: &RunReport) -> (Vec<Layer>, f64) {
     }
     for layer in &mut layers {
         layer.velocity /= layer.area;
-        layer.area /= frames * WIDTH;
+        layer.area /= frames * form.width;
     }
     (layers, 2.0 * moment / mass)
 }
@@ -72,10 +92,24 @@ fn line(points: &[(f64, f64)]) -> [f64; 3] {
     [y - slope * x, slope, 1.0 - off / sum(&|p| (p.1 - y).powi(2))]
 }
 
-fn flow() -> Result<Outcome, String> {
+/// The case in a form.
+fn run(form: Form) -> Result<RunReport, String> {
+    let mut value = load("incline")?;
+    value["domain"]["max"][0] = json!(form.width);
+    for body in [0, 1] {
+        value["bodies"][body]["shape"]["max"][0] = json!(form.width);
+    }
+    value["stages"][1]["duration"] = json!(form.flow);
+    for pair in 0..3 {
+        options(&mut value)["pairs"][pair]["normal"]["stiffness"] = json!(form.stiffness);
+    }
+    run_by("dem", &case(&value)?)
+}
+
+fn flow(form: Form) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    let report = run_by("dem", &case("dem/incline")?)?;
-    let (layers, height) = profile(&report);
+    let report = run(form)?;
+    let (layers, height) = profile(&report, form);
     let bagnold = |z: f64| height.powf(1.5) - (height - z).max(0.0).powf(1.5);
     let inner: Vec<(f64, &Layer)> = (2..layers.len())
         .map(|k| (k as f64 + 0.5, &layers[k]))
@@ -93,7 +127,18 @@ fn flow() -> Result<Outcome, String> {
         (0.98, 1.0),
         "B12",
     );
-    outcome.near("inertial number of the plane", SHEET[0], 0.15, number, "B12: ± 15 % of the same set-up");
+    if form.of_sheet {
+        outcome.near(
+            "inertial number of the plane",
+            SHEET[0],
+            0.15,
+            number,
+            "B12: ± 15 % of the same set-up",
+        );
+    } else {
+        let reason = "not judged: narrower and softer than the sheet's";
+        outcome.show("inertial number of the plane", "0.092", number, reason);
+    }
     let law = 0.27 + 1.15 * number;
     outcome.below(
         "difference of tan θ from the friction of plane shear at this inertial number",
@@ -110,13 +155,10 @@ fn flow() -> Result<Outcome, String> {
         0.02,
         "B12",
     );
-    outcome.near(
-        "solid fraction",
-        SHEET[1],
-        0.0077,
-        solid,
-        "B11: ± 0.006; the sheet's code found it in the same set-up",
-    );
+    if form.of_sheet {
+        let reason = "B11: ± 0.006; the sheet's code found it in the same set-up";
+        outcome.near("solid fraction", SHEET[1], 0.0077, solid, reason);
+    }
     outcome.show(
         "slip at the base over √(g d)",
         "1.3 (sheet's code)",

@@ -1,5 +1,6 @@
 //! Discrete element method.
 
+mod applications;
 mod biaxial;
 mod bookkeeping;
 mod bounce;
@@ -47,4 +48,7 @@ pub const ALL: &[Benchmark] = &[
     biaxial::CRITICAL,
     fabric::BENCHMARK,
     representative::BENCHMARK,
+    representative::WALLS,
+    representative::WINDOWS,
+    applications::BENCHMARK,
 ];

@@ -1,11 +1,32 @@
 //! How many disks a periodic cell needs (sheet: dem §5, B16).
 
+use colluvium::case::RunReport;
 use colluvium::plots::{Series, Style};
-use serde_json::json;
+use serde_json::{Value, json};
 
-use super::scene::{case, chart, load, options};
+use super::scene::{Grain, case, chart, load, options, points};
 use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome, run_by, series};
+use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
+
+/// Rigid walls in place of a periodic cell.
+pub const WALLS: Benchmark = Benchmark {
+    id: "dem/rigid-walls",
+    title: "Biaxial tests of disks between rigid walls and in periodic cells, DEM",
+    quick: Some(60),
+    full: 200,
+    run: |quick| if quick { walls(&[300], 2) } else { walls(&[300, 1000], SEEDS) },
+    ..BENCHMARK
+};
+
+/// Parts of a larger specimen.
+pub const WINDOWS: Benchmark = Benchmark {
+    id: "dem/windows",
+    title: "Biaxial tests of windows cut from a specimen of 1000 disks, DEM",
+    quick: Some(60),
+    full: 120,
+    run: |quick| windows(if quick { &[300, 75] } else { &[600, 400, 300, 75] }),
+    ..BENCHMARK
+};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -27,23 +48,38 @@ const RATE: f64 = 3e-4;
 
 /// Sine of the friction angle at the peak, and the anisotropy of the contacts before the shear.
 fn test(count: u32, seed: u64) -> Result<(f64, f64), String> {
+    let report = run_by("dem", &case(&periodic(count, seed)?)?)?;
+    let start = STAGES[0] + STAGES[1];
+    found(&report, start, ["cell_stress.yy", "cell_stress.xx"])
+}
+
+/// The case of that many disks in a periodic cell.
+fn periodic(count: u32, seed: u64) -> Result<Value, String> {
     let mut value = load("biaxial")?;
-    let side = value["domain"]["max"][0].as_f64().ok_or("no domain")? * (f64::from(count) / 1600.0).sqrt();
+    let side = side(&value, count)?;
     value["domain"]["max"] = json!([side, side]);
     value["bodies"][0]["shape"]["max"] = json!([side, side]);
     for (k, duration) in STAGES.iter().enumerate() {
         value["stages"][k]["duration"] = json!(duration);
     }
     options(&mut value)["seed"] = json!(seed);
-    let report = run_by("dem", &case(&value)?)?;
-    let start = STAGES[0] + STAGES[1];
+    Ok(value)
+}
+
+/// Side of the box that so many disks are drawn in: 1600 in that of the file.
+fn side(value: &Value, count: u32) -> Result<f64, String> {
+    let whole = value["bodies"][0]["shape"]["max"][0].as_f64().ok_or("no box")?;
+    Ok(whole * (f64::from(count) / 1600.0).sqrt())
+}
+
+/// Sine of the friction angle at the peak after `start`, from the columns of both stresses, the vertical one first, and the
+/// anisotropy of the contacts before.
+fn found(report: &RunReport, start: f64, [down, side]: [&str; 2]) -> Result<(f64, f64), String> {
     let sheared = |name: &str| {
-        series(&report, name).into_iter().filter(move |(time, _)| *time > start - 0.3).map(|(_, value)| value)
+        series(report, name).into_iter().filter(move |(time, _)| *time > start - 0.3).map(|(_, value)| value)
     };
-    let sines: Vec<f64> = sheared("cell_stress.yy")
-        .zip(sheared("cell_stress.xx"))
-        .map(|(down, side)| (down - side) / (down + side))
-        .collect();
+    let sines: Vec<f64> =
+        sheared(down).zip(sheared(side)).map(|(down, side)| (down - side) / (down + side)).collect();
     // Over a window of strain of 5e-4, four rows (sheet: dem §3.11).
     let window = (5e-4 / RATE / 0.5).round() as usize + 1;
     let peak = sines.windows(window).map(|part| part.iter().sum::<f64>() / window as f64).fold(0.0, f64::max);
@@ -91,4 +127,112 @@ fn sizes() -> Result<Outcome, String> {
     picture.series.push(Series::new("four drawings of each", points, Style::Markers));
     outcome.svg("B16: fewer grains scatter more.", &picture)?;
     Ok(outcome)
+}
+
+/// Deviator at the peak over the lateral stress, of its sine.
+fn deviator(sine: f64) -> f64 {
+    2.0 * sine / (1.0 - sine)
+}
+
+/// The same test of that many disks between rigid walls.
+fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
+    let mut value = load("box")?;
+    let side = side(&value, count)?;
+    value["domain"]["max"] = json!([side + 1.0, side + 1.0]);
+    value["bodies"][0]["shape"]["max"] = json!([side, side]);
+    for wall in [1, 3] {
+        value["boundaries"][wall]["position"] = json!(side);
+    }
+    // Of the height that grains have at a solid fraction of 0.843.
+    value["boundaries"][3]["velocity"] = json!([0.0, -RATE * side * (0.7f64 / 0.843).sqrt()]);
+    options(&mut value)["seed"] = json!(seed);
+    let report = run_by("dem", &case(&value)?)?;
+    Ok(found(&report, STAGES[0] + STAGES[1], ["wall.top.stress", "wall.right.stress"])?.0)
+}
+
+fn walls(counts: &[u32], seeds: u64) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    for &count in counts {
+        let mean = |test: &dyn Fn(u64) -> Result<f64, String>| -> Result<f64, String> {
+            let all =
+                (1..=seeds).map(|seed| Ok(deviator(test(seed)?))).collect::<Result<Vec<f64>, String>>()?;
+            Ok(all.iter().sum::<f64>() / seeds as f64)
+        };
+        let rigid = mean(&|seed| between_walls(count, seed))?;
+        let round = mean(&|seed| Ok(test(count, seed)?.0))?;
+        let reason = "not judged: no values in the source";
+        outcome.show(
+            format!("{count} disks, rigid walls: deviator at the peak over the lateral stress"),
+            "",
+            rigid,
+            reason,
+        );
+        outcome.show(format!("{count} disks, periodic: the same"), "", round, reason);
+        if count <= 300 {
+            let name = format!("{count} disks: peak between rigid walls over that in a periodic cell");
+            outcome.within(
+                name,
+                "at least one",
+                rigid / round,
+                (1.0, 2.0),
+                "B16: rigid walls are the stiffer for 300 and fewer",
+            );
+        } else {
+            let name = format!("{count} disks: difference of the peaks over the mean");
+            outcome.below(
+                name,
+                "fades",
+                (rigid - round).abs() / (0.5 * (rigid + round)),
+                0.1,
+                "B16: < 10 % at about 1000",
+            );
+        }
+    }
+    Ok(outcome)
+}
+
+/// A specimen of 1000 disks, prepared and at rest; and parts of it, at rest again and sheared.
+fn windows(counts: &[u32]) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let mut whole = periodic(1000, 1)?;
+    whole["stages"].as_array_mut().ok_or("no stages")?.truncate(2);
+    options(&mut whole)["stages"].as_object_mut().ok_or("no stages")?.remove("shear");
+    let report = run_by("dem", &case(&whole)?)?;
+    let side = series(&report, "cell.x").last().ok_or("no cell")?.1;
+    let radii = scalars(&report.snapshot, "radius");
+    for &count in counts {
+        let width = side * (f64::from(count) / 1000.0).sqrt();
+        let grains: Vec<Grain> = (report.snapshot.positions.iter().zip(&radii))
+            .filter(|(x, _)| x[0] < width && x[1] < width)
+            .map(|(x, radius)| (vec![x[0] + 0.67, x[1] + 0.67], *radius, vec![0.0; 2]))
+            .collect();
+        let (sine, anisotropy) = window(&format!("window-{count}"), &grains, width + 1.34)?;
+        let name = format!("window of {} disks: anisotropy of the contacts before the shear", grains.len());
+        if count >= 300 {
+            outcome.below(name, "even", anisotropy, 0.15, "B16: below 0.15 for 300 grains and more");
+        } else {
+            outcome.show(
+                name,
+                "uneven in the source",
+                anisotropy,
+                "not judged: the source calls 75 grains too few",
+            );
+        }
+        let name = format!("window of {} disks: sine of the friction angle at the peak", grains.len());
+        outcome.show(name, "", sine, "not judged: no values in the source");
+    }
+    Ok(outcome)
+}
+
+/// Disks cut from a specimen in a periodic cell that no two of them reach across, brought to the pressure again and sheared.
+fn window(name: &str, grains: &[Grain], width: f64) -> Result<(f64, f64), String> {
+    let mut value = periodic(1000, 1)?;
+    value["domain"]["max"] = json!([width, width]);
+    value["bodies"][0]["shape"]["max"] = json!([width, width]);
+    value["bodies"][0]["points"] = points(name, grains)?;
+    value["stages"].as_array_mut().ok_or("no stages")?.remove(0);
+    value["stages"][0]["duration"] = json!(100);
+    options(&mut value)["stages"].as_object_mut().ok_or("no stages")?.remove("prepare");
+    let report = run_by("dem", &case(&value)?)?;
+    found(&report, 100.0, ["cell_stress.yy", "cell_stress.xx"])
 }

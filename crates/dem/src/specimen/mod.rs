@@ -1,10 +1,16 @@
 //! Random packings: grains at random places grow to their sizes while overlaps are pushed apart (radius expansion; sheet:
-//! dem §3.8.6).
+//! dem §3.8.6). The same in [`layers`] that are pressed one on another, and grains that are dropped and [roll](deposit).
 
-use colluvium_points::NeighbourList;
+pub mod deposit;
+pub mod layers;
+mod report;
+
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+pub use report::Specimen;
 
+use crate::cell::PeriodicCell;
+use crate::lists::classes::Classes;
 use crate::vector::{dot, minus};
 
 /// Share of the final radii with which grains begin.
@@ -14,6 +20,10 @@ const GROWTH: usize = 40;
 /// Pushes apart in each of them, and in the last.
 const PUSHES: usize = 60;
 const LAST_PUSHES: usize = 20_000;
+/// Pushes after which overlaps must have become smaller by a share if they are to go on, where they are far from what is let be.
+const PATIENCE: usize = 1000;
+const PROGRESS: f64 = 0.02;
+const FAR: f64 = 1.5;
 /// Overlap over the smaller radius that is let be.
 const SLACK: f64 = 0.01;
 /// Solid fractions that no packing exceeds (sheet: dem §0; disks of several sizes may be denser).
@@ -95,13 +105,19 @@ pub fn pack<const D: usize>(
         let pushes = if step == GROWTH { LAST_PUSHES } else { PUSHES };
         deepest = push_apart(container, &mut positions, radii, scale, pushes)?;
     }
-    if deepest > SLACK {
-        return Err(format!(
-            "a solid fraction of {fraction:.4} leaves overlaps of {deepest:.3} of the smaller radius: ask for less, and compact \
-             the body in a stage"
-        ));
-    }
+    slight(deepest, fraction)?;
     Ok(positions)
+}
+
+/// Refuses overlaps that are left.
+fn slight(deepest: f64, fraction: f64) -> Result<(), String> {
+    if deepest <= SLACK {
+        return Ok(());
+    }
+    Err(format!(
+        "a solid fraction of {fraction:.4} leaves overlaps of {deepest:.3} of the smaller radius: ask for less, and compact \
+         the body in a stage"
+    ))
 }
 
 /// Pushes overlaps apart, half by each grain, up to `pushes` times; the largest that is left over the smaller radius.
@@ -113,11 +129,15 @@ fn push_apart<const D: usize>(
     pushes: usize,
 ) -> Result<f64, String> {
     let largest = radii.iter().copied().fold(0.0, f64::max);
-    let skin = 0.4 * largest;
-    let mut pairs: Vec<(u32, u32)> = Vec::new();
+    let mean = radii.iter().sum::<f64>() / radii.len().max(1) as f64;
+    // As thick as serves most grains; what is pushed doesn't depend on it.
+    let skin = 0.4 * largest.min(3.0 * mean);
+    let scaled: Vec<f64> = radii.iter().map(|radius| scale * radius).collect();
+    let mut near = Near::default();
     let mut listed: Vec<[f64; D]> = Vec::new();
     let (mut shifts, mut deepest) = (vec![[0.0; D]; positions.len()], f64::INFINITY);
-    for _ in 0..pushes {
+    let (mut least, mut before) = (f64::INFINITY, f64::INFINITY);
+    for push in 0..pushes {
         let moved = |listed: &[[f64; D]]| {
             let way = |(x, y): (&[f64; D], &[f64; D])| {
                 let way = container.apart(x, y);
@@ -126,12 +146,12 @@ fn push_apart<const D: usize>(
             positions.iter().zip(listed).map(way).fold(0.0, f64::max).sqrt()
         };
         if listed.is_empty() || 2.0 * moved(&listed) > skin {
-            list(container, positions, 2.0 * largest * scale + skin, &mut pairs)?;
+            near.list(container, positions, &scaled, skin)?;
             listed = positions.to_vec();
         }
         shifts.fill([0.0; D]);
         deepest = 0.0f64;
-        for &(i, j) in &pairs {
+        for &(i, j) in &near.pairs {
             let (i, j) = (i as usize, j as usize);
             let apart = container.apart(&positions[i], &positions[j]);
             let distance = dot(&apart, &apart).sqrt();
@@ -147,6 +167,13 @@ fn push_apart<const D: usize>(
                 shifts[j][c] -= share * apart[c];
             }
         }
+        least = least.min(deepest);
+        if push % PATIENCE == PATIENCE - 1 {
+            if least > FAR * SLACK && least > (1.0 - PROGRESS) * before {
+                break;
+            }
+            (before, least) = (least, f64::INFINITY);
+        }
         if deepest <= 0.9 * SLACK {
             break;
         }
@@ -160,40 +187,36 @@ fn push_apart<const D: usize>(
     Ok(deepest)
 }
 
-/// Lists pairs within `reach` (m), over the periods.
-fn list<const D: usize>(
-    container: &Container<D>,
-    positions: &[[f64; D]],
-    reach: f64,
-    pairs: &mut Vec<(u32, u32)>,
-) -> Result<(), String> {
-    // Images beside the sides stand for what is beyond.
-    let (mut all, mut source) = (positions.to_vec(), (0..positions.len() as u32).collect::<Vec<u32>>());
-    for axis in (0..D).filter(|&axis| container.periodic[axis]) {
-        for k in 0..all.len() {
-            for (near, shift) in [
-                (all[k][axis] < container.low[axis] + reach, container.width(axis)),
-                (all[k][axis] > container.high[axis] - reach, -container.width(axis)),
-            ] {
-                if near {
-                    let mut image = all[k];
-                    image[axis] += shift;
-                    all.push(image);
-                    source.push(source[k]);
-                }
+/// Pairs of balls near each other, and what finds them.
+#[derive(Default)]
+struct Near<const D: usize> {
+    classes: Classes<D>,
+    pairs: Vec<(u32, u32)>,
+}
+
+impl<const D: usize> Near<D> {
+    /// Lists pairs of balls with gaps below `gap` (m), over the periods, in the order of their numbers.
+    fn list(
+        &mut self,
+        container: &Container<D>,
+        positions: &[[f64; D]],
+        radii: &[f64],
+        gap: f64,
+    ) -> Result<(), String> {
+        let cell = PeriodicCell::new(container.low, container.high, container.periodic);
+        self.classes.build(positions, radii, &cell, gap).map_err(|error| error.to_string())?;
+        let pairs = &mut self.pairs;
+        pairs.clear();
+        self.classes.visit(radii, |i, j, _| {
+            let (apart, limit) = (container.apart(&positions[i], &positions[j]), radii[i] + radii[j] + gap);
+            if dot(&apart, &apart) < limit * limit {
+                pairs.push((i.min(j) as u32, i.max(j) as u32));
             }
-        }
+        });
+        pairs.sort_unstable();
+        pairs.dedup();
+        Ok(())
     }
-    let mut near = NeighbourList::new();
-    near.build_first(&all, positions.len(), reach).map_err(|error| error.to_string())?;
-    pairs.clear();
-    for i in 0..positions.len() {
-        let others = near.of(i).iter().map(|&j| source[j as usize]).filter(|&j| j > i as u32);
-        pairs.extend(others.map(|j| (i as u32, j)));
-    }
-    pairs.sort_unstable();
-    pairs.dedup();
-    Ok(())
 }
 
 #[cfg(test)]

@@ -3,7 +3,15 @@
 //! Cells are as wide as the longest reach of two grains. A slab is a run of layers of cells across the axis with most of
 //! them; what a grain of slab `s` finds ahead is in slab `s` or `s + 1`. Slabs of the same parity therefore touch different
 //! grains. Pairs across the seam, where the last layer meets the first one again, are a list of their own.
+//!
+//! Where the largest grain is more than three times as wide as the smallest, [`classes`] finds the pairs. They are listed under
+//! the grains and in the order in which cells of one width find them, so that nothing but time tells the two searches apart.
 
+mod by_class;
+pub mod classes;
+
+use by_class::Found;
+use classes::Classes;
 use colluvium_points::{SearchError, Spare};
 
 use crate::cell::{PeriodicCell, inverse};
@@ -35,6 +43,10 @@ pub struct Lists<const D: usize, const R: usize> {
     place: Vec<u32>,
     carried: Carried<R>,
     spare: Spare,
+    classes: Classes<D>,
+    found: Found,
+    /// Whether cells of one width serve grains of all sizes.
+    pub one_width: bool,
 }
 
 /// Entries of arrays over axes, of which the first `D` count.
@@ -94,9 +106,19 @@ impl<const D: usize, const R: usize> Look<'_, D, R> {
     /// Lists grains `i` and `j`, `steps` cells away, where they are near and not both held.
     #[inline]
     fn pair(&self, i: usize, j: usize, steps: [i32; D], pairs: &mut Pairs<R>) {
+        let Some(code) = self.near(i, j, steps) else { return };
+        pairs.other.push(j as u32);
+        if self.periodic {
+            pairs.image.push(code);
+        }
+    }
+
+    /// The image of grain `j`, `steps` cells away, where it is near grain `i` and not both are held.
+    #[inline]
+    fn near(&self, i: usize, j: usize, steps: [i32; D]) -> Option<u8> {
         let grains = self.grains;
         if grains.held[i] && grains.held[j] {
-            return;
+            return None;
         }
         let mut apart = minus(&grains.position[i], &grains.position[j]);
         let code = PeriodicCell::code(&steps);
@@ -104,12 +126,7 @@ impl<const D: usize, const R: usize> Look<'_, D, R> {
             apart = minus(&apart, &self.shifts[code as usize].0);
         }
         let limit = grains.radius[i] + grains.radius[j] + self.gap;
-        if dot(&apart, &apart) < limit * limit {
-            pairs.other.push(j as u32);
-            if self.periodic {
-                pairs.image.push(code);
-            }
-        }
+        (dot(&apart, &apart) < limit * limit).then_some(code)
     }
 
     /// Lists all later grains that are near grain `i`, by the nearest of their images.
@@ -276,6 +293,10 @@ impl<const D: usize, const R: usize> Lists<D, R> {
             periodic: cell.is_periodic(),
             unit: inverse(&cell.h).0,
         };
+        if self.is_wide(&grains.radius) {
+            self.find_by_class(&look, all);
+            return;
+        }
         let per_cell = self.counts[..D].iter().product::<usize>();
         let mut neighbours: Vec<Neighbour<D>> = Vec::new();
         for number in 0..per_cell {
@@ -309,14 +330,20 @@ impl<const D: usize, const R: usize> Lists<D, R> {
         }
     }
 
-    /// Cells ahead of cell `number`: half of those around it.
-    fn neighbours(&self, number: usize, cell: &PeriodicCell<D>, out: &mut Vec<Neighbour<D>>) {
-        out.clear();
+    /// Place of cell `number` along each axis.
+    fn cell_of(&self, number: usize) -> [usize; D] {
         let (mut rest, mut own) = (number, [0usize; D]);
         for &axis in self.axes[..D].iter().rev() {
             own[axis] = rest % self.counts[axis];
             rest /= self.counts[axis];
         }
+        own
+    }
+
+    /// Cells ahead of cell `number`: half of those around it.
+    fn neighbours(&self, number: usize, cell: &PeriodicCell<D>, out: &mut Vec<Neighbour<D>>) {
+        out.clear();
+        let own = self.cell_of(number);
         let half = 3usize.pow(D as u32) / 2;
         'offsets: for code in half + 1..2 * half + 1 {
             let mut near = Neighbour { cell: own, steps: [0; D], seam: false };

@@ -1,0 +1,117 @@
+//! Bodies filled in layers and by dropping, and what is told of them (sheet: dem §3.8).
+
+use colluvium_case::{Case, Method, RunOptions, Solver, run_method};
+use colluvium_dem::{Dem, Specimen, disks};
+use colluvium_testkit::near;
+use serde_json::{Value, json};
+
+use crate::common::{Scene, linear};
+
+/// A box of 1 m by 0.6 m filled so with grains of 18 to 30 mm.
+fn filled(fill: &Value) -> Value {
+    let mut value = Scene::new(linear(1e6, 0.3, 0.5, 0.5)).disk([0.0; 2], 0.5, [0.0; 2], 0.0).json();
+    value["domain"] = json!({ "min": [0, 0], "max": [1, 1] });
+    value["gravity"] = json!([0, -9.81]);
+    value["bodies"] = json!([{ "name": "sand", "material": "grain", "shape": { "kind": "box", "min": [0, 0], "max": [1, 0.6] } }]);
+    value["boundaries"] = json!([{ "side": "y-min", "wall": { "kind": "rough" } }]);
+    value["methods"]["dem"]["bodies"] = json!({});
+    value["methods"]["dem"]["grains"] = json!({ "grain": { "density": 2500, "fill": fill,
+        "diameter": { "distribution": "uniform", "min": 0.018, "max": 0.03 } } });
+    value["stages"][0]["duration"] = json!(1e-3);
+    value
+}
+
+fn case(value: &Value) -> Case {
+    Case::from_json(&value.to_string()).unwrap()
+}
+
+fn only(value: &Value) -> Specimen {
+    let solver = disks(&case(value)).unwrap();
+    let [specimen] = solver.specimens() else { panic!("{:?}", solver.specimens()) };
+    specimen.clone()
+}
+
+fn refused(value: &Value) -> String {
+    disks(&case(value)).err().unwrap().to_string()
+}
+
+#[test]
+fn layers_have_the_porosity_that_was_asked_for_and_are_even() {
+    let layers = |first: f64| json!({ "kind": "layers", "solid_fraction": 0.78, "layers": 5, "first_solid_fraction": first });
+    let value = filled(&layers(0.7));
+    let specimen = only(&value);
+    near(specimen.porosity, 0.22, 1e-9);
+    assert_eq!(specimen.asked, Some(1.0 - 0.78));
+    assert!(specimen.coordination > 0.5 && specimen.coordination < 4.5, "{specimen}");
+    let solver = disks(&case(&value)).unwrap();
+    // Sheet: dem §3.8: even below 0.05.
+    let even = solver.homogeneity([0.0, 1.0], [0.03, 0.57], 9).unwrap();
+    assert!(even.variance < 0.05, "{even:?}");
+    let again = disks(&case(&value)).unwrap();
+    assert_eq!(solver.snapshot().hash(), again.snapshot().hash());
+    let mut other = value.clone();
+    other["methods"]["dem"]["seed"] = json!(5);
+    assert_ne!(solver.snapshot().hash(), disks(&case(&other)).unwrap().snapshot().hash());
+    for (fill, path) in [
+        (
+            layers(0.8),
+            "methods.dem.grains.grain.fill.first_solid_fraction: 0.8 must not be above solid_fraction, 0.78",
+        ),
+        (layers(0.0), "methods.dem.grains.grain.fill.first_solid_fraction: 0 is not in 0..1"),
+        (
+            json!({ "kind": "layers", "solid_fraction": 0.78, "layers": 0, "first_solid_fraction": 0.7 }),
+            "methods.dem.grains.grain.fill.layers: 0 is not in 1..=100",
+        ),
+        (
+            json!({ "kind": "layers", "solid_fraction": 0.78, "layers": 60, "first_solid_fraction": 0.7 }),
+            "bodies[0].shape: layer 1: ",
+        ),
+    ] {
+        let error = refused(&filled(&fill));
+        assert!(error.starts_with(path), "{error}");
+    }
+}
+
+#[test]
+fn dropped_grains_rest_on_two_others_each_and_fill_the_shape() {
+    let mut value = filled(&json!({ "kind": "drop-and-roll" }));
+    let specimen = only(&value);
+    // Two supports each, of which some are the sides and the floor.
+    assert!(specimen.coordination > 3.3 && specimen.coordination <= 4.0, "{specimen}");
+    assert!((0.17..0.28).contains(&specimen.porosity) && specimen.asked.is_none(), "{specimen}");
+    // Cut to another shape the grains are those in it.
+    value["bodies"][0]["shape"] = json!({ "kind": "ball", "centre": [0.5, 0.5], "radius": 0.3 });
+    let cut = disks(&case(&value)).unwrap();
+    let snapshot = cut.snapshot();
+    let radii = snapshot.scalars("radius").unwrap();
+    for (x, r) in snapshot.positions.iter().zip(radii) {
+        assert!((x[0] - 0.5).hypot(x[1] - 0.5) + r < 0.3 + 0.01, "{x:?}");
+    }
+    let mut solid = value.clone();
+    solid["space"] = json!("3d");
+    solid["domain"] = json!({ "min": [0, 0, 0], "max": [1, 1, 1] });
+    solid["gravity"] = json!([0, -9.81, 0]);
+    solid["bodies"][0]["shape"] = json!({ "kind": "ball", "centre": [0.5, 0.5, 0.5], "radius": 0.3 });
+    let error = colluvium_dem::spheres(&case(&solid)).err().unwrap().to_string();
+    assert!(error.starts_with("methods.dem.grains.grain.fill.kind: drop-and-roll is for disks"), "{error}");
+}
+
+#[test]
+fn a_run_tells_porosity_and_coordination_and_a_plan_what_is_off() {
+    let mut value = filled(&json!({ "kind": "random", "solid_fraction": 0.7 }));
+    let plan = Dem.plan(&case(&value)).unwrap();
+    assert!(!plan.warnings.iter().any(|said| said.contains("asked for")), "{:?}", plan.warnings);
+    let options = RunOptions { method: "dem".into(), ..RunOptions::default() };
+    let report = run_method(&Dem, &case(&value), &options).unwrap();
+    let said = report.remarks.iter().find(|said| said.contains("porosity")).unwrap();
+    assert!(
+        said.starts_with("at the start, body \"sand\": ")
+            && said.contains("porosity 0.3000 (0.3000 asked for), "),
+        "{said}"
+    );
+    // Grains that would reach out of a disk are left out: it is looser than was asked for.
+    value["bodies"][0]["shape"] = json!({ "kind": "ball", "centre": [0.5, 0.4], "radius": 0.2 });
+    let plan = Dem.plan(&case(&value)).unwrap();
+    let off = plan.warnings.iter().find(|said| said.contains("(0.3000 asked for)")).unwrap();
+    assert!(off.contains("are left out"), "{off}");
+}
