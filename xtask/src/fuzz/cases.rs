@@ -22,6 +22,9 @@ const PATIENCE: Duration = Duration::from_secs(30);
 const MEMORY: f64 = 5e8;
 const POINTS: usize = 4000;
 
+/// Most grains of a plan: specimens of grains are drawn for it, which takes as long as there are many, and says nothing of the file.
+const PLANNED: f64 = 30_000.0;
+
 /// Longest line that is still a message.
 const LINE: usize = 1500;
 
@@ -35,7 +38,7 @@ struct Origin {
     folder: PathBuf,
 }
 
-/// How far a file got.
+/// How far a file got; one that is too large to be tried counts as refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     Refused,
@@ -182,7 +185,12 @@ fn attempt(path: &Path, element: bool) -> Result<Outcome, String> {
 }
 
 fn with(method: &dyn Method, case: &Case) -> Result<Outcome, String> {
-    let planned = method.size(case).and_then(|size| size.fit(MEMORY)).and_then(|()| method.plan(case));
+    let sized = method.size(case).and_then(|size| size.fit(MEMORY).map(|()| size.points));
+    let planned = match sized {
+        Ok(points) if method.name() == "dem" && points > PLANNED => return Ok(Outcome::Refused),
+        Ok(_) => method.plan(case),
+        Err(error) => Err(error),
+    };
     let plan = match planned {
         Err(error) => return refused(&CaseErrors::one(error)),
         Ok(plan) => plan,
