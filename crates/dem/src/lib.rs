@@ -17,6 +17,7 @@ mod config;
 pub mod contact;
 pub mod fabric;
 mod facets;
+mod filled;
 mod grains;
 mod homogeneity;
 mod ledger;

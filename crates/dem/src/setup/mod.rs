@@ -138,8 +138,6 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     let columns =
         Columns::of(&laws.pairs.iter().chain(laws.walls.iter().flatten()).copied().collect::<Vec<_>>());
     let count = grains.len();
-    let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
-    let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
     let fastest = grains.velocity.iter().map(|v| dot(v, v)).fold(0.0, f64::max).sqrt();
     let mut solver = DemSolver {
         case: Arc::new(case.clone()),
@@ -148,7 +146,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
         laws,
         columns,
         grains,
-        cell: PeriodicCell::new(corner(&case.domain.min), corner(&case.domain.max), periodic),
+        cell: domain(case),
         lists: Lists::default(),
         near: WallList::default(),
         walls: Vec::new(),
@@ -179,6 +177,13 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     bond(&mut solver)?;
     solver.specimens = solver.take_specimens();
     Ok(solver)
+}
+
+/// The domain as a cell.
+fn domain<const D: usize>(case: &Case) -> PeriodicCell<D> {
+    let corner = |values: &[f64]| std::array::from_fn(|axis| values[axis]);
+    let periodic = std::array::from_fn(|axis| case.domain.is_periodic(axis));
+    PeriodicCell::new(corner(&case.domain.min), corner(&case.domain.max), periodic)
 }
 
 /// Mean diameter (m) of the grains that there are, or of those that will enter.

@@ -1,4 +1,4 @@
-//! Disks that are dropped one by one and roll until two supports hold them (ballistic deposition; sheet: dem §3.8.4).
+//! Disks that are dropped one by one and roll until two supports hold them (ballistic deposition; sheet: dem §3.8).
 
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,5 +1,5 @@
 //! Layers that are pressed one on another, the lower ones too little at first (multilayer undercompaction, Jiang et al. 2003;
-//! sheet: dem §3.8.7).
+//! sheet: dem §3.8).
 
 use rand_chacha::ChaCha8Rng;
 

@@ -136,7 +136,7 @@ fn push_apart<const D: usize>(
     let mut near = Near::default();
     let mut listed: Vec<[f64; D]> = Vec::new();
     let (mut shifts, mut deepest) = (vec![[0.0; D]; positions.len()], f64::INFINITY);
-    let (mut least, mut before) = (f64::INFINITY, f64::INFINITY);
+    let mut progress = Progress { least: f64::INFINITY, before: f64::INFINITY };
     for push in 0..pushes {
         let moved = |listed: &[[f64; D]]| {
             let way = |(x, y): (&[f64; D], &[f64; D])| {
@@ -167,14 +167,7 @@ fn push_apart<const D: usize>(
                 shifts[j][c] -= share * apart[c];
             }
         }
-        least = least.min(deepest);
-        if push % PATIENCE == PATIENCE - 1 {
-            if least > FAR * SLACK && least > (1.0 - PROGRESS) * before {
-                break;
-            }
-            (before, least) = (least, f64::INFINITY);
-        }
-        if deepest <= 0.9 * SLACK {
+        if deepest <= 0.9 * SLACK || progress.ends(push, deepest) {
             break;
         }
         for ((x, shift), radius) in positions.iter_mut().zip(&shifts).zip(radii) {
@@ -185,6 +178,25 @@ fn push_apart<const D: usize>(
         }
     }
     Ok(deepest)
+}
+
+/// The smallest of the largest overlaps of the last pushes, and of those before.
+struct Progress {
+    least: f64,
+    before: f64,
+}
+
+impl Progress {
+    /// Whether pushes no longer make overlaps smaller that are far from what is let be.
+    fn ends(&mut self, push: usize, deepest: f64) -> bool {
+        self.least = self.least.min(deepest);
+        if push % PATIENCE != PATIENCE - 1 {
+            return false;
+        }
+        let stalls = self.least > FAR * SLACK && self.least > (1.0 - PROGRESS) * self.before;
+        (self.before, self.least) = (self.least, f64::INFINITY);
+        stalls
+    }
 }
 
 /// Pairs of balls near each other, and what finds them.

@@ -69,6 +69,11 @@ fn a_force_on_a_body_moves_its_grains_alike_and_does_its_work() {
         near(reading(&solver, "work.forces") / work, 1.0, 1e-2);
         near(reading(&solver, "energy_error"), 0.0, 1e-9);
     }
+}
+
+#[test]
+fn forces_that_no_grain_can_follow_are_refused() {
+    let value = blocks();
     let stage = |stage: Value| {
         let mut value = value.clone();
         value["methods"]["dem"]["stages"] = json!({ "all": stage });

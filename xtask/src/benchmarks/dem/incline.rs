@@ -159,12 +159,8 @@ fn flow(form: Form) -> Result<Outcome, String> {
         let reason = "B11: ± 0.006; the sheet's code found it in the same set-up";
         outcome.near("solid fraction", SHEET[1], 0.0077, solid, reason);
     }
-    outcome.show(
-        "slip at the base over √(g d)",
-        "1.3 (sheet's code)",
-        slip,
-        "not judged: B12 gives no bound",
-    );
+    let reason = "not judged: B12 gives no bound";
+    outcome.show("slip at the base over √(g d)", "1.3 (sheet's code)", slip, reason);
     draw(&mut outcome, &report, (&layers, height), &|z| slip + slope * bagnold(z))?;
     Ok(outcome)
 }
