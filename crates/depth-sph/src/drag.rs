@@ -96,6 +96,11 @@ impl Drag {
         }
     }
 
+    /// Whether the coefficient depends on the relative speed.
+    pub fn knows_slip(&self) -> bool {
+        matches!(self, Self::Ergun { .. })
+    }
+
     /// `C_d` (kg m⁻³ s⁻¹) at porosity `n` and a relative speed (m/s).
     #[inline]
     pub fn coefficient(&self, n: f64, slip: f64, densities: &Densities) -> f64 {

@@ -45,6 +45,8 @@ pub struct Inflow<const D: usize> {
     pub reach: f64,
     /// Body that the nodes count to.
     pub body: u32,
+    /// Porosity of what flows in, of two phases; none of one.
+    pub porosity: Option<f64>,
     /// What has happened.
     pub state: State,
 }
@@ -133,9 +135,14 @@ impl<const D: usize> Inflow<D> {
         ((row as f64 + 0.5) * self.row_volume() - volume) / (depth * self.width())
     }
 
-    /// Lets rows go that have crossed the line by `time` (s), and finds those behind it: new nodes with their numbers, from
-    /// `next_id` on, and the numbers of those that are no longer needed.
-    pub fn advance(&mut self, time: f64, next_id: &mut u64) -> (Vec<(u64, Node<D>)>, Vec<u64>) {
+    /// Shares of the sets of nodes in the volume: all of one phase, or of grains and fluid.
+    fn shares(&self) -> Vec<f64> {
+        self.porosity.map_or(vec![1.0], |porosity| vec![1.0 - porosity, porosity])
+    }
+
+    /// Lets rows go that have crossed the line by `time` (s), and finds those behind it: new nodes with their sets and numbers, from
+    /// `next_id` on, and the numbers of those that are no longer needed. Of two phases a row has the nodes of the grains first.
+    pub fn advance(&mut self, time: f64, next_id: &mut u64) -> (Vec<(usize, u64, Node<D>)>, Vec<u64>) {
         let (volume, (depth, speed)) = (self.volume(time), self.section(self.discharge(time)));
         let row_volume = self.row_volume();
         while (self.state.crossed as f64 + 0.5) * row_volume <= volume {
@@ -155,17 +162,22 @@ impl<const D: usize> Inflow<D> {
         while depth > 0.0 && self.behind(row, volume, depth) <= self.reach {
             let (count, behind) = (self.count(), self.behind(row, volume, depth));
             let normal = self.normal();
-            let node = |k: usize| Node {
+            let node = |k: usize, share: f64| Node {
                 body: self.body,
                 position: self.place(k, behind),
                 velocity: normal.map(|c| c * speed),
-                volume: row_volume / count as f64,
+                volume: share * (row_volume / count as f64),
                 length: self.ratio * self.spacing,
                 scale: self.ratio.powi(D as i32),
             };
-            let ids: Vec<u64> = (*next_id..*next_id + count as u64).collect();
-            fresh.extend(ids.iter().zip(0..count).map(|(id, k)| (*id, node(k))));
-            *next_id += count as u64;
+            let mut ids = Vec::new();
+            for (set, share) in self.shares().into_iter().enumerate() {
+                for k in 0..count {
+                    fresh.push((set, *next_id, node(k, share)));
+                    ids.push(*next_id);
+                    *next_id += 1;
+                }
+            }
             self.state.held.push((row, ids));
             row += 1;
         }
@@ -178,7 +190,7 @@ impl<const D: usize> Inflow<D> {
         let velocity = self.normal().map(|c| c * speed);
         let row = |(row, ids): &(u64, Vec<u64>)| {
             let behind = self.behind(*row, volume, depth);
-            let place = move |(k, id): (usize, &u64)| (*id, self.place(k, behind), velocity);
+            let place = move |(k, id): (usize, &u64)| (*id, self.place(k % self.count(), behind), velocity);
             ids.iter().enumerate().map(place).collect::<Vec<_>>()
         };
         self.state.held.iter().flat_map(row).collect()
@@ -210,6 +222,7 @@ mod tests {
             ratio: 1.3,
             reach: 2.0,
             body: 0,
+            porosity: None,
             state: State::default(),
         }
     }
@@ -232,13 +245,13 @@ mod tests {
         for step in 0..900 {
             let time = 0.01 * f64::from(step);
             let (fresh, stale) = inflow.advance(time, &mut next_id);
-            there.extend(fresh.iter().map(|(id, _)| *id));
+            there.extend(fresh.iter().map(|(_, id, _)| *id));
             stale.iter().for_each(|id| assert!(there.remove(id)));
             assert!((inflow.entered() - inflow.volume(time)).abs() <= 0.5 * inflow.row_volume() + 1e-9);
             assert!(inflow.held(time).iter().all(|(_, x, _)| x[0] <= 1e-9 && x[0] >= -2.0 - 0.5 - 1e-9));
         }
         assert_eq!(there.len() as u64, 8 * inflow.state.crossed, "no more and no less than have crossed");
-        let rows = (24.0 / inflow.row_volume()).round();
+        let rows = (24.0f64 / inflow.row_volume()).round();
         assert!(inflow.state.held.is_empty() && inflow.state.crossed as f64 == rows, "{:?}", inflow.state);
     }
 }

@@ -118,13 +118,30 @@ fn hydrographs_and_lines_that_are_none_are_refused_by_path() {
         let error = refused(changes);
         assert!(error.starts_with(&format!("methods.depth-sph.inflows[0].{start}")), "{error}");
     }
-    let mut value = channel();
-    value["methods"]["depth-sph"]["column"] = json!({ "consolidation": 0.1 });
-    value["methods"]["depth-sph"]["mixture"] =
-        json!({ "grain_density": 1500, "porosity": 0.5, "fluid_density": 500 });
-    let error =
-        DepthSph.plan(&Case::from_json(&value.to_string()).unwrap()).map(|_| ()).unwrap_err().to_string();
-    assert!(error.starts_with("methods.depth-sph.inflows: are of a flow of one phase"), "{error}");
+    let of_two = |porosity: f64, phases: &str| {
+        let mut value = channel();
+        value["methods"]["depth-sph"]["inflows"][0]["porosity"] = json!(porosity);
+        value["methods"]["depth-sph"]["phases"] = json!(phases);
+        value["methods"]["depth-sph"]["mixture"] = json!({ "grain_density": 2000, "porosity": 0.5 });
+        value["materials"]["water"]["density"] = json!(if phases == "layers" { 2000 } else { 1500 });
+        if phases == "layers" {
+            value["methods"]["depth-sph"]["mixture"] = json!({ "grain_density": 2000, "upper": ["pond"] });
+        }
+        let case = Case::from_json(&value.to_string()).unwrap();
+        DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
+    };
+    let key = "methods.depth-sph.inflows[0].porosity: ";
+    assert!(
+        of_two(0.3, "one").starts_with(&format!("{key}is that of grains and fluid")),
+        "{}",
+        of_two(0.3, "one")
+    );
+    assert!(of_two(1.0, "two").starts_with(&format!("{key}1 is not between")), "{}", of_two(1.0, "two"));
+    let error = of_two(0.3, "layers");
+    assert!(
+        error.starts_with("methods.depth-sph.inflows: are of one phase or of grains and fluid"),
+        "{error}"
+    );
 }
 
 /// V28: water that flows into still water of a channel, slower than its waves, rises as the invariant has it, and a bore runs ahead.
@@ -197,4 +214,123 @@ fn an_inflow_onto_a_dry_profile_has_its_froude_number() {
     }
     let entered = reading(solver.as_ref(), "volume_entered");
     assert!((entered - 4.0).abs() < 0.1, "{entered}");
+}
+
+/// Grains and fluid that settle slowly in it.
+fn mixture(porosity: f64) -> Value {
+    json!({ "grain_density": 2000, "porosity": porosity, "drag": { "law": "anderson", "settling_velocity": 1e-3 } })
+}
+
+/// Volumes of grains and of fluid on the nodes at `x` >= `from` (m).
+fn volumes(solver: &dyn Solver, from: f64) -> [f64; 2] {
+    let snapshot = solver.snapshot();
+    let (phase, volume) = (snapshot.scalars("phase").unwrap(), snapshot.scalars("volume").unwrap());
+    let mut sums = [0.0; 2];
+    for (i, _) in snapshot.positions.iter().enumerate().filter(|(_, x)| x[0] >= from) {
+        sums[phase[i] as usize] += volume[i];
+    }
+    sums
+}
+
+/// Grains and fluid cross a line onto a dry bed together, each with its share of the hydrograph to round-off.
+#[test]
+fn two_phases_flow_in_across_a_line_with_their_shares() {
+    let mut value = channel();
+    value["materials"]["water"]["density"] = json!(1600);
+    let own = value["methods"]["depth-sph"].as_object_mut().unwrap();
+    own.extend(json!({ "phases": "two", "mixture": mixture(0.4) }).as_object().unwrap().clone());
+    own["inflows"][0]["porosity"] = json!(0.6);
+    let mut solver = build(&value);
+    let pond = volumes(solver.as_ref(), 50.0);
+    let depth = (1.0 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0);
+    until(solver.as_mut(), 3.0);
+    let (found, velocity) = solver.gauge(&[5.5, 2.0]).unwrap();
+    assert!((found / depth - 1.0).abs() < 0.02, "depth {found} for {depth}");
+    assert!((velocity[0] * depth - 1.0).abs() < 0.02, "{velocity:?}");
+    let row = depth * 4.0 * 0.25;
+    for time in [3.0, 5.0] {
+        until(solver.as_mut(), time);
+        let (entered, exact) = (reading(solver.as_ref(), "volume_entered"), 4.0 * time.min(4.0));
+        assert!((entered - exact).abs() <= 0.5 * row + 1e-9, "{entered} m³ of {exact} m³");
+        assert!((reading(solver.as_ref(), "fluid_entered") / entered - 0.6).abs() < 1e-12);
+        let all = volumes(solver.as_ref(), f64::NEG_INFINITY);
+        let waiting = all[0] + all[1] - reading(solver.as_ref(), "flow_volume");
+        for (phase, share) in [0.4, 0.6].into_iter().enumerate() {
+            let added = all[phase] - pond[phase];
+            let exact = share * (entered + waiting);
+            assert!((added - exact).abs() < 1e-10 * exact, "phase {phase}: {added} m³ for {exact} m³");
+        }
+    }
+}
+
+/// A channel of grains and water 1 m deep into which such a mixture flows through its end.
+fn wet(porosity: f64) -> Value {
+    json!({
+        "title": "channel", "space": "plane-strain", "gravity": [0, -GRAVITY],
+        "domain": { "min": [0, 0], "max": [30, 3] },
+        "materials": { "water": {
+            "model": "mohr-coulomb", "density": 1600, "youngs_modulus": 1e7, "poissons_ratio": 0.3, "friction_angle": 30
+        } },
+        "bodies": [{ "name": "still", "material": "water", "shape": { "kind": "box", "min": [0, 0], "max": [30, 1] } }],
+        "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }, { "side": "x-max", "wall": { "kind": "smooth" } }],
+        "stages": [{ "name": "flow", "duration": 4 }],
+        "methods": { "depth-sph": { "spacing": 0.05, "phases": "two", "mixture": mixture(0.4), "inflows": [
+            { "side": "x-min", "discharge": [[0, 0.5], [9, 0.5]], "porosity": porosity } ] } }
+    })
+}
+
+/// V28 with grains and fluid that drag holds together: a mixture like that of the channel raises the bore of water, one with more water
+/// pushes the other before it, and each phase is there to round-off.
+#[test]
+fn two_phases_flow_into_a_wet_channel_with_their_shares() {
+    for porosity in [0.4, 0.6] {
+        let mut solver = build(&wet(porosity));
+        until(solver.as_mut(), 4.0);
+        let entered = reading(solver.as_ref(), "volume_entered");
+        assert!((entered - 2.0).abs() < 0.12, "0.5 m²/s for 4 s, to a node of each phase: {entered}");
+        let fluid = reading(solver.as_ref(), "fluid_entered");
+        assert!((fluid - porosity * entered).abs() < 0.06, "{fluid} of {entered} m²");
+        let inside = volumes(solver.as_ref(), 0.0);
+        for (found, exact) in inside.iter().zip([18.0 + entered - fluid, 12.0 + fluid]) {
+            assert!((found - exact).abs() < 1e-9, "{porosity}: {found} m² for {exact} m²");
+        }
+        let snapshot = solver.snapshot();
+        let [depth, height, phase] = ["depth", "height", "phase"].map(|name| snapshot.scalars(name).unwrap());
+        let mean = |low: f64, high: f64, value: &dyn Fn(usize) -> f64| {
+            let inside: Vec<usize> = (0..depth.len())
+                .filter(|i| (low..high).contains(&snapshot.positions[*i][0]) && phase[*i] == 1.0)
+                .collect();
+            inside.iter().map(|i| value(*i)).sum::<f64>() / inside.len() as f64
+        };
+        let share = mean(0.3, 1.2, &|i| height[i] / depth[i]);
+        assert!((share - porosity).abs() < 0.02, "{share}: what has flowed in is there");
+        let share = mean(4.0, 12.0, &|i| height[i] / depth[i]);
+        assert!((share - 0.4).abs() < 0.01, "{share}: before it is what was there");
+        if porosity == 0.4 {
+            let found = mean(2.0, 10.0, &|i| depth[i]);
+            assert!((found / 1.144_364 - 1.0).abs() < 0.02, "{found}");
+        }
+    }
+}
+
+/// Grains and fluid that flow onto a dry profile have the depth and speed of their Froude number, with columns of pore pressure too.
+#[test]
+fn two_phases_flow_onto_a_dry_profile_with_liquefied_grains() {
+    let mut value = wet(0.5);
+    value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [28, 0], "max": [29, 0.2] });
+    value["methods"]["depth-sph"]["inflows"][0]["froude"] = json!(2.0);
+    value["methods"]["depth-sph"]["column"] = json!({ "cells": 8, "consolidation": 0, "excess_ratio": 0.8 });
+    let mut solver = build(&value);
+    until(solver.as_mut(), 2.5);
+    let depth = (0.5 / (2.0 * GRAVITY.sqrt())).powf(2.0 / 3.0);
+    let (found, velocity) = solver.gauge(&[0.5]).unwrap();
+    assert!((found / depth - 1.0).abs() < 0.03, "{found} m for {depth} m");
+    assert!((velocity[0] * depth / 0.5 - 1.0).abs() < 0.03, "{velocity:?}");
+    let snapshot = solver.snapshot();
+    let (ratio, phase) = (snapshot.scalars("liquefaction").unwrap(), snapshot.scalars("phase").unwrap());
+    for (i, x) in snapshot.positions.iter().enumerate() {
+        if (-0.2..1.0).contains(&x[0]) && phase[i] == 0.0 {
+            assert!((ratio[i] - 0.8).abs() < 0.02, "at {} m: {}", x[0], ratio[i]);
+        }
+    }
 }

@@ -61,6 +61,8 @@ fn a_hump_leaves_through_an_open_end_and_comes_back_from_a_wall() {
     let back = reflected(channel(1e-3, 0.0, 1.5, [Some(0.0), Some(40.0)]));
     assert!(back > 0.95, "a wall sends back {back} (V27: 95 %)");
     // V27 asks for 2 %, which is not reached: 3.3 % on nodes 0.1 m apart, 4.1 % on 0.05 m.
+    // Nor is it with depths from the volumes within (64 %), cells beyond the end as wide as they are, the speed at the first of them, depths
+    // of the same time as the speeds, or the celerity that the lattice has, 0.7 % less than that of water (3.4 to 5.2 % each).
     for height in [1e-3, -1e-3] {
         let mut flow = channel(height, 0.0, 1.5, [Some(0.0), None]);
         flow.open(40.0, 1.0, SPACING).unwrap();
@@ -81,7 +83,7 @@ fn a_rapid_stream_leaves_without_a_wave() {
     let off = inside.map(|(_, v)| (v[0] - 5.0).abs()).fold(0.0, f64::max);
     assert!(off < 2e-4, "{off}");
     let after = flow.sets[0].nodes.total_volume() - flow.beyond();
-    let passed = flow.opens[0].state.passed;
+    let [passed, _] = flow.opens[0].state.passed;
     assert!((before - after - passed).abs() < 1e-10 * before, "{before} {after} {passed}");
     assert!((passed - 11.0).abs() < 0.2, "5 m/s for 2.2 s, to a node: {passed}");
 }
@@ -135,10 +137,10 @@ fn a_case_has_an_absorbing_side_and_keeps_its_balance() {
         let case = Case::from_json(&value.to_string()).unwrap();
         DepthSph.plan(&case).map(|_| ()).unwrap_err().to_string()
     };
-    let mut two = pond(&side);
-    two["methods"]["depth-sph"]["phases"] = json!("two");
-    two["methods"]["depth-sph"]["mixture"] = json!({ "grain_density": 2600 });
-    assert!(refused(&two).starts_with("boundaries[2].wall: "), "{}", refused(&two));
+    let mut pressed = pond(&side);
+    pressed["methods"]["depth-sph"]["column"] = json!({ "consolidation": 0.1 });
+    pressed["methods"]["depth-sph"]["mixture"] = json!({ "grain_density": 2600 });
+    assert!(refused(&pressed).starts_with("boundaries[2].wall: "), "{}", refused(&pressed));
     let mut walled = pond(&side);
     walled["boundaries"]
         .as_array_mut()

@@ -26,76 +26,86 @@ fn heap(space: &str) -> Value {
     })
 }
 
+/// Grains and fluid that drag couples.
+fn mixture() -> Value {
+    json!({ "grain_density": 2650, "porosity": 0.4, "drag": { "law": "anderson", "settling_velocity": 0.05 } })
+}
+
 /// Adds them.
 pub fn add(runs: &mut Runs) {
-    let mixture = json!({ "grain_density": 2650, "porosity": 0.4, "drag": { "law": "anderson", "settling_velocity": 0.05 } });
-    let column = json!({ "cells": 8, "consolidation": 0.05, "excess_ratio": 0.8 });
-    let earth = json!({ "internal_friction_angle": 30, "basal_friction_angle": 20 });
     for space in ["plane-strain", "3d"] {
-        let mut run = |name: &str, more: Value, options: Value| {
-            let options = json!({ "methods": { "depth-sph": options } });
-            runs.insert(format!("depth-sph {space} {name}"), merged(merged(heap(space), &more), &options));
-        };
-        run("one phase", json!({}), json!({}));
-        for kind in ["rate-basic", "rate-difference", "rate-volume", "normalised"] {
-            run(kind, json!({}), json!({ "continuity": kind }));
-        }
-        for kind in ["runge-kutta2", "runge-kutta4"] {
-            run(kind, json!({}), json!({ "integration": kind }));
-        }
-        for kind in ["symmetric", "product", "node"] {
-            run(&format!("momentum {kind}"), json!({}), json!({ "momentum": kind }));
-            run(
-                &format!("two phases momentum {kind}"),
-                json!({}),
-                json!({ "momentum": kind, "phases": "two", "mixture": mixture, "column": column }),
-            );
-        }
-        run("columns", json!({}), json!({ "mixture": mixture, "column": column }));
-        run("earth pressure", json!({}), json!({ "earth_pressure": earth }));
-        let both = json!({ "phases": "two", "mixture": mixture, "column": column, "earth_pressure": earth, "xsph": 0.1 });
-        run("two phases earth pressure", json!({}), both);
-        let ergun = json!({ "grain_density": 2650, "porosity": 0.4, "drag": { "law": "ergun", "diameter": 0.02, "viscosity": 1e-3 },
-            "fluid_resistance": { "law": "turbulent", "turbulence": 500 } });
-        let basal = json!({ "model": "voellmy", "friction_angle": 15, "turbulence": 500 });
-        run(
-            "two phases Ergun and Voellmy",
-            json!({}),
-            json!({ "phases": "two", "mixture": ergun, "basal": basal }),
-        );
-        run("surface gradient", json!({}), json!({ "surface_gradient": true }));
-        let heap = heap(space)["bodies"][0].clone();
-        let mut water = heap.clone();
-        water["name"] = json!("water");
-        let up = if space == "3d" { 2 } else { 1 };
-        water["shape"]["min"][up] = json!(1.5);
-        water["shape"]["max"][up] = json!(2);
-        run(
-            "layers",
-            json!({ "bodies": [heap, water] }),
-            json!({ "phases": "layers", "mixture": { "grain_density": 1990, "upper": ["water"], "interface_friction": 0.1 } }),
-        );
+        numerics(runs, space);
+        phases(runs, space);
     }
-    let mut run = |name: &str, space: &str, options: Value, more: Value| {
-        let options = json!({ "methods": { "depth-sph": options } });
-        runs.insert(format!("depth-sph {space} {name}"), merged(merged(heap(space), &more), &options));
-    };
-    let level = json!({ "gravity": [0, -9.81] });
+    ends(runs);
+}
+
+fn put(runs: &mut Runs, space: &str, name: &str, options: &Value, more: &Value) {
+    let options = json!({ "methods": { "depth-sph": options } });
+    runs.insert(format!("depth-sph {space} {name}"), merged(merged(heap(space), more), &options));
+}
+
+fn numerics(runs: &mut Runs, space: &str) {
+    let mut run = |name: &str, options: Value| put(runs, space, name, &options, &json!({}));
+    run("one phase", json!({}));
+    for kind in ["rate-basic", "rate-difference", "rate-volume", "normalised"] {
+        run(kind, json!({ "continuity": kind }));
+    }
+    for kind in ["runge-kutta2", "runge-kutta4"] {
+        run(kind, json!({ "integration": kind }));
+    }
+    for kind in ["symmetric", "product", "node"] {
+        run(&format!("momentum {kind}"), json!({ "momentum": kind }));
+    }
+    run("surface gradient", json!({ "surface_gradient": true }));
+}
+
+fn phases(runs: &mut Runs, space: &str) {
+    let (mixture, column) = (mixture(), json!({ "cells": 8, "consolidation": 0.05, "excess_ratio": 0.8 }));
+    let earth = json!({ "internal_friction_angle": 30, "basal_friction_angle": 20 });
+    let mut run = |name: &str, options: Value| put(runs, space, name, &options, &json!({}));
+    for kind in ["symmetric", "product", "node"] {
+        let options = json!({ "momentum": kind, "phases": "two", "mixture": mixture, "column": column });
+        run(&format!("two phases momentum {kind}"), options);
+    }
+    run("columns", json!({ "mixture": mixture, "column": column }));
+    run("earth pressure", json!({ "earth_pressure": earth }));
+    let both = json!({ "phases": "two", "mixture": mixture, "column": column, "earth_pressure": earth, "xsph": 0.1 });
+    run("two phases earth pressure", both);
+    let ergun = json!({ "grain_density": 2650, "porosity": 0.4, "drag": { "law": "ergun", "diameter": 0.02, "viscosity": 1e-3 },
+        "fluid_resistance": { "law": "turbulent", "turbulence": 500 } });
+    let basal = json!({ "model": "voellmy", "friction_angle": 15, "turbulence": 500 });
+    run("two phases Ergun and Voellmy", json!({ "phases": "two", "mixture": ergun, "basal": basal }));
+    let heap = heap(space)["bodies"][0].clone();
+    let mut water = heap.clone();
+    water["name"] = json!("water");
+    let up = if space == "3d" { 2 } else { 1 };
+    water["shape"]["min"][up] = json!(1.5);
+    water["shape"]["max"][up] = json!(2);
+    let layers = json!({ "grain_density": 1990, "upper": ["water"], "interface_friction": 0.1 });
+    let bodies = json!({ "bodies": [heap, water] });
+    put(runs, space, "layers", &json!({ "phases": "layers", "mixture": layers }), &bodies);
+}
+
+fn ends(runs: &mut Runs) {
+    let mut run =
+        |space: &str, name: &str, options: Value, more: Value| put(runs, space, name, &options, &more);
     let end = json!({ "gravity": [0, -9.81], "boundaries": [
-        { "side": "x-min", "wall": { "kind": "absorbing" } }, { "side": "y-min", "wall": { "kind": "smooth" } }] });
-    run(
-        "open end",
-        "plane-strain",
-        json!({}),
-        merged(
-            end,
-            &json!({ "bodies": [{ "name": "heap", "material": "debris",
-        "shape": { "kind": "box", "min": [0, 0], "max": [5, 1.5] } }] }),
-        ),
-    );
-    let still = json!({ "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }] });
+        { "side": "x-min", "wall": { "kind": "absorbing" } }, { "side": "y-min", "wall": { "kind": "smooth" } }],
+        "bodies": [{ "name": "heap", "material": "debris", "shape": { "kind": "box", "min": [0, 0], "max": [5, 1.5] } }] });
+    run("plane-strain", "open end", json!({}), end);
+    let side = json!({ "gravity": [0, 0, -9.81], "boundaries": [
+        { "side": "x-min", "wall": { "kind": "absorbing" } }, { "side": "z-min", "wall": { "kind": "smooth" } }],
+        "bodies": [{ "name": "heap", "material": "debris", "shape": { "kind": "box", "min": [0, 0, 0], "max": [5, 10, 1.5] } }] });
+    run("3d", "open side", json!({}), side);
+    let still =
+        json!({ "gravity": [0, -9.81], "boundaries": [{ "side": "y-min", "wall": { "kind": "smooth" } }] });
     let from_end = json!({ "inflows": [{ "side": "x-max", "discharge": [[0, 2], [9, 2]] }] });
-    run("inflow at an end", "plane-strain", from_end, merged(level, &still));
+    run("plane-strain", "inflow at an end", from_end.clone(), still.clone());
+    let two = json!({ "phases": "two", "mixture": mixture() });
+    run("plane-strain", "inflow of two phases at an end", merged(from_end, &two), still);
     let line = json!({ "inflows": [{ "from": [8, 2], "to": [8, 6], "discharge": [[0, 9], [9, 9]], "froude": 1.5 }] });
-    run("inflow across a line", "3d", line, json!({ "gravity": [0, 0, -9.81] }));
+    let level = json!({ "gravity": [0, 0, -9.81] });
+    run("3d", "inflow across a line", line.clone(), level.clone());
+    run("3d", "inflow of two phases across a line", merged(line, &two), level);
 }

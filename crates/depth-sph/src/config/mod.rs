@@ -90,7 +90,8 @@ pub struct DepthOptions {
     /// Dams on the terrain, in three dimensions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dams: Vec<DamOptions>,
-    /// Lines that material flows in across in three dimensions, or ends of a profile: of one phase.
+    /// Lines that material flows in across in three dimensions, or ends of a profile: of one phase, or of grains and fluid at one speed.
+    /// With columns of pore pressure what flows in has their `excess_ratio`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub inflows: Vec<InflowOptions>,
     /// What the bed lets through of the pore fluid.
@@ -195,6 +196,9 @@ pub struct InflowOptions {
     /// Froude number `u/√(g h)` at the line, which makes depth and speed of a discharge.
     #[serde(default = "one")]
     pub froude: f64,
+    /// Share of the pore fluid in what flows in, between 0 and 1, for phases that are `two`; that of the mixture when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub porosity: Option<f64>,
 }
 
 /// Grains and fluid, or two layers.

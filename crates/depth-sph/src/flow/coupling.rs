@@ -154,7 +154,8 @@ impl<const D: usize> Flow<D> {
             }
             let [solid, fluid] = if role == 0 { [own, partner] } else { [partner, own] };
             let porosity = fluid / (solid + fluid);
-            let slip = self.slip(role, i).map_or(0.0, |slip| norm(&slip[0]));
+            let slip = if self.settings.drag.knows_slip() { self.slip(role, i) } else { None };
+            let slip = slip.map_or(0.0, |slip| norm(&slip[0]));
             let beta = self.settings.drag.relaxation(porosity, slip, densities);
             let masses = [densities.grain * solid, densities.fluid * fluid];
             Some(Bond { masses, shares: shares(beta * dt) })

@@ -31,7 +31,7 @@ use set::{TASK, copy};
 pub use forces::{Role, corrected};
 pub use images::{Ends, Image};
 pub use limits::{Limit, Totals};
-pub use open::{Beyond, Feed, OpenEnd, Within};
+pub use open::{Beyond, Feed, Known, OpenEnd, Opening, Stand, Within};
 pub use pore::{Heads, MOST_CELLS};
 pub use set::Set;
 
@@ -94,10 +94,10 @@ pub struct Flow<const D: usize> {
     pub top: f64,
     /// Largest speed that anything began with (m/s).
     pub fastest_start: f64,
-    /// Lines that material crosses: of one phase only.
+    /// Lines that material crosses.
     pub inflows: Vec<Inflow<D>>,
-    /// Ends of a profile that waves leave through: of one phase only.
-    pub opens: Vec<OpenEnd>,
+    /// Sides that waves leave through, or that something flows in through.
+    pub opens: Vec<OpenEnd<D>>,
     /// Nodes behind these lines, which have not flowed in yet.
     pub held: Held<D>,
     cells: CellList<D>,
@@ -201,6 +201,7 @@ impl<const D: usize> Flow<D> {
     pub fn advance(&mut self, dt: f64) -> Result<(), Failure> {
         self.feed();
         self.pass_ends();
+        self.renew_columns();
         if self.step.is_multiple_of(STEPS_PER_SORT) {
             self.sort()?;
         }

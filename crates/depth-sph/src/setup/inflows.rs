@@ -2,31 +2,31 @@
 
 use colluvium_case::{Case, CaseError, read_pairs};
 
-use super::own;
+use super::{NAME, own};
 use crate::bed::Bed;
 use crate::choices::Phases;
 use crate::config::{DepthOptions, InflowOptions};
-use crate::flow::{Feed, Flow};
+use crate::flow::{Feed, Flow, Opening};
 use crate::inflow::{Inflow, State};
 
 /// Rows behind a line beyond the reach of a kernel.
 const ROWS: f64 = 2.0;
 
-/// Puts the inflows of a case into its flow.
-pub fn add<const D: usize>(case: &Case, options: &DepthOptions, flow: &mut Flow<D>) -> Result<(), CaseError> {
-    if options.inflows.is_empty() {
-        return Ok(());
-    }
-    if options.phases != Phases::One || options.column.is_some() {
-        return Err(own(
-            "inflows",
-            "are of a flow of one phase without columns: not available with this case",
-        ));
+/// Puts the inflows of a case into its flow; what flows in through ends of a profile, each of which has an opening and its key.
+pub fn add<const D: usize>(
+    case: &Case,
+    options: &DepthOptions,
+    flow: &mut Flow<D>,
+) -> Result<Vec<(Opening, String)>, CaseError> {
+    let mut openings = Vec::new();
+    if !options.inflows.is_empty() && options.phases == Phases::Layers {
+        return Err(own("inflows", "are of one phase or of grains and fluid: not available with two layers"));
     }
     for (number, given) in options.inflows.iter().enumerate() {
         let key = |name: &str| format!("inflows[{number}].{name}");
         if D == 1 {
-            through_end(case, options, flow, given, &key)?;
+            let opening = through_end(case, options, flow, given, &key)?;
+            openings.push((opening, format!("methods.{NAME}.{}", key("side"))));
             continue;
         }
         let inflow = inflow::<D>(case, options, flow, given, &key)?;
@@ -37,17 +37,36 @@ pub fn add<const D: usize>(case: &Case, options: &DepthOptions, flow: &mut Flow<
         flow.fastest_start = flow.fastest_start.max(speed);
         flow.inflows.push(inflow);
     }
-    Ok(())
+    Ok(openings)
 }
 
-/// Opens an end of a profile for what flows in there.
+/// The porosity of an inflow of two phases, that of the mixture when absent; none of one phase.
+fn porosity(
+    options: &DepthOptions,
+    given: &InflowOptions,
+    key: &dyn Fn(&str) -> String,
+) -> Result<Option<f64>, CaseError> {
+    let wrong = |problem: String| Err(own(&key("porosity"), problem));
+    match given.porosity {
+        Some(_) if options.phases != Phases::Two => wrong(
+            "is that of grains and fluid on nodes of their own: make phases two, or leave it out".to_owned(),
+        ),
+        Some(porosity) if !(porosity > 0.0 && porosity < 1.0) => {
+            wrong(format!("{porosity} is not between 0 and 1 (both excluded)"))
+        }
+        None if options.phases != Phases::Two => Ok(None),
+        given => Ok(given.or(options.mixture.as_ref().map(|mixture| mixture.porosity))),
+    }
+}
+
+/// An end of a profile for what flows in there.
 fn through_end<const D: usize>(
     case: &Case,
     options: &DepthOptions,
-    flow: &mut Flow<D>,
+    flow: &Flow<D>,
     given: &InflowOptions,
     key: &dyn Fn(&str) -> String,
-) -> Result<(), CaseError> {
+) -> Result<Opening, CaseError> {
     let Some(side) = given.side.filter(|side| side.axis() == 0) else {
         return Err(own(
             &key("side"),
@@ -60,15 +79,16 @@ fn through_end<const D: usize>(
     if case.boundaries.iter().any(|boundary| boundary.side == side) {
         return Err(own(&key("side"), "has a wall: leave the wall out"));
     }
-    let feed = Feed { hydrograph: hydrograph(given, key)?, froude: given.froude };
+    let porosity = porosity(options, given, key)?.unwrap_or(0.0);
+    let feed = Feed { hydrograph: hydrograph(given, key)?, froude: given.froude, porosity };
     let place = if side.is_max() { case.domain.max[0] } else { case.domain.min[0] };
     let outward = if side.is_max() { 1.0 } else { -1.0 };
     let beyond = [0.0, 4.0 * options.spacing].map(|far| flow.bed.at(&[place + outward * far; D]).is_some());
     if beyond != [true; 2] {
         return Err(own(&key("side"), "has no ground beyond it, where the nodes of the inflow stand"));
     }
-    let opened = flow.open_with(place, outward, options.spacing, Some(feed));
-    opened.map_err(|failure| own(&key("side"), failure.to_string()))
+    let (spacing, span) = (options.spacing, (0.0, 0.0));
+    Ok(Opening { axis: 0, place, outward, spacing, span, periodic: false, feed: Some(feed) })
 }
 
 /// The hydrograph of an inflow, checked.
@@ -120,6 +140,7 @@ fn inflow<const D: usize>(
         ratio,
         reach: (flow.settings.numerics.kernel.support() * ratio + ROWS) * options.spacing,
         body: 0,
+        porosity: porosity(options, given, key)?,
         state: State::default(),
     })
 }

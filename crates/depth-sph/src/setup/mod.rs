@@ -8,10 +8,11 @@ mod material;
 mod rasters;
 mod refuse;
 mod sampled;
+mod sides;
 
 use std::sync::Arc;
 
-use colluvium_case::description::{Space, Wall};
+use colluvium_case::description::Space;
 use colluvium_case::{Case, CaseError, Plan, Size, Solver};
 use colluvium_points::{Outline, Raster, Shape};
 
@@ -146,14 +147,9 @@ fn made<const D: usize>(
     let ends = ends::<D>(case, 0);
     let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
     let mut flow = Flow::new(settings, bed, ends, &nodes).map_err(failed)?;
-    inflows::add(case, options, &mut flow)?;
-    for (number, boundary) in case.boundaries.iter().enumerate() {
-        if matches!(boundary.wall, Wall::Absorbing { .. }) {
-            let outward = if boundary.side.is_max() { 1.0 } else { -1.0 };
-            let found = flow.open(boundary.position(&case.domain), outward, options.spacing);
-            found.map_err(|failure| CaseError::new(format!("boundaries[{number}]"), failure.to_string()))?;
-        }
-    }
+    let mut openings = inflows::add(case, options, &mut flow)?;
+    openings.extend(sides::openings(case, options));
+    warnings.extend(sides::open(&openings, &mut flow)?);
     flow.outside = if options.leaving_is_an_error { Outside::Fail } else { Outside::Remove };
     Ok((DepthSolver::new(Arc::new(case.clone()), options.clone(), flow, maps), warnings))
 }

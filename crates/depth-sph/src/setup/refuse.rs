@@ -94,7 +94,7 @@ fn refuse_walls(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Open ends, which stand at the sides of a profile of one phase.
+/// Open sides, through which one phase leaves, or grains and fluid.
 fn refuse_open_ends(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
     let up = case.dimension() - 1;
     for (number, boundary) in case.boundaries.iter().enumerate() {
@@ -103,16 +103,11 @@ fn refuse_open_ends(case: &Case, options: &DepthOptions) -> Result<(), CaseError
         }
         let wrong = |problem: &str| Err(CaseError::new(format!("boundaries[{number}].wall"), problem));
         if boundary.side.axis() == up {
-            return wrong("is a bed that absorbs: only the ends of a profile do");
+            return wrong("is a bed that absorbs: only the sides do");
         }
-        if up != 1 {
+        if options.phases == Phases::Layers || options.column.is_some() {
             return wrong(
-                "depth-sph has absorbing ends of profiles (plane-strain) only: make the terrain larger",
-            );
-        }
-        if options.phases != Phases::One || options.column.is_some() {
-            return wrong(
-                "depth-sph has absorbing ends of one phase without columns only: move the side away",
+                "depth-sph has absorbing sides of one phase, or of grains and fluid, without columns: move the side away",
             );
         }
         let others = || case.boundaries.iter().enumerate().filter(|(other, _)| *other != number);

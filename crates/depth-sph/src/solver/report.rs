@@ -166,6 +166,9 @@ impl<const D: usize> DepthSolver<D> {
         ];
         if !flow.inflows.is_empty() || flow.opens.iter().any(crate::flow::OpenEnd::is_fed) {
             readings.push(reading("volume_entered", "m3", flow.entered()));
+            if flow.settings.phases == Phases::Two {
+                readings.push(reading("fluid_entered", "m3", flow.fluid_entered()));
+            }
         }
         if flow.settings.zones.iter().any(|zone| zone.erosion.is_some()) {
             readings.push(reading("volume_eroded", "m3", flow.entrained.iter().sum()));

@@ -1,0 +1,85 @@
+//! What flows in through an end of a profile (sheet: depth-sph §3.9; §0 for dry beds).
+
+use super::stand::Stand;
+use crate::inflow;
+
+/// What flows in through an end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Feed {
+    /// Times (s) and discharges per width (m²/s), linear between them; none before the first and after the last.
+    pub hydrograph: Vec<[f64; 2]>,
+    /// Froude number `u/√(g h)` at the end where nothing stands before it, or where what flows in is faster than its waves.
+    pub froude: f64,
+    /// Porosity of what flows in, of two phases; of no meaning for one.
+    pub porosity: f64,
+}
+
+impl Feed {
+    /// Discharge per width at a time (m²/s).
+    pub fn discharge(&self, time: f64) -> f64 {
+        inflow::at_time(&self.hydrograph, time)
+    }
+
+    /// Depth (m) and speed (m/s) by the Froude number, at a discharge (m²/s) under gravity `pull` (m/s²).
+    pub fn section(&self, discharge: f64, pull: f64) -> (f64, f64) {
+        inflow::section(discharge, self.froude, pull)
+    }
+
+    /// Its largest speed (m/s) by the Froude number, under gravity `pull` (m/s²).
+    pub(super) fn fastest(&self, pull: f64) -> f64 {
+        self.hydrograph.iter().map(|pair| self.section(pair[1], pull).1).fold(0.0, f64::max)
+    }
+
+    /// What stands at an end to which `outgoing` = `u + 2c` (m/s) arrives from within, and nothing where it is dry:
+    /// `c² (2c - outgoing) = g q`.
+    pub(super) fn state(&self, time: f64, outgoing: Option<f64>, pull: f64) -> Stand {
+        let (depth, speed) = self.met(self.discharge(time), outgoing, pull);
+        Stand { depth, speed, along: 0.0, porosity: self.porosity }
+    }
+
+    /// Depth (m) and outward speed (m/s) of a discharge (m²/s).
+    fn met(&self, discharge: f64, outgoing: Option<f64>, pull: f64) -> (f64, f64) {
+        let rapid = || {
+            let (depth, speed) = self.section(discharge, pull);
+            (depth, -speed)
+        };
+        let Some(outgoing) = outgoing else { return rapid() };
+        // Above the root, from where Newton's steps fall to it.
+        let mut celerity = (0.5 * outgoing).max(0.0) + (pull * discharge).cbrt();
+        if celerity <= 0.0 {
+            return rapid();
+        }
+        for _ in 0..60 {
+            let value = celerity * celerity * (2.0 * celerity - outgoing) - pull * discharge;
+            let change = value / (6.0 * celerity * celerity - 2.0 * celerity * outgoing);
+            if !(change.abs() > 1e-14 * celerity) {
+                break;
+            }
+            celerity -= change;
+        }
+        let speed = outgoing - 2.0 * celerity;
+        if -speed > celerity { rapid() } else { (celerity * celerity / pull, speed) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_flows_in_meets_what_stands_there() {
+        let feed = Feed { hydrograph: vec![[0.0, 0.5], [10.0, 0.5]], froude: 2.0, porosity: 0.4 };
+        let state = |time: f64, outgoing: Option<f64>| {
+            let Stand { depth, speed, porosity, .. } = feed.state(time, outgoing, 9.81);
+            assert_eq!(porosity, 0.4);
+            (depth, speed)
+        };
+        // The sheet's: 0.5 m²/s into still water 1 m deep.
+        let (h, u) = state(1.0, Some(2.0 * 9.81f64.sqrt()));
+        assert!((h - 1.144_364).abs() < 1e-6 && (u + 0.436_924).abs() < 1e-6, "{h} {u}");
+        let (h, u) = state(1.0, None);
+        assert!((h * u + 0.5).abs() < 1e-12 && (u * u / (9.81 * h) - 4.0).abs() < 1e-9, "onto a dry bed");
+        let (h, u) = state(11.0, Some(2.0 * 9.81f64.sqrt()));
+        assert!((h - 1.0).abs() < 1e-9 && u.abs() < 1e-9, "nothing: as a wall");
+    }
+}

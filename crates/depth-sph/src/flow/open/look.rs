@@ -1,0 +1,80 @@
+//! What a side sees of the flow before it.
+
+use super::super::set::Set;
+use super::side::{OpenEnd, Part};
+use super::stand::{Moments, Stand, Within, turned};
+use crate::kernel::Kernel;
+use crate::nodes::Plan;
+
+impl<const D: usize> OpenEnd<D> {
+    /// What a kernel at each strip reaches within.
+    pub(super) fn within(
+        &self,
+        kernel: Kernel,
+        sets: &[Set<D>],
+        part: &dyn Fn(&Plan<D>) -> Part,
+    ) -> Vec<Option<Within>> {
+        let mut moments = vec![Moments::default(); self.strips.len()];
+        for (number, set) in sets.iter().enumerate() {
+            let nodes = &set.nodes;
+            for i in 0..nodes.len() {
+                let (x, length) = (&nodes.position[i], nodes.length[i]);
+                let beyond = self.beyond(x);
+                let far = -beyond / length;
+                if beyond > 0.0 || far >= kernel.support() || part(x) != Part::Within {
+                    continue;
+                }
+                let velocity = turned(&nodes.velocity[i], self.axis, self.outward);
+                let around =
+                    if D == 1 { 0 } else { (kernel.support() * length / self.spacing).ceil() as isize };
+                let own = self.strip(x);
+                let off = if D == 1 { 0.0 } else { x[1 - self.axis] - self.middle(own) };
+                for step in -around..=around {
+                    let Some(strip) = self.neighbour(own, step) else { continue };
+                    let apart = (off - step as f64 * self.spacing) / length;
+                    let distance = if D == 1 { far } else { far.hypot(apart) };
+                    let weight = nodes.volume[i] / nodes.depth[i] * kernel.shape::<D>(distance);
+                    if weight > 0.0 {
+                        moments[strip].add(weight, beyond, velocity, kernel, (set, i));
+                        if number == 1 {
+                            moments[strip].add_fluid(weight);
+                        }
+                    }
+                }
+            }
+        }
+        moments.iter().map(Moments::within).collect()
+    }
+
+    /// The strip this many steps from another; `None` where the side has ended.
+    fn neighbour(&self, own: usize, step: isize) -> Option<usize> {
+        let count = self.strips.len() as isize;
+        let strip = own as isize + step;
+        if self.periodic {
+            return Some(strip.rem_euclid(count) as usize);
+        }
+        let regular = self.beside[0] as isize..count - self.beside[1] as isize;
+        regular.contains(&strip).then_some(strip as usize)
+    }
+
+    /// Middle of a strip along the side (m).
+    fn middle(&self, strip: usize) -> f64 {
+        self.low + (strip as f64 + 0.5) * self.spacing
+    }
+
+    /// Sums over a lattice are not quite its depth: what is still is what they have.
+    pub(super) fn measure(&mut self, kernel: Kernel, sets: &[Set<D>], part: &dyn Fn(&Plan<D>) -> Part) {
+        let found = self.within(kernel, sets, part);
+        for (strip, within) in self.strips.iter_mut().zip(found) {
+            let whole: f64 = strip.like.iter().flatten().map(|node| node.volume).sum();
+            if let (Some(still), Some(within)) = (&mut strip.still, within)
+                && whole > 0.0
+            {
+                let Within { depth, speed, along, porosity, .. } = within;
+                *still = Stand { depth: depth[0], speed: speed[0], along, porosity };
+                strip.width = whole / depth[0];
+            }
+        }
+        self.copy_to_corners();
+    }
+}

@@ -1,0 +1,356 @@
+//! One open side: its strips, what stands beyond each, and the nodes there.
+
+use serde::{Deserialize, Serialize};
+
+use super::super::set::Set;
+use super::stand::{Stand, Within, turned};
+use super::{Feed, Opening};
+use crate::nodes::{Node, Nodes, Plan};
+use crate::settings::Settings;
+
+/// No node is added closer to another one than this share of their distance.
+const CLOSEST: f64 = 0.6;
+
+/// An open side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OpenEnd<const D: usize> {
+    /// Axis that it stands across.
+    pub axis: usize,
+    /// Where it is (m).
+    pub place: f64,
+    /// 1 at the upper end of the axis, -1 at the lower one.
+    pub outward: f64,
+    /// Distance of the nodes beyond it (m).
+    pub spacing: f64,
+    /// How far nodes stand beyond it (m).
+    reach: f64,
+    /// Where its strips begin along it (m), in plan.
+    pub(super) low: f64,
+    /// Its parts along it, each of one `spacing`; one in a profile.
+    pub(super) strips: Vec<Strip<D>>,
+    /// Strips at its ends that stand beyond other open sides: they are as the next one before these.
+    pub(super) beside: [usize; 2],
+    /// Whether its last strip is next to the first one.
+    pub(super) periodic: bool,
+    /// What flows in through it, in place of what is out there.
+    pub(super) feed: Option<Feed>,
+    /// What has happened.
+    pub state: Beyond,
+}
+
+/// A part of a side.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Strip<const D: usize> {
+    /// Nodes like those beyond it, of each set.
+    pub(super) like: [Option<Node<D>>; 2],
+    /// What is out there; none where there was nothing.
+    pub(super) still: Option<Stand>,
+    /// Volume of a node over the depth that sums have there (m; m² in plan).
+    pub(super) width: f64,
+}
+
+/// What stands beyond an open side.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Beyond {
+    /// Numbers of the nodes, ascending.
+    pub ids: Vec<u64>,
+    /// Volume of each set that has passed outward, less what has come back (m³; m² in profiles).
+    pub passed: [f64; 2],
+    /// What is known of each strip.
+    pub strips: Vec<Known>,
+}
+
+/// What is known of a strip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Known {
+    /// What stands there, where it is the same at all distances.
+    pub fixed: Option<Stand>,
+    /// What arrives from within.
+    pub within: Option<Within>,
+}
+
+/// Which nodes are before all open sides, which beyond one, and which beyond another.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    Within,
+    Beyond,
+    Elsewhere,
+}
+
+impl<const D: usize> OpenEnd<D> {
+    pub(super) fn new(opening: &Opening, reach: f64, others: &[Opening]) -> Self {
+        let Opening { axis, place, outward, spacing, span, periodic, .. } = *opening;
+        // Corners of two open sides belong to the first of them.
+        let goes_on = |end: f64| {
+            others.iter().any(|other| other.axis != axis && (other.place - end).abs() < 0.5 * spacing)
+        };
+        let more = (reach / spacing).ceil() as usize + 1;
+        let (beside, count) = if D == 1 {
+            ([0; 2], 1)
+        } else {
+            let beside = [span.0, span.1].map(|end| if goes_on(end) { more } else { 0 });
+            (beside, ((span.1 - span.0) / spacing).round().max(1.0) as usize)
+        };
+        let strip = Strip { like: [None; 2], still: None, width: spacing.powi(D as i32) };
+        let count = count + beside[0] + beside[1];
+        Self {
+            axis,
+            place,
+            outward,
+            spacing,
+            reach,
+            low: span.0 - beside[0] as f64 * spacing,
+            strips: vec![strip; count],
+            beside,
+            periodic,
+            feed: None,
+            state: Beyond { strips: vec![Known::default(); count], ..Beyond::default() },
+        }
+    }
+
+    /// Finds what stands at the side when the flow begins, under `gravity` (m/s²) at `time` (s): the material goes on like that.
+    pub(super) fn begin(
+        &mut self,
+        sets: &[Set<D>],
+        part: &dyn Fn(&Plan<D>) -> Part,
+        gravity: f64,
+        time: f64,
+        feed: Option<&Feed>,
+    ) {
+        for (number, set) in sets.iter().enumerate() {
+            let nodes = &set.nodes;
+            let mut last: Vec<Option<(f64, usize)>> = vec![None; self.strips.len()];
+            for i in 0..nodes.len() {
+                let x = &nodes.position[i];
+                let beyond = self.beyond(x);
+                if part(x) != Part::Within || !(-2.0 * self.spacing..0.0).contains(&beyond) {
+                    continue;
+                }
+                let entry = &mut last[self.strip(x)];
+                if entry.is_none_or(|(other, _)| beyond >= other) {
+                    *entry = Some((beyond, i));
+                }
+            }
+            for (strip, last) in self.strips.iter_mut().zip(last) {
+                let Some((_, i)) = last else { continue };
+                let node = like(nodes, i);
+                let depth = node.volume / self.spacing.powi(D as i32);
+                let [speed, along] = turned(&node.velocity, self.axis, self.outward);
+                let still = strip.still.get_or_insert(Stand { depth: 0.0, speed, along, porosity: 0.0 });
+                still.depth += depth;
+                still.porosity += if number == 1 { depth } else { 0.0 };
+                strip.like[number] = Some(node);
+            }
+        }
+        for strip in &mut self.strips {
+            if let Some(still) = &mut strip.still {
+                still.porosity /= still.depth;
+            } else if let Some(feed) = feed {
+                let (depth, speed) = feed.section(feed.discharge(time), gravity);
+                let stand = Stand { depth, speed: -speed, along: 0.0, porosity: feed.porosity };
+                for (number, set) in sets.iter().enumerate().filter(|(_, set)| !set.is_empty()) {
+                    let volume = stand.share(sets.len(), number) * depth * self.spacing;
+                    strip.like[number] = Some(Node { volume, ..like(&set.nodes, 0) });
+                }
+            }
+        }
+        self.copy_to_corners();
+    }
+
+    /// Strips beyond other open sides are as the next one before these.
+    pub(super) fn copy_to_corners(&mut self) {
+        for number in 0..self.strips.len() {
+            let own = self.known(number);
+            if own == number {
+                continue;
+            }
+            let mut strip = self.strips[own].clone();
+            let along = self.spacing * (number as f64 - own as f64);
+            for node in strip.like.iter_mut().flatten() {
+                node.position[1 - self.axis] += along;
+            }
+            self.strips[number] = strip;
+        }
+    }
+
+    /// Whether something flows in through it.
+    pub fn is_fed(&self) -> bool {
+        self.feed.is_some()
+    }
+
+    /// Distance beyond the side (m).
+    pub(super) fn beyond(&self, x: &Plan<D>) -> f64 {
+        self.outward * (x[self.axis] - self.place)
+    }
+
+    /// The strip that a place belongs to.
+    pub(super) fn strip(&self, x: &Plan<D>) -> usize {
+        if D == 1 {
+            return 0;
+        }
+        let along = ((x[1 - self.axis] - self.low) / self.spacing).floor().max(0.0) as usize;
+        along.min(self.strips.len() - 1)
+    }
+
+    /// The strip whose state a strip has: that of the next one before a corner.
+    pub(super) fn known(&self, strip: usize) -> usize {
+        strip.clamp(self.beside[0], self.strips.len() - 1 - self.beside[1])
+    }
+
+    /// What stands at a distance beyond a strip (m).
+    pub(super) fn at(&self, strip: usize, beyond: f64) -> Stand {
+        let known = &self.state.strips[self.known(strip)];
+        if let Some(fixed) = known.fixed {
+            return fixed;
+        }
+        let still = self.strips[strip].still.as_ref();
+        known.within.map_or(Stand::default(), |within| within.at(still, beyond))
+    }
+
+    /// Velocity in plan of what stands there.
+    pub(super) fn velocity(&self, stand: &Stand) -> Plan<D> {
+        std::array::from_fn(|c| if c == self.axis { self.outward * stand.speed } else { stand.along })
+    }
+
+    /// Counts what has passed the side since it was last looked at.
+    pub(super) fn count(&mut self, sets: &[Set<D>], part: &dyn Fn(&Plan<D>) -> Part) {
+        let mut ids = Vec::new();
+        for (number, set) in sets.iter().enumerate() {
+            let nodes = &set.nodes;
+            for i in 0..nodes.len() {
+                let is_beyond = part(&nodes.position[i]) == Part::Beyond;
+                let was = self.state.ids.binary_search(&nodes.id[i]).is_ok();
+                if is_beyond != was {
+                    self.state.passed[number] += if is_beyond { nodes.volume[i] } else { -nodes.volume[i] };
+                }
+                if is_beyond {
+                    ids.push(nodes.id[i]);
+                }
+            }
+        }
+        ids.sort_unstable();
+        self.state.ids = ids;
+    }
+
+    /// Gives the nodes of a set beyond the side their depth and speed. How far the last one of each strip stands (m), and the numbers of
+    /// those that are not needed.
+    pub(super) fn place(
+        &mut self,
+        nodes: &mut Nodes<D>,
+        share: &dyn Fn(&Stand) -> f64,
+        part: &dyn Fn(&Plan<D>) -> Part,
+    ) -> (Vec<f64>, Vec<u64>) {
+        let (mut gone, mut farthest) = (Vec::new(), vec![-0.5 * self.spacing; self.strips.len()]);
+        for i in 0..nodes.len() {
+            let x = nodes.position[i];
+            let (beyond, strip) = (self.beyond(&x), self.strip(&x));
+            match part(&x) {
+                Part::Elsewhere => continue,
+                Part::Within => {
+                    farthest[strip] = f64::max(farthest[strip], beyond);
+                    continue;
+                }
+                Part::Beyond => {}
+            }
+            let stand = self.at(strip, beyond);
+            if stand.depth <= 0.0 || beyond > self.reach + self.spacing {
+                gone.push(nodes.id[i]);
+                continue;
+            }
+            farthest[strip] = f64::max(farthest[strip], beyond);
+            nodes.volume[i] = share(&stand) * stand.depth * self.strips[strip].width;
+            nodes.velocity[i] = self.velocity(&stand);
+        }
+        gone.sort_unstable();
+        self.state.ids.retain(|id| gone.binary_search(id).is_err());
+        (farthest, gone)
+    }
+
+    /// Adds nodes of set `number` beyond the side, from the last one of each strip (m) on as far as they are felt.
+    pub(super) fn add(
+        &mut self,
+        set: &mut Set<D>,
+        number: usize,
+        share: &dyn Fn(&Stand) -> f64,
+        farthest: &[f64],
+        next_id: &mut u64,
+    ) {
+        for (strip, last) in farthest.iter().enumerate() {
+            let Some(like) = self.strips[strip].like[number] else { continue };
+            let mut beyond = *last;
+            while beyond + self.spacing <= self.reach {
+                beyond += self.spacing;
+                let stand = self.at(strip, beyond);
+                if stand.depth <= 0.0 {
+                    break;
+                }
+                let mut node = Node {
+                    velocity: self.velocity(&stand),
+                    volume: share(&stand) * stand.depth * self.strips[strip].width,
+                    ..like
+                };
+                node.position[self.axis] = self.outward * beyond + self.place;
+                if D > 1 && is_taken(&set.nodes, &node.position, CLOSEST * self.spacing) {
+                    continue;
+                }
+                set.nodes.push(*next_id, &node);
+                // It has a height before the next sum.
+                let height = share(&stand) * stand.depth;
+                if let (Some(own), Some(whole)) = (set.nodes.height.last_mut(), set.nodes.depth.last_mut()) {
+                    (*own, *whole) = (height, stand.depth);
+                }
+                set.unlist();
+                self.state.ids.push(*next_id);
+                *next_id += 1;
+            }
+        }
+        self.state.ids.sort_unstable();
+    }
+
+    /// Finds the state of the side at `time` (s): that of its outside before the first step, none where there is nothing.
+    pub(super) fn find_state(
+        &mut self,
+        settings: &Settings<D>,
+        sets: &[Set<D>],
+        part: &dyn Fn(&Plan<D>) -> Part,
+        (time, is_first): (f64, bool),
+    ) {
+        let gravity = settings.gravity;
+        if is_first {
+            for (known, strip) in self.state.strips.iter_mut().zip(&self.strips) {
+                *known = Known { fixed: strip.still, within: None };
+            }
+        } else {
+            let found = self.within(settings.numerics.kernel, sets, part);
+            for (known, within) in self.state.strips.iter_mut().zip(found) {
+                *known = Known { fixed: None, within };
+            }
+        }
+        let Some(feed) = &self.feed else { return };
+        for known in &mut self.state.strips {
+            let here = known.within.map(|within| (within.depth[0], within.speed[0], within.pull));
+            let here = here.or(known.fixed.map(|still| (still.depth, still.speed, gravity)));
+            let pull = here.map_or(gravity, |(.., pull)| pull);
+            let outgoing = here.map(|(depth, speed, pull)| speed + 2.0 * (pull * depth).sqrt());
+            known.fixed = Some(feed.state(time, outgoing, pull));
+        }
+    }
+}
+
+/// A node like node `i`.
+fn like<const D: usize>(nodes: &Nodes<D>, i: usize) -> Node<D> {
+    Node {
+        body: nodes.body[i],
+        position: nodes.position[i],
+        velocity: nodes.velocity[i],
+        volume: nodes.volume[i],
+        length: nodes.first_length[i],
+        scale: nodes.scale[i],
+    }
+}
+
+/// Whether a node stands within `distance` (m) of a place.
+fn is_taken<const D: usize>(nodes: &Nodes<D>, x: &Plan<D>, distance: f64) -> bool {
+    let square = |y: &Plan<D>| -> f64 { (0..D).map(|c| (x[c] - y[c]).powi(2)).sum() };
+    nodes.position.iter().any(|y| square(y) < distance * distance)
+}

@@ -1,0 +1,167 @@
+//! What stands at an open side and beyond it, by the invariants along the normal (sheet: depth-sph §2.2, §3.9).
+
+use serde::{Deserialize, Serialize};
+
+use super::super::set::Set;
+use crate::kernel::Kernel;
+use crate::nodes::Plan;
+
+/// Material as it stands at a place of a side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Stand {
+    /// Depth (m).
+    pub depth: f64,
+    /// Outward speed (m/s).
+    pub speed: f64,
+    /// Speed along the side (m/s); zero in a profile.
+    pub along: f64,
+    /// Porosity, of two phases.
+    pub porosity: f64,
+}
+
+impl Stand {
+    /// Share of a set in the depth: that of all of a single phase, of grains or of fluid.
+    pub fn share(&self, sets: usize, number: usize) -> f64 {
+        match (sets, number) {
+            (1, _) => 1.0,
+            (_, 0) => 1.0 - self.porosity,
+            _ => self.porosity,
+        }
+    }
+}
+
+/// What a kernel at a side reaches within, and how it changes outward.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Within {
+    /// Depth at the side (m) and its slope.
+    pub depth: [f64; 2],
+    /// Outward speed at the side (m/s) and its slope (1/s).
+    pub speed: [f64; 2],
+    /// Speed along the side (m/s).
+    pub along: f64,
+    /// Porosity, of two phases.
+    pub porosity: f64,
+    /// Effective gravity (m/s²).
+    pub pull: f64,
+    /// As far as slopes are followed (m).
+    pub reach: f64,
+}
+
+impl Within {
+    /// What stands `beyond` the side (m), before what was out there when the flow began: depths as what arrives from within goes on,
+    /// speeds those at the side, so that the nodes beyond it move as one and keep their distances.
+    pub fn at(&self, still: Option<&Stand>, beyond: f64) -> Stand {
+        let far = beyond.min(self.reach);
+        let [depth, slope] = self.depth;
+        let arriving = (depth + slope * far).clamp(0.5 * depth, 1.5 * depth);
+        let speed = self.speed[0] + self.speed[1] * far;
+        let met = |depth: f64, speed: f64| met(still, depth, speed, self.pull);
+        let (at_side, there) = (met(depth, self.speed[0]), met(arriving, speed));
+        // Along the side nodes keep their distances as well, or their depths would have that compression on top.
+        let along = still.map_or(self.along, |still| still.along);
+        Stand { depth: there.0, speed: at_side.1, along, porosity: self.porosity }
+    }
+}
+
+/// Depth (m) and outward speed (m/s) at a side to which these arrive from within, where gravity is `pull` (m/s²): of waves along the
+/// normal. Of a wave at an angle `θ` to it `(1 - cos θ)/(1 + cos θ)` comes back.
+pub fn met(still: Option<&Stand>, depth: f64, speed: f64, pull: f64) -> (f64, f64) {
+    let celerity = (pull * depth).sqrt();
+    let Some(still) = still.filter(|_| speed < celerity) else {
+        // Nothing comes back against a flow that is faster than its waves.
+        return (depth, speed);
+    };
+    let outgoing = speed + 2.0 * celerity;
+    let incoming = still.speed - 2.0 * (pull * still.depth).sqrt();
+    let found = 0.25 * (outgoing - incoming);
+    (found * found / pull, 0.5 * (outgoing + incoming))
+}
+
+/// Sums over what a kernel at a side reaches within, for lines by least squares.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Moments {
+    powers: [f64; 3],
+    depth: [f64; 2],
+    speed: [f64; 2],
+    along: f64,
+    fluid: f64,
+    pull: f64,
+    reach: f64,
+}
+
+impl Moments {
+    /// Adds a node `beyond` (m, negative within) the side with its weight; `velocity` is outward and along the side.
+    pub fn add<const D: usize>(
+        &mut self,
+        weight: f64,
+        beyond: f64,
+        velocity: [f64; 2],
+        kernel: Kernel,
+        (set, i): (&Set<D>, usize),
+    ) {
+        let powers = [weight, weight * beyond, weight * beyond * beyond];
+        (0..3).for_each(|k| self.powers[k] += powers[k]);
+        for k in 0..2 {
+            self.depth[k] += powers[k] * set.nodes.depth[i];
+            self.speed[k] += powers[k] * velocity[0];
+        }
+        self.along += weight * velocity[1];
+        self.pull += weight * set.nodes.pull[i];
+        self.reach = self.reach.max(kernel.support() * set.nodes.length[i]);
+    }
+
+    /// Counts the weight of a node of the pore fluid.
+    pub fn add_fluid(&mut self, weight: f64) {
+        self.fluid += weight;
+    }
+
+    /// Lines through depths and speeds; `None` where there is nothing.
+    pub fn within(&self) -> Option<Within> {
+        let [weight, first, second] = self.powers;
+        if !(weight > 0.0) {
+            return None;
+        }
+        let spread = weight * second - first * first;
+        let line = |[sum, moment]: [f64; 2]| {
+            // Of one node, or of some at one place, there is no slope.
+            let is_line = spread > 1e-6 * weight * second;
+            let slope = if is_line { (weight * moment - first * sum) / spread } else { 0.0 };
+            [(sum - slope * first) / weight, slope]
+        };
+        Some(Within {
+            depth: line(self.depth),
+            speed: line(self.speed),
+            along: self.along / weight,
+            porosity: self.fluid / weight,
+            pull: self.pull / weight,
+            reach: self.reach,
+        })
+    }
+}
+
+/// Outward and along speeds of a velocity in plan at a side across `axis`.
+pub fn turned<const D: usize>(velocity: &Plan<D>, axis: usize, outward: f64) -> [f64; 2] {
+    let along = if D == 1 { 0.0 } else { velocity[1 - axis] };
+    [outward * velocity[axis], along]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_simple_wave_passes_as_it_is_and_a_rapid_flow_too() {
+        let celerity = |depth: f64| (9.81 * depth).sqrt();
+        let still = Stand { depth: 1.0, ..Stand::default() };
+        for depth in [0.8, 1.0, 1.3] {
+            let speed = 2.0 * (celerity(depth) - celerity(1.0));
+            let (h, u) = met(Some(&still), depth, speed, 9.81);
+            assert!((h - depth).abs() < 1e-12 && (u - speed).abs() < 1e-12);
+        }
+        // A wave that comes in from the end itself is not let in: the material out there rests.
+        let (h, u) = met(Some(&still), 1.1, -2.0 * (celerity(1.1) - celerity(1.0)), 9.81);
+        assert!((h - 1.0).abs() < 1e-12 && u.abs() < 1e-12);
+        assert_eq!(met(Some(&still), 0.2, 3.0, 9.81), (0.2, 3.0));
+        assert_eq!(met(None, 0.2, 0.1, 9.81), (0.2, 0.1));
+    }
+}
