@@ -61,33 +61,46 @@ impl Clays {
         least(limits, |[x, y, radius]| self.circle([x, y], radius.min(y - base)))
     }
 
-    /// Factor of a block that slides level at `level` (m) from `rear` (m) to the toe, pushed by a wedge on a plane at `angle` (rad): what
-    /// they dissipate over the work of the wedge's weight. The plane between them leans by `lean` (rad) into the slope.
+    /// Strength times length along a line (N/m).
+    fn along(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
+        let piece = |k: usize| {
+            let share = (k as f64 + 0.5) / ARCS as f64;
+            self.strength(from[1] + share * (to[1] - from[1]))
+        };
+        (0..ARCS).map(piece).sum::<f64>() / ARCS as f64 * (to[0] - from[0]).hypot(to[1] - from[1])
+    }
+
+    /// Factor of a block that slides along `level` (m, at the toe or below it) from `rear` (m) to below the toe: what is dissipated over the
+    /// work of the weight. A wedge on a plane at `angle` (rad) pushes it, from which it parts along a plane that leans by `lean` (rad) into
+    /// the slope; in front of the toe it pushes up a wedge of 45°.
     fn block(&self, level: f64, [rear, angle, lean]: [f64; 3]) -> f64 {
         let foot = [rear, level];
-        let Some((front, back)) = self.meet(foot, lean.sin_cos().into()).zip(self.meet(foot, {
-            let (sine, cosine) = angle.sin_cos();
-            [cosine, sine]
-        })) else {
+        let way = |angle: f64| [angle.cos(), angle.sin()];
+        let Some((front, back)) = self.meet(foot, way(FRAC_PI_2 - lean)).zip(self.meet(foot, way(angle)))
+        else {
             return f64::INFINITY;
         };
         let crest = [self.cotangent * self.height, self.height];
         let mut corners = vec![foot, back];
         corners.extend((front[0] < crest[0] && crest[0] < back[0]).then_some(crest));
         corners.push(front);
-        let weight = self.unit_weight * area(&corners);
-        let (along, between) = (angle.cos() - angle.sin() * lean.tan(), angle.sin() / lean.cos());
-        if weight <= 0.0 || along <= 0.0 || back[0] <= front[0] {
+        // Velocities over that of the wedge behind: of the block, and along the plane between them.
+        let (block, between) = (angle.cos() - angle.sin() * lean.tan(), angle.sin() / lean.cos());
+        let (heel, toe) = ([0.0, level], [0.0, 0.0]);
+        let lifted = 0.5 * level * level * block;
+        let work = self.unit_weight * (area(&corners) * angle.sin() - lifted);
+        if work <= 0.0 || block <= 0.0 || back[0] <= front[0] {
             return f64::INFINITY;
         }
-        let length = |a: [f64; 2]| (a[0] - foot[0]).hypot(a[1] - foot[1]);
-        let upper = self.strength(self.height);
-        let spent = upper * (length(back) + length(front) * between)
-            + self.strength(level) * (rear - self.cotangent * level.max(0.0)) * along;
-        spent / (weight * angle.sin())
+        let behind = self.along(foot, back) + self.along(foot, front) * between;
+        // The weaker of the clays that meet there.
+        let near = 1e-9 * self.height;
+        let below = self.strength(level + near).min(self.strength(level - near)) * rear * block;
+        let before = (self.along(heel, [level, 0.0]) * 2f64.sqrt() + self.along(heel, toe)) * block;
+        (behind + below + before) / work
     }
 
-    /// The least factor of blocks that slide along `level` (m), which is at or above the toe.
+    /// The least factor of blocks that slide along `level` (m), which is at the toe or below it.
     pub fn blocks(&self, level: f64) -> f64 {
         let limits = [(0.1 * self.height, 4.0 * self.height), (0.4, 1.4), (-1.2, 1.2)];
         least(limits, |at| self.block(level, at))
@@ -160,6 +173,14 @@ mod tests {
         assert!((twice.circles() / one - 2.0).abs() < 1e-6);
         let weaker = clays(&[(0.0, 30e3)], -10.0).circles();
         assert!(weaker < 0.75 * one && weaker > 0.6 * one, "{weaker}");
+    }
+
+    #[test]
+    fn a_weak_layer_pushes_where_the_slip_is_at_its_base() {
+        let layered = clays(&[(0.0, 10e3), (-1.0, 50e3)], -5.0);
+        let [top, base] = [0.0, -1.0].map(|level| layered.blocks(level));
+        assert!((top - 1.2118).abs() < 5e-3 && (base - 1.0484).abs() < 5e-3, "{top} {base}");
+        assert!(base < layered.circles());
     }
 
     #[test]
