@@ -295,7 +295,7 @@ impl<const D: usize> Settings<D> {
     /// Whether anything asks for neighbours one by one: sums of heights and forces do not.
     pub fn asks_for_neighbours(&self) -> bool {
         let numerics = &self.numerics;
-        self.phases != Phases::One
+        self.phases == Phases::Layers
             || self.earth_pressure.is_some()
             || numerics.xsph > 0.0
             || numerics.continuity != Continuity::Summation

@@ -4,7 +4,6 @@
 use colluvium_constitutive::basal::BasalFlow;
 use rayon::prelude::*;
 
-use super::heights::{average, own_average};
 use super::set::{Set, TASK};
 use super::{Flow, Heads};
 use crate::bed::BedPoint;
@@ -130,8 +129,9 @@ impl<const D: usize> Flow<D> {
 
     /// Steps 5 and 6 of two phases.
     pub(super) fn couple(&mut self, dt: f64) {
-        let bonds: Vec<Vec<Option<Bond>>> = (0..2).map(|role| self.bonds(role, dt)).collect();
-        self.relax(&bonds, Slip::Whole);
+        let velocities = self.velocities();
+        let bonds: Vec<Vec<Option<Bond>>> = (0..2).map(|role| self.bonds(role, dt, &velocities)).collect();
+        self.relax(&bonds, Slip::Whole, &velocities);
         let impulses = self.hold_solid(&bonds[0], dt);
         self.pass_impulses(&bonds[1], &impulses);
         // The part of the resistance that grows with the speed, each phase by itself; what it adds to the slip relaxes.
@@ -140,11 +140,12 @@ impl<const D: usize> Flow<D> {
         }
         self.slow(0, dt);
         self.slow(1, dt);
-        self.relax(&bonds, Slip::Added);
+        let velocities = self.velocities();
+        self.relax(&bonds, Slip::Added, &velocities);
     }
 
     /// Masses and shares at the nodes of a phase; `None` where the other phase is not there.
-    fn bonds(&self, role: usize, dt: f64) -> Vec<Option<Bond>> {
+    fn bonds(&self, role: usize, dt: f64, velocities: &[[Vec<f64>; 4]; 2]) -> Vec<Option<Bond>> {
         let set = &self.sets[role];
         let densities = &self.settings.material.densities;
         let bond = |i: usize| {
@@ -154,7 +155,7 @@ impl<const D: usize> Flow<D> {
             }
             let [solid, fluid] = if role == 0 { [own, partner] } else { [partner, own] };
             let porosity = fluid / (solid + fluid);
-            let slip = if self.settings.drag.knows_slip() { self.slip(role, i) } else { None };
+            let slip = if self.settings.drag.knows_slip() { self.slip(role, i, velocities) } else { None };
             let slip = slip.map_or(0.0, |slip| norm(&slip[0]));
             let beta = self.settings.drag.relaxation(porosity, slip, densities);
             let masses = [densities.grain * solid, densities.fluid * fluid];
@@ -163,49 +164,47 @@ impl<const D: usize> Flow<D> {
         (0..set.len()).into_par_iter().with_min_len(TASK).map(bond).collect()
     }
 
+    /// Velocities before the step and what the step has added, of each phase in the order of its cells. The second axis of one dimension
+    /// stays zero.
+    fn velocities(&self) -> [[Vec<f64>; 4]; 2] {
+        [0, 1].map(|role| {
+            let set = &self.sets[role];
+            set.packed.shown(|j| {
+                let number = set.number(j);
+                let (old, new) = (set.before[number], set.nodes.velocity[number]);
+                let added: Plan<D> = std::array::from_fn(|c| new[c] - old[c]);
+                let image = j.checked_sub(set.len()).map(|image| &set.images[image]);
+                let [old, added] = [old, added].map(|v| image.map_or(v, |image| image.turn(&v)));
+                std::array::from_fn(|c| match c % 2 {
+                    axis if axis >= D => 0.0,
+                    axis if c < 2 => old[axis],
+                    axis => added[axis],
+                })
+            })
+        })
+    }
+
     /// Slip at a node of a phase, by averages of both phases at the same place with the same kernel: that of the velocities
     /// before the step, and what the step has added.
-    fn slip(&self, role: usize, i: usize) -> Option<[Plan<D>; 2]> {
+    fn slip(&self, role: usize, i: usize, velocities: &[[Vec<f64>; 4]; 2]) -> Option<[Plan<D>; 2]> {
         let kernel = self.settings.numerics.kernel;
-        let (own, other) = (&self.sets[role], &self.sets[1 - role]);
-        let length = own.nodes.length[i];
-        let both = |set: &Set<D>, j: usize| {
-            let (image, number) = match j.checked_sub(set.len()) {
-                Some(k) => (Some(&set.images[k]), set.images[k].source as usize),
-                None => (None, j),
-            };
-            let (old, new) = (set.before[number], set.nodes.velocity[number]);
-            let added: Plan<D> = std::array::from_fn(|c| new[c] - old[c]);
-            let turned = |v: Plan<D>| image.map_or(v, |image| image.turn(&v));
-            let (old, added) = (turned(old), turned(added));
-            // In the plane of the problem; the second axis of one dimension stays zero.
-            std::array::from_fn::<f64, 4, _>(|c| {
-                let axis = c % 2;
-                if axis >= D {
-                    0.0
-                } else if c < 2 {
-                    old[axis]
-                } else {
-                    added[axis]
-                }
-            })
+        let nodes = &self.sets[role].nodes;
+        let mean = |set: usize| {
+            self.sets[set].packed.mean(kernel, &nodes.position[i], nodes.length[i], &velocities[set])
         };
-        let mine = own_average(kernel, i, length, &own.seen, &own.near, |j| both(own, j))?;
-        let across = own.across.of(i).iter().map(|&j| j as usize);
-        let theirs =
-            average(kernel, &own.nodes.position[i], length, &other.seen, across, |j| both(other, j))?;
+        let (mine, theirs) = (mean(role)?, mean(1 - role)?);
         let sign = if role == 0 { 1.0 } else { -1.0 };
         Some([0, 2].map(|first| std::array::from_fn(|c| sign * (theirs[first + c] - mine[first + c]))))
     }
 
     /// Step 5: slip relaxes, all of it or what the velocities have gained since `before`.
-    fn relax(&mut self, bonds: &[Vec<Option<Bond>>], which: Slip) {
+    fn relax(&mut self, bonds: &[Vec<Option<Bond>>], which: Slip, velocities: &[[Vec<f64>; 4]; 2]) {
         let changes: Vec<Vec<Plan<D>>> = (0..2)
             .map(|role| {
                 let change = |i: usize| {
                     let Some(bond) = &bonds[role][i] else { return [0.0; D] };
                     let (old, new) = bond.shares;
-                    let Some([before, added]) = self.slip(role, i) else { return [0.0; D] };
+                    let Some([before, added]) = self.slip(role, i, velocities) else { return [0.0; D] };
                     let part = bond.part(role);
                     let old = if which == Slip::Whole { old } else { 0.0 };
                     std::array::from_fn(|c| part * (old * before[c] + new * added[c]))
@@ -260,18 +259,17 @@ impl<const D: usize> Flow<D> {
     fn pass_impulses(&mut self, bonds: &[Option<Bond>], impulses: &[Plan<D>]) {
         let kernel = self.settings.numerics.kernel;
         let (solid, fluid) = (&self.sets[0], &self.sets[1]);
+        let shown = solid.packed.shown(|j| {
+            let (sign, number) = match j.checked_sub(solid.len()) {
+                Some(k) => (solid.images[k].sign, solid.images[k].source as usize),
+                None => ([1.0; D], j),
+            };
+            std::array::from_fn::<f64, D, _>(|c| sign[c] * impulses[number][c])
+        });
         let taken = |i: usize| {
             let Some(bond) = &bonds[i] else { return [0.0; D] };
-            let across = fluid.across.of(i).iter().map(|&j| j as usize);
-            let of_solid = |j: usize| {
-                let (sign, number) = match j.checked_sub(solid.len()) {
-                    Some(k) => (solid.images[k].sign, solid.images[k].source as usize),
-                    None => ([1.0; D], j),
-                };
-                std::array::from_fn::<f64, 2, _>(|c| if c < D { sign[c] * impulses[number][c] } else { 0.0 })
-            };
             let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
-            let mean = average(kernel, x, length, &solid.seen, across, of_solid).unwrap_or([0.0; 2]);
+            let mean = solid.packed.mean(kernel, x, length, &shown).unwrap_or([0.0; D]);
             std::array::from_fn(|c| bond.passed() * mean[c])
         };
         let taken: Vec<Plan<D>> = (0..fluid.len()).into_par_iter().with_min_len(TASK).map(taken).collect();

@@ -1,6 +1,5 @@
 //! Heights by summation over the nodes around, and smoothing lengths that follow them (sheet: depth-sph §2.10).
 
-use colluvium_points::NeighbourList;
 use rayon::prelude::*;
 
 use super::packed::Packed;
@@ -11,7 +10,7 @@ use crate::nodes::{Plan, Seen};
 use crate::settings::Numerics;
 
 /// Below this denominator an average over the nodes of a phase is none (sheet: depth-sph §2.10).
-const NO_PARTNER: f64 = 1e-6;
+pub const NO_PARTNER: f64 = 1e-6;
 
 /// Square of the distance of two places (m²).
 #[inline]
@@ -119,18 +118,4 @@ pub fn average<const D: usize, const N: usize>(
     }
     let whole = weights * kernel.factor::<D>() * inverse.powi(D as i32);
     (whole > NO_PARTNER).then(|| total.map(|sum| sum / weights))
-}
-
-/// `average` over a node itself and its neighbours of the same phase.
-#[inline]
-pub fn own_average<const D: usize, const N: usize>(
-    kernel: Kernel,
-    i: usize,
-    length: f64,
-    seen: &Seen<D>,
-    near: &NeighbourList<D>,
-    field: impl Fn(usize) -> [f64; N],
-) -> Option<[f64; N]> {
-    let neighbours = std::iter::once(i).chain(near.of(i).iter().map(|&j| j as usize));
-    average(kernel, &seen.position[i], length, seen, neighbours, field)
 }

@@ -25,7 +25,6 @@ use crate::choices::{Continuity, Frame, Momentum, Phases};
 use crate::inflow::{Held, Inflow};
 use crate::nodes::{Node, Plan, norm};
 use crate::settings::Settings;
-use heights::average;
 use set::{TASK, copy};
 
 pub use forces::{Role, corrected};
@@ -310,6 +309,7 @@ impl<const D: usize> Flow<D> {
         };
         first.sum_partners(kernel, &second.packed);
         second.sum_partners(kernel, &first.packed);
+        [&mut *first, &mut *second].into_iter().for_each(|set| set.packed.raise(&set.seen));
         for (role, set) in [first, second].into_iter().enumerate() {
             set.scalars.clear();
             for i in 0..set.nodes.len() {
@@ -367,11 +367,9 @@ impl<const D: usize> Flow<D> {
     fn share_pull(&mut self) {
         let kernel = self.settings.numerics.kernel;
         let [solid, fluid] = &mut self.sets[..] else { return };
-        let mean = |i: usize| {
-            let across = fluid.across.of(i).iter().map(|&j| j as usize);
-            let of_solid = |j: usize| [solid.nodes.pull[solid.number(j)]];
-            average(kernel, &fluid.nodes.position[i], fluid.nodes.length[i], &solid.seen, across, of_solid)
-        };
+        let pulls = solid.packed.shown(|j| [solid.nodes.pull[solid.number(j)]]);
+        let mean =
+            |i: usize| solid.packed.mean(kernel, &fluid.nodes.position[i], fluid.nodes.length[i], &pulls);
         let found: Vec<Option<[f64; 1]>> =
             (0..fluid.nodes.len()).into_par_iter().with_min_len(TASK).map(mean).collect();
         for (pull, found) in fluid.nodes.pull.iter_mut().zip(found) {

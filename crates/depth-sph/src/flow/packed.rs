@@ -5,6 +5,7 @@ use colluvium_points::{CellList, SearchError};
 use rayon::prelude::*;
 use wide::f64x4;
 
+use super::heights::NO_PARTNER;
 use super::set::TASK;
 use crate::kernel::Kernel;
 use crate::nodes::{Plan, Seen};
@@ -99,6 +100,49 @@ impl<const D: usize> Packed<D> {
         }
         gather(order, &mut self.volume, |j| seen.volume[j]);
         Ok(())
+    }
+
+    /// Takes the heights of the phase.
+    pub fn raise(&mut self, seen: &Seen<D>) {
+        gather(self.cells.order(), &mut self.height, |j| seen.height[j]);
+    }
+
+    /// Columns of values of what is seen, in this order.
+    pub fn shown<const N: usize>(&self, value: impl Fn(usize) -> [f64; N] + Sync) -> [Vec<f64>; N] {
+        let order = self.cells.order();
+        std::array::from_fn(|c| {
+            let mut column = Vec::new();
+            gather(order, &mut column, |j| value(j)[c]);
+            column
+        })
+    }
+
+    /// `Σ (m/h) f W / Σ (m/h) W` of columns of values at a place, with this smoothing length (m); `None` where there are no such nodes.
+    pub fn mean<const N: usize>(
+        &self,
+        kernel: Kernel,
+        x: &Plan<D>,
+        length: f64,
+        columns: &[Vec<f64>; N],
+    ) -> Option<[f64; N]> {
+        let (inverse, reach) = (1.0 / length, kernel.support() * length);
+        let within = f64x4::splat(reach * reach);
+        let (mut weights, mut sums) = (f64x4::ZERO, [f64x4::ZERO; N]);
+        self.around(x, reach, |first, _, square| {
+            let inside = square.simd_lt(within);
+            if !inside.any() {
+                return;
+            }
+            let share = four(&self.volume, first) / four(&self.height, first);
+            let weight = inside & (kernel.shapes::<D>(square.sqrt() * inverse) * share);
+            weights += weight;
+            for (sum, column) in sums.iter_mut().zip(columns) {
+                *sum += weight * four(column, first);
+            }
+        });
+        let weights = whole(weights);
+        let all = weights * kernel.factor::<D>() * inverse.powi(D as i32);
+        (all > NO_PARTNER).then(|| sums.map(|sum| whole(sum) / weights))
     }
 
     /// Takes what forces are made of.

@@ -3,7 +3,6 @@
 use rayon::prelude::*;
 
 use super::Flow;
-use super::heights::average;
 use super::set::{Set, TASK, copy};
 use crate::nodes::dot;
 use crate::settings::Settings;
@@ -107,11 +106,10 @@ impl<const D: usize> Flow<D> {
             return vec![0.0; fluid.nodes.len()];
         }
         let kernel = self.settings.numerics.kernel;
+        let shown = solid.packed.shown(|j| [heads[solid.number(j)]]);
         let mean = |i: usize| {
-            let across = fluid.across.of(i).iter().map(|&j| j as usize);
             let (x, length) = (&fluid.nodes.position[i], fluid.nodes.length[i]);
-            let found = average(kernel, x, length, &solid.seen, across, |j| [heads[solid.number(j)]]);
-            found.map_or(0.0, |[value]| value)
+            solid.packed.mean(kernel, x, length, &shown).map_or(0.0, |[value]| value)
         };
         (0..fluid.nodes.len()).into_par_iter().with_min_len(TASK).map(mean).collect()
     }
