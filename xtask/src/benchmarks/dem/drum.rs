@@ -13,9 +13,9 @@ pub const BENCHMARK: Benchmark = Benchmark {
     id: "dem/drum",
     title: "Half-full drum that turns, 30 grains across, DEM",
     source: "Bui & Nguyen 2021, Fig. 9; sheet: dem §5, B15",
-    quick: Some(15),
+    quick: Some(60),
     full: 45,
-    run: |quick| if quick { turn(20.0, 5.0) } else { turn(30.0, END) },
+    run: |quick| turn(30.0, if quick { 4.5 } else { END }),
 };
 
 /// The drum with as many grains across as the sheet has.
