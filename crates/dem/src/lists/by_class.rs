@@ -1,6 +1,6 @@
 //! Pairs that classes of sizes find, listed as cells of one width would list them.
 
-use super::{Lists, Look, count_sort};
+use super::{D2, Lists, Look, cell_of, count_sort};
 use crate::cell::PeriodicCell;
 
 /// Largest over smallest radius beyond which grains are searched for class by class (sheet: dem §3.2).
@@ -27,17 +27,18 @@ impl<const D: usize, const R: usize> Lists<D, R> {
     /// Lists the pairs that classes of sizes find, as if cells of one width had found them.
     pub(super) fn find_by_class(&mut self, look: &Look<'_, D, R>, all: bool) {
         let grains = look.grains;
+        let Self { found, classes, inner, seam, keys, order, counts, axes, .. } = self;
+        let cells = Cells { counts: *counts, axes: *axes, keys, order };
         // Positions are finite: `build` has looked.
-        let built = self.classes.build(&grains.position, &grains.radius, look.cell, look.gap);
+        let built = classes.build(&grains.position, &grains.radius, look.cell, look.gap);
         debug_assert!(built.is_ok(), "{built:?}");
-        let mut pairs = std::mem::take(&mut self.found.pairs);
+        let Found { pairs, starts, order, keys } = found;
         pairs.clear();
-        self.classes.visit(&grains.radius, |i, j, steps| {
+        classes.visit(&grains.radius, |i, j, steps| {
             if let Some(code) = look.near(i, j, steps) {
-                pairs.extend(self.listed((i, j), steps, code, all));
+                pairs.extend(cells.listed((i, j), steps, code, all));
             }
         });
-        let Found { starts, order, keys, .. } = &mut self.found;
         keys.clear();
         keys.extend(pairs.iter().map(|pair| pair.0));
         count_sort(keys, grains.len(), starts, order);
@@ -45,21 +46,30 @@ impl<const D: usize, const R: usize> Lists<D, R> {
             let own = &mut order[starts[i] as usize..starts[i + 1] as usize];
             own.sort_unstable_by_key(|&k| (pairs[k as usize].1, pairs[k as usize].2));
             for &k in &*own {
-                let (.., other, code, seam) = pairs[k as usize];
-                let list = if seam { &mut self.seam } else { &mut self.inner };
+                let (.., other, code, across) = pairs[k as usize];
+                let list = if across { &mut *seam } else { &mut *inner };
                 list.other.push(other);
                 if look.periodic {
                     list.image.push(code);
                 }
             }
-            self.inner.starts.push(self.inner.other.len() as u32);
-            self.seam.starts.push(self.seam.other.len() as u32);
+            inner.starts.push(inner.other.len() as u32);
+            seam.starts.push(seam.other.len() as u32);
         }
-        self.found.pairs = pairs;
     }
+}
 
+/// Cells of one width, and which grains are in them.
+struct Cells<'a> {
+    counts: [usize; D2],
+    axes: [usize; D2],
+    keys: &'a [u32],
+    order: &'a [u32],
+}
+
+impl Cells<'_> {
     /// How cells of one width list a pair whose second grain is `steps` cells away: `None` where they would not see it.
-    fn listed(
+    fn listed<const D: usize>(
         &self,
         (i, j): (usize, usize),
         steps: [i32; D],
@@ -72,7 +82,8 @@ impl<const D: usize, const R: usize> Lists<D, R> {
             return Some((first as u32, 0, second as u32, code, false));
         }
         let half = 3usize.pow(D as u32) / 2;
-        let cells = [i, j].map(|grain| self.cell_of(self.keys[self.order[grain] as usize] as usize));
+        let cells: [[usize; D]; 2] = [i, j]
+            .map(|grain| cell_of(self.keys[self.order[grain] as usize] as usize, &self.counts, &self.axes));
         let mut ahead = 0;
         for &axis in &self.axes[..D] {
             let other = cells[1][axis] as i64 + i64::from(steps[axis]) * self.counts[axis] as i64;

@@ -63,6 +63,16 @@ struct Carried<const R: usize> {
     used: Vec<bool>,
 }
 
+/// Place of cell `number` along each axis, of so many cells along each and in this order of the axes.
+fn cell_of<const D: usize>(number: usize, counts: &[usize; D2], axes: &[usize; D2]) -> [usize; D] {
+    let (mut rest, mut own) = (number, [0usize; D]);
+    for &axis in axes[..D].iter().rev() {
+        own[axis] = rest % counts[axis];
+        rest /= counts[axis];
+    }
+    own
+}
+
 /// How far grains see each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
@@ -330,20 +340,10 @@ impl<const D: usize, const R: usize> Lists<D, R> {
         }
     }
 
-    /// Place of cell `number` along each axis.
-    fn cell_of(&self, number: usize) -> [usize; D] {
-        let (mut rest, mut own) = (number, [0usize; D]);
-        for &axis in self.axes[..D].iter().rev() {
-            own[axis] = rest % self.counts[axis];
-            rest /= self.counts[axis];
-        }
-        own
-    }
-
     /// Cells ahead of cell `number`: half of those around it.
     fn neighbours(&self, number: usize, cell: &PeriodicCell<D>, out: &mut Vec<Neighbour<D>>) {
         out.clear();
-        let own = self.cell_of(number);
+        let own = cell_of(number, &self.counts, &self.axes);
         let half = 3usize.pow(D as u32) / 2;
         'offsets: for code in half + 1..2 * half + 1 {
             let mut near = Neighbour { cell: own, steps: [0; D], seam: false };
