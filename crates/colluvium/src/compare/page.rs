@@ -148,6 +148,36 @@ fn strip(runs: &Runs<'_>, plane: [usize; 2]) -> Result<Markup, CompareError> {
     })
 }
 
+/// How far the profiles at the end are from that of the first method, and from the reference.
+struct Apart<'a> {
+    axes: Axes,
+    columns: Option<Columns>,
+    first: Option<Vec<(f64, f64)>>,
+    measured: Option<&'a Vec<(f64, f64)>>,
+}
+
+impl<'a> Apart<'a> {
+    fn of(snapshots: &[&Snapshot], axes: Axes, measured: Option<&'a Vec<(f64, f64)>>) -> Self {
+        let own = Self { axes, columns: Columns::over(snapshots, axes), first: None, measured };
+        let first = snapshots.first().and_then(|snapshot| own.profile(snapshot));
+        Self { first, ..own }
+    }
+
+    fn profile(&self, snapshot: &Snapshot) -> Option<Vec<(f64, f64)>> {
+        self.columns.map(|columns| columns.profile(snapshot, self.axes))
+    }
+
+    fn off_first(&self, snapshot: &Snapshot) -> f64 {
+        let pair = self.first.as_ref().zip(self.profile(snapshot));
+        pair.map_or(f64::NAN, |(first, own)| distance(first, &own))
+    }
+
+    fn off_measured(&self, snapshot: &Snapshot) -> f64 {
+        let pair = self.measured.zip(self.profile(snapshot));
+        pair.map_or(f64::NAN, |(measured, own)| distance_to(measured, &own))
+    }
+}
+
 /// What differs at the end, in figures.
 fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &Reference) -> Markup {
     let common = charts::common(runs);
@@ -160,18 +190,7 @@ fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &R
     for (method, ran) in runs {
         last.extend(ran.frames.last().map(|snapshot| (*method, *ran, snapshot)));
     }
-    let snapshots: Vec<&Snapshot> = last.iter().map(|(.., snapshot)| *snapshot).collect();
-    let columns = Columns::over(&snapshots, axes);
-    let profile = |snapshot: &Snapshot| columns.map(|columns| columns.profile(snapshot, axes));
-    let first = snapshots.first().and_then(|snapshot| profile(snapshot));
-    let apart = |snapshot: &Snapshot| match (&first, profile(snapshot)) {
-        (Some(first), Some(other)) => distance(first, &other),
-        _ => f64::NAN,
-    };
-    let from_measured = |snapshot: &Snapshot| match (measured, profile(snapshot)) {
-        (Some(measured), Some(own)) => distance_to(measured, &own),
-        _ => f64::NAN,
-    };
+    let apart = Apart::of(&last.iter().map(|(.., snapshot)| *snapshot).collect::<Vec<_>>(), axes, measured);
     let head = last.first().map_or("", |(method, ..)| *method);
     let value =
         |figures: &Option<Figures>, pick: fn(&Figures) -> f64| short(figures.as_ref().map_or(f64::NAN, pick));
@@ -194,9 +213,9 @@ fn differences(results: &[Contender], runs: &Runs<'_>, axes: Axes, reference: &R
                         td class="number" { (value(&figures, |f| f.top)) }
                         td class="number" { (value(&figures, |f| f.centre[0])) ", " (value(&figures, |f| f.centre[1])) }
                         td class="number" { (value(&figures, |f| f.speed)) }
-                        td class="number" { (format!("{:.2} %", 100.0 * apart(snapshot))) }
+                        td class="number" { (format!("{:.2} %", 100.0 * apart.off_first(snapshot))) }
                         @if measured.is_some() {
-                            td class="number" { (format!("{:.2} %", 100.0 * from_measured(snapshot))) }
+                            td class="number" { (format!("{:.2} %", 100.0 * apart.off_measured(snapshot))) }
                         }
                         td class="number" { (short(ran.kinetic)) }
                         td class="number" { (ran.points) }

@@ -12,7 +12,7 @@ use crate::benchmarks::{Benchmark, Outcome, run_by, scalars, series};
 pub const WALLS: Benchmark = Benchmark {
     id: "dem/rigid-walls",
     title: "Biaxial tests of disks between rigid walls and in periodic cells, DEM",
-    quick: Some(60),
+    quick: None,
     full: 200,
     run: |quick| if quick { walls(&[300], 2) } else { walls(&[300, 1000], SEEDS) },
     ..BENCHMARK
