@@ -1,7 +1,10 @@
 //! Inflow of depth-integrated SPH across a line, by a hydrograph.
 
+mod common;
+
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
+use common::{build, hash_after};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;
@@ -23,12 +26,6 @@ fn channel() -> Value {
         "methods": { "depth-sph": { "spacing": 0.25, "inflows": [
             { "from": [4, 0], "to": [4, 4], "discharge": [[0, 4], [4, 4]], "froude": 2 } ] } }
     })
-}
-
-fn build(value: &Value) -> Box<dyn Solver> {
-    let mut solver = DepthSph.build(&Case::from_json(&value.to_string()).unwrap()).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
-    solver
 }
 
 fn until(solver: &mut dyn Solver, time: f64) {
@@ -68,28 +65,10 @@ fn a_stream_keeps_the_depth_and_speed_that_it_enters_with() {
 
 #[test]
 fn a_stream_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
-    let run = |threads: usize, restart: bool| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let mut solver = build(&channel());
-            (0..70).for_each(|_| {
-                solver.step(1.0).unwrap();
-            });
-            if restart {
-                let bytes = solver.saved().unwrap();
-                solver = build(&channel());
-                solver.restore(&mut &bytes[..]).unwrap();
-                solver.begin_stage(0, 0.0).unwrap();
-            }
-            (0..120).for_each(|_| {
-                solver.step(1.0).unwrap();
-            });
-            solver.snapshot().hash()
-        })
-    };
-    let whole = run(1, false);
-    assert_eq!(run(3, false), whole);
-    assert_eq!(run(1, true), whole);
+    let run = |threads: usize, restart: Option<usize>| hash_after(&channel(), threads, 190, restart);
+    let whole = run(1, None);
+    assert_eq!(run(3, None), whole);
+    assert_eq!(run(1, Some(70)), whole);
 }
 
 #[test]

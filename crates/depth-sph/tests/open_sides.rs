@@ -1,5 +1,7 @@
 //! Waves that leave through open sides in plan (sheet: depth-sph §3.9, row 10).
 
+mod common;
+
 use std::f64::consts::PI;
 
 use colluvium_case::{Case, Method, Solver};
@@ -8,6 +10,7 @@ use colluvium_depth_sph::bed::Bed;
 use colluvium_depth_sph::flow::{Ends, Flow, Opening};
 use colluvium_depth_sph::nodes::Node;
 use colluvium_depth_sph::settings::Settings;
+use common::{build, hash_after};
 use serde_json::{Value, json};
 
 const SPACING: f64 = 0.1;
@@ -116,12 +119,6 @@ fn lake() -> Value {
     })
 }
 
-fn build(value: &Value) -> Box<dyn Solver> {
-    let mut solver = DepthSph.build(&Case::from_json(&value.to_string()).unwrap()).unwrap();
-    solver.begin_stage(0, 0.0).unwrap();
-    solver
-}
-
 #[test]
 fn a_lake_with_open_sides_comes_to_rest_and_keeps_its_balance() {
     let mut solver = build(&lake());
@@ -150,25 +147,10 @@ fn a_lake_with_open_sides_comes_to_rest_and_keeps_its_balance() {
 
 #[test]
 fn a_lake_with_open_sides_goes_on_after_a_restart_to_the_last_bit_on_any_threads() {
-    let run = |threads: usize, restart: bool| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| {
-            let mut solver = build(&lake());
-            for step in 0..60 {
-                if restart && step == 31 {
-                    let bytes = solver.saved().unwrap();
-                    solver = build(&lake());
-                    solver.restore(&mut &bytes[..]).unwrap();
-                    solver.begin_stage(0, 0.0).unwrap();
-                }
-                solver.step(1.0).unwrap();
-            }
-            solver.snapshot().hash()
-        })
-    };
-    let whole = run(1, false);
-    assert_eq!(run(3, false), whole);
-    assert_eq!(run(1, true), whole);
+    let run = |threads: usize, restart: Option<usize>| hash_after(&lake(), threads, 60, restart);
+    let whole = run(1, None);
+    assert_eq!(run(3, None), whole);
+    assert_eq!(run(1, Some(31)), whole);
 }
 
 #[test]

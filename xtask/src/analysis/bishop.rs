@@ -1,6 +1,8 @@
 //! Bishop's simplified method for a homogeneous slope on a firm base at the level of its toe: the limit-equilibrium
 //! check of factors of safety (Bishop 1955; sheet: sph V-40).
 
+use super::numbers::least;
+
 /// A slope whose toe is the origin; it rises towards positive x to its height and is level behind.
 #[derive(Clone, Copy, Debug)]
 pub struct Slope {
@@ -44,9 +46,8 @@ impl Circle {
 }
 
 const SLICES: usize = 200;
-/// Places per direction of a round of the search, and rounds, each in a finer box around the best circle.
-const PLACES: usize = 11;
-const ROUNDS: usize = 12;
+/// Places per direction of a round of the search, and how much narrower the next one is.
+const SEARCH: (usize, f64) = (11, 0.5);
 
 impl Slope {
     /// The slope with its strength divided by a factor.
@@ -110,34 +111,10 @@ impl Slope {
     pub fn critical(&self) -> Option<Circle> {
         let face = self.height * self.cotangent;
         let limits = [(0.0, 0.5 * face), (face, face + 3.0 * self.height), (1e-3 * self.height, self.height)];
-        let mut bounds = limits;
-        let mut best: Option<Circle> = None;
-        for _ in 0..ROUNDS {
-            let place = |axis: usize, k: usize| {
-                let (low, high): (f64, f64) = bounds[axis];
-                low + (high - low) * k as f64 / (PLACES - 1) as f64
-            };
-            for number in 0..PLACES.pow(3) {
-                let k = [number % PLACES, number / PLACES % PLACES, number / (PLACES * PLACES)];
-                let Some(circle) = self.circle(place(0, k[0]), place(1, k[1]), place(2, k[2])) else {
-                    continue;
-                };
-                let factor = self.factor(&circle);
-                if best.is_none_or(|b| factor < b.factor) {
-                    best = Some(Circle { factor, ..circle });
-                }
-            }
-            let found = best?;
-            let middle = (found.centre[0] - 0.5 * (found.exit + found.entry))
-                .hypot(found.centre[1] - 0.5 * (self.surface(found.exit) + self.height));
-            let at = [found.exit, found.entry, found.radius - middle];
-            for axis in 0..3 {
-                let half = 0.25 * (bounds[axis].1 - bounds[axis].0);
-                let (low, high) = limits[axis];
-                bounds[axis] = ((at[axis] - half).max(low), (at[axis] + half).min(high));
-            }
-        }
-        best
+        let circle = |[exit, entry, sag]: [f64; 3]| self.circle(exit, entry, sag);
+        let factor = |at: [f64; 3]| circle(at).map_or(f64::INFINITY, |circle| self.factor(&circle));
+        let (factor, at) = least(limits, SEARCH, factor)?;
+        Some(Circle { factor, ..circle(at)? })
     }
 }
 

@@ -3,6 +3,7 @@
 //! Plasticity*, §9.2). No slope of associated Mohr–Coulomb soil has a factor of safety above the one found here.
 
 use super::bishop::Slope;
+use super::numbers::least;
 
 /// A spiral and the factor that it bounds.
 #[derive(Clone, Copy, Debug)]
@@ -13,9 +14,8 @@ pub struct Spiral {
     pub entry: f64,
 }
 
-/// Places per angle of a round of the search, and rounds, each in a finer box around the best spiral.
-const PLACES: usize = 25;
-const ROUNDS: usize = 12;
+/// Places per angle of a round of the search, and how much narrower the next one is.
+const SEARCH: (usize, f64) = (25, 0.5);
 /// Halvings of the factor.
 const HALVINGS: usize = 40;
 
@@ -44,27 +44,10 @@ fn mechanism(slope: f64, friction: f64, [from, to]: [f64; 2]) -> Option<[f64; 2]
 
 /// The least stability number `γ H / c` of a slope (angles in radians), and the crest that moves over the height.
 fn stability(slope: f64, friction: f64) -> Option<[f64; 2]> {
-    let mut bounds = [[0.02, 2.0], [0.1, 3.0]];
-    let mut best: Option<([f64; 2], [f64; 2])> = None;
-    for _ in 0..ROUNDS {
-        let place = |axis: usize, k: usize| {
-            let [low, high]: [f64; 2] = bounds[axis];
-            low + (high - low) * k as f64 / (PLACES - 1) as f64
-        };
-        for number in 0..PLACES * PLACES {
-            let at = [place(0, number % PLACES), place(1, number / PLACES)];
-            let Some(found) = mechanism(slope, friction, at).filter(|_| at[1] > at[0]) else { continue };
-            if best.is_none_or(|(least, _)| found[0] < least[0]) {
-                best = Some((found, at));
-            }
-        }
-        let (_, at) = best?;
-        for axis in 0..2 {
-            let half = 0.25 * (bounds[axis][1] - bounds[axis][0]);
-            bounds[axis] = [at[axis] - half, at[axis] + half];
-        }
-    }
-    best.map(|(found, _)| found)
+    let limits = [(0.02, 2.0), (0.1, 3.0)];
+    let found = |at: [f64; 2]| mechanism(slope, friction, at).filter(|_| at[1] > at[0]);
+    let (_, at) = least(limits, SEARCH, |at| found(at).map_or(f64::INFINITY, |[number, _]| number))?;
+    found(at)
 }
 
 impl Slope {

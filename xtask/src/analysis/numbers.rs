@@ -1,4 +1,4 @@
-//! Numbers out of many numbers: the largest, a straight line through points.
+//! Numbers out of many numbers: the largest, the least over a box, a straight line through points.
 
 /// The larger of both; not a number where one of them is none, so that a check fails on it.
 pub fn larger(a: f64, b: f64) -> f64 {
@@ -15,6 +15,40 @@ impl<I: Iterator<Item = f64>> Largest for I {
     fn largest(self) -> f64 {
         self.reduce(larger).unwrap_or(f64::NAN)
     }
+}
+
+/// Rounds of a search, each in a finer box around the best place.
+const ROUNDS: usize = 12;
+
+/// The least value over a box and where it is, by `places` along each axis in each round; each box is as wide as `narrower` of the one
+/// before. `None` where no value is finite.
+pub fn least<const N: usize>(
+    limits: [(f64, f64); N],
+    (places, narrower): (usize, f64),
+    value: impl Fn([f64; N]) -> f64,
+) -> Option<(f64, [f64; N])> {
+    let (mut bounds, mut best) = (limits, (f64::INFINITY, [0.0; N]));
+    for _ in 0..ROUNDS {
+        for number in 0..places.pow(N as u32) {
+            let mut rest = number;
+            let at: [f64; N] = std::array::from_fn(|axis| {
+                let (low, high) = bounds[axis];
+                let k = rest % places;
+                rest /= places;
+                low + (high - low) * k as f64 / (places - 1) as f64
+            });
+            let found = value(at);
+            if found < best.0 {
+                best = (found, at);
+            }
+        }
+        for axis in 0..N {
+            let half = 0.5 * narrower * (bounds[axis].1 - bounds[axis].0);
+            let (low, high) = limits[axis];
+            bounds[axis] = ((best.1[axis] - half).max(low), (best.1[axis] + half).min(high));
+        }
+    }
+    best.0.is_finite().then_some(best)
 }
 
 /// Slope of the straight line through the points, by least squares.
@@ -37,6 +71,14 @@ mod tests {
         for list in [&[][..], &[f64::NAN, 1.0], &[1.0, f64::NAN], &[1.0, f64::NAN, 2.0]] {
             assert!(list.iter().copied().largest().is_nan(), "{list:?}");
         }
+    }
+
+    #[test]
+    fn the_least_of_a_bowl_is_its_bottom_or_the_side_next_to_it() {
+        let bowl = |[x, y]: [f64; 2]| (x - 0.3).powi(2) + (y - 2.0).powi(2);
+        let (_, at) = least([(-1.0, 1.0), (0.0, 1.0)], (9, 0.5), bowl).unwrap();
+        assert!((at[0] - 0.3).abs() < 1e-3 && at[1] == 1.0, "{at:?}");
+        assert!(least([(0.0, 1.0)], (9, 0.5), |_| f64::NAN).is_none());
     }
 
     #[test]

@@ -4,6 +4,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::numbers::least;
+
 /// A slope whose toe is the origin; it rises towards positive x to its height and is level behind, on level clays.
 #[derive(Clone, Debug)]
 pub struct Clays {
@@ -20,9 +22,8 @@ pub struct Clays {
 }
 
 const ARCS: usize = 400;
-/// Places per direction of a round of a search, and rounds, each in a finer box around the best.
-const PLACES: usize = 11;
-const ROUNDS: usize = 12;
+/// Places per direction of a round of a search, and how much narrower the next one is.
+const SEARCH: (usize, f64) = (11, 0.6);
 
 impl Clays {
     fn surface(&self, x: f64) -> f64 {
@@ -58,7 +59,8 @@ impl Clays {
     pub fn circles(&self) -> f64 {
         let (h, base) = (self.height, self.base);
         let limits = [(-h, 4.0 * h), (h, 6.0 * h), (0.2 * h, 9.0 * h)];
-        least(limits, |[x, y, radius]| self.circle([x, y], radius.min(y - base)))
+        let found = least(limits, SEARCH, |[x, y, radius]| self.circle([x, y], radius.min(y - base)));
+        found.map_or(f64::INFINITY, |(factor, _)| factor)
     }
 
     /// Strength times length along a line (N/m).
@@ -103,7 +105,7 @@ impl Clays {
     /// The least factor of blocks that slide along `level` (m), which is at the toe or below it.
     pub fn blocks(&self, level: f64) -> f64 {
         let limits = [(0.1 * self.height, 4.0 * self.height), (0.4, 1.4), (-1.2, 1.2)];
-        least(limits, |at| self.block(level, at))
+        least(limits, SEARCH, |at| self.block(level, at)).map_or(f64::INFINITY, |(factor, _)| factor)
     }
 
     /// Where a line from a place within meets the surface.
@@ -125,30 +127,6 @@ impl Clays {
 fn area(corners: &[[f64; 2]]) -> f64 {
     let next = corners.iter().cycle().skip(1);
     0.5 * corners.iter().zip(next).map(|(a, b)| a[0] * b[1] - b[0] * a[1]).sum::<f64>().abs()
-}
-
-/// The least value over a box.
-fn least(limits: [(f64, f64); 3], value: impl Fn([f64; 3]) -> f64) -> f64 {
-    let (mut bounds, mut best) = (limits, (f64::INFINITY, [0.0; 3]));
-    for _ in 0..ROUNDS {
-        for number in 0..PLACES.pow(3) {
-            let k = [number % PLACES, number / PLACES % PLACES, number / (PLACES * PLACES)];
-            let at: [f64; 3] = std::array::from_fn(|axis| {
-                let (low, high) = bounds[axis];
-                low + (high - low) * k[axis] as f64 / (PLACES - 1) as f64
-            });
-            let found = value(at);
-            if found < best.0 {
-                best = (found, at);
-            }
-        }
-        for axis in 0..3 {
-            let half = 0.3 * (bounds[axis].1 - bounds[axis].0);
-            let (low, high) = limits[axis];
-            bounds[axis] = ((best.1[axis] - half).max(low), (best.1[axis] + half).min(high));
-        }
-    }
-    best.0
 }
 
 #[cfg(test)]

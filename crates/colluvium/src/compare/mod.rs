@@ -16,7 +16,7 @@ use thiserror::Error;
 
 use crate::case::output::{OutputError, write_atomically};
 use crate::case::run::Ending;
-use crate::case::{Case, Method, RunError, RunOptions, run_method};
+use crate::case::{Case, CaseError, Method, RunError, RunOptions, Size, run_method};
 use crate::jobs::side_by_side;
 
 pub use entrant::Entrant;
@@ -144,11 +144,12 @@ pub fn run(
     };
     let one = |method: &'static dyn Method| {
         let entrant = Entrant::of(method, case);
+        let size = method.size(&entrant.case);
         let result = Contender {
             method: method.name(),
             took: entrant.took.clone(),
-            memory: method.size(&entrant.case).map_or(f64::NAN, |size| size.memory),
-            outcome: outcome(method, &entrant.case, &own),
+            memory: size.as_ref().map_or(f64::NAN, |size| size.memory),
+            outcome: outcome(method, &entrant.case, size, &own),
         };
         tell(&result);
         result
@@ -169,11 +170,16 @@ pub fn run(
     Ok(found.into_iter().map(|(_, result)| result).collect())
 }
 
-/// Runs one method.
-fn outcome(method: &dyn Method, case: &Case, options: &CompareOptions) -> Outcome {
+/// Runs one method, of which `size` says what the case needs.
+fn outcome(
+    method: &dyn Method,
+    case: &Case,
+    size: Result<Size, CaseError>,
+    options: &CompareOptions,
+) -> Outcome {
     let attempt = || {
-        let size = method.size(case).and_then(|size| size.fit(options.free_memory));
-        let plan = match size.and_then(|()| method.plan(case)) {
+        let fits = size.and_then(|size| size.fit(options.free_memory));
+        let plan = match fits.and_then(|()| method.plan(case)) {
             Ok(plan) => plan,
             Err(refusal) => return Outcome::Refused(refusal.to_string()),
         };

@@ -97,20 +97,19 @@ impl<const D: usize> Classes<D> {
     }
 
     fn bin(&mut self, class: u8, radii: &[f64], extent: &[f64; D]) {
-        let own = |i: &usize| self.class[*i] == class;
-        let all = (0..radii.len()).filter(own);
-        let (count, radius) = all.fold((0usize, 0.0f64), |(n, most), i| (n + 1, most.max(radii[i])));
+        let members: Vec<usize> = (0..radii.len()).filter(|i| self.class[*i] == class).collect();
+        let radius = members.iter().map(|&i| radii[i]).fold(0.0, f64::max);
         let grid = &mut self.grids[usize::from(class)];
         (grid.radius, grid.counts, grid.scale) = (radius, vec![1; D], vec![1.0; D]);
         grid.members.clear();
-        if count == 0 {
+        if members.is_empty() {
             return;
         }
         let width = (2.0 * radius + self.gap) * (1.0 + ROUND_OFF);
         let along = |wider: f64| -> [f64; D] {
             std::array::from_fn(|c| (extent[c] / (self.per_metre[c] * width * wider)).floor().max(1.0))
         };
-        let most = (CELLS_A_GRAIN * count as f64).max(64.0);
+        let most = (CELLS_A_GRAIN * members.len() as f64).max(64.0);
         let mut wider = 1.0;
         while along(wider).iter().product::<f64>() > most {
             wider *= 1.25;
@@ -126,7 +125,6 @@ impl<const D: usize> Classes<D> {
                 key * grid.counts[c] + cell.min(grid.counts[c] - 1)
             }) as u32
         };
-        let members: Vec<usize> = (0..radii.len()).filter(|i| self.class[*i] == class).collect();
         self.keys.extend(members.iter().map(place));
         let total = grid.counts.iter().product();
         super::count_sort(&self.keys, total, &mut grid.starts, &mut grid.members);

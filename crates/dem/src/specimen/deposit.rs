@@ -123,12 +123,6 @@ impl<'a> Bed<'a> {
         ([centre[0] + side * reach * end.0.sin(), centre[1] + reach * end.0.cos()], end.1)
     }
 
-    /// Back into the period.
-    fn within(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let (low, length) = (self.container.low[0], self.container.width(0));
-        if self.container.periodic[0] { [x - length * ((x - low) / length).floor(), y] } else { [x, y] }
-    }
-
     /// Where a disk dropped at `x` comes to rest; `None` where it rolls without end.
     fn rest(&self, x: f64, radius: f64, random: &mut ChaCha8Rng) -> Option<[f64; 2]> {
         let (height, mut held) = self.fall([x, f64::INFINITY], radius);
@@ -151,7 +145,7 @@ impl<'a> Bed<'a> {
             }
             side = if off == 0.0 { if random.random::<bool>() { 1.0 } else { -1.0 } } else { off.signum() };
             let (next, stopped) = self.roll(place, radius, on, side);
-            (place, held) = (self.within(next), stopped);
+            (place, held) = ([self.container.wrapped(0, next[0]), next[1]], stopped);
         }
         None
     }
@@ -169,12 +163,7 @@ pub fn drop_and_roll(
     random: &mut ChaCha8Rng,
     mut draw: impl FnMut(&mut ChaCha8Rng) -> f64,
 ) -> Result<Vec<([f64; 2], f64)>, String> {
-    if container.width(0) < 4.0 * largest {
-        return Err(format!(
-            "is {} m wide along axis 0, less than two of the largest grains",
-            container.width(0)
-        ));
-    }
+    container.fits(0..1, largest)?;
     let mut bed = Bed::new(container, largest);
     let mut above = 0;
     while above < FULL {

@@ -5,6 +5,8 @@ pub mod deposit;
 pub mod layers;
 mod report;
 
+use std::ops::Range;
+
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 pub use report::Specimen;
@@ -56,11 +58,28 @@ impl<const D: usize> Container<D> {
         apart
     }
 
+    /// A coordinate brought back into the period where the axis has one (m).
+    fn wrapped(&self, axis: usize, x: f64) -> f64 {
+        let (low, width) = (self.low[axis], self.width(axis));
+        if self.periodic[axis] { x - width * ((x - low) / width).floor() } else { x }
+    }
+
+    /// Refuses a box that is narrower than two of the largest balls (radius, m) along one of some axes.
+    fn fits(&self, mut axes: Range<usize>, largest: f64) -> Result<(), String> {
+        match axes.find(|&axis| self.width(axis) < 4.0 * largest) {
+            Some(axis) => Err(format!(
+                "is {} m wide along axis {axis}, less than two of the largest grains",
+                self.width(axis)
+            )),
+            None => Ok(()),
+        }
+    }
+
     /// Brings a place back into the box, a ball of that radius within its walls.
     fn keep(&self, x: &mut [f64; D], radius: f64) {
         for c in 0..D {
             if self.periodic[c] {
-                x[c] -= self.width(c) * ((x[c] - self.low[c]) / self.width(c)).floor();
+                x[c] = self.wrapped(c, x[c]);
             } else {
                 x[c] = x[c].max(self.low[c] + radius).min(self.high[c] - radius);
             }
@@ -78,12 +97,7 @@ pub fn pack<const D: usize>(
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<[f64; D]>, String> {
     let largest = radii.iter().copied().fold(0.0, f64::max);
-    if let Some(axis) = (0..D).find(|&axis| container.width(axis) < 4.0 * largest) {
-        return Err(format!(
-            "is {} m wide along axis {axis}, less than two of the largest grains",
-            container.width(axis)
-        ));
-    }
+    container.fits(0..D, largest)?;
     let space: f64 = (0..D).map(|axis| container.width(axis)).product();
     let fraction = radii.iter().map(|r| crate::grains::volume(D, *r)).sum::<f64>() / space;
     let spread = largest / radii.iter().copied().fold(f64::INFINITY, f64::min);

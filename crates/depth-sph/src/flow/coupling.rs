@@ -260,11 +260,9 @@ impl<const D: usize> Flow<D> {
         let kernel = self.settings.numerics.kernel;
         let (solid, fluid) = (&self.sets[0], &self.sets[1]);
         let shown = solid.packed.shown(|j| {
-            let (sign, number) = match j.checked_sub(solid.len()) {
-                Some(k) => (solid.images[k].sign, solid.images[k].source as usize),
-                None => ([1.0; D], j),
-            };
-            std::array::from_fn::<f64, D, _>(|c| sign[c] * impulses[number][c])
+            let sign = j.checked_sub(solid.len()).map_or([1.0; D], |image| solid.images[image].sign);
+            let impulse = &impulses[solid.number(j)];
+            std::array::from_fn::<f64, D, _>(|c| sign[c] * impulse[c])
         });
         let taken = |i: usize| {
             let Some(bond) = &bonds[i] else { return [0.0; D] };

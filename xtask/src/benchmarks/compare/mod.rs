@@ -9,9 +9,10 @@ mod slide;
 mod slope_clays;
 mod slope_cut;
 
-use colluvium::plots::LineChart;
+use colluvium::case::RunReport;
+use colluvium::plots::{LineChart, PointCloud};
 
-use crate::benchmarks::Benchmark;
+use crate::benchmarks::{Benchmark, Outcome};
 
 /// The benchmarks, in the order of the report.
 pub const ALL: &[Benchmark] = &[
@@ -29,4 +30,11 @@ pub const ALL: &[Benchmark] = &[
 /// A chart with its labels.
 fn chart(title: &str, x: &str, y: &str) -> LineChart {
     LineChart { title: title.into(), x_label: x.into(), y_label: y.into(), ..LineChart::default() }
+}
+
+/// Draws the points at the end of the failing trial with the least factor of the search `safety`; `name` says whose.
+fn failing(outcome: &mut Outcome, name: &str, report: &RunReport) -> Result<(), String> {
+    let cloud = report.failing.get("safety").and_then(|end| PointCloud::of(end, "displacement", [0, 1]));
+    let Some(cloud) = cloud else { return Ok(()) };
+    outcome.png(&format!("{name}: displacement in the failing trial of the least factor."), &cloud)
 }

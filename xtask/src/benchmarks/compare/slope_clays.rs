@@ -1,9 +1,9 @@
 //! Factors of safety of slopes in clays that do not drain, by MPM and SPH: two clays, and a weak layer (sheet: sph §3.5).
 
 use colluvium::case::Case;
-use colluvium::plots::PointCloud;
 use serde_json::json;
 
+use super::failing;
 use crate::analysis::undrained::Clays;
 use crate::benchmarks::{Benchmark, Outcome, case, changed, run_by};
 
@@ -55,11 +55,7 @@ fn judge(outcome: &mut Outcome, name: &str, case: &Case, bound: f64) -> Result<(
             (0.0, bound),
             "limit analysis: with that strength it falls",
         );
-        let failing = report.failing.get("safety");
-        if let Some(cloud) = failing.and_then(|failing| PointCloud::of(failing, "displacement", [0, 1])) {
-            let caption = format!("{name}, {method}: displacement in the failing trial of the least factor.");
-            outcome.png(&caption, &cloud)?;
-        }
+        failing(outcome, &format!("{name}, {method}"), &report)?;
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
 //! The factor of safety of a homogeneous slope, by MPM and SPH (sheet: sph §3.5).
 
-use colluvium::plots::{PointCloud, Series, Style};
+use colluvium::plots::{Series, Style};
 
-use super::chart;
+use super::{chart, failing};
 use crate::benchmarks::{Benchmark, Outcome, case, run_by};
 
 /// The benchmark.
@@ -57,12 +57,7 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
         points.retain(|(_, displacement)| *displacement <= 3.0);
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         picture.series.push(Series::new(method, points, Style::Line));
-        if let Some(cloud) =
-            report.failing.get("safety").and_then(|failing| PointCloud::of(failing, "displacement", [0, 1]))
-        {
-            outcome
-                .png(&format!("{method}: displacement in the failing trial of the least factor."), &cloud)?;
-        }
+        failing(&mut outcome, method, &report)?;
     }
     outcome.svg("Displacement that a hundredth of the points exceed, over the factor.", &picture)?;
     Ok(outcome)

@@ -14,7 +14,7 @@ pub const WALLS: Benchmark = Benchmark {
     title: "Biaxial tests of disks between rigid walls and in periodic cells, DEM",
     quick: None,
     full: 200,
-    run: |quick| if quick { walls(&[300], 2) } else { walls(&[300, 1000], SEEDS) },
+    run: |_| walls(),
     ..BENCHMARK
 };
 
@@ -87,6 +87,16 @@ fn found(report: &RunReport, start: f64, [down, side]: [&str; 2]) -> Result<(f64
     Ok((peak, anisotropy))
 }
 
+/// Judges the anisotropy of the contacts of about `count` disks before the shear.
+fn evenness(outcome: &mut Outcome, name: String, count: u32, anisotropy: f64) {
+    if count >= 300 {
+        outcome.below(name, "even", anisotropy, 0.15, "B16: below 0.15 for 300 grains and more");
+    } else {
+        let reason = "not judged: the source calls 75 grains too few";
+        outcome.show(name, "uneven in the source", anisotropy, reason);
+    }
+}
+
 fn sizes() -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     let mut picture =
@@ -101,16 +111,7 @@ fn sizes() -> Result<Outcome, String> {
         points.extend(found.iter().map(|own| (f64::from(count), own.0)));
         let most = found.iter().map(|own| own.1).fold(0.0, larger);
         let name = format!("{count} disks: largest anisotropy of the contacts before the shear");
-        if count >= 300 {
-            outcome.below(name, "even", most, 0.15, "B16: below 0.15 for 300 grains and more");
-        } else {
-            outcome.show(
-                name,
-                "uneven in the source",
-                most,
-                "not judged: the source calls 75 grains too few",
-            );
-        }
+        evenness(&mut outcome, name, count, most);
         let reason = "not judged: no values in the source";
         outcome.show(format!("{count} disks: sine of the friction angle at the peak"), "", mean, reason);
     }
@@ -150,13 +151,13 @@ fn between_walls(count: u32, seed: u64) -> Result<f64, String> {
     Ok(found(&report, STAGES[0] + STAGES[1], ["wall.top.stress", "wall.right.stress"])?.0)
 }
 
-fn walls(counts: &[u32], seeds: u64) -> Result<Outcome, String> {
+fn walls() -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
-    for &count in counts {
+    for count in [300, 1000] {
         let mean = |test: &dyn Fn(u64) -> Result<f64, String>| -> Result<f64, String> {
             let all =
-                (1..=seeds).map(|seed| Ok(deviator(test(seed)?))).collect::<Result<Vec<f64>, String>>()?;
-            Ok(all.iter().sum::<f64>() / seeds as f64)
+                (1..=SEEDS).map(|seed| Ok(deviator(test(seed)?))).collect::<Result<Vec<f64>, String>>()?;
+            Ok(all.iter().sum::<f64>() / SEEDS as f64)
         };
         let rigid = mean(&|seed| between_walls(count, seed))?;
         let round = mean(&|seed| Ok(test(count, seed)?.0))?;
@@ -208,16 +209,7 @@ fn windows(counts: &[u32]) -> Result<Outcome, String> {
             .collect();
         let (sine, anisotropy) = window(&format!("window-{count}"), &grains, width + 1.34)?;
         let name = format!("window of {} disks: anisotropy of the contacts before the shear", grains.len());
-        if count >= 300 {
-            outcome.below(name, "even", anisotropy, 0.15, "B16: below 0.15 for 300 grains and more");
-        } else {
-            outcome.show(
-                name,
-                "uneven in the source",
-                anisotropy,
-                "not judged: the source calls 75 grains too few",
-            );
-        }
+        evenness(&mut outcome, name, count, anisotropy);
         let name = format!("window of {} disks: sine of the friction angle at the peak", grains.len());
         outcome.show(name, "", sine, "not judged: no values in the source");
     }

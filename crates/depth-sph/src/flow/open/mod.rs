@@ -169,9 +169,8 @@ impl<const D: usize> Flow<D> {
 
     /// Volume of the nodes beyond open sides (m³; m² in profiles).
     pub fn beyond(&self) -> f64 {
-        let is_beyond = |id: &u64| self.opens.iter().any(|end| end.state.ids.binary_search(id).is_ok());
         let beyond = |nodes: &Nodes<D>| -> f64 {
-            let own = nodes.id.iter().zip(&nodes.volume).filter(|(id, _)| is_beyond(id));
+            let own = nodes.id.iter().zip(&nodes.volume).filter(|(id, _)| self.is_beyond(**id));
             own.map(|(_, volume)| volume).sum()
         };
         self.sets.iter().map(|set| beyond(&set.nodes)).sum()
