@@ -128,6 +128,62 @@ fn two_phases_keep_their_masses_and_stay_together() {
     assert!((fluid / solid - 1.0).abs() < 0.1, "{fluid} {solid}");
 }
 
+/// Two halves of the heap, the first of which has more water.
+fn halves() -> Value {
+    let mut value = fix(heap());
+    value["materials"]["wet"] = value["materials"]["debris"].clone();
+    value["materials"]["wet"]["density"] = json!(1825);
+    let mut wet = value["bodies"][0].clone();
+    (wet["name"], wet["material"]) = (json!("wet"), json!("wet"));
+    wet["shape"]["max"][0] = json!(3);
+    value["bodies"][0]["shape"]["min"][0] = json!(3);
+    value["bodies"].as_array_mut().unwrap().insert(0, wet);
+    value["methods"]["depth-sph"]["mixture"]["porosities"] = json!({ "wet": 0.5 });
+    value["methods"]["depth-sph"]["basal"] = json!({ "model": "coulomb", "friction_angle": 30 });
+    value
+}
+
+#[test]
+fn bodies_have_porosities_of_their_own() {
+    let mut solver = build(&halves());
+    let liquid = solver.totals().liquid.unwrap();
+    // Twelve cubic metres each.
+    assert!((liquid.mass / (12e3 * (0.5 + 0.4)) - 1.0).abs() < 1e-12, "{}", liquid.mass);
+    advance(solver.as_mut(), 1);
+    let snapshot = solver.snapshot();
+    let (excess, depth) =
+        (snapshot.scalars("excess_pore_pressure").unwrap(), snapshot.scalars("depth").unwrap());
+    let liquefaction = snapshot.scalars("liquefaction").unwrap();
+    for (x, (wanted, porosity)) in [(2.0, (0, 0.5)), (4.0, (1, 0.4))] {
+        let middle = |i: &usize| {
+            (snapshot.positions[*i][0] - x).abs() < 0.3 && excess[*i].is_finite() && depth[*i] > 1.4
+        };
+        let i = (0..excess.len()).find(middle).unwrap();
+        assert_eq!(snapshot.bodies[i], wanted);
+        // Of the submerged weight over the depth. Sums see a little of the other half; its porosity would make 20 %.
+        let exact = (1.0 - porosity) * 1650.0 * 9.3 * depth[i] * liquefaction[i];
+        assert!((excess[i] / exact - 1.0).abs() < 0.01, "{} for {exact}", excess[i]);
+    }
+    let change = |change: &dyn Fn(&mut Value)| {
+        let mut value = halves();
+        change(&mut value["methods"]["depth-sph"]);
+        refused(&value)
+    };
+    let starts = |text: String, start: &str| assert!(text.starts_with(start), "{text}");
+    starts(
+        change(&|v| v["mixture"]["porosities"]["dry"] = json!(0.2)),
+        "methods.depth-sph.mixture.porosities: \"dry\"",
+    );
+    starts(
+        change(&|v| v["mixture"]["porosities"]["wet"] = json!(0.45)),
+        "materials.wet.density: 1825 kg/m³ is not",
+    );
+    starts(change(&|v| v["basal"] = Value::Null), "bodies[1].material: \"debris\" is not");
+    let mut fluid = fix(heap());
+    fluid["bodies"][0]["pore_fluid"] = json!({ "porosity": 0.4, "permeability": 1e-3 });
+    starts(refused(&fluid), "bodies[0].pore_fluid: describe grains and fluid in methods.depth-sph.mixture");
+}
+
 #[test]
 fn what_it_cannot_honour_is_refused_by_path() {
     let change = |change: &dyn Fn(&mut Value)| {

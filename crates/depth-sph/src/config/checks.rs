@@ -172,6 +172,15 @@ impl MixtureOptions {
         check(layers || (porosity > 0.0 && porosity < 1.0), &key("porosity"), || {
             format!("{porosity} is not between 0 and 1 (both excluded)")
         })?;
+        check(phases == Phases::Two || self.porosities.is_empty(), &key("porosities"), || {
+            "are those of grains and fluid on nodes of their own: make phases two, or leave them out"
+                .to_owned()
+        })?;
+        for (body, porosity) in &self.porosities {
+            check(*porosity > 0.0 && *porosity < 1.0, &key(&format!("porosities.{body}")), || {
+                format!("{porosity} is not between 0 and 1 (both excluded)")
+            })?;
+        }
         under("mixture.drag", self.drag.validate())?;
         check(layers != self.upper.is_empty(), &key("upper"), || {
             "names the bodies of the upper of two layers: for phases that are `layers`, and for these only"
@@ -272,6 +281,14 @@ mod tests {
                 "mixture.grain_density",
             ),
             (r#"{ "spacing": 1, "mixture": { "grain_density": 2600, "porosity": 1 } }"#, "mixture.porosity"),
+            (
+                r#"{ "spacing": 1, "mixture": { "grain_density": 2600, "porosities": { "a": 0.4 } } }"#,
+                "mixture.porosities",
+            ),
+            (
+                r#"{ "spacing": 1, "phases": "two", "mixture": { "grain_density": 2600, "porosities": { "a": 1.4 } } }"#,
+                "mixture.porosities.a",
+            ),
             (
                 r#"{ "spacing": 1, "mixture": { "grain_density": 2600, "drag": { "law": "anderson", "settling_velocity": 0 } } }"#,
                 "mixture.drag.settling_velocity",

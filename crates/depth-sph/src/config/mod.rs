@@ -2,6 +2,8 @@
 
 mod checks;
 
+use std::collections::BTreeMap;
+
 use colluvium_case::description::Side;
 use colluvium_constitutive::basal::BasalSpec;
 use colluvium_points::Shape;
@@ -213,6 +215,9 @@ pub struct MixtureOptions {
     /// Porosity at the start, between 0 and 1; of no meaning for two layers.
     #[serde(default = "half")]
     pub porosity: f64,
+    /// Porosity at the start of bodies whose own is another one, by name, between 0 and 1: for phases that are `two`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub porosities: BTreeMap<String, f64>,
     /// Drag between grains and fluid that move apart, or the permeability of columns.
     #[serde(default)]
     pub drag: Drag,
@@ -400,6 +405,13 @@ const fn water() -> f64 {
 }
 const fn courant() -> f64 {
     0.3
+}
+
+impl MixtureOptions {
+    /// Porosity at the start of the body of that name.
+    pub fn porosity_of(&self, body: &str) -> f64 {
+        self.porosities.get(body).copied().unwrap_or(self.porosity)
+    }
 }
 
 impl DepthOptions {

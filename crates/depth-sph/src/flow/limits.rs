@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::Flow;
 use super::set::TASK;
 use crate::bed::{Bed, BedPoint, Worn};
+use crate::choices::Phases;
 use crate::nodes::{Plan, norm};
 
 /// Share of its smoothing length, and of a cell of the bed, that a node may move in a step.
@@ -90,6 +91,18 @@ impl<const D: usize> Flow<D> {
             (_, 0) => material.densities.grain,
             _ => material.densities.fluid,
         }
+    }
+
+    /// Submerged density of what stands over a node (kg/m³).
+    pub fn submerged(&self, set: usize, i: usize) -> f64 {
+        let (material, nodes) = (&self.settings.material, &self.sets[set].nodes);
+        let share = nodes.height[i] / nodes.depth[i];
+        let porosity = match (self.settings.phases, set) {
+            (Phases::Two, 0) => 1.0 - share,
+            (Phases::Two, _) => share,
+            _ => material.porosity,
+        };
+        material.densities.submerged(porosity)
     }
 
     /// Totals of a set, summed in the order of the nodes' numbers.

@@ -36,7 +36,7 @@ pub fn nodes<const D: usize>(
                 ));
             }
             let own = handed_over(case, options, number, &list, bed)?;
-            share(options, &mut sets, own, upper(body));
+            share(options, &mut sets, own, body, upper(body));
             continue;
         }
         let mut own = Vec::new();
@@ -63,7 +63,7 @@ pub fn nodes<const D: usize>(
                 "bodies[{number}].shape: {below:.1} % of it lies below the bed; only what is above flows"
             ));
         }
-        share(options, &mut sets, own, upper(body));
+        share(options, &mut sets, own, body, upper(body));
     }
     if sets.iter().all(Vec::is_empty) {
         let problem = "none stands on a point of the lattice: make methods.depth-sph.spacing smaller";
@@ -138,13 +138,14 @@ fn share<const D: usize>(
     options: &DepthOptions,
     sets: &mut [Vec<Node<D>>],
     nodes: Vec<Node<D>>,
+    body: &Body,
     upper: bool,
 ) {
     match options.phases {
         Phases::One => sets[0].extend(nodes),
         Phases::Layers => sets[usize::from(upper)].extend(nodes),
         Phases::Two => {
-            let porosity = options.mixture.as_ref().map_or(0.0, |mixture| mixture.porosity);
+            let porosity = options.mixture.as_ref().map_or(0.0, |mixture| mixture.porosity_of(&body.name));
             for (set, part) in sets.iter_mut().zip([1.0 - porosity, porosity]) {
                 set.extend(nodes.iter().map(|node| Node { volume: part * node.volume, ..*node }));
             }

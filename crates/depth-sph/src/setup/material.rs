@@ -19,11 +19,6 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
         if options.phases != Phases::One {
             return Err(own("mixture", "is missing: more than one phase needs its densities"));
         }
-        if let Some(number) = case.bodies.iter().position(|body| body.pore_fluid.is_some()) {
-            let problem =
-                "describe grains and fluid in methods.depth-sph.mixture: densities, porosity and drag";
-            return Err(CaseError::new(format!("bodies[{number}].pore_fluid"), problem));
-        }
         return Ok(Mixture::plain(case.materials[&case.bodies[0].material].density(), gravity));
     };
     let densities = Densities { grain: mixture.grain_density, fluid: mixture.fluid_density, gravity };
@@ -32,11 +27,12 @@ pub fn mixture(case: &Case, options: &DepthOptions, gravity: f64) -> Result<Mixt
     let whole = Mixture { densities, porosity, saturated: !layers };
     for body in case.bodies.iter().filter(|_| !layers) {
         let density = case.materials[&body.material].density();
-        if (density / whole.density() - 1.0).abs() > SAME_DENSITY {
+        let own = densities.mixture(mixture.porosity_of(&body.name));
+        if (density / own - 1.0).abs() > SAME_DENSITY {
             let problem = format!(
-                "{density} kg/m³ is not that of the mixture of methods.depth-sph.mixture, (1 - porosity) grain_density + \
-                 porosity fluid_density = {:.1} kg/m³",
-                whole.density()
+                "{density} kg/m³ is not that of the mixture of methods.depth-sph.mixture in the body {:?}, (1 - porosity) \
+                 grain_density + porosity fluid_density = {own:.1} kg/m³",
+                body.name
             );
             return Err(CaseError::new(format!("materials.{}.density", body.material), problem));
         }

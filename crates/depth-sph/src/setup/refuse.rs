@@ -1,10 +1,10 @@
 //! What depth-integrated SPH refuses of a case, by its path, and what it allows with a warning.
 
-use colluvium_case::description::{Boundary, Velocity, Wall};
+use colluvium_case::description::{Body, Boundary, Velocity, Wall};
 use colluvium_case::{Case, CaseError, Honours, Needs};
 
 use super::NAME;
-use super::ground::lowest;
+use super::ground::{Hold, hold, lowest};
 use crate::choices::Phases;
 use crate::config::DepthOptions;
 use crate::stages::is_passed_over;
@@ -44,6 +44,10 @@ pub(crate) fn honours() -> Honours {
         .refuses("space=1d", SPACES)
         .refuses("space=axisymmetric", SPACES)
         .refuses("bodies.rigid", "depth-sph has no rigid bodies")
+        .refuses(
+            "bodies.pore_fluid*",
+            "describe grains and fluid in methods.depth-sph.mixture: densities, porosity, porosities of bodies that differ, drag",
+        )
         .refuses(
             "bodies.drop_outside",
             "nodes of depth-sph that leave the terrain are removed and counted: see its options",
@@ -134,23 +138,34 @@ fn refuse_bodies(case: &Case, options: &DepthOptions) -> Result<(), CaseError> {
         }
         let upper =
             |name: &String| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(name));
-        let other = case.bodies[..number]
-            .iter()
-            .find(|other| other.material != body.material && upper(&other.name) == upper(&body.name));
+        // Bodies of porosities of their own differ by their density, and the bed holds them by a law that is given, or not at all.
+        let one_law = options.basal.is_some() || hold(case).is_none_or(|hold| hold == Hold::Smooth);
+        let mixed = |name: &String| {
+            one_law && options.mixture.as_ref().is_some_and(|mixture| mixture.porosities.contains_key(name))
+        };
+        let is_other = |other: &&Body| {
+            other.material != body.material
+                && upper(&other.name) == upper(&body.name)
+                && !(mixed(&other.name) || mixed(&body.name))
+        };
+        let other = case.bodies[..number].iter().find(is_other);
         if let Some(other) = other {
             let problem = format!(
-                "{:?} is not the material of the body {:?}, {:?}: a flow of depth-sph has one",
+                "{:?} is not the material of the body {:?}, {:?}: a flow of depth-sph has one, unless bodies differ by \
+                 mixture.porosities and the law of the bed is given in methods.depth-sph.basal",
                 body.material, other.name, other.material
             );
             return Err(CaseError::new(path("material"), problem));
         }
     }
-    for name in options.mixture.iter().flat_map(|mixture| &mixture.upper) {
-        if !case.bodies.iter().any(|body| body.name == *name) {
-            return Err(super::own("mixture.upper", format!("{name:?} is not the name of a body")));
-        }
-    }
-    Ok(())
+    let named = |key: &str, name: &String| {
+        let known = case.bodies.iter().any(|body| body.name == *name);
+        let problem = || super::own(key, format!("{name:?} is not the name of a body"));
+        if known { Ok(()) } else { Err(problem()) }
+    };
+    let Some(mixture) = &options.mixture else { return Ok(()) };
+    mixture.upper.iter().try_for_each(|name| named("mixture.upper", name))?;
+    mixture.porosities.keys().try_for_each(|name| named("mixture.porosities", name))
 }
 
 /// What is allowed but deserves a warning.

@@ -108,9 +108,7 @@ impl<const D: usize> DepthSolver<D> {
         if !flow.heads.is_empty() {
             let head = |set: usize, i: usize| if set == 0 { flow.heads.base(i) } else { f64::NAN };
             fields.push(scalar("liquefaction", "", each(&|set, i| head(set, i) / nodes(set).depth[i])));
-            let porosity = flow.settings.material.porosity;
-            let submerged = flow.settings.material.densities.submerged(porosity);
-            let excess = |set: usize, i: usize| submerged * nodes(set).pull[i] * head(set, i);
+            let excess = |set: usize, i: usize| flow.submerged(set, i) * nodes(set).pull[i] * head(set, i);
             fields.push(scalar("excess_pore_pressure", "Pa", each(&excess)));
         }
         if flow.settings.zones.iter().any(|zone| zone.erosion.is_some()) {
