@@ -18,7 +18,7 @@ use crate::solver::DemSolver;
 use crate::surfaces::Facet;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 
 /// What is no column.
 #[derive(Serialize, Deserialize)]

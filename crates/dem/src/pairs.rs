@@ -5,15 +5,16 @@ use colluvium_points::columns;
 use crate::contact::bond::Bond;
 use crate::contact::{APART, Law, Memory};
 
+/// Numbers of a spring across with its dashpot: as many as are read at once.
+pub const SPRING: usize = 4;
+
 columns! {
     /// What contacts remember, column by column. Columns that no law needs are empty.
     pub struct Memories<const R: usize> {
         /// State of each contact.
         pub state: u8,
-        /// See [`Memory::slide`].
-        pub slide: [f64; R],
-        /// See [`Memory::dash`].
-        pub dash: f64,
+        /// The first `R`: see [`Memory::slide`]. The last: see [`Memory::dash`].
+        pub spring: [f64; SPRING],
         /// See [`Memory::roll`].
         pub roll: [f64; R],
         /// See [`Memory::twist`].
@@ -47,8 +48,7 @@ impl<const R: usize> Memories<R> {
     pub fn clear(&mut self, count: usize, columns: Columns) {
         let of = |on: bool| if on { count } else { 0 };
         fill(&mut self.state, count, APART);
-        fill(&mut self.slide, count, [0.0; R]);
-        fill(&mut self.dash, count, 0.0);
+        fill(&mut self.spring, count, [0.0; SPRING]);
         fill(&mut self.roll, of(columns.rolls), [0.0; R]);
         fill(&mut self.twist, of(columns.rolls && R == 3), 0.0);
         fill(&mut self.bond, of(columns.bonds), Bond::default());
@@ -59,8 +59,8 @@ impl<const R: usize> Memories<R> {
     pub fn get(&self, k: usize) -> Memory<R> {
         Memory {
             state: self.state[k],
-            slide: self.slide[k],
-            dash: self.dash[k],
+            slide: slide_of(&self.spring[k]),
+            dash: self.spring[k][SPRING - 1],
             roll: self.roll.get(k).copied().unwrap_or([0.0; R]),
             twist: self.twist.get(k).copied().unwrap_or(0.0),
         }
@@ -81,8 +81,8 @@ impl<const R: usize> Memories<R> {
             (true, _) => (-1.0, -1.0),
         };
         self.state[k] = from.state[of];
-        self.slide[k] = from.slide[of].map(|c| slide * c);
-        self.dash[k] = from.dash[of];
+        self.spring[k] = from.spring[of].map(|c| slide * c);
+        self.spring[k][SPRING - 1] = from.spring[of][SPRING - 1];
         if !self.roll.is_empty() {
             self.roll[k] = from.roll[of].map(|c| turn * c);
         }
@@ -104,8 +104,7 @@ impl<const R: usize> Memories<R> {
     pub fn view(&mut self) -> MemoriesMut<'_, R> {
         MemoriesMut {
             state: &mut self.state,
-            slide: &mut self.slide,
-            dash: &mut self.dash,
+            spring: &mut self.spring,
             roll: &mut self.roll,
             twist: &mut self.twist,
             bond: &mut self.bond,
@@ -115,12 +114,15 @@ impl<const R: usize> Memories<R> {
     /// Adds a contact that remembers what contact `of` of another list does.
     pub fn push(&mut self, from: &Self, of: usize) {
         self.state.push(from.state[of]);
-        self.slide.push(from.slide[of]);
-        self.dash.push(from.dash[of]);
+        self.spring.push(from.spring[of]);
         self.roll.extend(from.roll.get(of));
         self.twist.extend(from.twist.get(of));
         self.bond.extend(from.bond.get(of));
     }
+}
+
+fn slide_of<const R: usize>(spring: &[f64; SPRING]) -> [f64; R] {
+    std::array::from_fn(|c| spring[c])
 }
 
 fn fill<T: Clone>(column: &mut Vec<T>, count: usize, value: T) {
@@ -132,10 +134,8 @@ fn fill<T: Clone>(column: &mut Vec<T>, count: usize, value: T) {
 pub struct MemoriesMut<'a, const R: usize> {
     /// State of each contact.
     pub state: &'a mut [u8],
-    /// See [`Memory::slide`].
-    pub slide: &'a mut [[f64; R]],
-    /// See [`Memory::dash`].
-    pub dash: &'a mut [f64],
+    /// See [`Memories::spring`].
+    pub spring: &'a mut [[f64; SPRING]],
     /// Springs against rolling; empty where there are none.
     pub roll: &'a mut [[f64; R]],
     /// Springs against twisting; empty where there are none.
@@ -154,8 +154,7 @@ impl<'a, const R: usize> MemoriesMut<'a, R> {
     pub fn again(&mut self) -> MemoriesMut<'_, R> {
         MemoriesMut {
             state: self.state,
-            slide: self.slide,
-            dash: self.dash,
+            spring: self.spring,
             roll: self.roll,
             twist: self.twist,
             bond: self.bond,
@@ -165,14 +164,13 @@ impl<'a, const R: usize> MemoriesMut<'a, R> {
     /// Parts before and from contact `at` on.
     pub fn split_at(self, at: usize) -> (Self, Self) {
         let (a, b) = cut(self.state, at);
-        let (c, d) = cut(self.slide, at);
-        let (e, f) = cut(self.dash, at);
+        let (c, d) = cut(self.spring, at);
         let (g, h) = cut(self.roll, at);
         let (i, j) = cut(self.twist, at);
         let (k, l) = cut(self.bond, at);
         (
-            Self { state: a, slide: c, dash: e, roll: g, twist: i, bond: k },
-            Self { state: b, slide: d, dash: f, roll: h, twist: j, bond: l },
+            Self { state: a, spring: c, roll: g, twist: i, bond: k },
+            Self { state: b, spring: d, roll: h, twist: j, bond: l },
         )
     }
 
@@ -181,8 +179,8 @@ impl<'a, const R: usize> MemoriesMut<'a, R> {
     pub fn get(&self, k: usize) -> Memory<R> {
         Memory {
             state: self.state[k],
-            slide: self.slide[k],
-            dash: self.dash[k],
+            slide: slide_of(&self.spring[k]),
+            dash: self.spring[k][SPRING - 1],
             roll: if self.roll.is_empty() { [0.0; R] } else { self.roll[k] },
             twist: if self.twist.is_empty() { 0.0 } else { self.twist[k] },
         }
@@ -192,8 +190,8 @@ impl<'a, const R: usize> MemoriesMut<'a, R> {
     #[inline]
     pub fn set(&mut self, k: usize, memory: &Memory<R>) {
         self.state[k] = memory.state;
-        self.slide[k] = memory.slide;
-        self.dash[k] = memory.dash;
+        self.spring[k][..R].copy_from_slice(&memory.slide);
+        self.spring[k][SPRING - 1] = memory.dash;
         if !self.roll.is_empty() {
             self.roll[k] = memory.roll;
         }

@@ -175,16 +175,16 @@ pub fn follow<const D: usize, const R: usize, T: Number>(v: &[T; R], n: &[T; D],
         out[c] -= off * n[c];
     }
     let left = dot(&out, &out);
-    // Turned by a right angle within a step nothing is left of it.
-    let kept = left.above(T::of(1e-12) * square, square / left, T::of(0.0)).root();
-    let out = times(kept, &out);
     let half = T::of(0.5) * angle;
     let tangent = half + half * half * half * T::of(1.0 / 3.0);
     let (one, tangents) = (T::of(1.0), tangent * tangent);
-    let scale = one / (one + tangents);
-    let (cos, sin) = ((one - tangents) * scale, T::of(2.0) * tangent * scale);
+    // Cosine and sine times this sum, by which all is divided with what is to keep the length.
+    let whole = one + tangents;
+    let (cos, sin) = (one - tangents, T::of(2.0) * tangent);
+    // Turned by a right angle within a step nothing is left of it.
+    let kept = left.above(T::of(1e-12) * square, square / (left * whole * whole), T::of(0.0)).root();
     let side: [T; R] = moment(n, &out);
-    std::array::from_fn(|c| cos * out[c] + sin * side[c])
+    std::array::from_fn(|c| kept * (cos * out[c] + sin * side[c]))
 }
 
 #[cfg(test)]

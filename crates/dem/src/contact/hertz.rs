@@ -15,6 +15,8 @@ pub struct Hertz<T = f64> {
     pub damping: T,
     /// The same of the dashpot across.
     pub damping_across: T,
+    /// Root of the stiffness across over that along.
+    pub root_across: T,
 }
 
 /// Dashpot over `√(S m_eff)` for a damping ratio, `β` of which is the ratio.
@@ -31,12 +33,13 @@ impl<T: Number> Hertz<T> {
         let stiffness = T::of(2.0) * self.modulus * width;
         let across = T::of(8.0) * self.shear_modulus * width;
         let force = T::of(2.0 / 3.0) * stiffness * overlap;
+        let root = (stiffness * touch.mass).root();
         Elastic {
             force,
             energy: T::of(0.4) * force * overlap,
-            damping: self.damping * (stiffness * touch.mass).root(),
+            damping: self.damping * root,
             across,
-            damping_across: self.damping_across * (across * touch.mass).root(),
+            damping_across: self.damping_across * self.root_across * root,
         }
     }
 }
@@ -51,6 +54,7 @@ impl Hertz {
             shear_modulus: 1.0 / shear,
             damping: dashpot(damping_ratio),
             damping_across: dashpot(damping_ratio_across),
+            root_across: (4.0 * normal / shear).sqrt(),
         }
     }
 

@@ -16,6 +16,8 @@ pub struct Linear<T = f64> {
     pub across: T,
     /// Damping ratio across.
     pub damping_ratio_across: T,
+    /// Root of `across`.
+    pub root_across: T,
 }
 
 impl<T: Number> Linear<T> {
@@ -29,14 +31,14 @@ impl<T: Number> Linear<T> {
     #[inline]
     pub fn at<const D: usize, const R: usize>(&self, touch: &Touch<D, R, T>) -> Elastic<T> {
         let stiffness = self.stiffness(touch.radius);
-        let across = self.across * stiffness;
         let (half, two) = (T::of(0.5), T::of(2.0));
+        let root = two * (stiffness * touch.mass).root();
         Elastic {
             force: stiffness * touch.overlap,
             energy: half * stiffness * touch.overlap * touch.overlap,
-            damping: self.damping_ratio * (two * (stiffness * touch.mass).root()),
-            across,
-            damping_across: two * self.damping_ratio_across * (across * touch.mass).root(),
+            damping: self.damping_ratio * root,
+            across: self.across * stiffness,
+            damping_across: self.damping_ratio_across * self.root_across * root,
         }
     }
 }

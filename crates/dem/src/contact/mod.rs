@@ -13,7 +13,7 @@ pub mod linear;
 pub mod restitution;
 pub mod rolling;
 
-use crate::vector::{Number, along, dot};
+use crate::vector::{Number, across, along, dot, minus, times, turned};
 use bond::{Beam, Bond};
 use capillary::Capillary;
 use cohesion::Cohesion;
@@ -83,6 +83,57 @@ pub struct Touch<const D: usize, const R: usize, T = f64> {
     pub radius: T,
     /// The smaller radius (m).
     pub small: T,
+}
+
+/// One of two grains in contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Side<const D: usize, const R: usize, T = f64> {
+    /// Velocity (m/s).
+    pub velocity: [T; D],
+    /// Angular velocity (rad/s).
+    pub spin: [T; R],
+    /// Radius (m).
+    pub radius: T,
+    /// Inverse of the mass (1/kg); none of a grain that is held, which moves like a wall.
+    pub inverse_mass: T,
+}
+
+impl<const D: usize, const R: usize, T: Number> Touch<D, R, T> {
+    /// Of two grains, the second seen from the first at a `distance` along `apart` (m), the images of which move at `drift`
+    /// (m/s); and their lever arms over their radii, which are one where `radii` are the arms. One division serves the normal,
+    /// the arms and the mass.
+    #[inline(always)]
+    pub fn between(
+        [one, two]: [&Side<D, R, T>; 2],
+        (apart, distance): (&[T; D], T),
+        drift: Option<&[T; D]>,
+        radii: bool,
+    ) -> (Self, T) {
+        let (a, b) = (one.radius, two.radius);
+        let (sum, inverse) = (a + b, one.inverse_mass + two.inverse_mass);
+        let part = T::of(1.0) / (distance * sum * inverse);
+        let normal = times(part * (sum * inverse), apart);
+        let per_sum = part * (distance * inverse);
+        let arm = if radii { T::of(1.0) } else { per_sum * distance };
+        let mut relative = minus(&one.velocity, &two.velocity);
+        if let Some(drift) = drift {
+            relative = minus(&relative, drift);
+        }
+        let both: [T; R] = std::array::from_fn(|c| arm * (a * one.spin[c] + b * two.spin[c]));
+        let mean: [T; R] = std::array::from_fn(|c| T::of(0.5) * (one.spin[c] + two.spin[c]));
+        let touch = Self {
+            overlap: sum - distance,
+            normal,
+            separation: dot(&relative, &normal),
+            sliding: minus(&across(&relative, &normal), &turned(&both, &normal)),
+            turning: minus(&one.spin, &two.spin),
+            spin: along(&mean, &normal),
+            mass: part * (distance * sum),
+            radius: a * b * per_sum,
+            small: a.above(b, b, a),
+        };
+        (touch, arm)
+    }
 }
 
 /// What a contact remembers.

@@ -46,6 +46,7 @@ fn normal(law: &NormalLaw, tangential: &TangentialSpec) -> (Normal, bool) {
                 damping_ratio: damping(*restitution, *damping_ratio, *clamp),
                 across: tangential.stiffness_ratio,
                 damping_ratio_across: tangential.damping_ratio,
+                root_across: tangential.stiffness_ratio.sqrt(),
             };
             (Normal::Linear(linear), *clamp)
         }
@@ -155,14 +156,20 @@ fn mixed(a: &Law, b: &Law) -> Option<Law> {
                 damping_ratio: root(a.damping_ratio, b.damping_ratio),
                 across: 0.5 * (a.across + b.across),
                 damping_ratio_across: root(a.damping_ratio_across, b.damping_ratio_across),
+                root_across: (0.5 * (a.across + b.across)).sqrt(),
             })
         }
-        (Normal::Hertz(a), Normal::Hertz(b)) => Normal::Hertz(Hertz {
-            modulus: harmonic(a.modulus, b.modulus),
-            shear_modulus: harmonic(a.shear_modulus, b.shear_modulus),
-            damping: root(a.damping, b.damping),
-            damping_across: root(a.damping_across, b.damping_across),
-        }),
+        (Normal::Hertz(a), Normal::Hertz(b)) => {
+            let modulus = harmonic(a.modulus, b.modulus);
+            let shear_modulus = harmonic(a.shear_modulus, b.shear_modulus);
+            Normal::Hertz(Hertz {
+                modulus,
+                shear_modulus,
+                damping: root(a.damping, b.damping),
+                damping_across: root(a.damping_across, b.damping_across),
+                root_across: (4.0 * shear_modulus / modulus).sqrt(),
+            })
+        }
         _ => return None,
     };
     let smaller = if a.friction.coefficient < b.friction.coefficient { a } else { b };

@@ -23,7 +23,7 @@ use crate::pairs::Columns;
 use crate::rain::Source;
 use crate::specimen::Specimen;
 use crate::surfaces::Moving;
-use crate::sweep::{Received, Record, Scene, Virial, Way, deliver, records};
+use crate::sweep::{Received, Records, Scene, Virial, Way, deliver, records};
 use crate::vector::{add, dot};
 use crate::walls::{Wall, WallList, WallListView};
 
@@ -71,7 +71,7 @@ pub struct Scratch<const D: usize, const R: usize> {
     /// Velocities carried on by half a step.
     pub velocity: Vec<[f64; D]>,
     pub spin: Vec<[f64; R]>,
-    pub records: Vec<Record>,
+    pub records: Records,
     pub received: Vec<Received>,
     /// Facets that a grain touches.
     pub facets: Contacts<D>,
@@ -214,10 +214,10 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         scene.way = if single { Way::Single } else { Way::of(&self.laws.pairs) };
         if scene.way != Way::Single {
             records(grains, (scene.velocity, scene.spin), lines);
-            scene.records = lines;
+            scene.records = (&lines.place, &lines.motion);
         }
         scene.contacts(&mut self.lists, received, tallies);
-        deliver(received, force, torque);
+        deliver(received, grains.radius, (&mut *force, &mut *torque));
         let WallList { grain, wall, slabs: of_slabs, memory, facet, .. } = &mut self.near;
         if !grain.is_empty() {
             let view = WallListView { grain, wall, slabs: of_slabs, facet };

@@ -116,7 +116,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Sets the springs across all contacts to zero.
     pub(crate) fn reset_contacts(&mut self) {
         for memory in [&mut self.lists.inner.memory, &mut self.lists.seam.memory, &mut self.near.memory] {
-            memory.slide.fill([0.0; R]);
+            memory.spring.iter_mut().for_each(|spring| spring[..R].fill(0.0));
             memory.roll.fill([0.0; R]);
             memory.twist.fill(0.0);
         }

@@ -6,13 +6,14 @@ mod side;
 
 use std::ops::Range;
 
-use crate::contact::{APART, Law, Memory, Push, Tally, Touch, act, end};
+use crate::contact::{APART, Law, Memory, Push, Side, Tally, Touch, act, end};
 use crate::grains::Shown;
 use crate::lists::Lists;
 use crate::pairs::{Listed, MemoriesMut};
-pub use side::{Received, Record, Way, deliver, records};
+pub use side::{Motion, Received, Records, Way, deliver, records};
 
-use crate::vector::{across, add, dot, minus, moment, spread, times, turned};
+use crate::vector::{add, dot, minus, moment, spread, times};
+use wide::f64x4 as Lanes;
 
 /// What contacts see.
 pub struct Scene<'a, const D: usize, const R: usize> {
@@ -44,8 +45,8 @@ pub struct Scene<'a, const D: usize, const R: usize> {
     pub growth: f64,
     /// How contacts are worked on.
     pub way: Way,
-    /// Records of the grains, where contacts are worked on side by side.
-    pub records: &'a [Record],
+    /// Places with radii, and motions, where contacts are worked on side by side.
+    pub records: (&'a [Lanes], &'a [Motion]),
 }
 
 /// Pairs within the slabs, and the first grain of each slab.
@@ -113,7 +114,7 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
             radii: false,
             growth: 0.0,
             way: Way::Single,
-            records: &[],
+            records: (&[], &[]),
         }
     }
 
@@ -123,17 +124,14 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         &self.laws[self.kind[i] as usize * self.kinds + self.kind[j] as usize]
     }
 
-    /// Effective mass of two grains (kg); what is held moves like a wall.
+    /// How a grain moves.
     #[inline]
-    fn mass_of(&self, i: usize, j: usize) -> f64 {
-        match (self.held[i], self.held[j]) {
-            (false, false) => self.mass[i] * self.mass[j] / (self.mass[i] + self.mass[j]),
-            (true, _) => self.mass[j],
-            (_, true) => self.mass[i],
-        }
+    fn side(&self, i: usize) -> Side<D, R> {
+        let inverse_mass = if self.held[i] { 0.0 } else { 1.0 / self.mass[i] };
+        Side { velocity: self.velocity[i], spin: self.spin[i], radius: self.radius[i], inverse_mass }
     }
 
-    /// What grain `i` and image `code` of grain `j` see of each other, at a distance, and their lever arms (m).
+    /// What grain `i` and image `code` of grain `j` see of each other, at a distance, and their lever arms over their radii.
     #[inline]
     pub fn touch(
         &self,
@@ -142,40 +140,9 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         apart: &[f64; D],
         distance: f64,
         code: usize,
-    ) -> (Touch<D, R>, [f64; 2]) {
-        let (a, b) = (self.radius[i], self.radius[j]);
-        let sum = a + b;
-        let normal = times(1.0 / distance, apart);
-        let arms = if self.radii {
-            [a, b]
-        } else {
-            let arm = a / sum * distance;
-            [arm, distance - arm]
-        };
-        let mut relative = minus(&self.velocity[i], &self.velocity[j]);
-        if code > 0 {
-            relative = minus(&relative, &self.shifts[code].1);
-        }
-        let (one, two) = (&self.spin[i], &self.spin[j]);
-        let both: [f64; R] = std::array::from_fn(|c| arms[0] * one[c] + arms[1] * two[c]);
-        let rolling = turned(&both, &normal);
-        let mut sliding: [f64; R] = across(&relative, &normal);
-        for c in 0..R {
-            sliding[c] -= rolling[c];
-        }
-        let mean: [f64; R] = std::array::from_fn(|c| 0.5 * (one[c] + two[c]));
-        let touch = Touch {
-            overlap: sum - distance,
-            normal,
-            separation: dot(&relative, &normal),
-            sliding,
-            turning: minus(one, two),
-            spin: crate::vector::along(&mean, &normal),
-            mass: self.mass_of(i, j),
-            radius: a * b / sum,
-            small: a.min(b),
-        };
-        (touch, arms)
+    ) -> (Touch<D, R>, f64) {
+        let drift = (code > 0).then(|| &self.shifts[code].1);
+        Touch::between([&self.side(i), &self.side(j)], (apart, distance), drift, self.radii)
     }
 
     /// Forces of the pairs of some grains. What other grains get is in `shares` too.
@@ -199,7 +166,6 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
                 continue;
             }
             let (x, r) = (self.position[i], self.radius[i]);
-            let mut own = Received::default();
             for k in ends {
                 let j = pairs.other[k] as usize;
                 let code = if periodic { pairs.image[k] as usize } else { 0 };
@@ -213,15 +179,20 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
                 if square >= sum * sum && shares.memory.state[slot] == APART && !bonded {
                     continue;
                 }
-                let (touch, arms) = self.touch(i, j, &apart, square.sqrt(), code);
+                let (touch, arm) = self.touch(i, j, &apart, square.sqrt(), code);
                 let Some(push) = self.push(self.law(i, j), &touch, slot, bonded, shares, &mut tally) else {
                     continue;
                 };
                 let mut on = spread(&push.across, &touch.normal);
                 add(&mut on, push.normal, &touch.normal);
-                let twisted = moment(&touch.normal, &push.across);
-                own.take(1.0, &on, (-arms[0], &twisted), &push.moment);
-                shares.received[j - shares.first].take(-1.0, &on, (-arms[1], &twisted), &push.moment);
+                let twisted = times(-arm, &moment::<D, R, f64>(&touch.normal, &push.across));
+                let mut levers = [twisted; 2];
+                for c in 0..R {
+                    levers[0][c] += push.moment[c] * (1.0 / r);
+                    levers[1][c] -= push.moment[c] * (1.0 / self.radius[j]);
+                }
+                shares.received[i - shares.first].take(&on, &levers[0]);
+                shares.received[j - shares.first].take(&on.map(|f| -f), &levers[1]);
                 for a in 0..D {
                     for b in 0..D {
                         virial[a][b] -= on[a] * apart[b];
@@ -233,7 +204,6 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
                 }
                 count(&mut tally, &touch, &on, i);
             }
-            shares.received[i - shares.first].join(&own);
         }
         shares.tallies[slab - shares.slab] = (tally, virial);
     }

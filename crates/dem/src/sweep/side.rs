@@ -6,45 +6,49 @@ use crate::config::SpringReset;
 use crate::contact::hertz::Hertz;
 use crate::contact::linear::Linear;
 use crate::contact::rolling::Resistance;
-use crate::contact::{Law, Normal};
+use crate::contact::{Law, Normal, Side};
 use crate::grains::{Shown, TASK};
 
 /// Contacts side by side.
 pub const WIDTH: usize = 4;
 
-/// What a grain shows its contacts: place and radius, velocity and mass (negative where it is held), spin. In the plane the
-/// spin stands third beside the velocity.
+/// What grains show their contacts.
+#[derive(Clone, Debug, Default)]
+pub struct Records {
+    /// Place and radius. They are all that tells which grains touch, and stand close together.
+    pub place: Vec<Lanes>,
+    /// How each moves.
+    pub motion: Vec<Motion>,
+}
+
+/// Velocity and inverse of the mass (none of a grain that is held), and spin, in one line of the cache. In the plane the spin
+/// stands third beside the velocity.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Record {
-    place: Lanes,
-    motion: Lanes,
+#[repr(align(64))]
+pub struct Motion {
+    velocity: Lanes,
     spin: Lanes,
 }
 
-/// Force and moment that a grain receives. In the plane the moment stands third beside the force.
+/// Force that a grain receives, and moment over its radius. In the plane the latter stands third beside the force.
 #[derive(Clone, Copy, Debug, Default)]
+#[repr(align(64))]
 pub struct Received {
     force: Lanes,
-    moment: Lanes,
+    lever: Lanes,
 }
 
 impl Received {
-    /// Adds `sign` times a force and a moment, and `across.0` times the moment `across.1`.
+    /// Adds a force, and a moment over the radius.
     #[inline]
-    pub fn take<const D: usize, const R: usize>(
-        &mut self,
-        sign: f64,
-        force: &[f64; D],
-        across: (f64, &[f64; R]),
-        moment: &[f64; R],
-    ) {
+    pub fn take<const D: usize, const R: usize>(&mut self, force: &[f64; D], lever: &[f64; R]) {
         for c in 0..D {
-            self.force.as_mut_array()[c] += sign * force[c];
+            self.force.as_mut_array()[c] += force[c];
         }
         for c in 0..R {
             let own =
-                if D == 3 { &mut self.moment.as_mut_array()[c] } else { &mut self.force.as_mut_array()[D] };
-            *own += across.0 * across.1[c] + sign * moment[c];
+                if D == 3 { &mut self.lever.as_mut_array()[c] } else { &mut self.force.as_mut_array()[D] };
+            *own += lever[c];
         }
     }
 
@@ -52,7 +56,7 @@ impl Received {
     #[inline]
     pub fn join(&mut self, other: &Self) {
         self.force += other.force;
-        self.moment += other.moment;
+        self.lever += other.lever;
     }
 
     /// The force (N).
@@ -62,27 +66,33 @@ impl Received {
         std::array::from_fn(|c| all[c])
     }
 
-    /// The moment (N m).
+    /// The moment (N m) on a grain of this radius (m).
     #[inline]
-    pub fn moment<const R: usize>(&self) -> [f64; R] {
-        let all = if R == 3 { self.moment.as_array() } else { self.force.as_array() };
-        std::array::from_fn(|c| if R == 3 { all[c] } else { all[2] })
+    pub fn moment<const R: usize>(&self, radius: f64) -> [f64; R] {
+        let all = if R == 3 { self.lever.as_array() } else { self.force.as_array() };
+        std::array::from_fn(|c| radius * if R == 3 { all[c] } else { all[2] })
     }
 
-    /// What the first and the second grains of four contacts receive: a force and the moments on either.
+    /// What the first and the second grains of four contacts receive: a force, and moments over the radius that are those of
+    /// the force across, alike on both, and where there are any those of resistance on either.
     #[inline(always)]
     pub fn of_four<const D: usize, const R: usize>(
         force: &[Lanes; D],
-        [one, two]: &[[Lanes; R]; 2],
+        lever: &[Lanes; R],
+        resistance: Option<[[Lanes; R]; 2]>,
     ) -> [[Self; WIDTH]; 2] {
         let zero = Lanes::ZERO;
-        let side = |force: [Lanes; WIDTH], moment: [Lanes; WIDTH]| -> [Self; WIDTH] {
-            std::array::from_fn(|k| Self { force: force[k], moment: moment[k] })
+        let [one, two] =
+            resistance.map_or([*lever; 2], |of| of.map(|of| std::array::from_fn(|c| lever[c] + of[c])));
+        let side = |force: [Lanes; WIDTH], lever: [Lanes; WIDTH]| -> [Self; WIDTH] {
+            std::array::from_fn(|k| Self { force: force[k], lever: lever[k] })
         };
         if D == 3 {
             let on = Lanes::transpose([force[0], force[1], force[2], zero]);
-            let moments = [one, two].map(|of| Lanes::transpose([of[0], of[1], of[2], zero]));
-            [side(on, moments[0]), side(on.map(|f| -f), moments[1])]
+            let first = Lanes::transpose([one[0], one[1], one[2], zero]);
+            let second =
+                if resistance.is_some() { Lanes::transpose([two[0], two[1], two[2], zero]) } else { first };
+            [side(on, first), side(on.map(|f| -f), second)]
         } else {
             let none = [zero; WIDTH];
             let one = Lanes::transpose([force[0], force[1], one[0], zero]);
@@ -92,17 +102,18 @@ impl Received {
     }
 }
 
-/// Forces and moments of all grains, column by column.
+/// Forces and moments of all grains of these radii (m), column by column.
 pub fn deliver<const D: usize, const R: usize>(
     received: &[Received],
-    force: &mut [[f64; D]],
-    torque: &mut [[f64; R]],
+    radius: &[f64],
+    (force, torque): (&mut [[f64; D]], &mut [[f64; R]]),
 ) {
     use rayon::prelude::*;
     let columns = force.par_chunks_mut(TASK).zip(torque.par_chunks_mut(TASK));
-    received.par_chunks(TASK).zip(columns).for_each(|(received, (force, torque))| {
-        for ((received, force), torque) in received.iter().zip(force).zip(torque) {
-            (*force, *torque) = (received.force(), received.moment());
+    let received = received.par_chunks(TASK).zip(radius.par_chunks(TASK));
+    received.zip(columns).for_each(|((received, radius), (force, torque))| {
+        for (((received, radius), force), torque) in received.iter().zip(radius).zip(force).zip(torque) {
+            (*force, *torque) = (received.force(), received.moment(*radius));
         }
     });
 }
@@ -139,58 +150,40 @@ impl Way {
 pub fn records<const D: usize, const R: usize>(
     grains: Shown<'_, D, R>,
     (velocity, spin): (&[[f64; D]], &[[f64; R]]),
-    out: &mut Vec<Record>,
+    out: &mut Records,
 ) {
     use rayon::prelude::*;
     let Shown { position, mass, radius, held, .. } = grains;
-    out.resize(mass.len(), Record::default());
-    out.par_chunks_mut(TASK).enumerate().for_each(|(block, out)| {
-        for (i, record) in (block * TASK..).zip(out) {
-            let mass = if held[i] { -mass[i] } else { mass[i] };
+    out.place.resize(mass.len(), Lanes::ZERO);
+    out.motion.resize(mass.len(), Motion::default());
+    let blocks = out.place.par_chunks_mut(TASK).zip(out.motion.par_chunks_mut(TASK));
+    blocks.enumerate().for_each(|(block, (places, motions))| {
+        for (i, (place, motion)) in (block * TASK..).zip(places.iter_mut().zip(motions)) {
+            let inverse = if held[i] { 0.0 } else { 1.0 / mass[i] };
             let (x, v, w) = (&position[i], &velocity[i], &spin[i]);
-            *record = if D == 3 {
-                Record {
-                    place: Lanes::new([x[0], x[1], x[2], radius[i]]),
-                    motion: Lanes::new([v[0], v[1], v[2], mass]),
-                    spin: Lanes::new([w[0], w[1], w[2], 0.0]),
-                }
+            if D == 3 {
+                *place = Lanes::new([x[0], x[1], x[2], radius[i]]);
+                motion.velocity = Lanes::new([v[0], v[1], v[2], inverse]);
+                motion.spin = Lanes::new([w[0], w[1], w[2], 0.0]);
             } else {
-                Record {
-                    place: Lanes::new([x[0], x[1], 0.0, radius[i]]),
-                    motion: Lanes::new([v[0], v[1], w[0], mass]),
-                    spin: Lanes::ZERO,
-                }
-            };
+                *place = Lanes::new([x[0], x[1], 0.0, radius[i]]);
+                motion.velocity = Lanes::new([v[0], v[1], w[0], inverse]);
+            }
         }
     });
 }
 
-/// What four grains show.
-pub struct Seen<const D: usize, const R: usize> {
-    pub place: [Lanes; D],
-    pub velocity: [Lanes; D],
-    pub spin: [Lanes; R],
-    pub mass: Lanes,
-    pub radius: Lanes,
-}
-
+/// How four grains of these radii move.
 #[inline(always)]
-pub fn seen<const D: usize, const R: usize>(four: [&Record; WIDTH]) -> Seen<D, R> {
-    let place = Lanes::transpose(four.map(|record| record.place));
-    let motion = Lanes::transpose(four.map(|record| record.motion));
+pub fn seen<const D: usize, const R: usize>(four: [&Motion; WIDTH], radius: Lanes) -> Side<D, R, Lanes> {
+    let motion = Lanes::transpose(four.map(|own| own.velocity));
     let spin: [Lanes; R] = if D == 3 {
-        let spin = Lanes::transpose(four.map(|record| record.spin));
+        let spin = Lanes::transpose(four.map(|own| own.spin));
         std::array::from_fn(|c| spin[c])
     } else {
         [motion[2]; R]
     };
-    Seen {
-        place: std::array::from_fn(|c| place[c]),
-        velocity: std::array::from_fn(|c| motion[c]),
-        spin,
-        mass: motion[3],
-        radius: place[3],
-    }
+    Side { velocity: std::array::from_fn(|c| motion[c]), spin, radius, inverse_mass: motion[3] }
 }
 
 /// The laws of four contacts.
@@ -233,12 +226,14 @@ impl Laws {
                 damping_ratio: linear(|law| law.damping_ratio),
                 across: linear(|law| law.across),
                 damping_ratio_across: linear(|law| law.damping_ratio_across),
+                root_across: linear(|law| law.root_across),
             },
             hertz: Hertz {
                 modulus: hertz(|law| law.modulus),
                 shear_modulus: hertz(|law| law.shear_modulus),
                 damping: hertz(|law| law.damping),
                 damping_across: hertz(|law| law.damping_across),
+                root_across: hertz(|law| law.root_across),
             },
             clamp: mask(&|law| law.clamp),
             coefficient: lane(&|law| law.friction.coefficient),

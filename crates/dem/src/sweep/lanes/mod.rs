@@ -8,26 +8,29 @@ use std::ops::Range;
 
 use wide::f64x4 as Lanes;
 
-use super::side::{Laws, Received, Seen, WIDTH, seen};
+use super::side::{Laws, Received, WIDTH, seen};
 use super::{Scene, Shares};
 use crate::contact::{APART, TOUCHING, Tally, Touch, end};
-use crate::pairs::Listed;
-use crate::vector::{across, add, along, dot, follow, minus, moment, spread, times, turned};
+use crate::pairs::{Listed, SPRING};
+use crate::vector::{add, dot, follow, minus, moment, spread, times};
 
 /// Contacts of a batch.
 const MOST: usize = 64;
+
+/// Room for them, and for those that come with the last of them.
+const ROOM: usize = MOST + WIDTH;
 
 /// What four contacts are, on their way through the stages of a batch. Stages are loops of their own: chains of roots and
 /// divisions of several fours are then under way at once.
 #[derive(Clone, Copy)]
 struct Four<const D: usize, const R: usize> {
     touch: Touch<D, R, Lanes>,
-    /// Lever arms (m).
-    arms: [Lanes; 2],
-    /// What lies between the centres (m).
-    apart: [Lanes; D],
+    /// Lever arms over radii.
+    arm: Lanes,
     /// Springs across, turned into the plane across the normal (m).
     slide: [Lanes; R],
+    /// Dissipative part of the normal force in the last step (N).
+    dash: Lanes,
 }
 
 impl<const D: usize, const R: usize> Four<D, R> {
@@ -45,9 +48,9 @@ impl<const D: usize, const R: usize> Four<D, R> {
                 radius: zero,
                 small: zero,
             },
-            arms: [zero; 2],
-            apart: [zero; D],
+            arm: zero,
             slide: [zero; R],
+            dash: zero,
         }
     };
 }
@@ -56,13 +59,88 @@ impl<const D: usize, const R: usize> Four<D, R> {
 struct Batch<const D: usize, const R: usize> {
     fours: [Four<D, R>; MOST / WIDTH],
     count: usize,
-    first: [u32; MOST],
-    second: [u32; MOST],
-    slot: [u32; MOST],
-    code: [u8; MOST],
-    /// The grain whose contacts are being summed, and its sums.
-    row: usize,
-    own: Received,
+    first: [u32; ROOM],
+    second: [u32; ROOM],
+    slot: [u32; ROOM],
+    code: [u8; ROOM],
+    /// What lies between the centres (m), and the square of their distance (m²).
+    apart: [[f64; ROOM]; D],
+    square: [f64; ROOM],
+    /// Radii of the first and the second grains (m).
+    radii: [[f64; ROOM]; 2],
+}
+
+/// Four of a column.
+#[inline(always)]
+fn four_of(column: &[f64; ROOM], group: usize) -> Lanes {
+    let own = &column[WIDTH * group..][..WIDTH];
+    Lanes::new([own[0], own[1], own[2], own[3]])
+}
+
+impl<const D: usize, const R: usize> Batch<D, R> {
+    const EMPTY: Self = Self {
+        fours: [Four::NONE; MOST / WIDTH],
+        count: 0,
+        first: [0; ROOM],
+        second: [0; ROOM],
+        slot: [0; ROOM],
+        code: [0; ROOM],
+        apart: [[0.0; ROOM]; D],
+        square: [0.0; ROOM],
+        radii: [[0.0; ROOM]; 2],
+    };
+
+    /// Adds those of four pairs of grain `i` whose bits are set.
+    #[inline(always)]
+    fn push(
+        &mut self,
+        (i, radius): (usize, f64),
+        (seconds, slot, codes): ([u32; WIDTH], usize, [u8; WIDTH]),
+        (apart, square, radii): (&[Lanes; D], Lanes, Lanes),
+        bits: u32,
+    ) {
+        let n = self.count;
+        if bits & (bits + 1) == 0 {
+            // From the first on: all of them as they are, and those that do not count are written over.
+            for c in 0..D {
+                self.apart[c][n..][..WIDTH].copy_from_slice(apart[c].as_array());
+            }
+            self.square[n..][..WIDTH].copy_from_slice(square.as_array());
+            self.radii[0][n..][..WIDTH].fill(radius);
+            self.radii[1][n..][..WIDTH].copy_from_slice(radii.as_array());
+            self.first[n..][..WIDTH].fill(i as u32);
+            self.second[n..][..WIDTH].copy_from_slice(&seconds);
+            let slot = slot as u32;
+            self.slot[n..][..WIDTH].copy_from_slice(&[slot, slot + 1, slot + 2, slot + 3]);
+            self.code[n..][..WIDTH].copy_from_slice(&codes);
+        } else {
+            let (mut bits, mut n) = (bits, n);
+            while bits != 0 {
+                let k = bits.trailing_zeros() as usize % WIDTH;
+                for c in 0..D {
+                    self.apart[c][n] = apart[c].as_array()[k];
+                }
+                self.square[n] = square.as_array()[k];
+                (self.radii[0][n], self.radii[1][n]) = (radius, radii.as_array()[k]);
+                (self.first[n], self.second[n]) = (i as u32, seconds[k]);
+                (self.slot[n], self.code[n]) = ((slot + k) as u32, codes[k]);
+                bits &= bits - 1;
+                n += 1;
+            }
+        }
+        self.count = n + bits.count_ones() as usize;
+    }
+
+    /// Copies contact `from` to place `to`.
+    fn copy(&mut self, from: usize, to: usize) {
+        for column in self.apart.iter_mut().chain(&mut self.radii).chain([&mut self.square]) {
+            column[to] = column[from];
+        }
+        for column in [&mut self.first, &mut self.second, &mut self.slot] {
+            column[to] = column[from];
+        }
+        self.code[to] = self.code[from];
+    }
 }
 
 /// Sums over contacts, lane by lane.
@@ -102,8 +180,6 @@ struct Run<'r, 'a, 's, const D: usize, const R: usize> {
     scene: &'r Scene<'a, D, R>,
     shares: &'r mut Shares<'s, D, R>,
     batch: Batch<D, R>,
-    /// The law of all contacts, where there is but one.
-    common: Option<Laws>,
     periodic: bool,
     tally: Tally,
     sums: Sums,
@@ -120,31 +196,22 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
         slab: usize,
     ) {
         let (tally, virial) = shares.tallies[slab - shares.slab];
+        // The law of all contacts, where there is but one.
         let alike = self.laws.iter().all(|law| *law == self.laws[0]);
+        let common = alike.then(|| Laws::of([&self.laws[0]; WIDTH]));
         let mut run = Run {
             scene: self,
             shares,
-            batch: Batch {
-                fours: [Four::NONE; MOST / WIDTH],
-                count: 0,
-                first: [0; MOST],
-                second: [0; MOST],
-                slot: [0; MOST],
-                code: [0; MOST],
-                row: rows.start,
-                own: Received::default(),
-            },
-            common: alike.then(|| Laws::of([&self.laws[0]; WIDTH])),
+            batch: Batch::EMPTY,
             periodic: !pairs.image.is_empty(),
             tally,
             sums: Sums::default(),
             virial,
         };
         for i in rows {
-            run.row::<HERTZ, TURNS>(pairs, i);
+            run.row::<HERTZ, TURNS>(pairs, i, common.as_ref());
         }
-        run.flush::<HERTZ, TURNS>();
-        run.close();
+        run.flush::<HERTZ, TURNS>(common.as_ref());
         run.sums.into(&mut run.tally);
         let (tally, virial) = (run.tally, run.virial);
         shares.tallies[slab - shares.slab] = (tally, virial);
@@ -152,227 +219,223 @@ impl<'a, const D: usize, const R: usize> Scene<'a, D, R> {
 }
 
 impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
-    /// Takes the pairs of a grain that touch; ends contacts that no longer do.
+    /// Takes the pairs of a grain that touch, four looked at at once; ends contacts that no longer do.
     #[inline(always)]
-    fn row<const HERTZ: bool, const TURNS: bool>(&mut self, pairs: Listed<'_>, i: usize) {
+    fn row<const HERTZ: bool, const TURNS: bool>(
+        &mut self,
+        pairs: Listed<'_>,
+        i: usize,
+        common: Option<&Laws>,
+    ) {
         let scene = self.scene;
-        let (x, r) = (scene.position[i], scene.radius[i]);
-        for k in pairs.starts[i] as usize..pairs.starts[i + 1] as usize {
-            let j = pairs.other[k] as usize;
-            let code = if self.periodic { pairs.image[k] as usize } else { 0 };
-            let mut apart = minus(&x, &scene.position[j]);
-            if code > 0 {
-                apart = minus(&apart, &scene.shifts[code].0);
+        let (place, radius) = (scene.position[i].map(Lanes::splat), scene.radius[i]);
+        let end = pairs.starts[i + 1] as usize;
+        let mut k = pairs.starts[i] as usize;
+        while k < end {
+            // What fills up the last four is of other rows, and does not count.
+            let seconds = fill_up(pairs.other, k);
+            let codes = if self.periodic { fill_up(pairs.image, k) } else { [0; WIDTH] };
+            let others = Lanes::transpose(seconds.map(|j| scene.records.0[j as usize]));
+            let mut apart: [Lanes; D] = std::array::from_fn(|c| place[c] - others[c]);
+            if self.periodic {
+                let [shift, _] = self.images(codes);
+                apart = minus(&apart, &shift);
             }
-            let (square, sum) = (dot(&apart, &apart), r + scene.radius[j]);
+            let square = dot(&apart, &apart);
+            let sum = Lanes::splat(radius) + others[3];
+            let valid = (1u32 << (end - k).min(WIDTH)) - 1;
+            let near = square.simd_lt(sum * sum).to_bitmask() & valid;
             let slot = k - self.shares.pair;
-            if square >= sum * sum {
-                if self.shares.memory.state[slot] != APART {
-                    self.end(i, j, &apart, code, slot);
+            if near != valid {
+                let mut far = valid & !near;
+                while far != 0 {
+                    let lane = far.trailing_zeros() as usize % WIDTH;
+                    if self.shares.memory.state[slot + lane] != APART {
+                        self.end(i, seconds[lane] as usize, codes[lane] as usize, slot + lane);
+                    }
+                    far &= far - 1;
                 }
-                continue;
             }
-            let batch = &mut self.batch;
-            let n = batch.count;
-            (batch.first[n], batch.second[n], batch.slot[n]) = (i as u32, j as u32, slot as u32);
-            batch.code[n] = code as u8;
-            batch.count += 1;
-            if batch.count == MOST {
-                self.flush::<HERTZ, TURNS>();
+            if near != 0 {
+                self.batch.push((i, radius), (seconds, slot, codes), (&apart, square, others[3]), near);
+                if self.batch.count >= MOST {
+                    self.flush::<HERTZ, TURNS>(common);
+                }
             }
+            k += WIDTH;
         }
     }
 
     #[cold]
-    fn end(&mut self, i: usize, j: usize, apart: &[f64; D], code: usize, slot: usize) {
-        let (touch, _) = self.scene.touch(i, j, apart, dot(apart, apart).sqrt(), code);
+    fn end(&mut self, i: usize, j: usize, code: usize, slot: usize) {
+        let x = &self.scene.position;
+        let mut apart = minus(&x[i], &x[j]);
+        if code > 0 {
+            apart = minus(&apart, &self.scene.shifts[code].0);
+        }
+        let (touch, _) = self.scene.touch(i, j, &apart, dot(&apart, &apart).sqrt(), code);
         let mut memory = self.shares.memory.get(slot);
         end(self.scene.law(i, j), &touch, &mut memory, self.scene.dt, &mut self.tally);
         self.shares.memory.set(slot, &memory);
     }
 
-    /// Works on all contacts that wait.
+    /// Works on the contacts that wait: as many as fill a batch, or all of them.
     #[inline(never)]
-    fn flush<const HERTZ: bool, const TURNS: bool>(&mut self) {
-        let count = self.batch.count;
+    fn flush<const HERTZ: bool, const TURNS: bool>(&mut self, common: Option<&Laws>) {
+        let count = self.batch.count.min(MOST);
         // What fills up the last four is the last contact again; nobody reads what becomes of it.
         for n in count..count.next_multiple_of(WIDTH) {
-            let batch = &mut self.batch;
-            (batch.first[n], batch.second[n], batch.slot[n], batch.code[n]) = (
-                batch.first[count - 1],
-                batch.second[count - 1],
-                batch.slot[count - 1],
-                batch.code[count - 1],
-            );
+            self.batch.copy(count - 1, n);
         }
         let groups = count.div_ceil(WIDTH);
         for group in 0..groups {
-            let images = self.periodic.then(|| self.images(group));
-            let [firsts, seconds, _] = self.grains(group);
-            let (touch, arms, apart) = self.touch(firsts, seconds, images.as_ref());
-            let four = &mut self.batch.fours[group];
-            (four.touch, four.arms, four.apart) = (touch, arms, apart);
-        }
-        let dt = Lanes::splat(self.scene.dt);
-        for group in 0..groups {
-            let [.., slots] = self.grains(group);
-            let memory = &self.shares.memory.slide;
-            let old: [Lanes; R] = std::array::from_fn(|c| Lanes::new(slots.map(|slot| memory[slot][c])));
-            let four = &mut self.batch.fours[group];
-            four.slide = follow(&old, &four.touch.normal, four.touch.spin * dt);
+            self.touch::<TURNS>(group);
         }
         for group in 0..groups {
-            self.four::<HERTZ, TURNS>(group, (count - WIDTH * group).min(WIDTH));
+            self.turn(group);
         }
-        self.batch.count = 0;
+        for group in 0..groups {
+            self.four::<HERTZ, TURNS>(group, (count - WIDTH * group).min(WIDTH), common);
+        }
+        for n in MOST..self.batch.count {
+            self.batch.copy(n, n - MOST);
+        }
+        self.batch.count -= count;
     }
 
     /// Grains and slots of four contacts.
     #[inline(always)]
     fn grains(&self, group: usize) -> [[usize; WIDTH]; 3] {
-        let of = |list: &[u32; MOST]| std::array::from_fn(|k| list[WIDTH * group + k] as usize);
+        let of = |list: &[u32; ROOM]| std::array::from_fn(|k| list[WIDTH * group + k] as usize);
         [of(&self.batch.first), of(&self.batch.second), of(&self.batch.slot)]
     }
 
     /// Adds forces and moments of four contacts, of which `valid` count, to their grains.
     #[inline(always)]
-    fn hand_out(&mut self, group: usize, valid: usize, [one, two]: &[[Received; WIDTH]; 2]) {
+    fn hand_out(
+        &mut self,
+        [firsts, seconds]: [[usize; WIDTH]; 2],
+        valid: usize,
+        [one, two]: &[[Received; WIDTH]; 2],
+    ) {
+        let first = self.shares.first;
         for k in 0..valid {
-            let n = WIDTH * group + k;
-            let i = self.batch.first[n] as usize;
-            if i != self.batch.row {
-                self.close();
-                self.batch.row = i;
-            }
-            self.batch.own.join(&one[k]);
-            self.shares.received[self.batch.second[n] as usize - self.shares.first].join(&two[k]);
+            self.shares.received[firsts[k] - first].join(&one[k]);
+            self.shares.received[seconds[k] - first].join(&two[k]);
         }
-    }
-
-    /// Gives a grain the sums over its row.
-    #[inline(always)]
-    fn close(&mut self) {
-        let own = std::mem::take(&mut self.batch.own);
-        self.shares.received[self.batch.row - self.shares.first].join(&own);
     }
 
     /// Shifts of the images of four contacts (m), and their velocities (m/s).
     #[inline(always)]
-    fn images(&self, group: usize) -> [[Lanes; D]; 2] {
-        let codes: [usize; WIDTH] = std::array::from_fn(|k| self.batch.code[WIDTH * group + k] as usize);
-        let shifts = codes.map(|code| &self.scene.shifts[code]);
+    fn images(&self, codes: [u8; WIDTH]) -> [[Lanes; D]; 2] {
+        let shifts = codes.map(|code| &self.scene.shifts[code as usize]);
         [
             std::array::from_fn(|c| Lanes::new(shifts.map(|shift| shift.0[c]))),
             std::array::from_fn(|c| Lanes::new(shifts.map(|shift| shift.1[c]))),
         ]
     }
 
-    /// What four contacts are, their lever arms, and what lies between their centres (m).
+    /// Velocities of the images of four contacts (m/s).
     #[inline(always)]
-    fn touch(
-        &self,
-        firsts: [usize; WIDTH],
-        seconds: [usize; WIDTH],
-        images: Option<&[[Lanes; D]; 2]>,
-    ) -> (Touch<D, R, Lanes>, [Lanes; 2], [Lanes; D]) {
-        let scene = self.scene;
-        let one: Seen<D, R> = seen(firsts.map(|i| &scene.records[i]));
-        let two: Seen<D, R> = seen(seconds.map(|j| &scene.records[j]));
-        let (a, b) = (one.radius, two.radius);
-        let sum = a + b;
-        let mut apart = minus(&one.place, &two.place);
-        if let Some([shift, _]) = images {
-            apart = minus(&apart, shift);
-        }
-        let distance = dot(&apart, &apart).sqrt();
-        let normal = times(Lanes::ONE / distance, &apart);
-        let arms = if scene.radii {
-            [a, b]
-        } else {
-            let arm = a / sum * distance;
-            [arm, distance - arm]
-        };
-        let mut relative = minus(&one.velocity, &two.velocity);
-        if let Some([_, velocity]) = images {
-            relative = minus(&relative, velocity);
-        }
-        let both: [Lanes; R] = std::array::from_fn(|c| arms[0] * one.spin[c] + arms[1] * two.spin[c]);
-        let rolling = turned(&both, &normal);
-        let sliding = minus(&across::<D, R, Lanes>(&relative, &normal), &rolling);
-        let mean: [Lanes; R] = std::array::from_fn(|c| Lanes::HALF * (one.spin[c] + two.spin[c]));
-        // A grain that is held moves like a wall.
-        let (m, other) = (one.mass, two.mass);
-        let held = other.simd_lt(Lanes::ZERO).bitselect(m, m * other / (m + other));
-        let mass = m.simd_lt(Lanes::ZERO).bitselect(other, held);
-        let touch = Touch {
-            overlap: sum - distance,
-            normal,
-            separation: dot(&relative, &normal),
-            sliding,
-            turning: minus(&one.spin, &two.spin),
-            spin: along(&mean, &normal),
-            mass,
-            radius: a * b / sum,
-            small: a.fast_min(b),
-        };
-        (touch, arms, apart)
+    fn drift(&self, group: usize) -> Option<[Lanes; D]> {
+        let codes = || std::array::from_fn(|k| self.batch.code[WIDTH * group + k]);
+        self.periodic.then(|| self.images(codes())[1])
+    }
+
+    /// Finds what four contacts are.
+    #[inline(always)]
+    fn touch<const TURNS: bool>(&mut self, group: usize) {
+        let drift = self.drift(group);
+        let [firsts, seconds, _] = self.grains(group);
+        let (scene, batch) = (self.scene, &mut self.batch);
+        let radii = [0, 1].map(|side| four_of(&batch.radii[side], group));
+        let one = seen(firsts.map(|i| &scene.records.1[i]), radii[0]);
+        let two = seen(seconds.map(|j| &scene.records.1[j]), radii[1]);
+        let apart: [Lanes; D] = std::array::from_fn(|c| four_of(&batch.apart[c], group));
+        let distance = four_of(&batch.square, group).sqrt();
+        let (touch, arm) = Touch::between([&one, &two], (&apart, distance), drift.as_ref(), scene.radii);
+        let four = &mut batch.fours[group];
+        let turning = if TURNS { touch.turning } else { four.touch.turning };
+        (four.touch, four.arm) = (Touch { turning, ..touch }, arm);
+    }
+
+    /// Reads the springs of four contacts and turns them with their normals.
+    #[inline(always)]
+    fn turn(&mut self, group: usize) {
+        let [.., slots] = self.grains(group);
+        let four = &mut self.batch.fours[group];
+        let old = Lanes::transpose(slots.map(|slot| Lanes::new(self.shares.memory.spring[slot])));
+        let slide: [Lanes; R] = std::array::from_fn(|c| old[c]);
+        four.slide = follow(&slide, &four.touch.normal, four.touch.spin * Lanes::splat(self.scene.dt));
+        four.dash = old[SPRING - 1];
     }
 
     /// Forces and moments of four contacts, of which `valid` count.
     #[inline(always)]
-    fn four<const HERTZ: bool, const TURNS: bool>(&mut self, group: usize, valid: usize) {
+    fn four<const HERTZ: bool, const TURNS: bool>(
+        &mut self,
+        group: usize,
+        valid: usize,
+        common: Option<&Laws>,
+    ) {
         let [firsts, seconds, slots] = self.grains(group);
-        let Four { touch, arms, apart, slide } = self.batch.fours[group];
-        let laws = self
-            .common
-            .unwrap_or_else(|| Laws::of(std::array::from_fn(|k| self.scene.law(firsts[k], seconds[k]))));
+        let Four { touch, arm, slide, dash } = self.batch.fours[group];
+        let own;
+        let laws = if let Some(laws) = common {
+            laws
+        } else {
+            own = Laws::of(std::array::from_fn(|k| self.scene.law(firsts[k], seconds[k])));
+            &own
+        };
         let base = if HERTZ { laws.hertz.at(&touch) } else { laws.linear.at(&touch) };
         let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
         let meets = touch.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
-        let memory = &mut self.shares.memory;
         let dt = Lanes::splat(self.scene.dt);
         let viscous = base.force - base.damping * touch.separation;
         let normal = (laws.clamp & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
         let dissipative = normal - base.force;
-        let dash = Lanes::new(slots.map(|slot| memory.dash[slot]));
         self.sums.dashpots -= meets & (Lanes::HALF * (dash + dissipative) * touch.separation * dt);
         self.sums.elastic += meets & base.energy;
         let cap = normal.fast_max(Lanes::ZERO);
-        let (across, slide) = self.friction::<HERTZ>(&laws, &touch, &base, cap, (slide, meets));
-        let (slides, dissipatives) = (slide.map(Lanes::to_array), dissipative.to_array());
+        let (across, slide) = self.friction::<HERTZ>(laws, &touch, &base, cap, (slide, meets));
         let bits = meets.to_bitmask();
-        for (k, &slot) in slots.iter().enumerate().take(valid) {
-            if bits & (1 << k) != 0 {
-                self.shares.memory.slide[slot] = std::array::from_fn(|c| slides[c][k]);
-                self.shares.memory.dash[slot] = dissipatives[k];
-                self.shares.memory.state[slot] = TOUCHING;
-            }
-        }
+        self.keep(&slots, &slide, dissipative, bits);
         let mut on: [Lanes; D] = spread(&across, &touch.normal);
         add(&mut on, normal, &touch.normal);
         self.count(&touch, &on, (firsts, bits), meets);
+        let apart: [Lanes; D] = std::array::from_fn(|c| four_of(&self.batch.apart[c], group));
         if self.scene.growth != 0.0 {
             let sum = touch.overlap + dot(&apart, &apart).sqrt();
             self.sums.boundary += meets & (normal * Lanes::splat(self.scene.growth) * sum * dt);
         }
         let on = on.map(|f| meets & f);
-        if self.periodic {
-            let [_, velocity] = &self.images(group);
+        if let Some(velocity) = &self.drift(group) {
             self.sums.boundary += meets & (dot(&on, velocity) * dt);
             self.stream(valid, &on, &apart);
         }
-        let twisted = moment(&touch.normal, &across);
-        let mut moments = arms.map(|arm| twisted.map(|across| meets & (-arm * across)));
-        if TURNS {
-            let turned = self.resist(&laws, &touch, &base, cap, (&slots, meets));
-            for c in 0..R {
-                moments[0][c] += turned[c];
-                moments[1][c] -= turned[c];
-            }
-        }
-        self.hand_out(group, valid, &Received::of_four(&on, &moments));
+        let lever: [Lanes; R] = times(-arm, &moment(&touch.normal, &across)).map(|own: Lanes| meets & own);
+        let resistance = TURNS.then(|| {
+            let turned = self.resist(laws, &touch, &base, cap, (&slots, meets));
+            let [a, b] = [0, 1].map(|side| Lanes::ONE / four_of(&self.batch.radii[side], group));
+            [times(a, &turned), times(b, &turned).map(|own| -own)]
+        });
+        let received = Received::of_four(&on, &lever, resistance);
+        self.hand_out([firsts, seconds], valid, &received);
         if bits != (1 << valid) - 1 {
             self.end_apart(group, valid, bits);
+        }
+    }
+
+    /// Keeps what the springs of those of four contacts whose bits are set remember.
+    #[inline(always)]
+    fn keep(&mut self, slots: &[usize; WIDTH], slide: &[Lanes; R], dash: Lanes, bits: u32) {
+        let part = |c: usize| if c < R { slide[c] } else { Lanes::ZERO };
+        let lines = Lanes::transpose([part(0), part(1), part(2), dash]);
+        for (k, &slot) in slots.iter().enumerate() {
+            if bits & (1 << k) != 0 {
+                self.shares.memory.spring[slot] = lines[k].to_array();
+                self.shares.memory.state[slot] = TOUCHING;
+            }
         }
     }
 
@@ -383,12 +446,7 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
             let slot = self.batch.slot[n] as usize;
             if self.shares.memory.state[slot] != APART {
                 let (i, j) = (self.batch.first[n] as usize, self.batch.second[n] as usize);
-                let (x, code) = (&self.scene.position, self.batch.code[n] as usize);
-                let mut apart = minus(&x[i], &x[j]);
-                if code > 0 {
-                    apart = minus(&apart, &self.scene.shifts[code].0);
-                }
-                self.end(i, j, &apart, code, slot);
+                self.end(i, j, self.batch.code[n] as usize, slot);
             }
         }
     }
@@ -426,5 +484,14 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
                 }
             }
         }
+    }
+}
+
+/// Four entries of a column from `k` on, the last one again where they go beyond it.
+#[inline(always)]
+fn fill_up<T: Copy>(column: &[T], k: usize) -> [T; WIDTH] {
+    match column.get(k..k + WIDTH) {
+        Some(four) => [four[0], four[1], four[2], four[3]],
+        None => std::array::from_fn(|lane| column[(k + lane).min(column.len() - 1)]),
     }
 }

@@ -1,5 +1,8 @@
 //! Grains move: leap-frog, velocities half a step ahead of positions (sheet: dem §3.4).
 
+mod glide;
+
+use glide::Still;
 use rayon::prelude::*;
 use wide::f64x4 as Lanes;
 
@@ -117,8 +120,22 @@ pub fn advance<const D: usize, const R: usize>(
         .zip(spin.par_chunks_mut(TASK))
         .zip(buffer.par_iter_mut())
         .enumerate();
+    let glides = drive.is_gravity_only();
     moving.for_each(|(block, (((position, velocity), spin), sums))| {
-        for k in 0..position.len() {
+        let own = block * TASK..block * TASK + position.len();
+        let mut done = 0;
+        if glides && !held[own.clone()].iter().any(|held| *held) {
+            let still = Still {
+                first: own.start,
+                radius: &radius[own.clone()],
+                mass: &mass[own.clone()],
+                force: &force[own.clone()],
+                torque: &torque[own.clone()],
+                listed: &listed[own],
+            };
+            done = still.glide((drive, &kick), position, velocity, spin, sums);
+        }
+        for k in done..position.len() {
             let i = block * TASK + k;
             let (force, torque, applied) = (&force[i], &torque[i], drive.applied.get(i));
             let grain = One { held: held[i], radius: radius[i], mass: mass[i], force, torque, applied };
@@ -169,7 +186,7 @@ impl Kick {
     fn apply<const N: usize>(&self, v: &[f64; N], force: &[f64; N], inertia: f64) -> ([f64; N], [f64; N]) {
         let lanes = |of: &[f64; N]| Lanes::new(std::array::from_fn(|c| if c < N { of[c] } else { 0.0 }));
         let old = lanes(v);
-        let new = self.keep * old + self.push * lanes(force) / Lanes::splat(inertia);
+        let new = self.keep * old + self.push * lanes(force) * Lanes::splat(1.0 / inertia);
         let now = (old + self.share * (new - old)).to_array();
         let new = new.to_array();
         (std::array::from_fn(|c| new[c]), std::array::from_fn(|c| now[c]))
@@ -189,6 +206,14 @@ impl Kick {
         }
         let each = |c: usize| self.viscous * inertia * 0.5 * (old[c] + new[c]) * now[c] * self.time;
         (0..N).map(each).sum()
+    }
+}
+
+impl<const D: usize> Drive<'_, D> {
+    /// Whether nothing but contacts and gravity moves grains.
+    fn is_gravity_only(&self) -> bool {
+        let damped = self.damping != [0.0; 3] || self.viscous != 0.0;
+        self.applied.is_empty() && !damped && self.change.is_none() && self.carried.is_none()
     }
 }
 

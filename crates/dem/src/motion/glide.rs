@@ -1,0 +1,209 @@
+//! Grains that only contacts and gravity move, four at once (sheet: dem §3.4).
+
+use wide::f64x4 as Lanes;
+
+use super::{Drive, Kick, Sums};
+use crate::grains::inertia;
+use crate::vector::dot;
+
+/// What does not change of the grains of a block as they move.
+pub(super) struct Still<'a, const D: usize, const R: usize> {
+    /// Number of the first of them.
+    pub(super) first: usize,
+    pub(super) radius: &'a [f64],
+    pub(super) mass: &'a [f64],
+    pub(super) force: &'a [[f64; D]],
+    pub(super) torque: &'a [[f64; R]],
+    pub(super) listed: &'a [[f64; D]],
+}
+
+/// Grains that are moved side by side.
+const SIDE: usize = 4;
+
+/// Entries `4 c` to `4 c + 3` of the components of four grains, `N` each: of each its grain's number.
+#[inline(always)]
+fn of_grains<const N: usize>(numbers: Lanes, c: usize) -> Lanes {
+    let numbers = numbers.to_array();
+    Lanes::new(std::array::from_fn(|k| numbers[(SIDE * c + k) / N]))
+}
+
+/// Entries `4 c` to `4 c + 3` of a column.
+#[inline(always)]
+fn entries(column: &[f64], c: usize) -> Lanes {
+    let own = &column[SIDE * c..][..SIDE];
+    Lanes::new([own[0], own[1], own[2], own[3]])
+}
+
+/// For each of four grains the sum over its components of what stands grain by grain.
+#[inline(always)]
+fn per_grain<const D: usize>(parts: &[Lanes; D]) -> Lanes {
+    let mut sum = Lanes::ZERO;
+    for axis in 0..D {
+        sum += Lanes::new(std::array::from_fn(|grain| {
+            let entry = D * grain + axis;
+            parts[entry / SIDE].as_array()[entry % SIDE]
+        }));
+    }
+    sum
+}
+
+fn total(lanes: Lanes) -> f64 {
+    let [a, b, c, d] = lanes.to_array();
+    (a + b) + (c + d)
+}
+
+fn largest(lanes: Lanes) -> f64 {
+    lanes.to_array().into_iter().fold(0.0, f64::max)
+}
+
+impl<const D: usize, const R: usize> Still<'_, D, R> {
+    /// Moves grains under contact forces and gravity, four at once and component by component: what `One::advance` does to
+    /// them, to the last bit. How many it has moved: the rest of a block is left.
+    pub(super) fn glide(
+        &self,
+        (drive, kick): (&Drive<'_, D>, &Kick),
+        position: &mut [[f64; D]],
+        velocity: &mut [[f64; D]],
+        spin: &mut [[f64; R]],
+        sums: &mut Sums<D>,
+    ) -> usize {
+        let count = position.len() / SIDE * SIDE;
+        let gravity: [Lanes; D] =
+            std::array::from_fn(|c| Lanes::new(std::array::from_fn(|k| drive.gravity[(SIDE * c + k) % D])));
+        let [mut kinetic, mut rotation, mut work, mut squares, mut places] = [Lanes::ZERO; 5];
+        let [mut fastest, mut moved] = [Lanes::ZERO; 2];
+        for first in (0..count).step_by(SIDE) {
+            let own = first..first + SIDE;
+            let (mass, radius) = (entries(&self.mass[own.clone()], 0), entries(&self.radius[own.clone()], 0));
+            let inertia = Lanes::splat(inertia(D)) * mass * radius * radius;
+            let (per_mass, per_inertia) = (Lanes::ONE / mass, Lanes::ONE / inertia);
+            let (mut speeds, mut ways) = ([Lanes::ZERO; D], [Lanes::ZERO; D]);
+            let (x, v) = (position[own.clone()].as_flattened_mut(), velocity[own.clone()].as_flattened_mut());
+            let (forces, listed) =
+                (self.force[own.clone()].as_flattened(), self.listed[own.clone()].as_flattened());
+            for c in 0..D {
+                let old = entries(v, c);
+                let mass = of_grains::<D>(mass, c);
+                let weight = mass * gravity[c];
+                let force = entries(forces, c) + weight;
+                let new = kick.keep * old + kick.push * force * of_grains::<D>(per_mass, c);
+                let now = old + kick.share * (new - old);
+                let place = entries(x, c) + new * drive.dt;
+                let way = place - entries(listed, c);
+                squares += force * force;
+                work += weight * now;
+                kinetic += mass * now * now;
+                places += place * place;
+                (speeds[c], ways[c]) = (old * old, way * way);
+                x[SIDE * c..][..SIDE].copy_from_slice(place.as_array());
+                v[SIDE * c..][..SIDE].copy_from_slice(new.as_array());
+            }
+            fastest = fastest.fast_max(per_grain(&speeds));
+            moved = moved.fast_max(per_grain(&ways));
+            let (w, torques) = (spin[own.clone()].as_flattened_mut(), self.torque[own].as_flattened());
+            for c in 0..R {
+                let old = entries(w, c);
+                let new = kick.keep * old + kick.push * entries(torques, c) * of_grains::<R>(per_inertia, c);
+                let now = old + kick.share * (new - old);
+                rotation += of_grains::<R>(inertia, c) * now * now;
+                w[SIDE * c..][..SIDE].copy_from_slice(new.as_array());
+            }
+        }
+        sums.kinetic += 0.5 * total(kinetic);
+        sums.rotation += 0.5 * total(rotation);
+        sums.gravity += total(work) * kick.time;
+        sums.squares += total(squares);
+        sums.fastest = sums.fastest.max(largest(fastest));
+        sums.moved = sums.moved.max(largest(moved));
+        if !(sums.kinetic + total(places)).is_finite() {
+            let lost = |k: &usize| {
+                !(dot(&velocity[*k], &velocity[*k]) + dot(&position[*k], &position[*k])).is_finite()
+            };
+            sums.lost = Some((self.first + (0..count).find(lost).unwrap_or(0)) as u32);
+        }
+        count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::config::DampingForm;
+    use crate::grains::Grains;
+    use crate::motion::{Drive, Sums, advance};
+
+    /// Grains of several sizes that move, turn and bear forces; those of the second block are held in part.
+    fn grains<const D: usize, const R: usize>() -> Grains<D, R> {
+        let mut grains = Grains::default();
+        let wave = |k: usize| (k as f64 * 0.7).sin();
+        for k in 0..1500 {
+            grains.push(0, 0, std::array::from_fn(|c| wave(3 * k + c)), 0.01 + 0.005 * wave(k), 2600.0);
+            grains.velocity[k] = std::array::from_fn(|c| wave(5 * k + c));
+            grains.spin[k] = std::array::from_fn(|c| wave(7 * k + c));
+            grains.force[k] = std::array::from_fn(|c| wave(11 * k + c));
+            grains.torque[k] = std::array::from_fn(|c| 0.01 * wave(13 * k + c));
+            grains.held[k] = k > 1400;
+        }
+        grains
+    }
+
+    fn moved<const D: usize, const R: usize>(applied: &[[f64; D]]) -> (Grains<D, R>, Sums<D>) {
+        let mut grains = grains::<D, R>();
+        let drive = Drive {
+            dt: 1e-4,
+            last: 0.9e-4,
+            gravity: std::array::from_fn(|c| 1.0 - 5.0 * c as f64),
+            applied,
+            damping: [0.0; 3],
+            form: DampingForm::Components,
+            viscous: 0.0,
+            rate: None,
+            carried: None,
+            change: None,
+        };
+        let sums = advance(&mut grains, &drive, &mut Vec::new());
+        (grains, sums)
+    }
+
+    fn compare<const D: usize, const R: usize>() {
+        // Forces of nothing send every grain through by itself.
+        let (together, own) = moved::<D, R>(&[]);
+        let (apart, other) = moved::<D, R>(&[[0.0; D]; 1500]);
+        assert_eq!(together, apart);
+        assert_eq!((own.fastest, own.moved, own.lost), (other.fastest, other.moved, None));
+        for (one, two) in [
+            (own.kinetic, other.kinetic),
+            (own.rotation, other.rotation),
+            (own.gravity, other.gravity),
+            (own.squares, other.squares),
+            (own.held, other.held),
+        ] {
+            assert!((one - two).abs() < 1e-12 * two.abs(), "{one} {two}");
+        }
+    }
+
+    #[test]
+    fn grains_move_together_as_they_move_one_by_one() {
+        compare::<2, 1>();
+        compare::<3, 3>();
+    }
+
+    #[test]
+    fn a_grain_that_is_lost_is_told_by_its_number() {
+        let mut grains = grains::<3, 3>();
+        grains.force[1030] = [f64::NAN; 3];
+        let drive = Drive {
+            dt: 1e-4,
+            last: 1e-4,
+            gravity: [0.0; 3],
+            applied: &[],
+            damping: [0.0; 3],
+            form: DampingForm::Components,
+            viscous: 0.0,
+            rate: None,
+            carried: None,
+            change: None,
+        };
+        grains.held.fill(false);
+        assert_eq!(advance(&mut grains, &drive, &mut Vec::new()).lost, Some(1030));
+    }
+}
