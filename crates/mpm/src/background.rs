@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use colluvium_case::Case;
 use colluvium_case::description::Space;
-use colluvium_grid::{Axis, Gathered, Grid, Ground, Layout, Mesh, Sweeps};
+use colluvium_grid::{Axis, DomainSlice, Gathered, Grid, Ground, Layout, Mesh, Sweeps};
 
 use crate::cells::{GridCells, MeshCells};
 use crate::dispatch::Chosen;
@@ -81,6 +81,18 @@ impl<const D: usize> Background<D> {
     /// The elements of the mesh.
     pub fn mesh_cells(&self) -> MeshCells<'_, D> {
         MeshCells { mesh: &self.mesh, axisymmetric: self.axisymmetric }
+    }
+
+    /// Edge (m) of the cell that point `p` of `domains`, at `position` (m), is in: the effective size that laws with a length take,
+    /// for the grid carries the resolution (sheet: constitutive §2.16). Of an element it is that of the square or cube which
+    /// elements of its volume share out.
+    #[inline(always)]
+    pub fn edge(&self, domains: &DomainSlice<'_, D>, p: usize, position: &[f64; D]) -> f64 {
+        if !self.is_meshed() {
+            return self.grid.cell;
+        }
+        let volume = self.mesh.elements()[domains.cell(p, &self.ground(), position)].volume;
+        if D == 2 { (2.0 * volume).sqrt() } else { (6.0 * volume).cbrt() }
     }
 
     /// How many normal strains there are.

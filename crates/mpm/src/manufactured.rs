@@ -81,7 +81,7 @@ impl<const D: usize> MpmSolver<D> {
                     gradient: Mat3(gradient),
                     dt: 1.0,
                     density: set.points.mass[p] / set.points.volume[p],
-                    size: set.extent[0],
+                    size: self.background.grid.cell,
                     pore: Pore::default(),
                 });
             }

@@ -55,10 +55,10 @@ impl PointUpdate {
     pub const STRESS: Self = Self { stress: true, ..Self::NONE };
 }
 
-/// No motion of a point of some width (m) in a step (s).
+/// No motion in a step (s) on cells of some edge (m).
 #[inline(always)]
-pub fn still(dt: f64, size: f64) -> Motion {
-    Motion { dt, size, ..Motion::STILL }
+pub fn still(dt: f64, cell: f64) -> Motion {
+    Motion { dt, size: cell, ..Motion::STILL }
 }
 
 /// Grid to point (steps 5, 7–9); returns the largest move along an axis (m).
@@ -124,7 +124,7 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
                 dual.blend(set.field, grid, layout, position, &mut read.gradient);
             }
         }
-        let mut motions = [still(dt, extent[0]); BLOCK];
+        let mut motions = [still(dt, grid.cell); BLOCK];
         if what.stress {
             self.deform(set, block, reads, &mut motions[..n])?;
         }
@@ -173,6 +173,7 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
         for (p, (read, motion)) in reads.iter().zip(&mut *motions).enumerate() {
             let radius = block.position[p][0];
             self.set_gradient(motion, &read.gradient, read.velocity.as_array()[0], radius);
+            motion.size = self.background.edge(&block.domain.as_slice(), p, &block.position[p]);
             if self.strains.is_shared() {
                 let shared = self.shared_strain(set.body, &block.points(&set.extent), p);
                 set_volumetric(motion, self.background.normal_strains(), shared[0]);

@@ -128,7 +128,8 @@ impl<const D: usize> Update<'_, D> {
         if self.transfer == SnowTransfer::Apic {
             sweeps.gather_affine(&ground, &places(block.position, extent), self.nodes, true, block.affine);
         }
-        let mut motions = [Motion { dt: self.dt, size: extent[0], ..Motion::STILL }; BLOCK];
+        let cell = self.background.grid.cell;
+        let mut motions = [Motion { dt: self.dt, size: cell, ..Motion::STILL }; BLOCK];
         let motions = &mut motions[..count];
         for (p, read) in reads.iter().enumerate() {
             let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());

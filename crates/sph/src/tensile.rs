@@ -68,4 +68,18 @@ mod tests {
             SymTensor::diagonal(-2.5, -2.5, 0.0)
         );
     }
+    /// `-ε₀ ⟨I1/3⟩ / ρ² 1` (BN 118 with the sign of K21), in the plane with the stress across it.
+    #[test]
+    fn artificial_pressure_repels_by_the_mean_tension_alone() {
+        let tensile = Tensile::ArtificialPressure { strength: 0.9, exponent: 2.55 };
+        let pulled = SymTensor([6.0, -1.0, 1.0, 4.0, 0.0, 0.0]);
+        let exact = SymTensor::isotropic(-0.9 * 2.0 / 4.0);
+        assert!((repulsion::<2>(tensile, &pulled, 2.0) - exact).norm() < 1e-15);
+        assert!((repulsion::<3>(tensile, &pulled, 2.0) - exact).norm() < 1e-15);
+        // Tension along one axis under pressure on the whole: artificial stress acts, artificial pressure does not.
+        let pressed = SymTensor([6.0, -5.0, -4.0, 0.0, 0.0, 0.0]);
+        assert_eq!(repulsion::<3>(tensile, &pressed, 2.0), SymTensor::ZERO);
+        let stress = Tensile::ArtificialStress { strength: 0.9, exponent: 2.55 };
+        assert!(repulsion::<3>(stress, &pressed, 2.0)[0] < 0.0);
+    }
 }

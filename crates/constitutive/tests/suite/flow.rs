@@ -132,6 +132,19 @@ fn regularisations_agree_in_fast_flow_and_stay_finite_at_rest() {
     }
 }
 
+/// The floor of the shear rate of the source, 10⁻⁷ 1/s, where a case gives none: what is at rest has the viscosity at that rate.
+#[test]
+fn a_viscous_form_starts_from_rest_with_the_floor_of_the_source() {
+    let form: MuIForm =
+        serde_json::from_value(serde_json::json!({ "kind": "capped", "max_viscosity": 1e12 })).unwrap();
+    let law = RegularisedMuI { law: sand().rheology().unwrap(), form };
+    let at_rest = law.viscosity(0.0, 1000.0);
+    digits(at_rest, law.law.strength(1e-7, 1000.0) / 1e-7, 14);
+    assert!((at_rest * 1e-7 / 380.0 - 1.0).abs() < 1e-6, "{at_rest}");
+    assert_eq!((law.viscosity(1e-8, 1000.0), law.viscosity(1e-7, 1000.0)), (at_rest, at_rest));
+    assert!(law.viscosity(2e-7, 1000.0) < 0.51 * at_rest);
+}
+
 #[test]
 fn sand_relaxes_to_the_friction_of_its_plastic_rate() {
     // Δt, trial, τ, γ̇ᵖ at p = 1000 Pa, G = 1 MPa.

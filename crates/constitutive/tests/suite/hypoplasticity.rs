@@ -282,6 +282,26 @@ fn fast_shear_raises_friction_and_void_ratio_and_unloads_the_skeleton() {
     }
 }
 
+/// The rate of the stretching is that of its components: in steady simple shear the viscous stress stays as it is, where a
+/// corotational rate would go on feeding it (`D W - W D` of ±γ̇²/2) and turn it.
+#[test]
+fn with_the_material_rate_the_viscous_stress_of_steady_shear_stays() {
+    use colluvium_constitutive::Corotational;
+    let viscous = AccelerationViscosity { mode: ViscousMode::RateMaterial, ..VISCOSITY };
+    let law =
+        colluvium_constitutive::laws::Viscous::new(Corotational(spec().law().unwrap()), viscous).unwrap();
+    let start = InitialCondition { stress: SymTensor::isotropic(-100e3), density: 1700.0 };
+    let l = Mat3([[0.0, 40.0, 0.0], [0.0; 3], [0.0; 3]]);
+    let motion = Motion::from_velocity_gradient(&l, 1e-4, 1700.0, 1.0).unwrap();
+    let mut point = law.update(&motion, &law.initial(&start).unwrap()).unwrap();
+    let first = point.state.viscous;
+    assert!(first.norm() > 1e3, "{first:?}");
+    for _ in 0..100 {
+        point = law.update(&motion, &point).unwrap();
+        assert!((point.state.viscous - first).norm() < 1e-8 * first.norm(), "{:?}", point.state.viscous);
+    }
+}
+
 #[test]
 fn viscous_stress_ends_with_the_motion_and_turns_with_the_observer() {
     use colluvium_constitutive::Corotational;

@@ -191,7 +191,7 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
                 }
             }
         }
-        let mut motions = [still(self.clock.dt, set.extent[0]); BLOCK];
+        let mut motions = [still(self.clock.dt, self.background.grid.cell); BLOCK];
         if what.stress {
             self.deform_phases(set, block, reads, &mut motions[..n])?;
         }
@@ -238,6 +238,7 @@ impl<const D: usize> UpdateOfPoints<'_, D> {
             let mut strains =
                 [SOLID, LIQUID].map(|phase| motion.dt * self.background.dilation(&read[phase], radius));
             self.set_gradient(motion, &read[SOLID].gradient, read[SOLID].velocity.as_array()[0], radius);
+            motion.size = self.background.edge(&block.domain.as_slice(), p, &block.position[p]);
             if self.strains.is_shared() {
                 strains = self.shared_strain(set.body, &block.points(&set.extent), p);
                 set_volumetric(motion, self.background.normal_strains(), strains[SOLID]);

@@ -6,6 +6,7 @@ mod consistent;
 mod contact;
 mod driven;
 mod light;
+mod materials;
 mod mesh;
 mod mesh_contact;
 mod mesh_phases;

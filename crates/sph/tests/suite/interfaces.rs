@@ -382,3 +382,35 @@ fn elastic_bodies_are_told_what_tension_does_to_them() {
     assert!(!told(fluid(1000.0), &json!({})).contains(of));
     assert!(!told(solid(1000.0), &json!({ "held": ["left"] })).contains(of));
 }
+
+/// A floor of particles that are held at rest and strain by their law, a dynamic boundary (sheet: sph §2.13 e): a column on it comes to
+/// the stress of its weight, and does not sink in. Within two supports of the floor it pushes too hard, as the sheet says of such boundaries.
+#[test]
+fn a_floor_that_is_held_carries_a_column() {
+    let column = json!({ "name": "column", "material": "m", "shape": { "kind": "box", "min": [0, 0], "max": [0.2, 0.5] } });
+    let floor = json!({ "name": "floor", "material": "m", "shape": { "kind": "box", "min": [0, -0.2], "max": [0.2, 0] } });
+    let wall = |side: &str| json!({ "side": side, "wall": { "kind": "smooth" } });
+    let text = json!({
+        "title": "column", "space": "plane-strain", "gravity": [0, -10],
+        "domain": { "min": [0, -0.3], "max": [0.2, 0.6] }, "materials": { "m": solid(2000.0) },
+        "bodies": [column, floor], "boundaries": [wall("x-min"), wall("x-max")],
+        "stages": [{ "name": "s", "duration": 0.5 }],
+        "methods": { "sph": { "spacing": 0.025, "held": ["floor"], "damping": 0.05 } }
+    });
+    let mut solver = begin(&changed(text, &json!({})));
+    while solver.time() < 0.5 {
+        advance(&mut *solver, 1);
+    }
+    let snapshot = solver.snapshot();
+    let (weight, ways) = (2000.0 * 10.0 * 0.5, vectors(&snapshot, "displacement"));
+    let rows = snapshot.positions.iter().zip(&ways).zip(stresses(&snapshot)).zip(&snapshot.bodies);
+    for (((x, u), s), _) in rows.filter(|(_, body)| **body == 0) {
+        let depth = 0.5 - (x[1] - u[1]);
+        // A support is 0.06 m.
+        let near = if depth > 0.5 - 0.12 { 0.1 } else { 0.03 };
+        assert!((s[1] + 2000.0 * 10.0 * depth).abs() < near * weight, "{} Pa at {depth} m", s[1]);
+        // Settlement ρ g (H² - d²)/(2 M) with M = 1.2 MPa, and of the upper layer of the floor.
+        let settled = 2e4 * (0.25 - depth * depth) / 2.4e6;
+        assert!((-u[1] - settled).abs() < 0.1 * 0.025, "{} m for {settled} at {depth}", -u[1]);
+    }
+}

@@ -320,8 +320,39 @@ fn symmetric_gradients_balance_over_all_particles() {
     }
 }
 
+/// Operator 22 is `[∇(ρf) - f ∇ρ]/ρ` with the plain sums, and the difference where the density is one.
+#[test]
+fn the_density_difference_is_the_gradient_of_the_product_less_that_of_the_density() {
+    let lattice = test_lattice::<2>(8, 3, 0.2);
+    let smoothing = Smoothing::new(Kernel::CubicSpline, 1.3 * lattice.spacing).unwrap();
+    let mut neighbours = NeighbourList::new();
+    neighbours.build(&lattice.positions, smoothing.radius()).unwrap();
+    let density: Vec<f64> = lattice.positions.iter().map(|x| 1000.0 + 300.0 * x[0] - 200.0 * x[1]).collect();
+    let field: Vec<f64> = lattice.positions.iter().map(|x| (3.0 * x[0]).sin() + x[1] * x[1]).collect();
+    let product: Vec<f64> = density.iter().zip(&field).map(|(rho, f)| rho * f).collect();
+    let volume: Vec<f64> = density.iter().map(|rho| 1000.0 * lattice.spacing.powi(2) / rho).collect();
+    let even = Cloud::new(&lattice.positions, &volume, &neighbours, &smoothing);
+    let cloud = even.with_densities(&density);
+    for &i in &lattice.inner {
+        let found = cloud.gradient(Gradient::DensityDifference, &field, i);
+        let of_product = cloud.gradient(Gradient::Plain, &product, i);
+        let of_density = cloud.gradient(Gradient::Plain, &density, i);
+        let difference = even.gradient(Gradient::Difference, &field, i);
+        for c in 0..2 {
+            let exact = (of_product[c] - field[i] * of_density[c]) / density[i];
+            assert!((found[c] - exact).abs() < 1e-11, "{found:?} for {exact}");
+        }
+        assert_eq!(even.gradient(Gradient::DensityDifference, &field, i), difference);
+    }
+}
+
 /// Rates of a block with a linear field of velocity and uneven densities.
 fn stretched<const D: usize>(space: &str, edge: f64, sph: &Value) -> Vec<Particle<D>> {
+    moved(space, edge, sph, 0.2)
+}
+
+/// The same with densities that differ by up to a share.
+fn moved<const D: usize>(space: &str, edge: f64, sph: &Value, uneven: f64) -> Vec<Particle<D>> {
     let all = |value: f64| vec![value; D];
     let mut methods = json!({ "spacing": 0.05 });
     for (key, value) in sph.as_object().unwrap() {
@@ -336,7 +367,7 @@ fn stretched<const D: usize>(space: &str, edge: f64, sph: &Value) -> Vec<Particl
     let given = |id: u32, x: &[f64; D]| Given {
         shift: [0.0; D],
         velocity: std::array::from_fn(|c| SLOPE[c][0] * x[0] + if D > 1 { SLOPE[c][1] * x[1] } else { 0.0 }),
-        compression: 1.0 + 0.2 * f64::from(id).sin(),
+        compression: 1.0 + uneven * f64::from(id).sin(),
         stress: SymTensor::ZERO,
     };
     rates::<D>(&Case::from_json(&text.to_string()).unwrap(), given).unwrap()
@@ -353,6 +384,30 @@ fn the_corrected_velocity_gradient_is_exact_with_every_symmetrisation() {
             for (found, exact) in particle.gradient.iter().flatten().zip(SLOPE.iter().flatten()) {
                 assert!((found - exact).abs() < 1e-12, "{symmetrisation}: {:?}", particle.gradient);
             }
+        }
+    }
+}
+
+/// `ϑ = 1 + h/(dρ) Σ m ∂W/∂h = 1 - S + M` with `S = Σ V W` and the moment `M` of the lattice (sheet: sph §2.2, §2.5): the sums over
+/// differences of velocities, `M` times the gradient, are divided by it.
+#[test]
+fn the_factor_of_the_gradient_of_the_smoothing_length_is_that_of_the_lattice() {
+    let (sum, moment) = (0.999_757_31, 0.990_793_06);
+    let options =
+        |symmetrisation: &str| json!({ "smoothing_length": "density", "symmetrisation": symmetrisation });
+    for (symmetrisation, factor) in [("arithmetic", 1.0), ("grad-h", 1.0 / (1.0 - sum + moment))] {
+        let particles = moved::<2>("plane-strain", 0.6, &options(symmetrisation), 0.0);
+        let inner: Vec<_> =
+            particles.iter().filter(|p| p.position.iter().all(|x| (x - 0.3).abs() < 0.15)).collect();
+        assert!(inner.len() >= 16);
+        for particle in inner {
+            for (found, slope) in particle.gradient.iter().flatten().zip(SLOPE.iter().flatten()) {
+                assert!(
+                    (found - slope * moment * factor).abs() < 1e-7,
+                    "{symmetrisation}: {found} for {slope}"
+                );
+            }
+            assert!((particle.divergence - 0.5 * moment * factor).abs() < 1e-7, "{symmetrisation}");
         }
     }
 }
