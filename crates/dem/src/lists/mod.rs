@@ -10,9 +10,12 @@
 mod by_class;
 pub mod classes;
 
+use std::ops::Range;
+
 use by_class::Found;
 use classes::Classes;
 use colluvium_points::{SearchError, Spare};
+use rayon::prelude::*;
 
 use crate::cell::{PeriodicCell, inverse};
 use crate::contact::bond::Bond;
@@ -35,6 +38,8 @@ pub struct Lists<const D: usize, const R: usize> {
     pub seam: Pairs<R>,
     /// First grain of each slab, and the number of grains.
     pub slabs: Vec<u32>,
+    /// First cell of each slab, and the number of cells.
+    cells: Vec<u32>,
     counts: [usize; D2],
     axes: [usize; D2],
     keys: Vec<u32>,
@@ -273,6 +278,8 @@ impl<const D: usize, const R: usize> Lists<D, R> {
     fn cut_slabs(&mut self, grains: usize, all: bool) {
         self.slabs.clear();
         self.slabs.push(0);
+        self.cells.clear();
+        self.cells.push(0);
         let layers = self.counts[self.axes[0]];
         let per_layer: usize = self.axes[1..D].iter().map(|&axis| self.counts[axis]).product();
         for layer in 1..layers {
@@ -280,9 +287,11 @@ impl<const D: usize, const R: usize> Lists<D, R> {
             let last = self.slabs[self.slabs.len() - 1];
             if !all && (start - last) as usize >= SLAB && grains - start as usize >= SLAB {
                 self.slabs.push(start);
+                self.cells.push((layer * per_layer) as u32);
             }
         }
         self.slabs.push(grains as u32);
+        self.cells.push((layers * per_layer) as u32);
     }
 
     /// Lists the pairs of all grains.
@@ -307,37 +316,52 @@ impl<const D: usize, const R: usize> Lists<D, R> {
             self.find_by_class(&look, all);
             return;
         }
-        let per_cell = self.counts[..D].iter().product::<usize>();
+        let slabs: Vec<[Pairs<R>; 2]> =
+            self.cells.par_windows(2).map(|ends| self.find_in(&look, ends[0]..ends[1], all)).collect();
+        for slab in slabs {
+            for (pairs, more) in [&mut self.inner, &mut self.seam].into_iter().zip(slab) {
+                let before = pairs.other.len() as u32;
+                pairs.starts.extend(more.starts.iter().map(|start| before + start));
+                pairs.other.extend(more.other);
+                pairs.image.extend(more.image);
+            }
+        }
+    }
+
+    /// Pairs of the grains of some cells, within the slabs and across the seam; where those of each grain end.
+    fn find_in(&self, look: &Look<'_, D, R>, cells: Range<u32>, all: bool) -> [Pairs<R>; 2] {
+        let [mut inner, mut seam] = [Pairs::default(), Pairs::default()];
         let mut neighbours: Vec<Neighbour<D>> = Vec::new();
-        for number in 0..per_cell {
+        for number in cells.start as usize..cells.end as usize {
             let (from, to) = (self.starts[number] as usize, self.starts[number + 1] as usize);
             if from == to {
                 continue;
             }
             if !all {
-                self.neighbours(number, cell, &mut neighbours);
+                self.neighbours(number, look.cell, &mut neighbours);
             }
             for i in from..to {
                 if all {
-                    look.all(i, &mut self.inner);
+                    look.all(i, &mut inner);
                 } else {
                     for j in i + 1..to {
-                        look.pair(i, j, [0; D], &mut self.inner);
+                        look.pair(i, j, [0; D], &mut inner);
                     }
                     for near in &neighbours {
                         let key = self.axes[..D]
                             .iter()
                             .fold(0, |key, &axis| key * self.counts[axis] + near.cell[axis]);
-                        let pairs = if near.seam { &mut self.seam } else { &mut self.inner };
+                        let pairs = if near.seam { &mut seam } else { &mut inner };
                         for j in self.starts[key]..self.starts[key + 1] {
                             look.pair(i, j as usize, near.steps, pairs);
                         }
                     }
                 }
-                self.inner.starts.push(self.inner.other.len() as u32);
-                self.seam.starts.push(self.seam.other.len() as u32);
+                inner.starts.push(inner.other.len() as u32);
+                seam.starts.push(seam.other.len() as u32);
             }
         }
+        [inner, seam]
     }
 
     /// Cells ahead of cell `number`: half of those around it.

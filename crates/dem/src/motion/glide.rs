@@ -52,6 +52,12 @@ fn total(lanes: Lanes) -> f64 {
     (a + b) + (c + d)
 }
 
+/// The first grain whose place or velocity is not finite, or the first of all.
+fn first_lost<const D: usize>(position: &[[f64; D]], velocity: &[[f64; D]]) -> usize {
+    let mut sizes = position.iter().zip(velocity).map(|(x, v)| dot(x, x) + dot(v, v));
+    sizes.position(|size| !size.is_finite()).unwrap_or(0)
+}
+
 fn largest(lanes: Lanes) -> f64 {
     lanes.to_array().into_iter().fold(0.0, f64::max)
 }
@@ -98,8 +104,7 @@ impl<const D: usize, const R: usize> Still<'_, D, R> {
                 x[SIDE * c..][..SIDE].copy_from_slice(place.as_array());
                 v[SIDE * c..][..SIDE].copy_from_slice(new.as_array());
             }
-            fastest = fastest.fast_max(per_grain(&speeds));
-            moved = moved.fast_max(per_grain(&ways));
+            (fastest, moved) = (fastest.fast_max(per_grain(&speeds)), moved.fast_max(per_grain(&ways)));
             let (w, torques) = (spin[own.clone()].as_flattened_mut(), self.torque[own].as_flattened());
             for c in 0..R {
                 let old = entries(w, c);
@@ -116,10 +121,7 @@ impl<const D: usize, const R: usize> Still<'_, D, R> {
         sums.fastest = sums.fastest.max(largest(fastest));
         sums.moved = sums.moved.max(largest(moved));
         if !(sums.kinetic + total(places)).is_finite() {
-            let lost = |k: &usize| {
-                !(dot(&velocity[*k], &velocity[*k]) + dot(&position[*k], &position[*k])).is_finite()
-            };
-            sums.lost = Some((self.first + (0..count).find(lost).unwrap_or(0)) as u32);
+            sums.lost = Some((self.first + first_lost(position, velocity)) as u32);
         }
         count
     }

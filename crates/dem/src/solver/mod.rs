@@ -201,8 +201,6 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         reactions.clear();
         reactions.resize(slabs * self.walls.len(), [0.0; D]);
         let (grains, (force, torque)) = self.grains.apart();
-        received.clear();
-        received.resize(grains.mass.len(), Received::default());
         let mut scene = Scene::new(grains, &self.laws.pairs, self.kinds.len());
         (scene.shifts, scene.dt, scene.growth) = (shifts, self.last, rate);
         scene.radii = self.options.lever_arm == LeverArm::Radius;
@@ -212,10 +210,8 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         // Lanes that are left over look at the first grain.
         let single = grains.mass.is_empty() || self.one_by_one;
         scene.way = if single { Way::Single } else { Way::of(&self.laws.pairs) };
-        if scene.way != Way::Single {
-            records(grains, (scene.velocity, scene.spin), lines);
-            scene.records = (&lines.place, &lines.motion);
-        }
+        records(grains, (scene.velocity, scene.spin), (&mut *lines, &mut *received));
+        scene.records = (&lines.place, &lines.motion);
         scene.contacts(&mut self.lists, received, tallies);
         deliver(received, grains.radius, (&mut *force, &mut *torque));
         let WallList { grain, wall, slabs: of_slabs, memory, facet, .. } = &mut self.near;

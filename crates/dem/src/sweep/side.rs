@@ -146,31 +146,35 @@ impl Way {
     }
 }
 
-/// Records of all grains.
+/// Records of all grains, which have received nothing yet.
 pub fn records<const D: usize, const R: usize>(
     grains: Shown<'_, D, R>,
     (velocity, spin): (&[[f64; D]], &[[f64; R]]),
-    out: &mut Records,
+    (out, received): (&mut Records, &mut Vec<Received>),
 ) {
     use rayon::prelude::*;
     let Shown { position, mass, radius, held, .. } = grains;
     out.place.resize(mass.len(), Lanes::ZERO);
     out.motion.resize(mass.len(), Motion::default());
+    received.resize(mass.len(), Received::default());
     let blocks = out.place.par_chunks_mut(TASK).zip(out.motion.par_chunks_mut(TASK));
-    blocks.enumerate().for_each(|(block, (places, motions))| {
-        for (i, (place, motion)) in (block * TASK..).zip(places.iter_mut().zip(motions)) {
-            let inverse = if held[i] { 0.0 } else { 1.0 / mass[i] };
-            let (x, v, w) = (&position[i], &velocity[i], &spin[i]);
-            if D == 3 {
-                *place = Lanes::new([x[0], x[1], x[2], radius[i]]);
-                motion.velocity = Lanes::new([v[0], v[1], v[2], inverse]);
-                motion.spin = Lanes::new([w[0], w[1], w[2], 0.0]);
-            } else {
-                *place = Lanes::new([x[0], x[1], 0.0, radius[i]]);
-                motion.velocity = Lanes::new([v[0], v[1], w[0], inverse]);
+    blocks.zip(received.par_chunks_mut(TASK)).enumerate().for_each(
+        |(block, ((places, motions), received))| {
+            received.fill(Received::default());
+            for (i, (place, motion)) in (block * TASK..).zip(places.iter_mut().zip(motions)) {
+                let inverse = if held[i] { 0.0 } else { 1.0 / mass[i] };
+                let (x, v, w) = (&position[i], &velocity[i], &spin[i]);
+                if D == 3 {
+                    *place = Lanes::new([x[0], x[1], x[2], radius[i]]);
+                    motion.velocity = Lanes::new([v[0], v[1], v[2], inverse]);
+                    motion.spin = Lanes::new([w[0], w[1], w[2], 0.0]);
+                } else {
+                    *place = Lanes::new([x[0], x[1], 0.0, radius[i]]);
+                    motion.velocity = Lanes::new([v[0], v[1], w[0], inverse]);
+                }
             }
-        }
-    });
+        },
+    );
 }
 
 /// How four grains of these radii move.

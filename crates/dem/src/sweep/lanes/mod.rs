@@ -2,10 +2,12 @@
 //! their order are those of [`act`](crate::contact::act), so that forces are the same to the last bit. Every contact writes its force; sums over the
 //! contacts of a grain are made one after another, in the order of the lists.
 
+mod batch;
 mod springs;
 
 use std::ops::Range;
 
+use batch::{Batch, Four, MOST, ROOM, four_of};
 use wide::f64x4 as Lanes;
 
 use super::side::{Laws, Received, WIDTH, seen};
@@ -13,135 +15,6 @@ use super::{Scene, Shares};
 use crate::contact::{APART, TOUCHING, Tally, Touch, end};
 use crate::pairs::{Listed, SPRING};
 use crate::vector::{add, dot, follow, minus, moment, spread, times};
-
-/// Contacts of a batch.
-const MOST: usize = 64;
-
-/// Room for them, and for those that come with the last of them.
-const ROOM: usize = MOST + WIDTH;
-
-/// What four contacts are, on their way through the stages of a batch. Stages are loops of their own: chains of roots and
-/// divisions of several fours are then under way at once.
-#[derive(Clone, Copy)]
-struct Four<const D: usize, const R: usize> {
-    touch: Touch<D, R, Lanes>,
-    /// Lever arms over radii.
-    arm: Lanes,
-    /// Springs across, turned into the plane across the normal (m).
-    slide: [Lanes; R],
-    /// Dissipative part of the normal force in the last step (N).
-    dash: Lanes,
-}
-
-impl<const D: usize, const R: usize> Four<D, R> {
-    const NONE: Self = {
-        let zero = Lanes::ZERO;
-        Self {
-            touch: Touch {
-                overlap: zero,
-                normal: [zero; D],
-                separation: zero,
-                sliding: [zero; R],
-                turning: [zero; R],
-                spin: zero,
-                mass: zero,
-                radius: zero,
-                small: zero,
-            },
-            arm: zero,
-            slide: [zero; R],
-            dash: zero,
-        }
-    };
-}
-
-/// Contacts that wait.
-struct Batch<const D: usize, const R: usize> {
-    fours: [Four<D, R>; MOST / WIDTH],
-    count: usize,
-    first: [u32; ROOM],
-    second: [u32; ROOM],
-    slot: [u32; ROOM],
-    code: [u8; ROOM],
-    /// What lies between the centres (m), and the square of their distance (m²).
-    apart: [[f64; ROOM]; D],
-    square: [f64; ROOM],
-    /// Radii of the first and the second grains (m).
-    radii: [[f64; ROOM]; 2],
-}
-
-/// Four of a column.
-#[inline(always)]
-fn four_of(column: &[f64; ROOM], group: usize) -> Lanes {
-    let own = &column[WIDTH * group..][..WIDTH];
-    Lanes::new([own[0], own[1], own[2], own[3]])
-}
-
-impl<const D: usize, const R: usize> Batch<D, R> {
-    const EMPTY: Self = Self {
-        fours: [Four::NONE; MOST / WIDTH],
-        count: 0,
-        first: [0; ROOM],
-        second: [0; ROOM],
-        slot: [0; ROOM],
-        code: [0; ROOM],
-        apart: [[0.0; ROOM]; D],
-        square: [0.0; ROOM],
-        radii: [[0.0; ROOM]; 2],
-    };
-
-    /// Adds those of four pairs of grain `i` whose bits are set.
-    #[inline(always)]
-    fn push(
-        &mut self,
-        (i, radius): (usize, f64),
-        (seconds, slot, codes): ([u32; WIDTH], usize, [u8; WIDTH]),
-        (apart, square, radii): (&[Lanes; D], Lanes, Lanes),
-        bits: u32,
-    ) {
-        let n = self.count;
-        if bits & (bits + 1) == 0 {
-            // From the first on: all of them as they are, and those that do not count are written over.
-            for c in 0..D {
-                self.apart[c][n..][..WIDTH].copy_from_slice(apart[c].as_array());
-            }
-            self.square[n..][..WIDTH].copy_from_slice(square.as_array());
-            self.radii[0][n..][..WIDTH].fill(radius);
-            self.radii[1][n..][..WIDTH].copy_from_slice(radii.as_array());
-            self.first[n..][..WIDTH].fill(i as u32);
-            self.second[n..][..WIDTH].copy_from_slice(&seconds);
-            let slot = slot as u32;
-            self.slot[n..][..WIDTH].copy_from_slice(&[slot, slot + 1, slot + 2, slot + 3]);
-            self.code[n..][..WIDTH].copy_from_slice(&codes);
-        } else {
-            let (mut bits, mut n) = (bits, n);
-            while bits != 0 {
-                let k = bits.trailing_zeros() as usize % WIDTH;
-                for c in 0..D {
-                    self.apart[c][n] = apart[c].as_array()[k];
-                }
-                self.square[n] = square.as_array()[k];
-                (self.radii[0][n], self.radii[1][n]) = (radius, radii.as_array()[k]);
-                (self.first[n], self.second[n]) = (i as u32, seconds[k]);
-                (self.slot[n], self.code[n]) = ((slot + k) as u32, codes[k]);
-                bits &= bits - 1;
-                n += 1;
-            }
-        }
-        self.count = n + bits.count_ones() as usize;
-    }
-
-    /// Copies contact `from` to place `to`.
-    fn copy(&mut self, from: usize, to: usize) {
-        for column in self.apart.iter_mut().chain(&mut self.radii).chain([&mut self.square]) {
-            column[to] = column[from];
-        }
-        for column in [&mut self.first, &mut self.second, &mut self.slot] {
-            column[to] = column[from];
-        }
-        self.code[to] = self.code[from];
-    }
-}
 
 /// Sums over contacts, lane by lane.
 #[derive(Default)]
@@ -246,15 +119,8 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
             let valid = (1u32 << (end - k).min(WIDTH)) - 1;
             let near = square.simd_lt(sum * sum).to_bitmask() & valid;
             let slot = k - self.shares.pair;
-            if near != valid {
-                let mut far = valid & !near;
-                while far != 0 {
-                    let lane = far.trailing_zeros() as usize % WIDTH;
-                    if self.shares.memory.state[slot + lane] != APART {
-                        self.end(i, seconds[lane] as usize, codes[lane] as usize, slot + lane);
-                    }
-                    far &= far - 1;
-                }
+            if near != valid && fill_up(&*self.shares.memory.state, slot) != [APART; WIDTH] {
+                self.end_far((i, seconds, codes), slot, valid & !near);
             }
             if near != 0 {
                 self.batch.push((i, radius), (seconds, slot, codes), (&apart, square, others[3]), near);
@@ -263,6 +129,16 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
                 }
             }
             k += WIDTH;
+        }
+    }
+
+    /// Ends those of four contacts of grain `i` whose bits are set.
+    #[inline(never)]
+    fn end_far(&mut self, (i, seconds, codes): (usize, [u32; WIDTH], [u8; WIDTH]), slot: usize, bits: u32) {
+        for lane in (0..WIDTH).filter(|lane| bits & (1 << lane) != 0) {
+            if self.shares.memory.state[slot + lane] != APART {
+                self.end(i, seconds[lane] as usize, codes[lane] as usize, slot + lane);
+            }
         }
     }
 
@@ -379,7 +255,7 @@ impl<const D: usize, const R: usize> Run<'_, '_, '_, D, R> {
         common: Option<&Laws>,
     ) {
         let [firsts, seconds, slots] = self.grains(group);
-        let Four { touch, arm, slide, dash } = self.batch.fours[group];
+        let Four { touch, arm, slide, dash, .. } = self.batch.fours[group];
         let own;
         let laws = if let Some(laws) = common {
             laws
