@@ -21,7 +21,8 @@ impl Case {
     /// The law of body number `number` at its points: their `positions` (m), and where they come from a file, `listed`.
     ///
     /// # Errors
-    /// When the law cannot be built, or cannot begin at a point with the stress that the case gives there.
+    /// When the law cannot be built, or cannot begin at a point with the stress that the case gives there; when the points have pore
+    /// pressures and the body no pore fluid.
     pub fn begin_law<const D: usize>(
         &self,
         number: usize,
@@ -29,6 +30,11 @@ impl Case {
         positions: &[[f64; D]],
     ) -> Result<Begun, CaseError> {
         let body = &self.bodies[number];
+        if body.pore_fluid.is_none() && listed.is_some_and(|list| list.pore_pressures.is_some()) {
+            let problem = "the points have pore pressures, and the body no `pore_fluid` that would bear them (an undrained material has its \
+                           own): give it one, or leave the column out";
+            return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
+        }
         let spec = &self.materials[&body.material];
         let material = spec
             .build()

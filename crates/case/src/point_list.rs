@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::decimal::taken_off;
-use crate::description::{Body, InitialStress, Velocity};
+use crate::description::{Body, InitialStress, PorePressure, Velocity};
 use crate::json::closest;
 use crate::{Case, CaseError};
 
@@ -22,7 +22,8 @@ use crate::{Case, CaseError};
 ///   `spacing` is given;
 /// - `velocity_x`, `velocity_y`, `velocity_z`: the initial velocity (m/s), in place of the body's `velocity`; zero for those left out;
 /// - `stress_xx`, `stress_yy`, `stress_zz`, `stress_xy`, `stress_yz`, `stress_zx`: the initial stress (Pa, tension-positive), in
-///   place of the body's `stress`; zero for those left out.
+///   place of the body's `stress`; zero for those left out;
+/// - `pore_pressure`: the initial pore pressure (Pa, compression-positive), in place of that of the body's `pore_fluid`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointFile {
@@ -44,6 +45,8 @@ pub struct PointList {
     pub velocities: Option<Vec<[f64; 3]>>,
     /// Initial stresses (Pa, tension-positive), if the file has them.
     pub stresses: Option<Vec<SymTensor>>,
+    /// Initial pore pressures (Pa, compression-positive), if the file has them.
+    pub pore_pressures: Option<Vec<f64>>,
 }
 
 impl PointList {
@@ -52,6 +55,8 @@ impl PointList {
     /// Columns with the initial stress (Pa, tension-positive).
     pub const STRESS: [&str; 6] =
         ["stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_yz", "stress_zx"];
+    /// Column with the initial pore pressure (Pa, compression-positive).
+    pub const PORE_PRESSURE: &str = "pore_pressure";
 
     /// Places and volumes.
     pub fn samples<const D: usize>(&self) -> Vec<Sample<D>> {
@@ -119,6 +124,7 @@ impl Case {
         let mut list = PointList {
             velocities: columns.has(&PointList::VELOCITY).then(Vec::new),
             stresses: columns.has(&PointList::STRESS).then(Vec::new),
+            pore_pressures: columns.has(&[PointList::PORE_PRESSURE]).then(Vec::new),
             ..PointList::default()
         };
         for record in reader.records() {
@@ -139,6 +145,8 @@ impl Case {
             list.velocities.iter_mut().for_each(|all| all.push(velocity));
             let stress = row.numbers(&columns, &PointList::STRESS)?;
             list.stresses.iter_mut().for_each(|all| all.push(SymTensor(stress)));
+            let pressure = row.number(&columns, PointList::PORE_PRESSURE)?;
+            list.pore_pressures.iter_mut().for_each(|all| all.push(pressure));
             rows.push(row.line);
         }
         if rows.is_empty() {
@@ -164,6 +172,7 @@ impl Columns {
             .chain([&VOLUME])
             .chain(&PointList::VELOCITY[..dimension])
             .chain(&PointList::STRESS)
+            .chain([&PointList::PORE_PRESSURE])
             .copied()
             .collect();
         for (number, name) in names.iter().enumerate() {
@@ -209,6 +218,12 @@ impl Columns {
         }
         if self.has(&PointList::STRESS) && body.stress != InitialStress::None {
             return twice("stresses", "stress");
+        }
+        let fluid = body.pore_fluid.as_ref();
+        if self.has(&[PointList::PORE_PRESSURE])
+            && fluid.is_some_and(|own| own.pressure != PorePressure::None)
+        {
+            return twice("pore pressures", "pore_fluid.pressure");
         }
         if body.rigid && (self.has(&PointList::VELOCITY) || self.has(&PointList::STRESS)) {
             return Err("a rigid body begins at rest and carries no stress".to_owned());
@@ -308,12 +323,13 @@ mod tests {
 
     #[test]
     fn columns_in_any_order_give_places_volumes_velocities_and_stresses() {
-        let text = "# from a tomography\ny (m), x (m), stress_yy (Pa), volume (m2), velocity_x (m/s)\n0.5, 0.25, -3e3, 0.01, 2\n\
-                    1, 0, -1, 0.03, -1\n";
+        let text = "# from a tomography\ny (m), x (m), stress_yy (Pa), volume (m2), velocity_x (m/s), pore_pressure (Pa)\n\
+                    0.5, 0.25, -3e3, 0.01, 2, 4e3\n1, 0, -1, 0.03, -1, -5\n";
         let (_folder, case) = case(text, "");
         let list = case.point_list(0).unwrap().unwrap();
         assert_eq!(list.positions, [[0.25, 0.5, 0.0], [0.0, 1.0, 0.0]]);
         assert_eq!(list.volumes, [0.01, 0.03]);
+        assert_eq!(list.pore_pressures, Some(vec![4e3, -5.0]));
         assert_eq!(list.velocities, Some(vec![[2.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]));
         let stress = SymTensor([0.0, -3e3, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(list.stresses.as_ref().unwrap()[0], stress);
@@ -356,6 +372,11 @@ mod tests {
                 "has stresses, and the body has `stress` as well",
             ),
             ("x,y,volume,stress_xy\n".to_owned(), r#", "rigid": true"#, "a rigid body begins at rest"),
+            (
+                "x,y,volume,pore_pressure\n".to_owned(),
+                r#", "pore_fluid": { "porosity": 0.4, "permeability": 1e-3, "pressure": { "kind": "uniform", "value": 1 } }"#,
+                "has pore pressures, and the body has `pore_fluid.pressure` as well",
+            ),
         ];
         for (text, more, words) in mistakes {
             let (folder, case) = case(&text, more);

@@ -14,6 +14,8 @@ pub mod erosion;
 pub mod exact;
 pub mod flow;
 pub mod friction;
+pub mod hand_over;
+pub mod handed;
 pub mod inflow;
 pub mod kernel;
 pub mod maps;

@@ -1,7 +1,8 @@
 //! Nodes from the points of another method (sheet: depth-sph §3.2, 4).
 
-use colluvium_case::{Case, CaseError, Method};
+use colluvium_case::{Case, CaseError, Method, PointList, Snapshot};
 use colluvium_depth_sph::DepthSph;
+use colluvium_depth_sph::hand_over::stacks;
 use serde_json::json;
 
 /// A cloud of points a quarter of a metre apart, 4 m by 3 m and 2 m high, that moves faster at its top.
@@ -63,6 +64,111 @@ fn points_hand_over_their_volume_their_middle_and_their_momentum() {
             snapshot.positions.iter().position(|x| (x[0] - 3.0).abs() < 0.3 && (x[1] - 3.5).abs() < 0.3);
         assert!((depth[middle.unwrap()] - 2.0).abs() < 0.2, "{}", depth[middle.unwrap()]);
     }
+}
+
+/// Writes points with their pore pressures.
+fn write(folder: &std::path::Path, list: &PointList) {
+    let mut text = "x (m),y (m),z (m),volume (m3),pore_pressure (Pa)\n".to_owned();
+    for (i, x) in list.positions.iter().enumerate() {
+        let pressure = list.pore_pressures.as_ref().unwrap()[i];
+        text += &format!("{:?},{:?},{:?},{:?},{pressure:?}\n", x[0], x[1], x[2], list.volumes[i]);
+    }
+    std::fs::write(folder.join("points.csv"), text).unwrap();
+}
+
+/// What points of the file give, with columns.
+fn handed(folder: &std::path::Path, phases: &str) -> (Case, Snapshot) {
+    let mut value = serde_json::to_value(case(folder, phases).unwrap()).unwrap();
+    value["bodies"][0]["points"]["file"] = json!("points.csv");
+    value["methods"]["depth-sph"]["column"] = json!({ "consolidation": 0.01 });
+    let case = Case::from_value(&value, folder).unwrap();
+    let mut solver = DepthSph.build(&case).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    (case, solver.snapshot())
+}
+
+/// A block of points 2 m high, their pore pressure that of water up to their surface and `excess` (Pa) of the height over the depth.
+fn block(excess: impl Fn(f64) -> f64) -> PointList {
+    let mut list = PointList { pore_pressures: Some(Vec::new()), ..PointList::default() };
+    for (i, j, k) in (0..32).flat_map(|i| (0..24).flat_map(move |j| (0..16).map(move |k| (i, j, k)))) {
+        let [x, y, z] = [i, j, k].map(|n| 0.125 * (f64::from(n) + 0.5));
+        list.positions.push([x + 1.0, y + 2.0, z]);
+        list.volumes.push(0.125f64.powi(3));
+        list.pore_pressures.as_mut().unwrap().push(9810.0 * (2.0 - z) + excess(0.5 * z));
+    }
+    list
+}
+
+/// Base and mean of the excess pressure of the nodes in the middle (Pa), and their depths (m).
+fn inner(snapshot: &Snapshot) -> Vec<[f64; 3]> {
+    let names = ["excess_pore_pressure", "mean_excess_pore_pressure", "depth"];
+    let columns = names.map(|name| snapshot.scalars(name).unwrap());
+    let is_inner = |i: &usize| {
+        let x = snapshot.positions[*i];
+        (x[0] - 3.0).abs() < 0.8 && (x[1] - 3.5).abs() < 0.6 && columns[0][*i].is_finite()
+    };
+    let found: Vec<_> =
+        (0..snapshot.positions.len()).filter(is_inner).map(|i| columns.map(|column| column[i])).collect();
+    assert!(found.len() >= 4);
+    found
+}
+
+#[test]
+fn pore_pressure_is_handed_over_and_back() {
+    let linear = |zeta: f64| 6e3 * (1.0 - zeta);
+    let parabola = |zeta: f64| 6e3 * (1.0 - zeta * zeta);
+    // The mean of the points of a parabola is that of sixteen layers.
+    let profiles: [(&dyn Fn(f64) -> f64, f64); 2] = [(&linear, 3e3), (&parabola, 4e3 * (1.0 + 1.0 / 2048.0))];
+    for phases in ["one", "two"] {
+        // Of grains and fluid the porosity is that of sums over nodes.
+        let close = if phases == "one" { 1e-9 } else { 1e-3 };
+        for (excess, mean) in profiles {
+            let folder = tempfile::tempdir().unwrap();
+            write(folder.path(), &block(excess));
+            let (case, first) = handed(folder.path(), phases);
+            let there = inner(&first);
+            for [base, of_depth, _] in &there {
+                assert!((of_depth / mean - 1.0).abs() < close, "{phases}: mean {of_depth} for {mean}");
+                assert!((base / 6e3 - 1.0).abs() < 0.005, "{phases}: base {base}");
+            }
+            let back = stacks(&case, &first).unwrap();
+            let (all, volume) = (back.pore_pressures.as_ref().unwrap(), &back.volumes);
+            let whole: f64 = volume.iter().sum();
+            assert!(
+                (whole / 24.0 - 1.0).abs() < if phases == "one" { 1e-12 } else { 0.02 },
+                "{phases}: {whole} m³"
+            );
+            assert!(all.len() > 2 * 48, "stacks of {} points", all.len());
+            write(folder.path(), &back);
+            for (before, after) in there.iter().zip(inner(&handed(folder.path(), phases).1)) {
+                assert!((after[2] / before[2] - 1.0).abs() < close, "{phases}: depth {after:?} {before:?}");
+                assert!(
+                    (after[1] / before[1] - 1.0).abs() < 2.0 * close,
+                    "{phases}: mean {after:?} {before:?}"
+                );
+                // Three or four points stand in a stack: of a parabola they have means of layers.
+                let bound = if (mean - 3e3).abs() < 1.0 { 2.0 * close } else { 0.02 };
+                assert!((after[0] / before[0] - 1.0).abs() < bound, "{phases}: base {after:?} {before:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn pressure_beyond_the_weight_is_held_and_told() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), &block(|zeta| 40e3 * (1.0 - zeta)));
+    let (case, snapshot) = handed(folder.path(), "one");
+    let warnings = DepthSph.plan(&case).unwrap().warnings;
+    assert!(
+        warnings.iter().any(|warning| warning.starts_with("bodies: the pore pressure of points")),
+        "{warnings:?}"
+    );
+    for liquefaction in snapshot.scalars("liquefaction").unwrap() {
+        assert!((liquefaction - 1.0).abs() < 1e-12, "{liquefaction}");
+    }
+    let without = DepthSph.plan(&self::case(folder.path(), "one").unwrap()).unwrap().warnings;
+    assert!(without.iter().any(|warning| warning.contains("pore pressures are passed over")), "{without:?}");
 }
 
 #[test]

@@ -72,6 +72,15 @@ impl Terrain {
         ])
     }
 
+    /// Whether there is a bed at a place in plan (m), as [`Terrain::bed`] has it.
+    #[inline]
+    pub fn holds(&self, x: f64, y: f64) -> bool {
+        let Some(([i, j], _)) = self.raster.cell(x, y) else { return false };
+        let below = j * self.raster.columns + i;
+        let above = below + self.raster.columns;
+        [below, below + 1, above, above + 1].iter().all(|node| self.raster.values[*node].is_finite())
+    }
+
     /// The bed at a place in plan (m); `None` beyond the outermost nodes or where one around it has no data.
     #[inline]
     pub fn bed(&self, x: f64, y: f64) -> Option<Bed> {
@@ -244,6 +253,7 @@ mod tests {
             let terrain = Terrain::new(raster.clone(), smoothing).unwrap();
             let (x, y) = (-1.0, 3.0);
             let bed = terrain.bed(x, y).unwrap();
+            assert!(terrain.holds(x, y) && !terrain.holds(-3.1, y));
             let exact = [0.3 + 0.1 * x + 0.02 * y, -0.2 + 0.02 * x - 0.08 * y];
             assert!((bed.height - parabola(x, y)).abs() < 1e-12);
             assert!((0..2).all(|c| (bed.gradient[c] - exact[c]).abs() < 1e-12), "{bed:?} {exact:?}");

@@ -7,7 +7,8 @@ use clap::Args;
 use colluvium::case::output::{
     Collection, OutputError, Table, frame_arrays, table_arrays, write_atomically, write_npz,
 };
-use colluvium::case::{Case, FieldData, PointList, Snapshot};
+use colluvium::case::{Case, PointList, Role, Snapshot};
+use colluvium::depth_sph::hand_over::stacks;
 use colluvium::pictures::frame;
 
 use super::{Failure, a_run};
@@ -19,8 +20,8 @@ const FOLDER: &str = "npz";
 pub struct Arguments {
     /// Folder of a run.
     folder: PathBuf,
-    /// Write the last frame as `points.csv` instead: places, volumes, velocities and stresses that `bodies.points` of another case
-    /// takes, by the same method or another one.
+    /// Write the last frame as `points.csv` instead: places, volumes, velocities, stresses and pore pressures that `bodies.points` of
+    /// another case takes, by the same method or another one. Columns of depth-integrated flow become stacks of points.
     #[arg(long)]
     points: bool,
 }
@@ -62,29 +63,52 @@ fn points(from: &Path) -> Result<(), Failure> {
     let last = frames.last().ok_or_else(|| OutputError::new(from, "holds no frame"))?;
     let snapshot = frame(from, last)?;
     let to = from.join(POINTS);
-    let text = list(&snapshot, case.dimension())
-        .ok_or_else(|| OutputError::new(&to, "the points of this run have no volume, velocity and stress"))?;
+    let list = if snapshot.amounts(Role::Bed).is_some() {
+        stacks(&case, &snapshot).map_err(|error| OutputError::new(&to, error))?
+    } else {
+        let problem = "the points of this run have no volume, velocity and stress";
+        list(&snapshot).ok_or_else(|| OutputError::new(&to, problem))?
+    };
+    let text = table(&list, case.dimension());
     write_atomically(&to, text.as_bytes())?;
-    say!("wrote the {} points at {} s to {}", snapshot.positions.len(), snapshot.time, to.display());
+    say!("wrote the {} points at {} s to {}", list.positions.len(), snapshot.time, to.display());
     Ok(())
 }
 
-/// A list of the points of a frame, as a table with a head.
-fn list(snapshot: &Snapshot, dimension: usize) -> Option<String> {
-    let (volume, velocity) = (snapshot.scalars("volume")?, snapshot.vectors("velocity")?);
-    let FieldData::Tensor(stress) = &snapshot.field("stress")?.data else { return None };
+/// The points of a frame, as they are.
+fn list(snapshot: &Snapshot) -> Option<PointList> {
+    // Dry points have no pressure in their pores.
+    let pressures = |all: &[f64]| all.iter().map(|p| if p.is_nan() { 0.0 } else { *p }).collect();
+    Some(PointList {
+        positions: snapshot.positions.clone(),
+        volumes: snapshot.scalars("volume")?.to_vec(),
+        velocities: Some(snapshot.vectors("velocity")?.to_vec()),
+        stresses: Some(snapshot.tensors("stress")?.to_vec()),
+        pore_pressures: snapshot.scalars(PointList::PORE_PRESSURE).map(pressures),
+    })
+}
+
+/// A list of points as a table with a head.
+fn table(list: &PointList, dimension: usize) -> String {
     let axes = &["x", "y", "z"][..dimension];
     let mut heads: Vec<String> = axes.iter().map(|axis| format!("{axis} (m)")).collect();
     heads.push("volume (m3)".to_owned());
-    heads.extend(PointList::VELOCITY[..dimension].iter().map(|name| format!("{name} (m/s)")));
-    heads.extend(PointList::STRESS.map(|name| format!("{name} (Pa)")));
+    let names =
+        |names: &[&str], unit: &str| names.iter().map(|name| format!("{name} ({unit})")).collect::<Vec<_>>();
+    heads.extend(list.velocities.iter().flat_map(|_| names(&PointList::VELOCITY[..dimension], "m/s")));
+    heads.extend(list.stresses.iter().flat_map(|_| names(&PointList::STRESS, "Pa")));
+    heads.extend(list.pore_pressures.iter().flat_map(|_| names(&[PointList::PORE_PRESSURE], "Pa")));
     let mut text = heads.join(",") + "\n";
-    for (i, x) in snapshot.positions.iter().enumerate() {
-        let place = x[..dimension].iter().chain([&volume[i]]).chain(&velocity[i][..dimension]);
-        let row: Vec<String> = place.chain(&stress[i].0).map(|value| format!("{value:?}")).collect();
+    for (i, x) in list.positions.iter().enumerate() {
+        let mut row = x[..dimension].to_vec();
+        row.push(list.volumes[i]);
+        row.extend(list.velocities.iter().flat_map(|all| all[i][..dimension].to_vec()));
+        row.extend(list.stresses.iter().flat_map(|all| all[i].0));
+        row.extend(list.pore_pressures.iter().map(|all| all[i]));
+        let row: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
         text += &(row.join(",") + "\n");
     }
-    Some(text)
+    text
 }
 
 /// Removes the archives of an earlier export.

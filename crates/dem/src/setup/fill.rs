@@ -100,7 +100,12 @@ fn begin<const D: usize, const R: usize>(
     start: usize,
     grains: &mut Grains<D, R>,
 ) -> Result<(), CaseError> {
-    let listed = case.point_list(number)?.and_then(|list| list.velocities);
+    let list = case.point_list(number)?;
+    if list.as_ref().is_some_and(|list| list.pore_pressures.is_some()) {
+        let problem = "the points have pore pressures, and dem no pore fluid: leave the column out";
+        return Err(CaseError::new(format!("bodies[{number}].points.file"), problem));
+    }
+    let listed = list.and_then(|list| list.velocities);
     for i in start..grains.len() {
         let velocity = match &listed {
             Some(velocities) => velocities[i - start],

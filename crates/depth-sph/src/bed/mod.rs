@@ -54,6 +54,11 @@ pub trait Surface<const D: usize>: Send + Sync {
     /// The bed at `x` (m).
     fn at(&self, x: &Plan<D>) -> Option<BedPoint<D>>;
 
+    /// Whether there is a bed at `x` (m).
+    fn holds(&self, x: &Plan<D>) -> bool {
+        self.at(x).is_some()
+    }
+
     /// Distance of the places between which it is interpolated (m): no node moves farther in a step than half of that. `None`
     /// where it is known everywhere.
     fn cell(&self) -> Option<f64> {
@@ -109,6 +114,16 @@ impl<const D: usize> Bed<D> {
             Self::Flat(level) => Some(BedPoint::flat(*level)),
             Self::Surface(surface) => surface.at(x),
             Self::Worn(worn) => worn.at(x),
+        }
+    }
+
+    /// Whether there is a bed at `x`.
+    #[inline]
+    pub fn holds(&self, x: &Plan<D>) -> bool {
+        match self {
+            Self::Flat(_) => true,
+            Self::Surface(surface) => surface.holds(x),
+            Self::Worn(worn) => worn.holds(x),
         }
     }
 

@@ -34,6 +34,10 @@ impl<const D: usize> Surface<D> for Sampled {
         })
     }
 
+    fn holds(&self, x: &Plan<D>) -> bool {
+        self.terrain.holds(x[0], x.get(1).copied().unwrap_or(self.y))
+    }
+
     fn cell(&self) -> Option<f64> {
         let [dx, dy] = self.terrain.raster().spacing;
         Some(dx.min(dy))

@@ -67,6 +67,11 @@ impl Worn {
         self.ground.at(x)
     }
 
+    /// Whether there is a bed at `x` (m).
+    pub fn holds<const D: usize>(&self, x: &Plan<D>) -> bool {
+        self.ground.holds(x)
+    }
+
     /// Distance of its nodes (m).
     pub fn cell(&self) -> Option<f64> {
         Surface::<2>::cell(&self.ground)

@@ -112,7 +112,7 @@ impl<const D: usize> Flow<D> {
         }
         for number in 0..self.sets.len() {
             let set = &self.sets[number];
-            let is_out = |i: &usize| self.bed.at(&set.nodes.position[*i]).is_none();
+            let is_out = |i: &usize| !self.bed.holds(&set.nodes.position[*i]);
             let out: Vec<usize> =
                 (0..set.nodes.len()).into_par_iter().with_min_len(TASK).filter(is_out).collect();
             let Some(first) = out.first() else { continue };

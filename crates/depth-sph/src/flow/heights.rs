@@ -26,15 +26,18 @@ impl<const D: usize> Set<D> {
         let (position, volume, first, scale) =
             (&self.nodes.position, &self.nodes.volume, &self.nodes.first_length, &self.nodes.scale);
         let columns = self.nodes.height.par_iter_mut().zip(self.nodes.length.par_iter_mut()).enumerate();
-        columns.with_min_len(TASK).for_each(|(i, (height, length))| {
-            let mut near = packed.near(position[i]);
-            for _ in 0..numerics.passes {
-                *height = near.sum(kernel, *length);
-                if numerics.variable_length {
-                    *length = following::<D>(numerics, scale[i], volume[i], *height, first[i]);
+        columns.with_min_len(TASK).for_each_init(
+            || packed.near(),
+            |near, (i, (height, length))| {
+                near.go(position[i]);
+                for _ in 0..numerics.passes {
+                    *height = near.sum(kernel, *length);
+                    if numerics.variable_length {
+                        *length = following::<D>(numerics, scale[i], volume[i], *height, first[i]);
+                    }
                 }
-            }
-        });
+            },
+        );
         if numerics.continuity == Continuity::Normalised {
             self.normalise(kernel);
         }

@@ -93,16 +93,28 @@ impl<const D: usize> Flow<D> {
         }
     }
 
-    /// Submerged density of what stands over a node (kg/m³).
-    pub fn submerged(&self, set: usize, i: usize) -> f64 {
-        let (material, nodes) = (&self.settings.material, &self.sets[set].nodes);
+    /// Porosity of what stands over a node.
+    fn porosity(&self, set: usize, i: usize) -> f64 {
+        let nodes = &self.sets[set].nodes;
         let share = nodes.height[i] / nodes.depth[i];
-        let porosity = match (self.settings.phases, set) {
+        match (self.settings.phases, set) {
             (Phases::Two, 0) => 1.0 - share,
             (Phases::Two, _) => share,
-            _ => material.porosity,
-        };
-        material.densities.submerged(porosity)
+            _ => self.settings.material.porosity,
+        }
+    }
+
+    /// Submerged density of what stands over a node (kg/m³).
+    pub fn submerged(&self, set: usize, i: usize) -> f64 {
+        self.settings.material.densities.submerged(self.porosity(set, i))
+    }
+
+    /// Density of what stands over a node (kg/m³), of grains and fluid that of both.
+    pub fn density_over(&self, set: usize, i: usize) -> f64 {
+        match self.settings.phases {
+            Phases::Two => self.settings.material.densities.mixture(self.porosity(set, i)),
+            Phases::One | Phases::Layers => self.density(set),
+        }
     }
 
     /// Totals of a set, summed in the order of the nodes' numbers.

@@ -196,15 +196,15 @@ impl<const D: usize> Packed<D> {
     pub fn sum(&self, kernel: Kernel, x: &Plan<D>, length: f64) -> f64 {
         let reach = kernel.support() * length;
         let mut part = Part::<D>::of(kernel, length);
-        self.around(x, reach, |first, _, square| part.add(kernel, square, four(&self.volume, first)));
+        self.around(x, reach, |first, _, square| part.add(kernel, square.sqrt(), four(&self.volume, first)));
         part.whole()
     }
 
-    /// What lies around a place, for several sums there.
+    /// Room for what lies around places, one after the other, for several sums at each.
     #[inline]
-    pub fn near(&self, x: Plan<D>) -> Near<'_, D> {
+    pub fn near(&self) -> Near<'_, D> {
         let none = [f64x4::ZERO; MOST];
-        Near { packed: self, x, reach: 0.0, count: 0, squares: none, volumes: none }
+        Near { packed: self, x: [0.0; D], reach: 0.0, count: 0, distances: none, volumes: none }
     }
 }
 
@@ -221,14 +221,14 @@ impl<const D: usize> Part<D> {
     fn of(kernel: Kernel, length: f64) -> Self {
         let (inverse, reach) = (1.0 / length, kernel.support() * length);
         let factor = kernel.factor::<D>() * inverse.powi(D as i32);
-        Self { inverse, within: f64x4::splat(reach * reach), factor, total: f64x4::ZERO }
+        Self { inverse, within: f64x4::splat(reach), factor, total: f64x4::ZERO }
     }
 
-    /// Adds four nodes: squares of their distances (m²) and volumes.
+    /// Adds four nodes: their distances (m) and volumes.
     #[inline(always)]
-    fn add(&mut self, kernel: Kernel, square: f64x4, volume: f64x4) {
-        let shape = kernel.shapes::<D>(square.sqrt() * self.inverse);
-        self.total += (square.simd_lt(self.within) & shape) * volume;
+    fn add(&mut self, kernel: Kernel, distance: f64x4, volume: f64x4) {
+        let shape = kernel.shapes::<D>(distance * self.inverse);
+        self.total += (distance.simd_lt(self.within) & shape) * volume;
     }
 
     #[inline(always)]
@@ -237,17 +237,23 @@ impl<const D: usize> Part<D> {
     }
 }
 
-/// What lies around a place: squares of distances (m²) and volumes of four nodes each, as far as `reach` (m).
+/// What lies around a place: distances (m) and volumes of four nodes each, as far as `reach` (m).
 pub struct Near<'a, const D: usize> {
     packed: &'a Packed<D>,
     x: Plan<D>,
     reach: f64,
     count: usize,
-    squares: [f64x4; MOST],
+    distances: [f64x4; MOST],
     volumes: [f64x4; MOST],
 }
 
 impl<const D: usize> Near<'_, D> {
+    /// Goes to a place (m).
+    #[inline]
+    pub fn go(&mut self, x: Plan<D>) {
+        (self.x, self.reach) = (x, 0.0);
+    }
+
     /// `Σ m W` with this smoothing length (m).
     #[inline]
     pub fn sum(&mut self, kernel: Kernel, length: f64) -> f64 {
@@ -256,8 +262,8 @@ impl<const D: usize> Near<'_, D> {
             return self.packed.sum(kernel, &self.x, length);
         }
         let mut part = Part::<D>::of(kernel, length);
-        for (square, volume) in self.squares[..self.count].iter().zip(&self.volumes) {
-            part.add(kernel, *square, *volume);
+        for (distance, volume) in self.distances[..self.count].iter().zip(&self.volumes) {
+            part.add(kernel, *distance, *volume);
         }
         part.whole()
     }
@@ -266,12 +272,12 @@ impl<const D: usize> Near<'_, D> {
     #[inline]
     fn collect(&mut self, reach: f64) -> bool {
         let within = f64x4::splat(reach * reach);
-        let Self { packed, count, squares, volumes, .. } = self;
+        let Self { packed, count, distances, volumes, .. } = self;
         *count = 0;
         packed.around(&self.x, reach, |first, _, square| {
             if square.simd_lt(within).any() {
                 if *count < MOST {
-                    (squares[*count], volumes[*count]) = (square, four(&packed.volume, first));
+                    (distances[*count], volumes[*count]) = (square.sqrt(), four(&packed.volume, first));
                 }
                 *count += 1;
             }
@@ -310,7 +316,8 @@ mod tests {
                     };
                     let plain: f64 = (0..seen.volume.len()).map(of).sum();
                     let found = packed.sum(kernel, x, length);
-                    let mut near = packed.near(*x);
+                    let mut near = packed.near();
+                    near.go(*x);
                     near.sum(kernel, 0.97 * length);
                     let again = near.sum(kernel, length);
                     assert!(

@@ -2,8 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::Flow;
 use super::set::{Set, TASK};
 use crate::column::{self, Base, Drainage, LowerBound, Profile};
+use crate::handed::Handed;
 use crate::settings::{Consolidation, PoreColumn, Settings};
 
 /// Longest column, whose elimination needs no memory of its own.
@@ -81,6 +83,29 @@ impl Heads {
             .with_min_len(TASK / 4)
             .map(|(i, (head, seen))| usize::from(step(settings, pore, set, i, head, seen, dt)))
             .sum();
+    }
+}
+
+impl<const D: usize> Flow<D> {
+    /// Gives columns of the first set the pore pressures of points: excess over what stands in the pores at rest. The number of columns that
+    /// are held within their bounds.
+    pub fn press(&mut self, handed: &[(usize, Handed)]) -> usize {
+        if self.heads.is_empty() {
+            return 0;
+        }
+        let width = self.heads.width;
+        for (i, Handed { depth, pressure }) in handed {
+            let pull = self.sets[0].nodes.pull[*i];
+            let (submerged, fluid) = (self.submerged(0, *i), self.settings.material.densities.fluid);
+            let column = &mut self.heads.values[i * width..][..width];
+            for (k, (head, pressure)) in column.iter_mut().zip(pressure).enumerate() {
+                let rest = 1.0 - k as f64 / (width - 1) as f64;
+                *head = (pressure / pull - fluid * depth * rest) / submerged;
+            }
+        }
+        let Self { heads, settings, sets, time, .. } = self;
+        heads.advance(settings, &sets[0], *time);
+        heads.clipped
     }
 }
 

@@ -9,13 +9,21 @@ use colluvium_points::Shape;
 use crate::bed::Bed;
 use crate::choices::Phases;
 use crate::config::DepthOptions;
+use crate::handed::{Above, Handed};
 use crate::nodes::Node;
 
 /// Share of the domain's height by which a body may stand above the bed, or bodies apart, by round-off.
 const SLACK: f64 = 1e-6;
 
 /// Nodes of each set, and what deserves a warning.
-type Filled<const D: usize> = (Vec<Vec<Node<D>>>, Vec<String>);
+pub struct Filled<const D: usize> {
+    /// The nodes.
+    pub sets: Vec<Vec<Node<D>>>,
+    /// Pore pressure that points hand over to nodes of the first set, by the number of the node.
+    pub handed: Vec<(usize, Handed)>,
+    /// What deserves a warning.
+    pub warnings: Vec<String>,
+}
 
 /// The nodes of each set.
 pub fn nodes<const D: usize>(
@@ -23,7 +31,7 @@ pub fn nodes<const D: usize>(
     options: &DepthOptions,
     bed: &Bed<D>,
 ) -> Result<Filled<D>, CaseError> {
-    let mut warnings = Vec::new();
+    let (mut warnings, mut handed) = (Vec::new(), Vec::new());
     let mut sets = vec![Vec::new(); if options.phases == Phases::One { 1 } else { 2 }];
     let upper =
         |body: &Body| options.mixture.as_ref().is_some_and(|mixture| mixture.upper.contains(&body.name));
@@ -35,7 +43,14 @@ pub fn nodes<const D: usize>(
                     "bodies[{number}].points: stresses are passed over: depth-integrated flow has none"
                 ));
             }
-            let own = handed_over(case, options, number, &list, bed)?;
+            if list.pore_pressures.is_some() && options.column.is_none() {
+                warnings.push(format!(
+                    "bodies[{number}].points: pore pressures are passed over: give methods.depth-sph.column to follow them"
+                ));
+            }
+            let (own, pressures) = handed_over(case, options, number, &list, bed)?;
+            let first = sets[0].len();
+            handed.extend(pressures.into_iter().enumerate().map(|(i, pressure)| (first + i, pressure)));
             share(options, &mut sets, own, body, upper(body));
             continue;
         }
@@ -69,35 +84,40 @@ pub fn nodes<const D: usize>(
         let problem = "none stands on a point of the lattice: make methods.depth-sph.spacing smaller";
         return Err(CaseError::new("bodies", problem));
     }
-    Ok((sets, warnings))
+    Ok(Filled { sets, handed, warnings })
 }
 
+/// Volume, first moment and momentum above a square, and the numbers of its points.
+type Square<const D: usize> = ([[f64; D]; 3], Vec<usize>);
+
 /// Nodes of points that another method hands over: those above one square of the lattice become one node, with their volume, their
-/// middle and their momentum (sheet: depth-sph §3.2, 4).
+/// middle and their momentum, and where there are columns, with their pore pressure over the depth (sheet: depth-sph §3.2, 4).
 fn handed_over<const D: usize>(
     case: &Case,
     options: &DepthOptions,
     number: usize,
     list: &PointList,
     bed: &Bed<D>,
-) -> Result<Vec<Node<D>>, CaseError> {
+) -> Result<(Vec<Node<D>>, Vec<Handed>), CaseError> {
     let lattice = Lattice::<D>::of(case, options.spacing);
-    let mut squares: BTreeMap<[i64; D], [[f64; D]; 3]> = BTreeMap::new();
+    let mut squares: BTreeMap<[i64; D], Square<D>> = BTreeMap::new();
     for (point, (x, volume)) in list.positions.iter().zip(&list.volumes).enumerate() {
         let velocity = match &list.velocities {
             Some(velocities) => velocities[point],
             None => case.bodies[number].velocity.at(*x),
         };
         let square = std::array::from_fn(|c| ((x[c] - lattice.low[c]) / lattice.spacing).floor() as i64);
-        let sums = squares.entry(square).or_insert([[0.0; D]; 3]);
+        let (sums, points) = squares.entry(square).or_insert_with(|| ([[0.0; D]; 3], Vec::new()));
+        points.push(point);
         for c in 0..D {
             sums[0][c] += volume;
             sums[1][c] += volume * x[c];
             sums[2][c] += volume * velocity[c];
         }
     }
-    let mut nodes = Vec::with_capacity(squares.len());
-    for [volume, moment, momentum] in squares.into_values() {
+    let cells = options.column.as_ref().map(|column| column.cells);
+    let (mut nodes, mut handed) = (Vec::with_capacity(squares.len()), Vec::new());
+    for ([volume, moment, momentum], points) in squares.into_values() {
         let position = std::array::from_fn(|c| moment[c] / volume[c]);
         if bed.at(&position).is_none() {
             let origin = case.origin();
@@ -109,8 +129,18 @@ fn handed_over<const D: usize>(
         let mut own = node(&case.bodies[number], number, position, volume[0], options);
         own.velocity = std::array::from_fn(|c| momentum[c] / volume[c]);
         nodes.push(own);
+        if let (Some(cells), Some(pressures)) = (cells, &list.pore_pressures) {
+            let level = |x: &[f64; 3]| bed.at(&std::array::from_fn(|c| x[c])).map(|bed| bed.level);
+            let above = |&point: &usize| {
+                let x = &list.positions[point];
+                Some([list.volumes[point], x[D] - level(x)?, pressures[point]])
+            };
+            // Beside the end of the bed there may be ground below their middle only.
+            let above: Vec<Above> = points.iter().filter_map(above).collect();
+            handed.push(Handed::of(&above, cells));
+        }
     }
-    Ok(nodes)
+    Ok((nodes, handed))
 }
 
 fn node<const D: usize>(

@@ -142,11 +142,20 @@ fn made<const D: usize>(
             depths.as_ref().map_or(of_zone, |raster| of_zone.min(most(raster)))
         });
     }
-    let (nodes, of_bodies) = bodies::nodes::<D>(case, options, &bed)?;
-    warnings.extend(of_bodies);
+    let filled = bodies::nodes::<D>(case, options, &bed)?;
+    warnings.extend(filled.warnings);
     let ends = ends::<D>(case, 0);
     let failed = |failure: Failure| CaseError::new("bodies", failure.to_string());
-    let mut flow = Flow::new(settings, bed, ends, &nodes).map_err(failed)?;
+    let mut flow = Flow::new(settings, bed, ends, &filled.sets).map_err(failed)?;
+    if !filled.handed.is_empty() {
+        let held = flow.press(&filled.handed);
+        if held > 0 {
+            warnings.push(format!(
+                "bodies: the pore pressure of points above {held} nodes bears more than what stands there, or is below its lowest: it is held \
+                 within methods.depth-sph.column"
+            ));
+        }
+    }
     let mut openings = inflows::add(case, options, &mut flow)?;
     openings.extend(sides::openings(case, options));
     warnings.extend(sides::open(&openings, &mut flow)?);

@@ -74,7 +74,7 @@ impl<const D: usize> DepthSolver<D> {
             |value: &dyn Fn(usize, usize) -> f64| order.iter().map(|&(set, i)| value(set, i)).collect();
         let stress = |&(set, i): &(usize, usize)| {
             // Half of that at the base: the mean over the depth, taken isotropic.
-            let mean = -0.5 * flow.density(set) * nodes(set).pull[i] * nodes(set).depth[i];
+            let mean = -0.5 * flow.density_over(set, i) * nodes(set).pull[i] * nodes(set).depth[i];
             SymTensor([mean, mean, mean, 0.0, 0.0, 0.0])
         };
         let velocity = order
@@ -110,6 +110,15 @@ impl<const D: usize> DepthSolver<D> {
             fields.push(scalar("liquefaction", "", each(&|set, i| head(set, i) / nodes(set).depth[i])));
             let excess = |set: usize, i: usize| flow.submerged(set, i) * nodes(set).pull[i] * head(set, i);
             fields.push(scalar("excess_pore_pressure", "Pa", each(&excess)));
+            let mean = |set: usize, i: usize| {
+                let head = if set == 0 { flow.heads.mean(i) } else { f64::NAN };
+                flow.submerged(set, i) * nodes(set).pull[i] * head
+            };
+            fields.push(scalar("mean_excess_pore_pressure", "Pa", each(&mean)));
+            let fluid = flow.settings.material.densities.fluid;
+            let whole =
+                |set: usize, i: usize| excess(set, i) + fluid * nodes(set).pull[i] * nodes(set).depth[i];
+            fields.push(scalar("pore_pressure", "Pa", each(&whole)));
         }
         if flow.settings.zones.iter().any(|zone| zone.erosion.is_some()) {
             fields.push(scalar("eroded", "m3", each(&|set, i| nodes(set).eroded[i])));

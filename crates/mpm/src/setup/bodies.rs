@@ -30,7 +30,7 @@ pub(super) fn point_set<const D: usize>(
     let radial = |x: &[f64; D]| if case.space == Space::Axisymmetric { x[0] } else { 1.0 };
     let volume: Vec<f64> = samples.iter().map(|sample| sample.volume * radial(&sample.position)).collect();
     let density = case.materials[&body.material].density();
-    let pore = two_phase::pore_set(case, body, &position);
+    let pore = two_phase::pore_set(case, body, listed.as_ref(), &position);
     let Begun { material, stress, states } = case.begin_law(number, listed.as_ref(), &position)?;
     let velocity_at = |(point, x): (usize, &[f64; D])| {
         let own = listed.as_ref().and_then(|list| Some(list.velocities.as_ref()?[point]));

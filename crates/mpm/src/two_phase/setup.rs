@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use colluvium_case::description::{Body, Wall as CaseWall};
-use colluvium_case::{Case, CaseError, spatial};
+use colluvium_case::{Case, CaseError, PointList, spatial};
 use colluvium_grid::{Lanes, Layout, Node, Walls};
 
 use super::{PhaseSums, TwoPhase};
@@ -89,8 +89,14 @@ pub fn of_liquid(case: &Case) -> Case {
     liquid
 }
 
-/// What pore fluid adds to points at `position` of a body; `None` in a case without pore fluid.
-pub fn pore_set<const D: usize>(case: &Case, body: &Body, position: &[[f64; D]]) -> Option<PoreSet<D>> {
+/// What pore fluid adds to points at `position` of a body, as they are `listed` where they come from a file; `None` in a case
+/// without pore fluid.
+pub fn pore_set<const D: usize>(
+    case: &Case,
+    body: &Body,
+    listed: Option<&PointList>,
+    position: &[[f64; D]],
+) -> Option<PoreSet<D>> {
     if case.bodies.iter().all(|body| body.pore_fluid.is_none()) {
         return None;
     }
@@ -106,12 +112,19 @@ pub fn pore_set<const D: usize>(case: &Case, body: &Body, position: &[[f64; D]])
         });
     };
     let strength = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let velocity = fluid.velocity.as_ref().unwrap_or(&body.velocity);
-    let velocity_at = |x: &[f64; D]| {
-        let velocity = velocity.at(spatial(x));
+    let velocity_at = |(point, x): (usize, &[f64; D])| {
+        let own = listed.and_then(|list| Some(list.velocities.as_ref()?[point]));
+        let velocity = match (&fluid.velocity, own) {
+            (Some(velocity), _) => velocity.at(spatial(x)),
+            (None, Some(own)) => own,
+            (None, None) => body.velocity.at(spatial(x)),
+        };
         std::array::from_fn(|c| velocity[c])
     };
-    let pressure: Vec<f64> = position.iter().map(|x| fluid.pressure_at(spatial(x), gravity)).collect();
+    let pressure: Vec<f64> = match listed.and_then(|list| list.pore_pressures.clone()) {
+        Some(listed) => listed,
+        None => position.iter().map(|x| fluid.pressure_at(spatial(x), gravity)).collect(),
+    };
     let constants = Fluid {
         density: fluid.density,
         bulk_modulus: fluid.bulk_modulus,
@@ -119,7 +132,7 @@ pub fn pore_set<const D: usize>(case: &Case, body: &Body, position: &[[f64; D]])
         resistance: fluid.resistance(strength),
         least: fluid.cavitation_strength.map_or(f64::NEG_INFINITY, |strength| -strength),
     };
-    let velocity = position.iter().map(velocity_at).collect();
+    let velocity = position.iter().enumerate().map(velocity_at).collect();
     Some(PoreSet {
         fluid: Some(constants),
         points: PoreColumns { velocity, pressure, ..PoreColumns::default() },

@@ -1,5 +1,6 @@
 //! One open side: its strips, what stands beyond each, and the nodes there.
 
+use colluvium_points::CellList;
 use serde::{Deserialize, Serialize};
 
 use super::super::set::Set;
@@ -275,6 +276,7 @@ impl<const D: usize> OpenEnd<D> {
         farthest: &[f64],
         next_id: &mut u64,
     ) {
+        let mut places = Places::default();
         for (strip, last) in farthest.iter().enumerate() {
             let Some(like) = self.strips[strip].like[number] else { continue };
             let mut beyond = *last;
@@ -290,7 +292,7 @@ impl<const D: usize> OpenEnd<D> {
                     ..like
                 };
                 node.position[self.axis] = self.outward * beyond + self.place;
-                if D > 1 && is_taken(&set.nodes, &node.position, CLOSEST * self.spacing) {
+                if D > 1 && places.are_taken(&set.nodes, &node.position, CLOSEST * self.spacing) {
                     continue;
                 }
                 set.nodes.push(*next_id, &node);
@@ -349,8 +351,32 @@ fn like<const D: usize>(nodes: &Nodes<D>, i: usize) -> Node<D> {
     }
 }
 
-/// Whether a node stands within `distance` (m) of a place.
-fn is_taken<const D: usize>(nodes: &Nodes<D>, x: &Plan<D>, distance: f64) -> bool {
-    let square = |y: &Plan<D>| -> f64 { (0..D).map(|c| (x[c] - y[c]).powi(2)).sum() };
-    nodes.position.iter().any(|y| square(y) < distance * distance)
+/// Where nodes stand: those that there were at first, in cells, and those that have been added since.
+#[derive(Default)]
+struct Places<const D: usize> {
+    /// None before the first question, and of places that are not finite, which the next search names.
+    cells: Option<CellList<D>>,
+    /// How many are in cells.
+    count: usize,
+}
+
+impl<const D: usize> Places<D> {
+    /// Whether a node stands within `distance` (m) of a place.
+    fn are_taken(&mut self, nodes: &Nodes<D>, x: &Plan<D>, distance: f64) -> bool {
+        if self.cells.is_none() {
+            let mut cells = CellList::new();
+            // Of several distances, so that there are fewer of them than nodes.
+            if cells.build(&nodes.position, 4.0 * distance).is_ok() {
+                (self.cells, self.count) = (Some(cells), nodes.len());
+            }
+        }
+        let is_near = |y: &Plan<D>| -> bool {
+            (0..D).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>() < distance * distance
+        };
+        let mut taken = nodes.position[self.count..].iter().any(is_near);
+        if let Some(cells) = &self.cells {
+            cells.visit_within(x, distance, |i| taken |= is_near(&nodes.position[i as usize]));
+        }
+        taken
+    }
 }
