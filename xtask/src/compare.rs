@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use colluvium::case::Case;
-use colluvium::compare::{self, CompareOptions, Contender, Outcome};
+use colluvium::compare::{self, CompareOptions, Contender, Outcome, Reference};
 use colluvium::pictures::plane_under;
 
 #[derive(Args)]
@@ -14,25 +14,33 @@ pub struct Arguments {
     /// The methods, by name and separated by commas; all that can honour the case when absent.
     #[arg(long, value_delimiter = ',')]
     methods: Vec<String>,
+    /// Methods at a time, each on its share of the threads.
+    #[arg(long, default_value_t = 1)]
+    jobs: u16,
+    /// CSV file of profiles to compare with: columns position and height (m), and time (s) where there are several.
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
 }
 
 /// Runs the case with every method that takes it and writes the page; true when all that began have finished.
 pub fn run(arguments: &Arguments) -> Result<bool, String> {
     let case = Case::load(&arguments.case).map_err(|errors| errors.to_string())?;
     let methods = compare::methods(&arguments.methods).map_err(|error| error.to_string())?;
+    let reference = arguments.reference.as_ref().map(|file| Reference::read(file)).transpose();
+    let reference = reference.map_err(|error| error.to_string())?.unwrap_or_default();
     let stem = arguments.case.file_stem().unwrap_or_default();
     let out = crate::root().join("target/compare").join(stem);
     let options = CompareOptions {
         out: out.clone(),
         overwrite: true,
         progress: true,
+        jobs: arguments.jobs.into(),
         free_memory: f64::INFINITY,
         ..CompareOptions::default()
     };
     let results = compare::run(&case, &methods, &options, &tell).map_err(|error| error.to_string())?;
     let plane = plane_under(case.gravity.get(2).copied(), None);
-    let file = compare::write(&out, &case, &results, plane, &compare::Reference::default())
-        .map_err(|error| error.to_string())?;
+    let file = compare::write(&out, &case, &results, plane, &reference).map_err(|error| error.to_string())?;
     println!("comparison: {}", file.display());
     Ok(!results.iter().any(|result| matches!(result.outcome, Outcome::Failed(_))))
 }

@@ -214,10 +214,13 @@ impl Plan {
             let exact = body.shape.volume(case.dimension(), case.space == Space::Axisymmetric);
             let excess = volume / exact - 1.0;
             if excess.abs() > MASS_SLACK {
+                let share = 100.0 * volume / exact;
+                let cure = match body.points {
+                    Some(_) => "weights, overlaps and faces that bear loads are those of the shape: let it follow the points",
+                    None => "use smaller cells or spacings, or a shape that ends on their lines",
+                };
                 warnings.push(format!(
-                    "bodies[{number}].shape: its points have {:+.1} % of volume, and of mass, beyond the shape's {exact:.4e}: use \
-                     smaller cells or spacings, or a shape that ends on their lines",
-                    100.0 * excess
+                    "bodies[{number}].shape: its points hold {share:.1} % of its volume of {exact:.4e}, and of its mass: {cure}"
                 ));
             }
         }

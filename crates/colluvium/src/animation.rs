@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::plots::{Animation, Classes, SCRIPT, STYLE, View};
+use crate::plots::{Animation, Classes, Ground, SCRIPT, STYLE, View};
 
 /// What is seen of a case, as its file has it: all three axes where it has three, else those of `plane`; points coloured by
 /// `fields`, or by what is usual where there are none, by bodies and by materials.
@@ -18,6 +18,7 @@ pub fn view(case: &Value, plane: [usize; 2], fields: &[String]) -> View {
         axes,
         fields: fields.to_vec(),
         classes: vec![classes(case, "body", "name"), classes(case, "material", "material")],
+        ground: Ground::default(),
         bytes: 0,
     }
 }

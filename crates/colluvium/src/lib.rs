@@ -39,6 +39,8 @@ pub mod animation;
 pub mod compare;
 mod debris_flow;
 #[cfg(feature = "reports")]
+pub mod ground;
+#[cfg(feature = "reports")]
 mod jobs;
 #[cfg(feature = "reports")]
 pub mod maps;

@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::plane::plane;
-use super::{FONT, Picture, label, range};
+use super::{FONT, Picture, label, range, within};
 use colluvium_case::{Field, FieldData, Snapshot};
 
 /// Points at their places, as squares of their own size, coloured by a value.
@@ -21,6 +21,8 @@ pub struct PointCloud {
     pub label: String,
     /// Labels of the two axes.
     pub axes: [String; 2],
+    /// Rigid geometry behind the points, as lines (m).
+    pub lines: Vec<Vec<[f64; 2]>>,
     /// Scales that it has in common with other pictures; its own where there are none.
     pub shared: Option<Shared>,
 }
@@ -57,6 +59,9 @@ impl Shared {
 
 const WIDTH: u32 = 900;
 
+/// Colour of rigid geometry.
+const EARTH: RGBColor = RGBColor(122, 92, 58);
+
 impl PointCloud {
     /// The points of a snapshot, seen along the axis that is not in `plane`, coloured by field `name`:
     /// scalars as they are, vectors by their length, tensors by their pressure. `None` where there is
@@ -73,6 +78,7 @@ impl PointCloud {
             points: points.map(|((x, e), v)| (at(x), at(e), v)).collect(),
             label: format!("{}{unit}", name.replace('_', " ")),
             axes: [axis(plane[0]), axis(plane[1])],
+            lines: Vec::new(),
             shared: None,
         })
     }
@@ -142,6 +148,11 @@ impl Picture for PointCloud {
         let values = self.shared.as_ref().map_or_else(own, |shared| shared.values.clone());
         let pixels = [WIDTH - 190, self.size().1 - 100];
         let mut chart = plane(&main, &self.title, &self.axes, self.bounds(), pixels)?;
+        let window = [chart.x_range(), chart.y_range()];
+        for part in self.lines.iter().flat_map(|line| within(line, &window)) {
+            let corners = part.iter().map(|x| (x[0], x[1]));
+            chart.draw_series(LineSeries::new(corners, EARTH.stroke_width(2))).map_err(text)?;
+        }
         let share = |v: f64| (v - values.start) / (values.end - values.start);
         let squares = self.points.iter().map(|(p, e, v)| {
             let corner = |s: f64| (p[0] + s * 0.5 * e[0], p[1] + s * 0.5 * e[1]);
@@ -200,7 +211,7 @@ mod tests {
             points: (0..40).map(|i| ([f64::from(i), 0.5], [1.0; 2], f64::from(i))).collect(),
             label: "equivalent plastic strain rate (1/s)".into(),
             axes: ["x (m)".into(), "y (m)".into()],
-            shared: None,
+            ..PointCloud::default()
         };
         let svg = flat.to_svg().unwrap();
         let element = svg.split("<text").find(|part| part.contains(&flat.label)).unwrap();

@@ -6,6 +6,7 @@ mod chains;
 mod chart;
 mod cloud;
 mod film;
+mod ground;
 mod map;
 mod plane;
 
@@ -22,6 +23,7 @@ pub use chains::{ForceChains, Rose};
 pub use chart::{LineChart, Series, Style};
 pub use cloud::{PointCloud, Shared};
 pub use film::to_gif;
+pub use ground::{Ground, Heights, within};
 pub use map::{Cells, TerrainMap};
 
 /// Name under which the built-in font is registered.

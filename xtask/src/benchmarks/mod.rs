@@ -141,6 +141,13 @@ fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
     snapshot.scalars(name).unwrap_or_default().to_vec()
 }
 
+/// Centre of mass of the points (m).
+fn centre_of_mass(snapshot: &Snapshot) -> [f64; 3] {
+    let mass = scalars(snapshot, "mass");
+    let all: f64 = mass.iter().sum();
+    [0, 1, 2].map(|c| mass.iter().zip(&snapshot.positions).map(|(m, x)| m * x[c]).sum::<f64>() / all)
+}
+
 /// Stresses of the points.
 fn stresses(snapshot: &Snapshot) -> Vec<colluvium::constitutive::SymTensor> {
     match snapshot.field("stress").map(|f| &f.data) {

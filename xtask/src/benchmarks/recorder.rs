@@ -88,7 +88,8 @@ pub fn ran(method: &str, case: &Case, report: &RunReport) {
         Panel { name: method.to_owned(), frames: report.frames.iter().collect(), of: report.frames.len() };
     let Ok(text) = serde_json::to_value(case) else { return };
     let plane = plane_under(case.gravity.get(2).copied(), None);
-    let view = View { bytes: BYTES, ..colluvium::animation::view(&text, plane, &[]) };
+    let ground = colluvium::ground::ground(case);
+    let view = View { bytes: BYTES, ground, ..colluvium::animation::view(&text, plane, &[]) };
     if let Some(animation) = Animation::of(&[panel], &view) {
         let caption = format!("{} ({method}): run {}", case.title, record.runs);
         record.films.push(Film { caption, element: animation.element() });

@@ -8,7 +8,8 @@ use super::reference::distance_to;
 use super::{CompareError, Contender, Outcome, Ran, Reference, runs};
 use crate::animation;
 use crate::case::{Case, Snapshot};
-use crate::plots::{Animation, LineChart, Panel, Picture, PointCloud, Shared};
+use crate::ground::ground;
+use crate::plots::{Animation, LineChart, Panel, Picture, PointCloud, Shared, View};
 
 /// Times in the strip of pictures.
 const PICTURES: usize = 5;
@@ -34,7 +35,7 @@ pub(super) fn page(
 ) -> Result<Markup, CompareError> {
     let runs = runs(results);
     let axes = Axes::of(case);
-    let strip = strip(&runs, plane)?;
+    let strip = strip(case, &runs, plane)?;
     let player = player(case, &runs, plane);
     let profiles = svg(&charts::profiles(&runs, axes, PROFILES, reference))?;
     let figures = svg(&charts::figures(&runs, axes))?;
@@ -101,8 +102,9 @@ fn player(case: &Case, runs: &Runs<'_>, plane: [usize; 2]) -> Option<String> {
             of: ran.frames.len(),
         });
     }
-    let case = serde_json::to_value(case).ok()?;
-    Some(animation::player(&Animation::of(&panels, &animation::view(&case, plane, &[]))?))
+    let text = serde_json::to_value(case).ok()?;
+    let view = View { ground: ground(case), ..animation::view(&text, plane, &[]) };
+    Some(animation::player(&Animation::of(&panels, &view)?))
 }
 
 /// The field that colours the points: one that every run has.
@@ -112,11 +114,14 @@ fn field(states: &[(&'static str, &Snapshot)]) -> Option<&'static str> {
 }
 
 /// Pictures at equal times, a row each, with one scale of colours and one set of axes.
-fn strip(runs: &Runs<'_>, plane: [usize; 2]) -> Result<Markup, CompareError> {
+fn strip(case: &Case, runs: &Runs<'_>, plane: [usize; 2]) -> Result<Markup, CompareError> {
     let times = charts::times(runs, PICTURES);
     let rows: Vec<_> = times.iter().map(|time| at_time(runs, *time)).collect();
     let Some(field) = rows.first().and_then(|states| field(states)) else { return Ok(html! {}) };
-    let cloud = |snapshot: &Snapshot| PointCloud::of(snapshot, field, plane);
+    let lines = ground(case).lines;
+    let cloud = |snapshot: &Snapshot| {
+        PointCloud::of(snapshot, field, plane).map(|cloud| PointCloud { lines: lines.clone(), ..cloud })
+    };
     let clouds: Vec<Vec<Option<PointCloud>>> =
         rows.iter().map(|states| states.iter().map(|(_, snapshot)| cloud(snapshot)).collect()).collect();
     let shared = Shared::of(clouds.iter().flatten().flatten());

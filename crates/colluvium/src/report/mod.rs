@@ -14,8 +14,11 @@ use thiserror::Error;
 use crate::animation;
 use crate::case::Snapshot;
 use crate::case::output::{Collection, OutputError, Table, named_file, read_json, write_atomically};
+use crate::ground::of_run;
 use crate::pictures;
-use crate::plots::{Animation, LineChart, Panel, Picture, PointCloud, Series, Shared, Style, TerrainMap};
+use crate::plots::{
+    Animation, LineChart, Panel, Picture, PointCloud, Series, Shared, Style, TerrainMap, View,
+};
 
 /// Name of the report in the folder of its run.
 pub const REPORT: &str = "report.html";
@@ -168,7 +171,8 @@ fn player(folder: &Path, results: &Results, options: &ReportOptions) -> Result<O
         chosen(results.frames.len(), PLAYED).into_iter().map(read).collect::<Result<_, _>>()?;
     let name = results.summary["method"].as_str().unwrap_or("points").to_owned();
     let panel = Panel { name, frames: frames.iter().collect(), of: results.frames.len() };
-    let view = animation::view(&results.case, options.plane, &options.fields);
+    let view =
+        View { ground: of_run(folder), ..animation::view(&results.case, options.plane, &options.fields) };
     Ok(Animation::of(&[panel], &view).map(|animation| animation::player(&animation)))
 }
 
@@ -176,6 +180,7 @@ fn player(folder: &Path, results: &Results, options: &ReportOptions) -> Result<O
 /// one scale of colours and one set of axes.
 fn points(folder: &Path, results: &Results, options: &ReportOptions) -> Result<Vec<Figure>, ReportError> {
     let mut clouds: Vec<(String, Vec<(String, PointCloud)>)> = Vec::new();
+    let lines = of_run(folder).lines;
     for number in chosen(results.frames.len(), options.frames) {
         let snapshot = pictures::frame(folder, &results.frames[number])?;
         let usual = ["displacement", "velocity"].iter().filter(|name| snapshot.field(name).is_some());
@@ -186,6 +191,7 @@ fn points(folder: &Path, results: &Results, options: &ReportOptions) -> Result<V
         for field in fields {
             let cloud = pictures::cloud(&snapshot, Some(&field), options.plane);
             let (_, cloud) = cloud.map_err(|known| ReportError::Field { name: field.clone(), known })?;
+            let cloud = PointCloud { lines: lines.clone(), ..cloud };
             let caption =
                 format!("{}, frame {number}, t = {} s", field.replace('_', " "), words::short(snapshot.time));
             match clouds.iter_mut().find(|(known, _)| *known == field) {

@@ -14,8 +14,8 @@ use serde_json::{Value, json};
 pub use encode::Scale;
 pub use fields::Classes;
 
-use super::PALETTE;
 use super::cloud::STOPS;
+use super::{Ground, PALETTE};
 
 /// The player: a script that makes a player of every [`Animation::element`] of the page. Once on a page.
 pub const SCRIPT: &str = include_str!("player.js");
@@ -45,6 +45,8 @@ pub struct View {
     pub fields: Vec<String>,
     /// What else sorts the points: bodies, materials.
     pub classes: Vec<Classes>,
+    /// Rigid geometry behind the points.
+    pub ground: Ground,
     /// Bytes that the points may take; frames and points are left out beyond.
     pub bytes: usize,
 }
@@ -93,7 +95,7 @@ impl Animation {
             "times": times,
             "fields": fields.iter().map(fields::Shown::json).collect::<Vec<_>>(),
             "colours": STOPS, "palette": PALETTE.iter().map(rgb).collect::<Vec<_>>(),
-            "thinned": thinned,
+            "thinned": thinned, "ground": view.ground.json(), "missing": view.ground.missing,
             "panels": kept.iter().map(panel).collect::<Vec<_>>(),
         });
         Some(Self { data, thinned })

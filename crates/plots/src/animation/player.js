@@ -88,7 +88,8 @@
       const keys = "Space plays, arrow keys step" + (this.solid ? ", drag turns" : "") + ".";
       const said = element(root, "p", { class: "said" });
       this.note = element(said, "strong");
-      said.append((data.thinned ? "Shown: " + data.thinned + ". " : "") + keys);
+      const missing = data.missing ? "Not drawn: " + data.missing + ". " : "";
+      said.append((data.thinned ? "Shown: " + data.thinned + ". " : "") + missing + keys);
       this.listen();
     }
 
@@ -193,6 +194,7 @@
       const tall = Math.max(60, up * spread[1]), [pen] = this.pen(canvas, tall + below + above);
       const X = (x) => left + (x - low[0]) * scale, Y = (y) => above + tall - (y - low[1]) * up;
       this.axes2(pen, X, Y, tall, above, left);
+      this.lines(pen, X, Y, tall, above);
       const v = frame.v[this.field];
       if (shape === "depth") return this.flow(pen, frame, v, X, Y, scale);
       for (let k = 0; k < frame.n; k++) {
@@ -236,6 +238,23 @@
       pen.restore();
     }
 
+    // Rigid geometry, within the axes.
+    lines(pen, X, Y, tall, above) {
+      const { low, high, ground } = this.data;
+      pen.save();
+      pen.beginPath();
+      pen.rect(X(low[0]), above, X(high[0]) - X(low[0]), tall);
+      pen.clip();
+      pen.strokeStyle = "#7a5c3a";
+      pen.lineWidth = 1.5;
+      for (const line of ground.lines) {
+        pen.beginPath();
+        for (const [x, y] of line) pen.lineTo(X(x), Y(y));
+        pen.stroke();
+      }
+      pen.restore();
+    }
+
     // A flow over its bed: columns joined to a body, its surface and its bed drawn as lines.
     flow(pen, frame, v, X, Y, scale) {
       const order = Array.from({ length: frame.n }, (_, k) => k).sort((a, b) => frame.x[2 * a] - frame.x[2 * b]);
@@ -275,11 +294,59 @@
       return { project, scale, up };
     }
 
+    // Pieces of the ground near what the points cover: corners, and how light they are.
+    ground() {
+      if (this.pieces) return this.pieces;
+      const { low, high } = this.data, heights = this.data.ground.heights, up = this.data.up === null ? 2 : this.data.up;
+      this.pieces = [];
+      if (!heights) return this.pieces;
+      const numbers = words(heights.values), [nu, nv] = heights.counts, [a, b] = [0, 1, 2].filter((c) => c !== up);
+      const place = (i, j) => {
+        const number = numbers[i + j * nu], p = [0, 0, 0];
+        p[a] = heights.origin[0] + i * heights.spacing[0];
+        p[b] = heights.origin[1] + j * heights.spacing[1];
+        p[up] = number === PLACES ? NaN : heights.low + (number / (PLACES - 1)) * (heights.high - heights.low);
+        return p;
+      };
+      const spread = high.map((h, c) => h - low[c]), widest = Math.max(...spread);
+      const near = (p) => p.every((x, c) => {
+        const room = c === up ? 0.3 * widest : 0.08 * widest;
+        return x >= low[c] - room && x <= high[c] + room;
+      });
+      for (let j = 0; j + 1 < nv; j++) {
+        for (let i = 0; i + 1 < nu; i++) {
+          const corners = [place(i, j), place(i + 1, j), place(i + 1, j + 1), place(i, j + 1)];
+          if (!corners.every(near)) continue;
+          const slope = [(corners[1][up] - corners[0][up]) / heights.spacing[0], (corners[3][up] - corners[0][up]) / heights.spacing[1]];
+          // Light from above the far left corner.
+          const light = (0.45 * slope[0] - 0.45 * slope[1] + 0.77) / Math.hypot(slope[0], slope[1], 1);
+          this.pieces.push({ corners, light: Math.max(0, Math.min(0.75, 0.7 * light)) });
+        }
+      }
+      return this.pieces;
+    }
+
+    // Behind what stands on it, the ground is drawn by its corners.
+    piece(pen, corners, light) {
+      pen.fillStyle = css([125, 105, 80], light);
+      pen.strokeStyle = pen.fillStyle;
+      pen.beginPath();
+      for (const [x, y] of corners) pen.lineTo(x, y);
+      pen.closePath();
+      pen.fill();
+      pen.stroke();
+    }
+
     paint3(canvas, frame, shape) {
       const height = Math.min(440, Math.max(220, 0.75 * canvas.parentElement.clientWidth));
       const [pen, width] = this.pen(canvas, height), camera = this.camera(width, height), v = frame.v[this.field];
       this.box(pen, camera);
-      const dots = [];
+      const dots = [], pieces = this.ground();
+      for (const { corners, light } of pieces) {
+        const seen = corners.map((p) => camera.project(p));
+        // A piece lies behind what lies on it.
+        dots.push([0, 0, Math.max(...seen.map((p) => p[2])), 0, { seen, light }]);
+      }
       for (let k = 0; k < frame.n; k++) {
         const p = [frame.x[3 * k], frame.x[3 * k + 1], frame.x[3 * k + 2]];
         const w = [frame.w[3 * k], frame.w[3 * k + 1], frame.w[3 * k + 2]];
@@ -288,13 +355,14 @@
           across = Math.max(...w.filter((_, c) => c !== camera.up));
           const bed = p.slice();
           bed[camera.up] -= w[camera.up] / 2;
-          dots.push([...camera.project(bed), across, null]);
+          if (!pieces.length) dots.push([...camera.project(bed), across, null]);
           p[camera.up] += w[camera.up] / 2;
         }
         dots.push([...camera.project(p), across, v[k]]);
       }
       dots.sort((a, b) => b[2] - a[2]);
       for (const [x, y, away, across, value] of dots) {
+        if (value !== null && value.seen) { this.piece(pen, value.seen, value.light); continue; }
         const half = Math.max(0.8, camera.scale * across / 2), light = Math.max(0, Math.min(0.45, 0.22 + 0.5 * away));
         const colour = value === null ? [205, 195, 180] : this.colours[value];
         pen.fillStyle = css(colour, light);

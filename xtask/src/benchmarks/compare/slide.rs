@@ -1,11 +1,11 @@
 //! A layer of sand that slides down a terrain raster in space: MPM, SPH, DEM and depth-integrated flow.
 
-use colluvium::case::{Case, RunReport, Snapshot};
+use colluvium::case::{Case, RunReport};
 use colluvium::plots::{PointCloud, Series, Style};
 
 use super::chart;
 use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome, case, run_by, scalars};
+use crate::benchmarks::{Benchmark, Outcome, case, centre_of_mass, run_by};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -36,7 +36,8 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
             report.end.mass / report.start.mass,
             "exact",
         );
-        let path: Vec<(f64, f64)> = report.frames.iter().map(|frame| (frame.time, centre(frame))).collect();
+        let path: Vec<(f64, f64)> =
+            report.frames.iter().map(|frame| (frame.time, centre_of_mass(frame)[0])).collect();
         picture.series.push(Series::new(method, path.clone(), Style::Line));
         above_ground(&mut outcome, method, &case, &report)?;
         if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 2]) {
@@ -52,12 +53,6 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
     picture.series.push(Series::new("mass point on the upper slope", point, Style::Dashed));
     outcome.svg("The centre of mass in time.", &picture)?;
     Ok(outcome)
-}
-
-/// Centre of mass along x (m).
-fn centre(snapshot: &Snapshot) -> f64 {
-    let mass = scalars(snapshot, "mass");
-    mass.iter().zip(&snapshot.positions).map(|(m, x)| m * x[0]).sum::<f64>() / mass.iter().sum::<f64>()
 }
 
 /// No centre of a point may lie under the terrain in any frame.

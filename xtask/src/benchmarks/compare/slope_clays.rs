@@ -63,7 +63,8 @@ fn judge(outcome: &mut Outcome, name: &str, case: &Case, bound: f64) -> Result<(
 fn layers(_quick: bool) -> Result<Outcome, String> {
     let mut outcome = Outcome::default();
     let base = case("compare/slope-layers")?;
-    for ratio in [0.6, 1.0, 2.0] {
+    // At 0.6 the slope falls with what strength it has: circles give 0.93.
+    for ratio in [0.8, 1.0, 2.0] {
         let strength = ratio * STRENGTH;
         let case = changed(&base, &[("/materials/lower/undrained_strength", json!(strength))])?;
         let bound = clays(&[(0.0, strength)], -10.0).circles();

@@ -13,6 +13,7 @@ pub(super) mod inclined_block;
 mod kinematics;
 mod liquid;
 mod manufactured;
+mod obstacle_heaps;
 mod obstacle_points;
 mod rigid_motion;
 mod saturated;
@@ -42,6 +43,8 @@ pub const ALL: &[Benchmark] = &[
     contact::BENCHMARK,
     inclined_block::BENCHMARK,
     obstacle_points::BENCHMARK,
+    obstacle_heaps::HEAPS,
+    obstacle_heaps::TERRAIN,
     two_phase::CONSOLIDATION,
     two_phase::WAVES,
     units::BENCHMARK,

@@ -1,0 +1,155 @@
+//! Sand on obstacles in space: a heap on four forms of one plane, and a slide of 10⁵ points on a raster (sheet: mpm A-14).
+
+use colluvium::case::description::ObstacleShape;
+use colluvium::case::{Case, RunReport};
+use colluvium::plots::PointCloud;
+
+use super::inclined_block::ANGLE;
+use crate::analysis::larger;
+use crate::benchmarks::{Benchmark, Outcome, case, centre_of_mass, run, series};
+
+/// The heap.
+pub const HEAPS: Benchmark = Benchmark {
+    id: "mpm/heap-on-planes",
+    title: "Heap of sand on a plane given as half-space, polygon, raster and closed wedge",
+    source: "agreement of the forms; sheet: mpm A-14",
+    quick: Some(15),
+    full: 15,
+    run: heaps,
+};
+
+/// The slide.
+pub const TERRAIN: Benchmark = Benchmark {
+    id: "mpm/terrain-flow",
+    title: "Slide of 10⁵ points on a raster of 200 by 200 heights",
+    source: "no point under the ground; energy; sheet: mpm A-14",
+    quick: None,
+    full: 60,
+    run: terrain,
+};
+
+fn heaps(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let base = case("mpm/heap-on-planes")?;
+    let tangent = ANGLE.to_radians().tan();
+    let at = |x: f64| [x, 2.5 - x * tangent];
+    let file = |name: &str| {
+        let path = crate::root().join("validation/mpm/inclined-block-space").join(name);
+        path.to_string_lossy().into_owned()
+    };
+    let vertices = vec![at(-1.0), at(6.0), [6.0, -3.0], [-1.0, -3.0]];
+    let forms = [
+        ("half-space", base.obstacles[0].shape.clone()),
+        ("polygon", ObstacleShape::Extruded { axis: 1, from: -0.5, to: 1.5, vertices }),
+        ("raster", ObstacleShape::Raster { file: file("plane.asc"), spacing: None }),
+        ("closed wedge", ObstacleShape::Mesh { file: file("wedge.stl") }),
+    ];
+    let mut ways: Vec<f64> = Vec::new();
+    for (name, shape) in forms {
+        let mut case = base.clone();
+        case.obstacles[0].shape = shape;
+        let report = run(&case)?;
+        let way = way(&report);
+        match ways.first() {
+            None => {
+                let sliding = 0.5 * 9.81 * (ANGLE.to_radians().sin() - 0.3 * ANGLE.to_radians().cos());
+                let reason = "not judged: how far a rigid block slides in a second after a sudden start";
+                outcome.show(
+                    format!("{name}: way of the centre of mass along the plane (m)"),
+                    &format!("{sliding:.2}"),
+                    way,
+                    reason,
+                );
+            }
+            Some(first) => outcome.near(
+                format!("{name}: way of the centre of mass along the plane, against the half-space's (m)"),
+                *first,
+                0.02,
+                way,
+                "2 %: one plane in other words",
+            ),
+        }
+        above(&mut outcome, name, &case, &report)?;
+        if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", [0, 2]) {
+            outcome.png(&format!("The heap on the plane as {name}, from the side."), &cloud)?;
+        }
+        ways.push(way);
+    }
+    Ok(outcome)
+}
+
+/// Way of the centre of mass down the plane (m).
+fn way(report: &RunReport) -> f64 {
+    let (sine, cosine) = ANGLE.to_radians().sin_cos();
+    let [from, to] = [report.frames.first(), report.frames.last()]
+        .map(|frame| frame.map_or([f64::NAN; 3], centre_of_mass));
+    cosine * (to[0] - from[0]) - sine * (to[2] - from[2])
+}
+
+/// No centre of a point lies under the ground in any frame.
+fn above(outcome: &mut Outcome, name: &str, case: &Case, report: &RunReport) -> Result<(), String> {
+    let standing = case.standing::<3>().map_err(|error| error.to_string())?;
+    let surface = &standing[0].surface;
+    let places = report.frames.iter().flat_map(|frame| &frame.positions);
+    let deep = places.filter(|x| surface.contains(x)).filter_map(|x| surface.gap(x, f64::INFINITY));
+    outcome.below(
+        format!("{name}: largest depth of a point's centre under the ground (m)"),
+        "none",
+        deep.map(|gap| -gap.distance).fold(0.0, larger),
+        0.0,
+        "none may be under it",
+    );
+    Ok(())
+}
+
+fn terrain(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let case = case("mpm/terrain-flow")?;
+    let report = run(&case)?;
+    above(&mut outcome, "raster", &case, &report)?;
+    outcome.near(
+        "mass at the end over that at the start",
+        1.0,
+        1e-12,
+        report.end.mass / report.start.mass,
+        "exact",
+    );
+    energies(&mut outcome, &report);
+    let points = report.snapshot.positions.len();
+    outcome.show("points", "10⁵", f64::from(u32::try_from(points).unwrap_or(u32::MAX)), "not judged");
+    for (caption, axes) in [("from above", [0, 1]), ("from the side", [0, 2])] {
+        if let Some(cloud) = PointCloud::of(&report.snapshot, "displacement", axes) {
+            outcome.png(&format!("The slide after 7 s, {caption}."), &cloud)?;
+        }
+    }
+    Ok(outcome)
+}
+
+/// Kinetic, elastic and potential energy, what springs hold and what friction took: their sum falls by what the sand dissipates.
+fn energies(outcome: &mut Outcome, report: &RunReport) {
+    let parts =
+        ["kinetic_energy", "elastic_energy", "potential_energy", "obstacles.stored", "obstacles.friction"];
+    let parts = parts.map(|name| series(report, name));
+    let fallen = parts[2].iter().map(|(_, e)| parts[2][0].1 - e).fold(0.0, larger);
+    let (mut least, mut rise) = (f64::INFINITY, 0f64);
+    for k in 0..parts[0].len() {
+        let energy: f64 = parts.iter().map(|part| part[k].1).sum();
+        least = least.min(energy);
+        rise = rise.max(energy - least);
+    }
+    outcome.below(
+        "largest rise of the total energy over the work of gravity",
+        "none",
+        rise / fallen,
+        1e-3,
+        "0.1 %: what springs and steps exchange",
+    );
+    let friction = parts[4].last().map_or(f64::NAN, |last| last.1);
+    outcome.within(
+        "work of friction on the ground over that of gravity",
+        "above 0, below 1",
+        friction / fallen,
+        (0.0, 1.0),
+        "second law",
+    );
+}
