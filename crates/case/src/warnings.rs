@@ -216,7 +216,9 @@ impl Plan {
             if excess.abs() > MASS_SLACK {
                 let share = 100.0 * volume / exact;
                 let cure = match body.points {
-                    Some(_) => "weights, overlaps and faces that bear loads are those of the shape: let it follow the points",
+                    Some(_) => {
+                        "weights, overlaps and faces that bear loads are those of the shape: let it follow the points"
+                    }
                     None => "use smaller cells or spacings, or a shape that ends on their lines",
                 };
                 warnings.push(format!(

@@ -9,6 +9,7 @@ use crate::background::Background;
 use crate::contact::{Contacts, RowTouch};
 use crate::driven::Driven;
 use crate::nodal::NodalLoad;
+use crate::obstacles::borne::Bearing;
 use crate::obstacles::rocks::Rocks;
 
 /// All that acts from outside, and what bodies do to each other.
@@ -18,6 +19,8 @@ pub struct Boundary<const D: usize> {
     pub(crate) closed: [[bool; 2]; D],
     /// Obstacles on the nodes.
     pub(crate) faces: Arc<Faces>,
+    /// What they bear; `None` where nobody adds that up.
+    pub(crate) bearing: Option<Bearing>,
     /// Obstacles on the points; `None` where they are on the nodes.
     pub(crate) rocks: Option<Box<Rocks<D>>>,
     /// Rigid bodies and patches of prescribed velocity.

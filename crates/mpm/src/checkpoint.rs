@@ -12,6 +12,7 @@ use crate::bodies::failed;
 use crate::driven::DrivenState;
 use crate::loads::begin_loads;
 use crate::momentum::RowSums;
+use crate::obstacles::borne::Borne;
 use crate::obstacles::rocks::{Passed, RockState};
 use crate::points::PointSet;
 use crate::pressing::{forget_displacements, remark_on_obstacles};
@@ -19,7 +20,7 @@ use crate::solver::MpmSolver;
 use crate::two_phase::PhaseSums;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 11;
+const FORMAT: u32 = 12;
 
 /// What is no column of points.
 #[derive(Serialize, Deserialize)]
@@ -41,6 +42,8 @@ struct Saved {
     phase_sums: Option<PhaseSums>,
     /// Displacements at absorbing boundaries, by their number.
     absorbed: Vec<(usize, Vec<[f64; 3]>)>,
+    /// What obstacles on nodes have borne.
+    borne: Option<Borne>,
     /// What obstacles on points have borne, and what has changed of them.
     rocks: Vec<RockState>,
     passed: Passed,
@@ -137,6 +140,9 @@ impl<const D: usize> Solver for MpmSolver<D> {
         {
             return Some(Reaction { force: rock.state.force, impulse: rock.state.impulse });
         }
+        if let Some(reaction) = self.boundary.bearing.as_ref().and_then(|bearing| bearing.reaction(name)) {
+            return Some(reaction);
+        }
         let driven = self.boundary.driven.iter().find(|driven| driven.name == name)?;
         Some(Reaction { force: driven.state.force, impulse: driven.state.impulse })
     }
@@ -192,6 +198,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
             sums: self.nodes.sums,
             phase_sums: self.two_phase.as_ref().map(|phases| phases.sums),
             absorbed: self.boundary.absorbing.moved.clone().into_iter().collect(),
+            borne: self.boundary.bearing.as_ref().map(|bearing| bearing.state.clone()),
             rocks: self.boundary.rocks.iter().flat_map(|rocks| &rocks.rocks).map(|rock| rock.state).collect(),
             passed: self.boundary.rocks.as_ref().map_or(Passed::default(), |rocks| rocks.passed),
             bodies: self.bodies.sets.iter().map(|set| set.body).collect(),
@@ -224,6 +231,9 @@ impl<const D: usize> Solver for MpmSolver<D> {
         if let Some(rocks) = &mut self.boundary.rocks {
             rocks.rocks.iter_mut().zip(saved.rocks).for_each(|(rock, state)| rock.state = state);
             rocks.passed = saved.passed;
+        }
+        if let (Some(bearing), Some(borne)) = (&mut self.boundary.bearing, saved.borne) {
+            bearing.state = borne;
         }
         self.boundary.load_starts = saved.load_starts;
         self.boundary.driven.iter_mut().zip(saved.driven).for_each(|(driven, state)| driven.state = state);

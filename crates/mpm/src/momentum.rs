@@ -81,7 +81,8 @@ impl<const D: usize> MomentumSolve<'_, D> {
         }
     }
 
-    fn node(&self, index: &[usize; 3], node: &mut Node, mass: f64) {
+    /// Velocities of a node at the start and at the end of the step, were it free.
+    fn freed(&self, node: &Node, mass: f64) -> ([f64; 3], [f64; 3]) {
         let motion = node.motion.to_array();
         let force = node.force.to_array();
         let mut start = [0.0; 3];
@@ -94,6 +95,42 @@ impl<const D: usize> MomentumSolve<'_, D> {
                 end[c] = slowed(start[c], end[c], self.rayleigh * self.dt);
             }
         }
+        (start, end)
+    }
+
+    /// Adds the impulses of a node that is not solved yet on the obstacles that are told apart (N s), and the energy that friction
+    /// takes from it at any of them (J).
+    pub fn bear(&self, index: &[usize; 3], node: &Node, impulses: &mut [[f64; 3]], friction: &mut f64) {
+        let mass = node.motion.as_array()[3];
+        let faces = self.walls.faces().at(index);
+        let Some(first) = faces.first().filter(|_| mass > self.light) else { return };
+        let inertia = self.inertia * mass;
+        let (begun, mut end) = self.freed(node, mass);
+        let (mut start, mut rubbed) = (begun, [0.0; 3]);
+        let mut tell = |bearer: Option<u8>, change: [f64; 3]| {
+            if let Some(number) = bearer {
+                (0..3).for_each(|c| impulses[usize::from(number)][c] -= inertia * change[c]);
+            }
+        };
+        self.walls.constrain_and_tell(
+            index,
+            &mut start,
+            &mut end,
+            self.keep_start,
+            &[0.0; 3],
+            |face, change| {
+                tell(face.bearer, change);
+                let along: f64 = (0..3).map(|c| change[c] * face.normal[c]).sum();
+                (0..3).for_each(|c| rubbed[c] += change[c] - along * face.normal[c]);
+            },
+        );
+        // Points get the change from start to end: what is taken off the start comes back to them.
+        tell(first.bearer, std::array::from_fn(|c| begun[c] - start[c]));
+        *friction -= (0..3).map(|c| 0.5 * inertia * rubbed[c] * (begun[c] + end[c])).sum::<f64>();
+    }
+
+    fn node(&self, index: &[usize; 3], node: &mut Node, mass: f64) {
+        let (mut start, mut end) = self.freed(node, mass);
         self.walls.constrain(index, &mut start, &mut end, self.keep_start);
         node.motion = Lanes::new([end[0], end[1], end[2], mass]);
         let rate = |c: usize| (end[c] - start[c]) / self.dt;

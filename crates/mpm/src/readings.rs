@@ -31,6 +31,9 @@ impl<const D: usize> MpmSolver<D> {
             push("obstacles.stored", "J", stored);
             work.into_iter().for_each(|work| push("obstacles.work", "J", work));
         }
+        if let Some(bearing) = &self.boundary.bearing {
+            push("obstacles.friction", "J", bearing.state.friction);
+        }
         readings
     }
 

@@ -26,6 +26,7 @@ use crate::gap::SurfaceDistance;
 use crate::mixed::{self, CellStresses};
 use crate::momentum::RowSums;
 use crate::nodes::Nodes;
+use crate::obstacles::borne::Bearing;
 use crate::obstacles::rocks::Rocks;
 use crate::points::PointSet;
 use crate::pressing::begin_pressing;
@@ -178,7 +179,13 @@ pub fn solver<const D: usize>(
     walls::walls(case, 0, &background, options)?;
     let standing = case.standing::<D>()?;
     let at_points = options.obstacles == ObstacleContact::Points && !standing.is_empty();
-    let faces = Arc::new(if at_points { Faces::default() } else { obstacles::faces(&standing, &background) });
+    let bearing = Bearing::new(case)?;
+    let faces = Arc::new(if at_points {
+        Faces::default()
+    } else {
+        obstacles::faces(&standing, &background, &bearing)
+    });
+    let told = !faces.is_empty() && obstacles::unaccounted(case, options).is_none();
     let rocks = at_points.then(|| Box::new(Rocks::new(&standing, 2.0 * options.cell_size)));
     let driven = driven::driven(case);
     let Background { mesh, layout, .. } = &background;
@@ -226,6 +233,7 @@ pub fn solver<const D: usize>(
         walls: Walls::default(),
         closed: [[false; 2]; D],
         faces,
+        bearing: told.then_some(bearing),
         rocks,
         driven,
         contacts,

@@ -207,7 +207,7 @@ fn solve_momentum<const D: usize>(
         );
     }
     let light = bodies.light(clock);
-    let Boundary { walls, driven, contacts, absorbing, .. } = &mut *boundary;
+    let Boundary { walls, driven, contacts, absorbing, bearing, .. } = &mut *boundary;
     let solve = MomentumSolve {
         dt: clock.dt,
         gravity: clock.gravity_at_end(),
@@ -218,6 +218,9 @@ fn solve_momentum<const D: usize>(
         walls,
         layout: &background.layout,
     };
+    if let Some(bearing) = bearing {
+        bearing.take(&solve, &nodes.solved);
+    }
     for nodes in nodes.solved.chunks_exact_mut(background.layout.len()) {
         background.layout.each(nodes, |row, active, line| solve.row(row, active, line));
     }

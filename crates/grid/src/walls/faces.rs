@@ -145,7 +145,7 @@ impl Faces {
 
     /// The faces of a node.
     #[inline]
-    pub(super) fn at(&self, index: &[usize; 3]) -> &[Face] {
+    pub fn at(&self, index: &[usize; 3]) -> &[Face] {
         if self.faces.is_empty() {
             return &[];
         }

@@ -1,5 +1,6 @@
 //! Obstacles, on the nodes or on the points (sheet: mpm §2.11; docs/theory/mpm.md, obstacles).
 
+pub mod borne;
 mod law;
 pub mod rocks;
 
@@ -7,7 +8,8 @@ use colluvium_case::{Case, CaseError, Standing, holding};
 use colluvium_grid::{Face, Faces};
 
 use crate::background::Background;
-use crate::{Formulation, MpmOptions, ObstacleContact, Transfer, WallFriction};
+use crate::obstacles::borne::Bearing;
+use crate::{Formulation, Mass, MpmOptions, ObstacleContact, Transfer, WallFriction};
 
 /// Refuses options that do not go with obstacles.
 pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
@@ -30,8 +32,11 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     for (name, measure) in &case.measures {
         if let Some(of) = measure.bearer()
             && case.obstacles.iter().any(|obstacle| obstacle.name == of)
+            && let Some(what) = unaccounted(case, options)
         {
-            let problem = "mpm sums up the reaction of obstacles with `methods.mpm.obstacles` `points`";
+            let problem = format!(
+                "with {what} mpm sums up the reaction of obstacles with `methods.mpm.obstacles` `points` only"
+            );
             return Err(CaseError::new(format!("measures.{name}.of"), problem));
         }
     }
@@ -50,16 +55,34 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     Ok(())
 }
 
+/// Why nobody adds up what obstacles on the nodes bear; none where it is done.
+pub fn unaccounted(case: &Case, options: &MpmOptions) -> Option<&'static str> {
+    if case.bodies.iter().any(|body| body.pore_fluid.is_some()) {
+        Some("pore fluid")
+    } else if options.mass == Mass::Consistent {
+        Some("a consistent mass")
+    } else if !options.contacts.is_empty() {
+        Some("contacts")
+    } else {
+        None
+    }
+}
+
 /// The faces of the nodes of a grid, whose nodes in an obstacle or on its surface have the velocity that it allows.
-pub fn faces<const D: usize>(standing: &[Standing<'_, D>], background: &Background<D>) -> Faces {
+pub fn faces<const D: usize>(
+    standing: &[Standing<'_, D>],
+    background: &Background<D>,
+    bearing: &Bearing,
+) -> Faces {
     let Background { grid, layout, axis, .. } = background;
     if standing.is_empty() {
         return Faces::default();
     }
     Faces::in_space(grid, layout, axis, |place, found| {
         let held = holding(standing, place, grid.cell);
-        found.extend(
-            held.map(|(obstacle, normal)| Face::at_rest(normal, obstacle.friction(), obstacle.lets_go())),
-        );
+        found.extend(held.map(|(obstacle, normal)| Face {
+            bearer: bearing.number(&obstacle.name),
+            ..Face::at_rest(normal, obstacle.friction(), obstacle.lets_go())
+        }));
     })
 }

@@ -93,3 +93,62 @@ fn what_lies_in_an_obstacle_or_does_not_go_with_one_is_refused_where_it_stands()
     );
     assert!(problem("/obstacles/0/wall/adhesion", json!(10)).starts_with("obstacles[0].wall.adhesion: mpm"));
 }
+
+#[test]
+fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
+    for fixed in ["force", "momentum"] {
+        let mut value = slope([0.0; 2]);
+        value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.0, -1.0] });
+        value["measures"] = json!({ "push": { "kind": "reaction", "of": "ground" } });
+        value["methods"]["mpm"]["fixed_nodes"] = json!(fixed);
+        let case = changed(value, &json!({}));
+        let mut solver = begin(&Mpm, &case);
+        let start = solver.totals();
+        advance(&mut *solver, 300);
+        let mut again = begin(&Mpm, &case);
+        again.restore(&mut solver.saved().unwrap().as_slice()).unwrap();
+        again.begin_stage(0, 0.0).unwrap();
+        for solver in [&mut solver, &mut again] {
+            advance(&mut **solver, 300);
+            let (end, push) = (solver.totals(), solver.reaction("ground").unwrap());
+            let weight = -9.81 * end.mass * solver.time();
+            let scale = weight.abs() + 1e-3;
+            // What came in by gravity and is no longer there went into the ground.
+            for (axis, came) in [(0, 0.0), (1, weight)] {
+                let lost = start.momentum[axis] + came - end.momentum[axis];
+                let off = (push.impulse[axis] - lost).abs() / scale;
+                assert!(off < 1e-10, "{fixed}, axis {axis}: {lost} and {push:?}");
+            }
+            assert!(push.impulse[1] < 0.0, "down: {push:?}");
+        }
+        assert_eq!(solver.reaction("ground"), again.reaction("ground"));
+        assert_eq!(solver.readings(), again.readings());
+    }
+}
+
+#[test]
+fn friction_takes_what_a_thrown_block_loses() {
+    let mut value = slope([0.0; 2]);
+    value["obstacles"][0]["shape"] = json!({ "kind": "plane", "point": [0, 1], "normal": [0, 1] });
+    value["obstacles"][0]["wall"]["friction_coefficient"] = json!(0.3);
+    value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.3, 1.0], "max": [1.1, 1.2] });
+    value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.5, 0.0] });
+    value["materials"]["m"]["youngs_modulus"] = json!(1e7);
+    let case = changed(value, &json!({}));
+    let mut solver = begin(&Mpm, &case);
+    let start = solver.totals();
+    // It stops after v/(μ g) = 0.51 s.
+    while solver.time() < 0.4 {
+        solver.step(0.4 - solver.time()).unwrap();
+    }
+    let readings = solver.readings();
+    let friction = readings.iter().find(|(name, ..)| name == "obstacles.friction").unwrap().2;
+    let end = solver.totals();
+    let centre =
+        |of: &dyn Fn(&[f64; 3]) -> f64, x: &[[f64; 3]]| x.iter().map(of).sum::<f64>() / x.len() as f64;
+    let way = centre(&|x| x[0], &solver.snapshot().positions) - 0.7;
+    let exact = 0.3 * 9.81 * end.mass * way;
+    assert!((friction / exact - 1.0).abs() < 0.02, "{friction} for {exact}");
+    let lost = start.momentum[0].powi(2) / (2.0 * start.mass) - end.momentum[0].powi(2) / (2.0 * end.mass);
+    assert!((friction / lost - 1.0).abs() < 0.02, "{friction} for {lost}");
+}

@@ -1,0 +1,89 @@
+//! What obstacles on the nodes bear: impulses, and the work of friction.
+
+use colluvium_case::{Case, CaseError, Reaction};
+use colluvium_grid::Node;
+use serde::{Deserialize, Serialize};
+
+use crate::momentum::MomentumSolve;
+
+/// Obstacles whose reactions are added up, at most: nodes name them in eight bits.
+const MOST: usize = 255;
+
+/// The account of the obstacles on the nodes of one velocity field.
+#[derive(Clone, Debug, Default)]
+pub struct Bearing {
+    /// Names of those whose reaction the case measures.
+    names: Vec<String>,
+    /// What they have borne.
+    pub state: Borne,
+}
+
+/// What obstacles have borne.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Borne {
+    /// Impulse of the last step on each obstacle whose reaction is measured (N s), and the step (s).
+    step: (Vec<[f64; 3]>, f64),
+    /// Impulses since the start (N s).
+    impulses: Vec<[f64; 3]>,
+    /// Energy that friction has taken at all obstacles since the start (J).
+    pub friction: f64,
+}
+
+impl Bearing {
+    /// Of the obstacles that measures of the case name.
+    ///
+    /// # Errors
+    /// Where there are too many.
+    pub fn new(case: &Case) -> Result<Self, CaseError> {
+        let mut names: Vec<String> = Vec::new();
+        for (name, measure) in &case.measures {
+            let of = measure
+                .bearer()
+                .filter(|of| case.obstacles.iter().any(|obstacle| obstacle.name == *of))
+                .filter(|of| names.iter().all(|name| name != of));
+            let Some(of) = of else { continue };
+            if names.len() == MOST {
+                let problem = format!("mpm adds up the reactions of {MOST} obstacles at most");
+                return Err(CaseError::new(format!("measures.{name}.of"), problem));
+            }
+            names.push(of.to_owned());
+        }
+        let none = vec![[0.0; 3]; names.len()];
+        let state = Borne { step: (none.clone(), 0.0), impulses: none, friction: 0.0 };
+        Ok(Self { names, state })
+    }
+
+    /// The number under which faces of an obstacle tell what they bear; none where its reaction is not measured.
+    pub fn number(&self, name: &str) -> Option<u8> {
+        self.names.iter().position(|known| known == name).and_then(|number| u8::try_from(number).ok())
+    }
+
+    /// What an obstacle bears; `None` where that is not measured.
+    pub fn reaction(&self, name: &str) -> Option<Reaction> {
+        let number = usize::from(self.number(name)?);
+        let (step, dt) = &self.state.step;
+        let force = step[number].map(|impulse| if *dt > 0.0 { impulse / dt } else { 0.0 });
+        Some(Reaction { force, impulse: self.state.impulses[number] })
+    }
+
+    /// Takes what the surfaces do in a step to the active nodes, before that is solved; row after row, so that sums do not depend on threads.
+    pub fn take<const D: usize>(&mut self, solve: &MomentumSolve<'_, D>, nodes: &[Node]) {
+        let Borne { step, impulses, friction } = &mut self.state;
+        step.0.fill([0.0; 3]);
+        step.1 = solve.dt;
+        let layout = solve.layout;
+        for row in (0..layout.nodes()[0]).filter(|row| !solve.walls.is_free(0, *row)) {
+            let first = row * layout.strides()[0];
+            for number in layout.active(row) {
+                let index = layout.index(row, number);
+                if layout.is_repeated(&index) {
+                    continue;
+                }
+                solve.bear(&index, &nodes[first + number], &mut step.0, friction);
+            }
+        }
+        for (sum, impulse) in impulses.iter_mut().zip(&step.0) {
+            (0..3).for_each(|c| sum[c] += impulse[c]);
+        }
+    }
+}
