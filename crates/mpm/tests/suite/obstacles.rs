@@ -1,6 +1,6 @@
 //! Obstacles on the nodes, and cases at the coordinates of a map.
 
-use colluvium_case::{Case, Method, RunOptions, run};
+use colluvium_case::{Case, Method, RunOptions, Solver, run};
 use colluvium_mpm::Mpm;
 use colluvium_testkit::cases::{advance, begin, changed};
 use serde_json::{Value, json};
@@ -122,7 +122,10 @@ fn reactions_are_the_momentum_that_is_lost_and_a_saved_run_goes_on_with_them() {
             assert!(push.impulse[1] < 0.0, "down: {push:?}");
         }
         assert_eq!(solver.reaction("ground"), again.reaction("ground"));
-        assert_eq!(solver.readings(), again.readings());
+        let bits = |solver: &dyn Solver| -> Vec<u64> {
+            solver.readings().iter().map(|reading| reading.2.to_bits()).collect()
+        };
+        assert_eq!(bits(&*solver), bits(&*again));
     }
 }
 
@@ -133,6 +136,8 @@ fn friction_takes_what_a_thrown_block_loses() {
     value["obstacles"][0]["wall"]["friction_coefficient"] = json!(0.3);
     value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0.3, 1.0], "max": [1.1, 1.2] });
     value["bodies"][0]["velocity"] = json!({ "kind": "uniform", "value": [1.5, 0.0] });
+    // In balance from the start: a block that bounces rubs by fits and starts, which shakes it.
+    value["bodies"][0]["stress"] = json!({ "kind": "k0", "surface": 1.2, "coefficient": 0.43 });
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
     let case = changed(value, &json!({}));
     let mut solver = begin(&Mpm, &case);
