@@ -2,11 +2,6 @@
 
 use std::ops::Range;
 
-use base64::Engine;
-use serde_json::{Value, json};
-
-use super::Scale;
-
 /// Rigid geometry that stands still: lines in a plane, or ground seen from above in space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ground {
@@ -29,15 +24,6 @@ pub struct Heights {
     pub spacing: [f64; 2],
     /// Heights (m), the first axis fastest; NaN where there is no ground.
     pub values: Vec<f64>,
-}
-
-impl Ground {
-    /// What a player reads.
-    pub(super) fn json(&self) -> Value {
-        let digits = |x: f64| format!("{x:.5e}").parse::<f64>().unwrap_or(x);
-        let lines = self.lines.iter().map(|line| line.iter().map(|x| x.map(digits)).collect::<Vec<_>>());
-        json!({ "lines": lines.collect::<Vec<_>>(), "heights": self.heights.as_ref().and_then(Heights::json) })
-    }
 }
 
 /// The parts of a line that lie in a window.
@@ -76,23 +62,6 @@ fn cut(from: [f64; 2], to: [f64; 2], window: &[Range<f64>; 2]) -> Option<[[f64; 
     (enters < leaves).then(|| [at(enters), at(leaves)])
 }
 
-impl Heights {
-    /// Heights in 16 bits; `None` where there are none.
-    fn json(&self) -> Option<Value> {
-        let there = || self.values.iter().filter(|height| height.is_finite());
-        let low = there().copied().reduce(f64::min)?;
-        let high = there().copied().fold(low, f64::max);
-        // One number is kept for what is no number.
-        let scale = Scale { low, high: if high > low { high } else { low + 1.0 }, steps: 65_534 };
-        let words: Vec<u8> =
-            self.values.iter().flat_map(|height| (scale.quantise(*height) as u16).to_le_bytes()).collect();
-        Some(json!({
-            "counts": self.counts, "origin": self.origin, "spacing": self.spacing, "low": scale.low, "high": scale.high,
-            "values": base64::engine::general_purpose::STANDARD.encode(words),
-        }))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,26 +77,5 @@ mod tests {
             "in, up and out, and down through it"
         );
         assert!(within(&[[-1.0, -1.0], [3.0, -0.5]], &window).is_empty());
-    }
-
-    #[test]
-    fn heights_come_back_within_a_step_and_holes_stay_holes() {
-        let values = vec![3.0, f64::NAN, 7.5, 5.25];
-        let heights =
-            Heights { counts: [2, 2], origin: [0.0, 1.0], spacing: [1.0, 2.0], values: values.clone() };
-        let data = Ground { heights: Some(heights), ..Ground::default() }.json()["heights"].clone();
-        let engine = base64::engine::general_purpose::STANDARD;
-        let bytes = engine.decode(data["values"].as_str().unwrap()).unwrap();
-        let (low, high) = (data["low"].as_f64().unwrap(), data["high"].as_f64().unwrap());
-        for (pair, value) in bytes.as_chunks::<2>().0.iter().zip(values) {
-            let number = u16::from_le_bytes(*pair);
-            if value.is_nan() {
-                assert_eq!(number, u16::MAX);
-            } else {
-                assert!((low + f64::from(number) / 65_534.0 * (high - low) - value).abs() < 1e-4);
-            }
-        }
-        let nothing = Heights { counts: [1, 1], origin: [0.0; 2], spacing: [1.0; 2], values: vec![f64::NAN] };
-        assert!(nothing.json().is_none());
     }
 }
