@@ -139,6 +139,8 @@ fn friction_takes_what_a_thrown_block_loses() {
     // In balance from the start: a block that bounces rubs by fits and starts, which shakes it.
     value["bodies"][0]["stress"] = json!({ "kind": "k0", "surface": 1.2, "coefficient": 0.43 });
     value["materials"]["m"]["youngs_modulus"] = json!(1e7);
+    // Functions that reach below the floor find light nodes there, which slow down within a step and take less with them.
+    value["methods"]["mpm"]["shape"] = json!("linear");
     let case = changed(value, &json!({}));
     let mut solver = begin(&Mpm, &case);
     let start = solver.totals();

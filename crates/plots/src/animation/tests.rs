@@ -40,7 +40,7 @@ fn panel<'a>(name: &str, frames: &'a [Snapshot]) -> Panel<'a> {
 fn view() -> View {
     let names = vec!["sand".to_owned(), "</script><b>".to_owned()];
     let classes = vec![Classes { name: "body".into(), names, of_body: vec![0, 1] }];
-    View { axes: vec![0, 1], up: 1, fields: Vec::new(), classes, bytes: BYTES }
+    View { axes: vec![0, 1], up: 1, classes, bytes: BYTES, ..View::default() }
 }
 
 fn bytes(value: &Value) -> Vec<u8> {
