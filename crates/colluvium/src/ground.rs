@@ -141,7 +141,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn case(space: &str, domain: serde_json::Value, obstacles: serde_json::Value) -> Case {
+    fn case(space: &str, domain: &serde_json::Value, obstacles: &serde_json::Value) -> Case {
         let (gravity, max) = if space == "3d" {
             (json!([0, 0, -9.81]), json!([100.2, 200.2, 303.9]))
         } else {
@@ -165,7 +165,7 @@ mod tests {
         let ball = json!({ "name": "ball", "shape": { "kind": "ball", "centre": [3, 3], "radius": 0.4 }, "wall": { "kind": "smooth" },
             "motion": { "velocity": [1, 0] } });
         let found =
-            ground(&case("plane-strain", json!({ "min": [0, 0], "max": [4, 4] }), json!([plane, ball])));
+            ground(&case("plane-strain", &json!({ "min": [0, 0], "max": [4, 4] }), &json!([plane, ball])));
         assert_eq!(found.missing, "obstacles that move");
         let [line] = &found.lines[..] else { panic!("{:?}", found.lines) };
         let [from, to] = &line[..] else { panic!("a straight line has two corners: {line:?}") };
@@ -185,8 +185,8 @@ mod tests {
         ]);
         let case = case(
             "3d",
-            json!({ "min": [100, 200, 300], "max": [104, 204, 304], "origin": [100, 200, 300] }),
-            obstacles,
+            &json!({ "min": [100, 200, 300], "max": [104, 204, 304], "origin": [100, 200, 300] }),
+            &obstacles,
         );
         let heights = ground(&case).heights.unwrap();
         assert_eq!((heights.counts, heights.origin), ([97, 97], [100.0, 200.0]));
