@@ -1,6 +1,6 @@
 //! The modulus that time steps are made of bounds that of every plane wave (sheet: constitutive §3.9).
 //!
-//! Flow that is not associated is an exception that the sheet does not name: where the potential pushes the way that the yield
+//! Flow that is not associated is the exception: where the potential pushes the way that the yield
 //! surface pulls, a point stiffens as it yields. For a cone and a wave along its normal that adds `(3K(α - α_ψ)/2)²/(G + 9Kαα_ψ)` at
 //! most: 6 % of the modulus with 30° of friction and 10° of dilatancy, 23 % with 35° and none.
 
