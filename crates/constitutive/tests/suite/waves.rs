@@ -2,7 +2,7 @@
 //!
 //! Flow that is not associated is the exception: where the potential pushes the way that the yield
 //! surface pulls, a point stiffens as it yields. For a cone and a wave along its normal that adds `(3K(α - α_ψ)/2)²/(G + 9Kαα_ψ)` at
-//! most: 6 % of the modulus with 30° of friction and 10° of dilatancy, 23 % with 35° and none.
+//! most: with Poisson's ratio 0.3, 6 % of the modulus with 30° of friction and 10° of dilatancy, 23 % with 35° and none.
 
 use std::sync::Arc;
 
