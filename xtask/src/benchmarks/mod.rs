@@ -13,6 +13,7 @@ mod sph;
 use colluvium::case::output::Table;
 use colluvium::case::{Case, FieldData, RunOptions, RunReport, Snapshot};
 
+use crate::analysis::larger;
 pub use outcome::{Check, Criterion, Film, Known, Outcome, Verdict};
 pub use recorder::Recorder;
 
@@ -139,6 +140,15 @@ fn with(mut object: serde_json::Value, more: serde_json::Value) -> serde_json::V
 /// A field of one number a point.
 fn scalars(snapshot: &Snapshot, name: &str) -> Vec<f64> {
     snapshot.scalars(name).unwrap_or_default().to_vec()
+}
+
+/// The largest depth of a point's centre under the first obstacle of a case in space, in any frame (m).
+fn deepest(case: &Case, report: &RunReport) -> Result<f64, String> {
+    let standing = case.standing::<3>().map_err(|error| error.to_string())?;
+    let surface = &standing[0].surface;
+    let places = report.frames.iter().flat_map(|frame| &frame.positions);
+    let deep = places.filter(|x| surface.contains(x)).filter_map(|x| surface.gap(x, f64::INFINITY));
+    Ok(deep.map(|gap| -gap.distance).fold(0.0, larger))
 }
 
 /// Centre of mass of the points (m).

@@ -9,7 +9,7 @@ use super::{CompareError, Contender, Outcome, Ran, Reference, runs};
 use crate::animation;
 use crate::case::{Case, Snapshot};
 use crate::ground::ground;
-use crate::plots::{Animation, LineChart, Panel, Picture, PointCloud, Shared, View};
+use crate::plots::{Animation, Ground, LineChart, Panel, Picture, PointCloud, Shared, View};
 
 /// Times in the strip of pictures.
 const PICTURES: usize = 5;
@@ -34,9 +34,9 @@ pub(super) fn page(
     reference: &Reference,
 ) -> Result<Markup, CompareError> {
     let runs = runs(results);
-    let axes = Axes::of(case);
-    let strip = strip(case, &runs, plane)?;
-    let player = player(case, &runs, plane);
+    let (axes, ground) = (Axes::of(case), ground(case));
+    let strip = strip(&runs, plane, &ground)?;
+    let player = player(case, &runs, plane, ground);
     let profiles = svg(&charts::profiles(&runs, axes, PROFILES, reference))?;
     let figures = svg(&charts::figures(&runs, axes))?;
     let energies = svg(&charts::energies(&runs))?;
@@ -93,7 +93,7 @@ fn svg(charts: &[LineChart]) -> Result<Vec<String>, CompareError> {
 }
 
 /// All runs on one slider.
-fn player(case: &Case, runs: &Runs<'_>, plane: [usize; 2]) -> Option<String> {
+fn player(case: &Case, runs: &Runs<'_>, plane: [usize; 2], ground: Ground) -> Option<String> {
     let mut panels: Vec<Panel<'_>> = Vec::new();
     for (method, ran) in runs {
         panels.push(Panel {
@@ -103,7 +103,7 @@ fn player(case: &Case, runs: &Runs<'_>, plane: [usize; 2]) -> Option<String> {
         });
     }
     let text = serde_json::to_value(case).ok()?;
-    let view = View { ground: ground(case), ..animation::view(&text, plane, &[]) };
+    let view = View { ground, ..animation::view(&text, plane, &[]) };
     Some(animation::player(&Animation::of(&panels, &view)?))
 }
 
@@ -114,13 +114,13 @@ fn field(states: &[(&'static str, &Snapshot)]) -> Option<&'static str> {
 }
 
 /// Pictures at equal times, a row each, with one scale of colours and one set of axes.
-fn strip(case: &Case, runs: &Runs<'_>, plane: [usize; 2]) -> Result<Markup, CompareError> {
+fn strip(runs: &Runs<'_>, plane: [usize; 2], ground: &Ground) -> Result<Markup, CompareError> {
     let times = charts::times(runs, PICTURES);
     let rows: Vec<_> = times.iter().map(|time| at_time(runs, *time)).collect();
     let Some(field) = rows.first().and_then(|states| field(states)) else { return Ok(html! {}) };
-    let lines = ground(case).lines;
     let cloud = |snapshot: &Snapshot| {
-        PointCloud::of(snapshot, field, plane).map(|cloud| PointCloud { lines: lines.clone(), ..cloud })
+        PointCloud::of(snapshot, field, plane)
+            .map(|cloud| PointCloud { lines: ground.lines.clone(), ..cloud })
     };
     let clouds: Vec<Vec<Option<PointCloud>>> =
         rows.iter().map(|states| states.iter().map(|(_, snapshot)| cloud(snapshot)).collect()).collect();

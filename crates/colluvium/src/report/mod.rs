@@ -17,7 +17,7 @@ use crate::case::output::{Collection, OutputError, Table, named_file, read_json,
 use crate::ground::of_run;
 use crate::pictures;
 use crate::plots::{
-    Animation, LineChart, Panel, Picture, PointCloud, Series, Shared, Style, TerrainMap, View,
+    Animation, Ground, LineChart, Panel, Picture, PointCloud, Series, Shared, Style, TerrainMap, View,
 };
 
 /// Name of the report in the folder of its run.
@@ -141,9 +141,10 @@ const PLAYED: usize = 80;
 /// When the folder holds no run, what is there cannot be read, or a field is not in the frames.
 pub fn write(folder: &Path, options: &ReportOptions) -> Result<PathBuf, ReportError> {
     let results = Results::read(folder)?;
+    let ground = of_run(folder);
     let pictures = Pictures {
-        player: player(folder, &results, options)?,
-        points: points(folder, &results, options)?,
+        points: points(folder, &results, options, &ground)?,
+        player: player(folder, &results, options, ground)?,
         charts: charts(&results)?,
         maps: maps(folder)?,
         safety: safety::figures(folder, &results, options.plane)?,
@@ -165,22 +166,30 @@ pub(crate) fn chosen(count: usize, wanted: usize) -> Vec<usize> {
 }
 
 /// The player of the frames.
-fn player(folder: &Path, results: &Results, options: &ReportOptions) -> Result<Option<String>, ReportError> {
+fn player(
+    folder: &Path,
+    results: &Results,
+    options: &ReportOptions,
+    ground: Ground,
+) -> Result<Option<String>, ReportError> {
     let read = |number| pictures::frame(folder, &results.frames[number]);
     let frames: Vec<Snapshot> =
         chosen(results.frames.len(), PLAYED).into_iter().map(read).collect::<Result<_, _>>()?;
     let name = results.summary["method"].as_str().unwrap_or("points").to_owned();
     let panel = Panel { name, frames: frames.iter().collect(), of: results.frames.len() };
-    let view =
-        View { ground: of_run(folder), ..animation::view(&results.case, options.plane, &options.fields) };
+    let view = View { ground, ..animation::view(&results.case, options.plane, &options.fields) };
     Ok(Animation::of(&[panel], &view).map(|animation| animation::player(&animation)))
 }
 
 /// The points of some frames, as PNG: as SVG, each point is an element, and there may be very many. All pictures of a field have
 /// one scale of colours and one set of axes.
-fn points(folder: &Path, results: &Results, options: &ReportOptions) -> Result<Vec<Figure>, ReportError> {
+fn points(
+    folder: &Path,
+    results: &Results,
+    options: &ReportOptions,
+    ground: &Ground,
+) -> Result<Vec<Figure>, ReportError> {
     let mut clouds: Vec<(String, Vec<(String, PointCloud)>)> = Vec::new();
-    let lines = of_run(folder).lines;
     for number in chosen(results.frames.len(), options.frames) {
         let snapshot = pictures::frame(folder, &results.frames[number])?;
         let usual = ["displacement", "velocity"].iter().filter(|name| snapshot.field(name).is_some());
@@ -191,7 +200,7 @@ fn points(folder: &Path, results: &Results, options: &ReportOptions) -> Result<V
         for field in fields {
             let cloud = pictures::cloud(&snapshot, Some(&field), options.plane);
             let (_, cloud) = cloud.map_err(|known| ReportError::Field { name: field.clone(), known })?;
-            let cloud = PointCloud { lines: lines.clone(), ..cloud };
+            let cloud = PointCloud { lines: ground.lines.clone(), ..cloud };
             let caption =
                 format!("{}, frame {number}, t = {} s", field.replace('_', " "), words::short(snapshot.time));
             match clouds.iter_mut().find(|(known, _)| *known == field) {

@@ -148,9 +148,9 @@ mod tests {
         grains
     }
 
-    fn moved<const D: usize, const R: usize>(applied: &[[f64; D]]) -> (Grains<D, R>, Sums<D>) {
-        let mut grains = grains::<D, R>();
-        let drive = Drive {
+    /// A step under gravity and forces of their own, without damping.
+    fn drive<const D: usize>(applied: &[[f64; D]]) -> Drive<'_, D> {
+        Drive {
             dt: 1e-4,
             last: 0.9e-4,
             gravity: std::array::from_fn(|c| 1.0 - 5.0 * c as f64),
@@ -161,8 +161,12 @@ mod tests {
             rate: None,
             carried: None,
             change: None,
-        };
-        let sums = advance(&mut grains, &drive, &mut Vec::new());
+        }
+    }
+
+    fn moved<const D: usize, const R: usize>(applied: &[[f64; D]]) -> (Grains<D, R>, Sums<D>) {
+        let mut grains = grains::<D, R>();
+        let sums = advance(&mut grains, &drive(applied), &mut Vec::new());
         (grains, sums)
     }
 
@@ -193,19 +197,7 @@ mod tests {
     fn a_grain_that_is_lost_is_told_by_its_number() {
         let mut grains = grains::<3, 3>();
         grains.force[1030] = [f64::NAN; 3];
-        let drive = Drive {
-            dt: 1e-4,
-            last: 1e-4,
-            gravity: [0.0; 3],
-            applied: &[],
-            damping: [0.0; 3],
-            form: DampingForm::Components,
-            viscous: 0.0,
-            rate: None,
-            carried: None,
-            change: None,
-        };
         grains.held.fill(false);
-        assert_eq!(advance(&mut grains, &drive, &mut Vec::new()).lost, Some(1030));
+        assert_eq!(advance(&mut grains, &drive(&[]), &mut Vec::new()).lost, Some(1030));
     }
 }

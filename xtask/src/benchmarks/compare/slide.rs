@@ -4,8 +4,7 @@ use colluvium::case::{Case, RunReport};
 use colluvium::plots::{PointCloud, Series, Style};
 
 use super::chart;
-use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome, case, centre_of_mass, run_by};
+use crate::benchmarks::{Benchmark, Outcome, case, centre_of_mass, deepest, run_by};
 
 /// The benchmark.
 pub const BENCHMARK: Benchmark = Benchmark {
@@ -57,16 +56,10 @@ fn benchmark(_quick: bool) -> Result<Outcome, String> {
 
 /// No centre of a point may lie under the terrain in any frame.
 fn above_ground(outcome: &mut Outcome, method: &str, case: &Case, report: &RunReport) -> Result<(), String> {
-    let standing = case.standing::<3>().map_err(|error| error.to_string())?;
-    let places = report.frames.iter().flat_map(|frame| &frame.positions);
-    let deep = places.filter(|x| standing[0].surface.contains(x)).filter_map(|x| {
-        let gap = standing[0].surface.gap(x, f64::INFINITY)?;
-        Some(-gap.distance)
-    });
     outcome.below(
         format!("{method}: largest depth of a point's centre under the terrain (m)"),
         "none",
-        deep.fold(0.0, larger),
+        deepest(case, report)?,
         0.05,
         "a tenth of the distance of points",
     );

@@ -6,7 +6,7 @@ use colluvium::plots::PointCloud;
 
 use super::inclined_block::ANGLE;
 use crate::analysis::larger;
-use crate::benchmarks::{Benchmark, Outcome, case, centre_of_mass, run, series};
+use crate::benchmarks::{Benchmark, Outcome, case, centre_of_mass, deepest, run, series};
 
 /// The heap.
 pub const HEAPS: Benchmark = Benchmark {
@@ -90,14 +90,10 @@ fn way(report: &RunReport) -> f64 {
 
 /// No centre of a point lies under the ground in any frame.
 fn above(outcome: &mut Outcome, name: &str, case: &Case, report: &RunReport) -> Result<(), String> {
-    let standing = case.standing::<3>().map_err(|error| error.to_string())?;
-    let surface = &standing[0].surface;
-    let places = report.frames.iter().flat_map(|frame| &frame.positions);
-    let deep = places.filter(|x| surface.contains(x)).filter_map(|x| surface.gap(x, f64::INFINITY));
     outcome.below(
         format!("{name}: largest depth of a point's centre under the ground (m)"),
         "none",
-        deep.map(|gap| -gap.distance).fold(0.0, larger),
+        deepest(case, report)?,
         0.0,
         "none may be under it",
     );
