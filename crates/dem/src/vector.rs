@@ -100,7 +100,7 @@ pub fn add<const N: usize, T: Number>(a: &mut [T; N], s: T, b: &[T; N]) {
 }
 
 #[inline(always)]
-fn cross<const A: usize, const B: usize, const C: usize, T: Number>(a: &[T; A], b: &[T; B]) -> [T; C] {
+pub fn cross<const A: usize, const B: usize, const C: usize, T: Number>(a: &[T; A], b: &[T; B]) -> [T; C] {
     let mut out = [T::of(0.0); C];
     out[0] = a[1] * b[2] - a[2] * b[1];
     out[1] = a[2] * b[0] - a[0] * b[2];

@@ -178,13 +178,9 @@ impl Rules {
         self.rule(fraction > 0.0 && fraction < 1.0, path, problem);
     }
 
-    fn fill(&mut self, path: &str, fill: &super::Fill, dimension: usize) {
+    fn fill(&mut self, path: &str, fill: &super::Fill) {
         match fill {
-            super::Fill::Single => {}
-            super::Fill::DropAndRoll => {
-                let problem = "drop-and-roll is for disks in the plane: let grains rain in, or fall under gravity in a stage";
-                self.rule(dimension == 2, format!("{path}.kind"), problem);
-            }
+            super::Fill::Single | super::Fill::DropAndRoll => {}
             super::Fill::Layers { solid_fraction, layers, first_solid_fraction } => {
                 self.fraction(format!("{path}.solid_fraction"), *solid_fraction);
                 self.fraction(format!("{path}.first_solid_fraction"), *first_solid_fraction);
@@ -241,9 +237,24 @@ impl Rules {
         }
         for (body, membrane) in &stage.membranes {
             let path = format!("{path}.membranes.{body}");
-            self.not_negative(format!("{path}.pressure"), membrane.pressure, " (N/m)");
-            let problem = "a membrane is a row of disks: in space use a wall that follows a stress";
-            self.rule(dimension == 2, path, problem);
+            self.not_negative(
+                format!("{path}.pressure"),
+                membrane.pressure,
+                if dimension == 2 { " (N/m)" } else { " (Pa)" },
+            );
+            let least = if membrane.closed { 3 } else { 2 };
+            let (columns, problem) = match membrane.columns {
+                None => {
+                    (dimension == 2, "is missing: a membrane in space is a sheet of rows of so many grains")
+                }
+                Some(_) if dimension == 2 => (false, "a membrane in the plane is one row: leave it out"),
+                Some(columns) => {
+                    (columns >= least, "two grains a row are the least, three where it is closed")
+                }
+            };
+            self.rule(columns, format!("{path}.columns"), problem);
+            let problem = "a membrane in the plane is one row: leave it out";
+            self.rule(dimension == 3 || !membrane.closed, format!("{path}.closed"), problem);
         }
         self.not_negative(format!("{path}.agitation"), stage.agitation, " (m/s)");
         self.rule(stage.growth.is_finite(), format!("{path}.growth"), "must be finite (1/s)");
@@ -308,14 +319,14 @@ impl DemOptions {
                 rules.rule(false, format!("{path}.diameter.{key}"), problem);
             }
             if let Some(fill) = &kind.fill {
-                rules.fill(&format!("{path}.fill"), fill, dimension);
+                rules.fill(&format!("{path}.fill"), fill);
             }
         }
         rules.rule(!self.grains.is_empty(), "grains", "at least one kind is needed");
         for (name, body) in &self.bodies {
             let path = format!("bodies.{name}");
             if let Some(fill) = &body.fill {
-                rules.fill(&format!("{path}.fill"), fill, dimension);
+                rules.fill(&format!("{path}.fill"), fill);
             }
             let count = if dimension == 2 { 1 } else { 3 };
             let fits = body.spin.is_empty() || body.spin.len() == count;

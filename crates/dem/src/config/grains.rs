@@ -99,9 +99,9 @@ pub enum Fill {
         /// linearly from layer to layer.
         first_solid_fraction: f64,
     },
-    /// Disks dropped along y one by one at random places, each of which rolls until it rests on two others, on one and a side, or on the
-    /// floor of the box around the body, until the box is full (ballistic deposition). In the plane; in the period where the domain
-    /// is periodic along x and the body spans it. The density follows from the sizes.
+    /// Grains dropped along the last axis one by one at random places, each of which rolls until it rests on two others in the plane, on three
+    /// in space, sides counting as others, or on the floor of the box around the body, until the box is full (ballistic deposition).
+    /// In the period where the domain is periodic along another axis and the body spans it. The density follows from the sizes.
     DropAndRoll,
 }
 

@@ -38,16 +38,24 @@ pub struct GrainStage {
     pub walls: BTreeMap<String, Press>,
 }
 
-/// A row of grains in the plane on which a fluid presses, as on the membrane of a triaxial test: the pressure acts across the line through
-/// the centres of the grains, in the order in which the body has them (upwards in a lattice one grain wide, as in the file in one
-/// of points), whatever way it bends. Bonds to their neighbours keep the grains together.
+/// A row of grains in the plane, or a sheet of them in space, on which a fluid presses, as on the membrane of a triaxial test: the pressure
+/// acts across the line through the centres of the grains, or across the surface between them, in the order in which the body has them
+/// (upwards in a lattice one grain wide, as in the file in one of points), whatever way it bends. Bonds to their neighbours keep the
+/// grains together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Membrane {
-    /// Pressure (N/m), not negative.
+    /// Pressure (Pa; N/m in the plane), not negative.
     pub pressure: f64,
     /// The body that it is pressed against: towards the centre of mass of its grains.
     pub against: String,
+    /// Grains in each row of a sheet in space, at least two, whose rows follow each other in the body: of a lattice one grain thick those
+    /// along the first axis of its plane. Left out in the plane.
+    #[serde(default)]
+    pub columns: Option<usize>,
+    /// Whether the last grain of each row is beside the first one, as in a sleeve around a cylinder; in space.
+    #[serde(default)]
+    pub closed: bool,
 }
 
 /// Shaking at a frequency that may change over the stage: an acceleration `a sin 2π(f t + (f₁ - f) t²/2T)` acts as gravity does, which is

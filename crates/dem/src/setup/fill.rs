@@ -9,9 +9,8 @@ use rand_chacha::ChaCha8Rng;
 use crate::config::{BodyGrains, DemOptions, Diameters, Fill, GrainKind, Packing};
 use crate::grains::{Grains, volume};
 use crate::rain::holds;
-use crate::specimen::deposit::drop_and_roll;
 use crate::specimen::layers::{Layers, pile};
-use crate::specimen::{Container, pack};
+use crate::specimen::{Container, deposit, pack, roll};
 
 /// More grains than this do not fit in numbers.
 const MOST: usize = u32::MAX as usize / 2;
@@ -286,18 +285,24 @@ fn cut<const D: usize>(body: &Body, placed: impl Iterator<Item = Placed<D>>) -> 
     placed.filter(|(x, radius)| whole || holds(&body.shape, x, *radius)).collect()
 }
 
-/// Disks that are dropped into the box around the body, cut to its shape.
+/// Grains that are dropped into the box around the body, cut to its shape.
 fn dropped<const D: usize>(
     case: &Case,
     body: &Body,
     sizes: &Diameters,
     random: &mut ChaCha8Rng,
 ) -> Result<Vec<Placed<D>>, String> {
-    let container: Container<2> = container(case, body);
-    let draw = |random: &mut ChaCha8Rng| 0.5 * sizes.draw(2, random);
-    let placed = drop_and_roll(&container, 0.5 * sizes.range().1, MOST, random, draw)?;
-    let spread =
-        |([x, y], radius): ([f64; 2], f64)| (std::array::from_fn(|c| if c == 0 { x } else { y }), radius);
-    // The options allow it in the plane only.
+    let largest = 0.5 * sizes.range().1;
+    let draw = |random: &mut ChaCha8Rng| 0.5 * sizes.draw(D, random);
+    if D == 2 {
+        let placed = deposit::drop_and_roll(&container(case, body), largest, MOST, random, draw)?;
+        return Ok(cut(body, placed.into_iter().map(spread)));
+    }
+    let placed = roll::drop_and_roll(&container(case, body), largest, MOST, random, draw)?;
     Ok(cut(body, placed.into_iter().map(spread)))
+}
+
+/// A place as one of that many coordinates, which it has.
+fn spread<const N: usize, const D: usize>((x, radius): ([f64; N], f64)) -> Placed<D> {
+    (std::array::from_fn(|c| x[c]), radius)
 }

@@ -172,6 +172,7 @@ pub fn solver<const D: usize, const R: usize>(case: &Case) -> Result<DemSolver<D
     };
     solver.walls = walls(&solver, 0);
     check_step(&solver)?;
+    check_sheets(&solver)?;
     solver.relist().map_err(|error| CaseError::new("methods.dem", error.to_string()))?;
     check_overlaps(&solver)?;
     bond(&mut solver)?;
@@ -209,6 +210,26 @@ fn check_step<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Resul
         solver.laws.step[1], solver.laws.step[0]
     );
     Err(CaseError::new("methods.dem.time_step", problem))
+}
+
+/// Membranes in space are whole rows of grains, two at least.
+fn check_sheets<const D: usize, const R: usize>(solver: &DemSolver<D, R>) -> Result<(), CaseError> {
+    for (stage, own) in &solver.options.stages {
+        for (name, membrane) in &own.membranes {
+            let Some(columns) = membrane.columns else { continue };
+            let body = solver.case.bodies.iter().position(|body| body.name == *name);
+            let count = solver.grains.body.iter().filter(|own| Some(**own as usize) == body).count();
+            if count % columns != 0 || count < 2 * columns {
+                let problem =
+                    format!("the body has {count} grains, which are not two or more rows of {columns}");
+                return Err(CaseError::new(
+                    format!("methods.dem.stages.{stage}.membranes.{name}.columns"),
+                    problem,
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Grains must not begin deep in each other or in walls.

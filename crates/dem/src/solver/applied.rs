@@ -1,8 +1,8 @@
 //! Forces on grains that the case gives: on bodies, and on membranes (sheet: dem §2.1).
 
 use super::DemSolver;
-use crate::config::GrainStage;
-use crate::vector::{add, dot, minus};
+use crate::config::{GrainStage, Membrane};
+use crate::vector::{add, cross, dot, minus};
 
 impl<const D: usize, const R: usize> DemSolver<D, R> {
     /// Forces on the grains that are neither gravity nor of contacts (N); empty where the stage has none.
@@ -14,7 +14,7 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         let mut applied = vec![[0.0; D]; self.grains.len()];
         self.push_bodies(stage, &mut applied);
         for (name, membrane) in &stage.membranes {
-            self.press_membrane((name, &membrane.against), membrane.pressure, &mut applied);
+            self.press_membrane(name, membrane, &mut applied);
         }
         applied
     }
@@ -31,24 +31,68 @@ impl<const D: usize, const R: usize> DemSolver<D, R> {
         }
     }
 
-    /// Presses a row of grains towards a body: half of what acts on the line between two of them each.
-    fn press_membrane(&self, (name, against): (&str, &str), pressure: f64, applied: &mut [[f64; D]]) {
+    /// Presses a row or a sheet of grains towards a body.
+    fn press_membrane(&self, name: &str, membrane: &Membrane, applied: &mut [[f64; D]]) {
         let g = &self.grains;
-        let (Some(own), Some(other)) = (self.number_of(name), self.number_of(against)) else { return };
-        let mut row: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] == own).collect();
-        row.sort_unstable_by_key(|&i| g.id[i]);
-        let (Some(first), Some(last)) = (row.first(), row.last()) else { return };
+        let (Some(own), Some(other)) = (self.number_of(name), self.number_of(&membrane.against)) else {
+            return;
+        };
         let Some(centre) = self.centre(|i| g.body[i] == other) else { return };
+        let mut grains: Vec<usize> = (0..g.len()).filter(|&i| g.body[i] == own).collect();
+        grains.sort_unstable_by_key(|&i| g.id[i]);
+        match membrane.columns {
+            Some(columns) => {
+                self.press_sheet((&grains, columns, membrane.closed), &centre, membrane.pressure, applied);
+            }
+            None => self.press_row(&grains, &centre, membrane.pressure, applied),
+        }
+    }
+
+    /// Presses a row in the plane towards a place: half of what acts on the line between two of its grains each.
+    fn press_row(&self, row: &[usize], centre: &[f64; D], pressure: f64, applied: &mut [[f64; D]]) {
+        let g = &self.grains;
+        let (Some(first), Some(last)) = (row.first(), row.last()) else { return };
         // A quarter turn to the left of the row, or the other way where the body lies to its right.
         let left =
             |way: &[f64; D]| -> [f64; D] { std::array::from_fn(|c| if c == 0 { -way[1] } else { way[0] }) };
         let chord = minus(&g.position[*last], &g.position[*first]);
-        let Some(middle) = self.centre(|i| g.body[i] == own) else { return };
-        let side = dot(&left(&chord), &minus(&centre, &middle));
+        let Some(middle) = self.centre(|i| g.body[i] == g.body[*first]) else { return };
+        let side = dot(&left(&chord), &minus(centre, &middle));
         let half = 0.5 * pressure * if side < 0.0 { -1.0 } else { 1.0 };
         for pair in row.windows(2) {
             let push = left(&minus(&g.position[pair[1]], &g.position[pair[0]]));
             pair.iter().for_each(|&i| add(&mut applied[i], half, &push));
+        }
+    }
+
+    /// Presses a sheet in space towards a place: a quarter of what acts on the surface between four of its grains each. That is the pressure
+    /// times half the cross product of the diagonals, whatever surface the four span.
+    fn press_sheet(
+        &self,
+        (grains, columns, closed): (&[usize], usize, bool),
+        centre: &[f64; D],
+        pressure: f64,
+        applied: &mut [[f64; D]],
+    ) {
+        let position = &self.grains.position;
+        let (rows, across) = (grains.len() / columns, if closed { columns } else { columns - 1 });
+        let mut quads = Vec::with_capacity(rows * columns);
+        let mut side = 0.0;
+        for row in 1..rows {
+            for column in 0..across {
+                let next = (column + 1) % columns;
+                let [low, high] = [(row - 1) * columns, row * columns];
+                let corners = [low + column, low + next, high + next, high + column].map(|k| grains[k]);
+                let [a, b, c, d] = corners.map(|i| position[i]);
+                let area: [f64; D] = cross(&minus(&c, &a), &minus(&d, &b));
+                let middle: [f64; D] = std::array::from_fn(|k| 0.25 * (a[k] + b[k] + c[k] + d[k]));
+                side += dot(&area, &minus(centre, &middle));
+                quads.push((corners, area));
+            }
+        }
+        let eighth = 0.125 * pressure * if side < 0.0 { -1.0 } else { 1.0 };
+        for (corners, area) in &quads {
+            corners.iter().for_each(|&i| add(&mut applied[i], eighth, area));
         }
     }
 

@@ -1,9 +1,11 @@
 //! Random packings: grains at random places grow to their sizes while overlaps are pushed apart (radius expansion; sheet:
-//! dem §3.8.6). The same in [`layers`] that are pressed one on another, and grains that are dropped and [roll](deposit).
+//! dem §3.8.6). The same in [`layers`] that are pressed one on another, and grains that are dropped and roll, [disks](deposit) and
+//! [spheres](roll).
 
 pub mod deposit;
 pub mod layers;
 mod report;
+pub mod roll;
 
 use std::ops::Range;
 

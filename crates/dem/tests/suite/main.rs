@@ -16,4 +16,5 @@ mod pressed;
 mod rain;
 mod rules;
 mod same;
+mod space;
 mod specimens;

@@ -87,13 +87,26 @@ fn dropped_grains_rest_on_two_others_each_and_fill_the_shape() {
     for (x, r) in snapshot.positions.iter().zip(radii) {
         assert!((x[0] - 0.5).hypot(x[1] - 0.5) + r < 0.3 + 0.01, "{x:?}");
     }
-    let mut solid = value.clone();
-    solid["space"] = json!("3d");
-    solid["domain"] = json!({ "min": [0, 0, 0], "max": [1, 1, 1] });
-    solid["gravity"] = json!([0, -9.81, 0]);
-    solid["bodies"][0]["shape"] = json!({ "kind": "ball", "centre": [0.5, 0.5, 0.5], "radius": 0.3 });
-    let error = colluvium_dem::spheres(&case(&solid)).err().unwrap().to_string();
-    assert!(error.starts_with("methods.dem.grains.grain.fill.kind: drop-and-roll is for disks"), "{error}");
+}
+
+#[test]
+fn dropped_spheres_rest_on_three_others_each() {
+    let mut value = filled(&json!({ "kind": "drop-and-roll" }));
+    value["space"] = json!("3d");
+    value["domain"] = json!({ "min": [0, 0, 0], "max": [1, 1, 1] });
+    value["gravity"] = json!([0, 0, -9.81]);
+    value["boundaries"] = json!([]);
+    value["bodies"][0]["shape"] = json!({ "kind": "box", "min": [0, 0, 0], "max": [0.8, 0.8, 0.8] });
+    let sizes = |largest: f64| json!({ "distribution": "uniform", "min": 0.8 * largest, "max": largest });
+    value["methods"]["dem"]["grains"]["grain"]["diameter"] = sizes(0.1);
+    let solver = colluvium_dem::spheres(&case(&value)).unwrap();
+    let specimen = &solver.specimens()[0];
+    // Three supports each, of which some are the sides and the floor; 0.582 without sides (Visscher and Bolsterli 1972).
+    assert!(specimen.coordination > 4.0 && specimen.coordination <= 6.0, "{specimen}");
+    assert!((0.42..0.56).contains(&specimen.porosity) && specimen.asked.is_none(), "{specimen}");
+    value["methods"]["dem"]["grains"]["grain"]["diameter"] = sizes(0.14);
+    let error = colluvium_dem::spheres(&case(&value)).err().unwrap().to_string();
+    assert!(error.starts_with("bodies[0].shape: is 0.8 m wide along axis 0, less than six"), "{error}");
 }
 
 #[test]

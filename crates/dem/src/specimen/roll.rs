@@ -1,0 +1,461 @@
+//! Spheres that are dropped one by one and roll until three supports hold them (ballistic deposition; sheet: dem §3.8).
+//!
+//! A sphere falls, rolls on one sphere down its meridian, or on two, or on one and a side, along the circle of the places that touch both,
+//! until it touches another or leaves one. Which of these follows from the direction in which it can go down: that of its weight
+//! projected on what the supports allow.
+
+use std::f64::consts::PI;
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::Container;
+use crate::vector::{add, cross, dot, minus, norm};
+
+/// Spheres in a row that come to rest above the container, after which it is full.
+const FULL: usize = 200;
+/// Ways of a sphere after which it is given up.
+const WAYS: usize = 1000;
+/// Share of a distance that is no distance, and angle (rad) that is none.
+const NONE: f64 = 1e-9;
+
+/// Distance between the centre of a sphere and that of what it meets as it rolls on, over the largest radius: at most the diameter of its
+/// circle, four, and the two radii.
+const REACH: f64 = 6.0;
+
+type Place = [f64; 3];
+
+/// What a sphere touches: a sphere about a centre at a reach (both radii, m), or a plane across an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Support {
+    Sphere(Place, f64),
+    /// Axis, the coordinate of the centre that touches (m), and the direction away from it.
+    Plane(usize, f64, f64),
+}
+
+impl Support {
+    /// Distance of a centre from where it touches (m).
+    fn gap(&self, x: &Place) -> f64 {
+        match self {
+            Self::Sphere(centre, reach) => norm(&minus(x, centre)) - reach,
+            Self::Plane(axis, at, away) => away * (x[*axis] - at),
+        }
+    }
+
+    /// Direction from the support to a centre that touches.
+    fn normal(&self, x: &Place) -> Place {
+        match self {
+            Self::Sphere(centre, _) => unit(&minus(x, centre)),
+            Self::Plane(axis, _, away) => std::array::from_fn(|c| if c == *axis { *away } else { 0.0 }),
+        }
+    }
+}
+
+fn unit(v: &Place) -> Place {
+    let length = norm(v);
+    v.map(|c| c / length)
+}
+
+/// Where a sphere goes from its supports.
+enum Way {
+    /// Nowhere.
+    Rest,
+    /// Straight down.
+    Fall,
+    /// On one or two of the supports, by number, in a direction.
+    Roll(Vec<usize>, Place),
+}
+
+/// The direction down that the supports allow: the weight, projected on what moves away from none of them.
+fn way(normals: &[Place]) -> Way {
+    let weight = [0.0, 0.0, -1.0];
+    let allowed = |d: &Place| normals.iter().all(|n| dot(n, d) > -NONE);
+    if allowed(&weight) {
+        return Way::Fall;
+    }
+    for (i, n) in normals.iter().enumerate() {
+        let force = -dot(&weight, n);
+        let mut d = weight;
+        add(&mut d, force, n);
+        if force > 0.0 && norm(&d) > NONE && allowed(&d) {
+            return Way::Roll(vec![i], d);
+        }
+    }
+    for i in 0..normals.len() {
+        for j in 0..i {
+            let (a, b) = (&normals[i], &normals[j]);
+            let along: Place = cross(a, b);
+            if norm(&along) < NONE {
+                continue;
+            }
+            let along = unit(&along);
+            let down = dot(&along, &weight);
+            let d = along.map(|c| c * down);
+            let (both, pair) = (dot(a, b), [dot(a, &weight), dot(b, &weight)]);
+            let pressed = pair[0] < both * pair[1] && pair[1] < both * pair[0];
+            if pressed && down.abs() > NONE && allowed(&d) {
+                return Way::Roll(vec![i, j], d);
+            }
+        }
+    }
+    Way::Rest
+}
+
+/// The circle that a rolling sphere follows: `centre + radius (from cos φ + to sin φ)`.
+struct Circle {
+    centre: Place,
+    radius: f64,
+    from: Place,
+    to: Place,
+}
+
+impl Circle {
+    /// Through a place that touches one or two supports, in a direction; none where they leave no circle.
+    fn of(supports: &[Support], x: &Place, direction: &Place) -> Option<Self> {
+        let centre = match supports {
+            [Support::Sphere(centre, _)] => *centre,
+            [Support::Sphere(a, one), Support::Sphere(b, other)] => {
+                let between = minus(b, a);
+                let square = dot(&between, &between);
+                let mut centre = *a;
+                add(&mut centre, 0.5 * (1.0 + (one * one - other * other) / square), &between);
+                centre
+            }
+            [Support::Sphere(centre, _), Support::Plane(axis, at, _)]
+            | [Support::Plane(axis, at, _), Support::Sphere(centre, _)] => {
+                std::array::from_fn(|c| if c == *axis { *at } else { centre[c] })
+            }
+            _ => return None,
+        };
+        let from = minus(x, &centre);
+        let radius = norm(&from);
+        let from = (radius > 0.0).then(|| unit(&from))?;
+        let mut to = *direction;
+        add(&mut to, -dot(direction, &from), &from);
+        (norm(&to) > 0.0).then(|| Self { centre, radius, from, to: unit(&to) })
+    }
+
+    fn at(&self, angle: f64) -> Place {
+        let (sin, cos) = angle.sin_cos();
+        std::array::from_fn(|c| self.centre[c] + self.radius * (self.from[c] * cos + self.to[c] * sin))
+    }
+
+    /// The first angle at which `a cos φ + b sin φ + c` falls below zero.
+    fn falls([a, b, c]: [f64; 3]) -> Option<f64> {
+        let size = a.hypot(b);
+        if size <= c.abs() {
+            return None;
+        }
+        // a cos φ + b sin φ = size cos(φ - top): falls through -c half a turn at most after its top.
+        let angle = b.atan2(a) + (-c / size).acos();
+        let angle = angle.rem_euclid(2.0 * PI);
+        (angle > NONE && angle < 2.0 * PI - NONE).then_some(angle)
+    }
+
+    /// Where a sphere on the circle first touches a support.
+    fn meets(&self, support: &Support) -> Option<f64> {
+        Self::falls(match support {
+            Support::Sphere(other, reach) => {
+                let apart = minus(&self.centre, other);
+                let both = 2.0 * self.radius;
+                let rest = dot(&apart, &apart) + self.radius * self.radius - reach * reach;
+                [both * dot(&apart, &self.from), both * dot(&apart, &self.to), rest]
+            }
+            Support::Plane(axis, at, away) => {
+                let way = away * self.radius;
+                [way * self.from[*axis], way * self.to[*axis], away * (self.centre[*axis] - at)]
+            }
+        })
+    }
+
+    /// Where it no longer presses on the first of its supports: the force on it falls below zero.
+    fn leaves(&self, supports: &[Support]) -> Option<f64> {
+        // Normals as constants and factors of cos and sin.
+        let parts = |support: &Support| match support {
+            Support::Sphere(centre, reach) => {
+                let constant = minus(&self.centre, centre).map(|c| c / reach);
+                let share = self.radius / reach;
+                [self.from.map(|c| share * c), self.to.map(|c| share * c), constant]
+            }
+            Support::Plane(..) => [[0.0; 3], [0.0; 3], support.normal(&self.at(0.0))],
+        };
+        let first = parts(supports.first()?);
+        // The weight on a normal is minus its last entry.
+        let up = first.map(|part| part[2]);
+        Self::falls(match supports.get(1) {
+            None => up,
+            Some(second) => {
+                let x = self.at(0.0);
+                let both = dot(&supports[0].normal(&x), &second.normal(&x));
+                let other = parts(second).map(|part| part[2]);
+                std::array::from_fn(|k| up[k] - both * other[k])
+            }
+        })
+    }
+}
+
+/// Spheres at rest, found by where they stand over the floor.
+struct Bed<'a> {
+    container: &'a Container<3>,
+    placed: Vec<(Place, f64)>,
+    columns: Vec<Vec<u32>>,
+    counts: [usize; 2],
+    largest: f64,
+}
+
+impl<'a> Bed<'a> {
+    fn new(container: &'a Container<3>, largest: f64) -> Self {
+        // As wide as what a rolling sphere meets is away at most, so that all of it is in its column or beside it.
+        let counts = [0, 1].map(|axis| (container.width(axis) / (REACH * largest)).floor().max(1.0) as usize);
+        Self {
+            container,
+            placed: Vec::new(),
+            columns: vec![Vec::new(); counts[0] * counts[1]],
+            counts,
+            largest,
+        }
+    }
+
+    fn column(&self, x: &Place) -> [usize; 2] {
+        [0, 1].map(|axis| {
+            let share = (x[axis] - self.container.low[axis]) / self.container.width(axis);
+            ((share * self.counts[axis] as f64).max(0.0) as usize).min(self.counts[axis] - 1)
+        })
+    }
+
+    fn add(&mut self, x: Place, radius: f64) {
+        let [i, j] = self.column(&x);
+        self.columns[i + self.counts[0] * j].push(self.placed.len() as u32);
+        self.placed.push((x, radius));
+    }
+
+    /// Columns along an axis that what rolls from column `own` may meet.
+    fn reach(&self, axis: usize, own: usize) -> Vec<usize> {
+        let count = self.counts[axis] as i64;
+        let all = if count < 3 { 0..=count - 1 } else { own as i64 - 1..=own as i64 + 1 };
+        let round = self.container.periodic[axis];
+        all.filter(|k| round || (0..count).contains(k)).map(|k| k.rem_euclid(count) as usize).collect()
+    }
+
+    /// Spheres, sides and the floor that a sphere of a radius at `x` may touch from there, those far below it left out.
+    fn supports(&self, x: &Place, radius: f64, from: f64) -> Vec<Support> {
+        let own = self.column(x);
+        let mut all = Vec::new();
+        for j in self.reach(1, own[1]) {
+            for i in self.reach(0, own[0]) {
+                for &k in &self.columns[i + self.counts[0] * j] {
+                    let (other, its) = &self.placed[k as usize];
+                    if other[2] >= from {
+                        let apart = self.container.apart(other, x);
+                        let centre = std::array::from_fn(|c| if c == 2 { other[c] } else { x[c] + apart[c] });
+                        all.push(Support::Sphere(centre, radius + its));
+                    }
+                }
+            }
+        }
+        for axis in 0..2 {
+            if !self.container.periodic[axis] {
+                all.push(Support::Plane(axis, self.container.low[axis] + radius, 1.0));
+                all.push(Support::Plane(axis, self.container.high[axis] - radius, -1.0));
+            }
+        }
+        all.push(Support::Plane(2, self.container.low[2] + radius, 1.0));
+        all
+    }
+
+    /// Height to which a sphere falls at a place.
+    fn fall(&self, x: &Place, radius: f64) -> f64 {
+        let mut height = self.container.low[2] + radius;
+        for support in self.supports(x, radius, f64::NEG_INFINITY) {
+            let Support::Sphere(centre, reach) = support else { continue };
+            let apart = (x[0] - centre[0]).hypot(x[1] - centre[1]);
+            if apart >= reach * (1.0 - NONE) {
+                continue;
+            }
+            let touch = centre[2] + (reach * reach - apart * apart).sqrt();
+            if touch > height && touch <= x[2] + NONE * reach {
+                height = touch;
+            }
+        }
+        height
+    }
+
+    /// Where a sphere dropped from above over a place comes to rest; `None` where it rolls without end.
+    fn rest(&self, over: [f64; 2], radius: f64) -> Option<Place> {
+        let mut x = [over[0], over[1], f64::INFINITY];
+        x[2] = self.fall(&x, radius);
+        for _ in 0..WAYS {
+            let near = self.supports(&x, radius, x[2] - REACH * self.largest);
+            let touching: Vec<Support> =
+                near.iter().filter(|support| support.gap(&x) < NONE * radius).copied().collect();
+            let normals: Vec<Place> = touching.iter().map(|support| support.normal(&x)).collect();
+            match way(&normals) {
+                Way::Rest => return Some(x),
+                Way::Fall => {
+                    let height = self.fall(&x, radius);
+                    if x[2] - height < NONE * radius {
+                        return None;
+                    }
+                    x[2] = height;
+                }
+                Way::Roll(on, direction) => {
+                    let on: Vec<Support> = on.into_iter().map(|k| touching[k]).collect();
+                    let circle = Circle::of(&on, &x, &direction)?;
+                    let others = near.iter().filter(|support| !on.contains(support));
+                    let met = others.filter_map(|support| circle.meets(support)).fold(PI, f64::min);
+                    let turned: Vec<Support> = on.iter().rev().copied().collect();
+                    let ends = [circle.leaves(&on), (on.len() > 1).then(|| circle.leaves(&turned)).flatten()];
+                    let angle = ends.into_iter().flatten().fold(met, f64::min);
+                    if angle <= NONE {
+                        return None;
+                    }
+                    x = circle.at(angle);
+                    for axis in 0..2 {
+                        x[axis] = self.container.wrapped(axis, x[axis]);
+                    }
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Drops spheres, whose radii (m) `draw` gives one by one, at random places over a container until it is full: places and radii, the
+/// first ones lowest. Each rests on three others or sides, its weight within them, or on the floor.
+///
+/// # Errors
+/// When the container is narrower than six of the largest spheres (`largest`, m), or would hold more than `most` of them.
+pub fn drop_and_roll(
+    container: &Container<3>,
+    largest: f64,
+    most: usize,
+    random: &mut ChaCha8Rng,
+    mut draw: impl FnMut(&mut ChaCha8Rng) -> f64,
+) -> Result<Vec<(Place, f64)>, String> {
+    for axis in 0..2 {
+        let width = container.width(axis);
+        if width < 2.0 * REACH * largest {
+            return Err(format!("is {width} m wide along axis {axis}, less than six of the largest grains"));
+        }
+    }
+    let mut bed = Bed::new(container, largest);
+    let mut above = 0;
+    while above < FULL {
+        let radius = draw(random);
+        let over = [0, 1].map(|axis| {
+            let margin = if container.periodic[axis] { 0.0 } else { radius };
+            container.low[axis] + margin + (container.width(axis) - 2.0 * margin) * random.random::<f64>()
+        });
+        match bed.rest(over, radius) {
+            Some(place) if place[2] + radius <= container.high[2] => {
+                bed.add(place, radius);
+                above = 0;
+            }
+            _ => above += 1,
+        }
+        if bed.placed.len() > most {
+            return Err(format!("more than {most} grains"));
+        }
+    }
+    Ok(bed.placed)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    fn dropped(periodic: bool, seed: u64, [low, span]: [f64; 2]) -> (Container<3>, Vec<(Place, f64)>) {
+        let container =
+            Container { low: [-2.0, 1.0, 3.0], high: [6.0, 8.0, 11.0], periodic: [periodic, false, false] };
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let draw = |random: &mut ChaCha8Rng| low + span * random.random::<f64>();
+        let placed = drop_and_roll(&container, low + span, 100_000, &mut random, draw).unwrap();
+        (container, placed)
+    }
+
+    #[test]
+    fn no_sphere_can_go_down_from_where_it_came_to_rest() {
+        for (periodic, seed, sizes) in
+            [(true, 1, [0.4, 0.15]), (false, 2, [0.3, 0.2]), (true, 3, [0.4, 1e-4])]
+        {
+            let (container, placed) = dropped(periodic, seed, sizes);
+            assert!(placed.len() > 200, "{}", placed.len());
+            let mut random = ChaCha8Rng::seed_from_u64(9);
+            for (i, (x, radius)) in placed.iter().enumerate() {
+                let mut normals = Vec::new();
+                for (y, other) in &placed[..i] {
+                    let apart = container.apart(x, y);
+                    let gap = norm(&apart) - radius - other;
+                    assert!(gap > -1e-7, "{i}: {gap}");
+                    if gap < 1e-7 {
+                        normals.push(unit(&apart));
+                    }
+                }
+                for axis in 0..3 {
+                    if container.periodic[axis] {
+                        continue;
+                    }
+                    let gaps =
+                        [x[axis] - radius - container.low[axis], container.high[axis] - radius - x[axis]];
+                    assert!(gaps[0] > -1e-9 && gaps[1] > -1e-9, "{i}: {gaps:?}");
+                    for (gap, away) in gaps.into_iter().zip([1.0, -1.0]) {
+                        if gap < 1e-7 && (axis < 2 || away > 0.0) {
+                            normals.push(std::array::from_fn(|c| if c == axis { away } else { 0.0 }));
+                        }
+                    }
+                }
+                let on_floor = x[2] - radius - container.low[2] < 1e-7;
+                assert!(on_floor || normals.len() >= 3, "{i}: {normals:?}");
+                for _ in 0..200 {
+                    let d: Place = std::array::from_fn(|_| 2.0 * random.random::<f64>() - 1.0);
+                    let d = [d[0], d[1], -d[2].abs() - 0.02];
+                    assert!(
+                        normals.iter().any(|n| dot(n, &d) < 1e-7),
+                        "{i}: {normals:?} let it go along {d:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_bed_of_nearly_equal_spheres_has_three_supports_each_and_is_seeded() {
+        let container = Container { low: [0.0; 3], high: [12.0, 12.0, 16.0], periodic: [true, true, false] };
+        let bed = |seed: u64| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            // Of equal ones four may meet in a lattice.
+            let draw = |random: &mut ChaCha8Rng| 0.5 + 1e-3 * random.random::<f64>();
+            drop_and_roll(&container, 0.501, 100_000, &mut random, draw).unwrap()
+        };
+        let placed = bed(5);
+        let on_floor = |(x, r): &(Place, f64)| x[2] - r - container.low[2] < 1e-9;
+        let mut contacts = 0;
+        for (i, (x, radius)) in placed.iter().enumerate().filter(|(_, own)| !on_floor(own)) {
+            for (y, other) in &placed[..i] {
+                let touch = norm(&container.apart(x, y)) < (radius + other) * (1.0 + 1e-8);
+                contacts += usize::from(touch);
+            }
+        }
+        let above = placed.iter().filter(|own| !on_floor(own)).count();
+        assert_eq!(contacts, 3 * above);
+        // Away from floor and surface: 0.582 for equal spheres (Visscher and Bolsterli 1972).
+        let (low, high) = (4.0, 12.0);
+        let inner = placed.iter().filter(|(x, _)| x[2] > low && x[2] < high).count() as f64;
+        let solid = inner * PI / 6.0 * 1.001f64.powi(3) / (144.0 * (high - low));
+        assert!((0.565..0.6).contains(&solid), "{solid}");
+        assert_eq!(bed(5), placed);
+        assert_ne!(bed(6), placed);
+    }
+
+    #[test]
+    fn narrow_boxes_and_too_many_grains_are_refused() {
+        let container = Container { low: [0.0; 3], high: [1.0, 1.0, 9.0], periodic: [false; 3] };
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let narrow = drop_and_roll(&container, 0.1, 10, &mut random, |_| 0.1).unwrap_err();
+        assert!(narrow.contains("less than six"), "{narrow}");
+        let many = drop_and_roll(&container, 0.08, 10, &mut random, |_| 0.08).unwrap_err();
+        assert!(many.contains("more than 10"), "{many}");
+    }
+}

@@ -1,0 +1,171 @@
+//! Sheets that a fluid presses on, and paths of constant volume and to and fro, in space (sheet: dem §3.7, §3.8).
+
+use std::f64::consts::FRAC_PI_6;
+
+use colluvium_case::{Case, Solver};
+use colluvium_dem::{DemSolver, spheres};
+use colluvium_testkit::near;
+use serde_json::{Value, json};
+
+use crate::common::{Scene, begun, linear};
+
+fn reading(solver: &DemSolver<3, 3>, name: &str) -> f64 {
+    solver.readings().iter().find(|(own, ..)| own == name).unwrap().2
+}
+
+fn to(solver: &mut DemSolver<3, 3>, time: f64) {
+    while solver.time() < time * (1.0 - 1e-12) {
+        let dt = (time - solver.time()).min(solver.limit().dt);
+        solver.step(dt).unwrap();
+    }
+}
+
+/// A single sphere at a place, and a sheet of grains at the given ones, which a fluid presses towards it.
+fn sheet(places: &[[f64; 3]], sphere: [f64; 3], membrane: &Value) -> Result<DemSolver<3, 3>, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let lines: Vec<String> = places.iter().map(|[x, y, z]| format!("{x},{y},{z},0.1")).collect();
+    std::fs::write(folder.path().join("sheet.csv"), format!("x,y,z,volume\n{}\n", lines.join("\n"))).unwrap();
+    let mut scene = Scene::new(linear(1e6, 0.0, 0.5, 0.3)).sphere(sphere, 0.3, [0.0; 3], [0.0; 3]);
+    scene.gravity = vec![0.0; 3];
+    let mut value = scene.json();
+    value["bodies"].as_array_mut().unwrap().push(json!({
+        "name": "sheet", "material": "grain", "points": { "file": "sheet.csv" },
+        "shape": { "kind": "box", "min": [-1.5, -1.5, -1], "max": [3.5, 3.5, 2] }
+    }));
+    value["methods"]["dem"]["stages"] = json!({ "all": { "membranes": { "sheet": membrane } } });
+    let case = Case::from_value(&value, folder.path()).unwrap();
+    spheres(&case).map(begun).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_sheet_bears_its_pressure_across_the_surface_of_its_rim() {
+    // Three rows of four, bent within; the rim is a rectangle of 3 m by 2 m that leans.
+    let place = |row: usize, column: usize| {
+        let bulge = if row == 1 && (column == 1 || column == 2) { 0.4 } else { 0.0 };
+        [column as f64, row as f64, 0.5 * row as f64 + bulge]
+    };
+    let places: Vec<[f64; 3]> = (0..3).flat_map(|row| (0..4).map(move |column| place(row, column))).collect();
+    for side in [-1.0, 1.0] {
+        let membrane = json!({ "pressure": 20.0, "against": "grain 0", "columns": 4 });
+        let mut solver = sheet(&places, [1.5, 1.0, 0.5 + 8.0 * side], &membrane).unwrap();
+        let time = 1e-3;
+        to(&mut solver, time);
+        // The vector of the area of the rim is (3, 0, 0) × (0, 2, 1), whatever the sheet does within.
+        let then = time - solver.limit().dt;
+        let momentum = solver.totals().momentum;
+        for (momentum, area) in momentum.into_iter().zip([0.0, -3.0, 6.0]) {
+            near(momentum / (20.0 * then), area * side, 0.05 * 6.0);
+        }
+        // A grain at a corner has a quarter of one flat piece, (1, 0, 0) × (0, 1, 1/2), bent up by the bulge at its far corner:
+        // half of (1, 1, 0.5 + 0.4) × (-1, 1, 0.5).
+        let v = solver.snapshot().vectors("velocity").unwrap()[1];
+        let mass = 0.1 * 4.0 / std::f64::consts::PI;
+        for (v, area) in v.into_iter().zip([0.5 * (0.5 - 0.9), 0.5 * (-0.9 - 0.5), 0.5 * (1.0 + 1.0)]) {
+            near(v * mass / (20.0 * time), 0.25 * area * side, 1e-3);
+        }
+        near(reading(&solver, "energy_error"), 0.0, 1e-6);
+    }
+}
+
+#[test]
+fn a_sleeve_is_pressed_inwards_with_no_force_as_a_whole() {
+    // Three rings of six, one above another at 0.7 m, of radius 1 m: the sides of a hexagon are as long.
+    let ring = |row: usize| {
+        (0..6usize).map(move |k| {
+            let (sin, cos) = (2.0 * FRAC_PI_6 * k as f64).sin_cos();
+            [cos, sin, 0.7 * row as f64]
+        })
+    };
+    let places: Vec<[f64; 3]> = (0..3).flat_map(ring).collect();
+    let membrane = json!({ "pressure": 50.0, "against": "grain 0", "columns": 6, "closed": true });
+    let mut solver = sheet(&places, [0.0, 0.0, 7.0], &membrane).unwrap();
+    let time = 1e-3;
+    to(&mut solver, time);
+    let mass = 0.1 * 4.0 / std::f64::consts::PI;
+    for c in 0..3 {
+        near(solver.totals().momentum[c], 0.0, 1e-12);
+    }
+    let v = solver.snapshot().vectors("velocity").unwrap().to_vec();
+    for k in 0..6usize {
+        // The middle ring has half of the sides below and above, each halved between its ends, as a resultant along the radius.
+        let exact = -50.0 * 0.7 * FRAC_PI_6.cos() * time / mass;
+        let (sin, cos) = (2.0 * FRAC_PI_6 * k as f64).sin_cos();
+        let own = v[1 + 6 + k];
+        near((own[0] * cos + own[1] * sin) / exact, 1.0, 1e-3);
+        near((own[1] * cos - own[0] * sin) / exact, 0.0, 1e-3);
+        near(own[2] / exact, 0.0, 1e-9);
+    }
+}
+
+#[test]
+fn sheets_that_are_no_rows_of_grains_are_refused() {
+    let places: Vec<[f64; 3]> = (0..6).map(|k| [f64::from(k % 3), f64::from(k / 3), 0.0]).collect();
+    let membrane = |more: Value| {
+        let mut value = json!({ "pressure": 1.0, "against": "grain 0" });
+        value.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        value
+    };
+    for (more, expected) in [
+        (json!({}), "columns: is missing"),
+        (json!({ "columns": 1 }), "columns: two grains a row are the least"),
+        (json!({ "columns": 2, "closed": true }), "columns: two grains a row are the least, three"),
+        (json!({ "columns": 4 }), "columns: the body has 6 grains, which are not two or more rows of 4"),
+        (json!({ "columns": 6 }), "columns: the body has 6 grains, which are not two or more rows of 6"),
+    ] {
+        let refusal = sheet(&places, [0.0, 0.0, 5.0], &membrane(more)).err().unwrap();
+        assert!(
+            refusal.starts_with(&format!("methods.dem.stages.all.membranes.sheet.{expected}")),
+            "{refusal}"
+        );
+    }
+}
+
+/// A cubic lattice of four by four by four spheres in a cell that is periodic along all axes.
+fn lattice(cell: &Value) -> DemSolver<3, 3> {
+    let mut scene = Scene::new(linear(1e4, 0.3, 0.5, 0.0)).sphere([0.0; 3], 0.5, [0.0; 3], [0.0; 3]);
+    scene.gravity = vec![0.0; 3];
+    let mut value = scene.json();
+    value["domain"] = json!({ "min": [0, 0, 0], "max": [4, 4, 4], "periodic": ["x", "y", "z"] });
+    value["bodies"] = json!([{ "name": "one", "material": "grain",
+        "shape": { "kind": "box", "min": [0, 0, 0], "max": [4, 4, 4] } }]);
+    value["methods"]["dem"]["bodies"] = json!({});
+    value["methods"]["dem"]["grains"]["grain"] = json!({ "density": 1.0, "diameter": { "distribution": "equal", "value": 1 },
+        "fill": { "kind": "lattice", "packing": "square" } });
+    value["methods"]["dem"]["stages"] = json!({ "all": { "cell": cell } });
+    begun(spheres(&Case::from_json(&value.to_string()).unwrap()).unwrap())
+}
+
+#[test]
+fn an_undrained_path_in_space_keeps_the_volume_and_loads_the_columns_of_a_lattice() {
+    let rate: f64 = 5e-4;
+    let cell = json!({ "xx": { "rate": 0.5 * rate }, "yy": { "rate": 0.5 * rate }, "zz": { "rate": -rate } });
+    let mut solver = lattice(&cell);
+    to(&mut solver, 20.0);
+    let sides = ["x", "y", "z"].map(|axis| reading(&solver, &format!("cell.{axis}")));
+    // To the square of the strain in a step, over all steps.
+    near(sides.iter().product::<f64>() / 64.0, 1.0, 1e-8);
+    let length = (-20.0 * rate).exp();
+    near(sides[2] / 4.0 / length, 1.0, 1e-6);
+    // A contact a column: force times branch over the volume of a grain's cube, which is one. Grains along x and y have parted.
+    near(reading(&solver, "cell_stress.zz") / (-1e4 * (1.0 - length) * length), 1.0, 2e-3);
+    for entry in ["xx", "yy"] {
+        near(reading(&solver, &format!("cell_stress.{entry}")), 0.0, 0.1);
+    }
+}
+
+#[test]
+fn a_cell_in_space_follows_a_stress_that_goes_to_and_fro() {
+    let cell = json!({ "xx": { "rate": 0 }, "yy": { "rate": 0 },
+        "zz": { "cyclic-stress": { "mean": -50, "amplitude": 40, "period": 8 } } });
+    let mut solver = lattice(&cell);
+    let mut extremes = (0.0f64, f64::NEG_INFINITY);
+    to(&mut solver, 8.0);
+    while solver.time() < 16.0 {
+        let next = solver.time() + 0.1;
+        to(&mut solver, next);
+        let stress = reading(&solver, "cell_stress.zz");
+        extremes = (extremes.0.min(stress), extremes.1.max(stress));
+    }
+    near(extremes.0, -90.0, 3.0);
+    near(extremes.1, -10.0, 3.0);
+}
