@@ -37,7 +37,7 @@ pub use formula::Formula;
 pub use load::spatial;
 pub use obstacle::{Covering, SLACK, Standing, holding, normal_inside, read_pairs};
 pub use point_list::PointList;
-pub use run::{RunError, RunOptions, RunReport, Safety, Verdict, run, run_method};
+pub use run::{RunError, RunOptions, RunReport, Safety, Verdict, run, run_made, run_method};
 pub use solver::{
     Advance, Budget, Dataset, Field, FieldData, Frame, Lattice, Method, PhaseBudget, Plan, PlanRaster,
     Reaction, Role, Size, Snapshot, Solver, SolverError, StepLimit, Support, TimeStep, Wanted,

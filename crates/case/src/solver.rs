@@ -62,17 +62,34 @@ pub trait Method: Send + Sync {
     /// As [`Method::plan_honoured`].
     fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError>;
 
+    /// [`Method::made`] of a case whose features it honours. Methods whose points take long to place make them once for both.
+    ///
+    /// # Errors
+    /// As [`Method::plan_honoured`].
+    fn made_honoured(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
+        Ok((self.plan_honoured(case)?, self.build_honoured(case)?))
+    }
+
     /// What would be solved, without solving it. Refuses, by JSON path, whatever the method cannot honour; what it passes over
     /// is among the warnings. Not to be overridden.
     ///
     /// # Errors
     /// The first thing in the case that this method cannot honour.
     fn plan(&self, case: &Case) -> Result<Plan, CaseError> {
-        let notes = self.honours(case)?.check(case)?;
-        let mut plan = self.plan_honoured(case)?;
-        plan.goes_on(case)?;
-        plan.warnings.extend(notes);
-        Ok(plan)
+        let honours = self.honours(case)?;
+        let notes = honours.check(case)?;
+        self.plan_honoured(case)?.complete(case, notes, honours.has_materials())
+    }
+
+    /// [`Method::plan`] and [`Method::build`] at once. Not to be overridden.
+    ///
+    /// # Errors
+    /// As [`Method::plan`].
+    fn made(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
+        let honours = self.honours(case)?;
+        let notes = honours.check(case)?;
+        let (plan, solver) = self.made_honoured(case)?;
+        Ok((plan.complete(case, notes, honours.has_materials())?, solver))
     }
 
     /// A solver at time zero, before the first stage begins. Not to be overridden.

@@ -183,7 +183,12 @@ impl Findings<'_> {
         for (name, spec) in &case.materials {
             let path = format!("materials.{name}");
             match spec.build() {
-                Ok(_) => {}
+                Ok(law) => {
+                    let flat = matches!(case.space, Space::OneD | Space::PlaneStrain);
+                    let problem =
+                        "its law knows no strain across the plane: take it in 1d and plane-strain only";
+                    self.require(flat || !law.stays_in_plane(), &path, problem);
+                }
                 Err(error) => match error.about_parameter() {
                     Some((field, problem)) => self.report(format!("{path}.{field}"), problem),
                     None => self.report(&path, error.to_string()),

@@ -48,4 +48,4 @@ pub use spec::MaterialSpec;
 pub use spectral::Spectrum;
 pub use tangent::Tangent;
 pub use tensor::{Mat3, SymTensor};
-pub use update::{InitialCondition, Law, Point, Pointwise, SmallStrain, StressUpdate};
+pub use update::{Cost, InitialCondition, Law, Point, Pointwise, SmallStrain, StressUpdate};

@@ -52,10 +52,29 @@ pub trait Law: Send + Sync {
         0.0
     }
 
+    /// What an update takes, of laws that compute more than formulas; `None` where that is little beside the rest of a step.
+    fn cost(&self) -> Option<Cost> {
+        None
+    }
+
+    /// Whether the law refuses strain across the plane of x and y.
+    fn stays_in_plane(&self) -> bool {
+        false
+    }
+
     /// Names of the scalars worth plotting, in the order of [`Pointwise::outputs`].
     fn output_names(&self) -> &[&'static str] {
         &[]
     }
+}
+
+/// What an update of a point takes on one thread, about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// Time of an update with motion, at the least (s).
+    pub update: f64,
+    /// Time over the strain, as soon as that is more (s).
+    pub strain: f64,
 }
 
 /// What a law says of one point: stands once for [`StressUpdate`] and [`SmallStrain`].

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
-    BLOCK, BatchError, InitialCondition, Law, Material, MaterialError, Motion, StateBlock, States, SymTensor,
-    Tangent,
+    BLOCK, BatchError, Cost, InitialCondition, Law, Material, MaterialError, Motion, StateBlock, States,
+    SymTensor, Tangent,
 };
 
 /// What a material around another adds to it. [`Around`] makes a [`Material`] of it.
@@ -99,6 +99,14 @@ impl<W: Wrapper> Law for Around<W> {
 
     fn stress_tolerance(&self) -> f64 {
         self.inner.stress_tolerance()
+    }
+
+    fn cost(&self) -> Option<Cost> {
+        self.inner.cost()
+    }
+
+    fn stays_in_plane(&self) -> bool {
+        self.inner.stays_in_plane()
     }
 
     fn output_names(&self) -> &[&'static str] {

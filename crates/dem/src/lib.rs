@@ -80,6 +80,10 @@ impl Method for Dem {
         setup::plan(case)
     }
 
+    fn made_honoured(&self, case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
+        setup::made(case)
+    }
+
     fn build_honoured(&self, case: &Case) -> Result<Box<dyn Solver>, CaseError> {
         setup::build(case)
     }

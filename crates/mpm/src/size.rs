@@ -107,7 +107,13 @@ impl dispatch::Visitor for Estimate<'_> {
         if elements > 0.0 {
             memory += Mesh::<D>::bytes(nodes, elements);
         }
-        Ok(Size { points: points.iter().sum(), nodes, memory, key: "methods.mpm.cell_size" })
+        Ok(Size {
+            points: points.iter().sum(),
+            nodes,
+            memory,
+            key: "methods.mpm.cell_size",
+            ..Size::default()
+        })
     }
 }
 

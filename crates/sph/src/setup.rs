@@ -90,7 +90,7 @@ pub fn size(case: &Case) -> Result<Size, CaseError> {
         2 => bytes_each::<2>(&options),
         _ => bytes_each::<3>(&options),
     }?;
-    Ok(Size { points, nodes: 0.0, memory: points * each + states, key })
+    Ok(Size { points, nodes: 0.0, memory: points * each + states, key, ..Size::default() })
 }
 
 fn smoothing<const D: usize>(options: &SphOptions) -> Result<Smoothing<D>, CaseError> {

@@ -98,6 +98,12 @@ impl Honours {
         self
     }
 
+    /// Whether it computes stress by the laws of the materials.
+    #[must_use]
+    pub(crate) fn has_materials(&self) -> bool {
+        self.needs.materials
+    }
+
     /// Takes the features that fit the patterns.
     #[must_use]
     pub fn takes(mut self, patterns: &[&'static str]) -> Self {

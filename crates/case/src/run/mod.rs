@@ -119,6 +119,19 @@ pub fn run_method(method: &dyn Method, case: &Case, options: &RunOptions) -> Res
     start(case, solver, Some(method), options)
 }
 
+/// As [`run_method`], with the solver that [`Method::made`] has made already.
+///
+/// # Errors
+/// As [`run_method`].
+pub fn run_made(
+    method: &dyn Method,
+    case: &Case,
+    solver: Box<dyn Solver>,
+    options: &RunOptions,
+) -> Result<RunReport, RunError> {
+    start(case, solver, Some(method), options)
+}
+
 /// As [`run_method`], with a solver that is made already: for cases whose materials stay what they are.
 ///
 /// # Errors

@@ -12,11 +12,42 @@ pub struct Size {
     pub nodes: f64,
     /// The memory that is needed at least (bytes).
     pub memory: f64,
-    /// Key of the case that it follows from: the size of cells, or a spacing.
+    /// Key of the case that it follows from: the size of cells, a spacing, or grains.
     pub key: &'static str,
+    /// Time that it takes to place the points (s), where that is more than the time to write them down.
+    pub placing: f64,
+    /// What to do where it does not fit; “make it larger” when empty.
+    pub cure: &'static str,
+}
+
+/// Time to place points (s) from which on it is told beforehand.
+const LONG: f64 = 5.0;
+
+/// A duration (s) in words.
+fn words(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "a second".to_owned(),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
 }
 
 impl Size {
+    /// What is told before the points are made: how many, and the time and the memory that they take; nothing where they are made
+    /// in seconds.
+    pub fn beforehand(&self) -> Option<String> {
+        (self.placing >= LONG).then(|| {
+            format!(
+                "{}: about {:.1e} points are to be placed, which takes about {} and at least {:.2} GB of memory",
+                self.key,
+                self.points,
+                words(self.placing),
+                self.memory / 1e9
+            )
+        })
+    }
+
     /// Refuses a problem that does not fit in the memory that is there (bytes).
     ///
     /// # Errors
@@ -26,14 +57,15 @@ impl Size {
         if self.memory <= available {
             return Ok(());
         }
+        let cure = if self.cure.is_empty() { "make it larger" } else { self.cure };
         if !self.memory.is_finite() {
-            let problem = "gives more points or nodes than can be counted: make it larger";
+            let problem = format!("gives more points or nodes than can be counted: {cure}");
             return Err(CaseError::new(self.key, problem));
         }
         let nodes =
             if self.nodes > 0.0 { format!(" and {:.1e} grid nodes", self.nodes) } else { String::new() };
         let problem = format!(
-            "gives about {:.1e} points{nodes}, which need at least {:.1} GB of memory; {:.1} GB are free: make it larger",
+            "gives about {:.1e} points{nodes}, which need at least {:.1} GB of memory; {:.1} GB are free: {cure}",
             self.points,
             self.memory / 1e9,
             available / 1e9
@@ -65,8 +97,23 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// The plan with `notes` and the cost of the laws, where the method has any, or a refusal of what leads to no end.
+    pub(super) fn complete(
+        mut self,
+        case: &Case,
+        notes: Vec<String>,
+        has_laws: bool,
+    ) -> Result<Self, CaseError> {
+        self.goes_on(case)?;
+        if has_laws {
+            self.count_laws(case);
+        }
+        self.warnings.extend(notes);
+        Ok(self)
+    }
+
     /// Refuses a case in which nothing moves, and one whose end steps do not lead to.
-    pub(super) fn goes_on(&self, case: &Case) -> Result<(), CaseError> {
+    fn goes_on(&self, case: &Case) -> Result<(), CaseError> {
         let TimeStep { dt, limit, .. } = self.time_step;
         if dt == f64::INFINITY {
             let problem = "nothing in the case can move, all bodies are rigid: there is no time step";
@@ -81,6 +128,32 @@ impl Plan {
             return Err(CaseError::new("stages", problem));
         }
         Ok(())
+    }
+
+    /// Lowers the updates per second by what the laws take at the least, and tells of it, body by body.
+    fn count_laws(&mut self, case: &Case) {
+        let whole: f64 = self.volumes.iter().sum();
+        let mut seconds = 0.0;
+        for (body, volume) in case.bodies.iter().zip(&self.volumes).filter(|(body, _)| !body.rigid) {
+            let law = case.materials.get(&body.material).and_then(|spec| spec.build().ok());
+            let Some(cost) = law.and_then(|law| law.cost()) else { continue };
+            let share = volume / whole;
+            seconds += share * cost.update;
+            let points = (share * self.points as f64).round();
+            self.warnings.push(format!(
+                "materials.{}: an update of a point takes about {:.2} ms on one thread, and one with a strain of 1e-4 {:.2} ms: at least {} \
+                 for the {points} points of the body {:?} and {} steps",
+                body.material,
+                1e3 * cost.update,
+                1e3 * (1e-4 * cost.strain).max(cost.update),
+                words(points * self.steps as f64 * cost.update),
+                body.name,
+                self.steps
+            ));
+        }
+        if seconds > 0.0 {
+            self.updates_per_second = 1.0 / (1.0 / self.updates_per_second + seconds);
+        }
     }
 
     /// Estimated wall-clock time on one thread (s).

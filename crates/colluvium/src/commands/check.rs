@@ -20,9 +20,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
-    method.size(&case)?.fit(free_memory())?;
-    let plan = method.plan(&case)?;
-    check_names(&case, &*method.build(&case)?)?;
+    let size = method.size(&case)?;
+    size.fit(free_memory())?;
+    if let Some(ahead) = size.beforehand() {
+        complain!("note: {ahead}");
+    }
+    let (plan, solver) = method.made(&case)?;
+    check_names(&case, &*solver)?;
     let step = &plan.time_step;
     let threads = threads();
     say!("{}", case.title);

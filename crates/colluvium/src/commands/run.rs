@@ -29,9 +29,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let files = &arguments.files;
     let case = Case::load(&arguments.case)?;
     let method = choose(&case, arguments.method.as_deref())?;
-    method.size(&case)?.fit(free_memory())?;
+    let size = method.size(&case)?;
+    size.fit(free_memory())?;
+    if let Some(ahead) = size.beforehand().filter(|_| !files.quiet) {
+        complain!("note: {ahead}");
+    }
     let out = files.folder(&arguments.case, method.name());
-    let warnings = method.plan(&case)?.all_warnings(&case);
+    let pool = pool(arguments.threads)?;
+    let (plan, solver) = pool.install(|| method.made(&case))?;
+    let warnings = plan.all_warnings(&case);
     let options = RunOptions {
         method: method.name().to_owned(),
         out: Some(out.clone()),
@@ -44,13 +50,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         warn: (!files.quiet).then_some(|remark| complain!("warning: {remark}")),
         warnings,
     };
-    let pool = pool(arguments.threads)?;
     if !files.quiet {
         for warning in &options.warnings {
             complain!("warning: {warning}");
         }
     }
-    let report = pool.install(|| colluvium::case::run_method(method, &case, &options))?;
+    let report = pool.install(|| colluvium::case::run_made(method, &case, solver, &options))?;
     if report.ending == Ending::Interrupted {
         return Err(Failure::Interrupted);
     }

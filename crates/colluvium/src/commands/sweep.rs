@@ -35,8 +35,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let jobs = arguments.jobs.map_or_else(|| threads() / usize::from(arguments.threads), usize::from).max(1);
     let (mut plans, free) = (Vec::new(), free_memory());
     for (number, Member { values, case }) in members.iter().enumerate() {
-        let plan = method.size(case).and_then(|size| size.fit(free)).and_then(|()| method.plan(case));
-        plans.push(plan.map_err(|error| sweep.of_run(number, values, error.into()))?);
+        let plan = || {
+            let size = method.size(case)?;
+            size.fit(free)?;
+            if let Some(ahead) = size.beforehand().filter(|_| !files.quiet) {
+                complain!("note: {}: {ahead}", sweep.describe(number, values));
+            }
+            method.plan(case)
+        };
+        plans.push(plan().map_err(|error| sweep.of_run(number, values, error.into()))?);
     }
     let names = column_names(&first.case, &*method.build(&first.case)?);
     sweep.check_columns(&names)?;

@@ -178,8 +178,15 @@ fn outcome(
     options: &CompareOptions,
 ) -> Outcome {
     let attempt = || {
-        let fits = size.and_then(|size| size.fit(options.free_memory));
-        let plan = match fits.and_then(|()| method.plan(case)) {
+        let plan = || {
+            let size = size?;
+            size.fit(options.free_memory)?;
+            if let (Some(warn), Some(ahead)) = (options.warn, size.beforehand()) {
+                warn(&ahead);
+            }
+            method.plan(case)
+        };
+        let plan = match plan() {
             Ok(plan) => plan,
             Err(refusal) => return Outcome::Refused(refusal.to_string()),
         };

@@ -1,13 +1,13 @@
 //! What is done to the cell of a point.
 
 use colluvium_case::{Case, Solver};
-use colluvium_constitutive::{Mat3, MaterialError, Motion, SymTensor};
+use colluvium_constitutive::{Cost, Mat3, MaterialError, Motion, SymTensor};
 use serde_json::json;
 
 use super::NAME;
 use super::spec::{GranularCellSpec, refused};
 use crate::DemSolver;
-use crate::config::{CellControl, CellEntry};
+use crate::config::{CellControl, CellEntry, Friction};
 use crate::grains::volume;
 use crate::setup;
 
@@ -66,9 +66,7 @@ impl Frame {
                 "pairs": [pair],
                 "seed": spec.seed,
                 "stages": {
-                    "prepare": { "pairs": [
-                        { "between": ["grain", "grain"], "friction": { "coefficient": spec.preparation.friction } }
-                    ] },
+                    "prepare": { "pairs": [{ "between": ["grain", "grain"], "friction": { "coefficient": 0.0 } }] },
                     "settle": { "reset_contacts": true },
                     "deform": {}
                 }
@@ -197,12 +195,16 @@ fn servo<const D: usize, const R: usize>(
     Err(stuck("the specimen does not come to rest under its pressure: raise damping, or check the contacts"))
 }
 
-/// Compresses the packing (sheet: dem §3.8).
+/// Compresses the packing with a coefficient of friction (sheet: dem §3.8).
 pub fn prepare<const D: usize, const R: usize>(
     solver: &mut DemSolver<D, R>,
     spec: &GranularCellSpec,
+    friction: f64,
 ) -> Result<(), MaterialError> {
     let target = SymTensor::isotropic(-spec.preparation.pressure);
+    for pair in &mut solver.options.stages.entry(STAGES[0].to_owned()).or_default().pairs {
+        pair.friction = Some(Friction { coefficient: friction, at_rest: None });
+    }
     for stage in 0..DEFORM {
         solver.begin_stage(stage, solver.time).map_err(|_| stuck(LOST))?;
         servo(solver, &target, spec.tolerance)?;
@@ -244,6 +246,19 @@ fn largest_rate<const D: usize, const R: usize>(
 ) -> f64 {
     let mean = 2.0 * solver.grains.radius.iter().sum::<f64>() / solver.grains.len() as f64;
     spec.inertial_number * (pressure / spec.grain_density).sqrt() / mean
+}
+
+/// Updates of grains in a second on one thread, disks and spheres, and time to take up the cell and to put it away (s), for each grain: of
+/// cells of 200 disks on a desktop computer (docs/theory/dem.md), for spheres twice as long as for disks.
+const UPDATES: [f64; 2] = [1.2e6, 6e5];
+const HANDLING: f64 = 1.5e-6;
+
+/// What an update of a point takes: steps of the grains, and taking up and putting away the cell.
+pub fn cost<const D: usize, const R: usize>(solver: &DemSolver<D, R>, spec: &GranularCellSpec) -> Cost {
+    let grains = solver.grains.len() as f64;
+    let step = grains / UPDATES[D - 2];
+    let rate = largest_rate(solver, spec, spec.preparation.pressure);
+    Cost { update: grains * HANDLING + step, strain: step / (rate * solver.critical_step().dt) }
 }
 
 /// Deforms the cell by `f`, slowly for its grains; `before` is its stress (Pa).

@@ -10,14 +10,15 @@
 //! again only after it is compressed to where its grains meet.
 
 mod cell;
+mod seek;
 mod spec;
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use colluvium_constitutive::{
-    InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, Pointwise, StressUpdate,
-    SymTensor, Tangent,
+    Cost, InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, Pointwise,
+    StressUpdate, SymTensor, Tangent,
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value};
@@ -62,6 +63,8 @@ pub struct CellState {
     coordination: f64,
     /// Mean unbalanced force over mean contact force.
     unbalanced: f64,
+    /// Coefficient of friction with which the specimen was compressed.
+    friction: f64,
 }
 
 /// Bytes that points share until they deform.
@@ -86,6 +89,7 @@ type Prepared = Result<(SymTensor, CellState), MaterialError>;
 pub struct GranularCell<const D: usize, const R: usize> {
     spec: GranularCellSpec,
     frame: Frame,
+    cost: Cost,
     /// Solvers that no thread uses now.
     idle: Mutex<Vec<DemSolver<D, R>>>,
     /// The specimen under its pressure of preparation.
@@ -107,6 +111,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         let frame = Frame::new(&spec)?;
         let first = frame.solver()?;
         Ok(Self {
+            cost: cell::cost(&first, &spec),
             spec,
             frame,
             idle: Mutex::new(vec![first]),
@@ -115,43 +120,46 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
         })
     }
 
-    /// Calls `use_it` with a solver that holds the cell of `state`, the one of the case without one.
+    /// Calls `use_it` with a solver that holds the cell of `state`.
     fn with<T>(
         &self,
-        state: Option<&CellState>,
+        state: &CellState,
         use_it: impl FnOnce(&mut DemSolver<D, R>) -> Result<T, MaterialError>,
     ) -> Result<T, MaterialError> {
         let idle = held(&self.idle).pop();
-        let mut solver = match idle {
-            Some(solver) if state.is_some() || solver.step == 0 => solver,
-            _ => self.frame.solver()?,
-        };
-        if let Some(state) = state {
-            cell::restore(&mut solver, &state.bytes.0)?;
-        }
+        let mut solver = idle.map_or_else(|| self.frame.solver(), Ok)?;
+        cell::restore(&mut solver, &state.bytes.0)?;
         let result = use_it(&mut solver);
         held(&self.idle).push(solver);
         result
     }
 
     fn state(&self, solver: &DemSolver<D, R>) -> Result<CellState, MaterialError> {
-        let least =
-            self.prepared.get().and_then(|prepared| prepared.as_ref().ok()).map_or(0.0, |(_, s)| s.modulus);
+        let base = self.prepared.get().and_then(|prepared| prepared.as_ref().ok());
+        let (least, friction) = base.map_or((0.0, 0.0), |(_, base)| (base.modulus, base.friction));
         Ok(CellState {
             bytes: Shared(cell::bytes(solver)?.into()),
             modulus: cell::modulus(solver).max(least),
             porosity: 1.0 - cell::solid_fraction(solver),
             coordination: cell::coordination(solver),
             unbalanced: solver.unbalanced(),
+            friction,
         })
     }
 
     fn prepared(&self) -> Prepared {
-        let prepare = || {
-            self.with(None, |solver| {
-                cell::prepare(solver, &self.spec)?;
-                Ok((cell::stress(solver), self.state(solver)?))
-            })
+        let with_friction = |friction: f64| {
+            let mut solver = self.frame.solver()?;
+            cell::prepare(&mut solver, &self.spec, friction)?;
+            let state = CellState { friction, ..self.state(&solver)? };
+            let found = Ok((cell::stress(&solver), state));
+            held(&self.idle).push(solver);
+            found
+        };
+        let asked = self.spec.preparation;
+        let prepare = || match asked.porosity {
+            Some(porosity) => seek::friction(porosity, with_friction, |(_, state)| state.porosity),
+            None => with_friction(asked.friction.unwrap_or(0.0)),
         };
         self.prepared.get_or_init(prepare).clone()
     }
@@ -162,7 +170,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
             return known.clone();
         }
         let (_, base) = self.prepared()?;
-        let made = self.with(Some(&base), |solver| {
+        let made = self.with(&base, |solver| {
             cell::load(solver, &self.spec, target)?;
             Ok((cell::stress(solver), self.state(solver)?))
         });
@@ -170,7 +178,7 @@ impl<const D: usize, const R: usize> GranularCell<D, R> {
     }
 
     fn deformed(&self, motion: &Motion, old: &Point<CellState>) -> Result<Point<CellState>, MaterialError> {
-        self.with(Some(&old.state), |solver| {
+        self.with(&old.state, |solver| {
             cell::deform(solver, &self.spec, &motion.deformation, &old.stress)?;
             Ok(Point { stress: cell::stress(solver), state: self.state(solver)? })
         })
@@ -194,8 +202,16 @@ impl<const D: usize, const R: usize> Law for GranularCell<D, R> {
         self.spec.tolerance
     }
 
+    fn cost(&self) -> Option<Cost> {
+        Some(self.cost)
+    }
+
+    fn stays_in_plane(&self) -> bool {
+        D == 2
+    }
+
     fn output_names(&self) -> &[&'static str] {
-        &["porosity", "coordination", "unbalanced_force"]
+        &["porosity", "coordination", "unbalanced_force", "preparation_friction"]
     }
 }
 
@@ -213,7 +229,8 @@ impl<const D: usize, const R: usize> Pointwise for GranularCell<D, R> {
     }
 
     fn outputs(&self, point: &Point<CellState>, out: &mut [f64]) {
-        out.copy_from_slice(&[point.state.porosity, point.state.coordination, point.state.unbalanced]);
+        let CellState { porosity, coordination, unbalanced, friction, .. } = point.state;
+        out.copy_from_slice(&[porosity, coordination, unbalanced, friction]);
     }
 }
 

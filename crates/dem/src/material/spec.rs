@@ -60,9 +60,12 @@ pub struct CellContact {
 pub struct Preparation {
     /// Pressure (Pa), > 0. Points that start at less than a twentieth of it are unloaded by expansion.
     pub pressure: f64,
-    /// Coefficient of friction during compression: 0 makes the specimen dense, that of the contacts loose.
-    #[serde(default)]
-    pub friction: f64,
+    /// Coefficient of friction during compression: 0, as when absent, makes the specimen dense, that of the contacts loose.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Porosity under that pressure, for which the friction of the compression is sought between 0 and 1; met within 0.002.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub porosity: Option<f64>,
     /// Solid fraction of the packing that is drawn, 0.2 to 0.75: 0.7 for disks and 0.5 for spheres when absent.
     #[serde(default)]
     pub solid_fraction: Option<f64>,
@@ -115,7 +118,13 @@ impl GranularCellSpec {
         within("damping", self.damping, 0.0, 0.9)?;
         within("tolerance", self.tolerance, 1e-6, 0.1)?;
         within("preparation.pressure", self.preparation.pressure, f64::MIN_POSITIVE, 1e12)?;
-        within("preparation.friction", self.preparation.friction, 0.0, 10.0)?;
+        within("preparation.friction", self.preparation.friction.unwrap_or(0.0), 0.0, 10.0)?;
+        if let Some(porosity) = self.preparation.porosity {
+            within("preparation.porosity", porosity, 0.05, 0.8)?;
+            if self.preparation.friction.is_some() {
+                return Err(refused("preparation.friction", "is sought for the porosity: leave it out"));
+            }
+        }
         within("preparation.solid_fraction", self.solid_fraction(), 0.2, 0.75)
     }
 

@@ -3,19 +3,21 @@
 mod fill;
 mod laws;
 mod refuse;
+mod size;
 
 use std::sync::Arc;
 
-use colluvium_case::{Case, CaseError, Plan, Size, Solver, SolverError, spatial};
+use colluvium_case::{Case, CaseError, Plan, Solver, SolverError, spatial};
 use colluvium_points::Surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 pub(crate) use fill::of_body;
 pub(crate) use refuse::honours;
+pub(crate) use size::size;
 
 use crate::cell::PeriodicCell;
-use crate::config::{DemOptions, Fill};
+use crate::config::DemOptions;
 use crate::contact::{Attraction, STUCK};
 use crate::grains::{Grains, volume};
 use crate::ledger::Ledger;
@@ -28,13 +30,10 @@ use crate::surfaces::Moving;
 use crate::vector::{dot, minus};
 use crate::walls::{Wall, WallList};
 
-/// Bytes of a grain with its buffers, and of a pair, in space.
-const BYTES_OF_GRAIN: usize = 450;
-const BYTES_OF_PAIR: usize = 60;
+/// Bytes of a disk and of a sphere with its buffers and its pairs, while a run goes on.
+const BYTES_OF_GRAIN: [usize; 2] = [650, 1050];
 /// Difference of a porosity from what was asked for that is told.
 const OFF_TARGET: f64 = 0.01;
-/// Pairs per grain that lists hold, at most about.
-const PAIRS: usize = 10;
 
 /// The options of the case, checked.
 pub(crate) fn options(case: &Case) -> Result<DemOptions, CaseError> {
@@ -58,55 +57,43 @@ pub fn build(case: &Case) -> Result<Box<dyn Solver>, CaseError> {
 }
 
 pub fn plan(case: &Case) -> Result<Plan, CaseError> {
-    match case.dimension() {
-        3 => measure::<3, 3>(case),
-        _ => measure::<2, 1>(case),
-    }
+    Ok(match case.dimension() {
+        3 => measure(case, &solver::<3, 3>(case)?),
+        _ => measure(case, &solver::<2, 1>(case)?),
+    })
 }
 
-/// About how large the problem is.
-pub fn size(case: &Case) -> Result<Size, CaseError> {
-    let options = options(case)?;
-    let dimension = case.dimension();
-    let mut points = 0.0;
-    for (number, body) in case.bodies.iter().enumerate() {
-        let kind = &options.grains[&body.material];
-        let fill = of_body(&options, body);
-        points += match (fill, &kind.diameter) {
-            _ if options.bodies.get(&body.name).is_some_and(|own| own.rain.is_some()) => 0.0,
-            _ if body.points.is_some() => case.points_at(1.0)[number],
-            (Some(Fill::Single) | None, _) | (_, None) => 1.0,
-            (Some(_), Some(sizes)) => {
-                let mean = sizes.mean_power(dimension, dimension as i32);
-                let unit = volume(dimension, 0.5);
-                body.shape.volume(dimension, false) / (unit * mean)
-            }
-        };
-    }
-    let end = case.end_time();
-    points += rain::sources(case, &options).iter().map(|source| source.expected(dimension, end)).sum::<f64>();
-    let bytes = (BYTES_OF_GRAIN + PAIRS * BYTES_OF_PAIR) as f64;
-    Ok(Size { points, nodes: 0.0, memory: points * bytes, key: "methods.dem.grains" })
+/// What would be solved, and the solver of it.
+pub fn made(case: &Case) -> Result<(Plan, Box<dyn Solver>), CaseError> {
+    Ok(match case.dimension() {
+        3 => {
+            let solver = solver::<3, 3>(case)?;
+            (measure(case, &solver), Box::new(solver))
+        }
+        _ => {
+            let solver = solver::<2, 1>(case)?;
+            (measure(case, &solver), Box::new(solver))
+        }
+    })
 }
 
-fn measure<const D: usize, const R: usize>(case: &Case) -> Result<Plan, CaseError> {
-    let solver = solver::<D, R>(case)?;
+fn measure<const D: usize, const R: usize>(case: &Case, solver: &DemSolver<D, R>) -> Plan {
     let time_step = solver.critical_step();
     let points = solver.grains.len();
     let mut volumes = vec![0.0; case.bodies.len()];
     for (body, radius) in solver.grains.body.iter().zip(&solver.grains.radius) {
         volumes[*body as usize] += volume(D, *radius);
     }
-    Ok(Plan {
+    Plan {
         points,
         nodes: 0,
         steps: (case.end_time() / time_step.dt).ceil() as u64,
         time_step,
-        memory: (points * (BYTES_OF_GRAIN + PAIRS * BYTES_OF_PAIR)) as u64,
+        memory: (points * BYTES_OF_GRAIN[D - 2]) as u64,
         volumes,
         updates_per_second: if D == 3 { 5e6 } else { 1e7 },
-        warnings: refuse::warnings(case, &solver.options).into_iter().chain(off_target(&solver)).collect(),
-    })
+        warnings: refuse::warnings(case, &solver.options).into_iter().chain(off_target(solver)).collect(),
+    }
 }
 
 /// Bodies that are filled otherwise than was asked for.

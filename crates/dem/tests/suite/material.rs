@@ -88,6 +88,39 @@ fn small_strains_have_the_stiffness_of_the_contacts() {
 }
 
 #[test]
+fn the_friction_of_the_preparation_is_sought_for_a_porosity() {
+    // Porosity and friction of a cell under its pressure.
+    let made = |preparation: Value| -> Result<[f64; 2], String> {
+        let mut spec = disks(0.0, 6);
+        spec["parameters"]["preparation"] = preparation;
+        let law = built(&spec)?;
+        let (stress, states) = law
+            .initial(&[start(SymTensor::isotropic(-PRESSURE))])
+            .map_err(|error| error.source.to_string())?;
+        let mut out = [0.0; 4];
+        law.outputs(&stress, &states.blocks()[0], &mut out);
+        Ok([out[0], out[3]])
+    };
+    let by = |friction: f64| made(json!({ "pressure": PRESSURE, "friction": friction })).unwrap();
+    let (dense, loose) = (by(0.0), by(1.0));
+    // Disks with a friction of 0.5 and a stiffness of 1000 pressures: 0.157 and 0.196 (sheet: dem B14); these are softer and few.
+    assert!(
+        dense[0] > 0.13 && dense[0] < 0.17 && loose[0] > dense[0] + 0.015 && loose[0] < 0.23,
+        "{dense:?} {loose:?}"
+    );
+    assert_eq!([dense[1], loose[1]], [0.0, 1.0]);
+    let asked = 0.5 * (dense[0] + loose[0]);
+    let found = made(json!({ "pressure": PRESSURE, "porosity": asked })).unwrap();
+    assert!((found[0] - asked).abs() <= 2e-3 && found[1] > 0.0 && found[1] < 1.0, "{found:?} for {asked}");
+    // The friction that was found makes the same specimen.
+    assert_eq!(by(found[1]), found);
+    let refusal = made(json!({ "pressure": PRESSURE, "porosity": 0.4 })).unwrap_err();
+    assert!(refusal.contains("preparation.porosity: 0.4 is not between 0.1"), "{refusal}");
+    let refusal = made(json!({ "pressure": PRESSURE, "porosity": 0.18, "friction": 0.2 })).unwrap_err();
+    assert!(refusal.contains("preparation.friction: is sought"), "{refusal}");
+}
+
+#[test]
 fn a_biaxial_test_of_a_dense_cell_has_the_friction_of_disks_and_dilates() {
     let test: ElementTest = serde_json::from_value(json!({
         "title": "biaxial test of grains", "material": disks(0.0, 4),

@@ -93,7 +93,7 @@ pub fn size(case: &Case) -> Result<Size, CaseError> {
         .sum();
     let points = sets * area / options.spacing.powi(case.dimension() as i32 - 1);
     let key = "methods.depth-sph.spacing";
-    Ok(Size { points, nodes: 0.0, memory: points * bytes_per_node(case, &options), key })
+    Ok(Size { points, nodes: 0.0, memory: points * bytes_per_node(case, &options), key, ..Size::default() })
 }
 
 fn planned<const D: usize>(case: &Case, options: &DepthOptions) -> Result<Plan, CaseError> {

@@ -79,7 +79,13 @@ pub(crate) fn size(case: &Case) -> Result<Size, CaseError> {
         let state = law.map_err(|error| CaseError::new(path(), error.to_string()))?.state_size();
         memory += points * (own + 2 * state + 16) as f64;
     }
-    Ok(Size { points: points.iter().sum(), nodes, memory, key: "methods.snow-mpm.cell_size" })
+    Ok(Size {
+        points: points.iter().sum(),
+        nodes,
+        memory,
+        key: "methods.snow-mpm.cell_size",
+        ..Size::default()
+    })
 }
 
 type Chosen<const D: usize> = Option<&'static dyn Sweeps<D>>;

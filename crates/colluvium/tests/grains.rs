@@ -1,0 +1,242 @@
+//! Grains that fill bodies, and cells of grains as the material of other methods.
+
+use std::process::Command;
+
+use colluvium::case::{Case, Snapshot, Solver};
+use colluvium::constitutive::driver::Trace;
+use serde_json::{Value, json};
+
+const PRESSURE: f64 = 100e3;
+/// Shortening in a step, and steps.
+const STRAIN: f64 = 1e-4;
+const STEPS: usize = 15;
+
+/// A cell of 60 disks, friction 0.5, with a stiffness of 500 pressures.
+fn cell() -> Value {
+    json!({
+        "model": "other", "law": "granular-cell", "density": 2000,
+        "parameters": {
+            "grains": 60, "grain_density": 2600, "seed": 5,
+            "diameter": { "distribution": "uniform", "min": 0.8e-3, "max": 1.2e-3 },
+            "contact": {
+                "normal": { "law": "linear", "stiffness": 500.0 * PRESSURE, "damping_ratio": 0.4 },
+                "friction": { "coefficient": 0.5 }
+            },
+            "preparation": { "pressure": PRESSURE }
+        }
+    })
+}
+
+fn common(method: &str, more: &Value) -> Value {
+    let mut case = json!({
+        "title": "a cell of grains at each point", "space": "plane-strain", "gravity": [0, 0],
+        "materials": { "grains": cell() },
+        "stages": [{ "name": "s", "duration": 1 }],
+    });
+    case["methods"] = json!({ method: more });
+    case
+}
+
+/// One cell of the grid between walls, of which one moves: all nodes are driven.
+fn mpm() -> Value {
+    let options = json!({ "cell_size": 1, "points_per_cell": 2, "shape": "linear", "time_step": 1e-3 });
+    let mut case = common("mpm", &options);
+    case["domain"] = json!({ "min": [0, 0], "max": [1, 1] });
+    case["bodies"] = json!([{
+        "name": "b", "material": "grains", "shape": { "kind": "box", "min": [0, 0], "max": [1, 1] },
+        "stress": { "kind": "uniform", "value": [-PRESSURE, -PRESSURE, -PRESSURE, 0, 0, 0] }
+    }]);
+    let smooth = json!({ "kind": "smooth" });
+    case["boundaries"] = json!([
+        { "side": "x-min", "wall": smooth }, { "side": "x-max", "wall": smooth }, { "side": "y-min", "wall": smooth },
+        { "side": "y-max", "wall": smooth, "velocity": [0, -STRAIN / 1e-3] }
+    ]);
+    case
+}
+
+/// Particles that are driven by a linear velocity, and a free one beside them.
+fn sph() -> Value {
+    let options =
+        json!({ "spacing": 0.1, "velocity_gradient": "corrected", "held": ["b"], "time_step": 1e-4 });
+    let mut case = common("sph", &options);
+    case["domain"] = json!({ "min": [-1, -1], "max": [2, 2] });
+    case["materials"]["elastic"] =
+        json!({ "model": "linear-elastic", "density": 2000, "youngs_modulus": 1e6, "poissons_ratio": 0.2 });
+    case["bodies"] = json!([
+        {
+            "name": "b", "material": "grains", "shape": { "kind": "box", "min": [0, 0], "max": [0.3, 0.3] },
+            "stress": { "kind": "uniform", "value": [-PRESSURE, -PRESSURE, -PRESSURE, 0, 0, 0] },
+            "velocity": { "kind": "linear", "value": [0, 0], "origin": [0, 0], "gradient": [[0, 0], [0, -STRAIN / 1e-4]] }
+        },
+        { "name": "far", "material": "elastic", "shape": { "kind": "box", "min": [1, 1], "max": [1.1, 1.1] } }
+    ]);
+    case
+}
+
+fn read(case: &Value) -> Result<Case, String> {
+    colluvium::offer_materials();
+    Case::from_json(&case.to_string()).map_err(|errors| errors.to_string())
+}
+
+fn case(case: &Value) -> Case {
+    read(case).unwrap()
+}
+
+fn begun(method: &str, value: &Value) -> Box<dyn Solver> {
+    let mut solver = colluvium::method(method).unwrap().build(&case(value)).unwrap();
+    solver.begin_stage(0, 0.0).unwrap();
+    solver
+}
+
+/// The points after so many steps of equal length.
+fn stepped(solver: &mut dyn Solver, steps: usize) -> Snapshot {
+    for _ in 0..steps {
+        let dt = solver.limit().dt;
+        solver.step(dt).unwrap();
+    }
+    solver.snapshot()
+}
+
+/// The stresses of the body of grains (Pa).
+fn stresses(snapshot: &Snapshot) -> Vec<[f64; 6]> {
+    let all = snapshot.tensors("stress").unwrap().iter().zip(&snapshot.bodies);
+    all.filter(|(_, body)| **body == 0).map(|(stress, _)| stress.0).collect()
+}
+
+/// The cell alone in the element driver, by the same steps.
+fn driven() -> Trace {
+    let test = json!({
+        "title": "the same cell", "material": cell(),
+        "initial_stress": [-PRESSURE, -PRESSURE, -PRESSURE, 0, 0, 0],
+        "stages": [{ "path": { "kind": "strain", "increment": [0, -STRAIN * STEPS as f64, 0, 0, 0, 0] }, "steps": STEPS }]
+    });
+    colluvium::element_test(&test.to_string()).unwrap().trace().unwrap()
+}
+
+#[test]
+fn a_point_of_mpm_and_of_sph_has_the_stress_of_its_cell_in_the_element_driver() {
+    let path = driven().path;
+    let start = [-PRESSURE, -PRESSURE, -PRESSURE, 0.0, 0.0, 0.0];
+    let own: Vec<f64> = ["xx", "yy", "zz", "xy"].map(|c| path.last(&format!("stress_{c}"))).to_vec();
+    // It has yielded along the way: stress grows by far less than the first stiffness has it.
+    let rise = own[1] - start[1];
+    assert!(rise < -0.1 * PRESSURE, "{own:?}");
+    for (method, case) in [("mpm", mpm()), ("sph", sph())] {
+        let found = stresses(&stepped(&mut *begun(method, &case), STEPS));
+        assert!(found.len() >= 4, "{method}: {}", found.len());
+        for stress in &found {
+            for (c, own) in own.iter().enumerate() {
+                let off = (stress[c] - own).abs() / rise.abs();
+                // The driver's steps are equal in logarithmic strain, the methods' in time.
+                assert!(off < 1e-3, "{method}: {stress:?}, {own:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn cells_of_grains_give_the_same_bits_on_any_number_of_threads_and_after_a_restart() {
+    for (method, case) in [("mpm", mpm()), ("sph", sph())] {
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut solver = begun(method, &case);
+                stepped(&mut *solver, 4);
+                solver.saved().unwrap()
+            })
+        };
+        let one = on(1);
+        assert!(one == on(3), "{method}: other bits on three threads");
+        let mut whole = begun(method, &case);
+        stepped(&mut *whole, 4);
+        let mut again = colluvium::method(method).unwrap().build(&self::case(&case)).unwrap();
+        again.restore(&mut one.as_slice()).unwrap();
+        again.begin_stage(0, 0.0).unwrap();
+        let (whole, again) = (stepped(&mut *whole, 2), stepped(&mut *again, 2));
+        assert_eq!(whole.hash(), again.hash(), "{method}");
+    }
+}
+
+#[test]
+fn cells_of_disks_are_refused_where_there_is_strain_across_their_plane() {
+    let mut value = mpm();
+    value["space"] = json!("axisymmetric");
+    let refusal = read(&value).unwrap_err();
+    assert!(refusal.contains("materials.grains: its law knows no strain across the plane"), "{refusal}");
+    // Grains that are pulled at the start.
+    let mut value = mpm();
+    value["bodies"][0]["stress"]["value"] = json!([1e3, -1e3, 0, 0, 0, 0]);
+    let refusal = colluvium::method("mpm").unwrap().build(&case(&value)).err().unwrap().to_string();
+    assert!(refusal.contains("bear no tension"), "{refusal}");
+}
+
+fn output(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_colluvium")).args(arguments).output().unwrap();
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap_or(-1), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn a_check_tells_what_cells_of_grains_cost() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("case.json");
+    std::fs::write(&file, mpm().to_string()).unwrap();
+    let (code, text, errors) = output(&["check", file.to_str().unwrap()]);
+    assert_eq!(code, 0, "{errors}");
+    assert!(
+        errors.contains("warning: materials.grains: an update of a point takes about 0.14 ms "),
+        "{errors}"
+    );
+    assert!(errors.contains("for the 4 points of the body \"b\" and 1000 steps"), "{errors}");
+    // 60 grains a point, each with a step and with being taken up and put away; without them three million points a second.
+    let plan = colluvium::method("mpm").unwrap().plan(&case(&mpm())).unwrap();
+    assert!(plan.updates_per_second < 1e6 / 60.0 && plan.updates_per_second > 1e3, "{plan:?}");
+    assert!(text.contains("duration       about "), "{text}");
+}
+
+/// A box that grains fill.
+fn filled(width: f64, diameter: f64) -> Value {
+    json!({
+        "title": "a box of grains", "space": "3d", "domain": { "min": [0, 0, 0], "max": [width, width, width] },
+        "gravity": [0, 0, -9.81],
+        "materials": { "grain": { "model": "linear-elastic", "density": 2600, "youngs_modulus": 1e7, "poissons_ratio": 0.2 } },
+        "bodies": [{ "name": "b", "material": "grain", "shape": { "kind": "box", "min": [0, 0, 0], "max": [width, width, width] } }],
+        "boundaries": [{ "side": "z-min", "wall": { "kind": "rough" } }],
+        "stages": [{ "name": "s", "duration": 1e-3 }],
+        "methods": { "dem": {
+            "grains": { "grain": { "density": 2600, "diameter": { "distribution": "uniform", "min": 0.8 * diameter, "max": diameter },
+                                   "fill": { "kind": "random", "solid_fraction": 0.55 } } },
+            "pairs": [
+                { "between": ["grain", "grain"], "normal": { "law": "linear", "stiffness": 1e5, "damping_ratio": 0.1 },
+                  "friction": { "coefficient": 0.5 } },
+                { "between": ["grain", "z-min"], "normal": { "law": "linear", "stiffness": 1e5, "damping_ratio": 0.1 } }
+            ]
+        } }
+    })
+}
+
+#[test]
+fn grains_that_take_long_to_place_are_told_of_before_and_those_that_do_not_fit_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("case.json");
+    let path = file.to_str().unwrap();
+    std::fs::write(&file, filled(1e3, 1e-3).to_string()).unwrap();
+    for command in ["check", "run"] {
+        let (code, _, errors) = output(&[command, path]);
+        assert_eq!(code, 3, "{errors}");
+        let refusal = "error: methods.dem.grains: gives about 1.4e18 points, which need at least ";
+        assert!(
+            errors.starts_with(refusal) && errors.ends_with("take larger grains or smaller bodies\n"),
+            "{errors}"
+        );
+    }
+    // What is told beforehand of a box of a million grains, which is not placed here.
+    let dem = colluvium::method("dem").unwrap();
+    let told = |value: &Value| dem.size(&case(value)).unwrap().beforehand();
+    let words = told(&filled(1.0, 0.01)).unwrap();
+    assert!(
+        words.starts_with("methods.dem.grains: about 1.4e6 points are to be placed, which takes about "),
+        "{words}"
+    );
+    assert_eq!(told(&filled(1.0, 0.1)), None);
+}

@@ -1,0 +1,170 @@
+//! How many grains there will be, and what it takes to place them.
+
+use colluvium_case::description::Body;
+use colluvium_case::{Case, CaseError, Size};
+
+use super::{of_body, options};
+use crate::config::{DemOptions, Diameters, Fill, Packing};
+use crate::grains::volume;
+use crate::rain;
+
+/// Bytes of a disk and of a sphere while the solver is made, which is when it takes most, as the system has them resident (a third is
+/// allocated besides); and while it is placed, with its neighbours.
+const BYTES_OF_MADE: [f64; 2] = [1400.0, 2600.0];
+const BYTES_OF_PLACED: f64 = 300.0;
+/// Solid fraction of disks and of spheres that are dropped and roll (Visscher and Bolsterli 1972).
+const DROPPED: [f64; 2] = [0.82, 0.58];
+
+/// Grains of a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Expected {
+    /// Those that the body will have.
+    grains: f64,
+    /// Those that are placed in the box around it, of which some are cut away.
+    placed: f64,
+    /// Time that this takes (s).
+    seconds: f64,
+}
+
+/// About how large the problem is.
+pub fn size(case: &Case) -> Result<Size, CaseError> {
+    let options = options(case)?;
+    let all: Vec<Expected> = (0..case.bodies.len()).map(|body| expected(case, &options, body)).collect();
+    let end = case.end_time();
+    let sources = rain::sources(case, &options);
+    let rain: f64 = sources.iter().map(|source| source.expected(case.dimension(), end)).sum();
+    let points = all.iter().map(|own| own.grains).sum::<f64>() + rain;
+    // One body is placed after another.
+    let placed = all.iter().map(|own| own.placed).fold(0.0, f64::max);
+    Ok(Size {
+        points,
+        memory: (points * BYTES_OF_MADE[case.dimension() - 2]).max(placed * BYTES_OF_PLACED),
+        key: "methods.dem.grains",
+        placing: all.iter().map(|own| own.seconds).sum(),
+        cure: "take larger grains or smaller bodies",
+        ..Size::default()
+    })
+}
+
+fn expected(case: &Case, options: &DemOptions, number: usize) -> Expected {
+    let (body, dimension) = (&case.bodies[number], case.dimension());
+    let listed = |grains| Expected { grains, ..Expected::default() };
+    if options.bodies.get(&body.name).is_some_and(|own| own.rain.is_some()) {
+        return listed(0.0);
+    }
+    if body.points.is_some() {
+        return listed(case.points_at(1.0)[number]);
+    }
+    match (of_body(options, body), &options.grains[&body.material].diameter) {
+        (Some(Fill::Single) | None, _) | (_, None) => listed(1.0),
+        (Some(fill), Some(sizes)) => filled(body, fill, sizes, dimension),
+    }
+}
+
+fn filled(body: &Body, fill: Fill, sizes: &Diameters, dimension: usize) -> Expected {
+    let (low, high) = body.shape.bounds(dimension);
+    let space: f64 = low.iter().zip(&high).take(dimension).map(|(low, high)| high - low).product();
+    let of_shape = body.shape.volume(dimension, false) / space;
+    let solid = volume(dimension, 0.5) * sizes.mean_power(dimension, dimension as i32);
+    let placed = match fill {
+        Fill::Single => 1.0,
+        Fill::Lattice { packing, pitch, .. } => {
+            let pitch = pitch.unwrap_or(sizes.range().1);
+            space / (site(packing, dimension) * pitch.powi(dimension as i32))
+        }
+        Fill::Random { solid_fraction } | Fill::Layers { solid_fraction, .. } => {
+            solid_fraction * space / solid
+        }
+        Fill::DropAndRoll => DROPPED[dimension - 2] * space / solid,
+    };
+    Expected { grains: of_shape * placed, placed, seconds: placed * seconds_each(fill, dimension, placed) }
+}
+
+/// Area or volume of a site of a lattice of pitch one.
+fn site(packing: Packing, dimension: usize) -> f64 {
+    match (packing, dimension) {
+        (Packing::Square, _) => 1.0,
+        (Packing::Hexagonal, 2) => 0.75f64.sqrt(),
+        (Packing::Hexagonal | Packing::FaceCentred, _) => 0.5f64.sqrt(),
+        (Packing::BodyCentred, _) => 4.0 / 27f64.sqrt(),
+    }
+}
+
+/// Time to place one of `count` grains (s), as it was measured on one thread of a desktop computer (docs/theory/dem.md).
+fn seconds_each(fill: Fill, dimension: usize, count: f64) -> f64 {
+    let flat = dimension == 2;
+    match fill {
+        Fill::Single | Fill::Lattice { .. } => 1e-5,
+        Fill::DropAndRoll => {
+            if flat {
+                3e-5
+            } else {
+                1.6e-4
+            }
+        }
+        Fill::Random { solid_fraction } => pushing(solid_fraction, flat, count),
+        Fill::Layers { solid_fraction, layers, .. } => {
+            // All that lies below a layer is pushed with it, and longer.
+            9.0 * pushing(solid_fraction, flat, count) * 0.5 * (layers + 1) as f64
+        }
+    }
+}
+
+/// Time for which one of `count` grains is pushed to and fro (s): the longer, the nearer the packing is to the densest that pushes make, and
+/// the more there are, of which the deepest overlap must be small.
+fn pushing(solid_fraction: f64, flat: bool, count: f64) -> f64 {
+    let (scale, densest) = if flat { (1.2e-5, 0.84) } else { (1.6e-5, 0.64) };
+    scale / (densest - solid_fraction).max(0.01) * (count / 3e4).powf(0.28)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn sizes_are_those_of_what_is_then_made() {
+        for (space, fill, diameter) in [
+            ("plane-strain", json!({ "kind": "random", "solid_fraction": 0.7 }), 0.1),
+            ("3d", json!({ "kind": "random", "solid_fraction": 0.5 }), 0.2),
+            ("plane-strain", json!({ "kind": "drop-and-roll" }), 0.06),
+            ("3d", json!({ "kind": "drop-and-roll" }), 0.15),
+            (
+                "plane-strain",
+                json!({ "kind": "layers", "solid_fraction": 0.75, "layers": 3, "first_solid_fraction": 0.7 }),
+                0.1,
+            ),
+            ("plane-strain", json!({ "kind": "lattice", "packing": "square" }), 0.05),
+            ("plane-strain", json!({ "kind": "lattice", "packing": "hexagonal" }), 0.05),
+            ("3d", json!({ "kind": "lattice", "packing": "hexagonal" }), 0.1),
+            ("3d", json!({ "kind": "lattice", "packing": "body-centred", "pitch": 0.11 }), 0.1),
+            ("3d", json!({ "kind": "lattice", "packing": "face-centred" }), 0.1),
+        ] {
+            let d = if space == "3d" { 3 } else { 2 };
+            for shape in [
+                json!({ "kind": "box", "min": vec![-1.0; d], "max": vec![1.0; d] }),
+                json!({ "kind": "ball", "centre": vec![0.0; d], "radius": 1.0 }),
+            ] {
+                let case = json!({
+                    "title": "t", "space": space, "domain": { "min": vec![-2.0; d], "max": vec![2.0; d] },
+                    "gravity": vec![0.0; d],
+                    "materials": { "g": { "model": "linear-elastic", "density": 1, "youngs_modulus": 1, "poissons_ratio": 0 } },
+                    "bodies": [{ "name": "b", "material": "g", "shape": shape }],
+                    "stages": [{ "name": "s", "duration": 1 }],
+                    "methods": { "dem": {
+                        "grains": { "g": { "density": 1, "fill": fill,
+                            "diameter": { "distribution": "uniform", "min": 0.9 * diameter, "max": diameter } } },
+                        "pairs": [{ "between": ["g", "g"], "normal": { "law": "linear", "stiffness": 1, "damping_ratio": 0.1 },
+                                    "friction": { "coefficient": 0.5 } }]
+                    } }
+                });
+                let case = Case::from_json(&case.to_string()).unwrap();
+                let (told, made) = (size(&case).unwrap(), super::super::plan(&case).unwrap());
+                // Grains at the rim of a ball are left out, those of a lattice along the sides too.
+                let ratio = made.points as f64 / told.points;
+                assert!((0.75..1.1).contains(&ratio), "{fill} in {shape}: {ratio}");
+            }
+        }
+    }
+}
