@@ -2,6 +2,7 @@
 
 pub mod bishop;
 mod fronts;
+pub mod layered;
 pub mod log_spiral;
 mod numbers;
 pub mod undrained;

@@ -6,6 +6,7 @@ mod elastic_bar;
 mod grain_cell;
 mod inclined_block;
 mod slide;
+mod slope_acads;
 mod slope_clays;
 mod slope_cut;
 
@@ -22,6 +23,7 @@ pub const ALL: &[Benchmark] = &[
     dam_break::BENCHMARK,
     aluminium_bars::BENCHMARK,
     slope_cut::BENCHMARK,
+    slope_acads::BENCHMARK,
     slope_clays::LAYERS,
     slope_clays::WEAK,
     slide::BENCHMARK,

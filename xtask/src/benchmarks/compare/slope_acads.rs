@@ -1,0 +1,80 @@
+//! The factor of safety of a slope of the ACADS survey, by MPM and SPH (sheet: sph §3.5).
+
+use colluvium::case::Case;
+
+use super::failing;
+use crate::analysis::layered::{Layered, Soil};
+use crate::benchmarks::{Benchmark, Outcome, case, run_by};
+
+/// The benchmark.
+pub const BENCHMARK: Benchmark = Benchmark {
+    id: "compare/acads-1a",
+    title: "Factor of safety of a slope of one soil, ACADS problem 1(a), MPM and SPH",
+    source: "Giam & Donald 1989 (ACADS U255), problem EX1(a); Bishop 1955; Davis 1968",
+    quick: None,
+    full: 300,
+    run: one,
+};
+
+/// What the strength of the case is multiplied by: with its own the slope does not stand.
+const STRENGTHENED: f64 = 1.5;
+
+/// The surface: 10 m high, 2:1, 5 m over the base (m).
+fn surface() -> Vec<[f64; 2]> {
+    vec![[0.0, 5.0], [10.0, 5.0], [30.0, 15.0], [50.0, 15.0]]
+}
+
+fn soil(top: Vec<[f64; 2]>, unit_weight: f64, cohesion: f64, friction_angle: f64) -> Soil {
+    Soil { top, unit_weight, cohesion, friction_angle }
+}
+
+/// The least factor of Bishop's circles, and how far the strength of soil without dilatancy (Davis 1968) lowers it at most: that of a soil
+/// with this friction angle (degrees).
+fn bounds(slope: &Layered, friction_angle: f64) -> [f64; 2] {
+    let bishop = slope.critical((1.0, 20.0), (30.5, 45.0));
+    [bishop, bishop * (friction_angle.to_radians().tan() / bishop).atan().cos()]
+}
+
+fn judge(outcome: &mut Outcome, case: &Case, referee: f64, [bishop, davis]: [f64; 2]) -> Result<(), String> {
+    outcome.within(
+        "least factor of Bishop's circles",
+        &format!("{referee:.2}, the referees' factor"),
+        bishop,
+        (referee - 0.02, referee + 0.02),
+        "programs of limit equilibrium differ by that",
+    );
+    for method in ["mpm", "sph"] {
+        let report = run_by(method, case)?;
+        let found = report.safety.get("safety").ok_or("no factor of safety")?;
+        outcome.within(
+            format!("{method}: factor of safety"),
+            &format!("{referee:.2}, the referees' factor"),
+            found.factor().unwrap_or(f64::NAN) / STRENGTHENED,
+            (referee - 0.05, referee + 0.05),
+            "± 0.05 on 20 cells over the height, without dilatancy",
+        );
+        outcome.within(
+            format!("{method}: largest factor with which it stands"),
+            "at most that of Bishop's circles",
+            found.stable / STRENGTHENED,
+            (0.0, bishop),
+            "an upper end of what soil without dilatancy can have",
+        );
+        outcome.within(
+            format!("{method}: least factor with which it fails"),
+            &format!("at least {davis:.3}, by Davis's strength"),
+            found.failed / STRENGTHENED,
+            (davis, f64::INFINITY),
+            "the lower end",
+        );
+        failing(outcome, method, &report)?;
+    }
+    Ok(())
+}
+
+fn one(_quick: bool) -> Result<Outcome, String> {
+    let mut outcome = Outcome::default();
+    let slope = Layered { soils: vec![soil(surface(), 20e3, 3e3, 19.6)], base: 0.0 };
+    judge(&mut outcome, &case("compare/acads-1a")?, 1.0, bounds(&slope, 19.6))?;
+    Ok(outcome)
+}
