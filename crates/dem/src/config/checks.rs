@@ -203,6 +203,23 @@ impl Rules {
         }
     }
 
+    fn membrane(&mut self, path: &str, membrane: &super::Membrane, dimension: usize) {
+        self.not_negative(
+            format!("{path}.pressure"),
+            membrane.pressure,
+            if dimension == 2 { " (N/m)" } else { " (Pa)" },
+        );
+        let least = if membrane.closed { 3 } else { 2 };
+        let (columns, problem) = match membrane.columns {
+            None => (dimension == 2, "is missing: a membrane in space is a sheet of rows of so many grains"),
+            Some(_) if dimension == 2 => (false, "a membrane in the plane is one row: leave it out"),
+            Some(columns) => (columns >= least, "two grains a row are the least, three where it is closed"),
+        };
+        self.rule(columns, format!("{path}.columns"), problem);
+        let problem = "a membrane in the plane is one row: leave it out";
+        self.rule(dimension == 3 || !membrane.closed, format!("{path}.closed"), problem);
+    }
+
     fn stage(&mut self, path: &str, stage: &super::GrainStage, dimension: usize) {
         for (number, pair) in stage.pairs.iter().enumerate() {
             let path = format!("{path}.pairs[{number}]");
@@ -236,25 +253,7 @@ impl Rules {
             }
         }
         for (body, membrane) in &stage.membranes {
-            let path = format!("{path}.membranes.{body}");
-            self.not_negative(
-                format!("{path}.pressure"),
-                membrane.pressure,
-                if dimension == 2 { " (N/m)" } else { " (Pa)" },
-            );
-            let least = if membrane.closed { 3 } else { 2 };
-            let (columns, problem) = match membrane.columns {
-                None => {
-                    (dimension == 2, "is missing: a membrane in space is a sheet of rows of so many grains")
-                }
-                Some(_) if dimension == 2 => (false, "a membrane in the plane is one row: leave it out"),
-                Some(columns) => {
-                    (columns >= least, "two grains a row are the least, three where it is closed")
-                }
-            };
-            self.rule(columns, format!("{path}.columns"), problem);
-            let problem = "a membrane in the plane is one row: leave it out";
-            self.rule(dimension == 3 || !membrane.closed, format!("{path}.closed"), problem);
+            self.membrane(&format!("{path}.membranes.{body}"), membrane, dimension);
         }
         self.not_negative(format!("{path}.agitation"), stage.agitation, " (m/s)");
         self.rule(stage.growth.is_finite(), format!("{path}.growth"), "must be finite (1/s)");

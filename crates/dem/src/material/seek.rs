@@ -1,4 +1,4 @@
-//! The friction of a preparation that gives a porosity (sheet: dem §3.8.5).
+//! The friction of a preparation that gives a porosity (sheet: dem §3.8).
 
 use colluvium_constitutive::MaterialError;
 
