@@ -15,6 +15,7 @@ pub mod law;
 mod layers;
 pub mod lines;
 mod load;
+pub mod loads;
 pub mod measure;
 mod obstacle;
 mod origin;

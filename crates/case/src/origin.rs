@@ -119,12 +119,16 @@ impl Case {
         self.patches.iter_mut().for_each(|patch| shape(&mut patch.region, visit));
         self.cuts.iter_mut().for_each(|cut| shape(&mut cut.shape, visit));
         for load in &mut self.loads {
-            let (Load::Traction { profile, .. }
-            | Load::Pressure { profile, .. }
-            | Load::PorePressure { profile, .. }) = load;
-            for profile in profile.iter_mut() {
-                let axis = profile.axis.number();
-                profile.shares.iter_mut().for_each(|share| visit(axis, &mut share[0]));
+            match load {
+                Load::Traction { profile, .. }
+                | Load::Pressure { profile, .. }
+                | Load::PorePressure { profile, .. } => {
+                    for profile in profile.iter_mut() {
+                        let axis = profile.axis.number();
+                        profile.shares.iter_mut().for_each(|share| visit(axis, &mut share[0]));
+                    }
+                }
+                Load::Surface { within, .. } => within.iter_mut().for_each(|region| shape(region, visit)),
             }
         }
         for stage in &mut self.stages {

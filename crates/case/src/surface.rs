@@ -1,5 +1,6 @@
 //! Loads on the surface of bodies (sheet: mpm §2.11).
 
+use colluvium_points::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -86,24 +87,56 @@ pub enum Load {
         #[serde(default, skip_serializing_if = "LoadCarrier::is_points")]
         carrier: LoadCarrier,
     },
+    /// A pressure and a shear (Pa) on the surface of a body, or on a part of it, straight or curved, carried by the points next to
+    /// it: both follow the surface, turn with it and grow with its area. On a body with a pore fluid they are the total ones.
+    Surface {
+        /// Body it acts on, not a rigid one.
+        body: String,
+        /// The part of the surface that is loaded is what lies in this shape at the start; all of it when absent. The surface
+        /// is that of the body's shape, its holes included.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        within: Option<Shape>,
+        /// Pressure (Pa), positive towards the body.
+        #[serde(default)]
+        pressure: f64,
+        /// Shear (Pa): in the plane and in axisymmetry positive counter-clockwise, with the body on the left hand of who goes
+        /// along; in space in the direction of `axis` × outward normal, times the sine of the angle between the two. Not in 1D.
+        #[serde(default)]
+        shear: f64,
+        /// Axis of the shear in space, of any length: along that of a shaft it twists the shaft.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        axis: Option<[f64; 3]>,
+        /// Time over which it grows from zero (s).
+        #[serde(default)]
+        ramp: f64,
+        /// How it grows.
+        #[serde(default, skip_serializing_if = "RampShape::is_linear")]
+        ramp_shape: RampShape,
+        /// Name of the stage with which it begins; the first when absent. It goes on in the stages after, and the points
+        /// that carry it are those that are outermost at the start of the case.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        stage: Option<String>,
+    },
 }
 
 impl Load {
     /// The body it acts on.
     pub fn body(&self) -> &str {
         match self {
-            Self::Traction { body, .. } | Self::Pressure { body, .. } | Self::PorePressure { body, .. } => {
-                body
-            }
+            Self::Traction { body, .. }
+            | Self::Pressure { body, .. }
+            | Self::PorePressure { body, .. }
+            | Self::Surface { body, .. } => body,
         }
     }
 
-    /// The side of the body it acts on.
-    pub fn side(&self) -> Side {
+    /// The side of the body it acts on; `None` for one that is not bound to a side.
+    pub fn side(&self) -> Option<Side> {
         match self {
             Self::Traction { side, .. } | Self::Pressure { side, .. } | Self::PorePressure { side, .. } => {
-                *side
+                Some(*side)
             }
+            Self::Surface { .. } => None,
         }
     }
 
@@ -112,7 +145,8 @@ impl Load {
         match self {
             Self::Traction { stage, .. }
             | Self::Pressure { stage, .. }
-            | Self::PorePressure { stage, .. } => stage.as_deref(),
+            | Self::PorePressure { stage, .. }
+            | Self::Surface { stage, .. } => stage.as_deref(),
         }
     }
 
@@ -122,6 +156,7 @@ impl Load {
             Self::Traction { profile, .. }
             | Self::Pressure { profile, .. }
             | Self::PorePressure { profile, .. } => profile.as_ref(),
+            Self::Surface { .. } => None,
         }
     }
 
@@ -130,11 +165,16 @@ impl Load {
         matches!(self, Self::PorePressure { .. })
     }
 
+    /// Whether it turns with the surface and grows with its area.
+    pub fn follows(&self) -> bool {
+        !matches!(self, Self::Traction { .. })
+    }
+
     /// What carries it: points, if it follows the surface.
     pub fn carrier(&self) -> LoadCarrier {
         match self {
             Self::Traction { carrier, .. } | Self::PorePressure { carrier, .. } => *carrier,
-            Self::Pressure { .. } => LoadCarrier::Points,
+            Self::Pressure { .. } | Self::Surface { .. } => LoadCarrier::Points,
         }
     }
 
@@ -159,7 +199,8 @@ impl Load {
         match self {
             Self::Traction { ramp, ramp_shape, .. }
             | Self::Pressure { ramp, ramp_shape, .. }
-            | Self::PorePressure { ramp, ramp_shape, .. } => (*ramp, *ramp_shape),
+            | Self::PorePressure { ramp, ramp_shape, .. }
+            | Self::Surface { ramp, ramp_shape, .. } => (*ramp, *ramp_shape),
         }
     }
 }

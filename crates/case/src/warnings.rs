@@ -136,10 +136,10 @@ impl Case {
         }
     }
 
-    /// Warns of loads on what is not, or not all, a free and flat side.
+    /// Warns of loads of a side on what is not, or not all, a free and flat side.
     fn warn_of_load(&self, number: usize, load: &Load, warnings: &mut Vec<String>) {
         let Some(body) = self.bodies.iter().find(|body| body.name == load.body()) else { return };
-        let (side, dimension) = (load.side(), self.dimension());
+        let (Some(side), dimension) = (load.side(), self.dimension()) else { return };
         let (axis, outwards) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
         let (low, high) = body.shape.bounds(dimension);
         let face = if side.is_max() { high[axis] } else { low[axis] };

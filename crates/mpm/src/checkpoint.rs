@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::bodies::failed;
 use crate::driven::DrivenState;
-use crate::loads::begin_loads;
 use crate::momentum::RowSums;
 use crate::obstacles::borne::Borne;
 use crate::obstacles::rocks::{Passed, RockState};
@@ -91,7 +90,7 @@ impl<const D: usize> Solver for MpmSolver<D> {
         if fresh {
             self.nodes.external_work = 0.0;
             self.clock.limit = None;
-            begin_loads(&self.clock, &mut self.boundary.load_starts, stage, start);
+            self.clock.case.begin_loads(&mut self.boundary.load_starts, stage, start);
         }
         if self.points() != points {
             self.sort();

@@ -11,7 +11,6 @@
 //! gradients, `Σ_i g_ji = 0` and `Σ_i x_i ⊗ g_ji = 1` hold at the surface too: momentum is conserved to round-off and linear
 //! fields have their gradients everywhere. The price is a jump where a point enters a cell that held none.
 
-use colluvium_case::description::Load;
 use colluvium_case::{Case, CaseError};
 use colluvium_constitutive::SymTensor;
 use colluvium_grid::{Grid, Lanes, Layout, Node};
@@ -47,9 +46,9 @@ pub fn cleared(case: &Case, options: &MpmOptions) -> Result<(), CaseError> {
     if matches!(options.transfer, Transfer::Apic | Transfer::Tpic) {
         return refuse("methods.mpm.transfer", "only flip and xpic are available with shape dual-domain");
     }
-    if let Some(number) = case.loads.iter().position(|load| matches!(load, Load::Pressure { .. })) {
+    if let Some(number) = case.loads.iter().position(|load| load.follows() && !load.is_of_fluid()) {
         let problem =
-            "a pressure that follows the surface is not available with shape dual-domain: use a traction";
+            "a load that follows the surface is not available with shape dual-domain: use a traction";
         return refuse(&format!("loads[{number}].kind"), problem);
     }
     Ok(())

@@ -64,7 +64,7 @@ pub fn nodal_loads<const D: usize>(
             on_grid(case, number, background, set)?
         };
         let layout = &background.layout;
-        let per_area = lanes(&loads::per_area::<D>(&case.loads[number]), 0.0);
+        let per_area = lanes(&case.loads[number].per_area::<D>(), 0.0);
         let nodes = areas.into_iter().map(|(place, area)| {
             let row = layout.strides()[0];
             let repeated = layout.is_repeated(&layout.index(place / row, place % row));
@@ -92,7 +92,8 @@ fn on_grid<const D: usize>(
     let Background { grid, layout, axis: basis, .. } = background;
     let load = &case.loads[number];
     let refuse = |problem: String| Err(CaseError::new(format!("loads[{number}].carrier"), problem));
-    let (axis, sign) = (load.side().axis(), if load.side().is_max() { 1.0 } else { -1.0 });
+    let Some(side) = load.side() else { return Ok(BTreeMap::new()) };
+    let (axis, sign) = (side.axis(), if side.is_max() { 1.0 } else { -1.0 });
     let outermost = set.points.position.iter().map(|x| sign * x[axis]).fold(f64::NEG_INFINITY, f64::max);
     let line = (sign * (outermost + 0.5 * set.extent[axis]) - grid.origin[axis]) / grid.cell;
     if (line - line.round()).abs() > 1e-6 {

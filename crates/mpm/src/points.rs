@@ -105,7 +105,7 @@ impl<const D: usize> PointSet<D> {
 
     /// Memory of the arrays (bytes).
     pub fn bytes(&self) -> usize {
-        let loads = self.loads.iter().map(|load| size_of_val(&load.force[..])).sum::<usize>();
+        let loads = self.loads.iter().map(|load| size_of_val(&load.carried[..])).sum::<usize>();
         self.points.bytes()
             + self.len() * self.material.state_size()
             + self.domain.bytes()
@@ -166,7 +166,7 @@ impl<const D: usize> PointSet<D> {
         let all = 0..self.len();
         self.domain.reorder(order);
         for load in &mut self.loads {
-            reorder_column(&mut load.force, all.clone(), order, spare);
+            reorder_column(&mut load.carried, all.clone(), order, spare);
         }
         if let Some(pore) = &mut self.pore {
             pore.points.reorder(order, spare);
@@ -184,7 +184,7 @@ impl<const D: usize> PointSet<D> {
         write_column(&self.material.save(&self.states), |byte| byte, out)?;
         write_column(&self.domain.numbers(), |number| number, out)?;
         for load in &self.loads {
-            write_column(&load.force, |force| force, out)?;
+            write_column(&load.carried, |vector| vector, out)?;
         }
         if let Some(pore) = &self.pore {
             pore.points.write(out)?;
@@ -219,7 +219,7 @@ impl<const D: usize> PointSet<D> {
         fits("domains do not fit the points", domains.is_some())?;
         for load in &mut self.loads {
             load.read(input)?;
-            fits("loads do not fit the points", load.force.len() == count)?;
+            fits("loads do not fit the points", load.carried.len() == count)?;
         }
         if let Some(pore) = &mut self.pore {
             pore.points.read(input)?;

@@ -238,7 +238,7 @@ pub fn solver<const D: usize>(
         driven,
         contacts,
         touched: Vec::new(),
-        load_starts: loads::starts(case),
+        load_starts: case.load_starts(),
         nodal,
         absorbing: Absorbing::default(),
         impedances,

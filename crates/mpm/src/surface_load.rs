@@ -12,19 +12,19 @@ pub struct SurfaceLoad<const D: usize> {
     pub liquid: bool,
     /// Whether it follows the surface.
     pub follows: bool,
-    /// Force of each point at full load (N); zero within the body.
-    pub force: Vec<[f64; D]>,
+    /// What each point carries of it (`Case::carried`); zero within the body.
+    pub carried: Vec<[f64; D]>,
     /// Share that was last applied.
     pub applied: f64,
 }
 
 impl<const D: usize> SurfaceLoad<D> {
-    /// Reads the forces of a checkpoint.
+    /// Reads the vectors of a checkpoint.
     ///
     /// # Errors
     /// When the bytes end early.
     pub fn read(&mut self, input: &mut dyn Read) -> io::Result<()> {
         self.applied = f64::NAN;
-        read_column(&mut self.force, |force: [f64; D]| force, input)
+        read_column(&mut self.carried, |vector: [f64; D]| vector, input)
     }
 }

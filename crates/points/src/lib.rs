@@ -26,6 +26,7 @@ mod polygon;
 mod raster;
 mod sampling;
 mod shape;
+mod skin;
 pub mod surface;
 mod terrain;
 
@@ -40,5 +41,6 @@ pub use pieces::Pieces;
 pub use raster::{Georeference, Raster, RasterError};
 pub use sampling::{Sample, SamplingError, gauss_per_cell, lattice, overlap, per_cell, poisson_disk, random};
 pub use shape::{Shape, ShapeError};
+pub use skin::{Piece, area_vectors};
 pub use surface::Surface;
 pub use terrain::{Bed, Terrain, Weights};

@@ -17,7 +17,7 @@ use crate::solver::{Audit, SphSolver};
 use crate::walls::planes;
 
 /// Version of the layout of a checkpoint.
-const FORMAT: u32 = 4;
+const FORMAT: u32 = 5;
 
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -35,6 +35,8 @@ struct Saved {
     listed_at: [f64; 2],
     sorted: Option<u64>,
     current: bool,
+    /// When loads begin (s), and what particles carry of them.
+    loads: (Vec<f64>, Vec<Vec<f64>>),
 }
 
 impl<const D: usize> SphSolver<D> {
@@ -66,6 +68,7 @@ impl<const D: usize> SphSolver<D> {
             listed_at: [lists.listed.time, lists.listed.reach],
             sorted: lists.sorted,
             current: rates.current,
+            loads: bodies.loads.saved(),
         }
     }
 
@@ -98,6 +101,7 @@ impl<const D: usize> SphSolver<D> {
             (group.start, group.end, group.states) = (start, start + count, states);
             start += count;
         }
+        bodies.loads.take_saved(&saved.loads)?;
         bodies.shown.spread.clear();
         bodies.resize(n);
         rates.of.resize(n);
@@ -158,6 +162,7 @@ impl<const D: usize> Solver for SphSolver<D> {
         walls.planes = planes(&setting.case, stage, &setting.options, setting.smoothing.radius());
         bodies.remove_gone(&setting.case, stage, &mut rates.of);
         if fresh {
+            bodies.loads.begin(&setting.case, stage, start);
             rates.current = false;
             lists.listed.positions.clear();
             *audit = Audit::default();

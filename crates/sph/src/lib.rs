@@ -19,6 +19,7 @@ pub mod kernel;
 mod lanes;
 mod limit;
 mod lists;
+mod loads;
 pub mod operators;
 mod pairs;
 mod particles;

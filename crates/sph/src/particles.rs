@@ -12,6 +12,7 @@ use colluvium_points::{Spare, columns};
 use crate::clock::Clock;
 use crate::config::{History, SmoothingLength};
 use crate::lanes::{Record, record, set_velocity};
+use crate::loads::Loads;
 use crate::setting::Setting;
 
 /// Least number of particles per task.
@@ -184,6 +185,8 @@ pub struct Bodies<const D: usize> {
     /// Which particles are copies of those of other ranks: neighbours for the others, whose own rates nobody asks for.
     /// Empty where there are none.
     pub guests: Vec<bool>,
+    /// Loads on their surfaces.
+    pub loads: Loads<D>,
 }
 
 impl<const D: usize> Bodies<D> {

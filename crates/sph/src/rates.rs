@@ -13,7 +13,7 @@ pub struct Rates<const D: usize> {
     pub current: bool,
     /// Velocity by which a particle moves beyond its own, by XSPH (m/s); empty without.
     pub drift: Vec<[f64; D]>,
-    /// Accelerations by a confining pressure (m/s²); empty without.
+    /// Accelerations by loads and a confining pressure (m/s²); empty without.
     pub pushes: Vec<[f64; D]>,
     /// `Σ_{j≠i} V_j W`, small at a surface; empty without a confining pressure.
     pub crowding: Vec<f64>,

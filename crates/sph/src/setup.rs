@@ -12,6 +12,7 @@ use colluvium_case::{Case, CaseError, Honours, Plan, Size, Solver};
 use crate::config::{Confined, Continuity, Formulation, SphOptions};
 use crate::confinement::blind_to_surfaces;
 use crate::kernel::Smoothing;
+use crate::loads::Loads;
 use crate::particles::{Bodies, Group};
 use crate::ranks::RankedSolver;
 use crate::setting::{Setting, corner};
@@ -173,6 +174,7 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         let problem = format!("{} is more than the {count} particles", options.ranks);
         return Err(CaseError::new("methods.sph.ranks", problem));
     }
+    bodies.loads = Loads::new(case, &bodies.groups, &bodies.particles, options.spacing)?;
     bodies.resize(count);
     let places =
         bodies.groups.iter().map(|group| (group.body as usize, &bodies.particles.position[group.range()]));

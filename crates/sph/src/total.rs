@@ -43,7 +43,7 @@ fn matmul<const D: usize>(a: &Matrix<D>, b: &Matrix<D>) -> Matrix<D> {
 }
 
 /// `cof F = det F F⁻ᵀ`.
-fn cofactor<const D: usize>(f: &Matrix<D>) -> Matrix<D> {
+pub(crate) fn cofactor<const D: usize>(f: &Matrix<D>) -> Matrix<D> {
     let at = |a: usize, b: usize| f[a % D][b % D];
     match D {
         1 => [[1.0; D]; D],

@@ -34,7 +34,9 @@ impl Findings<'_> {
                 load.body()
             );
             self.require(!rigid, format!("{path}.body"), problem);
-            self.side(&format!("{path}.side"), load.side());
+            if let Some(side) = load.side() {
+                self.side(&format!("{path}.side"), side);
+            }
             if let Some(stage) = load.stage() {
                 self.name(&format!("{path}.stage"), stage, &stages, "the name of a stage");
             }
@@ -50,12 +52,52 @@ impl Findings<'_> {
                     self.finite(format!("{path}.value"), *value);
                     self.pore_load(&path, load);
                 }
+                Load::Surface { .. } => self.surface_load(&path, load),
             }
             self.not_negative(format!("{path}.ramp"), load.ramp().0, " (s)");
-            if let Some(profile) = load.profile() {
-                self.profile(&format!("{path}.profile"), profile, load.side());
+            if let (Some(profile), Some(side)) = (load.profile(), load.side()) {
+                self.profile(&format!("{path}.profile"), profile, side);
             }
         }
+    }
+
+    /// A pressure and a shear on a part of a surface.
+    fn surface_load(&mut self, path: &str, load: &Load) {
+        let Load::Surface { body, within, pressure, shear, axis, .. } = load else { return };
+        let (case, dimension) = (self.case, self.case.dimension());
+        self.finite(format!("{path}.pressure"), *pressure);
+        self.finite(format!("{path}.shear"), *shear);
+        let problem = "neither a pressure nor a shear: the load is none";
+        self.require(*pressure != 0.0 || *shear != 0.0, path.to_owned(), problem);
+        self.require(
+            *shear == 0.0 || dimension > 1,
+            format!("{path}.shear"),
+            "a line has no shear on its ends",
+        );
+        match axis {
+            Some(axis) if dimension == 3 => {
+                let turns = axis.iter().all(|c| c.is_finite()) && axis.iter().any(|c| *c != 0.0);
+                self.require(turns, format!("{path}.axis"), "must be finite and not zero");
+            }
+            Some(_) => self.report(format!("{path}.axis"), "is the one across the plane, and not given"),
+            None => {
+                let problem = "is missing: in space the shear acts along axis × normal";
+                self.require(*shear == 0.0 || dimension < 3, format!("{path}.axis"), problem);
+            }
+        }
+        let Some(region) = within else { return };
+        if let Err(error) = region.validate(dimension) {
+            self.report(format!("{path}.within.{}", error.path), error.problem);
+            return;
+        }
+        let known = case.bodies.iter().find(|own| own.name == *body);
+        let Some(shape) = known.map(|own| &own.shape).filter(|shape| shape.validate(dimension).is_ok())
+        else {
+            return;
+        };
+        let ((low, high), (least, most)) = (region.bounds(dimension), shape.bounds(dimension));
+        let apart = (0..dimension).any(|c| low[c] > most[c] || high[c] < least[c]);
+        self.require(!apart, format!("{path}.within"), format!("the body {body:?} is elsewhere"));
     }
 
     fn profile(&mut self, path: &str, profile: &LoadProfile, side: Side) {
@@ -78,7 +120,7 @@ impl Findings<'_> {
 
     /// A pore pressure needs pores, and no wall that prescribes the motion of their fluid.
     fn pore_load(&mut self, path: &str, load: &Load) {
-        let (case, side) = (self.case, load.side());
+        let (case, Some(side)) = (self.case, load.side()) else { return };
         let Some(body) = case.bodies.iter().find(|body| body.name == load.body()) else { return };
         let problem = format!("the body {:?} has no pore_fluid", body.name);
         self.require(body.pore_fluid.is_some(), format!("{path}.body"), problem);

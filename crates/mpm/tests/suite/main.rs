@@ -6,6 +6,7 @@ mod consistent;
 mod contact;
 mod driven;
 mod light;
+mod loads;
 mod materials;
 mod mesh;
 mod mesh_contact;

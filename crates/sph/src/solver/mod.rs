@@ -28,6 +28,7 @@ use serde::{Deserialize, Serialize};
 use crate::clock::Clock;
 use crate::limit::{find_limit, time_step_of};
 use crate::lists::{Listed, Lists};
+use crate::loads::follow;
 use crate::particles::Bodies;
 use crate::rates::Rates;
 use crate::regularise::Averages;
@@ -45,7 +46,7 @@ pub struct Audit {
     pub external: f64,
     /// Kinetic energy (J).
     pub kinetic: f64,
-    /// Work of gravity and a confining pressure since the stage began (J).
+    /// Work of gravity, loads and a confining pressure since the stage began (J).
     pub work: f64,
 }
 
@@ -149,7 +150,8 @@ impl<const D: usize> SphSolver<D> {
         }
         shifting.shift(setting, clock, bodies, walls, lists, rates);
         self.integrate(dt)?;
-        let Self { clock, bodies, walls, lists, rates, .. } = self;
+        let Self { setting, clock, bodies, walls, lists, rates, reference, .. } = self;
+        follow(setting, bodies, lists, rates, reference.is_some(), dt);
         if walls.turn_back(bodies, &mut rates.of, clock.time + dt) {
             (lists.weighed, rates.current) = (false, false);
         }

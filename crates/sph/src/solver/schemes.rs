@@ -10,6 +10,7 @@ use super::sums::{accelerate, diffuse_stress, find_rates};
 use crate::clock::Clock;
 use crate::config::TimeIntegration;
 use crate::lists::Lists;
+use crate::loads::bear;
 use crate::particles::{Bodies, Matrix};
 use crate::rates::Rates;
 use crate::setting::Setting;
@@ -172,6 +173,7 @@ impl<const D: usize> SphSolver<D> {
         let Some(reference) = reference else { return Ok(()) };
         let gravity = setting.gravity_at(clock, dt);
         reference.accelerate(&setting.options, &bodies.particles, &gravity, &mut rates.of.acceleration);
+        bear(setting, clock, bodies, rates, dt);
         kick(setting, clock, bodies, &rates.of.acceleration, 0.5 * (clock.last_step + dt), dt);
         reference.find_rates(&bodies.particles, &mut rates.of);
         update_stress(setting, clock, bodies, &rates.of, dt, Over::Start)?;

@@ -8,6 +8,7 @@ use crate::clock::Clock;
 use crate::config::SmoothingLength;
 use crate::confinement::confine;
 use crate::lists::Lists;
+use crate::loads::bear;
 use crate::pairs::{Pairs, Sums, over_rows};
 use crate::particles::{Bodies, Derivatives};
 use crate::rates::Rates;
@@ -33,6 +34,7 @@ pub fn accelerate<const D: usize>(
     });
     (lists.weighed, rates.current) = (true, true);
     confine(setting, clock, bodies, walls, lists, rates, dt);
+    bear(setting, clock, bodies, rates, dt);
     resist_hourglass(setting, clock, bodies, walls, lists, rates);
     // Smooth bodies feel nothing.
     walls.smooth.ranges().for_each(|body| rates.of.acceleration[body].fill([0.0; D]));

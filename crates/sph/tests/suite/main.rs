@@ -6,6 +6,7 @@ mod diagnostics;
 mod flows;
 mod interfaces;
 mod liquids;
+mod loads;
 mod obstacles;
 mod operators;
 mod ranks;

@@ -1,10 +1,8 @@
 //! Inflow of depth-integrated SPH across a line, by a hydrograph.
 
-mod common;
-
+use crate::common::{build, hash_after};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
-use common::{build, hash_after};
 use serde_json::{Value, json};
 
 const GRAVITY: f64 = 9.81;

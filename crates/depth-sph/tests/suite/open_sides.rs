@@ -1,16 +1,14 @@
 //! Waves that leave through open sides in plan (sheet: depth-sph §3.9, row 10).
 
-mod common;
-
 use std::f64::consts::PI;
 
+use crate::common::{build, hash_after};
 use colluvium_case::{Case, Method, Solver};
 use colluvium_depth_sph::DepthSph;
 use colluvium_depth_sph::bed::Bed;
 use colluvium_depth_sph::flow::{Ends, Flow, Opening};
 use colluvium_depth_sph::nodes::Node;
 use colluvium_depth_sph::settings::Settings;
-use common::{build, hash_after};
 use serde_json::{Value, json};
 
 const SPACING: f64 = 0.1;

@@ -1,0 +1,14 @@
+//! Runs and pieces of the method against closed forms, conservation and its promises about bits.
+
+mod cases;
+mod common;
+mod dam_breaks;
+mod gauges;
+mod hand_over;
+mod inflow;
+mod mapped;
+mod open_ends;
+mod open_sides;
+mod scour;
+mod small_waves;
+mod terrain;
