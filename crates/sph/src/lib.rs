@@ -10,6 +10,7 @@
 //! [`Sph`] is the way in: it turns a [`Case`] into a [`Solver`].
 
 mod algebra;
+mod bearing;
 mod checkpoint;
 mod clock;
 mod config;

@@ -12,7 +12,7 @@ use colluvium_case::{Case, CaseError, Honours, Plan, Size, Solver};
 use crate::config::{Confined, Continuity, Formulation, SphOptions};
 use crate::confinement::blind_to_surfaces;
 use crate::kernel::Smoothing;
-use crate::loads::Loads;
+use crate::loads::{Loaded, Loads};
 use crate::particles::{Bodies, Group};
 use crate::ranks::RankedSolver;
 use crate::setting::{Setting, corner};
@@ -174,7 +174,13 @@ pub fn solver<const D: usize>(case: &Case, options: &SphOptions) -> Result<SphSo
         let problem = format!("{} is more than the {count} particles", options.ranks);
         return Err(CaseError::new("methods.sph.ranks", problem));
     }
-    bodies.loads = Loads::new(case, &bodies.groups, &bodies.particles, options.spacing)?;
+    let loaded = |group: &Group| Loaded {
+        body: group.body,
+        held: group.held.is_some(),
+        first: bodies.particles.id[group.start],
+        positions: &bodies.particles.position[group.range()],
+    };
+    bodies.loads = Loads::new(case, &bodies.groups.iter().map(loaded).collect::<Vec<_>>(), options.spacing)?;
     bodies.resize(count);
     let places =
         bodies.groups.iter().map(|group| (group.body as usize, &bodies.particles.position[group.range()]));

@@ -25,10 +25,10 @@ pub(crate) use sums::find_rates;
 use colluvium_case::{SolverError, TimeStep};
 use serde::{Deserialize, Serialize};
 
+use crate::bearing::follow;
 use crate::clock::Clock;
 use crate::limit::{find_limit, time_step_of};
 use crate::lists::{Listed, Lists};
-use crate::loads::follow;
 use crate::particles::Bodies;
 use crate::rates::Rates;
 use crate::regularise::Averages;

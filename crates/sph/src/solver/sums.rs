@@ -4,11 +4,11 @@ use colluvium_constitutive::SymTensor;
 use colluvium_points::ROWS;
 use rayon::prelude::*;
 
+use crate::bearing::bear;
 use crate::clock::Clock;
 use crate::config::SmoothingLength;
 use crate::confinement::confine;
 use crate::lists::Lists;
-use crate::loads::bear;
 use crate::pairs::{Pairs, Sums, over_rows};
 use crate::particles::{Bodies, Derivatives};
 use crate::rates::Rates;

@@ -1,0 +1,111 @@
+//! The forces of loads on particles, and how loads follow the surface ([`loads`](crate::loads)).
+
+use colluvium_case::loads::nanson;
+
+use crate::algebra::apart;
+use crate::clock::Clock;
+use crate::kernel::Smoothing;
+use crate::lists::Lists;
+use crate::loads::Loads;
+use crate::particles::{Bodies, Group, Matrix, Particles};
+use crate::rates::Rates;
+use crate::setting::Setting;
+use crate::total::cofactor;
+
+/// Adds the loads at the end of a step of `dt` (s) to the accelerations.
+pub fn bear<const D: usize>(
+    setting: &Setting<D>,
+    clock: &Clock,
+    bodies: &Bodies<D>,
+    rates: &mut Rates<D>,
+    dt: f64,
+) {
+    let Loads { all, starts } = &bodies.loads;
+    if all.is_empty() {
+        return;
+    }
+    let p = &bodies.particles;
+    if setting.options.confining.is_none() {
+        rates.pushes.clear();
+        rates.pushes.resize(p.len(), [0.0; D]);
+    }
+    for on in all {
+        let load = &setting.case.loads[on.number];
+        let factor = load.factor(clock.time + dt - starts[on.number]);
+        let group = bodies.groups.iter().find(|group| group.body == on.body);
+        let Some(group) = group.filter(|_| factor != 0.0) else { continue };
+        for i in group.range() {
+            let carried = &on.carried[(p.id[i] - on.first) as usize];
+            if *carried == [0.0; D] {
+                continue;
+            }
+            let force = load.force(carried);
+            for c in 0..D {
+                let push = factor * force[c] / p.mass[i];
+                rates.pushes[i][c] += push;
+                rates.of.acceleration[i][c] += push;
+            }
+        }
+    }
+}
+
+/// Lets the loads follow the surfaces over a step of `dt` (s) that has just been made. Over a reference configuration (`total`)
+/// the gradients of the rates are exact for turns; those of the present one lack the neighbours beyond the surface, and are found anew.
+pub fn follow<const D: usize>(
+    setting: &Setting<D>,
+    bodies: &mut Bodies<D>,
+    lists: &Lists<D>,
+    rates: &Rates<D>,
+    total: bool,
+    dt: f64,
+) {
+    let Bodies { particles: p, groups, loads, .. } = bodies;
+    for on in loads.all.iter_mut().filter(|on| setting.case.loads[on.number].follows()) {
+        let Some(group) = groups.iter().find(|group| group.body == on.body) else { continue };
+        for i in group.range() {
+            let vector = &mut on.carried[(p.id[i] - on.first) as usize];
+            if *vector == [0.0; D] {
+                continue;
+            }
+            let gradient = if total {
+                Some(rates.of.gradient[i])
+            } else {
+                linear(&setting.smoothing, p, group, i, lists.neighbours.of(i))
+            };
+            if let Some(gradient) = gradient {
+                *vector = nanson(&gradient.map(|row| row.map(|l| dt * l)), vector);
+            }
+        }
+    }
+}
+
+/// Velocity gradient at particle `i` (1/s), exact where velocities are linear, from its neighbours in the same body; `None` where they
+/// do not span the space.
+fn linear<const D: usize>(
+    smoothing: &Smoothing<D>,
+    p: &Particles<D>,
+    group: &Group,
+    i: usize,
+    row: &[u32],
+) -> Option<Matrix<D>> {
+    let (mut moments, mut sums) = ([[0.0; D]; D], [[0.0; D]; D]);
+    for j in row.iter().map(|&j| j as usize).filter(|j| group.range().contains(j)) {
+        let (away, square) = apart(&p.position[i], &p.position[j]);
+        let weight = -smoothing.weight(square.sqrt()) * p.mass[j] / p.density[j];
+        for a in 0..D {
+            for b in 0..D {
+                moments[a][b] += weight * away[a] * away[b];
+                sums[a][b] += weight * (p.velocity[j][a] - p.velocity[i][a]) * away[b];
+            }
+        }
+    }
+    let cofactors = cofactor(&moments);
+    let determinant: f64 = (0..D).map(|c| moments[0][c] * cofactors[0][c]).sum();
+    // A full support has moments of one, in whatever direction.
+    if !(determinant > 1e-4) {
+        return None;
+    }
+    Some(std::array::from_fn(|a| {
+        std::array::from_fn(|b| (0..D).map(|c| sums[a][c] * cofactors[c][b]).sum::<f64>() / determinant)
+    }))
+}
